@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+// The GGX (Trowbridge-Reitz) microfacet distribution in the local frame, its geometry terms and the
+// sampling of its visible normals. alpha is the width; wo and wi lie in the upper hemisphere.
+
+// Normal distribution D in 1/sr (Walter et al. 2007, Microfacet Models for Refraction, eq. 33),
+// written with sin^2 from wh.xy so that it keeps its precision down to alpha = 1e-4.
+float ggx_d(float alpha, vec3 wh) {
+    if (wh.z <= 0.0) return 0.0;
+    float a2 = alpha * alpha;
+    float t = a2 * wh.z * wh.z + dot(wh.xy, wh.xy);
+    return a2 * INVERSE_PI / (t * t);
+}
+
+// Exact Smith masking of GGX (Walter et al. 2007, eq. 34).
+float ggx_g1_smith(float alpha, float cos_theta) {
+    float a2 = alpha * alpha;
+    return 2.0 * cos_theta / (cos_theta + sqrt(a2 + (1.0 - a2) * cos_theta * cos_theta));
+}
+
+// The chosen masking term G1. Schlick 1994, eq. 19, with k = sqrt(2 alpha^2 / pi), or with
+// k = (roughness + 1)^2 / 8 (Karis 2013, Real Shading in Unreal Engine 4, eq. 4).
+float ggx_g1(float alpha, float cos_theta) {
+#if GEOMETRY_TERM == GEOMETRY_SMITH
+    return ggx_g1_smith(alpha, cos_theta);
+#else
+#if GEOMETRY_TERM == GEOMETRY_SCHLICK_BECKMANN
+    float k = alpha * sqrt(2.0 * INVERSE_PI);
+#else
+    float k = square(sqrt(alpha) + 1.0) / 8.0;
+#endif
+    return cos_theta / (cos_theta * (1.0 - k) + k);
+#endif
+}
+
+// Bidirectional shadowing and masking, separable: G = G1(wo) G1(wi).
+float ggx_g(float alpha, vec3 wo, vec3 wi) { return ggx_g1(alpha, wo.z) * ggx_g1(alpha, wi.z); }
+
+// A microfacet normal with the density of the normals visible from wo (Dupuy and Benyoub 2023,
+// Sampling Visible GGX Normals with Spherical Caps, listing 3).
+vec3 ggx_sample_vndf(float alpha, vec3 wo, vec2 u) {
+    vec3 stretched = normalize(vec3(wo.xy * alpha, wo.z));
+    float phi = 2.0 * PI * u.x;
+    float z = (1.0 - u.y) * (1.0 + stretched.z) - stretched.z;
+    float r = sqrt(clamp(1.0 - z * z, 0.0, 1.0));
+    vec3 cap = vec3(r * cos(phi), r * sin(phi), z) + stretched;
+    return normalize(vec3(cap.xy * alpha, max(0.0, cap.z)));
+}
+
+// Its density over the solid angle of wh (Heitz 2018, Sampling the GGX Distribution of Visible
+// Normals, eq. 1). It belongs to the sampler, so it uses the exact G1 whichever term shades.
+float ggx_sample_vndf_pdf(float alpha, vec3 wo, vec3 wh) {
+    return ggx_g1_smith(alpha, wo.z) * max(0.0, dot(wo, wh)) * ggx_d(alpha, wh) / wo.z;
+}

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT
+
+// PCG in four dimensions (Jarzynski and Olano 2020, Hash Functions for GPU Rendering, listing 4).
+uvec4 hash_pcg4d(uvec4 v) {
+    v = v * 1664525u + 1013904223u;
+    v.x += v.y * v.w;
+    v.y += v.z * v.x;
+    v.z += v.x * v.y;
+    v.w += v.y * v.z;
+    v ^= v >> 16u;
+    v.x += v.y * v.w;
+    v.y += v.z * v.x;
+    v.z += v.x * v.y;
+    v.w += v.y * v.z;
+    return v;
+}
+
+// The upper 24 bits as a uniform number in [0, 1): the largest result is 1 - 2^-24.
+vec4 hash_to_unit(uvec4 bits) { return vec4(ivec4(bits >> 8u)) * (1.0 / 16777216.0); }

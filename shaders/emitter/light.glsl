@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+// All lights of a scene as one: choosing one by its power, sampling it, and the density of both.
+
+struct LightSample {
+    vec3 wi;         // unit, towards the light
+    float distance;  // to the light along wi
+    vec3 radiance;   // incident from wi if nothing is in between; for a point light, irradiance at normal incidence
+    float pdf;       // 1/sr with the probability of the choice included; 0 means "no sample"
+    bool delta;      // a point light: pdf is the probability of the choice alone
+    int primitive;   // the light's own primitive, or NO_PRIMITIVE
+};
+
+#if LIGHT_COUNT
+
+// Density of light_sample() over solid angle for light `index`, met at `distance` with its normal
+// under `cos_theta` to the direction back to `origin`.
+float light_pdf(int index, vec3 origin, float distance, float cos_theta) {
+    Light light = light_load(index);
+    float pdf = 0.0;
+#if HAS_SPHERE_LIGHT
+    if (light.kind == LIGHT_SPHERE) pdf = sphere_light_pdf(light.position, light.radius, origin);
+#endif
+#if HAS_AREA_LIGHT
+    if (light.kind == LIGHT_RECTANGLE || light.kind == LIGHT_TRIANGLE) pdf = area_light_pdf(light.area, distance, cos_theta);
+#endif
+    return pdf * light.probability;
+}
+
+// The light whose slice of the cumulative distribution holds u.
+int light_choose(float u) {
+    int index = 0;
+    while (index < LIGHT_COUNT - 1 && u >= light_load(index).cumulative) index++;
+    return index;
+}
+
+// u.xy chooses the point on the light, u.z the light.
+LightSample light_sample(vec3 origin, vec3 u) {
+    Light light = light_load(light_choose(u.z));
+    LightSample s = LightSample(vec3(0.0, 0.0, 1.0), 0.0, light.radiance, 0.0, false, light.primitive);
+#if HAS_POINT_LIGHT
+    if (light.kind == LIGHT_POINT) {
+        vec3 to_light = light.position - origin;
+        s.distance = length(to_light);
+        s.wi = to_light / s.distance;
+        s.radiance /= square(s.distance);
+        s.pdf = 1.0;
+        s.delta = true;
+    }
+#endif
+#if HAS_SPHERE_LIGHT
+    if (light.kind == LIGHT_SPHERE) {
+        vec4 point = sphere_light_sample(light.position, light.radius, origin, u.xy);
+        s.wi = point.xyz;
+        s.distance = point.w;
+        s.pdf = sphere_light_pdf(light.position, light.radius, origin);
+    }
+#endif
+#if HAS_AREA_LIGHT
+    if (light.kind == LIGHT_RECTANGLE || light.kind == LIGHT_TRIANGLE) {
+        vec2 coordinates = light.kind == LIGHT_RECTANGLE ? u.xy : square_to_triangle(u.xy);
+        vec4 point = area_light_sample(light.position, light.edge_u, light.edge_v, origin, coordinates);
+        s.wi = point.xyz;
+        s.distance = point.w;
+        s.pdf = area_light_pdf(light.area, s.distance, -dot(s.wi, light.normal));
+    }
+#endif
+    s.pdf *= light.probability;
+    return s;
+}
+
+#endif

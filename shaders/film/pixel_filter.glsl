@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+// Filter importance sampling (Ernst et al. 2006): the place in the image plane is drawn with the
+// density of the filter, so every sample has the same weight and pixels stay independent.
+
+// Offset from the pixel centre in pixels.
+vec2 pixel_filter_sample(vec2 u) {
+#if PIXEL_FILTER == PIXEL_FILTER_BOX
+    return u - 0.5;
+#elif PIXEL_FILTER == PIXEL_FILTER_TENT
+    // Radius 1: the inverse of its cumulative distribution, on each side of the centre.
+    vec2 rising = sqrt(2.0 * u) - 1.0;
+    vec2 falling = 1.0 - sqrt(2.0 * (1.0 - u));
+    return mix(falling, rising, vec2(lessThan(u, vec2(0.5))));
+#else
+    // Standard deviation 0.5, not truncated (Box and Muller 1958).
+    float radius = 0.5 * sqrt(-2.0 * log(1.0 - u.x));
+    float phi = 2.0 * PI * u.y;
+    return radius * vec2(cos(phi), sin(phi));
+#endif
+}

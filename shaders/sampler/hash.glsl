@@ -1,0 +1,7 @@
+// SPDX-License-Identifier: MIT
+// Independent uniform numbers, straight from a hash: the alternative the texture is tested against.
+uniform uint u_seed;
+
+vec4 sampler_vec4(ivec2 pixel, uint index, int dimension) {
+    return hash_to_unit(hash_pcg4d(uvec4(uint(pixel.x) + (uint(pixel.y) << 16u), u_seed, uint(dimension), index)));
+}
