@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: MIT
+# Each target does its own set-up (scripts/setup) and costs nothing extra when that is done.
+BIN := .venv/bin
+ARGS :=
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test lint wheel clean
+.NOTPARALLEL:
+
+help: ## print this list
+	@sed -nE 's/^([a-z]+):.*## (.*)/make \1	\2/p' $(MAKEFILE_LIST) | expand -t 14
+
+demo: ## render three-spheres, compare it with Mitsuba, and open the viewer where there is a display
+	@scripts/setup gl llvm
+	@mkdir -p out
+	$(BIN)/fragtracer render three-spheres --spp 64 --size 480x270 -o out/three-spheres.png
+	$(BIN)/fragtracer compare three-spheres
+	@echo "The picture is in out/three-spheres.png"
+	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ] && $(BIN)/fragtracer view --help >/dev/null 2>&1; then $(BIN)/fragtracer view; fi
+
+test: ## run all tests; make test ARGS="-k film" runs some
+	@scripts/setup gl llvm xvfb xdotool glslang
+	$(BIN)/pytest -q $(ARGS)
+
+lint: ## check style and types
+	@scripts/setup
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+
+wheel: ## build dist/fragtracer-*.whl
+	@scripts/setup
+	$(BIN)/python -m build --wheel --no-isolation
+
+clean: ## remove everything that these targets made, .venv included
+	rm -rf .venv out dist build .pytest_cache .mypy_cache .ruff_cache
+	find src tests -name __pycache__ -prune -exec rm -rf {} +
