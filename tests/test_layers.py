@@ -1,0 +1,184 @@
+# SPDX-License-Identifier: MIT
+"""A file imports, or includes, only from layers below its own."""
+
+import ast
+import re
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+CHECKOUT = Path(__file__).parents[1]
+SOURCE = CHECKOUT / "src" / "fragtracer"
+SHADERS = CHECKOUT / "shaders"
+
+# Bottom first, with the layer's number in the design notes. A row may use the rows above it in this
+# table, and a package itself; modules of one row do not know each other.
+LAYERS = [
+    {"errors"},  # 0
+    {"resources", "materials", "output", "rgbe", "tone"},  # 0
+    {"image_formats"},  # 0
+    {"images"},  # 0
+    {"scene", "random_texture"},  # 1
+    {"shader_composer", "scene_tables"},  # 2
+    {"packing", "scene_document"},  # 2
+    {"scene_file"},  # 2
+    {"gpu"},  # 3
+    {"renderer", "reference"},  # 4
+    {"compare"},  # 4
+    {"doctor", "bench", "viewer"},  # 5
+    {"cli"},  # 5
+    {"__main__"},  # 5
+]
+# The public face imports lazily from anywhere, so nothing inside imports from it but the version.
+FACE = "__init__"
+ONLY_IN = {"moderngl": "gpu", "glcontext": "gpu", "mitsuba": "reference", "drjit": "reference"}
+
+SHADER_FOLDERS = ["core", "sampler", "bsdf", "shape", "emitter", "camera", "film", "integrator"]
+# Text that the composer makes in memory, for the top of the program alone.
+GENERATED, GENERATED_IN = "generated", "pathtracer.frag"
+
+RANK = {name: rank for rank, names in enumerate(LAYERS) for name in names}
+
+
+def python_violations(path: str, text: str) -> Iterator[str]:
+    """What is wrong with the imports of the module at ``path``, relative to ``src/fragtracer``."""
+    own = Path(path).parts[0].removesuffix(".py")
+    if own not in {*RANK, FACE}:
+        yield f"{path} has no layer yet: place {own!r} in LAYERS"
+        return
+    for line, target in _imports(ast.parse(text), Path(path).parent.parts):
+        where = f"{path}:{line} imports {target}"
+        root, *inner = target.split(".")
+        if own != ONLY_IN.get(root, own):
+            yield f"{where}, which belongs in {ONLY_IN[root]}/ alone"
+        if root != "fragtracer" or own == FACE or inner[:1] in ([own], ["__version__"]):
+            continue
+        if not inner or inner[0] not in RANK:
+            yield f"{where}, which is no module that has a layer"
+        elif RANK[inner[0]] >= RANK[own]:
+            yield f"{where}, which is not below {own}"
+        elif any(name.startswith("_") for name in inner):
+            yield f"{where}, which is private"
+
+
+def _imports(tree: ast.AST, package: tuple[str, ...]) -> Iterator[tuple[int, str]]:
+    """Line and full dotted name of all that is imported, at the top or inside a function."""
+    for node in ast.walk(tree):
+        match node:
+            case ast.Import():
+                yield from ((node.lineno, alias.name) for alias in node.names)
+            case ast.ImportFrom():
+                above = ["fragtracer", *package][: len(package) + 2 - node.level] if node.level else []
+                module = [node.module] if node.module else []
+                yield from ((node.lineno, ".".join([*above, *module, alias.name])) for alias in node.names)
+            case ast.Call(
+                func=ast.Name(id="import_module" | "__import__") | ast.Attribute(attr="import_module"),
+                args=[ast.Constant(value=str(target)), *_],
+            ):
+                yield node.lineno, target
+
+
+def shader_violations(path: str, text: str) -> Iterator[str]:
+    """What is wrong with the includes of the shader at ``path``, relative to ``shaders``."""
+    folder = Path(path).parent.as_posix()
+    if folder != "." and folder not in SHADER_FOLDERS:
+        yield f"{path} is in a folder without a place: add {folder!r} to SHADER_FOLDERS"
+        return
+    rank = SHADER_FOLDERS.index(folder) if folder != "." else len(SHADER_FOLDERS)
+    for line, target in _includes(text):
+        where = f"{path}:{line} includes {target}"
+        other = Path(target).parent.as_posix()
+        if other == GENERATED:
+            if path != GENERATED_IN:
+                yield f"{where}, which is for {GENERATED_IN} alone"
+        elif other not in SHADER_FOLDERS:
+            yield f"{where}, which is in no folder of SHADER_FOLDERS"
+        elif SHADER_FOLDERS.index(other) > rank:
+            yield f"{where}, which is not below {folder}"
+
+
+def _includes(text: str) -> Iterator[tuple[int, str]]:
+    for line, code in enumerate(text.splitlines(), start=1):
+        if found := re.match(r'\s*#\s*include\s*[<"](.+?)[>"]', code):
+            yield line, found[1]
+
+
+def _files(root: Path, *suffixes: str) -> list[str]:
+    found = sorted(p.relative_to(root).as_posix() for p in root.rglob("*") if p.suffix in suffixes)
+    assert found, f"nothing to check in {root}"
+    return found
+
+
+def test_python_imports_go_down() -> None:
+    wrong = [w for path in _files(SOURCE, ".py") for w in python_violations(path, (SOURCE / path).read_text())]
+    assert not wrong, "\n".join(wrong)
+
+
+def test_shader_includes_go_down() -> None:
+    files = _files(SHADERS, ".glsl", ".frag", ".vert")
+    wrong = [w for path in files for w in shader_violations(path, (SHADERS / path).read_text())]
+    assert not wrong, "\n".join(wrong)
+
+
+def test_program_lists_its_folders_from_the_bottom() -> None:
+    folders = [Path(target).parent.name for _, target in _includes((SHADERS / GENERATED_IN).read_text())]
+    ranks = [SHADER_FOLDERS.index(folder) for folder in folders if folder != GENERATED]
+    assert all(a <= b for a, b in pairwise(ranks)), folders
+
+
+@pytest.mark.parametrize(
+    ("path", "text"),
+    [
+        ("scene.py", "from fragtracer.renderer import render"),
+        ("scene.py", "def f():\n    from fragtracer.gpu import film"),
+        ("scene.py", "import fragtracer.gpu.film"),
+        ("scene.py", "from fragtracer import packing"),
+        ("scene.py", "from fragtracer import load"),
+        ("scene.py", "import fragtracer"),
+        ("scene.py", "from . import packing"),
+        ("scene.py", "from .packing import pack"),
+        ("gpu/film.py", "from ..renderer import render"),
+        ("gpu/film.py", "from fragtracer.scene import _CONFIG"),
+        ("packing.py", "from fragtracer import scene_file"),
+        ("reference/build.py", "from fragtracer.renderer import render"),
+        ("reference/build.py", "from fragtracer import unheard_of"),
+        ("renderer.py", "import moderngl"),
+        ("renderer.py", "import moderngl.error"),
+        ("compare/report.py", "from mitsuba import render"),
+        ("compare/report.py", "import importlib\nimportlib.import_module('mitsuba')"),
+        ("reference/build.py", "from fragtracer.unheard_of import x"),
+        ("unheard_of.py", ""),
+    ],
+)
+def test_wrong_import_is_found(path: str, text: str) -> None:
+    assert list(python_violations(path, text))
+
+
+@pytest.mark.parametrize(
+    ("path", "text"),
+    [
+        ("gpu/film.py", "import moderngl\nfrom fragtracer.gpu.program import _link\nfrom . import program"),
+        ("gpu/film.py", "from ..scene import Scene\nfrom fragtracer import scene, __version__"),
+        ("renderer.py", "from fragtracer import __version__"),
+        ("reference/build.py", "import drjit as dr, mitsuba as mi, numpy\nfrom fragtracer.scene import Scene"),
+        ("__init__.py", "from fragtracer.renderer import render"),
+    ],
+)
+def test_right_import_passes(path: str, text: str) -> None:
+    assert not list(python_violations(path, text))
+
+
+@pytest.mark.parametrize(
+    ("path", "text"),
+    [
+        ("bsdf/ggx.glsl", '#include "shape/ray.glsl"'),
+        ("core/math.glsl", '  # include "film/film.glsl"'),
+        ("shape/ray.glsl", '#include "generated/scene_layout.glsl"'),
+        ("shape/ray.glsl", '#include "volume/fog.glsl"'),
+        ("volume/fog.glsl", ""),
+    ],
+)
+def test_wrong_include_is_found(path: str, text: str) -> None:
+    assert list(shader_violations(path, text))
