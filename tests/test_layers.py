@@ -17,13 +17,10 @@ SHADERS = CHECKOUT / "shaders"
 # table, and a package itself; modules of one row do not know each other.
 LAYERS = [
     {"errors"},  # 0
-    {"resources", "materials", "output", "rgbe", "tone"},  # 0
-    {"image_formats"},  # 0
-    {"images"},  # 0
+    {"resources", "materials", "images"},  # 0
     {"scene", "random_texture"},  # 1
-    {"shader_composer", "scene_tables"},  # 2
-    {"packing", "scene_document"},  # 2
-    {"scene_file"},  # 2
+    {"shader_composer"},  # 2
+    {"packing", "scene_file"},  # 2
     {"gpu"},  # 3
     {"renderer", "reference"},  # 4
     {"compare"},  # 4
