@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: MIT
+"""One table of a scene file becomes one dataclass of the scene model, or sentences that say what is wrong with it."""
+
+import difflib
+import json
+import math
+import re
+import types
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import fields
+from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
+
+from pydantic import ValidationError
+from pydantic_core import ErrorDetails
+
+from fragtracer.scene import Reflectance, Strength, Vector
+
+T = TypeVar("T")
+_LARGEST = 3.4e38  # of a 32-bit float, which is what the shader computes with
+_KINDS = {
+    float: "a number",
+    int: "a whole number",
+    bool: "true or false",
+    str: "a text in quotes",
+    Vector: "three numbers [x, y, z]",
+    Reflectance: "a number or three numbers [r, g, b]",
+    Strength: "a number or three numbers [r, g, b]",
+    tuple[Vector, Vector, Vector]: "three points [[x, y, z], [x, y, z], [x, y, z]]",
+}
+_ITEMS = {
+    "three numbers [x, y, z]": "a number",
+    "a number or three numbers [r, g, b]": "a number",
+    "three points [[x, y, z], [x, y, z], [x, y, z]]": "three numbers [x, y, z]",
+}
+_BOUNDS = {"gt": "greater than", "ge": "at least", "lt": "less than", "le": "at most"}
+
+
+def build(cls: type[T], table: Any, path: str, mistakes: list[str]) -> T | None:
+    """Make a ``cls`` of the keys of ``table``.
+
+    Parameters
+    ----------
+    cls
+        A dataclass of :mod:`fragtracer.scene`.
+    table
+        What the file holds, a mapping if it is right.
+    path
+        Where it stands in the file, as "sphere[2]", for the messages; indices count from 0.
+    mistakes
+        Takes "path: sentence" for each mistake.
+
+    Returns
+    -------
+    object or None
+        None if there is a mistake.
+    """
+    if not isinstance(table, Mapping):
+        mistakes.append(f"{path}: must be a table, with a line for each of its keys, got {show(table)}")
+        return None
+    names = [field.name for field in fields(cls)]  # type: ignore[arg-type]
+    unknown = [f"{join(path, key)}: there is no such key; {suggest(key, names)}" for key in table if key not in names]
+    try:
+        made = cls(**{key: value for key, value in table.items() if key in names})
+    except ValidationError as error:
+        found = [_sentence(cls, table, path, detail) for detail in error.errors(include_url=False)]
+        mistakes += dict.fromkeys(unknown + found)
+        return None
+    mistakes += unknown
+    return None if unknown else made
+
+
+def suggest(name: str, allowed: Iterable[str]) -> str:
+    """Which of the names that are allowed may have been meant, and all of them, the likest first."""
+    likeness = {known: difflib.SequenceMatcher(None, name, known).ratio() for known in allowed}
+    ranked = sorted(likeness, key=likeness.__getitem__, reverse=True)
+    guess = (
+        f"did you mean {ranked[0]}? " if ranked and (likeness[ranked[0]] >= 0.6 or ranked[0].startswith(name)) else ""
+    )
+    return f"{guess}choose from {', '.join(ranked)}"
+
+
+def join(path: str, key: str) -> str:
+    """The path of ``key`` in the table at ``path``, quoted as TOML wants it."""
+    name = key if re.fullmatch(r"[\w-]+", key) else json.dumps(key, ensure_ascii=False)
+    return f"{path}.{name}" if path else name
+
+
+def show(value: Any) -> str:
+    """A value as the file writes it, cut to one short line."""
+    match value:
+        case Mapping():
+            return "a table"
+        case [Mapping(), *_]:
+            return "an array of tables"
+        case bool() | str():
+            text = json.dumps(value, ensure_ascii=False)
+        case int() if value.bit_length() > 128:
+            text = f"a number of {value.bit_length()} bits"
+        case list():
+            text = f"[{', '.join(show(item) for item in value[:5])}{', …' if len(value) > 5 else ''}]"
+        case _:
+            text = str(value)
+    return text if len(text) <= 60 else text[:59] + "…"
+
+
+def too_large(value: Any, path: str = "") -> Iterator[str]:
+    """A sentence for each number that the shader cannot hold."""
+    match value:
+        case Mapping():
+            for key, item in value.items():
+                yield from too_large(item, join(path, key))
+        case list():
+            for index, item in enumerate(value):
+                yield from too_large(item, f"{path}[{index}]")
+        case int() | float() if _LARGEST < abs(value) < math.inf:
+            yield f"{path}: must be a number between -{_LARGEST} and {_LARGEST}, got {show(value)}"
+
+
+def _sentence(cls: type, table: Mapping[str, Any], path: str, detail: ErrorDetails) -> str:
+    if not detail["loc"]:
+        return _whole_table(table, path, str(detail["ctx"]["error"]))
+    name = str(detail["loc"][0])
+    path, value, expected = join(path, name), table.get(name), _expected(cls, name)
+    if name not in table:
+        return f"{path}: is missing; give {expected}"
+    for index in map(int, detail["loc"][1:]):
+        if isinstance(value, list) and index < len(value):
+            path, value, expected = f"{path}[{index}]", value[index], _ITEMS[expected]
+    if detail["type"] == "finite_number":
+        expected = "a finite number"
+    for key, limit in detail.get("ctx", {}).items():
+        expected = f"{_BOUNDS[key]} {limit:.15g}" if key in _BOUNDS else expected
+    return f"{path}: must be {expected}, got {show(value)}"
+
+
+def _expected(cls: type, name: str) -> str:
+    annotation = {field.name: field.type for field in fields(cls)}[name]
+    if get_origin(annotation) in (Union, types.UnionType):
+        annotation = get_args(annotation)[0]
+    if get_origin(annotation) is Literal:
+        return f"one of {', '.join(map(show, get_args(annotation)))}"
+    if annotation not in _KINDS and get_origin(annotation) is Annotated:
+        annotation = get_args(annotation)[0]
+    return _KINDS[annotation]
+
+
+def _whole_table(table: Mapping[str, Any], path: str, text: str) -> str:
+    """Place a mistake that a dataclass found between its fields: at the field that it opens with, or at the table."""
+    name, _, rest = text.partition(" ")
+    if name in table and rest.startswith("must "):
+        head, semicolon, advice = rest.partition(";")
+        return f"{join(path, name)}: {head}, got {show(table[name])}{semicolon}{advice}"
+    if name in table and rest.startswith("'"):
+        return f"{join(path, name)}: {rest}"
+    given = [f"{key} = {show(value)}" for key, value in table.items() if re.search(rf"\b{re.escape(key)}\b", text)]
+    return f"{path}: {text}" + (f" ({', '.join(given)})" if given else "")
