@@ -41,21 +41,33 @@ void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     Film film = film_load(pixel);
     uint index = film_sample_index(film);
-    Path path = path_begin(pixel, index);
-    for (int remaining = u_rays; remaining > 0;) {
-#if PATH_REGENERATION
-        bool alive = path_extend(path);
-#else
-        while (path_extend(path)) {}
-        bool alive = false;
-#endif
-        if (!alive) {
-            film_add(film, path.radiance);
-            remaining--;
-            index++;
-            path = path_begin(pixel, index);
+    uint end = index + uint(u_rays);
+    float spare;
+    Path path = path_begin(pixel, sampler_vec4(pixel, index, dimension_camera(), spare));
+    // The loop tests at its end: a software renderer runs a body once more than a leading test lets pass.
+    do {
+        Vertex vertex = path_extend(path);
+#if !PATH_REGENERATION
+        while (vertex.scatters) {
+            vec4 u = sampler_vec4(pixel, index, dimension_vertex(path.vertex), spare);
+            path_gather_direct(path, vertex, pixel, index, u.zw);
+            path_scatter(path, vertex, u.xy, spare);
+            vertex = path_extend(path);
         }
-    }
+#endif
+        if (!vertex.scatters) {
+            film_add(film, path.radiance);
+            index++;
+        }
+        // One draw of random numbers serves the path that goes on and the one that begins.
+        vec4 u = sampler_vec4(pixel, index, vertex.scatters ? dimension_vertex(path.vertex) : dimension_camera(), spare);
+        if (vertex.scatters) {
+            path_gather_direct(path, vertex, pixel, index, u.zw);
+            path_scatter(path, vertex, u.xy, spare);
+        } else {
+            path = path_begin(pixel, u);
+        }
+    } while (index < end);
     out_mean = vec4(film.mean, film.count);
     out_variance = vec4(film.variance, film.non_finite);
 }

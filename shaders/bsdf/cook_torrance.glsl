@@ -66,13 +66,13 @@ vec3 bsdf_eval(Bsdf b, vec3 wo, vec3 wi) { return bsdf_eval_pdf(b, wo, wi).rgb; 
 
 float bsdf_pdf(Bsdf b, vec3 wo, vec3 wi) { return bsdf_eval_pdf(b, wo, wi).a; }
 
-// u.xy chooses the direction within a lobe, u.z the lobe.
-BsdfSample bsdf_sample(Bsdf b, vec3 wo, vec3 u) {
+// u chooses the lobe and the direction within it.
+BsdfSample bsdf_sample(Bsdf b, vec3 wo, vec2 u) {
     BsdfSample s = BsdfSample(vec3(0.0, 0.0, 1.0), vec3(0.0), 0.0, false);
     if (wo.z <= 0.0) return s;
     float specular_probability = bsdf_specular_probability(b, wo);
 #if HAS_SPECULAR
-    bool specular = u.z < specular_probability;
+    bool specular = choose_first(specular_probability, u.x);
 #if HAS_DELTA
     if (specular && bsdf_has_delta(b)) {
         vec3 wi = vec3(-wo.xy, wo.z);
@@ -82,10 +82,10 @@ BsdfSample bsdf_sample(Bsdf b, vec3 wo, vec3 u) {
 #endif
 #endif
 #if HAS_DIFFUSE
-    s.wi = square_to_cosine_hemisphere(u.xy);
+    s.wi = square_to_cosine_hemisphere(u);
 #endif
 #if HAS_GLOSSY
-    if (specular) s.wi = reflect(-wo, ggx_sample_vndf(b.alpha, wo, u.xy));
+    if (specular) s.wi = reflect(-wo, ggx_sample_vndf(b.alpha, wo, u));
 #endif
     vec4 eval_pdf = bsdf_eval_pdf(b, wo, s.wi);
     if (eval_pdf.a > 0.0) {

@@ -39,10 +39,9 @@ float ggx_g(float alpha, vec3 wo, vec3 wi) { return ggx_g1(alpha, wo.z) * ggx_g1
 // Sampling Visible GGX Normals with Spherical Caps, listing 3).
 vec3 ggx_sample_vndf(float alpha, vec3 wo, vec2 u) {
     vec3 stretched = normalize(vec3(wo.xy * alpha, wo.z));
-    float phi = 2.0 * PI * u.x;
     float z = (1.0 - u.y) * (1.0 + stretched.z) - stretched.z;
     float r = sqrt(clamp(1.0 - z * z, 0.0, 1.0));
-    vec3 cap = vec3(r * cos(phi), r * sin(phi), z) + stretched;
+    vec3 cap = vec3(r * cos_sin_turns(u.x), z) + stretched;
     return normalize(vec3(cap.xy * alpha, max(0.0, cap.z)));
 }
 

@@ -15,5 +15,5 @@ uvec4 hash_pcg4d(uvec4 v) {
     return v;
 }
 
-// The upper 24 bits as a uniform number in [0, 1): the largest result is 1 - 2^-24.
-vec4 hash_to_unit(uvec4 bits) { return vec4(ivec4(bits >> 8u)) * (1.0 / 16777216.0); }
+// The upper 23 bits as a uniform number in [0, 1): the largest result is 1 - 2^-23.
+vec4 hash_to_unit(uvec4 bits) { return uintBitsToFloat((bits >> 9u) | 0x3f800000u) - 1.0; }

@@ -12,6 +12,27 @@ float luminance(vec3 color) { return dot(color, vec3(0.2126, 0.7152, 0.0722)); }
 bool is_finite(float x) { return (floatBitsToUint(x) & 0x7f800000u) != 0x7f800000u; }
 bool is_finite(vec3 v) { return is_finite(v.x) && is_finite(v.y) && is_finite(v.z); }
 
+// (cos, sin) of an angle given in turns, 0 <= turns <= 1, to 3e-7: the minimax polynomial of
+// sin(2 pi x) on a quarter turn. Drivers differ in sin() and cos(), and some make them slow.
+vec2 cos_sin_turns(float turns) {
+    float x = abs(turns - 0.5) - 0.25;
+    float x2 = x * x;
+    float c = x * (6.2831852 + x2 * (-41.341655 + x2 * (81.601004 + x2 * (-76.549782 + x2 * 39.536702))));
+    float y = 0.25 - abs(x);
+    float y2 = y * y;
+    float s = y * (6.2831852 + y2 * (-41.341655 + y2 * (81.601004 + y2 * (-76.549782 + y2 * 39.536702))));
+    return vec2(c, turns < 0.5 ? s : -s);
+}
+
+// Chooses one of two alternatives, the first with the given probability, and stretches u so that it
+// is uniform in [0, 1) again: one number serves both (Shirley et al. 1996, section 3.3).
+bool choose_first(float probability, inout float u) {
+    bool first = u < probability;
+    u = first ? u / probability : (u - probability) / (1.0 - probability);
+    u = min(u, ONE_MINUS_EPSILON);
+    return first;
+}
+
 // Power heuristic with exponent 2 for one technique of `pdf` against another of `other`
 // (Veach 1997, Robust Monte Carlo Methods, section 9.2.4). Both already carry their sample counts.
 float power_heuristic(float pdf, float other) {

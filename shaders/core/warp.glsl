@@ -1,15 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Maps from the unit square to other domains, each with its density. u is uniform in [0, 1)^2.
 
-// Concentric map (Shirley and Chiu 1997, A Low Distortion Map Between Disk and Square).
-vec2 square_to_disk(vec2 u) {
-    vec2 p = 2.0 * u - 1.0;
-    if (p.x == 0.0 && p.y == 0.0) return vec2(0.0);
-    bool wide = abs(p.x) > abs(p.y);
-    float radius = wide ? p.x : p.y;
-    float phi = wide ? (PI / 4.0) * (p.y / p.x) : (PI / 2.0) - (PI / 4.0) * (p.x / p.y);
-    return radius * vec2(cos(phi), sin(phi));
-}
+// Polar: the radius is the root of u.y, the angle u.x turns.
+vec2 square_to_disk(vec2 u) { return sqrt(u.y) * cos_sin_turns(u.x); }
 float square_to_disk_pdf() { return INVERSE_PI; }
 
 // Malley's method: the disk projected up to the hemisphere (PBRT 4th ed., section A.5.3).
@@ -22,8 +15,7 @@ float square_to_cosine_hemisphere_pdf(vec3 v) { return max(0.0, v.z) * INVERSE_P
 vec3 square_to_uniform_sphere(vec2 u) {
     float z = 1.0 - 2.0 * u.y;
     float r = sqrt(max(0.0, 1.0 - z * z));
-    float phi = 2.0 * PI * u.x;
-    return vec3(r * cos(phi), r * sin(phi), z);
+    return vec3(r * cos_sin_turns(u.x), z);
 }
 float square_to_uniform_sphere_pdf() { return 0.25 * INVERSE_PI; }
 
@@ -32,8 +24,7 @@ float square_to_uniform_sphere_pdf() { return 0.25 * INVERSE_PI; }
 vec3 square_to_uniform_cone(vec2 u, float one_minus_cos_max) {
     float one_minus_cos = u.y * one_minus_cos_max;
     float r = sqrt(max(0.0, one_minus_cos * (2.0 - one_minus_cos)));
-    float phi = 2.0 * PI * u.x;
-    return vec3(r * cos(phi), r * sin(phi), 1.0 - one_minus_cos);
+    return vec3(r * cos_sin_turns(u.x), 1.0 - one_minus_cos);
 }
 float square_to_uniform_cone_pdf(float one_minus_cos_max) { return 0.5 * INVERSE_PI / one_minus_cos_max; }
 

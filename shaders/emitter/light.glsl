@@ -15,7 +15,7 @@ struct LightSample {
 // Density of light_sample() over solid angle for light `index`, met at `distance` with its normal
 // under `cos_theta` to the direction back to `origin`.
 float light_pdf(int index, vec3 origin, float distance, float cos_theta) {
-    Light light = light_load(index);
+    Light light = light_select(index);
     float pdf = 0.0;
 #if HAS_SPHERE_LIGHT
     if (light.kind == LIGHT_SPHERE) pdf = sphere_light_pdf(light.position, light.radius, origin);
@@ -26,16 +26,20 @@ float light_pdf(int index, vec3 origin, float distance, float cos_theta) {
     return pdf * light.probability;
 }
 
-// The light whose slice of the cumulative distribution holds u.
-int light_choose(float u) {
+// The light whose slice of the cumulative distribution holds u; stretches u over that slice.
+Light light_choose(inout float u) {
     int index = 0;
-    while (index < LIGHT_COUNT - 1 && u >= light_load(index).cumulative) index++;
-    return index;
+    for (int i = 0; i < LIGHT_COUNT - 1; i++) index += int(u >= light_load(i).cumulative);
+    Light light = light_select(index);
+#if LIGHT_COUNT > 1
+    u = clamp((u - light.cumulative) / light.probability + 1.0, 0.0, ONE_MINUS_EPSILON);
+#endif
+    return light;
 }
 
-// u.xy chooses the point on the light, u.z the light.
-LightSample light_sample(vec3 origin, vec3 u) {
-    Light light = light_load(light_choose(u.z));
+// u chooses the light and the point on it.
+LightSample light_sample(vec3 origin, vec2 u) {
+    Light light = light_choose(u.x);
     LightSample s = LightSample(vec3(0.0, 0.0, 1.0), 0.0, light.radiance, 0.0, false, light.primitive);
 #if HAS_POINT_LIGHT
     if (light.kind == LIGHT_POINT) {
@@ -49,7 +53,7 @@ LightSample light_sample(vec3 origin, vec3 u) {
 #endif
 #if HAS_SPHERE_LIGHT
     if (light.kind == LIGHT_SPHERE) {
-        vec4 point = sphere_light_sample(light.position, light.radius, origin, u.xy);
+        vec4 point = sphere_light_sample(light.position, light.radius, origin, u);
         s.wi = point.xyz;
         s.distance = point.w;
         s.pdf = sphere_light_pdf(light.position, light.radius, origin);
@@ -57,7 +61,7 @@ LightSample light_sample(vec3 origin, vec3 u) {
 #endif
 #if HAS_AREA_LIGHT
     if (light.kind == LIGHT_RECTANGLE || light.kind == LIGHT_TRIANGLE) {
-        vec2 coordinates = light.kind == LIGHT_RECTANGLE ? u.xy : square_to_triangle(u.xy);
+        vec2 coordinates = light.kind == LIGHT_RECTANGLE ? u : square_to_triangle(u);
         vec4 point = area_light_sample(light.position, light.edge_u, light.edge_v, origin, coordinates);
         s.wi = point.xyz;
         s.distance = point.w;

@@ -13,8 +13,6 @@ vec2 pixel_filter_sample(vec2 u) {
     return mix(falling, rising, vec2(lessThan(u, vec2(0.5))));
 #else
     // Standard deviation 0.5, not truncated (Box and Muller 1958).
-    float radius = 0.5 * sqrt(-2.0 * log(1.0 - u.x));
-    float phi = 2.0 * PI * u.y;
-    return radius * vec2(cos(phi), sin(phi));
+    return 0.5 * sqrt(-2.0 * log(1.0 - u.x)) * cos_sin_turns(u.y);
 #endif
 }

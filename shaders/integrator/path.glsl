@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Unidirectional path tracing with next-event estimation and multiple importance sampling (Veach
-// 1997, chapters 9 and 10), one vertex a call, so that a pixel whose path has ended can begin its
-// next one at once.
+// 1997, chapters 9 and 10), one vertex at a time, so that a pixel whose path has ended can begin its
+// next one at once (Novák et al. 2010, Path Regeneration for Interactive Path Tracing).
 //
 // bounces counts scattering events: 0 is emission seen directly, 1 adds direct light.
 uniform int u_bounces;
@@ -17,19 +17,22 @@ struct Path {
     int vertex;       // scattering events so far
     float pdf;        // 1/sr, of the ray's direction by BSDF sampling
     bool unweighted;  // the ray could only have come this way: from the camera or a delta lobe
-    ivec2 pixel;
-    uint index;       // of this sample within the pixel
+    float roulette;   // uniform number that decides whether the path survives its next vertex
 };
 
-Path path_begin(ivec2 pixel, uint index) {
-    vec4 u = sampler_vec4(pixel, index, dimension_camera());
+// A point where a path scatters.
+struct Vertex {
+    bool scatters;  // false: the path ended here, and the rest is void
+    vec3 origin;    // of the rays that leave
+    Frame frame;    // on the side the path came from
+    vec3 wo;        // local
+    Bsdf bsdf;
+};
+
+Path path_begin(ivec2 pixel, vec4 u) {
     vec2 position = vec2(pixel) + 0.5 + pixel_filter_sample(u.xy);
     Ray ray = camera_ray(2.0 * position * u_inverse_image_size - 1.0, u.zw);
-    return Path(ray, vec3(1.0), vec3(0.0), 0, 0.0, true, pixel, index);
-}
-
-bool is_occluded(vec3 origin, vec3 wi, float distance, int light_primitive) {
-    return scene_intersect(Ray(origin, wi), distance, light_primitive).primitive != NO_PRIMITIVE;
+    return Path(ray, vec3(1.0), vec3(0.0), 0, 0.0, true, 0.0);
 }
 
 // MIS weight of emission met by BSDF sampling, against light sampling of density light_pdf.
@@ -43,92 +46,107 @@ float path_emission_weight(Path path, float light_pdf) {
 #endif
 }
 
-#if LIGHT_COUNT
-// Radiance towards wo by sampling the lights, averaged over u_light_samples.
-vec3 path_direct_light(Path path, Bsdf bsdf, Frame frame, vec3 origin, vec3 wo) {
-    vec3 sum = vec3(0.0);
-    for (int i = 0; i < u_light_samples; i++) {
-        uint index = path.index * uint(u_light_samples) + uint(i);
-        vec4 u = sampler_vec4(path.pixel, index, dimension_light(path.vertex));
-        LightSample light = light_sample(origin, u.xyz);
-        vec4 eval_pdf = bsdf_eval_pdf(bsdf, wo, frame_to_local(frame, light.wi));
-        if (light.pdf > 0.0 && max_component(eval_pdf.rgb) > 0.0 &&
-            !is_occluded(origin, light.wi, light.distance, light.primitive)) {
-#if ESTIMATOR == ESTIMATOR_MIS
-            float weight = light.delta ? 1.0 : power_heuristic(float(u_light_samples) * light.pdf, eval_pdf.a);
-#elif ESTIMATOR == ESTIMATOR_NEE
-            float weight = 1.0;
-#else
-            float weight = float(light.delta);
-#endif
-            sum += eval_pdf.rgb * light.radiance * (weight / light.pdf);
-        }
-    }
-    return sum / float(u_light_samples);
-}
-#endif
-
-#if HAS_AMBIENT && ESTIMATOR == ESTIMATOR_NEE
-// The ambient light by sampling it alone. The other estimators leave it to BSDF sampling, which is
-// proportional to the integrand where it matters; its light pdf is therefore 0 there.
-vec3 path_direct_ambient(Path path, Bsdf bsdf, Frame frame, vec3 origin, vec3 wo) {
-    vec3 wi = square_to_cosine_hemisphere(sampler_vec4(path.pixel, path.index, dimension_ambient(path.vertex)).xy);
-    bool occluded = is_occluded(origin, frame_to_world(frame, wi), INFINITE_DISTANCE, NO_PRIMITIVE);
-    if (occluded || wi.z <= 0.0) return vec3(0.0);
-    return bsdf_eval(bsdf, wo, wi) * u_ambient_radiance / square_to_cosine_hemisphere_pdf(wi);
-}
-#endif
-
-// Follows the ray to its next vertex, gathers the light there and scatters. False: the path ended.
-bool path_extend(inout Path path) {
+// Follows the ray to its next vertex and adds the emission found there.
+Vertex path_extend(inout Path path) {
+    Vertex vertex;
+    vertex.scatters = false;
     Hit hit = scene_intersect(path.ray, INFINITE_DISTANCE, NO_PRIMITIVE);
     if (hit.primitive == NO_PRIMITIVE) {
 #if HAS_AMBIENT
         path.radiance += path.throughput * u_ambient_radiance * path_emission_weight(path, 0.0);
 #endif
-        return false;
+        return vertex;
     }
     Surface surface = surface_at(path.ray, hit);
-    Material material = material_load(surface.material);
+    Material material = material_select(surface.material);
     float cos_theta = -dot(surface.normal, path.ray.direction);
 
-    // Emission, from the front only.
 #if LIGHT_COUNT
+    // Surfaces emit from their front only.
     if (surface.light >= 0 && cos_theta > 0.0) {
         float pdf = light_pdf(surface.light, path.ray.origin, hit.distance, cos_theta);
         path.radiance += path.throughput * material.emission * path_emission_weight(path, pdf);
     }
 #endif
-    if (path.vertex >= u_bounces) return false;
-
-    // The shading frame, on the side the ray came from.
-    vec3 normal = cos_theta < 0.0 ? -surface.normal : surface.normal;
-    Frame frame = frame_from_normal(normal);
-    vec3 wo = frame_to_local(frame, -path.ray.direction);
-    vec3 origin = ray_offset_origin(surface.position, normal, surface.extent);
-    Bsdf bsdf = Bsdf(material.diffuse, material.alpha, material.f0, material.f90);
-
-    // Direct light by next-event estimation.
-#if LIGHT_COUNT
-    path.radiance += path.throughput * path_direct_light(path, bsdf, frame, origin, wo);
-#endif
-#if HAS_AMBIENT && ESTIMATOR == ESTIMATOR_NEE
-    path.radiance += path.throughput * path_direct_ambient(path, bsdf, frame, origin, wo);
-#endif
-
-    // The next direction.
-    vec4 u = sampler_vec4(path.pixel, path.index, dimension_bsdf(path.vertex));
-    BsdfSample scattered = bsdf_sample(bsdf, wo, u.xyz);
-    if (scattered.pdf <= 0.0) return false;
-    path.throughput *= scattered.weight;
-    path.vertex++;
-    path.pdf = scattered.pdf;
-    path.unweighted = scattered.delta;
-    path.ray = Ray(origin, frame_to_world(frame, scattered.wi));
+    if (path.vertex >= u_bounces) return vertex;
 
     // Russian roulette by the throughput (Arvo and Kirk 1990, Particle Transport and Image Synthesis).
     float survival = path.vertex < u_russian_roulette_vertex ? 1.0 : min(0.95, max_component(path.throughput));
-    if (u.w >= survival) return false;
+    if (path.roulette >= survival) return vertex;
     path.throughput /= survival;
-    return true;
+
+    vec3 normal = cos_theta < 0.0 ? -surface.normal : surface.normal;
+    vertex.scatters = true;
+    vertex.origin = ray_offset_origin(surface.position, normal, surface.extent);
+    vertex.frame = frame_from_normal(normal);
+    vertex.wo = frame_to_local(vertex.frame, -path.ray.direction);
+    vertex.bsdf = Bsdf(material.diffuse, material.alpha, material.f0, material.f90);
+    return vertex;
+}
+
+bool is_occluded(vec3 origin, vec3 wi, float distance, int light_primitive) {
+    return scene_intersect(Ray(origin, wi), distance, light_primitive).primitive != NO_PRIMITIVE;
+}
+
+#if LIGHT_COUNT
+// Radiance scattered towards wo from one sample of the lights, of u_light_samples.
+vec3 path_light_sample(Vertex vertex, vec2 u) {
+    LightSample light = light_sample(vertex.origin, u);
+    vec4 eval_pdf = bsdf_eval_pdf(vertex.bsdf, vertex.wo, frame_to_local(vertex.frame, light.wi));
+    if (light.pdf <= 0.0 || max_component(eval_pdf.rgb) <= 0.0) return vec3(0.0);
+    if (is_occluded(vertex.origin, light.wi, light.distance, light.primitive)) return vec3(0.0);
+#if ESTIMATOR == ESTIMATOR_MIS
+    float weight = light.delta ? 1.0 : power_heuristic(float(u_light_samples) * light.pdf, eval_pdf.a);
+#elif ESTIMATOR == ESTIMATOR_NEE
+    float weight = 1.0;
+#else
+    float weight = float(light.delta);
+#endif
+    return eval_pdf.rgb * light.radiance * (weight / light.pdf);
+}
+#endif
+
+#if HAS_AMBIENT && ESTIMATOR == ESTIMATOR_NEE
+// The ambient light by sampling it alone. The other estimators leave it to BSDF sampling, which is
+// proportional to the integrand where nothing occludes; its light pdf is therefore 0 there.
+vec3 path_ambient_sample(Vertex vertex, vec2 u) {
+    vec3 wi = square_to_cosine_hemisphere(u);
+    bool occluded = is_occluded(vertex.origin, frame_to_world(vertex.frame, wi), INFINITE_DISTANCE, NO_PRIMITIVE);
+    if (occluded || wi.z <= 0.0) return vec3(0.0);
+    return bsdf_eval(vertex.bsdf, vertex.wo, wi) * u_ambient_radiance / square_to_cosine_hemisphere_pdf(wi);
+}
+#endif
+
+// Adds the direct light at a vertex by next-event estimation; u serves if one sample is all.
+void path_gather_direct(inout Path path, Vertex vertex, ivec2 pixel, uint index, vec2 u) {
+    vec3 direct = vec3(0.0);
+    float spare;
+#if LIGHT_COUNT
+    int i = 0;
+    do {
+        if (u_light_samples > 1) {
+            uint light_index = index * uint(u_light_samples) + uint(i);
+            u = sampler_vec4(pixel, light_index, dimension_light(path.vertex), spare).xy;
+        }
+        direct += path_light_sample(vertex, u);
+        i++;
+    } while (i < u_light_samples);
+    direct /= float(u_light_samples);
+#endif
+#if HAS_AMBIENT && ESTIMATOR == ESTIMATOR_NEE
+    direct += path_ambient_sample(vertex, sampler_vec4(pixel, index, dimension_ambient(path.vertex), spare).xy);
+#endif
+    path.radiance += path.throughput * direct;
+}
+
+// Goes on in a direction drawn from the BSDF. Where there is none, the throughput becomes zero.
+// `roulette` is a uniform number for the next vertex.
+void path_scatter(inout Path path, Vertex vertex, vec2 u, float roulette) {
+    BsdfSample scattered = bsdf_sample(vertex.bsdf, vertex.wo, u);
+    path.throughput *= scattered.weight;
+    path.vertex = scattered.pdf > 0.0 ? path.vertex + 1 : u_bounces;
+    path.pdf = scattered.pdf;
+    path.unweighted = scattered.delta;
+    path.roulette = roulette;
+    path.ray = Ray(vertex.origin, frame_to_world(vertex.frame, scattered.wi));
 }

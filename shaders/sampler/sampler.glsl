@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: MIT
-// Four uniform numbers in [0, 1) for one pixel, sample index and dimension. A dimension is one use
-// of randomness along a path (the lens, the light of vertex 3, ...), four numbers wide.
+// Four uniform numbers in [0, 1) for one pixel, sample index and dimension, and a fifth, `spare`,
+// that is merely random. A dimension is one use of randomness along a path, four numbers wide.
 
 // What the paths of this program use dimensions for; `vertex` counts from 0.
-int dimension_camera() { return 0; }
-int dimension_light(int vertex) { return 1 + 2 * vertex; }
-int dimension_bsdf(int vertex) { return 2 + 2 * vertex; }
-int dimension_ambient(int vertex) { return 1024 + vertex; }
+int dimension_camera() { return 0; }                            // xy: place in the pixel, zw: lens
+int dimension_vertex(int vertex) { return 1 + vertex; }         // xy: BSDF, zw: light
+int dimension_light(int vertex) { return 0x10000 + vertex; }    // where a vertex takes several samples
+int dimension_ambient(int vertex) { return 0x20000 + vertex; }
+
+// The lower 9 bits of two words, which the four numbers leave unused.
+float sampler_spare(uvec4 bits) {
+    return float(int((bits.z & 0x1ffu) | ((bits.w & 0x1ffu) << 9u))) * (1.0 / 262144.0);
+}
 
 #if SAMPLER == SAMPLER_TEXTURE
 #include "sampler/texture.glsl"

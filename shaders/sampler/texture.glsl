@@ -9,15 +9,19 @@
 uniform highp sampler3D u_random_texture;
 uniform uint u_seed;
 
-const int RANDOM_TEXTURE_POINTS = RANDOM_TEXTURE_WIDTH * RANDOM_TEXTURE_WIDTH;
+// Powers of two, and unsigned, so that division and remainder are shifts and masks.
+const uint RANDOM_WIDTH = uint(RANDOM_TEXTURE_WIDTH);
+const uint RANDOM_LAYERS = uint(RANDOM_TEXTURE_LAYERS);
+const uint RANDOM_POINTS = RANDOM_WIDTH * RANDOM_WIDTH;
 
-vec4 sampler_vec4(ivec2 pixel, uint index, int dimension) {
-    uint block = index / uint(RANDOM_TEXTURE_POINTS);
+vec4 sampler_vec4(ivec2 pixel, uint index, int dimension, out float spare) {
+    uint block = index / RANDOM_POINTS;
     uvec4 bits = hash_pcg4d(uvec4(uint(pixel.x) + (uint(pixel.y) << 16u), u_seed, uint(dimension), block));
-    // The shift takes the upper 24 bits of each word, the index the lower 8 of two: independent.
-    uint shuffle = (bits.x & 0xffu) | ((bits.y & 0xffu) << 8u);
-    int point = int((index ^ shuffle) & uint(RANDOM_TEXTURE_POINTS - 1));
-    ivec3 texel = ivec3(point % RANDOM_TEXTURE_WIDTH, point / RANDOM_TEXTURE_WIDTH, dimension % RANDOM_TEXTURE_LAYERS);
-    ivec4 digits = ivec4(texelFetch(u_random_texture, texel, 0)) ^ ivec4(bits >> 8u);
-    return vec4(digits) * (1.0 / 16777216.0);
+    spare = sampler_spare(bits);
+    // The shift takes the upper 23 bits of each word, the index the lower 8 of two: independent.
+    uint point = (index ^ bits.x ^ (bits.y << 8u)) % RANDOM_POINTS;
+    ivec3 texel = ivec3(point % RANDOM_WIDTH, point / RANDOM_WIDTH, uint(dimension) % RANDOM_LAYERS);
+    // The texture holds 1 + u, so the 23 bits of the mantissa are the digits of u.
+    uvec4 digits = floatBitsToUint(texelFetch(u_random_texture, texel, 0));
+    return uintBitsToFloat(digits ^ (bits >> 9u)) - 1.0;
 }

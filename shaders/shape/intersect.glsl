@@ -14,33 +14,18 @@ void hit_update(inout Hit hit, float distance, int primitive, int skipped) {
     if (distance < hit.distance && primitive != skipped) hit = Hit(distance, primitive);
 }
 
+#define INTERSECT_SPHERE(i) { Sphere s = sphere_load(i); hit_update(hit, sphere_intersect(s.center, s.radius, ray), FIRST_SPHERE + i, skipped); }
+#define INTERSECT_PLANE(i) { Plane p = plane_load(i); hit_update(hit, plane_intersect(p.normal, p.offset, ray), FIRST_PLANE + i, skipped); }
+#define INTERSECT_RECTANGLE(i) { Rectangle r = rectangle_load(i); hit_update(hit, rectangle_intersect(r.plane, r.u_row, r.v_row, ray), FIRST_RECTANGLE + i, skipped); }
+#define INTERSECT_TRIANGLE(i) { Triangle t = triangle_load(i); hit_update(hit, triangle_intersect(t.plane, t.u_row, t.v_row, ray), FIRST_TRIANGLE + i, skipped); }
+
 // The closest hit nearer than max_distance, its primitive NO_PRIMITIVE where there is none. The
 // primitive `skipped` is passed over: a light does not occlude itself.
 Hit scene_intersect(Ray ray, float max_distance, int skipped) {
     Hit hit = Hit(max_distance, NO_PRIMITIVE);
-#if SPHERE_COUNT
-    for (int i = 0; i < SPHERE_COUNT; i++) {
-        Sphere s = sphere_load(i);
-        hit_update(hit, sphere_intersect(s.center, s.radius, ray), FIRST_SPHERE + i, skipped);
-    }
-#endif
-#if PLANE_COUNT
-    for (int i = 0; i < PLANE_COUNT; i++) {
-        Plane p = plane_load(i);
-        hit_update(hit, plane_intersect(p.normal, p.offset, ray), FIRST_PLANE + i, skipped);
-    }
-#endif
-#if RECTANGLE_COUNT
-    for (int i = 0; i < RECTANGLE_COUNT; i++) {
-        Rectangle r = rectangle_load(i);
-        hit_update(hit, rectangle_intersect(r.plane, r.u_row, r.v_row, ray), FIRST_RECTANGLE + i, skipped);
-    }
-#endif
-#if TRIANGLE_COUNT
-    for (int i = 0; i < TRIANGLE_COUNT; i++) {
-        Triangle t = triangle_load(i);
-        hit_update(hit, triangle_intersect(t.plane, t.u_row, t.v_row, ray), FIRST_TRIANGLE + i, skipped);
-    }
-#endif
+    FOR_EACH_SPHERE(INTERSECT_SPHERE)
+    FOR_EACH_PLANE(INTERSECT_PLANE)
+    FOR_EACH_RECTANGLE(INTERSECT_RECTANGLE)
+    FOR_EACH_TRIANGLE(INTERSECT_TRIANGLE)
     return hit;
 }

@@ -21,7 +21,7 @@ Surface surface_at(Ray ray, Hit hit) {
     Surface surface = Surface(ray.origin + hit.distance * ray.direction, vec3(0.0), 0.0, 0, -1);
 #if SPHERE_COUNT
     if (hit.primitive < FIRST_PLANE) {
-        Sphere s = sphere_load(hit.primitive - FIRST_SPHERE);
+        Sphere s = sphere_select(hit.primitive - FIRST_SPHERE);
         surface.normal = normalize(surface.position - s.center);
         surface.position = s.center + s.radius * surface.normal;
         surface.extent = max_component(abs(s.center)) + s.radius;
@@ -31,19 +31,19 @@ Surface surface_at(Ray ray, Hit hit) {
 #endif
 #if PLANE_COUNT
     if (hit.primitive >= FIRST_PLANE && hit.primitive < FIRST_RECTANGLE) {
-        Plane p = plane_load(hit.primitive - FIRST_PLANE);
+        Plane p = plane_select(hit.primitive - FIRST_PLANE);
         surface_set_flat(surface, vec4(p.normal, p.offset), p.material, -1);
     }
 #endif
 #if RECTANGLE_COUNT
     if (hit.primitive >= FIRST_RECTANGLE && hit.primitive < FIRST_TRIANGLE) {
-        Rectangle r = rectangle_load(hit.primitive - FIRST_RECTANGLE);
+        Rectangle r = rectangle_select(hit.primitive - FIRST_RECTANGLE);
         surface_set_flat(surface, r.plane, r.material, r.light);
     }
 #endif
 #if TRIANGLE_COUNT
     if (hit.primitive >= FIRST_TRIANGLE) {
-        Triangle t = triangle_load(hit.primitive - FIRST_TRIANGLE);
+        Triangle t = triangle_select(hit.primitive - FIRST_TRIANGLE);
         surface_set_flat(surface, t.plane, t.material, t.light);
     }
 #endif

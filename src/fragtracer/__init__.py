@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: MIT
+"""A path tracer in one GLSL fragment shader, proved against Mitsuba."""
+
+from importlib import import_module
+from importlib.metadata import version
+from typing import Any
+
+__version__ = version("fragtracer")
+
+# What the package offers and where it lives: imported when first used, so that a command pays only
+# for what it needs.
+_PUBLIC = {
+    "Camera": "scene",
+    "Material": "scene",
+    "Sphere": "scene",
+    "Plane": "scene",
+    "Rectangle": "scene",
+    "Triangle": "scene",
+    "Light": "scene",
+    "Ambient": "scene",
+    "RenderSettings": "scene",
+    "Scene": "scene",
+    "load": "scene_file",
+    "save": "scene_file",
+    "Renderer": "renderer",
+    "render": "renderer",
+    "read_image": "images",
+    "write_image": "images",
+    "FragtracerError": "errors",
+}
+__all__ = sorted(_PUBLIC)  # noqa: PLE0605 - the names are resolved by __getattr__
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _PUBLIC:
+        raise AttributeError(f"module 'fragtracer' has no attribute {name!r}")
+    return getattr(import_module(f"fragtracer.{_PUBLIC[name]}"), name)

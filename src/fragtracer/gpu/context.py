@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: MIT
+"""OpenGL contexts without a window, and what they can do."""
+
+import sys
+
+import moderngl
+
+from fragtracer.errors import DeviceError
+
+_VERSION = 330
+_MEND = {
+    "linux": "install the Mesa libraries: 'apt install libegl1 libgl1 libgl1-mesa-dri' (Debian, Ubuntu) or "
+    "'dnf install mesa-libEGL mesa-libGL mesa-dri-drivers' (Fedora)",
+    "darwin": "macOS has OpenGL built in; run from a session that is logged in to the desktop",
+}
+
+
+def create_context() -> moderngl.Context:
+    """A headless OpenGL 3.3 core context: a GPU's where there is one, else Mesa's software renderer.
+
+    Raises
+    ------
+    DeviceError
+        If none can be made; the message says what to install.
+    """
+    reasons = []
+    for options in _attempts():
+        try:
+            return moderngl.create_context(require=_VERSION, standalone=True, **options)
+        except Exception as error:  # glcontext raises bare Exception for every way it can fail
+            reasons.append(str(error))
+    mend = _MEND.get(sys.platform, "install or update the graphics driver")
+    raise DeviceError(f"no OpenGL 3.3 context could be made ({'; '.join(dict.fromkeys(reasons))}); {mend}")
+
+
+def _attempts() -> list[dict[str, str]]:
+    if sys.platform != "linux":
+        return [{}]
+    return [{"backend": "egl", "libgl": "libGL.so.1", "libegl": "libEGL.so.1"}, {"backend": "egl"}, {}]
+
+
+def describe(ctx: moderngl.Context) -> dict[str, str]:
+    """Vendor, renderer, version and the limits that matter here, as text by name."""
+    info = ctx.info
+    return {
+        "GL vendor": info["GL_VENDOR"],
+        "GL renderer": info["GL_RENDERER"],
+        "GL version": info["GL_VERSION"],
+        "largest image": f"{max_size(ctx)} pixels a side",
+        "uniform block": f"{info['GL_MAX_UNIFORM_BLOCK_SIZE'] // 1024} KiB",
+        "texture units": str(info["GL_MAX_TEXTURE_IMAGE_UNITS"]),
+        "software": "yes" if is_software(ctx) else "no",
+    }
+
+
+def max_size(ctx: moderngl.Context) -> int:
+    """The longest side of an image that can be rendered, in pixels."""
+    return int(min(ctx.info["GL_MAX_TEXTURE_SIZE"], *ctx.info["GL_MAX_VIEWPORT_DIMS"]))
+
+
+def is_software(ctx: moderngl.Context) -> bool:
+    """Whether the CPU does the rendering."""
+    renderer = ctx.info["GL_RENDERER"].lower()
+    return any(name in renderer for name in ("llvmpipe", "softpipe", "swrast", "software"))

@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: MIT
+"""The accumulation textures: running mean, variance and counts of every pixel (film/film.glsl)."""
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from fragtracer.errors import DeviceError
+from fragtracer.gpu.context import max_size
+
+
+class Film:
+    """Two sets of float textures that take turns: a pass reads the front and draws the back.
+
+    ``width`` and ``height`` are in pixels. Raises :class:`DeviceError` if the GPU cannot hold them.
+    """
+
+    def __init__(self, ctx: moderngl.Context, width: int, height: int) -> None:
+        if max(width, height) > max_size(ctx):
+            raise DeviceError(f"this GPU renders at most {max_size(ctx)} pixels a side, not {width}x{height}")
+        self.size = (width, height)
+        try:
+            self._sets = [[ctx.texture(self.size, 4, dtype="f4") for _ in range(2)] for _ in range(2)]
+            self._framebuffers = [ctx.framebuffer(textures) for textures in self._sets]
+        except moderngl.Error as error:
+            raise DeviceError(f"the GPU has no memory for an image of {width}x{height}: {error}") from None
+        for texture in (t for textures in self._sets for t in textures):
+            texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget all samples."""
+        for framebuffer in self._framebuffers:
+            framebuffer.clear()
+        self._front = 0
+
+    def bind(self, first_unit: int) -> None:
+        """Read from the front set at texture units ``first_unit`` and the next, draw to the back."""
+        for unit, texture in enumerate(self._sets[self._front], first_unit):
+            texture.use(unit)
+        self._framebuffers[1 - self._front].use()
+
+    def restrict(self, bottom: int, rows: int) -> None:
+        """Limit drawing to ``rows`` rows of pixels from ``bottom`` (0 is the lowest) upwards."""
+        self._framebuffers[1 - self._front].scissor = (0, bottom, self.size[0], rows)
+
+    def swap(self) -> None:
+        """Make what was drawn the front, after every pixel of it has been drawn."""
+        self._front = 1 - self._front
+
+    def read(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """The front set, (height, width, 4) each, row 0 at the top: mean and number of samples;
+        variance and number of samples that were not finite."""
+        width, height = self.size
+        mean, variance = (
+            np.frombuffer(t.read(), np.float32).reshape(height, width, 4)[::-1] for t in self._sets[self._front]
+        )
+        return mean, variance
+
+    def release(self) -> None:
+        for framebuffer in self._framebuffers:
+            framebuffer.release()
+        for texture in (t for textures in self._sets for t in textures):
+            texture.release()

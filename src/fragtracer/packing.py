@@ -1,0 +1,371 @@
+# SPDX-License-Identifier: MIT
+"""Scene -> float32 texels, feature defines and uniforms for the shader.
+
+The layout of every record is written once, in :data:`RECORDS`; the GLSL structs and the functions
+that read them are generated from it (``generated/scene_layout.glsl``). Positions are packed
+relative to the middle of the scene, so that a scene far from the origin keeps its precision.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pyglm import glm
+
+from fragtracer.random_texture import LAYERS, WIDTH
+from fragtracer.scene import Light, Material, Rectangle, RenderSettings, Scene, Sphere, Triangle
+from fragtracer.shader_composer import CONSTANTS
+
+Record = tuple[tuple[str, str], ...]
+Floats = NDArray[np.float64]
+
+# Fields fill texels of four floats in this order and never straddle two of them.
+RECORDS: dict[str, Record] = {
+    "Sphere": (("center", "vec3"), ("radius", "float"), ("material", "int"), ("light", "int")),
+    "Plane": (("normal", "vec3"), ("offset", "float"), ("material", "int")),
+    "Rectangle": (("plane", "vec4"), ("u_row", "vec4"), ("v_row", "vec4"), ("material", "int"), ("light", "int")),
+    "Triangle": (("plane", "vec4"), ("u_row", "vec4"), ("v_row", "vec4"), ("material", "int"), ("light", "int")),
+    "Material": (("diffuse", "vec3"), ("alpha", "float"), ("f0", "vec3"), ("f90", "float"), ("emission", "vec3")),
+    "Light": (
+        *(("radiance", "vec3"), ("probability", "float")),  # of being chosen
+        *(("position", "vec3"), ("radius", "float")),  # a sphere's centre, or the corner the edges leave from
+        *(("edge_u", "vec3"), ("cumulative", "float")),  # probability of this light and those before it
+        *(("edge_v", "vec3"), ("area", "float")),
+        *(("normal", "vec3"), ("kind", "int"), ("primitive", "int")),
+    ),
+}
+_SIZES = {"int": 1, "float": 1, "vec3": 3, "vec4": 4}
+
+# Shapes reach this much beyond their edges, relative to the scene, so that neighbours leave no crack.
+_EDGE_GROWTH = 1e-6
+# The share of light choices that ignores power, so that a dim light nearby is never starved.
+_UNIFORM_LIGHT_CHOICE = 0.1
+# Above these, code made for each record grows faster than it gains.
+_MAX_BAKED = 64
+_MAX_SELECTED = 8
+_SHAPES = ("Sphere", "Plane", "Rectangle", "Triangle")
+# The limit that every OpenGL 3.3 and WebGL2 driver grants a uniform block.
+_MAX_UNIFORM_TEXELS = 1024
+
+
+@dataclass(frozen=True)
+class PackedScene:
+    """What the shader needs of a scene: ``texels`` float32 (n, 4), defines, uniforms, and the values
+    of the uniforms that are compiled in as constants instead."""
+
+    texels: NDArray[np.float32]
+    defines: Mapping[str, int]
+    uniforms: Mapping[str, Any]
+    constants: Mapping[str, Any]
+    layout: str  # the text of generated/scene_layout.glsl
+
+
+def pack(scene: Scene, settings: RenderSettings, width: int, height: int, baked: bool = False) -> PackedScene:
+    """Pack ``scene`` for an image of ``width`` x ``height`` pixels rendered with ``settings``.
+
+    ``baked`` compiles the values into the program as constants, those of a small scene too. A
+    software renderer is then about twice as fast, but every edit compiles.
+    """
+    origin = _middle(scene)
+    extent = float(max(np.abs(_points(scene) - origin).max(), np.finfo(np.float32).tiny))
+    spheres, materials = _spheres_with_lights(scene)
+    index = {name: i for i, name in enumerate(materials)}
+    lights = _lights(scene, spheres, materials, origin)
+    light_of = {light["primitive"]: i for i, light in enumerate(lights)}
+
+    records: dict[str, list[dict[str, Any]]] = {
+        "Sphere": [
+            {"center": np.subtract(s.center, origin), "radius": s.radius, "material": index[s.material]}
+            for s in spheres
+        ],
+        "Plane": [],
+        "Rectangle": [_rectangle(r, origin, extent) | {"material": index[r.material]} for r in scene.rectangles],
+        "Triangle": [_triangle(t, origin, extent) | {"material": index[t.material]} for t in scene.triangles],
+        "Material": [_material(m) for m in materials.values()],
+        "Light": lights,
+    }
+    for plane in scene.planes:
+        normal = np.asarray(plane.normal) / np.linalg.norm(plane.normal)
+        offset = normal @ np.subtract(plane.point, origin)
+        records["Plane"].append({"normal": normal, "offset": offset, "material": index[plane.material]})
+    for first, kind in _first_primitives(records):
+        for i, record in enumerate(records[kind]):
+            record["light"] = light_of.get(first + i, -1)
+
+    texels = np.concatenate([_texels(RECORDS[name], rows) for name, rows in records.items()])
+    defines = _scene_defines(records, scene) | _settings_defines(settings)
+    defines |= {"SCENE_TEXELS": len(texels), "SCENE_IN_UNIFORMS": int(len(texels) <= _MAX_UNIFORM_TEXELS)}
+    uniforms = _camera_uniforms(scene, origin, width, height) | _settings_uniforms(settings)
+    uniforms["u_ambient_radiance"] = scene.ambient.radiance
+    primitives = sum(len(records[kind]) for kind in _SHAPES)
+    layout = _layout(records, texels, baked and primitives <= _MAX_BAKED)
+    return PackedScene(texels, defines, {} if baked else uniforms, uniforms if baked else {}, layout)
+
+
+def _points(scene: Scene) -> Floats:
+    """The corners of everything finite, the camera included, (n, 3)."""
+    points: list[Any] = [scene.camera.position]
+    balls: list[tuple[Any, float]] = [(s.center, s.radius) for s in scene.spheres]
+    balls += [(light.position, light.radius) for light in scene.lights]
+    for center, radius in balls:
+        points += [np.subtract(center, radius), np.add(center, radius)]
+    for r in scene.rectangles:
+        far = np.add(r.edge_u, r.edge_v)
+        points += [np.add(r.corner, step) for step in ((0.0, 0.0, 0.0), r.edge_u, r.edge_v, far)]
+    for t in scene.triangles:
+        points += t.vertices
+    return np.asarray(points, np.float64)
+
+
+def _middle(scene: Scene) -> Floats:
+    points = _points(scene)
+    middle: Floats = (points.min(axis=0) + points.max(axis=0)) / 2
+    return middle
+
+
+def _spheres_with_lights(scene: Scene) -> tuple[list[Sphere], dict[str, Material]]:
+    """The spheres with those of the lights after them, and the materials with theirs."""
+    spheres, materials = list(scene.spheres), dict(scene.materials)
+    for i, light in enumerate(scene.lights):
+        if light.radius > 0:
+            name = f"light[{i}]"
+            materials[name] = Material(albedo=(0.0, 0.0, 0.0), specular=0.0, emission=light.surface_radiance)
+            spheres.append(Sphere(light.position, light.radius, name))
+    return spheres, materials
+
+
+def _lights(
+    scene: Scene, spheres: Sequence[Sphere], materials: Mapping[str, Material], origin: Floats
+) -> list[dict[str, Any]]:
+    """The records of all that emits, each with the power that decides how often it is chosen."""
+    first_rectangle = len(spheres) + len(scene.planes)
+    shapes: list[tuple[int, Any]] = list(enumerate(spheres))
+    shapes += enumerate([*scene.rectangles, *scene.triangles], first_rectangle)
+    found = [
+        _shape_light(shape, materials[shape.material].emission, origin) | {"primitive": primitive}
+        for primitive, shape in shapes
+        if materials[shape.material].is_emissive
+    ]
+    found += [_point_light(light, origin) for light in scene.lights if light.radius == 0 and max(light.intensity) > 0]
+    power = np.array([light.pop("power") for light in found])
+    probability = (1 - _UNIFORM_LIGHT_CHOICE) * power / power.sum() + _UNIFORM_LIGHT_CHOICE / max(1, len(found))
+    for light, p, cumulative in zip(found, probability, np.cumsum(probability), strict=True):
+        light |= {"probability": p, "cumulative": cumulative}
+    return found
+
+
+def _shape_light(shape: Sphere | Rectangle | Triangle, radiance: Sequence[float], origin: Floats) -> dict[str, Any]:
+    light: dict[str, Any] = {"radiance": radiance}
+    if isinstance(shape, Sphere):
+        light |= {"kind": CONSTANTS["LIGHT_SPHERE"], "radius": shape.radius}
+        light |= {"position": np.subtract(shape.center, origin)}
+        return light | {"power": 4 * np.pi**2 * shape.radius**2 * sum(radiance)}
+    if isinstance(shape, Rectangle):
+        corner, edge_u, edge_v = (np.asarray(v, np.float64) for v in (shape.corner, shape.edge_u, shape.edge_v))
+        light |= {"kind": CONSTANTS["LIGHT_RECTANGLE"]}
+    else:
+        corner, b, c = (np.asarray(v, np.float64) for v in shape.vertices)
+        edge_u, edge_v = b - corner, c - corner
+        light |= {"kind": CONSTANTS["LIGHT_TRIANGLE"]}
+    normal = np.cross(edge_u, edge_v)
+    light |= {"position": corner - origin, "edge_u": edge_u, "edge_v": edge_v, "area": shape.area}
+    return light | {"normal": normal / np.linalg.norm(normal), "power": np.pi * shape.area * sum(radiance)}
+
+
+def _point_light(light: Light, origin: Floats) -> dict[str, Any]:
+    intensity = light.intensity
+    place = {"kind": CONSTANTS["LIGHT_POINT"], "position": np.subtract(light.position, origin), "primitive": -1}
+    return place | {"radiance": intensity, "power": 4 * np.pi * sum(intensity)}
+
+
+def _material(material: Material) -> dict[str, Any]:
+    return {
+        "diffuse": material.diffuse_albedo,
+        "alpha": material.alpha,
+        "f0": material.specular_f0,
+        "f90": material.specular_f90,
+        "emission": material.emission,
+    }
+
+
+def _rectangle(r: Rectangle, origin: Floats, extent: float) -> dict[str, Any]:
+    u, v = np.asarray(r.edge_u), np.asarray(r.edge_v)
+    growth = _EDGE_GROWTH * extent
+    step_u, step_v = growth * u / np.linalg.norm(u), growth * v / np.linalg.norm(v)
+    return _flat(np.subtract(r.corner, origin) - step_u - step_v, u + 2 * step_u, v + 2 * step_v)
+
+
+def _triangle(t: Triangle, origin: Floats, extent: float) -> dict[str, Any]:
+    vertices = np.asarray(t.vertices) - origin
+    sides = np.linalg.norm(np.roll(vertices, -1, 0) - np.roll(vertices, -2, 0), axis=1)
+    incenter = sides @ vertices / sides.sum()
+    inradius = 2 * t.area / sides.sum()
+    a, b, c = incenter + (vertices - incenter) * (1 + _EDGE_GROWTH * extent / inradius)
+    return _flat(a, b - a, c - a)
+
+
+def _flat(corner: Floats, edge_u: Floats, edge_v: Floats) -> dict[str, Any]:
+    """Plane and rows so that p = corner + u edge_u + v edge_v has u = u_row . (p, 1), likewise v."""
+    normal = np.cross(edge_u, edge_v)
+    rows = np.linalg.inv(np.column_stack([edge_u, edge_v, normal]))
+    unit = normal / np.linalg.norm(normal)
+    return {
+        "plane": np.append(unit, unit @ corner),
+        "u_row": np.append(rows[0], -rows[0] @ corner),
+        "v_row": np.append(rows[1], -rows[1] @ corner),
+    }
+
+
+def _first_primitives(records: Mapping[str, Sequence[Any]]) -> Iterable[tuple[int, str]]:
+    """The number of the first primitive of each kind that can be a light (shape/intersect.glsl)."""
+    first_rectangle = len(records["Sphere"]) + len(records["Plane"])
+    return ((0, "Sphere"), (first_rectangle, "Rectangle"), (first_rectangle + len(records["Rectangle"]), "Triangle"))
+
+
+def _scene_defines(records: Mapping[str, Sequence[Mapping[str, Any]]], scene: Scene) -> dict[str, int]:
+    kinds = {light["kind"] for light in records["Light"]}
+    materials = records["Material"]
+    specular = [m for m in materials if m["f90"] > 0 or max(m["f0"]) > 0]
+    smooth = [m["alpha"] < 1e-4 for m in specular]  # ALPHA_DELTA of bsdf/cook_torrance.glsl
+    return {
+        **{f"{kind.upper()}_COUNT": len(records[kind]) for kind in RECORDS if kind != "Material"},
+        "HAS_AMBIENT": int(max(scene.ambient.radiance) > 0),
+        "HAS_LENS": int(scene.camera.aperture_radius > 0),
+        "HAS_DIFFUSE": int(any(max(m["diffuse"]) > 0 for m in materials) or not specular),
+        "HAS_SPECULAR": int(bool(specular)),
+        "HAS_GLOSSY": int(not all(smooth)),
+        "HAS_DELTA": int(any(smooth)),
+        "HAS_POINT_LIGHT": int(CONSTANTS["LIGHT_POINT"] in kinds),
+        "HAS_SPHERE_LIGHT": int(CONSTANTS["LIGHT_SPHERE"] in kinds),
+        "HAS_AREA_LIGHT": int(bool(kinds & {CONSTANTS["LIGHT_RECTANGLE"], CONSTANTS["LIGHT_TRIANGLE"]})),
+    }
+
+
+def _settings_defines(settings: RenderSettings) -> dict[str, int]:
+    def value(prefix: str, choice: str) -> int:
+        return CONSTANTS[f"{prefix}_{choice.upper().replace('-', '_')}"]
+
+    return {
+        "GEOMETRY_TERM": value("GEOMETRY", settings.geometry),
+        "ESTIMATOR": value("ESTIMATOR", settings.estimator),
+        "SAMPLER": value("SAMPLER", settings.sampler),
+        "PIXEL_FILTER": value("PIXEL_FILTER", settings.pixel_filter),
+        "RANDOM_TEXTURE_WIDTH": WIDTH,
+        "RANDOM_TEXTURE_LAYERS": LAYERS,
+    }
+
+
+def _settings_uniforms(settings: RenderSettings) -> dict[str, Any]:
+    never = 2**31 - 1
+    return {
+        "u_bounces": settings.bounces,
+        "u_light_samples": settings.light_samples,
+        "u_russian_roulette_vertex": settings.russian_roulette_depth if settings.russian_roulette else never,
+        "u_seed": settings.seed,
+    }
+
+
+def _camera_uniforms(scene: Scene, origin: Floats, width: int, height: int) -> dict[str, Any]:
+    camera = scene.camera
+    eye, target = (glm.dvec3(*np.subtract(p, origin)) for p in (camera.position, camera.target))
+    view = glm.lookAt(eye, target, glm.dvec3(*camera.up))
+    projection = glm.perspective(np.radians(camera.fov_degrees), width / height, 1.0, 2.0)
+    return {
+        "u_inverse_view": _column_major(glm.inverse(view)),
+        "u_inverse_projection": _column_major(glm.inverse(projection)),
+        "u_lens_radius": camera.aperture_radius,
+        "u_focus_distance": camera.focal_distance,
+        "u_inverse_image_size": (1 / width, 1 / height),
+    }
+
+
+def _column_major(matrix: Any) -> tuple[float, ...]:
+    return tuple(float(x) for column in matrix.to_list() for x in column)
+
+
+def _texels(record: Record, rows: Sequence[Mapping[str, Any]]) -> NDArray[np.float32]:
+    stride = _stride(record)
+    texels = np.zeros((len(rows), stride * 4), np.float32)
+    for name, kind, place in _places(record):
+        for texel, row in zip(texels, rows, strict=True):
+            if name in row:
+                texel[place : place + _SIZES[kind]] = row[name]
+    return texels.reshape(-1, 4)
+
+
+def _places(record: Record) -> Iterable[tuple[str, str, int]]:
+    """Name, type and first float of each field."""
+    place = 0
+    for name, kind in record:
+        if place % 4 + _SIZES[kind] > 4:
+            place += 4 - place % 4
+        yield name, kind, place
+        place += _SIZES[kind]
+
+
+def _stride(record: Record) -> int:
+    *_, (_, kind, place) = _places(record)
+    return -(-(place + _SIZES[kind]) // 4)
+
+
+def _layout(records: Mapping[str, Sequence[Any]], texels: NDArray[np.float32], baked: bool) -> str:
+    """GLSL that reads the texels of :func:`pack`. For each record: a struct; ``x_load(i)`` for an
+    index that is the same for all pixels, ``x_select(i)`` for one that differs between them; and for
+    shapes ``FOR_EACH_X(BODY)``, which runs the macro ``BODY(i)`` for all of them."""
+    parts = [_STORAGE]
+    if baked:
+        rows = ", ".join(f"vec4({', '.join(repr(float(x)) for x in texel)})" for texel in texels)
+        parts.append(f"const vec4 BAKED_SCENE[SCENE_TEXELS] = vec4[]({rows});\n")
+    first = 0
+    for name, rows_of in records.items():
+        parts.append(_record_glsl(name, first, len(rows_of), baked))
+        first += _stride(RECORDS[name]) * len(rows_of)
+    return "\n".join(parts)
+
+
+def _record_glsl(name: str, first: int, count: int, baked: bool) -> str:
+    stride = _stride(RECORDS[name])
+    fields = "".join(f" {kind} {field};" for field, kind in RECORDS[name])
+    values = ", ".join(_glsl_value(kind, place) for _, kind, place in _places(RECORDS[name]))
+    head, tail = f"{name} {name.lower()}", f"    return {name}({values});\n}}\n"
+    load = f"{head}_load(int index) {{\n    int base = {first} + {stride} * index;\n"
+    source = "BAKED_SCENE[{}]" if baked else "scene_texel({})"
+    load += "".join(f"    vec4 t{i} = {source.format(f'base + {i}')};\n" for i in range(stride)) + tail
+    select = f"{head}_select(int index) {{\n"
+    if baked and count <= _MAX_SELECTED:
+        select += "".join(f"    vec4 t{i} = {source.format(first + i)};\n" for i in range(stride) if count)
+        for k in range(1, count):
+            select += "".join(
+                f"    t{i} = index == {k} ? {source.format(first + stride * k + i)} : t{i};\n" for i in range(stride)
+            )
+    else:
+        select += f"    int base = {first} + {stride} * index;\n"
+        select += "".join(f"    vec4 t{i} = scene_texel(base + {i});\n" for i in range(stride))
+    select += tail
+    code = f"struct {name} {{{fields} }};\n"
+    if count:
+        code += load + select
+    if name in _SHAPES:
+        loop = "" if not count else " ".join(f"BODY({i})" for i in range(count)) if baked else _FOR_EACH.format(count)
+        code += f"#define FOR_EACH_{name.upper()}(BODY) {loop}\n"
+    return code
+
+
+def _glsl_value(kind: str, place: int) -> str:
+    texel, lane = divmod(place, 4)
+    value = f"t{texel}.{'xyzw'[lane : lane + _SIZES[kind]]}"
+    return f"int({value})" if kind == "int" else value
+
+
+_FOR_EACH = "for (int i_ = 0; i_ < {}; i_++) {{ BODY(i_) }}"
+_STORAGE = """\
+#if SCENE_IN_UNIFORMS
+layout(std140) uniform SceneBlock { vec4 u_scene[SCENE_TEXELS]; };
+vec4 scene_texel(int index) { return u_scene[index]; }
+#else
+uniform highp sampler2D u_scene;
+vec4 scene_texel(int index) { return texelFetch(u_scene, ivec2(index % 4096, index / 4096), 0); }
+#endif
+"""

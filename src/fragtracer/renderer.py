@@ -1,0 +1,205 @@
+# SPDX-License-Identifier: MIT
+"""From a scene to an image: progressive rendering with as many samples as asked for."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fragtracer.gpu.context import create_context, describe, is_software
+from fragtracer.gpu.film import Film
+from fragtracer.gpu.tracer import Tracer
+from fragtracer.packing import PackedScene, pack
+from fragtracer.scene import RenderSettings, Scene
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a render is: samples per pixel done, seconds since it began."""
+
+    spp: float
+    seconds: float
+    relative_error: float | None  # mean relative standard error when last measured
+
+
+class Renderer:
+    """Renders ``scene`` progressively on its own OpenGL context; use it in a ``with`` block.
+
+    Parameters
+    ----------
+    scene
+        What to render.
+    size
+        (width, height) in pixels; left out, the scene's own.
+    context
+        A moderngl context to render on instead of a new one without a window; the caller keeps it.
+    baked
+        Whether a small scene is compiled into the program (:func:`fragtracer.packing.pack`); left
+        out, only for a software renderer.
+    settings
+        Any field of :class:`RenderSettings` to change for this render, as ``bounces=2``.
+
+    Raises
+    ------
+    DeviceError
+        Without OpenGL 3.3, or if the GPU cannot hold an image of this size.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        size: tuple[int, int] | None = None,
+        context: Any = None,
+        baked: bool | None = None,
+        **settings: Any,
+    ) -> None:
+        if size is not None:
+            settings |= {"width": size[0], "height": size[1]}
+        self.settings: RenderSettings = replace(scene.render, **settings)
+        self.scene = scene
+        self._owns_context = context is None
+        self.context = create_context() if context is None else context
+        self._baked = baked
+        self._film = Film(self.context, self.settings.width, self.settings.height)
+        self._tracer = Tracer(self.context, self._packed())
+        self._tracer.warm_up(self._film)
+        self.spp = 0
+        self._last_error: float | None = None
+
+    def sample(self, spp: int = 1, on_band: Callable[[float], None] | None = None) -> None:
+        """Add ``spp`` samples to every pixel; ``on_band`` hears the samples per pixel so far."""
+        target = self.spp + spp
+        while self.spp < target:
+            rays = min(self.settings.rays, target - self.spp)
+            rows = 0
+            for drawn in self._tracer.bands(self._film, rays):
+                rows += drawn
+                if on_band is not None:
+                    on_band(self.spp + rays * rows / self.settings.height)
+            self.spp += rays
+
+    def render(
+        self,
+        spp: int | None = None,
+        seconds: float | None = None,
+        until: float | None = None,
+        progress: Callable[[Progress], None] | None = None,
+    ) -> NDArray[np.float32]:
+        """Sample until the first of the given limits is reached and return :meth:`image`.
+
+        Parameters
+        ----------
+        spp
+            Samples per pixel in all; where no limit is given, the scene's own.
+        seconds
+            Wall-clock time; at least one pass is made, and the last one is finished.
+        until
+            Mean relative standard error, 0.01 for 1 %; looked at whenever a quarter more samples
+            have been taken.
+        progress
+            Called after every draw, many times a second.
+
+        Raises
+        ------
+        KeyboardInterrupt
+            On Ctrl-C; the passes that were finished stay in the image.
+        """
+        if spp is None and seconds is None and until is None:
+            spp = self.settings.spp
+        start = time.perf_counter()
+
+        def report(done: float) -> None:
+            if progress is not None:
+                progress(Progress(done, time.perf_counter() - start, self._last_error))
+
+        next_look = 16
+        while spp is None or self.spp < spp:
+            self.sample(self.settings.rays if spp is None else min(self.settings.rays, spp - self.spp), report)
+            if seconds is not None and time.perf_counter() - start >= seconds:
+                break
+            if until is not None and self.spp >= next_look:
+                self._last_error = self.relative_error()
+                if self._last_error <= until:
+                    break
+                next_look = self.spp + max(16, self.spp // 4)
+        return self.image()
+
+    def reset(self, scene: Scene | None = None) -> None:
+        """Forget all samples; with ``scene``, go on with that one, at the same size and settings."""
+        if scene is not None:
+            self.scene = scene
+            self._tracer.load(self._packed())
+        self._film.clear()
+        self.spp = 0
+        self._last_error = None
+
+    def image(self) -> NDArray[np.float32]:
+        """Mean radiance, (height, width, 3) float32 linear Rec. 709, row 0 at the top."""
+        mean, _ = self._film.read()
+        return np.ascontiguousarray(mean[..., :3])
+
+    def standard_error(self) -> NDArray[np.float32]:
+        """Standard error of :meth:`image` from the variance between samples, (height, width, 3).
+
+        It takes samples as independent. The texture sampler's are stratified and do better, so for
+        it this is an upper bound; for the hash sampler it is the standard error. Infinite where a
+        pixel has fewer than two samples.
+        """
+        mean, variance = self._film.read()
+        degrees = mean[..., 3:] - 1
+        with np.errstate(divide="ignore", invalid="ignore"):
+            error = np.sqrt(np.maximum(variance[..., :3], 0) / degrees)
+        return np.where(degrees > 0, error, np.inf).astype(np.float32)
+
+    def relative_error(self) -> float:
+        """Mean standard error over mean radiance of the whole image; 0 for a black one."""
+        mean = float(self.image().mean(dtype=np.float64))
+        return float(self.standard_error().mean(dtype=np.float64)) / mean if mean > 0 else 0.0
+
+    def non_finite_samples(self) -> int:
+        """How many samples were NaN or infinite; they are left out of the mean."""
+        _, variance = self._film.read()
+        return int(variance[..., 3].sum(dtype=np.float64))
+
+    def metadata(self) -> dict[str, str]:
+        """What made the image, as text by name, for its file."""
+        from fragtracer import __version__
+
+        settings = {name: str(value) for name, value in vars(self.settings).items() if not name.startswith("_")}
+        counts = {"spp": str(self.spp), "non_finite_samples": str(self.non_finite_samples())}
+        made_by = {"software": f"fragtracer {__version__}", "scene": self.scene.name}
+        return made_by | settings | counts | {"gl_renderer": describe(self.context)["GL renderer"]}
+
+    def _packed(self) -> PackedScene:
+        baked = self._baked if self._baked is not None else is_software(self.context)
+        return pack(self.scene, self.settings, self.settings.width, self.settings.height, baked)
+
+    def close(self) -> None:
+        """Release what is held on the GPU."""
+        self._tracer.release()
+        self._film.release()
+        if self._owns_context:
+            self.context.release()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def render(
+    scene: Scene, size: tuple[int, int] | None = None, spp: int | None = None, **settings: Any
+) -> NDArray[np.float32]:
+    """Render ``scene`` and return (height, width, 3) float32 linear radiance, row 0 at the top.
+
+    ``size``, ``spp`` and ``settings`` take the place of the scene's own values; see :class:`Renderer`.
+    """
+    with Renderer(scene, size, **settings) as renderer:
+        return renderer.render(spp)

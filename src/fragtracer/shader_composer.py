@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: MIT
+"""Assembles a GLSL program from files: includes, feature defines and the way back from a driver's
+line numbers to the file that a person edits."""
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from fragtracer.errors import ShaderError
+
+# Every define that shader source may test. Values are whole numbers; the composer writes all of
+# them, so a name that is tested but not listed here is a slip of the pen.
+CONSTANTS = {
+    "GEOMETRY_SMITH": 0,
+    "GEOMETRY_SCHLICK_BECKMANN": 1,
+    "GEOMETRY_KARIS": 2,
+    "ESTIMATOR_MIS": 0,
+    "ESTIMATOR_NEE": 1,
+    "ESTIMATOR_BSDF": 2,
+    "SAMPLER_TEXTURE": 0,
+    "SAMPLER_HASH": 1,
+    "PIXEL_FILTER_BOX": 0,
+    "PIXEL_FILTER_TENT": 1,
+    "PIXEL_FILTER_GAUSSIAN": 2,
+    "LIGHT_POINT": 0,
+    "LIGHT_SPHERE": 1,
+    "LIGHT_RECTANGLE": 2,
+    "LIGHT_TRIANGLE": 3,
+}
+FEATURES = {
+    "GEOMETRY_TERM": CONSTANTS["GEOMETRY_SMITH"],
+    "ESTIMATOR": CONSTANTS["ESTIMATOR_MIS"],
+    "SAMPLER": CONSTANTS["SAMPLER_TEXTURE"],
+    "PIXEL_FILTER": CONSTANTS["PIXEL_FILTER_BOX"],
+    "PATH_REGENERATION": 1,
+    "RANDOM_TEXTURE_WIDTH": 64,
+    "RANDOM_TEXTURE_LAYERS": 16,
+    "SCENE_IN_UNIFORMS": 1,  # else in a texture, for scenes too large for a uniform block
+    "SCENE_TEXELS": 1,
+    "SPHERE_COUNT": 0,
+    "PLANE_COUNT": 0,
+    "RECTANGLE_COUNT": 0,
+    "TRIANGLE_COUNT": 0,
+    "LIGHT_COUNT": 0,
+    "HAS_AMBIENT": 0,
+    "HAS_LENS": 0,
+    "HAS_DIFFUSE": 1,
+    "HAS_SPECULAR": 1,
+    "HAS_GLOSSY": 1,
+    "HAS_DELTA": 1,
+    "HAS_POINT_LIGHT": 0,
+    "HAS_SPHERE_LIGHT": 0,
+    "HAS_AREA_LIGHT": 0,
+}
+LANGUAGES = {
+    "330 core": "#version 330 core\n",
+    "300 es": "#version 300 es\n",
+}
+_PRECISION = "precision highp float;\nprecision highp int;\nprecision highp sampler2D;\nprecision highp sampler3D;\n"
+
+_INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"\s*(?://.*)?$')
+_UNIFORM = re.compile(r"^uniform\s+(?:highp\s+)?(\w+)\s+(\w+)\s*;")
+_CONDITION = re.compile(r"^\s*#\s*(?:if|ifdef|ifndef|elif)\b(.*?)(?://.*)?$")
+_NAME = re.compile(r"\b[A-Za-z_]\w*\b")
+# Mesa "0:3(11)", NVIDIA "0(3)", Apple, ANGLE and glslang "ERROR: 0:3:".
+_DRIVER_LINE = re.compile(r"(?:(?<=ERROR: )|(?<=WARNING: )|^)\d+(?::(\d+)(?:\((\d+)\))?|\((\d+)\))", re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class ShaderSource:
+    """GLSL text ready for the driver; ``lines[i]`` is where line i + 1 of it came from."""
+
+    text: str
+    lines: tuple[str, ...]
+
+    def translate(self, log: str) -> str:
+        """A driver's log with its line numbers replaced by ``file:line``."""
+
+        def place(match: re.Match[str]) -> str:
+            number = int(match[1] or match[3])
+            known = 1 <= number <= len(self.lines)
+            return self.lines[number - 1] if known else match[0]
+
+        return _DRIVER_LINE.sub(place, log)
+
+
+def compose(
+    program: str,
+    defines: Mapping[str, int],
+    root: Path,
+    generated: Mapping[str, str] | None = None,
+    constants: Mapping[str, object] | None = None,
+    language: str = "330 core",
+) -> ShaderSource:
+    """Assemble ``program`` with everything it includes.
+
+    Parameters
+    ----------
+    program
+        Path of the top file, relative to ``root``.
+    defines
+        Values for some of :data:`FEATURES`; the others keep their defaults.
+    root
+        The folder that includes are relative to.
+    generated
+        Text for includes that are made in memory, by path.
+    constants
+        Values for uniforms that shall be compiled into the program instead: numbers, or sequences
+        of numbers for vectors and (column by column) matrices.
+    language
+        One of :data:`LANGUAGES`.
+
+    Raises
+    ------
+    ShaderError
+        On a missing or cyclic include, a define nobody knows, or a condition that tests one.
+    """
+    unknown = sorted(set(defines) - set(FEATURES))
+    if unknown:
+        raise ShaderError(f"unknown shader define {unknown[0]}; known are {', '.join(sorted(FEATURES))}")
+    values = CONSTANTS | FEATURES | dict(defines)
+    header = LANGUAGES[language] + _PRECISION + "".join(f"#define {k} {v}\n" for k, v in values.items())
+    text = header.splitlines()
+    places = [f"(header):{i + 1}" for i in range(len(text))]
+    for place, line in _expand(program, root, generated or {}, set(), ()):
+        places.append(place)
+        text.append(_freeze(line, constants or {}))
+    return ShaderSource("\n".join(text) + "\n", tuple(places))
+
+
+def _expand(
+    path: str, root: Path, generated: Mapping[str, str], done: set[str], stack: tuple[str, ...]
+) -> Iterator[tuple[str, str]]:
+    """The lines of ``path`` and, in their place, of what it includes, each file once."""
+    if path in stack:
+        raise ShaderError("cyclic include: " + " -> ".join([*stack[stack.index(path) :], path]))
+    if path in done:
+        return
+    done.add(path)
+    source = generated[path] if path in generated else _read(path, root, stack)
+    for number, line in enumerate(source.splitlines(), 1):
+        place = f"{path}:{number}"
+        if include := _INCLUDE.match(line):
+            yield from _expand(include[1], root, generated, done, (*stack, path))
+            continue
+        _check_condition(line, place)
+        yield place, line
+
+
+def _read(path: str, root: Path, stack: tuple[str, ...]) -> str:
+    try:
+        return (root / path).read_text(encoding="utf-8")
+    except OSError as error:
+        origin = f" (included from {stack[-1]})" if stack else ""
+        raise ShaderError(f"cannot read shader file {path}{origin}: {error.strerror}") from None
+
+
+def _freeze(line: str, constants: Mapping[str, object]) -> str:
+    """``line``, or the definition of a constant where it declares one of those uniforms."""
+    uniform = _UNIFORM.match(line)
+    if uniform is None or uniform[2] not in constants:
+        return line
+    value = constants[uniform[2]]
+    numbers = ", ".join(map(str, value if isinstance(value, list | tuple) else [value]))
+    suffix = "u" if uniform[1] == "uint" else ""
+    return f"const {uniform[1]} {uniform[2]} = {uniform[1]}({numbers}{suffix});" + line[uniform.end() :]
+
+
+def _check_condition(line: str, place: str) -> None:
+    """A misspelt name in #if counts as 0 and compiles without a word: refuse it here."""
+    if not (condition := _CONDITION.match(line)):
+        return
+    for name in _NAME.findall(condition[1]):
+        if name != "defined" and name not in FEATURES and name not in CONSTANTS:
+            raise ShaderError(f"{place}: unknown define {name} in a condition; known are {', '.join(sorted(FEATURES))}")
