@@ -15,5 +15,15 @@ uvec4 hash_pcg4d(uvec4 v) {
     return v;
 }
 
+// Wellons 2018, Prospecting for Hash Functions (lowbias32).
+uint hash_uint(uint x) {
+    x ^= x >> 16u;
+    x *= 0x7feb352du;
+    x ^= x >> 15u;
+    x *= 0x846ca68bu;
+    return x ^ (x >> 16u);
+}
+
 // The upper 23 bits as a uniform number in [0, 1): the largest result is 1 - 2^-23.
+float hash_to_unit(uint bits) { return uintBitsToFloat((bits >> 9u) | 0x3f800000u) - 1.0; }
 vec4 hash_to_unit(uvec4 bits) { return uintBitsToFloat((bits >> 9u) | 0x3f800000u) - 1.0; }

@@ -4,6 +4,6 @@ uniform uint u_seed;
 
 vec4 sampler_vec4(ivec2 pixel, uint index, int dimension, out float spare) {
     uvec4 bits = hash_pcg4d(uvec4(uint(pixel.x) + (uint(pixel.y) << 16u), u_seed, uint(dimension), index));
-    spare = sampler_spare(bits);
+    spare = sampler_spare(bits, index);
     return hash_to_unit(bits);
 }

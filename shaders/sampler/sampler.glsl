@@ -8,9 +8,9 @@ int dimension_vertex(int vertex) { return 1 + vertex; }         // xy: BSDF, zw:
 int dimension_light(int vertex) { return 0x10000 + vertex; }    // where a vertex takes several samples
 int dimension_ambient(int vertex) { return 0x20000 + vertex; }
 
-// The lower 9 bits of two words, which the four numbers leave unused.
-float sampler_spare(uvec4 bits) {
-    return float(int((bits.z & 0x1ffu) | ((bits.w & 0x1ffu) << 9u))) * (1.0 / 262144.0);
+// From the lower 9 bits of two words, which the four numbers leave unused, and the sample index.
+float sampler_spare(uvec4 bits, uint index) {
+    return hash_to_unit(hash_uint((bits.z << 23u) ^ (bits.w << 14u) ^ index));
 }
 
 #if SAMPLER == SAMPLER_TEXTURE

@@ -17,7 +17,7 @@ const uint RANDOM_POINTS = RANDOM_WIDTH * RANDOM_WIDTH;
 vec4 sampler_vec4(ivec2 pixel, uint index, int dimension, out float spare) {
     uint block = index / RANDOM_POINTS;
     uvec4 bits = hash_pcg4d(uvec4(uint(pixel.x) + (uint(pixel.y) << 16u), u_seed, uint(dimension), block));
-    spare = sampler_spare(bits);
+    spare = sampler_spare(bits, index);
     // The shift takes the upper 23 bits of each word, the index the lower 8 of two: independent.
     uint point = (index ^ bits.x ^ (bits.y << 8u)) % RANDOM_POINTS;
     ivec3 texel = ivec3(point % RANDOM_WIDTH, point / RANDOM_WIDTH, uint(dimension) % RANDOM_LAYERS);

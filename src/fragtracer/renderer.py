@@ -3,6 +3,7 @@
 
 import time
 from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from types import TracebackType
 from typing import Any, Self
@@ -63,10 +64,11 @@ class Renderer:
         self.scene = scene
         self._owns_context = context is None
         self.context = create_context() if context is None else context
-        self._baked = baked
-        self._film = Film(self.context, self.settings.width, self.settings.height)
-        self._tracer = Tracer(self.context, self._packed())
-        self._tracer.warm_up(self._film)
+        self._baked = is_software(self.context) if baked is None else baked
+        with self._current():
+            self._film = Film(self.context, self.settings.width, self.settings.height)
+            self._tracer = Tracer(self.context, self._packed())
+            self._tracer.warm_up(self._film)
         self.spp = 0
         self._last_error: float | None = None
 
@@ -76,10 +78,11 @@ class Renderer:
         while self.spp < target:
             rays = min(self.settings.rays, target - self.spp)
             rows = 0
-            for drawn in self._tracer.bands(self._film, rays):
-                rows += drawn
-                if on_band is not None:
-                    on_band(self.spp + rays * rows / self.settings.height)
+            with self._current():
+                for drawn in self._tracer.bands(self._film, rays):
+                    rows += drawn
+                    if on_band is not None:
+                        on_band(self.spp + rays * rows / self.settings.height)
             self.spp += rays
 
     def render(
@@ -130,16 +133,17 @@ class Renderer:
 
     def reset(self, scene: Scene | None = None) -> None:
         """Forget all samples; with ``scene``, go on with that one, at the same size and settings."""
-        if scene is not None:
-            self.scene = scene
-            self._tracer.load(self._packed())
-        self._film.clear()
+        with self._current():
+            if scene is not None:
+                self.scene = scene
+                self._tracer.load(self._packed())
+            self._film.clear()
         self.spp = 0
         self._last_error = None
 
     def image(self) -> NDArray[np.float32]:
         """Mean radiance, (height, width, 3) float32 linear Rec. 709, row 0 at the top."""
-        mean, _ = self._film.read()
+        mean, _ = self._read()
         return np.ascontiguousarray(mean[..., :3])
 
     def standard_error(self) -> NDArray[np.float32]:
@@ -149,7 +153,7 @@ class Renderer:
         it this is an upper bound; for the hash sampler it is the standard error. Infinite where a
         pixel has fewer than two samples.
         """
-        mean, variance = self._film.read()
+        mean, variance = self._read()
         degrees = mean[..., 3:] - 1
         with np.errstate(divide="ignore", invalid="ignore"):
             error = np.sqrt(np.maximum(variance[..., :3], 0) / degrees)
@@ -162,7 +166,7 @@ class Renderer:
 
     def non_finite_samples(self) -> int:
         """How many samples were NaN or infinite; they are left out of the mean."""
-        _, variance = self._film.read()
+        _, variance = self._read()
         return int(variance[..., 3].sum(dtype=np.float64))
 
     def metadata(self) -> dict[str, str]:
@@ -175,13 +179,21 @@ class Renderer:
         return made_by | settings | counts | {"gl_renderer": describe(self.context)["GL renderer"]}
 
     def _packed(self) -> PackedScene:
-        baked = self._baked if self._baked is not None else is_software(self.context)
-        return pack(self.scene, self.settings, self.settings.width, self.settings.height, baked)
+        return pack(self.scene, self.settings, self.settings.width, self.settings.height, self._baked)
+
+    def _read(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        with self._current():
+            return self._film.read()
+
+    def _current(self) -> AbstractContextManager[Any]:
+        """Several renderers may live at once: each makes its own context current while it works."""
+        return self.context if self._owns_context else nullcontext()
 
     def close(self) -> None:
         """Release what is held on the GPU."""
-        self._tracer.release()
-        self._film.release()
+        with self._current():
+            self._tracer.release()
+            self._film.release()
         if self._owns_context:
             self.context.release()
 

@@ -2,6 +2,7 @@
 """OpenGL contexts without a window, and what they can do."""
 
 import sys
+from typing import Any
 
 import moderngl
 
@@ -33,7 +34,7 @@ def create_context() -> moderngl.Context:
     raise DeviceError(f"no OpenGL 3.3 context could be made ({'; '.join(dict.fromkeys(reasons))}); {mend}")
 
 
-def _attempts() -> list[dict[str, str]]:
+def _attempts() -> list[dict[str, Any]]:
     if sys.platform != "linux":
         return [{}]
     return [{"backend": "egl", "libgl": "libGL.so.1", "libegl": "libEGL.so.1"}, {"backend": "egl"}, {}]

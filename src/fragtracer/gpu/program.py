@@ -52,12 +52,14 @@ class FullscreenProgram:
         for name, value in uniforms.items():
             if name not in self._declared:
                 raise ShaderError(f"the shader has no uniform {name}")
-            if (member := self._program.get(name, None)) is not None:
+            member = self._program.get(name, None)
+            if isinstance(member, moderngl.Uniform):
                 member.value = value
 
     def bind_block(self, name: str, binding: int) -> None:
         """Connect a uniform block, if the program uses it, to a buffer binding point."""
-        if (block := self._program.get(name, None)) is not None:
+        block = self._program.get(name, None)
+        if isinstance(block, moderngl.UniformBlock):
             block.binding = binding
 
     def draw(self) -> None:

@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: MIT
+"""Runs functions of the shader library over tables of numbers, to test them one by one."""
+
+from collections.abc import Mapping, Sequence
+
+import moderngl
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fragtracer.gpu.program import FullscreenProgram
+from fragtracer.resources import folder
+
+_WIDTH = 1024
+_TYPES = {1: "float", 2: "vec2", 3: "vec3", 4: "vec4"}
+_SWIZZLES = {1: "x", 2: "xy", 3: "xyz", 4: "xyzw"}
+
+
+def probe(
+    ctx: moderngl.Context,
+    includes: Sequence[str],
+    body: str,
+    inputs: Mapping[str, ArrayLike],
+    outputs: Mapping[str, int],
+    defines: Mapping[str, int] | None = None,
+    generated: Mapping[str, str] | None = None,
+    uniforms: Mapping[str, object] | None = None,
+) -> dict[str, NDArray[np.float32]]:
+    """Evaluate GLSL for every row of a table.
+
+    Parameters
+    ----------
+    includes
+        Shader files to include, in this order.
+    body
+        Statements that read the inputs and assign the outputs, by name.
+    inputs
+        Columns, (n,) or (n, k) with k from 1 to 4, as float32; they appear as float or veck.
+    outputs
+        Names and widths (1 to 4) of the results, at most eight.
+    defines, generated, uniforms
+        As for :class:`FullscreenProgram`.
+
+    Returns
+    -------
+    dict
+        For each output, float32 (n,) or (n, k).
+
+    Raises
+    ------
+    ShaderError
+        If the code does not compile.
+    """
+    columns = {name: _column(values) for name, values in inputs.items()}
+    rows = {len(column) for column in columns.values()}
+    if len(rows) != 1:
+        raise ValueError(f"the inputs must have the same number of rows, not {sorted(rows)}")
+    count = rows.pop()
+    height = -(-count // _WIDTH)
+    source = _source(includes, body, {name: c.shape[1] for name, c in columns.items()}, outputs)
+    program = FullscreenProgram(ctx, folder("shaders"), "probe", defines, {**(generated or {}), "probe": source})
+    textures = [_texture(ctx, column, height) for column in columns.values()]
+    targets = [ctx.texture((_WIDTH, height), 4, dtype="f4") for _ in outputs]
+    framebuffer = ctx.framebuffer(targets)
+    try:
+        program.set({f"u_in_{name}": unit for unit, name in enumerate(columns)} | dict(uniforms or {}))
+        for unit, texture in enumerate(textures):
+            texture.use(unit)
+        framebuffer.use()
+        program.draw()
+        tables = [np.frombuffer(t.read(), np.float32).reshape(-1, 4)[:count] for t in targets]
+    finally:
+        framebuffer.release()
+        program.release()
+        for texture in (*targets, *textures):
+            texture.release()
+    return {n: t[:, 0] if w == 1 else t[:, :w] for (n, w), t in zip(outputs.items(), tables, strict=True)}
+
+
+def _column(values: ArrayLike) -> NDArray[np.float32]:
+    column = np.asarray(values, np.float32)
+    return column[:, None] if column.ndim == 1 else column
+
+
+def _texture(ctx: moderngl.Context, column: NDArray[np.float32], height: int) -> moderngl.Texture:
+    texels = np.zeros((height * _WIDTH, 4), np.float32)
+    texels[: len(column), : column.shape[1]] = column
+    texture = ctx.texture((_WIDTH, height), 4, texels.tobytes(), dtype="f4")
+    texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    return texture
+
+
+def _source(includes: Sequence[str], body: str, inputs: Mapping[str, int], outputs: Mapping[str, int]) -> str:
+    lines = [f'#include "{path}"' for path in includes]
+    lines += [f"uniform highp sampler2D u_in_{name};" for name in inputs]
+    lines += [f"layout(location = {i}) out vec4 out_{name};" for i, name in enumerate(outputs)]
+    lines.append("void main() {")
+    texel = "texelFetch(u_in_{}, ivec2(gl_FragCoord.xy), 0).{}"
+    lines += [f"    {_TYPES[k]} {name} = {texel.format(name, _SWIZZLES[k])};" for name, k in inputs.items()]
+    lines += [f"    {_TYPES[k]} {name} = {_TYPES[k]}(0.0);" for name, k in outputs.items()]
+    lines += body.splitlines()
+    lines += [f"    out_{n} = vec4({', '.join([n] + ['0.0'] * (4 - k))});" for n, k in outputs.items()]
+    return "\n".join([*lines, "}"])
