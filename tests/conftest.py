@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: MIT
+"""The OpenGL context that the tests share."""
+
+from collections.abc import Iterator
+
+import moderngl
+import pytest
+
+from fragtracer.gpu.context import create_context
+
+
+@pytest.fixture(scope="session")
+def ctx() -> Iterator[moderngl.Context]:
+    """A headless context, current during each test that asks for it."""
+    context = create_context()
+    yield context
+    context.release()
+
+
+@pytest.fixture(autouse=True)
+def _no_gl_errors(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Each test that uses ``ctx`` must find it free of errors, and leave it so."""
+    if "ctx" not in request.fixturenames:
+        yield
+        return
+    context = request.getfixturevalue("ctx")
+    with context:
+        assert context.error == "GL_NO_ERROR", "an error was there before the test"
+        yield
+    with context:  # the test may have made another one current
+        assert context.error == "GL_NO_ERROR"
