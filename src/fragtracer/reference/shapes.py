@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: MIT
+"""Places cameras and shapes as Mitsuba does: by matrices from its local frames to the world.
+
+The dictionaries are those of :func:`fragtracer.reference.translate.scene_tree`.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fragtracer.scene import Camera, Plane, Rectangle, Scene, Sphere
+
+Tree = dict[str, Any]
+Matrix = NDArray[np.float64]
+
+RIM_PIXELS = 0.02  # how far the rim of a plane may lie under its horizon
+
+
+def matrix(x: ArrayLike, y: ArrayLike, z: ArrayLike, origin: ArrayLike) -> Matrix:
+    """The 4 × 4 matrix that takes the axes to ``x``, ``y``, ``z`` and the origin to ``origin``."""
+    result = np.eye(4)
+    result[:3] = np.column_stack([x, y, z, origin])
+    return result
+
+
+def camera_to_world(camera: Camera) -> Matrix:
+    """Mitsuba's camera looks along its +z with +x to the left of the picture, and is right-handed so."""
+    ahead = _unit(np.subtract(camera.target, camera.position))
+    left = _unit(np.cross(camera.up, ahead))
+    return matrix(left, np.cross(ahead, left), ahead, camera.position)
+
+
+def reach(scene: Scene) -> float:
+    """Distance from the camera to the farthest point of anything finite, in metres."""
+    eye = np.asarray(scene.camera.position)
+    points = [(scene.camera.target, 0.0), *((s.center, s.radius) for s in scene.spheres)]
+    points += [(light.position, light.radius) for light in scene.lights]
+    points += [(r.corner, float(np.linalg.norm(np.add(r.edge_u, r.edge_v)))) for r in scene.rectangles]
+    points += [(vertex, 0.0) for t in scene.triangles for vertex in t.vertices]
+    return max(float(np.linalg.norm(np.subtract(point, eye))) + radius for point, radius in points)
+
+
+def plane_radius(scene: Scene, plane: Plane) -> float:
+    """Radius of the disk that stands for an infinite plane, in metres.
+
+    10,000 times the scene's size, or more where the camera would still see the rim: seen from height
+    h it lies h / radius under the horizon, which must be less than RIM_PIXELS.
+    """
+    normal = _unit(plane.normal)
+    height = abs(float(normal @ np.subtract(scene.camera.position, plane.point)))
+    pixel = 2 * np.tan(np.radians(scene.camera.fov_degrees) / 2) / scene.render.height
+    return max(1e4 * reach(scene), float(height / (RIM_PIXELS * pixel)))
+
+
+def plane_disk(scene: Scene, plane: Plane) -> Tree:
+    """A large disk around the point of the plane under the camera."""
+    normal = _unit(plane.normal)
+    eye = np.asarray(scene.camera.position)
+    foot = eye - normal * (normal @ np.subtract(eye, plane.point))
+    x = _unit(np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))]))
+    radius = plane_radius(scene, plane)
+    return {"type": "disk", "to_world": matrix(radius * x, radius * np.cross(normal, x), normal, foot)}
+
+
+def rectangle(shape: Rectangle) -> Tree:
+    """Mitsuba's rectangle is [-1, 1]² in its xy plane, its front along +z."""
+    u, v = np.asarray(shape.edge_u) / 2, np.asarray(shape.edge_v) / 2
+    return {"type": "rectangle", "to_world": matrix(u, v, _unit(np.cross(u, v)), shape.corner + u + v)}
+
+
+def sphere(shape: Sphere) -> Tree:
+    """Mitsuba's sphere, its front outside like ours."""
+    return {"type": "sphere", "center": list(shape.center), "radius": float(shape.radius)}
+
+
+def triangle_mesh(path: Path, vertices: ArrayLike) -> Tree:
+    """A mesh of separate triangles in a PLY file.
+
+    Parameters
+    ----------
+    path
+        The file to write.
+    vertices
+        Shape (triangles, 3, 3), in metres, counter-clockwise from the front.
+    """
+    points = np.asarray(vertices, dtype="<f4").reshape(-1, 3)
+    faces = np.empty(len(points) // 3, dtype=[("count", "u1"), ("vertices", "<i4", 3)])
+    faces["count"], faces["vertices"] = 3, np.arange(len(points)).reshape(-1, 3)
+    header = (
+        f"ply\nformat binary_little_endian 1.0\nelement vertex {len(points)}\n"
+        "property float x\nproperty float y\nproperty float z\n"
+        f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
+    )
+    path.write_bytes(header.encode() + points.tobytes() + faces.tobytes())
+    return {"type": "ply", "filename": str(path), "face_normals": True}
+
+
+def _unit(v: ArrayLike) -> NDArray[np.float64]:
+    vector = np.asarray(v, dtype=np.float64)
+    return vector / float(np.linalg.norm(vector))

@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: MIT
+"""Exported scenes: Mitsuba opens them, and they are the scene they came from."""
+
+import subprocess
+import sys
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+
+from fragtracer.errors import OutputError
+from fragtracer.reference.export import export_mitsuba
+from fragtracer.reference.nearest import nearest_bsdf
+from fragtracer.reference.render import render_reference
+from fragtracer.reference.translate import exact_bsdf
+from fragtracer.scene import (
+    Ambient,
+    Camera,
+    Light,
+    Material,
+    Plane,
+    Rectangle,
+    RenderSettings,
+    Scene,
+    Sphere,
+    Triangle,
+)
+
+from .test_bsdf import direction, sample
+
+MATERIALS = {
+    "floor": Material(albedo=(0.5, 0.4, 0.3), specular=0.0),
+    "gold -- worn": Material(metal="gold", roughness=0.4),
+    "mirror": Material(metal="silver", roughness=0.0),
+    "lacquer": Material(albedo=(0.6, 0.1, 0.1), roughness=0.3),
+    "glazed": Material(albedo=0.6, roughness=0.0, ior=1.8, specular=0.5),
+    "mixed": Material(albedo=(0.2, 0.4, 0.6), roughness=0.5, metallic=0.5),
+    "tinted": Material(albedo=0.3, roughness=0.5, f0=(0.1, 0.05, 0.02)),
+    "airy": Material(albedo=0.3, ior=1.0),
+    "lamp": Material(albedo=0.0, specular=0.0, emission=4.0),
+}
+SCENE = Scene(
+    Camera((0.0, 2.0, 9.0), (0.0, 0.5, 0.0), aperture_radius=0.01),
+    MATERIALS,
+    spheres=[Sphere((1.1 * i - 3.3, 0.5, 0.0), 0.5, name) for i, name in enumerate(list(MATERIALS)[1:8])],
+    planes=[Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), "floor")],
+    rectangles=[Rectangle((-1.0, 4.0, -1.0), (2.0, 0.0, 0.0), (0.0, 0.0, 2.0), "lamp")],
+    triangles=[Triangle(((-4.0, 0.0, -2.0), (4.0, 0.0, -2.0), (0.0, 3.0, -2.0)), "floor")],
+    lights=[Light((-3.0, 4.0, 3.0), 0.4, power=(200.0, 180.0, 160.0)), Light((3.0, 3.0, 3.0), power=50.0)],
+    ambient=Ambient((0.2, 0.2, 0.3)),
+    render=RenderSettings(width=48, height=24, bounces=3),
+)
+
+
+def load_and_render(mi, folder, spp=256):
+    return np.array(mi.render(mi.load_file(str(folder / "scene.xml")), spp=spp, seed=11))
+
+
+def test_with_the_plugin_it_is_the_same_scene(mi, tmp_path):
+    notes = export_mitsuba(SCENE, tmp_path, plugin=True)
+    expected = render_reference(SCENE, spp=1024)[0]
+    image = load_and_render(mi, tmp_path, 1024)
+    assert image.shape == expected.shape == (24, 48, 3)
+    assert image.mean(axis=(0, 1)) == pytest.approx(expected.mean(axis=(0, 1)), rel=0.01)
+    assert np.median(np.abs(image - expected) / expected) < 0.03
+    assert notes[0] == "floor: diffuse, the same"
+    assert notes[1] == "gold -- worn: fragtracer_cooktorrance, the same"
+
+
+def test_without_it_the_nearest_materials_look_alike(mi, tmp_path):
+    notes = export_mitsuba(SCENE, tmp_path / "new" / "folder")
+    expected = render_reference(SCENE, spp=1024)[0]
+    image = load_and_render(mi, tmp_path / "new" / "folder", 1024)
+    assert image.mean(axis=(0, 1)) == pytest.approx(expected.mean(axis=(0, 1)), rel=0.05)
+    assert len(notes) == len(MATERIALS) + 1
+    assert notes[1].startswith("gold -- worn: roughconductor, nearly the same")
+    assert notes[5].startswith("mixed: principled and roughconductor")
+
+
+@pytest.mark.parametrize("name", list(MATERIALS)[1:8])
+def test_each_nearest_material_reflects_nearly_as_much(mi, name):
+    shares = []
+    for translate in (exact_bsdf, nearest_bsdf):
+        _, weight = sample(mi, mi.load_dict(translate(MATERIALS[name], "smith")), direction(mi, 45))
+        shares.append(weight.numpy().mean(axis=1))
+    assert shares[1] == pytest.approx(shares[0], rel=0.15)
+
+
+def test_the_file_says_what_each_material_became(tmp_path):
+    export_mitsuba(SCENE, tmp_path)
+    text = (tmp_path / "scene.xml").read_text()
+    assert "<!-- gold - - worn: roughconductor, nearly the same" in text
+    assert {e.tag for e in ET.fromstring(text)} == {"integrator", "sensor", "bsdf", "shape", "emitter"}
+    assert str(tmp_path) not in text
+
+
+def test_other_geometry_terms_are_named(tmp_path):
+    scene = Scene(materials={"metal": Material(metal="iron")}, render=RenderSettings(geometry="karis"))
+    assert "in place of karis" in export_mitsuba(scene, tmp_path)[0]
+
+
+def test_the_plugin_needs_no_fragtracer(mi, tmp_path):
+    export_mitsuba(SCENE, tmp_path, plugin=True)
+    code = (
+        "import sys; sys.modules['fragtracer'] = None; import mitsuba as mi; mi.set_variant('scalar_rgb');"
+        "import fragtracer_bsdf; fragtracer_bsdf.register(); mi.load_file('scene.xml')"
+    )
+    subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True)
+
+
+def test_a_folder_that_cannot_be_made(tmp_path):
+    (tmp_path / "file").touch()
+    with pytest.raises(OutputError, match="cannot write"):
+        export_mitsuba(SCENE, tmp_path / "file")
