@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // The material: a Cook-Torrance specular lobe over a Lambert base, on both sides of a surface.
 //   specular  D F G / (4 cos_o cos_i), F = Schlick at the half vector (Cook and Torrance 1982)
-//   diffuse   albedo / pi (1 - F(cos_o)) (1 - F(cos_i)), light that passes the interface twice
-//             (Shirley et al. 1997, A Practitioners' Assessment of Light Reflection Models, section 4)
-// The second form is reciprocal and never reflects more than it receives; the common
-// 1 - F(wo . wh) reflects up to 1.95 times the light at grazing angles (docs/material.md).
+//   diffuse   albedo / pi (1 - R(cos_o)) (1 - R(cos_i)), light that passes the interface twice, R being
+//             what the rough interface reflects at the mean normal (fresnel_schlick_rough)
+// The second form is reciprocal and never reflects more than it receives; the common factor
+// 1 - F(wo . wh) reflects up to 1.9 times the light at grazing angles (docs/material.md).
 // Directions are local and unit with z = normal; wo.z > 0.
 
 struct Bsdf {
@@ -26,12 +26,16 @@ const float ALPHA_DELTA = 1e-4;
 
 bool bsdf_has_delta(Bsdf b) { return b.alpha < ALPHA_DELTA; }
 
+// What the interface lets through to the base, or back out, at an angle to the normal.
+vec3 bsdf_transmittance(Bsdf b, float cos_theta) {
+    return 1.0 - fresnel_schlick_rough(b.f0, b.f90, sqrt(b.alpha), cos_theta);
+}
+
 // Probability of choosing the specular lobe: its share of the energy reflected towards wo.
 float bsdf_specular_probability(Bsdf b, vec3 wo) {
 #if HAS_SPECULAR && HAS_DIFFUSE
-    vec3 fresnel = fresnel_schlick(b.f0, b.f90, wo.z);
-    float specular = luminance(fresnel);
-    float diffuse = luminance(b.diffuse * (1.0 - fresnel) * (1.0 - b.f0));
+    float specular = luminance(1.0 - bsdf_transmittance(b, wo.z));
+    float diffuse = luminance(b.diffuse * bsdf_transmittance(b, wo.z) * (1.0 - b.f0));
     float total = specular + diffuse;
     return total > 0.0 ? specular / total : 0.0;
 #else
@@ -47,7 +51,7 @@ vec4 bsdf_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
 #if HAS_DIFFUSE
     vec3 diffuse = b.diffuse * (wi.z * INVERSE_PI);
 #if HAS_SPECULAR
-    diffuse *= (1.0 - fresnel_schlick(b.f0, b.f90, wo.z)) * (1.0 - fresnel_schlick(b.f0, b.f90, wi.z));
+    diffuse *= bsdf_transmittance(b, wo.z) * bsdf_transmittance(b, wi.z);
 #endif
     result += vec4(diffuse, (1.0 - specular_probability) * square_to_cosine_hemisphere_pdf(wi));
 #endif
@@ -55,7 +59,7 @@ vec4 bsdf_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
     if (!bsdf_has_delta(b)) {
         vec3 wh = normalize(wo + wi);
         float d = ggx_d(b.alpha, wh) / (4.0 * wo.z);
-        vec3 fresnel = fresnel_schlick(b.f0, b.f90, dot(wo, wh));
+        vec3 fresnel = fresnel_schlick(b.f0, vec3(b.f90), dot(wo, wh));
         result += vec4(fresnel * (d * ggx_g(b.alpha, wo, wi)), specular_probability * d * ggx_g1_smith(b.alpha, wo.z));
     }
 #endif
@@ -76,7 +80,7 @@ BsdfSample bsdf_sample(Bsdf b, vec3 wo, vec2 u) {
 #if HAS_DELTA
     if (specular && bsdf_has_delta(b)) {
         vec3 wi = vec3(-wo.xy, wo.z);
-        vec3 reflectance = fresnel_schlick(b.f0, b.f90, wo.z) * ggx_g(b.alpha, wo, wi);
+        vec3 reflectance = fresnel_schlick(b.f0, vec3(b.f90), wo.z) * ggx_g(b.alpha, wo, wi);
         return BsdfSample(wi, reflectance / specular_probability, specular_probability, true);
     }
 #endif
