@@ -28,7 +28,7 @@ bool bsdf_has_delta(Bsdf b) { return b.alpha < ALPHA_DELTA; }
 
 // What the interface lets through to the base, or back out, at an angle to the normal.
 vec3 bsdf_transmittance(Bsdf b, float cos_theta) {
-    return 1.0 - fresnel_schlick_rough(b.f0, b.f90, sqrt(b.alpha), cos_theta);
+    return 1.0 - fresnel_schlick_rough(b.f0, b.f90, b.alpha, cos_theta);
 }
 
 // Probability of choosing the specular lobe: its share of the energy reflected towards wo.
