@@ -28,7 +28,7 @@ _PUBLIC = {
     "write_image": "images",
     "FragtracerError": "errors",
 }
-__all__ = sorted(_PUBLIC)  # noqa: PLE0605 - the names are resolved by __getattr__
+__all__ = sorted(_PUBLIC)
 
 
 def __getattr__(name: str) -> Any:

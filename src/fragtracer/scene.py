@@ -14,7 +14,7 @@ import numpy as np
 from pydantic import BeforeValidator, ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
-from fragtracer.materials import METAL_F0, reflectance_from_ior
+from fragtracer.materials import METAL_F0, grazing_reflectance, reflectance_from_ior
 
 _CONFIG = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
@@ -132,17 +132,21 @@ class Material:
         """Specular reflectance at normal incidence."""
         if self.metal:
             return METAL_F0[self.metal]
-        dielectric = self.f0 or (reflectance_from_ior(1.5 if self.ior is None else self.ior),) * 3
-        mixed = [
-            (1 - self.metallic) * self.specular * d + self.metallic * a
-            for d, a in zip(dielectric, self.albedo, strict=True)
-        ]
-        return (mixed[0], mixed[1], mixed[2])
+        dielectric, metallic = (1 - self.metallic) * self.specular, self.metallic
+        r, g, b = (dielectric * d + metallic * a for d, a in zip(self._dielectric_f0, self.albedo, strict=True))
+        return (r, g, b)
+
+    @property
+    def _dielectric_f0(self) -> Triple:
+        return self.f0 or (reflectance_from_ior(1.5 if self.ior is None else self.ior),) * 3
 
     @property
     def specular_f90(self) -> float:
         """Specular reflectance at grazing incidence."""
-        return 1.0 if self.metal else (1 - self.metallic) * self.specular + self.metallic
+        if self.metal:
+            return 1.0
+        dielectric = grazing_reflectance(self._dielectric_f0)
+        return (1 - self.metallic) * self.specular * dielectric + self.metallic * grazing_reflectance(self.albedo)
 
     @property
     def is_emissive(self) -> bool:
@@ -304,4 +308,4 @@ class Scene:
                 if shape.material not in self.materials:
                     raise ValueError(f"{where}: there is no material {shape.material!r}; the materials are: {known}")
                 if kind == "planes" and self.materials[shape.material].is_emissive:
-                    raise ValueError(f"{where}: an infinite plane cannot emit light; use a rectangle or the ambient light")
+                    raise ValueError(f"{where}: an infinite plane cannot emit light; use a rectangle or ambient light")

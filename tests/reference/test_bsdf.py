@@ -4,6 +4,8 @@
 import numpy as np
 import pytest
 
+from fragtracer.materials import grazing_reflectance
+
 from fragtracer.reference.variant import mitsuba_variant
 
 GEOMETRIES = ("smith", "schlick-beckmann", "karis")
@@ -184,11 +186,11 @@ def test_nothing_passes_through(mi):
     assert not evaluate(mi, load(mi, 0.5, 0.5), direction(mi, 30), light).any()
 
 
-@pytest.mark.parametrize(("albedo", "f0"), [(0.0, 1.0), (1.0, 0.04), (1.0, 0.5), (1.0, 0.0)])
+@pytest.mark.parametrize(("albedo", "f0"), [(0.0, 1.0), (1.0, 0.04), (1.0, 0.5), (1.0, 0.005), (1.0, 0.0)])
 @pytest.mark.parametrize("geometry", GEOMETRIES)
 @pytest.mark.parametrize("alpha", [1e-5, 1e-4, 0.05, 0.3, 1.0])
 def test_no_energy_is_made(mi, albedo, f0, alpha, geometry):
-    bsdf = load(mi, albedo, f0, alpha, geometry)
+    bsdf = load(mi, albedo, f0, alpha, geometry, f90=grazing_reflectance([f0]))
     for angle in (1, 45, 80, 89.5):
         _, weight = sample(mi, bsdf, direction(mi, angle), count=50_000)
         red = weight.numpy()[0]

@@ -176,6 +176,11 @@ def _plugin_class(mi: Any, dr: Any) -> type:
             """Schlick 1994, eq. 15, with a reflectance F90 at grazing incidence."""
             return self.f0 + (self.f90 - self.f0) * (1 - c) ** 5
 
+        def _interface(self, c: Any) -> Any:
+            """What the rough interface keeps from the diffuse base, by its mean normal: Schlick's form
+            that rises to max((1 - alpha) F90, F0) (after Lagarde 2011, with alpha for roughness)."""
+            return self.f0 + (dr.maximum((1 - self.alpha) * self.f90, self.f0) - self.f0) * (1 - c) ** 5
+
         def _g1_over_cos(self, c: Any) -> Any:
             return smith_g1_over_cos(c, self.alpha) if self.geometry == "smith" else schlick_g1_over_cos(c, self.k)
 
@@ -187,7 +192,7 @@ def _plugin_class(mi: Any, dr: Any) -> type:
         def _eval_pdf(self, wo: Any, wi: Any) -> Any:
             """Value f·cos and density of the smooth lobes, both directions on the front."""
             p_specular = self._specular_probability(wo)
-            both_pass = (1 - self._fresnel(wo.z)) * (1 - self._fresnel(wi.z))
+            both_pass = (1 - self._interface(wo.z)) * (1 - self._interface(wi.z))
             value = self.albedo * both_pass * (wi.z / dr.pi)
             pdf = (1 - p_specular) * wi.z / dr.pi
             if self.delta:

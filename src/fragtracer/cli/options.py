@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: MIT
+"""Options that several commands share."""
+
+import re
+from typing import Annotated
+
+import typer
+
+from fragtracer.errors import FragtracerError
+
+SceneArgument = Annotated[str, typer.Argument(help="Name of a bundled scene, or path of a .toml file.")]
+
+
+def parse_size(text: str | None) -> tuple[int, int] | None:
+    """(width, height) from "640x480"; None stays None.
+
+    Raises
+    ------
+    FragtracerError
+        If the text is not two whole numbers from 1 to 16384.
+    """
+    if text is None:
+        return None
+    match = re.fullmatch(r"(\d{1,5})x(\d{1,5})", text)
+    if not match or not all(1 <= int(side) <= 16384 for side in match.groups()):
+        raise FragtracerError(f"--size {text}: give width x height in pixels, each from 1 to 16384, as --size 640x480")
+    return int(match[1]), int(match[2])
+
+
+SizeOption = Annotated[
+    str | None, typer.Option("--size", metavar="WxH", help="Image size in pixels.  [default: the scene's]")
+]

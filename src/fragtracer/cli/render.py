@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: MIT
+"""``fragtracer render``: a scene into an image file."""
+
+import sys
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import typer
+
+from fragtracer.cli.options import SceneArgument, SizeOption, parse_size
+
+Output = Annotated[Path, typer.Option("--output", "-o", help="Image file: .exr, .hdr, .npy (linear radiance) or .png.")]
+Spp = Annotated[int | None, typer.Option(min=1, max=2**24, help="Samples per pixel.  [default: the scene's]")]
+Time = Annotated[float | None, typer.Option(min=0.0, metavar="SECONDS", help="Stop after this time.")]
+Until = Annotated[
+    float | None, typer.Option(min=0.0, metavar="PERCENT", help="Stop at this mean relative standard error.")
+]
+Count = typer.Option(min=1, max=1024)
+
+
+def render(
+    scene: SceneArgument,
+    output: Output,
+    size: SizeOption = None,
+    spp: Spp = None,
+    time: Time = None,
+    until: Until = None,
+    bounces: Annotated[int | None, typer.Option(min=0, max=10000, help="Scattering events on a path.")] = None,
+    rays: Annotated[int | None, typer.Option(min=1, max=1024, help="Paths per pixel in one pass.")] = None,
+    light_samples: Annotated[int | None, typer.Option(min=1, max=1024, help="Shadow rays at each vertex.")] = None,
+    seed: Annotated[int | None, typer.Option(min=0, max=2**32 - 1, help="Another seed, other noise.")] = None,
+    russian_roulette: Annotated[bool | None, typer.Option(help="End weak paths early, without bias.")] = None,
+    geometry: Annotated[
+        Literal["smith", "schlick-beckmann", "karis"] | None, typer.Option(help="Geometry term of the material.")
+    ] = None,
+    estimator: Annotated[Literal["mis", "nee", "bsdf"] | None, typer.Option(help="How light is sampled.")] = None,
+    sampler: Annotated[Literal["texture", "hash"] | None, typer.Option(help="Source of random numbers.")] = None,
+    pixel_filter: Annotated[Literal["box", "tent", "gaussian"] | None, typer.Option()] = None,
+    exposure: Annotated[float, typer.Option(metavar="STOPS", help="Brightness of a .png.")] = 0.0,
+    tonemap: Annotated[Literal["linear", "reinhard", "aces"], typer.Option(help="Tone curve of a .png.")] = "linear",
+) -> None:
+    """Render SCENE into an image file. Ctrl-C writes what there is."""
+    from fragtracer.images import check_writable, write_image
+    from fragtracer.renderer import Renderer
+    from fragtracer.scene_file import load
+
+    check_writable(output)
+    options: dict[str, Any] = {
+        "bounces": bounces,
+        "rays": rays,
+        "light_samples": light_samples,
+        "seed": seed,
+        "russian_roulette": russian_roulette,
+        "geometry": geometry,
+        "estimator": estimator,
+        "sampler": sampler,
+        "pixel_filter": pixel_filter,
+    }
+    settings = {name: value for name, value in options.items() if value is not None}
+    with Renderer(load(scene), parse_size(size), **settings) as renderer:
+        finished = _sample(renderer, spp, time, None if until is None else until / 100)
+        write_image(output, renderer.image(), renderer.metadata(), exposure, tonemap)
+        _report(renderer, output, finished)
+    if not finished:
+        raise typer.Exit(130)
+
+
+def _sample(renderer: Any, spp: int | None, seconds: float | None, until: float | None) -> bool:
+    """Render under a progress bar; False if the user interrupted."""
+    from fragtracer.cli.progress import render_progress
+
+    if spp is None and seconds is None and until is None:
+        spp = renderer.settings.spp
+    try:
+        with render_progress(spp, seconds, renderer.settings.width * renderer.settings.height) as report:
+            renderer.render(spp, seconds, until, report)
+    except KeyboardInterrupt:
+        return False
+    return True
+
+
+def _report(renderer: Any, output: Path, finished: bool) -> None:
+    note = "" if finished else ", interrupted"
+    print(f"{output}: {renderer.spp} samples per pixel{note}, {100 * renderer.relative_error():.2g} % mean error")
+    if bad := renderer.non_finite_samples():
+        print(f"fragtracer: warning: {bad} samples were not finite and are left out of the image", file=sys.stderr)
