@@ -6,13 +6,13 @@ from importlib.util import find_spec
 
 import typer
 
-import fragtracer
+from fragtracer import __version__
 from fragtracer.errors import FragtracerError
 
 
 def info() -> None:
     """Print the OpenGL vendor, renderer, version and limits, and what is missing."""
-    print(f"fragtracer {fragtracer.__version__}, Python {platform.python_version()}, {platform.platform()}")
+    print(f"fragtracer {__version__}, Python {platform.python_version()}, {platform.platform()}")
     works = _print_opengl()
     _print_mitsuba()
     if not works:
