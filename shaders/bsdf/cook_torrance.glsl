@@ -93,7 +93,11 @@ BsdfSample bsdf_sample(Bsdf b, vec3 wo, vec2 u) {
 #endif
     vec4 eval_pdf = bsdf_eval_pdf(b, wo, s.wi);
     if (eval_pdf.a > 0.0) {
+#if HAS_SPECULAR
         s.weight = eval_pdf.rgb / eval_pdf.a;
+#else
+        s.weight = b.diffuse;
+#endif
         s.pdf = eval_pdf.a;
     }
     return s;

@@ -272,7 +272,7 @@ class RenderSettings:
     height: Annotated[int, Field(ge=1, le=16384)] = 480
     spp: Annotated[int, Field(ge=1, le=2**24)] = 256
     bounces: Annotated[int, Field(ge=0, le=10000)] = 5
-    rays: Annotated[int, Field(ge=1, le=1024)] = 4
+    rays: Annotated[int, Field(ge=1, le=1024)] = 16
     light_samples: Annotated[int, Field(ge=1, le=1024)] = 1
     russian_roulette: bool = True
     russian_roulette_depth: Annotated[int, Field(ge=1)] = 5
