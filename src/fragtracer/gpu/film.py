@@ -59,6 +59,7 @@ class Film:
 
     def release(self) -> None:
         for framebuffer in self._framebuffers:
+            framebuffer.ctx.detect_framebuffer(0).use()  # moderngl may bind again what was in use last
             framebuffer.release()
         for texture in (t for textures in self._sets for t in textures):
             texture.release()
