@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: MIT
-"""Renders a fragtracer scene with Mitsuba's path tracer, in independent batches."""
+"""Renders a fragtracer scene with Mitsuba's path tracer."""
 
 import tempfile
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
+from types import TracebackType
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +17,53 @@ from fragtracer.reference.variant import mitsuba_variant
 from fragtracer.scene import Scene
 
 MAX_PATHS = 2**21  # in flight at once; bounds the memory
+
+
+class ReferenceRenderer:
+    """Mitsuba with ``scene`` loaded, in a ``with`` block.
+
+    ``size`` is (width, height) in pixels, the scene's own if left out; for ``variant`` see
+    :func:`fragtracer.reference.variant.choose_variant`, and for what the block may raise
+    :func:`fragtracer.reference.variant.mitsuba_variant`.
+    """
+
+    def __init__(self, scene: Scene, size: tuple[int, int] | None = None, variant: str | None = None) -> None:
+        width, height = size or (scene.render.width, scene.render.height)
+        self.scene = replace(scene, render=replace(scene.render, width=width, height=height))
+        self.passes_of = max(1, MAX_PATHS // (width * height))  # samples per pixel in one pass, at most
+        self._variant = variant
+
+    def __enter__(self) -> Self:
+        with ExitStack() as stack:
+            self.variant = stack.enter_context(mitsuba_variant(self._variant))
+            import mitsuba as mi
+
+            folder = stack.enter_context(tempfile.TemporaryDirectory())
+            self._world = mi.load_dict(to_mitsuba(self.scene, Path(folder)), parallel=False)
+            self._stack = stack.pop_all()
+        return self
+
+    def sample(self, spp: int, seed: int, progress: Callable[[int], None] | None = None) -> NDArray[np.float64]:
+        """The mean of ``spp`` samples per pixel, (height, width, 3) linear radiance, row 0 at the top.
+
+        Samples of different seeds are independent. ``progress`` hears the number of samples per
+        pixel of each pass when it is done.
+        """
+        import mitsuba as mi
+
+        total = np.zeros((self.scene.render.height, self.scene.render.width, 3))
+        passes = _split(spp, self.passes_of)
+        for samples, pass_seed in zip(passes, np.random.SeedSequence(seed).generate_state(len(passes)), strict=True):
+            total += np.array(mi.render(self._world, spp=samples, seed=int(pass_seed))) * (samples / spp)
+            if progress:
+                progress(samples)
+        return total
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        del self._world
+        self._stack.close()
 
 
 def render_reference(
@@ -57,26 +107,21 @@ def render_reference(
     FragtracerError
         If Mitsuba, or the variant asked for, is missing.
     """
-    width, height = size or (scene.render.width, scene.render.height)
     spp = spp or -(-scene.render.spp // batches) * batches
     if batches < 1 or spp < 1 or spp % batches:
         raise ValueError(f"spp = {spp} must be a positive multiple of batches = {batches}")
-    scene = replace(scene, render=replace(scene.render, width=width, height=height))
-    passes = _split(spp // batches, max(1, MAX_PATHS // (width * height)))
-    seeds = iter(np.random.SeedSequence(seed).generate_state(batches * len(passes)).tolist())
-    images = np.zeros((batches, height, width, 3))
-    with mitsuba_variant(variant), tempfile.TemporaryDirectory() as folder:
-        import mitsuba as mi
+    done = 0
 
-        world = mi.load_dict(to_mitsuba(scene, Path(folder)), parallel=False)
-        done = 0
-        for image in images:
-            for samples in passes:
-                image += np.array(mi.render(world, spp=samples, seed=next(seeds))) * (samples * batches / spp)
-                done += samples
-                if progress:
-                    progress(done, spp)
-    return images.astype(np.float32)
+    def report(samples: int) -> None:
+        nonlocal done
+        done += samples
+        if progress:
+            progress(done, spp)
+
+    seeds = np.random.SeedSequence(seed).generate_state(batches)
+    with ReferenceRenderer(scene, size, variant) as renderer:
+        images = [renderer.sample(spp // batches, int(batch_seed), report) for batch_seed in seeds]
+    return np.array(images, np.float32)
 
 
 def _split(samples: int, most: int) -> list[int]:
