@@ -53,8 +53,9 @@ class ReferenceRenderer:
 
         total = np.zeros((self.scene.render.height, self.scene.render.width, 3))
         passes = _split(spp, self.passes_of)
-        for samples, pass_seed in zip(passes, np.random.SeedSequence(seed).generate_state(len(passes)), strict=True):
-            total += np.array(mi.render(self._world, spp=samples, seed=int(pass_seed))) * (samples / spp)
+        seeds = np.random.SeedSequence(seed).generate_state(len(passes)).tolist()
+        for samples, pass_seed in zip(passes, seeds, strict=True):
+            total += np.array(mi.render(self._world, spp=samples, seed=pass_seed)) * (samples / spp)
             if progress:
                 progress(samples)
         return total
