@@ -33,3 +33,4 @@ float square_to_uniform_cone_pdf(float one_minus_cos_max) { return 0.5 * INVERSE
 vec2 square_to_triangle(vec2 u) {
     return u.y > u.x ? vec2(0.5 * u.x, u.y - 0.5 * u.x) : vec2(u.x - 0.5 * u.y, 0.5 * u.y);
 }
+float square_to_triangle_pdf() { return 2.0; }

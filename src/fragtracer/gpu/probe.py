@@ -24,6 +24,7 @@ def probe(
     defines: Mapping[str, int] | None = None,
     generated: Mapping[str, str] | None = None,
     uniforms: Mapping[str, object] | None = None,
+    resources: Mapping[str, moderngl.Buffer | moderngl.Texture | moderngl.Texture3D] | None = None,
 ) -> dict[str, NDArray[np.float32]]:
     """Evaluate GLSL for every row of a table.
 
@@ -39,6 +40,8 @@ def probe(
         Names and widths (1 to 4) of the results, at most eight.
     defines, generated, uniforms
         As for :class:`FullscreenProgram`.
+    resources
+        Textures by the name of their sampler, and buffers by the name of their uniform block.
 
     Returns
     -------
@@ -60,20 +63,35 @@ def probe(
     program = FullscreenProgram(ctx, folder("shaders"), "probe", defines, {**(generated or {}), "probe": source})
     textures = [_texture(ctx, column, height) for column in columns.values()]
     targets = [ctx.texture((_WIDTH, height), 4, dtype="f4") for _ in outputs]
+    bound_before = ctx.detect_framebuffer()
     framebuffer = ctx.framebuffer(targets)
     try:
         program.set({f"u_in_{name}": unit for unit, name in enumerate(columns)} | dict(uniforms or {}))
         for unit, texture in enumerate(textures):
             texture.use(unit)
+        for unit, (name, resource) in enumerate((resources or {}).items(), len(textures)):
+            _bind(program, name, resource, unit)
         framebuffer.use()
         program.draw()
         tables = [np.frombuffer(t.read(), np.float32).reshape(-1, 4)[:count] for t in targets]
     finally:
+        bound_before.use()  # moderngl would bind the released one again, which is an error
         framebuffer.release()
         program.release()
         for texture in (*targets, *textures):
             texture.release()
     return {n: t[:, 0] if w == 1 else t[:, :w] for (n, w), t in zip(outputs.items(), tables, strict=True)}
+
+
+def _bind(
+    program: FullscreenProgram, name: str, resource: moderngl.Buffer | moderngl.Texture | moderngl.Texture3D, unit: int
+) -> None:
+    if isinstance(resource, moderngl.Buffer):
+        program.bind_block(name, unit)
+        resource.bind_to_uniform_block(unit)
+    else:
+        program.set({name: unit})
+        resource.use(unit)
 
 
 def _column(values: ArrayLike) -> NDArray[np.float32]:
