@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 
 from fragtracer.materials import grazing_reflectance
-
 from fragtracer.reference.variant import mitsuba_variant
 
 GEOMETRIES = ("smith", "schlick-beckmann", "karis")
