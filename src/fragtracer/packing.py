@@ -7,7 +7,7 @@ relative to the middle of the scene, so that a scene far from the origin keeps i
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pyglm import glm
 
 from fragtracer.random_texture import LAYERS, WIDTH
-from fragtracer.scene import Light, Material, Rectangle, RenderSettings, Scene, Sphere, Triangle
+from fragtracer.scene import Camera, Light, Material, Rectangle, RenderSettings, Scene, Sphere, Triangle
 from fragtracer.shader_composer import CONSTANTS
 
 Record = tuple[tuple[str, str], ...]
@@ -60,16 +60,27 @@ class PackedScene:
     uniforms: Mapping[str, Any]
     constants: Mapping[str, Any]
     layout: str  # the text of generated/scene_layout.glsl
+    origin: Floats  # the point of the world that is the shader's (0, 0, 0)
 
 
-def pack(scene: Scene, settings: RenderSettings, width: int, height: int, baked: bool = False) -> PackedScene:
+def pack(
+    scene: Scene,
+    settings: RenderSettings,
+    width: int,
+    height: int,
+    baked: bool = False,
+    home: Camera | None = None,
+) -> PackedScene:
     """Pack ``scene`` for an image of ``width`` x ``height`` pixels rendered with ``settings``.
 
     ``baked`` compiles the values into the program as constants, those of a small scene too. A
-    software renderer is then about twice as fast, but every edit compiles.
+    software renderer is then about twice as fast, but every edit compiles. For a camera that moves,
+    ``home`` is where it began: the origin is chosen with that one, and the camera stays in uniforms
+    (:func:`camera_uniforms`), so that nothing but these changes on its way.
     """
-    origin = _middle(scene)
-    extent = float(max(np.abs(_points(scene) - origin).max(), np.finfo(np.float32).tiny))
+    points = _points(scene if home is None else replace(scene, camera=home))
+    origin = _middle(points)
+    extent = float(max(np.abs(points - origin).max(), np.finfo(np.float32).tiny))
     spheres, materials = _spheres_with_lights(scene)
     index = {name: i for i, name in enumerate(materials)}
     lights = _lights(scene, spheres, materials, origin)
@@ -97,11 +108,13 @@ def pack(scene: Scene, settings: RenderSettings, width: int, height: int, baked:
     texels = np.concatenate([_texels(RECORDS[name], rows) for name, rows in records.items()])
     defines = _scene_defines(records, scene) | _settings_defines(settings)
     defines |= {"SCENE_TEXELS": len(texels), "SCENE_IN_UNIFORMS": int(len(texels) <= _MAX_UNIFORM_TEXELS)}
-    uniforms = _camera_uniforms(scene, origin, width, height) | _settings_uniforms(settings)
-    uniforms["u_ambient_radiance"] = scene.ambient.radiance
+    camera = camera_uniforms(scene.camera, origin, width, height)
+    others = _settings_uniforms(settings) | {"u_ambient_radiance": scene.ambient.radiance}
+    constants = ({} if home else camera) | others if baked else {}
+    uniforms = {name: value for name, value in (camera | others).items() if name not in constants}
     primitives = sum(len(records[kind]) for kind in _SHAPES)
     layout = _layout(records, texels, baked and primitives <= _MAX_BAKED)
-    return PackedScene(texels, defines, {} if baked else uniforms, uniforms if baked else {}, layout)
+    return PackedScene(texels, defines, uniforms, constants, layout, origin)
 
 
 def _points(scene: Scene) -> Floats:
@@ -119,8 +132,7 @@ def _points(scene: Scene) -> Floats:
     return np.asarray(points, np.float64)
 
 
-def _middle(scene: Scene) -> Floats:
-    points = _points(scene)
+def _middle(points: Floats) -> Floats:
     middle: Floats = (points.min(axis=0) + points.max(axis=0)) / 2
     return middle
 
@@ -267,8 +279,11 @@ def _settings_uniforms(settings: RenderSettings) -> dict[str, Any]:
     }
 
 
-def _camera_uniforms(scene: Scene, origin: Floats, width: int, height: int) -> dict[str, Any]:
-    camera = scene.camera
+def camera_uniforms(camera: Camera, origin: Floats, width: int, height: int) -> dict[str, Any]:
+    """What the shader needs of ``camera`` for an image of ``width`` x ``height`` pixels, by name.
+
+    ``origin`` is that of the :class:`PackedScene` it looks at.
+    """
     eye, target = (glm.dvec3(*np.subtract(p, origin)) for p in (camera.position, camera.target))
     view = glm.lookAt(eye, target, glm.dvec3(*camera.up))
     projection = glm.perspective(np.radians(camera.fov_degrees), width / height, 1.0, 2.0)

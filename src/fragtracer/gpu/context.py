@@ -34,6 +34,20 @@ def create_context() -> moderngl.Context:
     raise DeviceError(f"no OpenGL 3.3 context could be made ({'; '.join(dict.fromkeys(reasons))}); {mend}")
 
 
+def attach_context() -> moderngl.Context:
+    """The OpenGL context that a window has made current.
+
+    Raises
+    ------
+    DeviceError
+        If it is older than OpenGL 3.3.
+    """
+    try:
+        return moderngl.create_context(require=_VERSION)
+    except Exception as error:  # as above
+        raise DeviceError(f"the window's OpenGL cannot be used: {error}") from None
+
+
 def _attempts() -> list[dict[str, Any]]:
     if sys.platform != "linux":
         return [{}]

@@ -57,6 +57,23 @@ class Film:
         )
         return mean, variance
 
+    def read_rows(self, bottom: int, rows: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """As :meth:`read`, ``rows`` rows from ``bottom`` (0 is the lowest) alone, the lowest first."""
+        width, _ = self.size
+        framebuffer = self._framebuffers[self._front]
+        viewport = (0, bottom, width, rows)
+        mean, variance = (
+            np.frombuffer(framebuffer.read(viewport, 4, attachment=i, dtype="f4"), np.float32).reshape(rows, width, 4)
+            for i in range(2)
+        )
+        return mean, variance
+
+    @property
+    def textures(self) -> tuple[moderngl.Texture, moderngl.Texture]:
+        """The front set, as :meth:`read` describes them, to be shown; row 0 at the bottom."""
+        mean, variance = self._sets[self._front]
+        return mean, variance
+
     def release(self) -> None:
         for framebuffer in self._framebuffers:
             framebuffer.ctx.detect_framebuffer(0).use()  # moderngl may bind again what was in use last

@@ -2,7 +2,8 @@
 """The path tracing program with its scene, on a film: passes cut into bands of bounded duration."""
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 import moderngl
 import numpy as np
@@ -17,6 +18,7 @@ from fragtracer.resources import folder
 DRAW_BUDGET = 0.05  # seconds
 _FIRST_BAND = 4096  # pixel samples
 _MAX_GROWTH = 4.0  # of a band over the one before, while its cost is not known well
+_MOST_KEPT = 3  # programs, so that going back to a kind of scene does not compile
 _BLOCK_BINDING = 0
 _SCENE_UNIT, _RANDOM_UNIT, _FILM_UNIT = 0, 1, 2
 
@@ -33,39 +35,48 @@ class Tracer:
         self._pixel_samples_per_second = 0.0
         self._source: object = None
         self._program: FullscreenProgram | None = None
+        self._kept: list[tuple[object, FullscreenProgram]] = []  # the last ones used, the newest first
         self._scene: moderngl.Buffer | moderngl.Texture | None = None
         self.load(packed)
 
-    def load(self, packed: PackedScene) -> None:
-        """Take over another scene; compiles only if its features, or the
-        values baked into the program, differ from the last one's."""
+    def load(self, packed: PackedScene, recompile: bool = False) -> None:
+        """Take over another scene; compiles only if its features, or the values baked into the
+        program, are new, or if told to, because the shader files have changed.
+
+        Raises :class:`ShaderError` if the program does not compile; the last one stays in use.
+        """
         source = (packed.defines, packed.layout, packed.constants)
-        if self._program is None or source != self._source:
-            generated = {"generated/scene_layout.glsl": packed.layout}
-            self._replace_program(
-                FullscreenProgram(
-                    self._ctx, folder("shaders"), "pathtracer.frag", packed.defines, generated, packed.constants
-                )
-            )
+        if recompile or self._program is None or source != self._source:
+            self._use_program(self._compiled(packed, source, recompile))
             self._source = source
             self._pixel_samples_per_second = 0.0
         self._upload_scene(packed)
-        assert self._program is not None
-        self._program.set(packed.uniforms)
+        self.set(packed.uniforms)
 
-    def bands(self, film: Film, rays: int) -> Iterator[int]:
-        """Draw one pass of ``rays`` paths for every pixel, a band of rows at a time.
+    def set(self, uniforms: Mapping[str, Any]) -> None:
+        """Change uniforms alone, by name: those of the camera, when nothing else has moved."""
+        assert self._program is not None
+        self._program.set(uniforms)
+
+    @property
+    def pixel_samples_per_second(self) -> float:
+        """The speed of the last draw; 0 when the program is new."""
+        return self._pixel_samples_per_second
+
+    def bands(self, film: Film, rays: int, budget: float = DRAW_BUDGET) -> Iterator[int]:
+        """Draw one pass of ``rays`` paths for every pixel, a band of rows at a time, each meant to
+        take ``budget`` seconds.
 
         Yields the number of rows drawn after each band, when its draw has finished. The film is
         swapped after the last; abandoned before that, it keeps what it had.
         """
         assert self._program is not None
-        self._program.set({"u_rays": rays})
         width, height = film.size
         row = 0
         while row < height:
             self._bind(film)
-            rows = min(self._rows(width * rays), height - row)
+            self._program.set({"u_rays": rays})  # each time: other passes may be drawn in between
+            rows = min(self._rows(width * rays, budget), height - row)
             film.restrict(row, rows)
             start = time.perf_counter()
             self._program.draw()
@@ -93,21 +104,40 @@ class Tracer:
         self._random.use(_RANDOM_UNIT)
         film.bind(_FILM_UNIT)
 
-    def _rows(self, pixel_samples_per_row: int) -> int:
-        budget = max(_FIRST_BAND, self._pixel_samples_per_second * DRAW_BUDGET)
-        return max(1, int(budget / pixel_samples_per_row))
+    def _rows(self, pixel_samples_per_row: int, budget: float) -> int:
+        pixel_samples = max(_FIRST_BAND, self._pixel_samples_per_second * budget)
+        return max(1, int(pixel_samples / pixel_samples_per_row))
 
     def _learn(self, pixel_samples: int, seconds: float) -> None:
         before = max(self._pixel_samples_per_second, _FIRST_BAND / DRAW_BUDGET)
         self._pixel_samples_per_second = min(pixel_samples / max(seconds, 1e-6), _MAX_GROWTH * before)
 
-    def _replace_program(self, program: FullscreenProgram) -> None:
-        if self._program is not None:
-            self._program.release()
+    def _compiled(self, packed: PackedScene, source: object, recompile: bool) -> FullscreenProgram:
+        """The program for ``packed``, from those that are kept or new."""
+        for known, program in [] if recompile else self._kept:
+            if known == source:
+                return program
+        generated = {"generated/scene_layout.glsl": packed.layout}
+        program = FullscreenProgram(
+            self._ctx, folder("shaders"), "pathtracer.frag", packed.defines, generated, packed.constants
+        )
+        if recompile:
+            self._forget(0)
+        self._kept.insert(0, (source, program))
+        return program
+
+    def _use_program(self, program: FullscreenProgram) -> None:
+        self._kept.sort(key=lambda known: known[1] is not program)
         self._program = program
+        self._forget(_MOST_KEPT)
         program.bind_block("SceneBlock", _BLOCK_BINDING)
         units = {"u_random_texture": _RANDOM_UNIT, "u_film_mean": _FILM_UNIT, "u_film_variance": _FILM_UNIT + 1}
         program.set({"u_scene": _SCENE_UNIT} | units)
+
+    def _forget(self, most: int) -> None:
+        for _, program in self._kept[most:]:
+            program.release()
+        del self._kept[most:]
 
     def _upload_scene(self, packed: PackedScene) -> None:
         if self._scene is not None:
@@ -122,7 +152,8 @@ class Tracer:
         self._scene.filter = (moderngl.NEAREST, moderngl.NEAREST)
 
     def release(self) -> None:
-        for resource in (self._program, self._scene, self._random):
+        self._forget(0)
+        for resource in (self._scene, self._random):
             if resource is not None:
                 resource.release()
 
