@@ -56,6 +56,10 @@ void main() {
         }
 #endif
         if (!vertex.scatters) {
+#if COUNT_WORK
+            path.radiance = path_work;
+            path_work = vec3(0.0);
+#endif
             film_add(film, path.radiance);
             index++;
         }

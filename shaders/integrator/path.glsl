@@ -29,6 +29,13 @@ struct Vertex {
     Bsdf bsdf;
 };
 
+#if COUNT_WORK
+vec3 path_work = vec3(0.0);  // of the sample so far: path rays, shadow rays, vertices
+#define COUNT(field) path_work.field += 1.0
+#else
+#define COUNT(field)
+#endif
+
 Path path_begin(ivec2 pixel, vec4 u) {
     vec2 position = vec2(pixel) + 0.5 + pixel_filter_sample(u.xy);
     Ray ray = camera_ray(2.0 * position * u_inverse_image_size - 1.0, u.zw);
@@ -50,6 +57,7 @@ float path_emission_weight(Path path, float light_pdf) {
 Vertex path_extend(inout Path path) {
     Vertex vertex;
     vertex.scatters = false;
+    COUNT(x);
     Hit hit = scene_intersect(path.ray, INFINITE_DISTANCE, NO_PRIMITIVE);
     if (hit.primitive == NO_PRIMITIVE) {
 #if HAS_AMBIENT
@@ -76,6 +84,7 @@ Vertex path_extend(inout Path path) {
     path.throughput /= survival;
 
     vec3 normal = cos_theta < 0.0 ? -surface.normal : surface.normal;
+    COUNT(z);
     vertex.scatters = true;
     vertex.origin = ray_offset_origin(surface.position, normal, surface.extent);
     vertex.frame = frame_from_normal(normal);
@@ -85,16 +94,19 @@ Vertex path_extend(inout Path path) {
 }
 
 bool is_occluded(vec3 origin, vec3 wi, float distance, int light_primitive) {
+    COUNT(y);
     return scene_intersect(Ray(origin, wi), distance, light_primitive).primitive != NO_PRIMITIVE;
 }
 
 #if LIGHT_COUNT
-// Radiance scattered towards wo from one sample of the lights, of u_light_samples.
-vec3 path_light_sample(Vertex vertex, vec2 u) {
-    LightSample light = light_sample(vertex.origin, u);
+bool path_is_occluded(Vertex vertex, LightSample light) {
+    return is_occluded(vertex.origin, light.wi, light.distance, light.primitive);
+}
+
+// Radiance scattered towards wo from one sample of the lights, of u_light_samples, if nothing occludes it.
+vec3 path_light_unoccluded(Vertex vertex, LightSample light) {
     vec4 eval_pdf = bsdf_eval_pdf(vertex.bsdf, vertex.wo, frame_to_local(vertex.frame, light.wi));
     if (light.pdf <= 0.0 || max_component(eval_pdf.rgb) <= 0.0) return vec3(0.0);
-    if (is_occluded(vertex.origin, light.wi, light.distance, light.primitive)) return vec3(0.0);
 #if ESTIMATOR == ESTIMATOR_MIS
     float weight = light.delta ? 1.0 : power_heuristic(float(u_light_samples) * light.pdf, eval_pdf.a);
 #elif ESTIMATOR == ESTIMATOR_NEE
@@ -103,6 +115,13 @@ vec3 path_light_sample(Vertex vertex, vec2 u) {
     float weight = float(light.delta);
 #endif
     return eval_pdf.rgb * light.radiance * (weight / light.pdf);
+}
+
+vec3 path_light_sample(Vertex vertex, vec2 u) {
+    LightSample light = light_sample(vertex.origin, u);
+    vec3 radiance = path_light_unoccluded(vertex, light);
+    if (max_component(radiance) <= 0.0 || path_is_occluded(vertex, light)) return vec3(0.0);
+    return radiance;
 }
 #endif
 
@@ -122,13 +141,24 @@ void path_gather_direct(inout Path path, Vertex vertex, ivec2 pixel, uint index,
     vec3 direct = vec3(0.0);
     float spare;
 #if LIGHT_COUNT
+#if SINGLE_LIGHT_EVALUATION
+    vec3 unoccluded;
+#endif
     int i = 0;
     do {
         if (u_light_samples > 1) {
             uint light_index = index * uint(u_light_samples) + uint(i);
             u = sampler_vec4(pixel, light_index, dimension_light(path.vertex), spare).xy;
         }
+#if SINGLE_LIGHT_EVALUATION
+        // The BSDF once, for the first sample, times the fraction of all samples that are not occluded: biased,
+        // since light that is occluded and light that is not are scattered alike. `bench --what ablations` measures it.
+        LightSample light = light_sample(vertex.origin, u);
+        if (i == 0) unoccluded = path_light_unoccluded(vertex, light);
+        if (light.pdf > 0.0 && !path_is_occluded(vertex, light)) direct += unoccluded;
+#else
         direct += path_light_sample(vertex, u);
+#endif
         i++;
     } while (i < u_light_samples);
     direct /= float(u_light_samples);

@@ -2,7 +2,7 @@
 """From a scene to an image: progressive rendering with as many samples as asked for."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from types import TracebackType
@@ -41,6 +41,9 @@ class Renderer:
     baked
         Whether a small scene is compiled into the program (:func:`fragtracer.packing.pack`); left
         out, only for a software renderer.
+    defines
+        Values for some of :data:`fragtracer.shader_composer.FEATURES` in place of those that the
+        scene and settings give: for measurements and experiments.
     settings
         Any field of :class:`RenderSettings` to change for this render, as ``bounces=2``.
 
@@ -56,6 +59,7 @@ class Renderer:
         size: tuple[int, int] | None = None,
         context: Any = None,
         baked: bool | None = None,
+        defines: Mapping[str, int] | None = None,
         **settings: Any,
     ) -> None:
         if size is not None:
@@ -64,6 +68,7 @@ class Renderer:
         self.scene = scene
         self._owns_context = context is None
         self.context = create_context() if context is None else context
+        self._defines = dict(defines or {})
         self._baked = is_software(self.context) if baked is None else baked
         with self._current():
             self._film = Film(self.context, self.settings.width, self.settings.height)
@@ -169,6 +174,26 @@ class Renderer:
         _, variance = self._read()
         return int(variance[..., 3].sum(dtype=np.float64))
 
+    @property
+    def draw_seconds(self) -> float:
+        """Time that all draws of passes have taken, by the GPU's clock where it has one."""
+        return self._tracer.timer.seconds
+
+    @property
+    def gpu_clock(self) -> bool:
+        """Whether :attr:`draw_seconds` is by the GPU's clock, else by the wall clock."""
+        return self._tracer.timer.gpu_clock
+
+    @property
+    def gpu_bytes(self) -> int:
+        """Size of the textures and buffers held on the GPU; drivers round up, and add the program."""
+        return self._film.gpu_bytes + self._tracer.gpu_bytes
+
+    @property
+    def context_info(self) -> dict[str, str]:
+        """What renders, as :func:`fragtracer.gpu.context.describe` says it."""
+        return describe(self.context)
+
     def metadata(self) -> dict[str, str]:
         """What made the image, as text by name, for its file."""
         from fragtracer import __version__
@@ -179,7 +204,8 @@ class Renderer:
         return made_by | settings | counts | {"gl_renderer": describe(self.context)["GL renderer"]}
 
     def _packed(self) -> PackedScene:
-        return pack(self.scene, self.settings, self.settings.width, self.settings.height, self._baked)
+        packed = pack(self.scene, self.settings, self.settings.width, self.settings.height, self._baked)
+        return replace(packed, defines={**packed.defines, **self._defines})
 
     def _read(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         with self._current():

@@ -34,6 +34,8 @@ FEATURES = {
     "SAMPLER": CONSTANTS["SAMPLER_TEXTURE"],
     "PIXEL_FILTER": CONSTANTS["PIXEL_FILTER_BOX"],
     "PATH_REGENERATION": 1,
+    "COUNT_WORK": 0,  # the image is the number of path rays, shadow rays and vertices of a sample
+    "SINGLE_LIGHT_EVALUATION": 0,  # a biased shortcut, to be measured (integrator/path.glsl)
     "RANDOM_TEXTURE_WIDTH": 64,
     "RANDOM_TEXTURE_LAYERS": 16,
     "SCENE_IN_UNIFORMS": 1,  # else in a texture, for scenes too large for a uniform block

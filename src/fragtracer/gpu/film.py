@@ -74,6 +74,11 @@ class Film:
         mean, variance = self._sets[self._front]
         return mean, variance
 
+    @property
+    def gpu_bytes(self) -> int:
+        """Size of all four textures."""
+        return 4 * 16 * self.size[0] * self.size[1]
+
     def release(self) -> None:
         for framebuffer in self._framebuffers:
             framebuffer.ctx.detect_framebuffer(0).use()  # moderngl may bind again what was in use last

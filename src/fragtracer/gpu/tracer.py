@@ -10,6 +10,7 @@ import numpy as np
 
 from fragtracer.gpu.film import Film
 from fragtracer.gpu.program import FullscreenProgram
+from fragtracer.gpu.timer import DrawTimer
 from fragtracer.packing import PackedScene
 from fragtracer.random_texture import random_texture
 from fragtracer.resources import folder
@@ -32,6 +33,7 @@ class Tracer:
     def __init__(self, ctx: moderngl.Context, packed: PackedScene) -> None:
         self._ctx = ctx
         self._random = _upload_random_texture(ctx)
+        self.timer = DrawTimer(ctx)  # of all bands so far
         self._pixel_samples_per_second = 0.0
         self._source: object = None
         self._program: FullscreenProgram | None = None
@@ -79,8 +81,9 @@ class Tracer:
             rows = min(self._rows(width * rays, budget), height - row)
             film.restrict(row, rows)
             start = time.perf_counter()
-            self._program.draw()
-            self._ctx.finish()
+            with self.timer:
+                self._program.draw()
+                self._ctx.finish()
             self._learn(width * rows * rays, time.perf_counter() - start)
             row += rows
             yield rows
@@ -94,6 +97,14 @@ class Tracer:
         film.restrict(0, 1)
         self._program.draw()
         self._ctx.finish()
+
+    @property
+    def gpu_bytes(self) -> int:
+        """Size of what is held on the GPU, without the program."""
+        scene = self._scene
+        assert scene is not None
+        points = self._random.width * self._random.height * self._random.depth
+        return 16 * points + (scene.size if isinstance(scene, moderngl.Buffer) else 16 * scene.width * scene.height)
 
     def _bind(self, film: Film) -> None:
         assert self._scene is not None
