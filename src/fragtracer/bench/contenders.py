@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: MIT
+"""fragtracer and Mitsuba under one face: add samples, look at the clock, take the image."""
+
+import time
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
+from types import TracebackType
+from typing import Any, Protocol, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fragtracer.reference.render import ReferenceRenderer
+from fragtracer.renderer import Renderer
+from fragtracer.scene import Scene
+
+Image = NDArray[np.float64]
+
+
+class Contender(Protocol):
+    """A renderer with a clock of its own, which runs only while it samples."""
+
+    name: str
+    seconds: float
+    spp: int
+    step: int  # samples per pixel that it takes at once
+
+    def sample(self, spp: int) -> None: ...
+    def image(self) -> Image: ...
+
+
+class Ours:
+    """fragtracer on ``scene``, compiled and warm; a ``with`` block."""
+
+    name = "fragtracer"
+
+    def __init__(self, scene: Scene, seed: int = 0, defines: Mapping[str, int] | None = None, **options: Any) -> None:
+        self._renderer = Renderer(scene, defines=defines, seed=seed, **options)
+        self.step = self._renderer.settings.rays
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget the samples, and set the clock to 0."""
+        self._renderer.sample(self.step)
+        self._renderer.reset()
+        self.seconds, self.spp = 0.0, 0
+
+    def sample(self, spp: int) -> None:
+        start = time.perf_counter()
+        self._renderer.sample(spp)
+        self.seconds += time.perf_counter() - start
+        self.spp += spp
+
+    def image(self) -> Image:
+        return self._renderer.image().astype(np.float64)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._renderer.close()
+
+
+class Mitsuba:
+    """Mitsuba on ``scene``, compiled and warm; a ``with`` block. ``paths`` are in flight at once."""
+
+    name = "Mitsuba"
+
+    def __init__(self, scene: Scene, seed: int = 0, variant: str | None = None, paths: int = 2**22) -> None:
+        self._stack = ExitStack()
+        self._renderer = self._stack.enter_context(ReferenceRenderer(scene, variant=variant))
+        self.variant = self._renderer.variant
+        pixels = scene.render.width * scene.render.height
+        self.step = max(1, paths // pixels)
+        self._renderer.passes_of = self.step
+        self._seeds = np.random.default_rng(seed)
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget the samples, and set the clock to 0."""
+        self._renderer.sample(self.step, self._seed())
+        self._sum: Image | float = 0.0
+        self.seconds, self.spp = 0.0, 0
+
+    def _seed(self) -> int:
+        return int(self._seeds.integers(2**32))
+
+    def sample(self, spp: int) -> None:
+        start = time.perf_counter()
+        image = self._renderer.sample(spp, self._seed())
+        self.seconds += time.perf_counter() - start
+        self._sum = self._sum + spp * image
+        self.spp += spp
+
+    def image(self) -> Image:
+        return np.asarray(self._sum) / self.spp
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._stack.close()
+
+
+def race(contenders: Sequence[Contender], seconds: float) -> None:
+    """Let all sample until the clock of each shows ``seconds``, in turns of one step of the one that is behind."""
+    while behind := [c for c in contenders if c.seconds < seconds]:
+        last = min(behind, key=lambda c: c.seconds)
+        last.sample(last.step)

@@ -1,0 +1,34 @@
+# SPDX-License-Identifier: MIT
+"""All benchmarks by name, and running several of them."""
+
+from collections.abc import Sequence
+
+from fragtracer.bench import convergence, speed, sweep
+from fragtracer.bench.machine import describe_machine
+from fragtracer.bench.plan import Benchmark, Plan, Progress
+from fragtracer.bench.tables import Results
+
+BENCHMARKS: dict[str, Benchmark] = {
+    "sweep": sweep.BENCHMARK,
+    "speed": speed.BENCHMARK,
+    "error": convergence.BENCHMARK,
+}
+
+
+def run_suite(names: Sequence[str], plan: Plan, progress: Progress) -> Results:
+    """Run the benchmarks of those names; Ctrl-C ends it early with ``complete`` false, all finished rows kept."""
+    results = Results(describe_machine(), plan.describe(), complete=False)
+    try:
+        for place, name in enumerate(names):
+            benchmark = BENCHMARKS[name]
+            table = benchmark.table(plan)
+            results.tables.append(table)
+
+            def part(share: float, text: str, place: int = place, name: str = name) -> None:
+                progress((place + share) / len(names), f"{name}: {text}")
+
+            benchmark.run(plan, table, part)
+        results.complete = True
+    except KeyboardInterrupt:
+        pass
+    return results

@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: MIT
+"""How much there is to do for a sample: rays and vertices, counted by a build of the same program."""
+
+from dataclasses import dataclass
+
+from fragtracer.renderer import Renderer
+from fragtracer.scene import Scene
+
+_SIDE = 64  # pixels of the longer side of the image that is counted
+_SPP = 64
+
+
+@dataclass(frozen=True)
+class Work:
+    """Means over the samples of an image. A vertex is a point where a path scatters."""
+
+    path_rays: float
+    shadow_rays: float
+    vertices: float
+
+    @property
+    def rays(self) -> float:
+        return self.path_rays + self.shadow_rays
+
+
+def count_work(scene: Scene, spp: int = _SPP) -> Work:
+    """Count on a small image of the same view with the same settings."""
+    settings = scene.render
+    scale = min(1.0, _SIDE / max(settings.width, settings.height))
+    width, height = (max(1, round(scale * side)) for side in (settings.width, settings.height))
+    with Renderer(scene, (width, height), defines={"COUNT_WORK": 1}, rays=16) as renderer:
+        path_rays, shadow_rays, vertices = renderer.render(spp).mean((0, 1), dtype=float).tolist()
+    return Work(path_rays, shadow_rays, vertices)
