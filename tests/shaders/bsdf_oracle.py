@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: MIT
+"""The material in float64: the formulas of its literature, not of the shader's code.
+
+Arguments broadcast; directions are (..., 3), local, with z = normal.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Floats = NDArray[np.floating]
+Direction = tuple[float, float, float]
+
+REC_709 = np.array([0.2126, 0.7152, 0.0722])
+
+
+@dataclass(frozen=True)
+class Material:
+    """What the shader calls a Bsdf."""
+
+    diffuse: Direction = (0.0, 0.0, 0.0)
+    alpha: float = 1.0
+    f0: Direction = (0.0, 0.0, 0.0)
+    f90: float = 0.0
+
+
+def fresnel(f0: ArrayLike, f90: ArrayLike, cosine: ArrayLike) -> Floats:
+    """Schlick's approximation, (..., 3)."""
+    grazing = (1 - np.asarray(cosine, np.float64)[..., None]) ** 5
+    return np.asarray(f0, np.float64) * (1 - grazing) + np.asarray(f90, np.float64) * grazing
+
+
+def ggx_d(alpha: ArrayLike, wh: Floats) -> Floats:
+    """Trowbridge-Reitz in terms of cos theta."""
+    a2, c2 = np.asarray(alpha, np.float64) ** 2, wh[..., 2] ** 2
+    return a2 / (np.pi * (c2 * (a2 - 1) + 1) ** 2)
+
+
+def g1_smith(alpha: ArrayLike, cosine: ArrayLike) -> Floats:
+    """1 / (1 + Lambda) with Lambda = (sqrt(1 + alpha² tan²) - 1) / 2."""
+    c2 = np.asarray(cosine, np.float64) ** 2
+    return 2 / (1 + np.sqrt(1 + np.asarray(alpha, np.float64) ** 2 * (1 - c2) / c2))
+
+
+def g1(term: str, alpha: ArrayLike, cosine: ArrayLike) -> Floats:
+    """The masking term of GEOMETRY_<term>."""
+    alpha = np.asarray(alpha, np.float64)
+    if term == "SMITH":
+        return g1_smith(alpha, cosine)
+    k = np.sqrt(2 * alpha**2 / np.pi) if term == "SCHLICK_BECKMANN" else (np.sqrt(alpha) + 1) ** 2 / 8
+    return cosine / (cosine * (1 - k) + k)
+
+
+def visible_normal_pdf(alpha: ArrayLike, wo: Floats, wh: Floats) -> Floats:
+    """G1 D max(0, wo . wh) / cos_o."""
+    cosine = np.maximum(0, (wo * wh).sum(-1))
+    return g1_smith(alpha, wo[..., 2]) * cosine * ggx_d(alpha, wh) / wo[..., 2]
+
+
+def interface_reflectance(m: Material, cosine: ArrayLike) -> Floats:
+    """R, what the rough interface keeps from the base: Schlick towards max((1 - alpha) f90, f0), (..., 3)."""
+    return fresnel(m.f0, np.maximum((1 - m.alpha) * m.f90, m.f0), cosine)
+
+
+def specular_probability(m: Material, wo: Floats) -> Floats:
+    """How often the specular lobe is sampled."""
+    r = interface_reflectance(m, wo[..., 2])
+    specular, diffuse = r @ REC_709, (np.asarray(m.diffuse) * (1 - r) * (1 - np.asarray(m.f0))) @ REC_709
+    return specular / np.maximum(specular + diffuse, 1e-300)
+
+
+def bsdf_eval(m: Material, term: str, wo: Floats, wi: Floats) -> Floats:
+    """f |cos_i| of the glossy and the diffuse lobe, (..., 3), for directions above the surface."""
+    wh, co, ci = _half(wo, wi), wo[..., 2], wi[..., 2]
+    f = fresnel(m.f0, m.f90, (wo * wh).sum(-1))
+    g = g1(term, m.alpha, co) * g1(term, m.alpha, ci)
+    specular = f * (ggx_d(m.alpha, wh) * g / (4 * co * ci))[..., None]
+    return (specular + _diffuse(m, co, ci)) * ci[..., None]
+
+
+def bsdf_eval_diffuse(m: Material, wo: Floats, wi: Floats) -> Floats:
+    """f |cos_i| of the diffuse lobe alone."""
+    return _diffuse(m, wo[..., 2], wi[..., 2]) * wi[..., 2:]
+
+
+def bsdf_pdf(m: Material, wo: Floats, wi: Floats) -> Floats:
+    """Density of sampling the lobes, in 1/sr."""
+    wh, p = _half(wo, wi), specular_probability(m, wo)
+    glossy = visible_normal_pdf(m.alpha, wo, wh) / (4 * (wo * wh).sum(-1))
+    return p * glossy + (1 - p) * wi[..., 2] / np.pi
+
+
+def _diffuse(m: Material, co: Floats, ci: Floats) -> Floats:
+    passed = (1 - interface_reflectance(m, co)) * (1 - interface_reflectance(m, ci))
+    return np.asarray(m.diffuse) / np.pi * passed
+
+
+def _half(wo: Floats, wi: Floats) -> Floats:
+    wh = wo + wi
+    return wh / np.linalg.norm(wh, axis=-1, keepdims=True)

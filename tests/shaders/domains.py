@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: MIT
+"""Domains of samplers, each as a map from the unit square in which its cells are equal rectangles.
+
+The maps are written anew in float64, not taken from shaders/core/warp.glsl, and crowd cells where a
+density is high: a lobe of width 1e-3 gets as many of them as a wide one.
+"""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.floating]
+
+
+class Domain(Protocol):
+    """A piece of a plane, a sphere or a triangle with coordinates (s, t) in the unit square."""
+
+    def place(self, s: Floats, t: Floats) -> tuple[Floats, Floats]:
+        """Points (n, k), and the measure of the domain over that of the square there."""
+
+    def locate(self, points: Floats) -> tuple[Floats, Floats]:
+        """Coordinates of points; s outside [0, 1) for those that do not lie in the domain."""
+
+
+@dataclass(frozen=True)
+class Box:
+    """The square of half width ``half`` around the origin, or the unit square if that is None."""
+
+    half: float | None = None
+
+    def place(self, s: Floats, t: Floats) -> tuple[Floats, Floats]:
+        points = np.stack([s, t], -1)
+        if self.half is None:
+            return points, np.ones(len(s))
+        return self.half * (2 * points - 1), np.full(len(s), 4 * self.half**2)
+
+    def locate(self, points: Floats) -> tuple[Floats, Floats]:
+        square = points if self.half is None else (points / self.half + 1) / 2
+        s, t = square.T
+        return np.where((t >= 0) & (t <= 1), s, -1), t
+
+
+class Disk:
+    """The unit disk: s is the square of the radius."""
+
+    def place(self, s: Floats, t: Floats) -> tuple[Floats, Floats]:
+        return np.sqrt(s)[:, None] * _circle(t), np.full(len(s), np.pi)
+
+    def locate(self, points: Floats) -> tuple[Floats, Floats]:
+        return (points**2).sum(1), _turns(points)
+
+
+@dataclass(frozen=True)
+class GaussianPlane:
+    """The plane, in cells of equal mass under a normal distribution of deviation ``sigma``."""
+
+    sigma: float
+
+    def place(self, s: Floats, t: Floats) -> tuple[Floats, Floats]:
+        radius = self.sigma * np.sqrt(-2 * np.log1p(-s))
+        return radius[:, None] * _circle(t), 2 * np.pi * self.sigma**2 / (1 - s)
+
+    def locate(self, points: Floats) -> tuple[Floats, Floats]:
+        return -np.expm1(-(points**2).sum(1) / (2 * self.sigma**2)), _turns(points)
+
+
+class Triangle:
+    """Weights of the second and third vertex of a triangle."""
+
+    def place(self, s: Floats, t: Floats) -> tuple[Floats, Floats]:
+        r = np.sqrt(s)
+        return np.stack([r * (1 - t), r * t], -1), np.full(len(s), 0.5)
+
+    def locate(self, points: Floats) -> tuple[Floats, Floats]:
+        r = points.sum(1)
+        inside = (points >= 0).all(1)
+        return np.where(inside, r**2, -1), points[:, 1] / np.where(r > 0, r, 1)
+
+
+@dataclass(frozen=True)
+class Cone:
+    """Unit vectors around ``axis`` with 1 - cos below ``height``: 1 for a hemisphere, 2 for the sphere.
+
+    ``slack`` widens the rim by a fraction of the height, for float32 vectors in a narrow cone.
+    """
+
+    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    height: float = 1.0
+    slack: float = 0.0
+
+    def place(self, s: Floats, t: Floats) -> tuple[Floats, Floats]:
+        fall = s * self.height
+        radius = np.sqrt(fall * (2 - fall))
+        local = np.concatenate([radius[:, None] * _circle(t), 1 - fall[:, None]], 1)
+        return local @ self._frame(), np.full(len(s), 2 * np.pi * self.height)
+
+    def locate(self, points: Floats) -> tuple[Floats, Floats]:
+        local = points @ self._frame().T
+        sin2 = (local[:, :2] ** 2).sum(1)
+        # 1 - cos loses its digits in a narrow cone; sin^2 / (1 + cos) does not.
+        s = np.where(local[:, 2] > 0, sin2 / (1 + local[:, 2]), 1 - local[:, 2]) / self.height
+        return np.where((s >= 1) & (s <= 1 + self.slack), np.nextafter(1, 0), s), _turns(local)
+
+    def _frame(self) -> Floats:
+        """Rows: two vectors across the axis, and the axis."""
+        z = np.asarray(self.axis) / np.linalg.norm(self.axis)
+        x = np.cross(np.eye(3)[np.argmin(np.abs(z))], z)
+        x /= np.linalg.norm(x)
+        return np.stack([x, np.cross(z, x), z])
+
+
+@dataclass(frozen=True)
+class VisibleNormals:
+    """Half vectors wh above the surface with wo . wh > 0, in rings around the normal that widen from a
+    fraction of ``alpha`` to the whole hemisphere: s = asinh(2 theta / alpha) / asinh(2 theta_max / alpha)."""
+
+    alpha: float
+    wo: tuple[float, float, float]
+
+    def place(self, s: Floats, t: Floats) -> tuple[Floats, Floats]:
+        scale = self._scale(t)
+        theta = self.alpha / 2 * np.sinh(s * scale)
+        azimuth = t + _turns(np.array([self.wo]))[0]
+        wh = np.concatenate([np.sin(theta)[:, None] * _circle(azimuth), np.cos(theta)[:, None]], 1)
+        return wh, 2 * np.pi * np.sin(theta) * self.alpha / 2 * np.cosh(s * scale) * scale
+
+    def locate(self, points: Floats) -> tuple[Floats, Floats]:
+        t = (_turns(points) - _turns(np.array([self.wo]))[0]) % 1
+        theta = np.arctan2(np.hypot(points[:, 0], points[:, 1]), points[:, 2])
+        return np.arcsinh(2 * theta / self.alpha) / self._scale(t), t
+
+    def _scale(self, t: Floats) -> Floats:
+        return np.arcsinh(2 * self._largest_theta(t) / self.alpha)
+
+    def _largest_theta(self, t: Floats) -> Floats:
+        """Where wo . wh becomes 0, or wh horizontal."""
+        return np.minimum(np.pi / 2, self._perpendicular(t))
+
+    def _perpendicular(self, t: Floats) -> Floats:
+        sin_o = np.hypot(self.wo[0], self.wo[1])
+        return np.arctan2(self.wo[2], -sin_o * np.cos(2 * np.pi * t))
+
+
+class Reflections(VisibleNormals):
+    """Directions wi above the surface, in the cells of their half vectors with ``wo``."""
+
+    def place(self, s: Floats, t: Floats) -> tuple[Floats, Floats]:
+        wh, measure = super().place(s, t)
+        cosine = wh @ np.array(self.wo)
+        return 2 * cosine[:, None] * wh - self.wo, 4 * cosine * measure
+
+    def locate(self, points: Floats) -> tuple[Floats, Floats]:
+        wh = points + self.wo
+        return super().locate(wh / np.linalg.norm(wh, axis=1, keepdims=True))
+
+    def _largest_theta(self, t: Floats) -> Floats:
+        """Where wi becomes horizontal: tan(2 theta) = -cos_o / (sin_o cos phi)."""
+        return self._perpendicular(t) / 2
+
+
+def _circle(turns: Floats) -> Floats:
+    return np.stack([np.cos(2 * np.pi * turns), np.sin(2 * np.pi * turns)], -1)
+
+
+def _turns(points: Floats) -> Floats:
+    """Azimuth in [0, 1)."""
+    return np.arctan2(points[:, 1], points[:, 0]) / (2 * np.pi) % 1
