@@ -24,6 +24,7 @@ _PUBLIC = {
     "save": "scene_file",
     "Renderer": "renderer",
     "render": "renderer",
+    "view": "viewer",
     "read_image": "images",
     "write_image": "images",
     "FragtracerError": "errors",

@@ -27,6 +27,17 @@ CONSTANTS = {
     "LIGHT_SPHERE": 1,
     "LIGHT_RECTANGLE": 2,
     "LIGHT_TRIANGLE": 3,
+    # Of display.frag.
+    "TONE_LINEAR": 0,
+    "TONE_REINHARD": 1,
+    "TONE_ACES": 2,
+    "TONE_AGX": 3,
+    "VIEW_RADIANCE": 0,
+    "VIEW_SAMPLES": 1,
+    "VIEW_ERROR": 2,
+    "VIEW_NON_FINITE": 3,
+    "VIEW_DATA": 4,  # the mean is to be shown as it is: a normal or an albedo
+    "VIEW_DEPTH": 5,
 }
 FEATURES = {
     "GEOMETRY_TERM": CONSTANTS["GEOMETRY_SMITH"],
@@ -54,6 +65,13 @@ FEATURES = {
     "HAS_POINT_LIGHT": 0,
     "HAS_SPHERE_LIGHT": 0,
     "HAS_AREA_LIGHT": 0,
+    # Of display.frag.
+    "TONE_CURVE": CONSTANTS["TONE_LINEAR"],
+    "VIEW": CONSTANTS["VIEW_RADIANCE"],
+    "FILM_FITS": 1,  # the film has a texel for each pixel of the picture
+    "HAS_GAMMA": 0,
+    "HAS_HELD": 0,
+    "HAS_OTHER": 0,
 }
 LANGUAGES = {
     "330 core": "#version 330 core\n",

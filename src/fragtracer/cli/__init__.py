@@ -7,7 +7,7 @@ import warnings
 
 import typer
 
-from fragtracer.cli import bench, compare, info, render, scenes
+from fragtracer.cli import bench, compare, info, render, scenes, view
 from fragtracer.errors import FragtracerError
 
 app = typer.Typer(
@@ -17,7 +17,15 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for command in (render.render, compare.compare, compare.export_mitsuba, bench.bench, info.info, scenes.scenes):
+for command in (
+    view.view,
+    render.render,
+    compare.compare,
+    compare.export_mitsuba,
+    bench.bench,
+    info.info,
+    scenes.scenes,
+):
     app.command()(command)
 
 

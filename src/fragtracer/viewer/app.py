@@ -1,0 +1,314 @@
+# SPDX-License-Identifier: MIT
+"""The viewer: a loop that takes input, edits the session, traces for a while, and shows what there is."""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from imgui_bundle import imgui
+from numpy.typing import NDArray
+
+from fragtracer import scene_file
+from fragtracer.errors import FragtracerError, ShaderError
+from fragtracer.gpu.context import attach_context
+from fragtracer.images import write_image
+from fragtracer.resources import folder
+from fragtracer.scene import Scene
+from fragtracer.viewer import actions, layout
+from fragtracer.viewer.display import Display, Rectangle
+from fragtracer.viewer.governor import Governor
+from fragtracer.viewer.input import Navigator
+from fragtracer.viewer.layout import Area
+from fragtracer.viewer.live import LiveRenderer
+from fragtracer.viewer.panels import display as display_panel
+from fragtracer.viewer.panels import menu, overlay, widgets
+from fragtracer.viewer.panels import render as render_panel
+from fragtracer.viewer.panels import scene as scene_panel
+from fragtracer.viewer.panels import statistics as statistics_panel
+from fragtracer.viewer.panels.statistics import Figures
+from fragtracer.viewer.refiner import Refiner
+from fragtracer.viewer.session import Session
+from fragtracer.viewer.statistics import FilmStatistics, FrameTimes
+from fragtracer.viewer.watch import Watch, shader_files
+from fragtracer.viewer.window import Window
+
+_NAP = 0.1  # seconds to wait for events when there is nothing to do
+_AWAKE = 0.5  # seconds after the last event before that
+
+
+class Viewer:
+    """A window on ``scene``; use it in a ``with`` block and call :meth:`frame` until ``is_open`` ends.
+
+    ``size`` is that of the window, ``path`` the scene's file, ``ini`` where the layout is kept.
+    """
+
+    def __init__(
+        self, scene: Scene, path: Path | None = None, size: tuple[int, int] = (1280, 720), ini: Path | None = None
+    ) -> None:
+        self.session = Session.of(scene, path)
+        self.window = Window("fragtracer", size, ini)
+        self.context = attach_context()
+        self.display = Display(self.context)
+        renderer = LiveRenderer(self.session.shown, (64, 36), self.context)
+        self.refiner = Refiner(renderer, Governor())
+        self.film_statistics = FilmStatistics()
+        self.times = FrameTimes()
+        self.navigator = Navigator()
+        self.panels_shown, self.help_shown = True, False
+        self.before_frame: Callable[[Viewer], None] | None = None
+        self.rectangle: Rectangle = (0, 0, 1, 1)
+        self._scenes = list(scene_file.bundled())
+        self._shaders = Watch(lambda: shader_files(folder("shaders")))
+        self._file = Watch(lambda: [self.session.path] if self.session.path else [])
+        self._seen_version = self.session.version
+        self._reset_layout = False
+        self._title = ""
+        self._gl_renderer = renderer.context_info["GL renderer"]
+        self._shader_problem = ""
+        self._active_at = time.perf_counter()
+        self._spp_looked = -1
+
+    @property
+    def is_open(self) -> bool:
+        return not self.window.should_close
+
+    @property
+    def renderer(self) -> LiveRenderer:
+        return self.refiner.renderer
+
+    @property
+    def is_done(self) -> bool:
+        """Whether the picture is as fine as was asked for, or paused."""
+        session, error = self.session, self.film_statistics.relative_error
+        if self.refiner.is_moving:
+            return False
+        fine = session.target_error > 0 and error is not None and error <= session.target_error
+        return session.paused or fine or bool(session.max_samples and self.renderer.spp >= session.max_samples)
+
+    def frame(self) -> None:
+        """One turn of the loop; sleeps for a while where nothing changes."""
+        idle = self.is_done and time.perf_counter() - self._active_at > _AWAKE
+        self.window.poll(_NAP if idle else 0.0)
+        start = time.perf_counter()
+        if self.window.is_minimised:
+            time.sleep(0.05)
+            return
+        if self.before_frame is not None:
+            self.before_frame(self)
+        self._watch()
+        with self.window.panels():
+            area = self._panels()
+        self._sync(area)
+        traced = 0.0 if self.is_done else self.refiner.frame(self.session.max_samples or None)
+        if not self.refiner.is_moving and self.renderer.spp != self._spp_looked:
+            self.film_statistics.look(self.renderer.film)
+        self._draw()
+        self.window.present()
+        seconds = time.perf_counter() - start
+        self.refiner.governor.note_overhead(seconds - traced)
+        self.times.add(seconds, self.refiner.pass_seconds)
+
+    def _watch(self) -> None:
+        for path in self.window.take_dropped():
+            self.attempt(lambda path=path: self.session.open(path))  # type: ignore[misc]
+            self._file.accept()
+        if self._file.changed():
+            self.session.reload()
+        if self._shaders.changed():
+            self._reload_shaders()
+
+    def _reload_shaders(self) -> None:
+        try:
+            self.refiner.reload_shaders()
+        except ShaderError as error:
+            self._shader_problem = str(error)
+            return
+        if self._shader_problem:
+            self.session.say("The shaders compile again")
+        else:
+            self.session.say("Shaders reloaded")
+        self._shader_problem = ""
+        self.film_statistics.forget()
+
+    def attempt(self, action: Callable[[], object]) -> None:
+        """Do something of which the user shall see why it failed."""
+        try:
+            action()
+            self.session.problem = ""
+        except FragtracerError as error:
+            self.session.problem = str(error)
+
+    def _panels(self) -> Area:
+        chosen = menu.keys()
+        area = layout.whole_window()
+        if self.panels_shown:
+            if imgui.begin_main_menu_bar():
+                chosen = menu.draw(self.session, self._scenes, self.panels_shown) or chosen
+                imgui.end_main_menu_bar()
+            area = layout.dock_panels(self._reset_layout)
+            self._reset_layout = False
+            self._docked()
+        self._overlay(area)
+        if chosen:
+            self.do(chosen)
+        if not imgui.is_any_item_active():
+            self.session.history.close()
+        self._navigate(area)
+        return area
+
+    def _docked(self) -> None:
+        session = self.session
+        for name, draw in (
+            ("Scene", lambda: scene_panel.draw(session)),
+            ("Render", self._render_panel),
+            ("Display", self._display_panel),
+            ("Statistics", lambda: statistics_panel.draw(self.figures, self.times)),
+        ):
+            if imgui.begin(name)[0]:
+                draw()
+            imgui.end()
+
+    def _render_panel(self) -> None:
+        scene = self.session.document.scene
+        settings = render_panel.edit(scene.render)
+        document = self.session.document
+        edited = widgets.edited(scene, render=settings)
+        self.session.edit(widgets.edited(document, scene=edited), "render settings")
+        render_panel.limits(self.session)
+
+    def _display_panel(self) -> None:
+        self.session.display = display_panel.edit(self.session.display, self.display.compares)
+
+    def _overlay(self, area: Area) -> None:
+        overlay.status(area, self.figures, self.times.fps)
+        overlay.messages(area, self.session.toast, self._shader_problem or self.session.problem)
+        if self.help_shown:
+            overlay.help_window(area)
+
+    def _navigate(self, area: Area) -> None:
+        session = self.session
+        session.camera, click = self.navigator.navigate(session.camera, area, blocked=False)
+        if click is not None:
+            actions.click(session, click, area.width / area.height)
+        io = imgui.get_io()
+        if (
+            any(io.mouse_down[:3])
+            or io.mouse_delta.x
+            or io.mouse_delta.y
+            or io.mouse_wheel
+            or imgui.is_any_item_active()
+        ):
+            self._active_at = time.perf_counter()
+
+    def do(self, action: str) -> None:
+        """Carry out what a menu item or a key is called (:data:`fragtracer.viewer.panels.menu.KEYS`)."""
+        self._active_at = time.perf_counter()
+        match action:
+            case "panels":
+                self.panels_shown = not self.panels_shown
+            case "help":
+                self.help_shown = not self.help_shown
+            case "layout":
+                self._reset_layout = True
+            case "close":
+                self.window.request_close()
+            case "image png" | "image exr":
+                name = f"{self.session.document.scene.name}.{action.split()[1]}"
+                self.attempt(lambda: self.save_image(actions.fresh(Path.cwd() / name)))
+            case "copy command":
+                command = actions.render_command(self.session, self.refiner.size, self.renderer.spp)
+                imgui.set_clipboard_text(command)
+                self.session.say(f"Copied: {command}")
+            case _:
+                self.attempt(lambda: actions.carry_out(self.session, action))
+                if action == "save":
+                    self._file.accept()
+
+    def save_image(self, path: Path) -> None:
+        """Write the picture, without panels, with the metadata of ``fragtracer render``."""
+        shown = self.session.display
+        write_image(path, self.renderer.image(), self.renderer.metadata(), shown.exposure, shown.tone_curve)
+        self.session.say(f"Saved {path}")
+
+    def _sync(self, area: Area) -> None:
+        """Tell the refiner what has changed since the last frame."""
+        scale, height = self.window.pixels_per_unit, self.window.pixels[1]
+        size = (max(1, round(area.width * scale)), max(1, round(area.height * scale)))
+        self.rectangle = (round(area.x * scale), height - round(area.y * scale) - size[1], *size)
+        self.refiner.resize(size)
+        session = self.session
+        before = self.renderer.spp
+        try:
+            if session.version != self._seen_version:
+                self._seen_version = session.version
+                self.refiner.change(session.shown)
+            elif session.camera != self.renderer.scene.camera:
+                self.refiner.look(session.camera)
+        except ShaderError as error:
+            self._shader_problem = str(error)
+        if self.refiner.is_moving and self.renderer.spp <= before:
+            self.film_statistics.forget()
+
+    @property
+    def figures(self) -> Figures:
+        """What is known about the picture."""
+        state = "moving" if self.refiner.is_moving else "paused" if self.session.paused else "refining"
+        return Figures(
+            spp=self.renderer.spp,
+            samples_per_second=self.renderer.samples_per_second,
+            relative_error=self.film_statistics.relative_error,
+            non_finite=self.film_statistics.non_finite,
+            size=self.renderer.size,
+            full_size=self.refiner.size,
+            gl_renderer=self._gl_renderer,
+            gpu_bytes=self.renderer.gpu_bytes,
+            pass_seconds=self.refiner.pass_seconds,
+            baked=self.renderer.is_baked,
+            state="done" if self.is_done and not self.session.paused else state,
+        )
+
+    def _draw(self) -> None:
+        screen = self.context.detect_framebuffer(0)
+        screen.viewport = (0, 0, *self.window.pixels)
+        screen.scissor = None
+        screen.clear(0.06, 0.06, 0.07)
+        refiner = self.refiner
+        self.display.draw(
+            self.renderer.film,
+            self.rectangle,
+            self.session.display,
+            self.renderer.spp,
+            refiner.held,
+            refiner.held_weight,
+        )
+        screen.viewport = (0, 0, *self.window.pixels)
+        screen.scissor = None
+        self.window.draw_panels()
+        self._set_title()
+
+    def _set_title(self) -> None:
+        mark = "" if self.session.is_saved else " •"
+        title = f"{self.session.document.scene.name}{mark} – fragtracer"
+        if title != self._title:
+            self._title = title
+            self.window.set_title(title)
+
+    def grab(self) -> NDArray[np.uint8]:
+        """What the window shows, (height, width, 3) sRGB bytes, row 0 at the top."""
+        self._draw()
+        width, height = self.window.pixels
+        screen = self.context.detect_framebuffer(0)
+        pixels = np.frombuffer(screen.read((0, 0, width, height), 3, alignment=1), np.uint8)
+        return np.ascontiguousarray(pixels.reshape(height, width, 3)[::-1])
+
+    def close(self) -> None:
+        self.refiner.close()
+        self.display.release()
+        self.window.close()
+
+    def __enter__(self) -> "Viewer":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()

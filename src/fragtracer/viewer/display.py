@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: MIT
+"""Shows a film in the window, through shaders/display.frag."""
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fragtracer.gpu.film import Film
+from fragtracer.gpu.program import FullscreenProgram
+from fragtracer.resources import folder
+from fragtracer.shader_composer import CONSTANTS
+
+ToneCurve = Literal["linear", "reinhard", "aces", "agx"]
+View = Literal["radiance", "samples", "standard error", "non-finite", "normals", "depth", "albedo"]
+_VIEWS: dict[str, str] = {
+    "radiance": "VIEW_RADIANCE",
+    "samples": "VIEW_SAMPLES",
+    "standard error": "VIEW_ERROR",
+    "non-finite": "VIEW_NON_FINITE",
+    "normals": "VIEW_DATA",
+    "depth": "VIEW_DEPTH",
+    "albedo": "VIEW_DATA",
+}
+_MEAN, _VARIANCE, _HELD, _OTHER = range(4)  # texture units
+
+Rectangle = tuple[int, int, int, int]  # left, bottom, width, height, in pixels of the window
+
+
+@dataclass(frozen=True)
+class DisplaySettings:
+    """How radiance becomes a picture; nothing here changes a sample.
+
+    ``exposure`` is in stops. ``gamma`` bends the result after the sRGB transfer function; 1 leaves
+    it. ``wipe`` is the share of the width that shows the film where there is a picture to compare.
+    ``error_range`` is the relative error, and ``depth_range`` the distance in metres, at the end of
+    their scales.
+    """
+
+    exposure: float = 0.0
+    gamma: float = 1.0
+    tone_curve: ToneCurve = "linear"
+    view: View = "radiance"
+    wipe: float = 0.5
+    error_range: float = 0.2
+    depth_range: float = 10.0
+
+
+class Display:
+    """The programs that draw a film into a rectangle of the window of ``context``.
+
+    Each way of showing it is a program of its own: a software renderer would go through all of them
+    in one that chooses.
+    """
+
+    def __init__(self, context: Any) -> None:
+        self._context = context
+        self._programs: dict[tuple[int, ...], FullscreenProgram] = {}
+        self._other: Any = None
+
+    def compare_with(self, image: NDArray[np.float32] | None) -> None:
+        """Put a picture, (height, width, 3), beyond the wipe; None takes it away."""
+        if self._other is not None:
+            self._other.release()
+            self._other = None
+        if image is not None:
+            height, width, _ = image.shape
+            pixels = np.ones((height, width, 4), np.float32)
+            pixels[..., :3] = image[::-1]
+            self._other = self._context.texture((width, height), 4, pixels.tobytes(), dtype="f4")
+
+    @property
+    def compares(self) -> bool:
+        return self._other is not None
+
+    def draw(
+        self,
+        film: Film,
+        rectangle: Rectangle,
+        settings: DisplaySettings,
+        spp: int,
+        held: Film | None = None,
+        held_weight: float = 0.0,
+    ) -> None:
+        """Draw ``film``, which has had ``spp`` samples per pixel, with ``held_weight`` of the mean of
+        ``held`` over it."""
+        mean, variance = film.textures
+        mean.use(_MEAN)
+        variance.use(_VARIANCE)
+        (held.textures[0] if held is not None else mean).use(_HELD)
+        (self._other or mean).use(_OTHER)
+        program = self._program(settings, film.size == rectangle[2:], held is not None)
+        ranges = {"samples": max(spp, 1) * 1.25, "depth": settings.depth_range}
+        program.set(
+            {
+                "u_held_weight": held_weight,
+                "u_rectangle": tuple(float(x) for x in rectangle),
+                "u_wipe": settings.wipe,
+                "u_exposure": 2.0**settings.exposure,
+                "u_inverse_gamma": 1 / settings.gamma,
+                "u_range": ranges.get(settings.view, settings.error_range),
+            }
+        )
+        screen = self._context.detect_framebuffer(0)
+        screen.use()
+        screen.viewport = rectangle
+        screen.scissor = rectangle
+        program.draw()
+
+    def _program(self, settings: DisplaySettings, fits: bool, holds: bool) -> FullscreenProgram:
+        defines = {
+            "TONE_CURVE": CONSTANTS[f"TONE_{settings.tone_curve.upper()}"],
+            "VIEW": CONSTANTS[_VIEWS[settings.view]],
+            "FILM_FITS": int(fits),
+            "HAS_GAMMA": int(settings.gamma != 1),
+            "HAS_HELD": int(holds),
+            "HAS_OTHER": int(self.compares),
+        }
+        key = tuple(defines.values())
+        if key not in self._programs:
+            program = FullscreenProgram(self._context, folder("shaders"), "display.frag", defines)
+            program.set({"u_film_mean": _MEAN, "u_film_variance": _VARIANCE, "u_held": _HELD, "u_other": _OTHER})
+            self._programs[key] = program
+        return self._programs[key]
+
+    def forget_programs(self) -> None:
+        """Compile again from the shader files as they are now."""
+        for program in self._programs.values():
+            program.release()
+        self._programs.clear()
+
+    def release(self) -> None:
+        self.compare_with(None)
+        self.forget_programs()

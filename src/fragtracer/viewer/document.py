@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: MIT
+"""What is edited: a scene, and which parts of it are hidden; with undo and redo."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, TypeAlias
+
+from fragtracer.scene import Material, Scene
+
+Part: TypeAlias = tuple[str, int]  # the name of a tuple of Scene, as "spheres", and the index in it
+KINDS = ("spheres", "planes", "rectangles", "triangles", "lights")
+_MOST_STEPS = 200
+
+
+@dataclass(frozen=True)
+class Document:
+    """A scene with some of its objects and lights hidden from view, but not gone."""
+
+    scene: Scene
+    hidden: frozenset[Part] = frozenset()
+
+    @property
+    def visible(self) -> Scene:
+        """The scene without what is hidden."""
+        if not self.hidden:
+            return self.scene
+        kept = {
+            kind: tuple(part for i, part in enumerate(getattr(self.scene, kind)) if (kind, i) not in self.hidden)
+            for kind in KINDS
+        }
+        return replace(self.scene, **kept)
+
+    def part(self, part: Part) -> Any:
+        """The object or light at ``part``."""
+        return getattr(self.scene, part[0])[part[1]]
+
+    def has(self, part: Part | None) -> bool:
+        return part is not None and part[1] < len(getattr(self.scene, part[0]))
+
+    def with_part(self, part: Part, value: Any) -> "Document":
+        """This with another object or light in that place."""
+        kind, index = part
+        parts = list(getattr(self.scene, kind))
+        parts[index] = value
+        return replace(self, scene=replace(self.scene, **{kind: tuple(parts)}))
+
+    def without_part(self, part: Part) -> "Document":
+        """This without an object or light; the ones after it move up."""
+        kind, index = part
+        parts = list(getattr(self.scene, kind))
+        del parts[index]
+        moved = {(k, i - (k == kind and i > index)) for k, i in self.hidden if (k, i) != part}
+        return Document(replace(self.scene, **{kind: tuple(parts)}), frozenset(moved))
+
+    def with_material(self, name: str, material: Material) -> "Document":
+        materials: Mapping[str, Material] = {**self.scene.materials, name: material}
+        return replace(self, scene=replace(self.scene, materials=materials))
+
+    def with_hidden(self, part: Part, hidden: bool) -> "Document":
+        return replace(self, hidden=self.hidden | {part} if hidden else self.hidden - {part})
+
+
+@dataclass
+class History:
+    """The document as it is, as it was and as it was to be."""
+
+    now: Document
+    past: list[Document] = field(default_factory=list)
+    future: list[Document] = field(default_factory=list)
+    _open: str = ""
+
+    def edit(self, document: Document, label: str) -> bool:
+        """Take a step, or widen the last one while ``label`` stays the same and :meth:`close` was
+        not called: a whole drag of a slider is one step. Returns whether anything changed."""
+        if document == self.now:
+            return False
+        if label != self._open:
+            self.past = [*self.past, self.now][-_MOST_STEPS:]
+        self._open, self.now, self.future = label, document, []
+        return True
+
+    def close(self) -> None:
+        """The next edit is a step of its own."""
+        self._open = ""
+
+    def undo(self) -> bool:
+        return self._step(self.past, self.future)
+
+    def redo(self) -> bool:
+        return self._step(self.future, self.past)
+
+    def _step(self, source: list[Document], target: list[Document]) -> bool:
+        if not source:
+            return False
+        target.append(self.now)
+        self.now = source.pop()
+        self.close()
+        return True

@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: MIT
+"""How much to draw in one frame, so that it takes no longer than was promised."""
+
+from dataclasses import dataclass
+
+TARGET = 0.033  # seconds of a frame while something moves
+_SCALES = tuple(2 ** (-k / 2) for k in range(9))  # of the sides of the image, 1 to 1/16
+_MARGIN = 1.35  # by which a larger size must fit before it is taken: no flicker between two
+_LEAST = 0.25  # of the target, left to the tracer however slow the panels are
+_CAUTION = 4.0e5  # samples per second to count on before any was measured
+
+
+@dataclass
+class Governor:
+    """Chooses the resolution while something moves; ``target`` is the duration of a frame in seconds."""
+
+    target: float = TARGET
+    overhead: float = 0.005  # seconds of a frame that are not spent on tracing, measured
+    level: int = len(_SCALES) - 1
+
+    def note_overhead(self, seconds: float) -> None:
+        """Learn what a frame costs beside tracing."""
+        self.overhead += 0.1 * (min(seconds, self.target) - self.overhead)
+
+    @property
+    def budget(self) -> float:
+        """Seconds of a frame for the tracer."""
+        return max(self.target - self.overhead, _LEAST * self.target)
+
+    def size(self, full: tuple[int, int], samples_per_second: float) -> tuple[int, int]:
+        """The size, at most ``full``, at which one sample per pixel fits into the budget."""
+        affordable = (samples_per_second or _CAUTION) * self.budget
+        best = next((k for k in range(len(_SCALES)) if _pixels(full, k) <= affordable), len(_SCALES) - 1)
+        if best < self.level and _pixels(full, best) * _MARGIN > affordable:
+            best += 1
+        self.level = best
+        return _scaled(full, best)
+
+    def rays(self, size: tuple[int, int], samples_per_second: float, most: int) -> int:
+        """Paths per pixel, from 1 to ``most``, that fit into the budget at ``size``."""
+        return max(1, min(most, int(samples_per_second * self.budget / (size[0] * size[1]))))
+
+
+def _scaled(full: tuple[int, int], level: int) -> tuple[int, int]:
+    return max(1, round(full[0] * _SCALES[level])), max(1, round(full[1] * _SCALES[level]))
+
+
+def _pixels(full: tuple[int, int], level: int) -> int:
+    width, height = _scaled(full, level)
+    return width * height

@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: MIT
+"""The camera's lens, and viewpoints that are kept."""
+
+from imgui_bundle import imgui
+
+from fragtracer.scene import Camera
+from fragtracer.viewer.panels import widgets
+
+
+def edit(camera: Camera) -> Camera:
+    """Controls for ``camera``."""
+    new: dict[str, object] = {
+        "fov_degrees": widgets.slider("Field of view", camera.fov_degrees, 2.0, 140.0, "%.1f°"),
+        "aperture_radius": widgets.number("Aperture", camera.aperture_radius, 0.0005, 0.0, 10.0, "%.4f m"),
+    }
+    if camera.aperture_radius > 0:
+        before = camera.focal_distance
+        after = widgets.number("Focus", before, 0.005 * before, 1e-3, 1e6, "%.3f m", "Or Ctrl+click in the picture.")
+        new["focus_distance"] = after if after != before else camera.focus_distance
+    new["position"] = widgets.point("Position", camera.position)
+    new["target"] = widgets.point("Target", camera.target)
+    return widgets.edited(camera, **new)
+
+
+def viewpoints(camera: Camera, home: Camera, kept: dict[int, Camera]) -> Camera:
+    """Buttons for home and for nine viewpoints, one to go to or, with Ctrl or while empty, to keep."""
+    widgets.label("Viewpoints", "Click to go to one; Ctrl+click keeps the camera there.")
+    if imgui.small_button("Home"):
+        camera = home
+    for slot in range(1, 10):
+        imgui.same_line(0, 2)
+        imgui.begin_disabled(slot not in kept and not imgui.get_io().key_ctrl)
+        if imgui.small_button(str(slot)):
+            if imgui.get_io().key_ctrl:
+                kept[slot] = camera
+            else:
+                camera = kept.get(slot, camera)
+        imgui.end_disabled()
+    return camera

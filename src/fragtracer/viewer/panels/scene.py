@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: MIT
+"""The scene: its objects and lights, the one that is selected, the camera and the ambient light."""
+
+from dataclasses import replace
+from typing import Any
+
+from imgui_bundle import imgui
+
+from fragtracer.scene import Ambient, Light
+from fragtracer.viewer.document import Document, Part
+from fragtracer.viewer.panels import camera, lights, materials, objects, widgets
+from fragtracer.viewer.session import Session
+from fragtracer.viewer.theme import MUTED
+
+_LIST_ROWS = 7.5
+
+
+def draw(session: Session) -> None:
+    """All of it; edits go through :meth:`Session.edit`."""
+    if widgets.header("Contents"):
+        _contents(session)
+    if session.selected is not None and widgets.header(
+        f"{objects.title(session.document.scene, session.selected)}###s"
+    ):
+        _selected(session, session.selected)
+    if widgets.header("Camera"):
+        session.camera = camera.edit(session.camera)
+        session.camera = camera.viewpoints(session.camera, session.home, session.viewpoints)
+    if widgets.header("Ambient light"):
+        scene = session.document.scene
+        radiance = widgets.color("Radiance", scene.ambient.radiance, hdr=True)
+        _edit(
+            session, replace(scene, ambient=Ambient(radiance)), "ambient"
+        ) if radiance != scene.ambient.radiance else None
+
+
+def _contents(session: Session) -> None:
+    height = _LIST_ROWS * imgui.get_text_line_height_with_spacing()
+    imgui.push_style_color(imgui.Col_.child_bg, imgui.ImVec4(0, 0, 0, 0.18))
+    if imgui.begin_child("contents", imgui.ImVec2(0, height)):
+        document, session.selected = objects.choose(session.document, session.selected)
+        session.edit(document, "seen")
+    imgui.end_child()
+    imgui.pop_style_color()
+    if imgui.button("Add light"):
+        add_light(session)
+    imgui.same_line()
+    imgui.begin_disabled(session.selected is None)
+    if imgui.button("Remove") and session.selected is not None:
+        remove(session, session.selected)
+    imgui.end_disabled()
+
+
+def _selected(session: Session, place: Part) -> None:
+    document = session.document
+    part: Any = document.part(place)
+    imgui.push_id(f"{place}")
+    if isinstance(part, Light):
+        session.edit(document.with_part(place, lights.edit(part)), f"light {place}")
+    else:
+        changed = objects.edit(part, list(document.scene.materials))
+        try:
+            session.edit(document.with_part(place, changed), f"object {place}")
+        except ValueError as error:  # a plane cannot have a material that emits
+            session.say(str(error).splitlines()[-1])
+        name = session.document.part(place).material
+        imgui.separator_text(f"Material “{name}”")
+        material = materials.edit(session.document.scene.materials[name])
+        session.edit(session.document.with_material(name, material), f"material {name}")
+        users = sum(getattr(p, "material", None) == name for p in _shapes(document))
+        if users > 1:
+            imgui.text_colored(MUTED, f"shared by {users} objects")
+    imgui.pop_id()
+
+
+def add_light(session: Session) -> None:
+    """Hang a light above what the camera looks at, and select it."""
+    eye, target = session.camera.position, session.camera.target
+    size = sum((a - b) ** 2 for a, b in zip(eye, target, strict=True)) ** 0.5
+    position = (target[0], target[1] + 0.5 * size, target[2])
+    power = 20 * size**2
+    light = Light(position, 0.05 * size, power=(power, power, power))
+    scene = session.document.scene
+    session.edit(replace(session.document, scene=replace(scene, lights=(*scene.lights, light))), "add light")
+    session.history.close()
+    session.selected = ("lights", len(scene.lights))
+
+
+def remove(session: Session, place: Part) -> None:
+    """Take a part out of the scene."""
+    session.edit(session.document.without_part(place), f"remove {place}")
+    session.history.close()
+    session.selected = None
+
+
+def _shapes(document: Document) -> list[Any]:
+    scene = document.scene
+    return [*scene.spheres, *scene.planes, *scene.rectangles, *scene.triangles]
+
+
+def _edit(session: Session, scene: Any, label: str) -> None:
+    session.edit(replace(session.document, scene=scene), label)

@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: MIT
+"""Opens the viewer, and drives it where a program and not a person sits before it."""
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+
+from fragtracer import scene_file
+from fragtracer.images.output import check_writable, replacing
+from fragtracer.scene import Scene
+from fragtracer.viewer import camera as cameras
+from fragtracer.viewer.app import Viewer
+from fragtracer.viewer.session import path_of
+from fragtracer.viewer.settings import config_folder
+
+_ORBIT = np.radians(2.0)  # for each frame
+
+
+def view(
+    scene: Scene | str | Path,
+    size: tuple[int, int] = (1280, 720),
+    frames: int | None = None,
+    screenshot: Path | None = None,
+    stats: Path | None = None,
+    orbit: bool = False,
+) -> None:
+    """Open a window on a scene; returns when it is closed.
+
+    Parameters
+    ----------
+    scene
+        A scene, the name of a bundled one, or the path of a .toml file.
+    size
+        Width and height of the window, in screen coordinates.
+    frames
+        Close after so many frames; left out, when the user closes the window.
+    screenshot
+        A .png file to write the window to, panels and all, when it closes.
+    stats
+        A .json file to write the times of the frames to.
+    orbit
+        Turn the camera about its target in each frame, to measure how quick the answer is.
+
+    Raises
+    ------
+    FragtracerError
+        If the scene cannot be read, a file cannot be written, or there is no display.
+    """
+    for path, suffix in ((screenshot, ".png"), (stats, ".json")):
+        if path is not None:
+            check_writable(path, [suffix])
+    file = None if isinstance(scene, Scene) else path_of(scene)
+    loaded = scene if isinstance(scene, Scene) else scene_file.load(scene)
+    ini = None if frames is not None else config_folder() / "viewer.ini"
+    with Viewer(loaded, file, size, ini) as viewer:
+        viewer.times.keeps_all = stats is not None
+        done = 0
+        while viewer.is_open and (frames is None or done < frames):
+            if orbit:
+                viewer.session.camera = cameras.orbit(viewer.session.camera, _ORBIT, 0.0)
+            viewer.frame()
+            done += 1
+        if screenshot is not None:
+            save_window(viewer, screenshot)
+        if stats is not None:
+            _write_stats(viewer, stats)
+
+
+def save_window(viewer: Viewer, path: Path) -> None:
+    """Write what the window shows to a .png file."""
+    from PIL import Image
+
+    with replacing(path) as part:
+        Image.fromarray(viewer.grab()).save(part, format="PNG")
+
+
+def _write_stats(viewer: Viewer, path: Path) -> None:
+    figures = asdict(viewer.figures) | {"frame_milliseconds": viewer.times.summary()}
+    with replacing(path) as part:
+        part.write_text(json.dumps(figures, indent=2) + "\n", "utf-8")

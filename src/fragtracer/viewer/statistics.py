@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: MIT
+"""What the viewer measures about itself and about the picture."""
+
+import time
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fragtracer.gpu.film import Film
+
+_FRAMES = 160  # that are plotted
+_SLICES = 16  # in which the film is read, so that no frame waits for all of it
+
+
+class FilmStatistics:
+    """Error and faults of a film, read a slice at a time: exact for the samples up to the last round."""
+
+    def __init__(self) -> None:
+        self.relative_error: float | None = None  # mean standard error over mean radiance
+        self.non_finite = 0
+        self._slice = 0
+        self._mean = self._error = 0.0
+        self._faults = 0
+
+    def forget(self) -> None:
+        """The film was cleared."""
+        self.__init__()  # type: ignore[misc]
+
+    def look(self, film: Film) -> None:
+        """Read the next slice of ``film``."""
+        height = film.size[1]
+        bottom, top = (height * k // _SLICES for k in (self._slice, self._slice + 1))
+        if top > bottom:
+            self._add(*film.read_rows(bottom, top - bottom))
+        self._slice += 1
+        if self._slice == _SLICES:
+            self.relative_error = self._error / self._mean if self._mean > 0 else 0.0
+            self.non_finite = self._faults
+            self._slice, self._mean, self._error, self._faults = 0, 0.0, 0.0, 0
+
+    def _add(self, mean: NDArray[np.float32], variance: NDArray[np.float32]) -> None:
+        degrees = mean[..., 3:] - 1
+        with np.errstate(divide="ignore", invalid="ignore"):
+            error = np.where(degrees > 0, np.sqrt(np.maximum(variance[..., :3], 0) / degrees), np.inf)
+        self._mean += float(mean[..., :3].sum(dtype=np.float64))
+        self._error += float(error.sum(dtype=np.float64))
+        self._faults += int(variance[..., 3].sum(dtype=np.float64))
+
+
+class FrameTimes:
+    """How long frames took, from the input to the picture on the screen."""
+
+    def __init__(self) -> None:
+        self.recent: deque[float] = deque(maxlen=_FRAMES)  # seconds
+        self.passes: deque[float] = deque(maxlen=_FRAMES)
+        self.all: list[float] = []
+        self.keeps_all = False
+        self._shown_at: deque[float] = deque(maxlen=30)
+
+    def add(self, seconds: float, pass_seconds: float) -> None:
+        self.recent.append(seconds)
+        self.passes.append(pass_seconds)
+        self._shown_at.append(time.perf_counter())
+        if self.keeps_all:
+            self.all.append(seconds)
+
+    @property
+    def fps(self) -> float:
+        if len(self._shown_at) < 2:
+            return 0.0
+        return (len(self._shown_at) - 1) / max(self._shown_at[-1] - self._shown_at[0], 1e-9)
+
+    def summary(self) -> dict[str, float]:
+        """Percentiles in milliseconds of all frames that were kept."""
+        if not self.all:
+            return {}
+        milliseconds = 1000 * np.asarray(self.all)
+        found = {f"p{p}": float(np.percentile(milliseconds, p)) for p in (50, 90, 95, 99)}
+        return (
+            {"frames": float(len(milliseconds)), "mean": float(milliseconds.mean())}
+            | found
+            | {"max": float(milliseconds.max())}
+        )
