@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: MIT
+"""Whether images have the mean they should: t-tests that also say how small a bias they would see.
+
+Pixels are independent of each other, and so are seeds, whichever the sampler: each pixel of each
+seed has its own randomisation (shaders/sampler/texture.glsl; test_convergence.py holds it to that).
+Samples of one pixel are not. So the values that are compared here are whole pixels of whole images,
+and their scatter is an honest error bar.
+
+Each assertion holds all its comparisons (Šidák's correction) at LEVEL together. Seeds are fixed: a
+test that passes once passes always, on one machine.
+"""
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import stats
+
+LEVEL = 1e-4  # probability that a right renderer would fail an assertion, were its seeds not fixed
+ROUNDING = 3e-6  # relative; of some hundred float32 operations and of the running mean
+
+Array = NDArray[np.float64]
+
+
+def critical(comparisons: int, degrees: float | Array, level: float = LEVEL) -> Array:
+    """Bound on |t| that none of ``comparisons`` two-sided tests exceeds but with probability ``level``."""
+    alone = -np.expm1(np.log1p(-level) / comparisons)
+    bound: Array = stats.t.isf(alone / 2, degrees)
+    return bound
+
+
+def assert_mean(images: ArrayLike, expected: ArrayLike, resolution: float, rounding: float = ROUNDING) -> None:
+    """All pixels of ``images`` (..., 3) have the colour ``expected`` in the mean.
+
+    Fails as well if a bias of ``resolution``, relative to ``expected``, could have passed unseen.
+    """
+    values = np.asarray(images, np.float64).reshape(-1, 3)
+    target = np.broadcast_to(np.asarray(expected, np.float64), 3)
+    error = values.std(0, ddof=1) / np.sqrt(len(values))
+    tolerance = critical(3, len(values) - 1) * error + rounding * np.abs(target)
+    assert (tolerance <= resolution * np.abs(target)).all(), f"too noisy: {tolerance} of {target}"
+    difference = values.mean(0) - target
+    assert (np.abs(difference) <= tolerance).all(), f"{values.mean(0)}, not {target} ± {tolerance}"
+
+
+def assert_agree(a: ArrayLike, b: ArrayLike, resolution: float, blocks: tuple[int, int] = (4, 4)) -> None:
+    """Two stacks of images (seeds, height, width, 3) have the same mean, in the whole and in each of
+    ``blocks`` (rows, columns), in each colour.
+
+    Fails as well if a bias of ``resolution`` of the whole could have passed unseen.
+    """
+    first, second = (np.asarray(images, np.float64) for images in (a, b))
+    _, height, width, _ = first.shape
+    parts = [(slice(None), slice(None))]
+    rows, columns = (np.linspace(0, n, k + 1).astype(int) for n, k in zip((height, width), blocks, strict=True))
+    parts += [
+        (slice(top, bottom), slice(left, right)) for top, bottom in pairwise(rows) for left, right in pairwise(columns)
+    ]
+    failed, noisy = [], ""
+    for part in parts:
+        difference, error, degrees = _welch(first[:, *part], second[:, *part])
+        size = np.abs(second[:, *part].mean((0, 1, 2)))
+        tolerance = critical(3 * len(parts), degrees) * error + ROUNDING * size
+        if part == parts[0] and (tolerance > resolution * size).any():
+            noisy = f"too noisy: {tolerance} of {size}"
+        if (np.abs(difference) > tolerance).any():
+            failed.append(f"{part}: {difference} of {size} is more than {tolerance}")
+    assert not failed, f"{len(failed)} of {len(parts)} regions differ; " + "\n".join(failed)
+    assert not noisy, noisy
+
+
+def _welch(a: Array, b: Array) -> tuple[Array, Array, Array]:
+    """Difference of the means of two stacks (seeds, height, width, 3), its standard error and degrees
+    of freedom, per colour. The scatter of a pixel is that between its seeds, so that the picture itself
+    is not taken for noise. Where few pixels have all the noise, as at the edge of a lamp, there are few
+    degrees of freedom (Satterthwaite 1946), and the bound is wide."""
+    variances = [(stack.var(0, ddof=1) / len(stack), len(stack) - 1) for stack in (a, b)]
+    total = sum(v.sum((0, 1)) for v, _ in variances)
+    spread = sum((v**2).sum((0, 1)) / degrees for v, degrees in variances)
+    pixels = a.shape[1] * a.shape[2]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        degrees = np.where(total > 0, total**2 / spread, pixels)
+    return a.mean((0, 1, 2)) - b.mean((0, 1, 2)), np.sqrt(total) / pixels, degrees

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: MIT
+"""Renders for tests, and errors planted in the shaders to see whether a test finds them."""
+
+import shutil
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import moderngl
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from fragtracer.renderer import Renderer
+from fragtracer.resources import folder
+from fragtracer.scene import Scene
+
+ESTIMATORS = ("nee", "bsdf", "mis")
+CHUNK = 512  # samples per pixel drawn by one call
+
+Image = NDArray[np.float32]
+
+
+def rendered(ctx: moderngl.Context, scene: Scene, spp: int, size: tuple[int, int] = (32, 32), **settings: Any) -> Image:
+    """The image, (height, width, 3); no sample may have been NaN or infinite."""
+    with Renderer(scene, size, context=ctx, **{"rays": min(spp, CHUNK)} | settings) as renderer:
+        renderer.sample(spp)
+        assert renderer.non_finite_samples() == 0
+        image = renderer.image()
+    assert np.isfinite(image).all()
+    assert image.min() >= 0
+    return image
+
+
+def batches(ctx: moderngl.Context, scene: Scene, spp: int, seeds: Iterable[int], **settings: Any) -> Image:
+    """Independent images, one for each seed, (seeds, height, width, 3)."""
+    return np.stack([rendered(ctx, scene, spp, seed=seed, **settings) for seed in seeds])
+
+
+class Planter:
+    """Replaces text in a copy of the shaders, from which all renderers made afterwards are built."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, root: Path) -> None:
+        self._copy = root / "shaders"
+        shutil.copytree(folder("shaders"), self._copy)
+        monkeypatch.setattr("fragtracer.gpu.tracer.folder", lambda name: root / name)
+
+    def __call__(self, file: str, text: str, replacement: str) -> None:
+        path = self._copy / file
+        source = path.read_text("utf-8")
+        assert source.count(text) == 1, f"{text!r} occurs {source.count(text)} times in {file}"
+        path.write_text(source.replace(text, replacement), "utf-8")

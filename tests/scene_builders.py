@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: MIT
+"""Scenes that the image tests are made of, and ways to make another scene of one."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import fields, is_dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from fragtracer.scene import Camera, Material, Rectangle, Scene, Triangle
+
+Vector = tuple[float, float, float]
+
+
+def lambert(albedo: Any, emission: Any = 0.0) -> Material:
+    return Material(albedo=albedo, specular=0.0, emission=emission)
+
+
+def all_lambert(scene: Scene) -> Scene:
+    """The scene with a Lambert surface in place of every material, of the colour that most tells it apart."""
+    changed = {name: lambert(m.specular_f0 if m.metal else m.albedo, m.emission) for name, m in scene.materials.items()}
+    return replace(scene, materials=changed)
+
+
+def stare(target: Vector, position: Vector) -> Camera:
+    """A camera that sees one point: a spot of a ten-millionth of its distance."""
+    view = np.subtract(target, position)
+    up = (0.0, 1.0, 0.0) if abs(view[1]) < 0.9 * np.linalg.norm(view) else (0.0, 0.0, 1.0)
+    return Camera(position, target, up, fov_degrees=1e-5)
+
+
+def rectangle(center: Vector, edge_u: Vector, edge_v: Vector, material: str) -> Rectangle:
+    """By its centre; the front is along edge_u × edge_v."""
+    corner = np.subtract(center, np.add(edge_u, edge_v) / 2)
+    return Rectangle(corner, edge_u, edge_v, material)
+
+
+def triangles_of(rectangle: Rectangle) -> tuple[Triangle, Triangle]:
+    """The two halves of a rectangle, their fronts the same."""
+    a = np.asarray(rectangle.corner)
+    u, v = np.asarray(rectangle.edge_u), np.asarray(rectangle.edge_v)
+    first = (tuple(a), tuple(a + u), tuple(a + u + v))
+    second = (tuple(a), tuple(a + u + v), tuple(a + v))
+    return Triangle(first, rectangle.material), Triangle(second, rectangle.material)
+
+
+def box(material: str, half: float = 1.0) -> list[Rectangle]:
+    """Six rectangles around the origin, their fronts inside."""
+    axes = np.eye(3) * 2 * half
+    walls = []
+    for i in range(3):
+        u, v = axes[(i + 1) % 3], axes[(i + 2) % 3]
+        walls.append(rectangle(tuple(-axes[i] / 2), tuple(u), tuple(v), material))
+        walls.append(rectangle(tuple(axes[i] / 2), tuple(v), tuple(u), material))
+    return walls
+
+
+# What each field of the scene model is, for the two functions below: a field that is not here raises.
+_POINTS = {"position", "target", "center", "point", "corner", "vertices"}
+_LENGTHS = {"edge_u", "edge_v", "radius", "aperture_radius", "focus_distance"}
+_AREAS = {"power"}  # watts leave a surface; radiance stays
+_OTHERS = {
+    *("up", "fov_degrees", "normal", "material", "radiance", "name", "description"),
+    *("render", "materials"),
+}
+
+
+def scaled(scene: Scene, factor: float) -> Scene:
+    """The scene with every length times ``factor`` and every power times its square: the same image."""
+    changes: dict[str, Callable[[Any], Any]] = {
+        **dict.fromkeys(_POINTS | _LENGTHS, lambda x: _each(x, lambda v: v * factor)),
+        **dict.fromkeys(_AREAS, lambda x: _each(x, lambda v: v * factor**2)),
+    }
+    return _changed(scene, changes)
+
+
+def moved(scene: Scene, offset: Vector) -> Scene:
+    """The scene with everything, the camera too, moved by ``offset``."""
+
+    def move(point: Any) -> Any:
+        if isinstance(point[0], tuple):
+            return tuple(move(p) for p in point)
+        return tuple(float(x) for x in np.add(point, offset))
+
+    return _changed(scene, dict.fromkeys(_POINTS, move))
+
+
+def _each(value: Any, change: Callable[[float], float]) -> Any:
+    if value is None:
+        return None
+    return tuple(_each(v, change) for v in value) if isinstance(value, tuple) else change(value)
+
+
+def _changed(item: Any, changes: dict[str, Callable[[Any], Any]]) -> Any:
+    """A copy of a dataclass in which the fields named in ``changes`` are changed, at every depth."""
+    new = {}
+    for field in fields(item):
+        value = getattr(item, field.name)
+        if field.name in changes:
+            new[field.name] = changes[field.name](value)
+        elif field.name in _OTHERS | _POINTS | _LENGTHS | _AREAS:
+            continue
+        elif is_dataclass(value):
+            new[field.name] = _changed(value, changes)
+        elif isinstance(value, Sequence) and not isinstance(value, str):
+            new[field.name] = tuple(_changed(v, changes) for v in value)
+        else:
+            raise TypeError(f"say in scene_builders.py what {type(item).__name__}.{field.name} is")
+    return replace(item, **new)
