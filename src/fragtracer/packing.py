@@ -111,6 +111,7 @@ def pack(
     camera = camera_uniforms(scene.camera, origin, width, height)
     others = _settings_uniforms(settings) | {"u_ambient_radiance": scene.ambient.radiance}
     constants = ({} if home else camera) | others if baked else {}
+    constants.pop("u_seed", None)  # batches of one scene differ in their seed alone
     uniforms = {name: value for name, value in (camera | others).items() if name not in constants}
     primitives = sum(len(records[kind]) for kind in _SHAPES)
     layout = _layout(records, texels, baked and primitives <= _MAX_BAKED)

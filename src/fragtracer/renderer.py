@@ -136,11 +136,17 @@ class Renderer:
                 next_look = self.spp + max(16, self.spp // 4)
         return self.image()
 
-    def reset(self, scene: Scene | None = None) -> None:
-        """Forget all samples; with ``scene``, go on with that one, at the same size and settings."""
+    def reset(self, scene: Scene | None = None, **settings: Any) -> None:
+        """Forget all samples; go on with ``scene``, if given, and with any settings that are.
+
+        The size stays. Another ``seed`` never compiles, other values may.
+        """
+        if not {"width", "height"}.isdisjoint(settings):
+            raise ValueError("a renderer keeps its size; make another one")
         with self._current():
-            if scene is not None:
-                self.scene = scene
+            if scene is not None or settings:
+                self.scene = scene or self.scene
+                self.settings = replace(self.settings, **settings)
                 self._tracer.load(self._packed())
             self._film.clear()
         self.spp = 0
