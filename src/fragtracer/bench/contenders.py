@@ -15,6 +15,7 @@ from fragtracer.renderer import Renderer
 from fragtracer.scene import Scene
 
 Image = NDArray[np.float64]
+_MOST_SPP = 64  # of one step of Mitsuba
 
 
 class Contender(Protocol):
@@ -73,7 +74,7 @@ class Mitsuba:
         self._renderer = self._stack.enter_context(ReferenceRenderer(scene, variant=variant))
         self.variant = self._renderer.variant
         pixels = scene.render.width * scene.render.height
-        self.step = max(1, paths // pixels)
+        self.step = max(1, min(_MOST_SPP, paths // pixels))
         self._renderer.passes_of = self.step
         self._seeds = np.random.default_rng(seed)
         self.restart()

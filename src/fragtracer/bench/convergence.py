@@ -75,9 +75,8 @@ def _run_scene(scene: Scene, plan: Plan, result: Table, part: Progress) -> None:
     part(0.0, "reference")
     reference = make_reference(scene, _REFERENCE_TIME * longest, plan.reference)
     waited = _REFERENCE_TIME / (_REFERENCE_TIME + runs)
-    result.notes.append(
-        f"{scene.name}: reference by {plan.reference}, its own relMSE {reference.noise:.1e} (taken off)"
-    )
+    noise = f"its own relMSE {reference.noise:.1e} (taken off)"
+    result.notes.append(f"{scene.name}: reference by {plan.reference}, {noise}")
     times = _times(longest)
     logs: dict[float, tuple[_Log, _Log]] = {t: (_Log(), _Log()) for t in times}
     settings = scene.render

@@ -30,7 +30,8 @@ class Reference:
         """One over the squared brightness that makes an error relative."""
         mean = (self.first + self.second) / 2
         brightness = np.maximum(mean.mean(axis=2, keepdims=True), _DARK * mean.mean())
-        return 1 / brightness**2
+        weight: Image = 1 / brightness**2
+        return weight
 
     def relative_mse(self, image: Image) -> float:
         """Mean squared error relative to the brightness of each pixel, the reference's noise taken off."""

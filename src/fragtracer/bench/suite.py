@@ -3,7 +3,7 @@
 
 from collections.abc import Sequence
 
-from fragtracer.bench import convergence, speed, sweep
+from fragtracer.bench import ablations, convergence, memory, scaling, speed, sweep
 from fragtracer.bench.machine import describe_machine
 from fragtracer.bench.plan import Benchmark, Plan, Progress
 from fragtracer.bench.tables import Results
@@ -12,6 +12,9 @@ BENCHMARKS: dict[str, Benchmark] = {
     "sweep": sweep.BENCHMARK,
     "speed": speed.BENCHMARK,
     "error": convergence.BENCHMARK,
+    "ablations": ablations.BENCHMARK,
+    "scaling": scaling.BENCHMARK,
+    "memory": memory.BENCHMARK,
 }
 
 

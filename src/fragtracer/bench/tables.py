@@ -4,6 +4,7 @@
 import csv
 import io
 import json
+import math
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
@@ -36,6 +37,8 @@ class Plot:
     by: str
     x_title: str
     y_title: str
+    x_scale: Literal["log", "linear"] = "log"
+    y_scale: Literal["log", "linear"] = "log"
 
 
 @dataclass
@@ -120,7 +123,7 @@ def show(cell: Cell) -> str:
         return ""
     if isinstance(cell, Estimate):
         spread = f" ±{_percent(cell.spread)}" if cell.runs > 1 else ""
-        return _number(cell.value) + spread
+        return _number(float(cell.value)) + spread
     return cell if isinstance(cell, str) else _number(cell)
 
 
@@ -129,9 +132,8 @@ def _percent(share: float) -> str:
 
 
 def _number(value: float) -> str:
-    if isinstance(value, int):
-        return str(value)
-    if value != 0 and not 1e-3 <= abs(value) < 1e6:
+    if isinstance(value, int) or value == 0:
+        return f"{value:.0f}"
+    if not 1e-3 <= abs(value) < 1e6:
         return f"{value:.2e}"
-    digits = max(0, 2 - len(str(int(abs(value)))) + 1) if abs(value) >= 1 else 3
-    return f"{value:.{digits}f}"
+    return f"{value:.{max(0, 2 - math.floor(math.log10(abs(value))))}f}"

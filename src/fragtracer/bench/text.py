@@ -19,7 +19,7 @@ def print_results(results: Results, console: Console) -> None:
 
 def _print_table(table: Table, console: Console) -> None:
     columns = used_columns(table)
-    grid = RichTable(title=_title(table), title_justify="left")
+    grid = RichTable(title=title(table), title_justify="left")
     for column in columns:
         grid.add_column(column.title, justify="right" if _is_number(table, column) else "left")
     for row in table.rows:
@@ -34,7 +34,7 @@ def to_markdown(results: Results) -> str:
     parts = []
     for table in results.tables:
         columns = used_columns(table)
-        lines = [f"**{_title(table)}**", ""]
+        lines = [f"**{title(table)}**", ""]
         lines.append(_line([column.title for column in columns]))
         lines.append(_line(["---:" if _is_number(table, column) else "---" for column in columns]))
         lines += [_line([show(row.get(column.name)) for column in columns]) for row in table.rows]
@@ -58,7 +58,7 @@ def _constant(table: Table) -> list[Column]:
     return [c for c in keys if len({row.get(c.name) for row in table.rows}) == 1]
 
 
-def _title(table: Table) -> str:
+def title(table: Table) -> str:
     """The title with the keys that never change."""
     constants = [f"{c.title} {show(table.rows[0].get(c.name))}" for c in _constant(table)]
     return ", ".join([table.title, *constants])

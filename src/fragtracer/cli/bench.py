@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from fragtracer.bench.plan import Plan, Progress
     from fragtracer.bench.tables import Results
 
-NAMES = ("sweep", "speed", "error")  # those of bench/suite.py, which is slow to import
+NAMES = ("sweep", "speed", "error", "ablations", "scaling", "memory")  # of bench/suite.py, slow to import
 
 
 def bench(
@@ -76,9 +76,12 @@ def _names(what: str) -> list[str]:
 
 def _measure(names: list[str], plan: "Plan", outputs: dict[str, Path]) -> "Results":
     from fragtracer.bench.cases import case
+    from fragtracer.bench.report import check_plots
     from fragtracer.bench.suite import run_suite
     from fragtracer.images.output import check_writable
 
+    if ".html" in outputs:
+        check_plots()
     for suffix, path in outputs.items():
         check_writable(path, [suffix])
     for name in plan.scenes or ():
@@ -109,10 +112,11 @@ def _print(results: "Results", markdown: bool) -> None:
 
 
 def _write(results: "Results", outputs: dict[str, Path]) -> None:
+    from fragtracer.bench.report import to_html
     from fragtracer.bench.tables import to_csv, to_json
     from fragtracer.images.output import replacing
 
-    writers = {".json": to_json, ".csv": to_csv}
+    writers = {".json": to_json, ".csv": to_csv, ".html": to_html}
     for suffix, path in outputs.items():
         with replacing(path) as part:
             part.write_text(writers[suffix](results), encoding="utf-8")

@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: MIT
+"""The benchmark as one HTML page that needs nothing else: tables, plots, machine and settings."""
+
+import io
+from collections.abc import Iterator
+from html import escape
+
+from fragtracer.bench.statistics import Estimate
+from fragtracer.bench.tables import Cell, Plot, Results, Table, show
+from fragtracer.bench.text import title, used_columns
+from fragtracer.errors import FragtracerError
+
+_STYLE = """\
+body { font: 15px/1.5 system-ui, sans-serif; max-width: 75em; margin: 2em auto; padding: 0 1em; color: #222 }
+table { border-collapse: collapse; margin: 1em 0 } th, td { padding: .2em .7em; border-bottom: 1px solid #ddd }
+th { text-align: left } td.number { text-align: right; white-space: nowrap } svg { max-width: 100%; height: auto }
+.note { color: #666 }
+"""
+
+
+def check_plots() -> None:
+    """Raises :class:`FragtracerError` if the library for plots is missing."""
+    try:
+        import matplotlib  # noqa: F401
+    except ImportError:
+        raise FragtracerError("--report needs matplotlib; pip install 'fragtracer[bench]'") from None
+
+
+def to_html(results: Results) -> str:
+    """The whole page."""
+    body = ["<h1>fragtracer bench</h1>"]
+    if not results.complete:
+        body.append("<p><strong>Interrupted: some rows are missing.</strong></p>")
+    for table in results.tables:
+        body += _table_html(table)
+        body += [_svg(table, plot) for plot in table.plots if table.rows]
+    body += ["<h2>Machine</h2>", _facts(results.machine)]
+    if results.settings:
+        body += ["<h2>Settings</h2>", _facts(results.settings)]
+    head = f'<meta charset="utf-8"><title>fragtracer bench</title><style>{_STYLE}</style>'
+    return f'<!doctype html>\n<html lang="en"><head>{head}</head><body>\n' + "\n".join(body) + "\n</body></html>\n"
+
+
+def _table_html(table: Table) -> Iterator[str]:
+    columns = used_columns(table)
+    yield f"<h2>{escape(title(table))}</h2>\n<table><tr>"
+    yield "".join(f"<th>{escape(column.title)}</th>" for column in columns) + "</tr>"
+    for row in table.rows:
+        yield "<tr>" + "".join(_cell(row.get(column.name)) for column in columns) + "</tr>"
+    yield "</table>"
+    for note in table.notes:
+        yield f'<p class="note">{escape(note)}</p>'
+
+
+def _cell(cell: Cell) -> str:
+    number = "" if cell is None or isinstance(cell, str) else ' class="number"'
+    return f"<td{number}>{escape(show(cell))}</td>"
+
+
+def _facts(facts: dict[str, str]) -> str:
+    rows = "".join(f"<tr><th>{escape(name)}</th><td>{escape(value)}</td></tr>" for name, value in facts.items())
+    return f"<table>{rows}</table>"
+
+
+def _svg(table: Table, plot: Plot) -> str:
+    """The plot with the spread as bars."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(8, 4.5), layout="constrained")
+    axes = figure.add_subplot()
+    for number, by in enumerate(dict.fromkeys(row.get(plot.by) for row in table.rows)):
+        rows = [row for row in table.rows if row.get(plot.by) == by]
+        for style, name in zip(("o-", "s--", "^:"), plot.y, strict=False):
+            points = [(_as_estimate(row[plot.x]).value, _as_estimate(row[name])) for row in rows if row.get(name)]
+            x, y = [x for x, _ in points], [y for _, y in points]
+            label = f"{by}, {name.partition('_')[0]}" if len(plot.y) > 1 else str(by)
+            spread = [[e.value - e.low for e in y], [e.high - e.value for e in y]]
+            axes.errorbar(x, [e.value for e in y], spread, fmt=style, color=f"C{number}", label=label, capsize=2)
+    axes.set(xscale=plot.x_scale, yscale=plot.y_scale, xlabel=plot.x_title, ylabel=plot.y_title)
+    axes.grid(visible=True, which="both", alpha=0.25)
+    axes.legend(title=plot.by)
+    text = io.StringIO()
+    figure.savefig(text, format="svg", metadata={"Date": None})
+    return text.getvalue()[text.getvalue().index("<svg") :]
+
+
+def _as_estimate(cell: Cell) -> Estimate:
+    if isinstance(cell, Estimate):
+        return cell
+    value = float(cell or 0)
+    return Estimate(value, value, value, 1)
