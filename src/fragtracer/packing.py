@@ -119,12 +119,11 @@ def pack(
 
 
 def _points(scene: Scene) -> Floats:
-    """The corners of everything finite, the camera included, (n, 3)."""
+    """The corners of everything finite, the camera included, (n, 3); but not of the lights: a sun far
+    away loses nothing by its distance, and would take the precision from what it shines on."""
     points: list[Any] = [scene.camera.position]
-    balls: list[tuple[Any, float]] = [(s.center, s.radius) for s in scene.spheres]
-    balls += [(light.position, light.radius) for light in scene.lights]
-    for center, radius in balls:
-        points += [np.subtract(center, radius), np.add(center, radius)]
+    for s in scene.spheres:
+        points += [np.subtract(s.center, s.radius), np.add(s.center, s.radius)]
     for r in scene.rectangles:
         far = np.add(r.edge_u, r.edge_v)
         points += [np.add(r.corner, step) for step in ((0.0, 0.0, 0.0), r.edge_u, r.edge_v, far)]
