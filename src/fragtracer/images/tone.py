@@ -29,7 +29,44 @@ def aces(x: FloatImage) -> FloatImage:
     return curve.astype(np.float32)
 
 
-TONE_CURVES: dict[str, Callable[[FloatImage], FloatImage]] = {"linear": linear, "reinhard": reinhard, "aces": aces}
+_AGX_INSET = np.array(
+    [
+        [0.842479062253094, 0.0784335999999992, 0.0792237451477643],
+        [0.0423282422610123, 0.878468636469772, 0.0791661274605434],
+        [0.0423756549057051, 0.0784336, 0.879142973793104],
+    ],
+    np.float32,
+)
+_AGX_OUTSET = np.array(
+    [
+        [1.19687900512017, -0.0980208811401368, -0.0990297440797205],
+        [-0.0528968517574562, 1.15190312990417, -0.0989611768448433],
+        [-0.0529716355144438, -0.0980434501171241, 1.15107367264116],
+    ],
+    np.float32,
+)
+_AGX_CURVE = (15.5, -40.14, 31.96, -6.868, 0.4298, 0.1191, -0.00232)
+
+
+def agx(x: FloatImage) -> FloatImage:
+    """A curve over 16.5 stops between two matrices, in which bright colours fade as on film.
+
+    Sobotka's AgX in the fit of Wrensch 2023, "Minimal AgX implementation"; the power of 2.2 at its end makes
+    the result linear again.
+    """
+    inset = np.maximum(np.minimum(x, np.float32(1e6)) @ _AGX_INSET.T, np.float32(1e-10))
+    stops = np.clip(np.log2(inset), np.float32(-12.47393), np.float32(4.026069))
+    curve = np.polyval(np.array(_AGX_CURVE, np.float32), (stops + np.float32(12.47393)) / np.float32(16.5))
+    outset: FloatImage = np.maximum(curve @ _AGX_OUTSET.T, 0) ** np.float32(2.2)
+    return outset
+
+
+TONE_CURVES: dict[str, Callable[[FloatImage], FloatImage]] = {
+    "linear": linear,
+    "reinhard": reinhard,
+    "aces": aces,
+    "agx": agx,
+}
 
 
 def srgb_encode(x: FloatImage) -> FloatImage:

@@ -2,20 +2,16 @@
 """What menu items and keys do to a session."""
 
 import shlex
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
+from fragtracer import scene_file
 from fragtracer.resources import folder
-from fragtracer.scene import RenderSettings
 from fragtracer.viewer import camera as cameras
 from fragtracer.viewer import picking
 from fragtracer.viewer.input import Click
 from fragtracer.viewer.panels import scene as scene_panel
 from fragtracer.viewer.session import Session
-
-_OPTIONS = ("bounces", "rays", "light_samples", "seed", "geometry", "estimator", "sampler", "pixel_filter")
 
 
 def carry_out(session: Session, action: str) -> bool:
@@ -100,27 +96,20 @@ def fresh(path: Path) -> Path:
 
 
 def render_command(session: Session, size: tuple[int, int], spp: int) -> str:
-    """The command line that makes the picture in the window; save the scene first if it was edited."""
-    settings, default = session.document.scene.render, RenderSettings()
-    if session.is_saved and session.path is not None:
-        settings_in_file: RenderSettings = session.document.scene.render
-        name = session.path.stem if session.path.parent == folder("scenes") else str(session.path)
+    """The command line that makes the picture in the window.
+
+    A scene that is in no file as it is now, seen from here, is written to a new one in the current folder.
+    """
+    scene = session.document.scene
+    if session.is_saved and session.path is not None and session.camera == session.home and not session.document.hidden:
+        name = scene.name if session.path.parent == folder("scenes") else str(session.path)
     else:
-        settings_in_file, name = default, str(save_path(session))
-    words = ["fragtracer", "render", name, "-o", f"{session.document.scene.name}.png"]
+        path = fresh(Path.cwd() / f"{scene.name}.toml")
+        scene_file.save(session.shown, path)
+        name = path.name
+    words = ["fragtracer", "render", name, "-o", f"{scene.name}.png"]
     words += ["--size", f"{size[0]}x{size[1]}", "--spp", str(max(spp, 1))]
-    for field in fields(settings):
-        value = getattr(settings, field.name)
-        if field.name in _OPTIONS and value != getattr(settings_in_file, field.name):
-            words += [f"--{field.name.replace('_', '-')}", str(value)]
     shown = session.display
-    if shown.exposure:
-        words += ["--exposure", f"{shown.exposure:g}"]
-    if shown.tone_curve != "linear":
-        words += ["--tonemap", shown.tone_curve]
+    words += ["--exposure", f"{shown.exposure:g}"] if shown.exposure else []
+    words += ["--tonemap", shown.tone_curve] if shown.tone_curve != "linear" else []
     return shlex.join(words)
-
-
-def camera_moved(session: Session) -> bool:
-    """Whether the camera is not the file's."""
-    return not np.allclose(session.camera.position, session.home.position) or session.camera != session.home

@@ -4,6 +4,7 @@
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from imgui_bundle import imgui
@@ -34,6 +35,7 @@ from fragtracer.viewer.watch import Watch, shader_files
 from fragtracer.viewer.window import Window
 
 _NAP = 0.1  # seconds to wait for events when there is nothing to do
+_BACKGROUND = (0.06, 0.06, 0.07)
 _AWAKE = 0.5  # seconds after the last event before that
 
 
@@ -78,6 +80,11 @@ class Viewer:
         return self.refiner.renderer
 
     @property
+    def problem(self) -> str:
+        """What is wrong, as the window shows it."""
+        return self._shader_problem or self.session.problem
+
+    @property
     def is_done(self) -> bool:
         """Whether the picture is as fine as was asked for, or paused."""
         session, error = self.session, self.film_statistics.relative_error
@@ -100,14 +107,21 @@ class Viewer:
         with self.window.panels():
             area = self._panels()
         self._sync(area)
-        traced = 0.0 if self.is_done else self.refiner.frame(self.session.max_samples or None)
+        traced = self._refine()
         if not self.refiner.is_moving and self.renderer.spp != self._spp_looked:
             self.film_statistics.look(self.renderer.film)
-        self._draw()
+        self._draw(self.context.detect_framebuffer(0))
         self.window.present()
         seconds = time.perf_counter() - start
         self.refiner.governor.note_overhead(seconds - traced)
         self.times.add(seconds, self.refiner.pass_seconds)
+
+    def _refine(self) -> float:
+        """Trace, if there is something to trace; returns for how many seconds."""
+        if self.is_done:
+            self.refiner.fade(limit=0)
+            return 0.0
+        return self.refiner.frame(self.session.max_samples or None)
 
     def _watch(self) -> None:
         for path in self.window.take_dropped():
@@ -158,13 +172,13 @@ class Viewer:
         return area
 
     def _docked(self) -> None:
-        session = self.session
-        for name, draw in (
-            ("Scene", lambda: scene_panel.draw(session)),
-            ("Render", self._render_panel),
-            ("Display", self._display_panel),
-            ("Statistics", lambda: statistics_panel.draw(self.figures, self.times)),
-        ):
+        panels: dict[str, Callable[[], None]] = {
+            "Scene": lambda: scene_panel.draw(self.session),
+            "Render": self._render_panel,
+            "Display": self._display_panel,
+            "Statistics": lambda: statistics_panel.draw(self.figures, self.times),
+        }
+        for name, draw in panels.items():
             if imgui.begin(name)[0]:
                 draw()
             imgui.end()
@@ -182,7 +196,7 @@ class Viewer:
 
     def _overlay(self, area: Area) -> None:
         overlay.status(area, self.figures, self.times.fps)
-        overlay.messages(area, self.session.toast, self._shader_problem or self.session.problem)
+        overlay.messages(area, self.session.toast, self.problem)
         if self.help_shown:
             overlay.help_window(area)
 
@@ -217,13 +231,16 @@ class Viewer:
                 name = f"{self.session.document.scene.name}.{action.split()[1]}"
                 self.attempt(lambda: self.save_image(actions.fresh(Path.cwd() / name)))
             case "copy command":
-                command = actions.render_command(self.session, self.refiner.size, self.renderer.spp)
-                imgui.set_clipboard_text(command)
-                self.session.say(f"Copied: {command}")
+                self.attempt(self._copy_command)
             case _:
                 self.attempt(lambda: actions.carry_out(self.session, action))
                 if action == "save":
                     self._file.accept()
+
+    def _copy_command(self) -> None:
+        command = actions.render_command(self.session, self.refiner.size, self.renderer.spp)
+        imgui.set_clipboard_text(command)
+        self.session.say(f"Copied: {command}")
 
     def save_image(self, path: Path) -> None:
         """Write the picture, without panels, with the metadata of ``fragtracer render``."""
@@ -268,22 +285,21 @@ class Viewer:
             state="done" if self.is_done and not self.session.paused else state,
         )
 
-    def _draw(self) -> None:
-        screen = self.context.detect_framebuffer(0)
-        screen.viewport = (0, 0, *self.window.pixels)
-        screen.scissor = None
-        screen.clear(0.06, 0.06, 0.07)
-        refiner = self.refiner
+    def _draw(self, target: Any) -> None:
+        """Draw picture and panels into a framebuffer of the size of the window."""
+        everything = (0, 0, *self.window.pixels)
+        target.viewport = target.scissor = everything
+        target.clear(*_BACKGROUND)
         self.display.draw(
+            target,
             self.renderer.film,
             self.rectangle,
             self.session.display,
             self.renderer.spp,
-            refiner.held,
-            refiner.held_weight,
+            self.refiner.held,
+            self.refiner.held_weight,
         )
-        screen.viewport = (0, 0, *self.window.pixels)
-        screen.scissor = None
+        target.viewport = target.scissor = everything
         self.window.draw_panels()
         self._set_title()
 
@@ -296,10 +312,12 @@ class Viewer:
 
     def grab(self) -> NDArray[np.uint8]:
         """What the window shows, (height, width, 3) sRGB bytes, row 0 at the top."""
-        self._draw()
         width, height = self.window.pixels
-        screen = self.context.detect_framebuffer(0)
-        pixels = np.frombuffer(screen.read((0, 0, width, height), 3, alignment=1), np.uint8)
+        target: Any = self.context.simple_framebuffer((width, height), 3)
+        self._draw(target)
+        pixels = np.frombuffer(target.read((0, 0, width, height), 3, alignment=1), np.uint8)
+        self.context.detect_framebuffer(0).use()  # moderngl would bind the released one again
+        target.release()
         return np.ascontiguousarray(pixels.reshape(height, width, 3)[::-1])
 
     def close(self) -> None:

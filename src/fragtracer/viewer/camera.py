@@ -60,7 +60,7 @@ def frame(camera: Camera, center: Sequence[float], radius: float) -> Camera:
     """Look at a ball from where the camera is, at the distance at which it fills most of the height."""
     back = _unit(np.subtract(camera.position, camera.target))
     distance = 1.3 * radius / np.sin(np.radians(camera.fov_degrees) / 2)
-    return replace(camera, position=_triple(center + distance * back), target=_triple(center))
+    return replace(camera, position=_triple(center + distance * back), target=_triple(np.asarray(center, np.float64)))
 
 
 def ray(camera: Camera, x: float, y: float, aspect: float) -> tuple[Vector, Vector]:

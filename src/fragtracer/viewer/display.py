@@ -76,6 +76,7 @@ class Display:
 
     def draw(
         self,
+        target: Any,
         film: Film,
         rectangle: Rectangle,
         settings: DisplaySettings,
@@ -83,8 +84,8 @@ class Display:
         held: Film | None = None,
         held_weight: float = 0.0,
     ) -> None:
-        """Draw ``film``, which has had ``spp`` samples per pixel, with ``held_weight`` of the mean of
-        ``held`` over it."""
+        """Draw ``film`` into the framebuffer ``target``. It has had ``spp`` samples per pixel, and gets
+        ``held_weight`` of the mean of ``held`` over it."""
         mean, variance = film.textures
         mean.use(_MEAN)
         variance.use(_VARIANCE)
@@ -102,10 +103,9 @@ class Display:
                 "u_range": ranges.get(settings.view, settings.error_range),
             }
         )
-        screen = self._context.detect_framebuffer(0)
-        screen.use()
-        screen.viewport = rectangle
-        screen.scissor = rectangle
+        target.use()
+        target.viewport = rectangle
+        target.scissor = rectangle
         program.draw()
 
     def _program(self, settings: DisplaySettings, fits: bool, holds: bool) -> FullscreenProgram:

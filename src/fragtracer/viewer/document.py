@@ -24,7 +24,7 @@ class Document:
         """The scene without what is hidden."""
         if not self.hidden:
             return self.scene
-        kept = {
+        kept: dict[str, Any] = {
             kind: tuple(part for i, part in enumerate(getattr(self.scene, kind)) if (kind, i) not in self.hidden)
             for kind in KINDS
         }
@@ -42,7 +42,7 @@ class Document:
         kind, index = part
         parts = list(getattr(self.scene, kind))
         parts[index] = value
-        return replace(self, scene=replace(self.scene, **{kind: tuple(parts)}))
+        return replace(self, scene=_with_kind(self.scene, kind, parts))
 
     def without_part(self, part: Part) -> "Document":
         """This without an object or light; the ones after it move up."""
@@ -50,7 +50,7 @@ class Document:
         parts = list(getattr(self.scene, kind))
         del parts[index]
         moved = {(k, i - (k == kind and i > index)) for k, i in self.hidden if (k, i) != part}
-        return Document(replace(self.scene, **{kind: tuple(parts)}), frozenset(moved))
+        return Document(_with_kind(self.scene, kind, parts), frozenset(moved))
 
     def with_material(self, name: str, material: Material) -> "Document":
         materials: Mapping[str, Material] = {**self.scene.materials, name: material}
@@ -96,3 +96,8 @@ class History:
         self.now = source.pop()
         self.close()
         return True
+
+
+def _with_kind(scene: Scene, kind: str, parts: list[Any]) -> Scene:
+    changes: dict[str, Any] = {kind: tuple(parts)}
+    return replace(scene, **changes)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What lies under the mouse: one ray through the scene model, on the CPU."""
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -69,7 +70,8 @@ def _sphere(center: Vector, radius: float, origin: Vector, direction: Vector) ->
     rest = radius**2 - float(np.sum((to_center - middle * direction) ** 2))
     if rest < 0:
         return None
-    near, far = middle - rest**0.5, middle + rest**0.5
+    half = math.sqrt(rest)
+    near, far = middle - half, middle + half
     return near if near > _NEAR else far
 
 
@@ -89,7 +91,7 @@ def _parallelogram(
     if distance is None:
         return None
     place = origin + distance * direction - base
-    area = normal @ normal
+    area = float(normal @ normal)
     s, t = float(np.cross(place, v) @ normal / area), float(np.cross(u, place) @ normal / area)
-    inside = s >= 0 and t >= 0 and s <= 1 and t <= 1 and s + t <= most
+    inside = bool(s >= 0 and t >= 0 and s <= 1 and t <= 1 and s + t <= most)
     return distance if inside else None

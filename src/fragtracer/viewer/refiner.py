@@ -59,8 +59,7 @@ class Refiner:
     def frame(self, limit: int | None = None) -> float:
         """Trace for about as long as a frame may take, up to ``limit`` samples per pixel; returns the seconds."""
         now = time.perf_counter()
-        self._fade(now - self._frame_at)
-        self._frame_at = now
+        self.fade(limit)
         if self._moving and now - self._changed_at > _SETTLED:
             self._settle()
         if self._moving:
@@ -98,10 +97,14 @@ class Refiner:
         self.pass_seconds = spent if renderer.spp > before else self.pass_seconds
         return spent
 
-    def _fade(self, seconds: float) -> None:
+    def fade(self, limit: int | None = None) -> None:
+        """Let the finer picture take over a little more, of which there will be ``limit`` samples per pixel."""
+        now = time.perf_counter()
+        seconds, self._frame_at = now - self._frame_at, now
         if self.held is None or self.renderer.spp == 0:
             return
-        aim = max(0.0, 1.0 - self.renderer.spp / _FADE_SPP)
+        enough = _FADE_SPP if limit is None else min(limit, _FADE_SPP)
+        aim = max(0.0, 1.0 - self.renderer.spp / enough) if enough else 0.0
         self.held_weight = max(aim, self.held_weight - min(seconds, 0.1) / _FADE)
         if self.held_weight <= 0:
             self._drop_held()

@@ -40,7 +40,11 @@ class Window:
         theme.apply(self.scale)
         imgui.backends.glfw_init_for_opengl(ctypes.cast(self._handle, ctypes.c_void_p).value or 0, True)
         imgui.backends.opengl3_init("#version 330")
-        glfw.set_drop_callback(self._handle, lambda _, paths: self.dropped.extend(paths))
+        on_drop: Any = self._drop  # glfw's own types are wrong here
+        glfw.set_drop_callback(self._handle, on_drop)
+
+    def _drop(self, _: Any, paths: Any) -> None:
+        self.dropped.extend(paths)
 
     @property
     def scale(self) -> float:

@@ -45,6 +45,6 @@ def in_unit(light: Light, unit: str) -> Light:
 
 def _unless_rounding(before: Light, after: Light) -> Light:
     """``before`` if all that changed is the last digit of a strength that was taken apart and put together."""
-    strengths = [light.power or light.radiance or (0.0, 0.0, 0.0) for light in (before, after)]
-    same = np.allclose(*strengths, rtol=1e-9, atol=0)
+    old, new = (light.power or light.radiance or (0.0, 0.0, 0.0) for light in (before, after))
+    same = np.allclose(old, new, rtol=1e-9, atol=0)
     return before if same and (after.position, after.radius) == (before.position, before.radius) else after

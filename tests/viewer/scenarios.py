@@ -1,0 +1,255 @@
+# SPDX-License-Identifier: MIT
+"""What a person does with the viewer, and what should be seen then.
+
+Each function is run by test_viewer.py in a process of its own, in an empty folder.
+"""
+
+import shutil
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from hand import Hand
+
+import fragtracer as ft
+from fragtracer import resources
+from fragtracer.images import read_image, read_metadata
+from fragtracer.images.tone import TONE_CURVES, to_display
+from fragtracer.viewer import app, display
+from fragtracer.viewer.app import Viewer
+from fragtracer.viewer.panels import widgets
+from fragtracer.viewer.session import path_of
+
+GOLD = ("spheres", 1)
+
+
+def opened(scene: str = "three-spheres", size: tuple[int, int] = (800, 500)) -> Viewer:
+    viewer = Viewer(ft.load(scene), path_of(scene), size)
+    viewer.frame()
+    return viewer
+
+
+def picture(viewer: Viewer) -> Any:
+    """The part of the window with the picture, without the panels that lie over it, in [0, 1]."""
+    left, bottom, width, height = viewer.rectangle
+    top = viewer.window.pixels[1] - bottom - height
+    return viewer.grab()[top : top + height, left : left + width] / 255.0
+
+
+def refined(viewer: Viewer, hand: Hand, spp: int) -> None:
+    viewer.session.max_samples = spp
+    hand.until(lambda: viewer.is_done and viewer.renderer.spp >= spp, f"{spp} samples")
+    hand.until(lambda: viewer.refiner.held is None, "the fade")
+
+
+def converges() -> None:
+    """The picture is that of ``fragtracer render``, and is shown by the curves of images/tone.py."""
+    with opened(size=(560, 340)) as viewer:
+        hand = Hand(viewer)
+        refined(viewer, hand, 128)
+        width, height = viewer.renderer.size
+        image, error = viewer.renderer.image(), viewer.renderer.standard_error()
+        for curve in TONE_CURVES:
+            viewer.session.display = replace(viewer.session.display, tone_curve=curve, exposure=0.5)
+            viewer.frame()
+            expected = to_display(image, 0.5, curve)
+            free = slice(0, height - 60)  # above the status bar
+            assert np.abs(picture(viewer)[free] - expected[free]).max() < 1.6 / 255, curve
+    size = f"{width}x{height}"
+    command = ["-m", "fragtracer", "render", "three-spheres", "-o", "r.exr", "--size", size, "--spp", "128"]
+    subprocess.run([sys.executable, *command, "--seed", "7"], check=True)
+    difference = image - read_image("r.exr")
+    seen = error > 0
+    z = difference[seen] / (np.sqrt(2) * error[seen])
+    assert abs(np.median(np.abs(z))) < 0.75, "more than the error bars allow"
+    assert abs(difference.mean(dtype=np.float64)) < 5 * np.sqrt(2 * (error.astype(np.float64) ** 2).mean() / image.size)
+
+
+def orbits() -> None:
+    """What is nearer than the target follows the hand to the right; turning does not change the distance."""
+    with opened() as viewer:
+        hand = Hand(viewer)
+        hand.key("Tab")
+        front = (0.0, 0.5, 0.5)
+        before, camera = hand.place_of(front), viewer.session.camera
+        hand.drag((300, 100), (360, 100))
+        after = hand.place_of(front)
+        assert after[0] > before[0] + 5
+        distances = [np.linalg.norm(np.subtract(c.position, c.target)) for c in (camera, viewer.session.camera)]
+        assert np.isclose(*distances)
+        left = picture(viewer)
+        hand.drag((300, 100), (300, 140))
+        assert viewer.session.camera.position[1] > camera.position[1], "drawn down, the scene shows its top"
+        assert np.abs(picture(viewer) - left).mean() > 0.01, "the picture has moved too"
+        hand.move(300, 200)
+        hand._do("click", "4")
+        hand.frames(2)
+        nearer = np.linalg.norm(np.subtract(viewer.session.camera.position, viewer.session.camera.target))
+        assert nearer < distances[0], "the wheel moves nearer"
+        hand.key("Home")
+        assert viewer.session.camera == camera
+        hand.drag((300, 200), (360, 200), button=2)
+        hand._do("keydown", "w")
+        hand.frames(4)
+        hand._do("keyup", "w")
+        hand.frames(2)
+        assert not np.allclose(viewer.session.camera.target, camera.target), "flying takes the target along"
+
+
+def edits_a_material() -> None:
+    """A click selects the gold sphere; its roughness slider makes it another picture, from no samples."""
+    rows: dict[str, tuple[Any, Any]] = {}
+    slider = widgets.slider
+
+    def watched(text: str, *rest: Any, **options: Any) -> float:
+        value = slider(text, *rest, **options)
+        rows[text] = (widgets.imgui.get_item_rect_min(), widgets.imgui.get_item_rect_max())
+        return value
+
+    widgets.slider = watched
+    with opened(size=(900, 720)) as viewer:
+        hand = Hand(viewer)
+        center = viewer.session.document.part(GOLD).center
+        hand.click(*hand.place_of(center))
+        assert viewer.session.selected == GOLD
+        refined(viewer, hand, 32)
+        before = picture(viewer)
+        low, high = rows["Roughness"]
+        y = (low.y + high.y) / 2
+        hand.drag((low.x + 0.35 * (high.x - low.x), y), (low.x + 0.95 * (high.x - low.x), y))
+        gold = viewer.session.document.scene.materials["gold"]
+        assert gold.roughness > 0.8
+        assert gold.metal == "gold"
+        assert len(viewer.session.history.past) == 1, "a drag is one step"
+        assert viewer.renderer.spp < 32, "refining began again"
+        viewer.session.max_samples = 0
+        refined(viewer, hand, 32)
+        change = np.abs(picture(viewer) - before).mean(axis=-1)
+        x, y = hand.place_of(center)
+        column, row = round(x - viewer.rectangle[0]), round(y - (720 - viewer.rectangle[1] - viewer.rectangle[3]))
+        assert change[row - 20 : row + 20, column - 20 : column + 20].mean() > 0.1
+        assert change[:40].mean() < 0.01, "and nothing else is"
+        hand.key("ctrl+z")
+        assert viewer.session.document.scene.materials["gold"].roughness == 0.35
+        hand.key("ctrl+shift+z")
+        assert viewer.session.document.scene.materials["gold"].roughness > 0.8
+
+
+def reloads_shaders() -> None:
+    """A broken shader file keeps the picture and shows where the mistake is; mended, all goes on."""
+    shutil.copytree(resources.folder("shaders"), "shaders")
+    for module in ("fragtracer.gpu.tracer", "fragtracer.viewer.display", "fragtracer.viewer.app"):
+        sys.modules[module].folder = lambda _: Path("shaders").resolve()  # type: ignore[attr-defined]
+    assert display is not None
+    with opened() as viewer:
+        hand = Hand(viewer)
+        file = Path("shaders/integrator/path.glsl")
+        good = file.read_text("utf-8")
+        line = good[: good.index("Path path_begin")].count("\n") + 1
+        refined(viewer, hand, 4)
+        before = picture(viewer)
+        file.write_text(good.replace("Path path_begin", "Path! path_begin"), "utf-8")
+        hand.until(lambda: bool(viewer.problem), "the message")
+        assert f"integrator/path.glsl:{line}" in viewer.problem
+        refined(viewer, hand, 8)
+        assert np.abs(picture(viewer) - before)[100:-60].mean() < 0.05, "the last good program goes on"
+        dark = good.replace("path.radiance += path.throughput * direct", "path.radiance += 0.0 * direct")
+        assert dark != good
+        file.write_text(dark, "utf-8")
+        hand.until(lambda: not viewer.problem, "recovery")
+        viewer.session.max_samples = 0
+        refined(viewer, hand, 8)
+        assert picture(viewer)[100:-60].mean() < 0.5 * before[100:-60].mean(), "the new program is in use"
+
+
+def opens_and_reloads_files() -> None:
+    """A file dropped on the window is opened, and read again when it changes; a mistake is shown."""
+    with opened() as viewer:
+        hand = Hand(viewer)
+        viewer.window.dropped.append("no-such-file.toml")
+        hand.frames(2)
+        assert "no such file" in viewer.problem
+        scene = ft.load("mirror")
+        ft.save(scene, "mine.toml")
+        viewer.window.dropped.append("mine.toml")
+        hand.frames(2)
+        assert viewer.session.document.scene.name == "mine"
+        assert not viewer.problem
+        first = next(iter(scene.materials))
+        edited = {**scene.materials, first: ft.Material(albedo=(0.9, 0.1, 0.1))}
+        ft.save(replace(scene, materials=edited), "mine.toml")
+        hand.until(lambda: viewer.session.document.scene.materials == edited, "reload")
+        assert viewer.renderer.scene.materials == edited
+        Path("mine.toml").write_text("[camera\n", "utf-8")
+        hand.until(lambda: "not a TOML file" in viewer.problem, "the message")
+        assert viewer.session.document.scene.materials == edited
+        hand.key("ctrl+s")
+        hand.until(lambda: not viewer.problem, "saving mends the file")
+        assert dict(ft.load("mine.toml").materials) == edited
+
+
+def saves_images() -> None:
+    """F12 writes the picture with what made it."""
+    with opened() as viewer:
+        hand = Hand(viewer)
+        refined(viewer, hand, 4)
+        hand.key("F12")
+        assert read_metadata("three-spheres.png")["spp"] == "4"
+        viewer.do("image exr")
+        assert np.array_equal(read_image("three-spheres.exr"), viewer.renderer.image())
+        viewer.do("copy command")
+        assert "fragtracer render three-spheres" in viewer.session.toast
+
+
+def survives_sizes() -> None:
+    """Small and large windows, and a minimised one."""
+    with opened() as viewer:
+        hand = Hand(viewer)
+        for width, height in ((320, 200), (1390, 880), (640, 400)):
+            viewer.window.set_size(width, height)
+            hand.until(lambda size=(width, height): viewer.window.pixels == size, "resize")  # type: ignore[misc]
+            hand.frames(3)
+            assert viewer.refiner.size == viewer.rectangle[2:]
+            hand.until(lambda: not viewer.refiner.is_moving and viewer.renderer.spp >= 1, "a picture")
+            assert picture(viewer).mean() > 0.05, "not black"
+        assert viewer.context.error == "GL_NO_ERROR"
+
+
+def shows_help_and_hides() -> None:
+    """F1 shows the keys; H hides what is selected and Alt+H shows it again; Delete removes; numbers are viewpoints."""
+    with opened() as viewer:
+        hand = Hand(viewer)
+        hand.key("F1")
+        assert viewer.help_shown
+        hand.key("F1")
+        hand.click(*hand.place_of(viewer.session.document.part(GOLD).center))
+        hand.key("f")
+        assert viewer.session.camera.target == viewer.session.document.part(GOLD).center
+        hand.key("ctrl+3")
+        kept = viewer.session.camera
+        hand.key("Home")
+        assert viewer.session.camera != kept
+        hand.key("3")
+        assert viewer.session.camera == kept
+        hand.key("h")
+        assert len(viewer.renderer.scene.spheres) == 2
+        hand.key("alt+h")
+        assert len(viewer.renderer.scene.spheres) == 3
+        hand.key("Delete")
+        assert len(viewer.session.document.scene.spheres) == 2
+        hand.key("space")
+        assert viewer.session.paused
+        left, bottom, width, height = viewer.rectangle
+        hand._do("keydown", "ctrl")
+        hand.click(left + width / 2, viewer.window.pixels[1] - bottom - height * 0.2)
+        hand._do("keyup", "ctrl")
+        hand.frames(1)
+        assert viewer.session.camera.focus_distance is not None
+
+
+if __name__ == "__main__":
+    assert app is not None
+    globals()[sys.argv[1]]()

@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: MIT
+"""The parts of the viewer that need no window."""
+
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import fragtracer as ft
+from fragtracer.materials import DIELECTRIC_F0, METAL_F0
+from fragtracer.scene import Camera, Light, Material, Scene, Sphere
+from fragtracer.viewer import actions, camera, picking
+from fragtracer.viewer.document import Document, History
+from fragtracer.viewer.governor import Governor
+from fragtracer.viewer.panels import lights, materials, objects
+from fragtracer.viewer.session import Session
+
+CAMERA = Camera(position=(1.0, 2.0, 5.0), target=(0.2, 0.5, -0.3), fov_degrees=50.0)
+
+
+def distance(c: Camera) -> float:
+    return float(np.linalg.norm(np.subtract(c.position, c.target)))
+
+
+def test_orbit_keeps_target_and_distance_and_comes_back() -> None:
+    turned = camera.orbit(CAMERA, 0.4, 0.2)
+    assert turned.target == CAMERA.target
+    assert distance(turned) == pytest.approx(distance(CAMERA))
+    back = camera.orbit(turned, -0.4, -0.2)
+    np.testing.assert_allclose(back.position, CAMERA.position, atol=1e-12)
+
+
+@pytest.mark.parametrize("down", [-50.0, 50.0])
+def test_orbit_stops_before_the_pole(down: float) -> None:
+    turned = camera.orbit(CAMERA, 0.0, down)
+    up = camera.axes(turned)[1]
+    assert up[1] > 0
+    assert distance(turned) == pytest.approx(distance(CAMERA))
+
+
+def test_pan_by_the_height_of_the_picture_moves_the_target_that_far() -> None:
+    shifted = camera.pan(CAMERA, 0.25, 0.1)
+    place = camera.project(shifted, CAMERA.target, 1.5)
+    assert place == pytest.approx((0.5 + 0.25 / 1.5, 0.6))
+
+
+def test_look_around_turns_in_place() -> None:
+    turned = camera.look_around(CAMERA, 0.3, 0.0)
+    assert turned.position == CAMERA.position
+    place = camera.project(turned, CAMERA.target, 1.0)
+    assert place is not None
+    assert place[0] < 0.5, "the camera turns right, so the scene goes left"
+
+
+def test_ray_and_project_are_inverse() -> None:
+    origin, direction = camera.ray(CAMERA, 0.3, 0.8, 1.7)
+    assert camera.project(CAMERA, tuple(origin + 4.2 * direction), 1.7) == pytest.approx((0.3, 0.8))
+
+
+def test_frame_fits_a_ball_into_the_picture() -> None:
+    framed = camera.frame(CAMERA, (3.0, 1.0, -2.0), 0.7)
+    top = np.add((3.0, 1.0, -2.0), 0.7 * camera.axes(framed)[1])
+    place = camera.project(framed, tuple(top), 1.0)
+    assert place is not None
+    assert 0.0 < place[1] < 0.25
+
+
+def test_governor_fits_one_sample_per_pixel_into_the_budget() -> None:
+    governor = Governor(target=0.033, overhead=0.013)
+    for rate in (1e5, 1e6, 1e7, 1e8, 1e9):
+        width, height = governor.size((1280, 720), rate)
+        assert width * height <= rate * 0.02 * 1.01 or width == 80
+    assert governor.size((1280, 720), 1e9) == (1280, 720)
+    assert governor.rays((1280, 720), 1e9, 16) == 16
+
+
+def test_governor_does_not_flicker_between_two_sizes() -> None:
+    governor = Governor(target=0.033, overhead=0.013)
+    rng = np.random.default_rng(1)
+    sizes = [governor.size((1280, 720), 5e6 * rng.uniform(0.93, 1.07)) for _ in range(200)]
+    changes = sum(a != b for a, b in pairwise(sizes))
+    assert changes <= 2
+
+
+def test_pick_finds_what_is_in_front() -> None:
+    scene = ft.load("three-spheres")
+    document = Document(scene)
+    for index, sphere in enumerate(scene.spheres):
+        place = camera.project(scene.camera, sphere.center, 1.5)
+        assert place is not None
+        found = picking.pick(document, *camera.ray(scene.camera, *place, 1.5))
+        assert found is not None
+        assert found[0] == ("spheres", index)
+    hidden = document.with_hidden(("spheres", 1), True)
+    place = camera.project(scene.camera, scene.spheres[1].center, 1.5)
+    assert place is not None
+    behind = picking.pick(hidden, *camera.ray(scene.camera, *place, 1.5))
+    assert behind is not None
+    assert behind[0][0] == "planes"
+
+
+def test_pick_finds_the_lamp_and_the_walls_of_the_cornell_box() -> None:
+    scene = ft.load("cornell-box")
+    found = picking.pick(Document(scene), *camera.ray(scene.camera, 0.5, 0.05, 1.0))
+    assert found is not None
+    assert scene.rectangles[found[0][1]].material in ("lamp", "white")
+    left = picking.pick(Document(scene), *camera.ray(scene.camera, 0.03, 0.5, 1.0))
+    assert left is not None
+    assert scene.rectangles[left[0][1]].material == "red"
+
+
+def test_history_merges_a_drag_and_forgets_the_future() -> None:
+    first = Document(ft.load("mirror"))
+    history = History(first)
+    for name in "abc":
+        history.edit(replace(first, scene=replace(first.scene, description=name)), "drag")
+    history.close()
+    history.edit(replace(first, scene=replace(first.scene, description="d")), "drag")
+    assert len(history.past) == 2
+    assert history.undo()
+    assert history.now.scene.description == "c"
+    assert history.undo()
+    assert history.now == first
+    assert not history.undo()
+    assert history.redo()
+    assert history.now.scene.description == "c"
+    history.edit(first, "other")
+    assert not history.redo()
+
+
+def test_removing_a_part_keeps_the_others_hidden() -> None:
+    document = Document(ft.load("three-spheres"), frozenset({("spheres", 2), ("lights", 0)}))
+    after = document.without_part(("spheres", 0))
+    assert after.hidden == {("spheres", 1), ("lights", 0)}
+    assert len(after.visible.spheres) == 1
+    assert after.visible.lights == ()
+
+
+@pytest.mark.parametrize("preset", [*DIELECTRIC_F0, *METAL_F0])
+def test_presets_have_the_reflectance_of_the_table(preset: str) -> None:
+    before = Material(albedo=(0.2, 0.3, 0.4), roughness=0.3)
+    made = materials.with_preset(before, preset)
+    expected = METAL_F0.get(preset) or (DIELECTRIC_F0[preset],) * 3
+    assert made.specular_f0 == pytest.approx(expected)
+    assert made.roughness == 0.3
+    if preset not in ("glass", "ruby"):  # the table has their values under another name first
+        assert materials.preset_of(made) == preset
+    assert materials.with_preset(made, "custom").metal is None
+
+
+def test_light_in_other_unit_is_the_same_light() -> None:
+    light = Light((0.0, 1.0, 0.0), 0.2, power=(10.0, 20.0, 30.0))
+    there = lights.in_unit(light, "radiance")
+    assert there.power is None
+    assert there.surface_radiance == pytest.approx(light.surface_radiance)
+    assert lights.in_unit(there, "power").power == pytest.approx(light.power)
+
+
+@pytest.mark.parametrize("kind", ["spheres", "planes", "rectangles", "lights"])
+def test_move_shifts_by_the_step(kind: str) -> None:
+    part = getattr(ft.load("cornell-box" if kind == "rectangles" else "three-spheres"), kind)[0]
+    name = {"spheres": "center", "planes": "point", "rectangles": "corner", "lights": "position"}[kind]
+    shifted = getattr(objects.moved(part, (1.0, -2.0, 3.0)), name)
+    np.testing.assert_allclose(np.subtract(shifted, getattr(part, name)), (1, -2, 3))
+
+
+def test_saved_scene_has_the_camera_of_the_view(tmp_path: Path) -> None:
+    session = Session.of(ft.load("mirror"))
+    session.camera = camera.orbit(session.camera, 0.5, 0.0)
+    session.save(tmp_path / "new.toml")
+    assert ft.load(tmp_path / "new.toml").camera == session.camera
+
+
+def test_bundled_scene_is_not_overwritten(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    session = Session.of(ft.load("mirror"))
+    session.open("mirror")
+    assert actions.save_path(session) == tmp_path / "mirror.toml"
+
+
+def test_render_command_takes_an_edited_scene_along(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    sphere = Scene(materials={"a": Material()}, spheres=(Sphere((0, 0, 0), 1.0, "a"),), name="ball")
+    session = Session.of(sphere)
+    settings = replace(session.settings, bounces=9, estimator="nee")
+    session.edit(replace(session.document, scene=replace(sphere, render=settings)), "x")
+    session.camera = camera.orbit(session.camera, 0.5, 0.0)
+    words = actions.render_command(session, (300, 200), 64)
+    assert words == "fragtracer render ball.toml -o ball.png --size 300x200 --spp 64"
+    written = ft.load("ball.toml")
+    assert written.render == settings
+    assert written.camera == session.camera

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: MIT
+"""The viewer under real events, on a display of its own."""
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+NAMES = (
+    "converges",
+    "orbits",
+    "edits_a_material",
+    "reloads_shaders",
+    "opens_and_reloads_files",
+    "saves_images",
+    "survives_sizes",
+    "shows_help_and_hides",
+)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_scenario(play: Callable[[str], str], name: str) -> None:
+    play(name)
+
+
+def command(*words: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "fragtracer", *words],
+        env=os.environ | environment,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+
+
+def test_command_writes_screenshot_and_figures(display: str, tmp_path: Path) -> None:
+    picture, figures = tmp_path / "window.png", tmp_path / "figures.json"
+    words = ("view", "mirror", "--size", "640x360", "--frames", "12", "--orbit")
+    done = command(*words, "--screenshot", str(picture), "--stats", str(figures), DISPLAY=display)
+    assert done.returncode == 0, done.stderr
+    with Image.open(picture) as image:
+        assert image.size == (640, 360)
+        assert len(image.getcolors(2**18) or range(2**18)) > 100
+    found = json.loads(figures.read_text("utf-8"))
+    assert found["frame_milliseconds"]["frames"] == 12
+    assert 0 < found["frame_milliseconds"]["p50"] <= found["frame_milliseconds"]["p99"]
+
+
+def test_without_display_the_other_command_is_named() -> None:
+    done = command("view", "mirror", DISPLAY="", WAYLAND_DISPLAY="")
+    assert done.returncode == 2
+    assert "there is no display" in done.stderr
+    assert "fragtracer render" in done.stderr
+    assert "Traceback" not in done.stderr
