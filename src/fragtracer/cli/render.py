@@ -37,7 +37,9 @@ def render(
     sampler: Annotated[Literal["texture", "hash"] | None, typer.Option(help="Source of random numbers.")] = None,
     pixel_filter: Annotated[Literal["box", "tent", "gaussian"] | None, typer.Option()] = None,
     exposure: Annotated[float, typer.Option(metavar="STOPS", help="Brightness of a .png.")] = 0.0,
-    tonemap: Annotated[Literal["linear", "reinhard", "aces", "agx"], typer.Option(help="Tone curve of a .png.")] = "linear",
+    tonemap: Annotated[
+        Literal["linear", "reinhard", "aces", "agx"], typer.Option(help="Tone curve of a .png.")
+    ] = "linear",
 ) -> None:
     """Render SCENE into an image file. Ctrl-C writes what there is."""
     from fragtracer.images import check_writable, write_image
