@@ -113,6 +113,7 @@ def test_noise_of_the_reference_is_taken_off() -> None:
 
     reference = Reference(noisy(0.1), noisy(0.1))
     assert reference.relative_mse(noisy(0.05)) == pytest.approx(0.05**2, rel=0.1)
+    assert 0 < reference.trimmed_mse(noisy(0.05)) < reference.relative_mse(noisy(0.05))
     assert reference.noise == pytest.approx(0.1**2 / 2, rel=0.05)
     assert reference.relative_bias(noisy(0.1, 0.2), noisy(0.1, 0.2)) == pytest.approx(0.2, rel=0.05)
     assert reference.relative_bias(noisy(0.1), noisy(0.1)) < 0.02
