@@ -43,7 +43,7 @@ _EDGE_GROWTH = 1e-6
 # The share of light choices that ignores power, so that a dim light nearby is never starved.
 _UNIFORM_LIGHT_CHOICE = 0.1
 # Above these, code made for each record grows faster than it gains.
-_MAX_BAKED = 64
+_MAX_BAKED = 256
 _MAX_SELECTED = 8
 _SHAPES = ("Sphere", "Plane", "Rectangle", "Triangle")
 # The limit that every OpenGL 3.3 and WebGL2 driver grants a uniform block.
