@@ -23,7 +23,7 @@ def _results(fps: float, spread: float = 0.05) -> Results:
         "Frames <per> second",
         (Column("scene", "scene"), Column("rays", "rays"), Column("fps", "frames/s", "more"), Column("note", "note")),
         keys=("scene", "rays"),
-        plots=(Plot("rays", ("fps",), "scene", "rays", "fps"),),
+        plots=(Plot("rays", ("fps",), ("scene",), "rays", "fps"),),
         notes=["measured on paper"],
         rows=[
             {"scene": "mirror", "rays": 5, "fps": rate},
@@ -85,6 +85,16 @@ def test_report_is_one_page_that_needs_nothing_else() -> None:
     assert "src=" not in page
     plot = page[page.index("<svg") : page.index("</svg>") + len("</svg>")]
     ElementTree.fromstring(plot)
+
+
+def test_report_without_a_number_has_no_plot() -> None:
+    pytest.importorskip("matplotlib")
+    from fragtracer.bench.report import to_html
+
+    results = _results(60.0)
+    for row in results.tables[0].rows:
+        row["fps"] = Estimate(-1.0, -2.0, 1.0, 7)
+    assert "<svg" not in to_html(results)
 
 
 @pytest.mark.parametrize(("new", "verdict"), [(90.0, "better"), (30.0, "worse"), (61.0, "within the spread")])

@@ -39,8 +39,8 @@ def table(plan: Plan) -> Table:
         ),
         keys=("scene", "size", "bounces", "seconds"),
         plots=(
-            Plot("seconds", ("fragtracer_error", "mitsuba_error"), "scene", "seconds", "relative MSE"),
-            Plot("seconds", ("efficiency_ratio",), "scene", "seconds", "efficiency over Mitsuba's"),
+            Plot("seconds", ("fragtracer_error", "mitsuba_error"), ("scene", "bounces"), "seconds", "relative MSE"),
+            Plot("seconds", ("efficiency_ratio",), ("scene", "bounces"), "seconds", "efficiency over Mitsuba's"),
         ),
         notes=[
             "The last column leaves out the 1 % of pixels that are worst in each image, on both sides.",

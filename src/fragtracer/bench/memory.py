@@ -30,7 +30,7 @@ def table(plan: Plan) -> Table:
             Column("gpu_mib", "on the GPU, MiB"),
         ),
         keys=("scene", "size", "seconds"),
-        plots=(Plot("seconds", ("host_mib",), "scene", "seconds", "MiB of this process", "linear", "linear"),),
+        plots=(Plot("seconds", ("host_mib",), ("scene",), "seconds", "MiB of this process", "linear", "linear"),),
         notes=[
             "The GPU's share is the size of textures and buffers, without the program and what the driver adds; "
             "with a software renderer it is part of the process."

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from html import escape
 
 from fragtracer.bench.statistics import Estimate
-from fragtracer.bench.tables import Cell, Plot, Results, Table, show
+from fragtracer.bench.tables import Cell, Plot, Results, Row, Table, show
 from fragtracer.bench.text import title, used_columns
 from fragtracer.errors import FragtracerError
 
@@ -33,7 +33,7 @@ def to_html(results: Results) -> str:
         body.append("<p><strong>Interrupted: some rows are missing.</strong></p>")
     for table in results.tables:
         body += _table_html(table)
-        body += [_svg(table, plot) for plot in table.plots if table.rows]
+        body += [_svg(table, plot) for plot in table.plots if _has_points(table, plot)]
     body += ["<h2>Machine</h2>", _facts(results.machine)]
     if results.settings:
         body += ["<h2>Settings</h2>", _facts(results.settings)]
@@ -68,20 +68,39 @@ def _svg(table: Table, plot: Plot) -> str:
 
     figure = Figure(figsize=(8, 4.5), layout="constrained")
     axes = figure.add_subplot()
-    for number, by in enumerate(dict.fromkeys(row.get(plot.by) for row in table.rows)):
-        rows = [row for row in table.rows if row.get(plot.by) == by]
+    for number, (curve, rows) in enumerate(_curves(table, plot).items()):
         for style, name in zip(("o-", "s--", "^:"), plot.y, strict=False):
-            points = [(_as_estimate(row[plot.x]).value, _as_estimate(row[name])) for row in rows if row.get(name)]
+            points = _points(rows, plot, name)
             x, y = [x for x, _ in points], [y for _, y in points]
-            label = f"{by}, {name.partition('_')[0]}" if len(plot.y) > 1 else str(by)
+            label = f"{curve}, {name.partition('_')[0]}" if len(plot.y) > 1 else curve
             spread = [[e.value - e.low for e in y], [e.high - e.value for e in y]]
             axes.errorbar(x, [e.value for e in y], spread, fmt=style, color=f"C{number}", label=label, capsize=2)
     axes.set(xscale=plot.x_scale, yscale=plot.y_scale, xlabel=plot.x_title, ylabel=plot.y_title)
     axes.grid(visible=True, which="both", alpha=0.25)
-    axes.legend(title=plot.by)
+    axes.legend(title=", ".join(column.title for column in table.columns if column.name in plot.by))
     text = io.StringIO()
     figure.savefig(text, format="svg", metadata={"Date": None})
     return text.getvalue()[text.getvalue().index("<svg") :]
+
+
+def _has_points(table: Table, plot: Plot) -> bool:
+    return any(_points(table.rows, plot, name) for name in plot.y)
+
+
+def _points(rows: list[Row], plot: Plot, name: str) -> list[tuple[float, Estimate]]:
+    """Column ``name`` over x, without the cells that are empty or that a logarithm cannot show."""
+    points = [(_as_estimate(row.get(plot.x)).value, _as_estimate(row.get(name))) for row in rows if row.get(name)]
+    return [
+        (x, y) for x, y in points if (x > 0 or plot.x_scale == "linear") and (y.value > 0 or plot.y_scale == "linear")
+    ]
+
+
+def _curves(table: Table, plot: Plot) -> dict[str, list[Row]]:
+    """The rows of each curve by what sets it apart."""
+    curves: dict[str, list[Row]] = {}
+    for row in table.rows:
+        curves.setdefault(", ".join(str(row.get(name)) for name in plot.by), []).append(row)
+    return curves
 
 
 def _as_estimate(cell: Cell) -> Estimate:

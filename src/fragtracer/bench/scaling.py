@@ -33,7 +33,7 @@ def table(plan: Plan) -> Table:
             Column("exponent", "exponent"),
         ),
         keys=("scene", "quantity", "value"),
-        plots=(Plot("value", ("ms",), "quantity", "value", "milliseconds per frame"),),
+        plots=(Plot("value", ("ms",), ("quantity",), "value", "milliseconds per frame"),),
         notes=[
             f"Where it is not varied: {width}x{height} pixels, {_BASE['rays']} rays, {_BASE['bounces']} bounces, "
             "1 light sample. The exponent p of time ~ value^p is fitted to all values of a quantity, ± its standard "

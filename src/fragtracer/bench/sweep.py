@@ -46,7 +46,7 @@ def table(plan: Plan) -> Table:
             Column("note", "note"),
         ),
         keys=("scene", "size", "rays", "bounces", "light_samples"),
-        plots=(Plot("rays", ("fps",), "bounces", "rays per frame", "frames per second"),),
+        plots=(Plot("rays", ("fps",), ("scene", "bounces", "light_samples"), "rays per frame", "frames per second"),),
         notes=["Rays are all rays, shadow rays too; a vertex is a point where a path scatters."],
     )
 

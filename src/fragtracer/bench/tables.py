@@ -30,11 +30,11 @@ class Column:
 
 @dataclass(frozen=True)
 class Plot:
-    """Curves of columns ``y`` over column ``x``, one for each value of column ``by``."""
+    """Curves of columns ``y`` over column ``x``, one for each value of columns ``by``."""
 
     x: str
     y: tuple[str, ...]
-    by: str
+    by: tuple[str, ...]
     x_title: str
     y_title: str
     x_scale: Literal["log", "linear"] = "log"
