@@ -86,7 +86,9 @@ Vertex path_extend(inout Path path) {
     vec3 normal = cos_theta < 0.0 ? -surface.normal : surface.normal;
     COUNT(z);
     vertex.scatters = true;
-    vertex.origin = ray_offset_origin(surface.position, normal, surface.extent);
+    // Back along the ray as well: where walls meet, the normal of one runs along the other, and a point
+    // rounded to beyond that one would stay there.
+    vertex.origin = ray_offset_origin(surface.position, normal - path.ray.direction, surface.extent);
     vertex.frame = frame_from_normal(normal);
     vertex.wo = frame_to_local(vertex.frame, -path.ray.direction);
     vertex.bsdf = Bsdf(material.diffuse, material.alpha, material.f0, material.f90);
