@@ -10,7 +10,7 @@ from fragtracer.bench import ablations, convergence, memory, scaling, speed, sui
 from fragtracer.bench.cases import case, with_settings
 from fragtracer.bench.error import Reference
 from fragtracer.bench.frames import frame_time
-from fragtracer.bench.plan import Plan, Progress
+from fragtracer.bench.plan import Benchmark, Plan, Progress
 from fragtracer.bench.statistics import Estimate
 from fragtracer.bench.tables import Table
 from fragtracer.bench.work import count_work
@@ -149,6 +149,19 @@ def test_ctrl_c_keeps_the_rows_so_far() -> None:
     results = suite.run_suite(["sweep"], Plan(size=TINY, runs=1), interrupt)
     assert not results.complete
     assert len(results.tables[0].rows) == 1
+
+
+def test_error_keeps_the_rows_so_far(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*arguments: Any) -> None:
+        raise FragtracerError("no such thing")
+
+    monkeypatch.setitem(suite.BENCHMARKS, "memory", Benchmark(memory.table, fail))
+    plan = Plan(size=TINY, rays=(1,), runs=1)
+    results = suite.run_suite(["sweep", "memory"], plan, lambda share, text: None)
+    assert (results.complete, results.failure) == (False, "no such thing")
+    assert len(results.tables[0].rows) == 1
+    with pytest.raises(FragtracerError, match="no such thing"):
+        suite.run_suite(["memory"], plan, lambda share, text: None)
 
 
 def test_suite_runs_all_that_was_asked_for() -> None:

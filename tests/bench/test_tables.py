@@ -80,7 +80,7 @@ def test_report_is_one_page_that_needs_nothing_else() -> None:
     assert "Frames &lt;per&gt; second" in page
     assert "60.0 ±5 %" in page
     assert "abacus" in page
-    assert "Interrupted" in page
+    assert "Ended early" in page
     assert "<script" not in page
     assert "src=" not in page
     plot = page[page.index("<svg") : page.index("</svg>") + len("</svg>")]

@@ -82,7 +82,9 @@ def run(plan: Plan, result: Table, progress: Progress) -> None:
         known = (name, settings["bounces"])
         if known not in references:
             part(0.0, "reference")
-            references[known] = make_reference(default, _REFERENCE_TIME * (plan.seconds or _SECONDS), plan.reference)
+            references[known] = make_reference(
+                default, _REFERENCE_TIME * (plan.seconds or _SECONDS), plan.reference, plan.variant
+            )
         changed = with_settings(default, size, **{**settings, **variant.settings})
         key: Row = {"scene": name, "size": f"{size[0]}x{size[1]}", "variant": variant.name}
         result.rows.append(key | _row(default, changed, variant, references[known], plan, part))

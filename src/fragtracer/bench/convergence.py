@@ -79,7 +79,7 @@ def _run_scene(scene: Scene, plan: Plan, result: Table, part: Progress) -> None:
     longest = plan.seconds or _SECONDS
     runs = plan.runs or _RUNS
     part(0.0, "reference")
-    reference = make_reference(scene, _REFERENCE_TIME * longest, plan.reference)
+    reference = make_reference(scene, _REFERENCE_TIME * longest, plan.reference, plan.variant)
     waited = _REFERENCE_TIME / (_REFERENCE_TIME + runs)
     noise = f"its own relMSE {reference.noise:.1e} (taken off)"
     result.notes.append(f"{scene.name}: reference by {plan.reference}, {noise}")
@@ -90,7 +90,10 @@ def _run_scene(scene: Scene, plan: Plan, result: Table, part: Progress) -> None:
     before = len(result.rows)
     for number in range(runs):
         with ExitStack() as stack:
-            ours, mitsuba = stack.enter_context(Ours(scene, number)), stack.enter_context(Mitsuba(scene, number))
+            ours, mitsuba = (
+                stack.enter_context(Ours(scene, number)),
+                stack.enter_context(Mitsuba(scene, number, plan.variant)),
+            )
             for t in times:
                 part(waited + (1 - waited) * (number + t / longest) / runs, f"run {number + 1} of {runs}")
                 race((ours, mitsuba), t)

@@ -58,11 +58,13 @@ class Reference:
         return float(np.sqrt(max(0.0, (product * self.weight).mean())))
 
 
-def make_reference(scene: Scene, seconds: float, who: Literal["own", "mitsuba"] = "own") -> Reference:
+def make_reference(
+    scene: Scene, seconds: float, who: Literal["own", "mitsuba"] = "own", variant: str | None = None
+) -> Reference:
     """Sample each of the two images for ``seconds``."""
     images = []
     for seed in (_REFERENCE_SEED, _REFERENCE_SEED + 1):
-        with Ours(scene, seed) if who == "own" else Mitsuba(scene, seed) as contender:
+        with Ours(scene, seed) if who == "own" else Mitsuba(scene, seed, variant) as contender:
             sample_for(contender, seconds)
             images.append(contender.image())
     return Reference(images[0], images[1])

@@ -35,6 +35,7 @@ class Plan:
     seconds: float | None = None
     row_limit: float = 20.0
     reference: Literal["own", "mitsuba"] = "own"
+    variant: str | None = None  # of Mitsuba
 
     def __post_init__(self) -> None:
         for name, (low, high) in _LIMITS.items():

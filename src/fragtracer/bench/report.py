@@ -30,7 +30,7 @@ def to_html(results: Results) -> str:
     """The whole page."""
     body = ["<h1>fragtracer bench</h1>"]
     if not results.complete:
-        body.append("<p><strong>Interrupted: some rows are missing.</strong></p>")
+        body.append("<p><strong>Ended early: some rows are missing.</strong></p>")
     for table in results.tables:
         body += _table_html(table)
         body += [_svg(table, plot) for plot in table.plots if _has_points(table, plot)]

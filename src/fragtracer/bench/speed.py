@@ -46,7 +46,7 @@ def run(plan: Plan, result: Table, progress: Progress) -> None:
 
 def _row(scene: Scene, plan: Plan, result: Table, part: Progress) -> Row:
     pixels = scene.render.width * scene.render.height
-    with Ours(scene) as ours, Mitsuba(scene) as mitsuba:
+    with Ours(scene) as ours, Mitsuba(scene, variant=plan.variant) as mitsuba:
         note = f"Mitsuba is {mitsuba.variant}"
         if note not in result.notes:
             result.notes.append(note)

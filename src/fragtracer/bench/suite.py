@@ -7,6 +7,7 @@ from fragtracer.bench import ablations, convergence, memory, scaling, speed, swe
 from fragtracer.bench.machine import describe_machine
 from fragtracer.bench.plan import Benchmark, Plan, Progress
 from fragtracer.bench.tables import Results
+from fragtracer.errors import FragtracerError
 
 BENCHMARKS: dict[str, Benchmark] = {
     "sweep": sweep.BENCHMARK,
@@ -19,7 +20,11 @@ BENCHMARKS: dict[str, Benchmark] = {
 
 
 def run_suite(names: Sequence[str], plan: Plan, progress: Progress) -> Results:
-    """Run the benchmarks of those names; Ctrl-C ends it early with ``complete`` false, all finished rows kept."""
+    """Run the benchmarks of those names.
+
+    Ctrl-C, or a :class:`FragtracerError` after the first row, ends it early: ``complete`` is false,
+    ``failure`` the message, and all finished rows are kept.
+    """
     results = Results(describe_machine(), plan.describe(), complete=False)
     try:
         for place, name in enumerate(names):
@@ -34,4 +39,8 @@ def run_suite(names: Sequence[str], plan: Plan, progress: Progress) -> Results:
         results.complete = True
     except KeyboardInterrupt:
         pass
+    except FragtracerError as error:
+        if not any(table.rows for table in results.tables):
+            raise
+        results.failure = str(error)
     return results

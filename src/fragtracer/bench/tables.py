@@ -62,6 +62,7 @@ class Results:
     settings: dict[str, str]
     tables: list[Table] = field(default_factory=list)
     complete: bool = True
+    failure: str = ""  # the message of the error that ended it
     format: int = FORMAT
 
 

@@ -14,7 +14,7 @@ def print_results(results: Results, console: Console) -> None:
         if table.rows:
             _print_table(table, console)
     if not results.complete:
-        console.print("interrupted: the rows that were finished are kept")
+        console.print("ended early: the rows that were finished are kept")
 
 
 def _print_table(table: Table, console: Console) -> None:

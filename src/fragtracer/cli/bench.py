@@ -32,6 +32,7 @@ def bench(
     time: Annotated[float | None, typer.Option(min=0.01, metavar="SECONDS", help="For each renderer and run.")] = None,
     row_limit: Annotated[float, typer.Option(min=0.1, metavar="SECONDS", help="Skip slower frames.")] = 20.0,
     reference: Annotated[Literal["own", "mitsuba"], typer.Option(help="Who makes the converged image.")] = "own",
+    variant: Annotated[str | None, typer.Option(help="Mitsuba's, as cuda_ad_rgb.  [default: llvm_ad_rgb]")] = None,
     json: Annotated[Path | None, typer.Option(help="Write everything, for --diff.")] = None,
     csv: Annotated[Path | None, typer.Option(help="Write the numbers.")] = None,
     report: Annotated[Path | None, typer.Option(help="Write a page with plots, .html.")] = None,
@@ -57,11 +58,14 @@ def bench(
         time,
         row_limit,
         reference,
+        variant,
     )
     outputs = {suffix: path for suffix, path in ((".json", json), (".csv", csv), (".html", report)) if path}
     results = _measure(_names(what), plan, outputs)
     _print(results, markdown)
     _write(results, outputs)
+    if results.failure:
+        raise FragtracerError(results.failure)
     if not results.complete:
         raise typer.Exit(130)
 
