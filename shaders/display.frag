@@ -104,6 +104,8 @@ vec3 view(vec2 place, vec4 mean) {
     return fetch(u_film_variance, place).a > 0.0 ? vec3(1.0, 0.0, 1.0) : 0.25 * to_screen(mean.rgb);
 #elif VIEW == VIEW_DATA
     return clamp(mean.rgb, 0.0, 1.0);
+#elif VIEW == VIEW_ALBEDO
+    return srgb_encode(clamp(mean.rgb, 0.0, 1.0));
 #elif VIEW == VIEW_DEPTH
     return vec3(mean.r > 0.0 ? 1.0 - min(mean.r / u_range, 1.0) : 0.0);
 #else

@@ -31,6 +31,7 @@
 #include "film/pixel_filter.glsl"
 #include "film/film.glsl"
 #include "integrator/path.glsl"
+#include "integrator/auxiliary.glsl"
 
 layout(location = 0) out vec4 out_mean;      // rgb: mean radiance, a: number of finite samples
 layout(location = 1) out vec4 out_variance;  // rgb: sample variance, a: number of non-finite samples
@@ -43,6 +44,11 @@ void main() {
     uint index = film_sample_index(film);
     uint end = index + uint(u_rays);
     float spare;
+#if AUXILIARY
+    for (; index < end; index++) {
+        film_add(film, auxiliary_value(path_begin(pixel, sampler_vec4(pixel, index, dimension_camera(), spare)).ray));
+    }
+#else
     Path path = path_begin(pixel, sampler_vec4(pixel, index, dimension_camera(), spare));
     // The loop tests at its end: a software renderer runs a body once more than a leading test lets pass.
     do {
@@ -72,6 +78,7 @@ void main() {
             path = path_begin(pixel, u);
         }
     } while (index < end);
+#endif
     out_mean = vec4(film.mean, film.count);
     out_variance = vec4(film.variance, film.non_finite);
 }

@@ -27,6 +27,10 @@ CONSTANTS = {
     "LIGHT_SPHERE": 1,
     "LIGHT_RECTANGLE": 2,
     "LIGHT_TRIANGLE": 3,
+    "AUXILIARY_NONE": 0,
+    "AUXILIARY_NORMALS": 1,
+    "AUXILIARY_DEPTH": 2,
+    "AUXILIARY_ALBEDO": 3,
     # Of display.frag.
     "TONE_LINEAR": 0,
     "TONE_REINHARD": 1,
@@ -36,8 +40,9 @@ CONSTANTS = {
     "VIEW_SAMPLES": 1,
     "VIEW_ERROR": 2,
     "VIEW_NON_FINITE": 3,
-    "VIEW_DATA": 4,  # the mean is to be shown as it is: a normal or an albedo
+    "VIEW_DATA": 4,  # the mean is to be shown as it is
     "VIEW_DEPTH": 5,
+    "VIEW_ALBEDO": 6,
 }
 FEATURES = {
     "GEOMETRY_TERM": CONSTANTS["GEOMETRY_SMITH"],
@@ -65,6 +70,7 @@ FEATURES = {
     "HAS_POINT_LIGHT": 0,
     "HAS_SPHERE_LIGHT": 0,
     "HAS_AREA_LIGHT": 0,
+    "AUXILIARY": CONSTANTS["AUXILIARY_NONE"],  # else numbers about what is seen, not its light
     # Of display.frag.
     "TONE_CURVE": CONSTANTS["TONE_LINEAR"],
     "VIEW": CONSTANTS["VIEW_RADIANCE"],

@@ -17,13 +17,14 @@ from fragtracer.images import write_image
 from fragtracer.resources import folder
 from fragtracer.scene import Scene
 from fragtracer.viewer import actions, layout
-from fragtracer.viewer.display import Display, Rectangle
+from fragtracer.viewer.display import AUXILIARY, Display, Rectangle
+from fragtracer.viewer.gizmo import Gizmo
 from fragtracer.viewer.governor import Governor
 from fragtracer.viewer.input import Navigator
 from fragtracer.viewer.layout import Area
 from fragtracer.viewer.live import LiveRenderer
 from fragtracer.viewer.panels import display as display_panel
-from fragtracer.viewer.panels import menu, overlay, widgets
+from fragtracer.viewer.panels import menu, objects, overlay, widgets
 from fragtracer.viewer.panels import render as render_panel
 from fragtracer.viewer.panels import scene as scene_panel
 from fragtracer.viewer.panels import statistics as statistics_panel
@@ -56,7 +57,7 @@ class Viewer:
         self.refiner = Refiner(renderer, Governor())
         self.film_statistics = FilmStatistics()
         self.times = FrameTimes()
-        self.navigator = Navigator()
+        self.navigator, self.gizmo = Navigator(), Gizmo()
         self.panels_shown, self.help_shown = True, False
         self.before_frame: Callable[[Viewer], None] | None = None
         self.rectangle: Rectangle = (0, 0, 1, 1)
@@ -66,6 +67,7 @@ class Viewer:
         self._seen_version = self.session.version
         self._reset_layout = False
         self._title = ""
+        self._gathered_before = ""
         self._gl_renderer = renderer.context_info["GL renderer"]
         self._shader_problem = ""
         self._active_at = time.perf_counter()
@@ -114,7 +116,7 @@ class Viewer:
         self.window.present()
         seconds = time.perf_counter() - start
         self.refiner.governor.note_overhead(seconds - traced)
-        self.times.add(seconds, self.refiner.pass_seconds)
+        self.times.add(seconds, self.renderer.pass_seconds)
 
     def _refine(self) -> float:
         """Trace, if there is something to trace; returns for how many seconds."""
@@ -134,6 +136,7 @@ class Viewer:
 
     def _reload_shaders(self) -> None:
         try:
+            self.display.reload_shaders()
             self.refiner.reload_shaders()
         except ShaderError as error:
             self._shader_problem = str(error)
@@ -166,7 +169,7 @@ class Viewer:
         self._overlay(area)
         if chosen:
             self.do(chosen)
-        if not imgui.is_any_item_active():
+        if not (imgui.is_any_item_active() or imgui.is_mouse_down(0)):
             self.session.history.close()
         self._navigate(area)
         return area
@@ -202,7 +205,8 @@ class Viewer:
 
     def _navigate(self, area: Area) -> None:
         session = self.session
-        session.camera, click = self.navigator.navigate(session.camera, area, blocked=False)
+        self._drag_selected(area)
+        session.camera, click = self.navigator.navigate(session.camera, area, self.gizmo.takes_mouse)
         if click is not None:
             actions.click(session, click, area.width / area.height)
         io = imgui.get_io()
@@ -214,6 +218,13 @@ class Viewer:
             or imgui.is_any_item_active()
         ):
             self._active_at = time.perf_counter()
+
+    def _drag_selected(self, area: Area) -> None:
+        session, place = self.session, self.session.selected
+        part = None if place is None or place in session.document.hidden else session.document.part(place)
+        step = self.gizmo.drag(session.camera, area, part)
+        if step is not None and place is not None:
+            session.edit(session.document.with_part(place, objects.moved(part, step)), f"drag {place}")
 
     def do(self, action: str) -> None:
         """Carry out what a menu item or a key is called (:data:`fragtracer.viewer.panels.menu.KEYS`)."""
@@ -245,7 +256,8 @@ class Viewer:
     def save_image(self, path: Path) -> None:
         """Write the picture, without panels, with the metadata of ``fragtracer render``."""
         shown = self.session.display
-        write_image(path, self.renderer.image(), self.renderer.metadata(), shown.exposure, shown.tone_curve)
+        metadata = self.renderer.metadata() | {"view": self._gathered() or "radiance"}
+        write_image(path, self.renderer.image(), metadata, shown.exposure, shown.tone_curve)
         self.session.say(f"Saved {path}")
 
     def _sync(self, area: Area) -> None:
@@ -260,12 +272,19 @@ class Viewer:
             if session.version != self._seen_version:
                 self._seen_version = session.version
                 self.refiner.change(session.shown)
+            elif self._gathered() != self._gathered_before:
+                self._gathered_before = self._gathered()
+                self.refiner.gather(self._gathered_before)
             elif session.camera != self.renderer.scene.camera:
                 self.refiner.look(session.camera)
         except ShaderError as error:
             self._shader_problem = str(error)
         if self.refiner.is_moving and self.renderer.spp <= before:
             self.film_statistics.forget()
+
+    def _gathered(self) -> str:
+        view = self.session.display.view
+        return view if view in AUXILIARY else ""
 
     @property
     def figures(self) -> Figures:
@@ -280,7 +299,7 @@ class Viewer:
             full_size=self.refiner.size,
             gl_renderer=self._gl_renderer,
             gpu_bytes=self.renderer.gpu_bytes,
-            pass_seconds=self.refiner.pass_seconds,
+            pass_seconds=self.renderer.pass_seconds,
             baked=self.renderer.is_baked,
             state="done" if self.is_done and not self.session.paused else state,
         )

@@ -21,8 +21,9 @@ _VIEWS: dict[str, str] = {
     "non-finite": "VIEW_NON_FINITE",
     "normals": "VIEW_DATA",
     "depth": "VIEW_DEPTH",
-    "albedo": "VIEW_DATA",
+    "albedo": "VIEW_ALBEDO",
 }
+AUXILIARY = ("normals", "depth", "albedo")  # views of other things than light, which the tracer must gather
 _MEAN, _VARIANCE, _HELD, _OTHER = range(4)  # texture units
 
 Rectangle = tuple[int, int, int, int]  # left, bottom, width, height, in pixels of the window
@@ -57,6 +58,7 @@ class Display:
     def __init__(self, context: Any) -> None:
         self._context = context
         self._programs: dict[tuple[int, ...], FullscreenProgram] = {}
+        self._last: dict[str, int] = {}
         self._other: Any = None
 
     def compare_with(self, image: NDArray[np.float32] | None) -> None:
@@ -119,17 +121,32 @@ class Display:
         }
         key = tuple(defines.values())
         if key not in self._programs:
-            program = FullscreenProgram(self._context, folder("shaders"), "display.frag", defines)
-            program.set({"u_film_mean": _MEAN, "u_film_variance": _VARIANCE, "u_held": _HELD, "u_other": _OTHER})
-            self._programs[key] = program
+            self._programs[key] = self._compiled(defines)
+        self._last = defines
         return self._programs[key]
 
-    def forget_programs(self) -> None:
-        """Compile again from the shader files as they are now."""
+    def _compiled(self, defines: dict[str, int]) -> FullscreenProgram:
+        program = FullscreenProgram(self._context, folder("shaders"), "display.frag", defines)
+        program.set({"u_film_mean": _MEAN, "u_film_variance": _VARIANCE, "u_held": _HELD, "u_other": _OTHER})
+        return program
+
+    def reload_shaders(self) -> None:
+        """Go on with the shader file as it is now.
+
+        Raises
+        ------
+        ShaderError
+            If it does not compile. The last program stays in use.
+        """
+        program = self._compiled(self._last)
+        self._forget_programs()
+        self._programs[tuple(self._last.values())] = program
+
+    def _forget_programs(self) -> None:
         for program in self._programs.values():
             program.release()
         self._programs.clear()
 
     def release(self) -> None:
         self.compare_with(None)
-        self.forget_programs()
+        self._forget_programs()

@@ -10,6 +10,7 @@ from fragtracer.gpu.film import Film
 from fragtracer.packing import PackedScene, camera_uniforms, pack
 from fragtracer.renderer import Renderer
 from fragtracer.scene import Camera, Scene
+from fragtracer.shader_composer import CONSTANTS
 
 _AWAY = 4.0  # distances from the middle of the scene; a camera further out moves the origin with it
 
@@ -24,6 +25,8 @@ class LiveRenderer(Renderer):
         self._home = scene.camera
         self._pass: Iterator[int] | None = None
         self._pass_rays = 0
+        self._slices = 0.0  # seconds that the pass has taken so far
+        self.pass_seconds = 0.0  # that the last whole pass took
         super().__init__(scene, size, context, baked=False)
         self._origin = self._packed().origin
 
@@ -68,6 +71,13 @@ class LiveRenderer(Renderer):
             self._set_camera()
         self.restart()
 
+    def gather(self, view: str) -> None:
+        """Gather normals, depth or albedo instead of light, by that name, or light again, from no samples."""
+        name = f"AUXILIARY_{view.upper()}"
+        self._defines = {"AUXILIARY": CONSTANTS.get(name, CONSTANTS["AUXILIARY_NONE"])}
+        self._load(baked=False)
+        self.restart()
+
     def bake(self) -> None:
         """Compile the scene into the program: faster on a software renderer. Samples stay."""
         if not self._baked:
@@ -98,12 +108,15 @@ class LiveRenderer(Renderer):
         start = time.perf_counter()
         if self._pass is None:
             self._pass, self._pass_rays = self._tracer.bands(self._film, rays, seconds / 2), rays
+            self._slices = 0.0
         while next(self._pass, None) is not None:
             if not whole and time.perf_counter() - start >= seconds:
+                self._slices += time.perf_counter() - start
                 return time.perf_counter() - start
-        self._pass = None
+        spent = time.perf_counter() - start
+        self._pass, self.pass_seconds = None, self._slices + spent
         self.spp += self._pass_rays
-        return time.perf_counter() - start
+        return spent
 
     def _adopt(self, scene: Scene) -> None:
         width, height = self.size

@@ -3,6 +3,7 @@
 
 import time
 
+from fragtracer.errors import ShaderError
 from fragtracer.gpu.context import is_software
 from fragtracer.gpu.film import Film
 from fragtracer.scene import Camera, Scene
@@ -24,7 +25,6 @@ class Refiner:
         self.size = renderer.size
         self.held: Film | None = None  # the picture of before, shown until the new one is finer
         self.held_weight = 0.0
-        self.pass_seconds = 0.0
         self._bakes = is_software(renderer.context)
         self._changed_at = time.perf_counter()
         self._frame_at = self._changed_at
@@ -45,6 +45,11 @@ class Refiner:
         self._begin_change()
         self.renderer.look(camera)
 
+    def gather(self, view: str) -> None:
+        """Show normals, depth or albedo, or light again."""
+        self._begin_change()
+        self.renderer.gather(view)
+
     def resize(self, size: tuple[int, int]) -> None:
         """Fill a picture of another size, in pixels."""
         if size != self.size:
@@ -54,6 +59,7 @@ class Refiner:
     def reload_shaders(self) -> None:
         """Go on with the shader files as they are now."""
         self.renderer.reload_shaders()
+        self._bakes = is_software(self.renderer.context)
         self._begin_change()
 
     def frame(self, limit: int | None = None) -> float:
@@ -65,8 +71,15 @@ class Refiner:
         if self._moving:
             return self._preview()
         if self._bakes and not self.renderer.is_baked and now - self._changed_at > _BAKE_AFTER:
-            self.renderer.bake()
+            self._bake()
         return self._refine(limit)
+
+    def _bake(self) -> None:
+        """The shader files may be broken for now: then the program that works stays in use."""
+        try:
+            self.renderer.bake()
+        except ShaderError:
+            self._bakes = False
 
     def _begin_change(self) -> None:
         self._changed_at = time.perf_counter()
@@ -84,8 +97,7 @@ class Refiner:
     def _preview(self) -> float:
         renderer = self.renderer
         rays = self.governor.rays(renderer.size, renderer.samples_per_second, renderer.settings.rays)
-        self.pass_seconds = renderer.refine(self.governor.budget, rays, whole=True)
-        return self.pass_seconds
+        return renderer.refine(self.governor.budget, rays, whole=True)
 
     def _refine(self, limit: int | None) -> float:
         renderer = self.renderer
@@ -93,9 +105,7 @@ class Refiner:
         if left <= 0:
             return 0.0
         rays = max(1, min(renderer.settings.rays, renderer.spp, left))
-        before, spent = renderer.spp, renderer.refine(self.governor.budget, rays)
-        self.pass_seconds = spent if renderer.spp > before else self.pass_seconds
-        return spent
+        return renderer.refine(self.governor.budget, rays)
 
     def fade(self, limit: int | None = None) -> None:
         """Let the finer picture take over a little more, of which there will be ``limit`` samples per pixel."""

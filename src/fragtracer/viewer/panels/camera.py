@@ -24,11 +24,11 @@ def edit(camera: Camera) -> Camera:
 
 def viewpoints(camera: Camera, home: Camera, kept: dict[int, Camera]) -> Camera:
     """Buttons for home and for nine viewpoints, one to go to or, with Ctrl or while empty, to keep."""
-    widgets.label("Viewpoints", "Click to go to one; Ctrl+click keeps the camera there.")
     if imgui.small_button("Home"):
         camera = home
+    imgui.set_item_tooltip("Click on a number to go to that viewpoint; Ctrl+click keeps the camera there.")
     for slot in range(1, 10):
-        imgui.same_line(0, 2)
+        imgui.same_line(0, 3)
         imgui.begin_disabled(slot not in kept and not imgui.get_io().key_ctrl)
         if imgui.small_button(str(slot)):
             if imgui.get_io().key_ctrl:

@@ -7,7 +7,7 @@ from typing import Any
 from imgui_bundle import imgui
 
 from fragtracer.scene import Ambient, Light
-from fragtracer.viewer.document import Document, Part
+from fragtracer.viewer.document import KINDS, Document, Part
 from fragtracer.viewer.panels import camera, lights, materials, objects, widgets
 from fragtracer.viewer.session import Session
 from fragtracer.viewer.theme import MUTED
@@ -35,7 +35,8 @@ def draw(session: Session) -> None:
 
 
 def _contents(session: Session) -> None:
-    height = _LIST_ROWS * imgui.get_text_line_height_with_spacing()
+    count = sum(len(getattr(session.document.scene, kind)) for kind in KINDS)
+    height = min(_LIST_ROWS, count + 0.5) * imgui.get_text_line_height_with_spacing()
     imgui.push_style_color(imgui.Col_.child_bg, imgui.ImVec4(0, 0, 0, 0.18))
     if imgui.begin_child("contents", imgui.ImVec2(0, height)):
         document, session.selected = objects.choose(session.document, session.selected)

@@ -40,14 +40,14 @@ def draw(figures: Figures, times: FrameTimes) -> None:
     widgets.pair("Last pass", f"{1000 * figures.pass_seconds:.1f} ms at {figures.size[0]}×{figures.size[1]}")
     widgets.label("Not finite", "Samples that were NaN or infinite; they are left out of the mean.")
     imgui.text_colored(BAD if figures.non_finite else MUTED, f"{figures.non_finite:,} samples")
-    _plot(times)
     widgets.pair("GPU memory", f"{figures.gpu_bytes / 2**20:.1f} MiB")
-    widgets.label("Renderer")
-    imgui.text_wrapped(figures.gl_renderer)
+    last = 1000 * times.recent[-1] if times.recent else 0.0
+    widgets.pair("Frames", f"{times.fps:.0f} a second, {last:.0f} ms each")
+    _plot(times)
+    imgui.text_colored(MUTED, figures.gl_renderer)
 
 
 def _plot(times: FrameTimes) -> None:
     values = 1000 * np.asarray(times.recent or [0.0], np.float32)
-    text = f"{times.fps:.0f} fps   {values[-1]:.0f} ms"
-    size = imgui.ImVec2(imgui.get_content_region_avail().x, widgets.units(44))
-    imgui.plot_lines("##frames", values, 0, text, 0.0, max(50.0, float(values.max())), size)
+    size = imgui.ImVec2(imgui.get_content_region_avail().x, widgets.units(30))
+    imgui.plot_lines("##frames", values, 0, None, 0.0, max(50.0, float(values.max())), size)

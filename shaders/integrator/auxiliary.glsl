@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: MIT
+// What a camera ray meets first, as numbers instead of light: for the eyes of a person who looks for
+// a mistake in a scene. No light transport.
+#if AUXILIARY
+vec3 auxiliary_value(Ray ray) {
+    Hit hit = scene_intersect(ray, INFINITE_DISTANCE, NO_PRIMITIVE);
+    if (hit.primitive == NO_PRIMITIVE) return vec3(0.0);
+    Surface surface = surface_at(ray, hit);
+#if AUXILIARY == AUXILIARY_NORMALS
+    return 0.5 + 0.5 * surface.normal;
+#elif AUXILIARY == AUXILIARY_DEPTH
+    return vec3(hit.distance);
+#else
+    Material material = material_select(surface.material);
+    return material.diffuse + material.f0;
+#endif
+}
+#endif
