@@ -23,18 +23,29 @@ Image = NDArray[np.float32]
 
 def rendered(ctx: moderngl.Context, scene: Scene, spp: int, size: tuple[int, int] = (32, 32), **settings: Any) -> Image:
     """The image, (height, width, 3); no sample may have been NaN or infinite."""
-    with Renderer(scene, size, context=ctx, **{"rays": min(spp, CHUNK)} | settings) as renderer:
-        renderer.sample(spp)
-        assert renderer.non_finite_samples() == 0
-        image = renderer.image()
-    assert np.isfinite(image).all()
-    assert image.min() >= 0
-    return image
+    return batches(ctx, scene, spp, [settings.pop("seed", 0)], size=size, **settings)[0]
 
 
-def batches(ctx: moderngl.Context, scene: Scene, spp: int, seeds: Iterable[int], **settings: Any) -> Image:
+def batches(
+    ctx: moderngl.Context,
+    scene: Scene,
+    spp: int,
+    seeds: Iterable[int],
+    size: tuple[int, int] = (32, 32),
+    baked: bool | None = None,
+    **settings: Any,
+) -> Image:
     """Independent images, one for each seed, (seeds, height, width, 3)."""
-    return np.stack([rendered(ctx, scene, spp, seed=seed, **settings) for seed in seeds])
+    images = []
+    with Renderer(scene, size, context=ctx, baked=baked, **{"rays": min(spp, CHUNK)} | settings) as renderer:
+        for seed in seeds:
+            renderer.reset(seed=seed)
+            renderer.sample(spp)
+            assert renderer.non_finite_samples() == 0
+            images.append(renderer.image())
+    assert np.isfinite(images).all()
+    assert np.min(images) >= 0
+    return np.stack(images)
 
 
 class Planter:
@@ -43,7 +54,8 @@ class Planter:
     def __init__(self, monkeypatch: pytest.MonkeyPatch, root: Path) -> None:
         self._copy = root / "shaders"
         shutil.copytree(folder("shaders"), self._copy)
-        monkeypatch.setattr("fragtracer.gpu.tracer.folder", lambda name: root / name)
+        for module in ("tracer", "probe"):
+            monkeypatch.setattr(f"fragtracer.gpu.{module}.folder", lambda name: root / name)
 
     def __call__(self, file: str, text: str, replacement: str) -> None:
         path = self._copy / file

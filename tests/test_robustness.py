@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: MIT
+"""No place, size or shape of a scene shows in the picture: no speckles, no leaks, no grain of float32."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from rendering import Image, Planter, rendered
+from scene_builders import Vector, box, lambert, moved, rectangle, scaled, triangles_of
+
+from fragtracer.scene import Ambient, Camera, Light, Plane, Rectangle, Scene, Sphere
+from fragtracer.scene_file import load
+
+SIZE = (48, 40)
+
+
+def shares_beyond(image: Image, other: Image, relative: float) -> float:
+    """Share of the pixels that differ by more than ``relative``."""
+    difference = np.abs(image.astype(np.float64) - other).max(-1)
+    return float((difference > relative * np.maximum(image.max(-1), 1e-9)).mean())
+
+
+@pytest.mark.parametrize("name", ["three-spheres-ambient", "cornell-box", "mirror", "roughness-grid", "light-size-0"])
+def test_scale_does_not_show(ctx, name):
+    """A scene in millimetres and one in kilometres give the same picture: bit for bit where the factor is
+    a power of two; else numbers are rounded elsewhere, and a path or two in a million goes another way."""
+    scene = load(name)
+    image = rendered(ctx, scene, 32, SIZE)
+    for factor in (2.0**-10, 2.0**10):
+        np.testing.assert_array_equal(rendered(ctx, scaled(scene, factor), 32, SIZE), image)
+    for factor in (1e-3, 1e3):
+        other = rendered(ctx, scaled(scene, factor), 32, SIZE)
+        assert abs(other.mean(dtype=np.float64) / image.mean(dtype=np.float64) - 1) < 1e-4
+        assert shares_beyond(image, other, 1e-4) < 0.02
+        assert shares_beyond(image, other, 0.01) < 0.005
+
+
+@pytest.mark.parametrize("name", ["three-spheres-ambient", "cornell-box"])
+def test_place_does_not_show(ctx, name):
+    """Ten kilometres from the origin float32 is a millimetre coarse; the picture stays as it is."""
+    scene = load(name)
+    image = rendered(ctx, scene, 32, SIZE)
+    for offset in ((1e4, 0.0, 0.0), (-1e4, 1e4, 1e4)):
+        other = rendered(ctx, moved(scene, offset), 32, SIZE)
+        assert shares_beyond(image, other, 1e-4) < 0.02
+        assert shares_beyond(image, other, 0.01) < 0.005
+
+
+def test_distance_of_a_sun_does_not_show(ctx):
+    """A light as large in the sky and as bright from ten kilometres as from a thousand."""
+    scene = load("three-spheres")
+    toward = np.array((-1.5, 3.5, 2.0)) / np.linalg.norm((-1.5, 3.5, 2.0))
+    floor = rectangle((0.0, 0.0, 0.0), (0.0, 0.0, 4.0), (4.0, 0.0, 0.0), "floor")
+    images = []
+    for distance in (1e4, 1e6):
+        sun = Light(tuple(toward * distance), 0.02 * distance, radiance=1000.0)
+        images.append(rendered(ctx, replace(scene, planes=(), rectangles=[floor], lights=[sun]), 64, SIZE))
+    assert images[0].mean() == pytest.approx(images[1].mean(), rel=0.002)
+    assert shares_beyond(*images, 0.05) < 0.02
+
+
+def rotation() -> NDArray[np.float64]:
+    """Some rotation, along no axis."""
+    matrix, _ = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))
+    return matrix * np.sign(np.linalg.det(matrix))
+
+
+def rotated_box(rotation: NDArray[np.float64], offset: Vector) -> list[Rectangle]:
+    return [
+        Rectangle(rotation @ r.corner + offset, rotation @ r.edge_u, rotation @ r.edge_v, r.material)
+        for r in box("wall")
+    ]
+
+
+@pytest.mark.parametrize("triangles", [False, True], ids=["rectangles", "triangles"])
+@pytest.mark.parametrize("offset", [(0.0, 0.0, 0.0), (30.0, 0.0, 0.0)], ids=["middle", "aside"])
+@pytest.mark.parametrize(
+    ("estimator", "rotation"), [("nee", np.eye(3)), ("mis", rotation())], ids=["nee", "mis-rotated"]
+)
+def test_closed_box_stays_black_inside(ctx, estimator, rotation, offset, triangles):
+    """Ten million walks from wall to wall, none of which finds a crack to the bright light outside; also
+    where a second object makes the scene, and so its rounding, thirty times as large as the box."""
+    walls = rotated_box(rotation, offset)
+    halves = [half for wall in walls for half in triangles_of(wall)]
+    far = [Sphere((-30.0, 0.0, 0.0), 1.0, "wall")] if any(offset) else []
+    scene = Scene(
+        Camera(rotation @ (0.3, 0.2, 0.9) + offset, rotation @ (-0.9, -0.7, -0.8) + offset, fov_degrees=100.0),
+        {"wall": lambert(1.0)},
+        spheres=far,
+        ambient=Ambient(1e6),
+        lights=[
+            Light(np.add(offset, (0.0, 0.0, 2.0)), power=1e6),
+            Light(np.add(offset, (2.0, 2.0, 2.0)), 0.3, power=1e6),
+        ],
+        **({"triangles": halves} if triangles else {"rectangles": walls}),
+    )
+    settings = {"bounces": 40, "estimator": estimator, "russian_roulette": False}
+    assert not rendered(ctx, scene, 64, (64, 64), **settings).any()
+
+
+@pytest.mark.parametrize("factor", [1e-3, 1.0, 1e3])
+def test_light_under_a_floor_stays_there(ctx, factor):
+    """Neither the floor nor the foot of what stands on it lets light through."""
+    block = [
+        rectangle((1.0, 0.5, 0.5), (0.6, 0.0, 0.0), (0.0, 1.0, 0.0), "white"),
+        rectangle((0.7, 0.5, 0.2), (0.0, 0.0, 0.6), (0.0, 1.0, 0.0), "white"),
+        rectangle((1.0, 1.0, 0.2), (0.0, 0.0, 0.6), (0.6, 0.0, 0.0), "white"),
+    ]
+    scene = Scene(
+        Camera((0.5, 0.6, 2.0), (0.3, 0.2, 0.0), fov_degrees=50.0),
+        {"white": lambert(1.0)},
+        spheres=[Sphere((0.0, 0.5, 0.0), 0.5, "white")],
+        planes=[Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), "white")],
+        rectangles=block,
+        lights=[Light((0.0, -0.5, 0.0), power=1e6), Light((1.0, -1.0, 0.5), 0.3, power=1e6)],
+    )
+    image = rendered(ctx, scaled(scene, factor), 256, (64, 64), bounces=20, russian_roulette=False)
+    assert not image.any()
+
+
+def lit_from_the_eye(height: float) -> Scene:
+    """Everything that is seen is lit, for the light is where the camera is: a ball on the floor, a wall."""
+    eye = (0.3, height, 4.0)
+    return Scene(
+        Camera(eye, (0.0, 0.3, 0.0), fov_degrees=40.0),
+        {"matte": lambert(0.5)},
+        spheres=[Sphere((0.0, 0.5, 0.0), 0.5, "matte")],
+        planes=[Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), "matte")],
+        rectangles=[rectangle((0.0, 0.0, -2.0), (40.0, 0.0, 0.0), (0.0, 40.0, 0.0), "matte")],
+        triangles=triangles_of(rectangle((1.2, 0.5, 0.0), (0.6, 0.0, 0.6), (0.0, 1.0, 0.0), "matte")),
+        lights=[Light(eye, power=100.0)],
+    )
+
+
+@pytest.mark.parametrize("height", [1.0, 0.1, 0.01])
+@pytest.mark.parametrize("factor", [1e-3, 1.0, 1e3])
+def test_no_surface_shades_itself(ctx, factor, height):
+    """Not one sample of 150,000 is dark, the floor's at grazing angles neither."""
+    image = rendered(ctx, scaled(lit_from_the_eye(height), factor), 1, (480, 320), bounces=1)
+    assert image.min() > 0
+
+
+def test_floor_to_the_horizon_has_its_brightness(ctx):
+    """Seen from 1 cm above, to a kilometre's distance: what each pixel shows is its own irradiance."""
+    power, height = 1e6, 3.0
+    scene = Scene(
+        Camera((0.0, 0.01, 0.0), (0.0, 0.01, -1.0), fov_degrees=1.0),
+        {"matte": lambert(0.5)},
+        planes=[Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), "matte")],
+        lights=[Light((0.0, height, 0.0), power=power)],
+    )
+    width, rows = 40, 200
+    image = rendered(ctx, scene, 16, (width, rows), bounces=1)[..., 0]
+    assert not image[: rows // 2].any()  # the sky
+    below = (np.arange(rows // 2)[:, None] + (np.arange(64) + 0.5) / 64) / (rows / 2) * np.tan(np.radians(0.5))
+    distance2 = (0.01 / below) ** 2 + height**2
+    expected = (0.5 / np.pi * power / (4 * np.pi) * height / distance2**1.5).mean(1)
+    # Off the middle column the floor is farther by a ten-thousandth; the row at the horizon has noise.
+    np.testing.assert_allclose(image[rows // 2 + 1 :].mean(1), expected[1:], rtol=0.01)
+    assert image[rows // 2 + 1 :].min() > 0.5 * expected[1:].min()
+
+
+# Errors that these tests must find: file, text, what stands there instead, and the check.
+PLANTED = {
+    "rays start on the surface": (
+        *("shape/ray.glsl", "RAY_OFFSET = 4e-6", "RAY_OFFSET = 0.0"),
+        lambda ctx: test_no_surface_shades_itself(ctx, 1.0, 1.0),
+    ),
+    "rays start a constant above the surface": (
+        *("shape/ray.glsl", "(RAY_OFFSET * extent)", "1e-5"),
+        lambda ctx: test_no_surface_shades_itself(ctx, 1e3, 1.0),
+    ),
+    "rays start along the normal alone": (
+        *("integrator/path.glsl", "normal - path.ray.direction", "normal"),
+        lambda ctx: test_closed_box_stays_black_inside(ctx, "mis", rotation(), (30.0, 0.0, 0.0), True),
+    ),
+}
+
+
+@pytest.mark.parametrize(("file", "text", "replacement", "check"), PLANTED.values(), ids=PLANTED)
+def test_planted_error_is_found(ctx, monkeypatch, tmp_path, file, text, replacement, check):
+    Planter(monkeypatch, tmp_path)(file, text, replacement)
+    with pytest.raises(AssertionError):
+        check(ctx)
+
+
+def test_cracks_between_shapes_are_found(ctx, monkeypatch):
+    """The planted error: shapes end where they should, to the last bit, and so neighbours do not meet."""
+    monkeypatch.setattr("fragtracer.packing._EDGE_GROWTH", 0.0)
+    with pytest.raises(AssertionError):
+        test_closed_box_stays_black_inside(ctx, "mis", rotation(), (30.0, 0.0, 0.0), True)
