@@ -20,7 +20,7 @@ def describe_machine() -> dict[str, str]:
         "fragtracer": __version__,
         "processor": _processor(),
         "cores": str(_cores()),
-        "system": f"{platform.system()} {platform.release()}, Python {platform.python_version()}",
+        "system": f"{platform.system()} {platform.release().partition('-')[0]}, Python {platform.python_version()}",
     }
     if hasattr(os, "getloadavg"):
         facts["load before"] = f"{os.getloadavg()[0]:.1f} processes"
