@@ -58,6 +58,9 @@ class Display:
     def __init__(self, context: Any) -> None:
         self._context = context
         self._programs: dict[tuple[int, ...], FullscreenProgram] = {}
+        self._enlarger = FullscreenProgram(context, folder("shaders"), "enlarge.frag")
+        self._picture: Any = None
+        self._picture_buffer: Any = None
         self._last: dict[str, int] = {}
         self._other: Any = None
 
@@ -93,22 +96,44 @@ class Display:
         variance.use(_VARIANCE)
         (held.textures[0] if held is not None else mean).use(_HELD)
         (self._other or mean).use(_OTHER)
-        program = self._program(settings, film.size == rectangle[2:], held is not None)
+        enlarges = held is None and not self.compares and film.size[0] * film.size[1] < rectangle[2] * rectangle[3] / 2
+        place = (0, 0, *film.size) if enlarges else rectangle
+        program = self._program(settings, film.size == place[2:], held is not None)
         ranges = {"samples": max(spp, 1) * 1.25, "depth": settings.depth_range}
         program.set(
             {
                 "u_held_weight": held_weight,
-                "u_rectangle": tuple(float(x) for x in rectangle),
+                "u_rectangle": tuple(float(x) for x in place),
                 "u_wipe": settings.wipe,
                 "u_exposure": 2.0**settings.exposure,
                 "u_inverse_gamma": 1 / settings.gamma,
                 "u_range": ranges.get(settings.view, settings.error_range),
             }
         )
-        target.use()
-        target.viewport = rectangle
-        target.scissor = rectangle
-        program.draw()
+        _draw_into(self._small(film.size) if enlarges else target, place, program)
+        if enlarges:
+            self._enlarge(target, rectangle)
+
+    def _small(self, size: tuple[int, int]) -> Any:
+        """A framebuffer for a picture that is to be enlarged: that is cheaper than to enlarge radiance."""
+        if self._picture is None or self._picture.size != size:
+            self._release_picture()
+            self._picture = self._context.texture(size, 4)
+            self._picture.repeat_x = self._picture.repeat_y = False
+            self._picture_buffer = self._context.framebuffer([self._picture])
+        return self._picture_buffer
+
+    def _enlarge(self, target: Any, rectangle: Rectangle) -> None:
+        self._picture.use(_MEAN)
+        self._enlarger.set({"u_picture": _MEAN, "u_rectangle": tuple(float(x) for x in rectangle)})
+        _draw_into(target, rectangle, self._enlarger)
+
+    def _release_picture(self) -> None:
+        if self._picture is not None:
+            self._context.detect_framebuffer(0).use()  # moderngl would bind the released one again
+            self._picture_buffer.release()
+            self._picture.release()
+            self._picture = None
 
     def _program(self, settings: DisplaySettings, fits: bool, holds: bool) -> FullscreenProgram:
         defines = {
@@ -149,4 +174,12 @@ class Display:
 
     def release(self) -> None:
         self.compare_with(None)
+        self._release_picture()
+        self._enlarger.release()
         self._forget_programs()
+
+
+def _draw_into(target: Any, rectangle: Rectangle, program: FullscreenProgram) -> None:
+    target.use()
+    target.viewport = target.scissor = rectangle
+    program.draw()

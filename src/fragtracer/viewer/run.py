@@ -2,6 +2,7 @@
 """Opens the viewer, and drives it where a program and not a person sits before it."""
 
 import json
+import time
 from dataclasses import asdict
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from fragtracer.viewer.app import Viewer
 from fragtracer.viewer.session import path_of
 from fragtracer.viewer.settings import config_folder
 
+_LOOK = 3.0  # seconds before the camera turns
 _ORBIT = np.radians(2.0)  # for each frame
 
 
@@ -55,6 +57,8 @@ def view(
     loaded = scene if isinstance(scene, Scene) else scene_file.load(scene)
     ini = None if frames is not None else config_folder() / "viewer.ini"
     with Viewer(loaded, file, size, ini) as viewer:
+        if orbit:
+            _settle(viewer)
         viewer.times.keeps_all = stats is not None
         done = 0
         while viewer.is_open and (frames is None or done < frames):
@@ -66,6 +70,13 @@ def view(
             save_window(viewer, screenshot)
         if stats is not None:
             _write_stats(viewer, stats)
+
+
+def _settle(viewer: Viewer) -> None:
+    """Look at the picture for a while, as a person does before taking hold of it."""
+    end = time.monotonic() + _LOOK
+    while viewer.is_open and time.monotonic() < end:
+        viewer.frame()
 
 
 def save_window(viewer: Viewer, path: Path) -> None:
