@@ -139,7 +139,7 @@ def _middle(points: Floats) -> Floats:
 
 def _spheres_with_lights(scene: Scene) -> tuple[list[Sphere], dict[str, Material]]:
     """The spheres with those of the lights after them, and the materials with theirs."""
-    spheres, materials = list(scene.spheres), dict(scene.materials)
+    spheres, materials = list(scene.spheres), dict(scene.materials) or {"none": Material()}  # GLSL has no empty array
     for i, light in enumerate(scene.lights):
         if light.radius > 0:
             name = f"light[{i}]"
