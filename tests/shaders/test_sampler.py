@@ -27,9 +27,11 @@ DIMENSIONS = [0, 1, 2, 5, LAYERS, LAYERS + 1, 0x10000, 0x10001, 0x20000]
 
 @pytest.fixture(scope="module")
 def random_texture(ctx: moderngl.Context) -> Iterator[moderngl.Texture3D]:
-    texture = _upload_random_texture(ctx)
+    with ctx:  # not yet current: this is set up before the tests are
+        texture = _upload_random_texture(ctx)
     yield texture
-    texture.release()
+    with ctx:
+        texture.release()
 
 
 def draw(

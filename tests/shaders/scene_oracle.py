@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: MIT
+"""Where rays meet the shapes of a scene, one by one and in float64."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fragtracer.scene import Plane, Rectangle, Scene, Sphere, Triangle
+
+from . import shape_oracle
+
+Floats = NDArray[np.floating]
+Shape = Sphere | Plane | Rectangle | Triangle
+
+
+def shapes_of(scene: Scene) -> list[Shape]:
+    """In the order of their numbers."""
+    lights = [Sphere(light.position, light.radius, "") for light in scene.lights if light.radius > 0]
+    return [*scene.spheres, *lights, *scene.planes, *scene.rectangles, *scene.triangles]
+
+
+def plane_of(shape: Plane | Rectangle | Triangle) -> tuple[Floats, Floats]:
+    """A point and the unit normal on the front."""
+    match shape:
+        case Plane():
+            point, normal = np.array(shape.point), np.array(shape.normal)
+        case Rectangle():
+            point, normal = np.array(shape.corner), np.cross(shape.edge_u, shape.edge_v)
+        case Triangle():
+            a, b, c = np.array(shape.vertices)
+            point, normal = a, np.cross(b - a, c - a)
+    return point, normal / np.linalg.norm(normal)
+
+
+def bounds(shape: Shape, origin: Floats, direction: Floats, doubt: float) -> tuple[Floats, Floats]:
+    """The least and largest distance at which rays may meet a shape known to ``doubt`` metres, if near."""
+    if isinstance(shape, Sphere):
+        sizes = (max(0.0, shape.radius + e) for e in (doubt, -doubt))
+        larger, smaller = (shape_oracle.sphere(shape.center, r, origin, direction) for r in sizes)
+        height = np.linalg.norm(origin - shape.center, axis=1) - shape.radius
+        low, high = np.minimum(larger, smaller), np.maximum(larger, smaller)
+    else:
+        point, normal = plane_of(shape)
+        match shape:
+            case Plane():
+                larger = smaller = shape_oracle.plane(point, normal, origin, direction)
+            case Rectangle():
+                sides = (shape.corner, shape.edge_u, shape.edge_v, origin, direction)
+                larger, smaller = (shape_oracle.rectangle(*sides, e) for e in (doubt, -doubt))
+            case Triangle():
+                sides = (shape.vertices, origin, direction)
+                larger, smaller = (shape_oracle.triangle(*sides, e) for e in (doubt, -doubt))
+        height = (origin - point) @ normal
+        far = np.where(np.isfinite(larger), larger, 0)
+        slack = (doubt + 1e-6 * far) / np.maximum(np.abs(direction @ normal), 1e-12)
+        low, high = larger - slack, smaller + slack
+    there = np.abs(height) < doubt  # the ray starts on it, and may meet it at once or never
+    return np.where(there, 0, low), np.where(there, np.inf, high)

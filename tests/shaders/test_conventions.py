@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: MIT
+"""The conventions of shaders/: names, and a density for every sampler."""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from fragtracer.resources import folder
+
+SHADERS = folder("shaders")
+FILES = sorted(p.relative_to(SHADERS).as_posix() for p in SHADERS.rglob("*") if p.suffix in (".glsl", ".frag", ".vert"))
+
+FUNCTION = re.compile(r"^(?:highp\s+)?(\w+)\s+(\w+)\([^()]*\)\s*\{", re.MULTILINE)
+SNAKE_CASE = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
+PASCAL_CASE = re.compile(r"([A-Z][a-z0-9]+)+")
+
+# A function begins with the name of its file or folder, or with one of these.
+NOUNS = {
+    "core/math.glsl": None,  # helpers without a noun
+    "core/warp.glsl": {"square_to"},
+    "sampler/sampler.glsl": {"dimension"},
+    "shape/intersect.glsl": {"hit", "scene"},
+}
+# Samplers whose density no estimator asks for.
+WITHOUT_PDF = {
+    "pixel_filter_sample": "the density is the filter itself, so every sample has the same weight",
+    "path_light_sample": "the radiance of one, divided by its density",
+    "path_ambient_sample": "the radiance of one, divided by its density",
+}
+
+
+def functions(text: str) -> list[str]:
+    return [name for kind, name in FUNCTION.findall(text) if kind not in ("else", "return")]
+
+
+def misnamed(path: str, text: str) -> Iterator[str]:
+    """What in a file is not called as it should be."""
+    nouns = NOUNS.get(path, set())
+    stem, parent = Path(path).stem, Path(path).parent.name
+    for name in functions(text):
+        if not SNAKE_CASE.fullmatch(name):
+            yield f"{path}: function {name} is not in snake_case"
+        is_library = path.endswith(".glsl") and nouns is not None and not name.startswith("is_")
+        if is_library and not any(name.startswith(f"{noun}_") for noun in {stem, parent, *nouns}):
+            yield f"{path}: function {name} begins with neither {stem} nor {parent}"
+    for name in re.findall(r"^\s*struct\s+(\w+)", text, re.MULTILINE):
+        if not PASCAL_CASE.fullmatch(name):
+            yield f"{path}: struct {name} is not in PascalCase"
+    for qualifier, kind, name in re.findall(r"^\s*uniform\s+(highp\s+)?(\w+)\s+(\w+)", text, re.MULTILINE):
+        if not re.fullmatch(f"u_{SNAKE_CASE.pattern}", name):
+            yield f"{path}: uniform {name} does not begin with u_"
+        if "sampler" in kind and not qualifier:
+            yield f"{path}: sampler {name} has no explicit precision"
+    for name in re.findall(r"^\s*(?:layout\s*\([^)]*\)\s*)?out\s+\w+\s+(\w+)\s*;", text, re.MULTILINE):
+        if not re.fullmatch(f"out_{SNAKE_CASE.pattern}", name):
+            yield f"{path}: output {name} does not begin with out_"
+    for name in re.findall(r"^\s*const\s+\w+\s+(\w+)", re.sub(r"^ .*", "", text, flags=re.MULTILINE), re.MULTILINE):
+        if not re.fullmatch(r"[A-Z][A-Z0-9_]*", name):
+            yield f"{path}: constant {name} is not in capitals"
+
+
+def unpaired(names: list[str]) -> list[str]:
+    """Samplers and maps without a density."""
+    samplers = [n for n in names if re.search(r"_sample($|_(?!index))|^square_to_", n) and not n.endswith("_pdf")]
+    known = set(names) | set(WITHOUT_PDF)
+    return [n for n in samplers if n not in known or (n not in WITHOUT_PDF and not densities(n) & known)]
+
+
+def densities(name: str) -> set[str]:
+    """bsdf_sample has bsdf_pdf, ggx_sample_vndf has ggx_sample_vndf_pdf."""
+    return {f"{name}_pdf", f"{name.removesuffix('_sample')}_pdf"}
+
+
+@pytest.mark.parametrize("path", FILES)
+def test_names(path: str) -> None:
+    text = (SHADERS / path).read_text()
+    assert text.startswith("// SPDX-License-Identifier: MIT\n")
+    assert not list(misnamed(path, text))
+
+
+def test_every_sampler_has_its_density() -> None:
+    names = [name for path in FILES for name in functions((SHADERS / path).read_text())]
+    assert {"bsdf_sample", "light_sample", "square_to_triangle", "ggx_sample_vndf"} <= set(names)
+    assert not unpaired(names)
+    assert set(WITHOUT_PDF) <= set(names)
+
+
+@pytest.mark.parametrize(
+    ("path", "text"),
+    [
+        ("bsdf/ggx.glsl", "float ggxD(float x) {"),
+        ("bsdf/ggx.glsl", "float beckmann_d(float x) {"),
+        ("shape/cone.glsl", "struct cone_hit { float t; };"),
+        ("film/film.glsl", "uniform vec3 color;"),
+        ("film/film.glsl", "uniform sampler2D u_image;"),
+        ("display.frag", "layout(location = 1) out vec4 color;"),
+        ("core/constants.glsl", "const float Pi = 3.0;"),
+    ],
+)
+def test_wrong_name_is_found(path: str, text: str) -> None:
+    assert list(misnamed(path, text))
+
+
+@pytest.mark.parametrize("names", [["cone_sample"], ["cone_sample_rim", "cone_pdf"], ["square_to_cone"]])
+def test_sampler_without_density_is_found(names: list[str]) -> None:
+    assert unpaired(names)
+
+
+def test_sampler_with_density_passes() -> None:
+    assert not unpaired(["cone_sample", "cone_pdf", "square_to_cone", "square_to_cone_pdf", "film_sample_index"])

@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: MIT
+"""film/pixel_filter.glsl: offsets with the density of the filter."""
+
+from collections.abc import Callable
+
+import moderngl
+import numpy as np
+import pytest
+
+from fragtracer.gpu.probe import probe
+from fragtracer.shader_composer import CONSTANTS
+
+from .chi_square import assert_fits, fit
+from .domains import Box, Domain, GaussianPlane
+from .includes import CORE
+from .scene_probe import Floats
+
+SIGMA = 0.5
+
+
+def box(points: Floats) -> Floats:
+    return np.ones(len(points))
+
+
+def tent(points: Floats) -> Floats:
+    return np.prod(1 - np.abs(points), axis=1)
+
+
+def gaussian(points: Floats) -> Floats:
+    return np.exp(-(points**2).sum(1) / (2 * SIGMA**2)) / (2 * np.pi * SIGMA**2)
+
+
+# Density, domain and variance of each coordinate.
+FILTERS: dict[str, tuple[Callable[[Floats], Floats], Domain, float]] = {
+    "BOX": (box, Box(0.5), 1 / 12),
+    "TENT": (tent, Box(1.0), 1 / 6),
+    "GAUSSIAN": (gaussian, GaussianPlane(SIGMA), SIGMA**2),
+}
+
+
+def offsets(ctx: moderngl.Context, name: str, u: Floats) -> Floats:
+    defines = {"PIXEL_FILTER": CONSTANTS[f"PIXEL_FILTER_{name}"]}
+    includes = [*CORE, "film/pixel_filter.glsl"]
+    result = probe(ctx, includes, "offset = pixel_filter_sample(u);", {"u": u}, {"offset": 2}, defines)
+    return result["offset"].astype(np.float64)
+
+
+@pytest.mark.parametrize("name", FILTERS)
+def test_offsets_have_the_density_of_the_filter(ctx: moderngl.Context, name: str) -> None:
+    density, domain, variance = FILTERS[name]
+    offset = offsets(ctx, name, np.random.default_rng(1).random((1 << 20, 2), np.float32))
+    assert_fits({name: fit(domain, offset, density)})
+    moments = np.array([offset.mean(0), (offset**2).mean(0) - variance, [(offset[:, 0] * offset[:, 1]).mean()] * 2])
+    errors = np.array([offset.std(0), (offset**2).std(0), [(offset[:, 0] * offset[:, 1]).std()] * 2]) / np.sqrt(1 << 20)
+    assert (np.abs(moments) < 4.5 * errors).all()
+
+
+@pytest.mark.parametrize("name", FILTERS)
+def test_offsets_of_extreme_numbers(ctx: moderngl.Context, name: str) -> None:
+    ends = np.float32([0, 2**-24, 0.25, 0.5, 0.5 - 2**-25, 0.75, 1 - 2**-24])
+    offset = offsets(ctx, name, np.stack(np.meshgrid(ends, ends), -1).reshape(-1, 2))
+    assert np.isfinite(offset).all()
+    assert np.abs(offset).max() <= {"BOX": 0.5, "TENT": 1.0, "GAUSSIAN": 3.0}[name]

@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: MIT
+"""shape/sphere.glsl, plane.glsl, rectangle.glsl and triangle.glsl against float64, on hard rays.
+
+Tolerances are in units of the numbers that take part: a float32 sum of numbers of size s is known
+to about 1e-7 s, so a shape of radius r at distance d is known to a few 1e-7 (r + d).
+"""
+
+import moderngl
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from fragtracer.gpu.probe import probe
+
+from . import shape_oracle
+from .directions import random_directions
+from .includes import CORE
+
+Floats = NDArray[np.floating]
+
+SHAPES = [*CORE, *(f"shape/{name}.glsl" for name in ("ray", "sphere", "plane", "rectangle", "triangle"))]
+COUNT = 1 << 14
+MISS = 1e30
+
+
+def unit(v: Floats) -> Floats:
+    return v / np.linalg.norm(v, axis=-1, keepdims=True)
+
+
+def rounded(*columns: Floats) -> list[Floats]:
+    """What the shader will see, in float64."""
+    return [np.asarray(c, np.float32).astype(np.float64) for c in columns]
+
+
+# Radius, distance of the origin from the centre in radii, distance of the ray from the centre in radii.
+SPHERE_RAYS = {
+    "outside": (1.0, (1.1, 10.0), (0.0, 1.5)),
+    "inside": (1.0, (0.0, 0.999), (0.0, 0.999)),
+    "just outside": (1.0, (1.0001, 1.01), (0.0, 1.0)),
+    "tangent": (1.0, (1.5, 10.0), (0.999, 1.001)),
+    "far": (1.0, (0.9e4, 1.1e4), (0.0, 1.5)),
+    "very far": (1.0, (0.9e6, 1.1e6), (0.0, 1.5)),
+    "tiny": (1e-4, (1.1, 1e4), (0.0, 1.5)),
+    "huge": (1e6, (1.000001, 1.1), (0.0, 1.0)),
+    "inside a huge one": (1e6, (0.0, 0.99999), (0.0, 0.99999)),
+}
+
+
+@pytest.mark.parametrize("name", SPHERE_RAYS)
+def test_sphere(ctx: moderngl.Context, name: str) -> None:
+    rng = np.random.default_rng(1)
+    size, distances, misses = SPHERE_RAYS[name]
+    radius = np.full(COUNT, size)
+    away = random_directions(rng, COUNT).astype(np.float64)
+    center = size * rng.normal(size=(COUNT, 3))
+    # From the origin towards a point at the wanted distance from the centre, across the line of sight.
+    origin = center + (size * rng.uniform(*distances, COUNT))[:, None] * away
+    across = unit(np.cross(away, random_directions(rng, COUNT)))
+    direction = unit(center + (size * rng.uniform(*misses, COUNT))[:, None] * across - origin)
+    direction[: COUNT // 8] *= -1  # some look away
+    center, radius, origin, direction = rounded(center, radius, origin, direction)
+
+    inputs = {"center": center, "radius": radius, "o": origin, "d": direction}
+    body = "t = sphere_intersect(center, radius, Ray(o, d));"
+    t = probe(ctx, SHAPES, body, inputs, {"t": 1})["t"].astype(np.float64)
+    offset = origin - center
+    scale = np.linalg.norm(offset, axis=1) + radius
+    hit = t < MISS
+    assert (t[~hit] == np.float32(MISS)).all()
+    assert (t[hit] > 0).all()
+    # Each hit lies on the sphere, and is the first one but for rays that graze it.
+    surface = np.linalg.norm(offset + t[:, None] * direction, axis=1)
+    assert (np.abs(surface - radius)[hit] <= 5e-7 * scale[hit]).all()
+    sizes = (np.maximum(0, radius + e * scale) for e in (-1e-6, 1e-6))
+    smaller, larger = (shape_oracle.sphere(center, r, origin, direction) for r in sizes)
+    agreed = np.isfinite(smaller) & np.isfinite(larger)
+    assert hit[agreed].all()
+    assert not hit[~np.isfinite(smaller) & ~np.isfinite(larger)].any()
+    exact = shape_oracle.sphere(center, radius, origin, direction)
+    known_to = np.abs(larger[agreed] - smaller[agreed]) + 5e-7 * scale[agreed]
+    assert (np.abs(t - exact)[agreed] <= known_to).all()
+    assert agreed.mean() > 0.2 or name == "very far"
+
+
+def test_plane(ctx: moderngl.Context) -> None:
+    rng = np.random.default_rng(2)
+    normal = random_directions(rng, COUNT)
+    point = 10 ** rng.uniform(-3, 4, (COUNT, 1)) * random_directions(rng, COUNT)
+    origin = 10 ** rng.uniform(-3, 4, (COUNT, 1)) * random_directions(rng, COUNT)
+    direction = random_directions(rng, COUNT).astype(np.float64)
+    # A third runs nearly along the plane.
+    along = unit(direction - (direction * normal).sum(1, keepdims=True) * normal)
+    direction[::3] = unit(along + 10 ** rng.uniform(-6, -2, (COUNT, 1)) * normal)[::3]
+    offset = (normal.astype(np.float64) * point).sum(1)
+    normal, offset, origin, direction = rounded(normal, offset, origin, direction)
+    inputs = {"normal": normal, "offset": offset, "o": origin, "d": direction}
+    body = "t = plane_intersect(normal, offset, Ray(o, d));"
+    t = probe(ctx, SHAPES, body, inputs, {"t": 1})["t"].astype(np.float64)
+    height, slope = offset - (normal * origin).sum(1), (normal * direction).sum(1)
+    # Both are sums of three products, known to 2e-7 of the largest.
+    height_error = 2e-7 * (np.abs(offset) + np.linalg.norm(origin, axis=1))
+    sure = (np.abs(height) > height_error) & (np.abs(slope) > 2e-7)
+    np.testing.assert_array_equal(t[sure] < MISS, (height / slope)[sure] > 0)
+    hit = sure & (t < MISS)
+    error = (height_error + 2e-7 * t) / np.abs(slope) + 2e-7 * t
+    assert (np.abs(t - height / slope)[hit] <= error[hit]).all()
+    assert hit.mean() > 0.3
+
+
+def test_ray_in_a_plane_never_hits(ctx: moderngl.Context) -> None:
+    """Parallel above, below and within, where the distance is infinite or not a number."""
+    origin = np.array([(0, 1, 0), (0, -1, 0), (0, 0, 0), (5, 0, 5), (0, -0.0, 0)], np.float32)
+    direction = np.array([(1, 0, 0), (0.6, 0, 0.8), (1, 0, 0), (0, 0, -1), (0, -0.0, 1)], np.float32)
+    body = """
+        Ray ray = Ray(o, d); vec4 floor = vec4(0.0, 1.0, 0.0, 0.0);
+        plane = plane_intersect(floor.xyz, 0.0, ray);
+        rectangle = rectangle_intersect(floor, vec4(0.1, 0.0, 0.0, 0.5), vec4(0.0, 0.0, 0.1, 0.5), ray);
+        triangle = triangle_intersect(floor, vec4(0.1, 0.0, 0.0, 0.5), vec4(0.0, 0.0, 0.1, 0.5), ray);"""
+    outputs = {"plane": 1, "rectangle": 1, "triangle": 1}
+    for name, t in probe(ctx, SHAPES, body, {"o": origin, "d": direction}, outputs).items():
+        assert (t >= np.float32(MISS)).all(), name
+
+
+def flat_shapes(rng: np.random.Generator, right: bool) -> tuple[Floats, Floats, Floats]:
+    """Corners and two edges each, at right angles or not, of sizes 1e-2 to 1e2."""
+    u, v = (10 ** rng.uniform(-1, 1, (COUNT, 1)) * random_directions(rng, COUNT) for _ in range(2))
+    if right:
+        v = np.linalg.norm(v, axis=1, keepdims=True) * unit(np.cross(u, v))
+    return rng.normal(size=(COUNT, 3)), u, v
+
+
+@pytest.mark.parametrize("kind", ["rectangle", "triangle"])
+def test_flat_shape(ctx: moderngl.Context, kind: str) -> None:
+    """Rays at known coordinates: well inside and outside, and within 1e-4 of edges and vertices."""
+    rng = np.random.default_rng(3)
+    corner, u, v = flat_shapes(rng, kind == "rectangle")
+    normal = unit(np.cross(u, v))
+    rows = np.linalg.inv(np.stack([u, v, normal], -1))[:, :2]
+    coordinates = rng.uniform(-0.5, 1.5, (COUNT, 2))
+    near = np.arange(COUNT) % 3 == 0
+    vertices = rng.integers(0, 2, (COUNT, 2)).astype(np.float64)
+    along = np.where((np.arange(COUNT) % 2)[:, None] == 0, vertices, np.stack([vertices[:, 0], rng.random(COUNT)], -1))
+    coordinates[near] = (along + rng.uniform(-1e-4, 1e-4, (COUNT, 2)))[near]
+    target = corner + coordinates[:, :1] * u + coordinates[:, 1:] * v
+    distance = 10 ** rng.uniform(-1, 1, COUNT)
+    slant = unit(normal * rng.choice([-1, 1], (COUNT, 1)) + rng.normal(size=(COUNT, 3)))
+    origin = target + distance[:, None] * slant
+    direction = -slant * np.where(rng.random(COUNT) < 0.9, 1, -1)[:, None]
+    inputs = {
+        "plane": np.column_stack([normal, (normal * corner).sum(1)]),
+        "u_row": np.column_stack([rows[:, 0], -(rows[:, 0] * corner).sum(1)]),
+        "v_row": np.column_stack([rows[:, 1], -(rows[:, 1] * corner).sum(1)]),
+        "o": origin,
+        "d": direction,
+    }
+    body = f"t = {kind}_intersect(plane, u_row, v_row, Ray(o, d));"
+    t = probe(ctx, SHAPES, body, inputs, {"t": 1})["t"].astype(np.float64)
+
+    scale = np.linalg.norm(corner, axis=1) + np.linalg.norm(origin, axis=1) + distance
+    slope = np.abs((normal * slant).sum(1))
+    error = 1e-6 * scale / slope
+    # The same error across the shape, in its coordinates, decides who may be taken for inside.
+    doubt = error * np.linalg.norm(rows, axis=2).max(1)
+    s, r = coordinates.T
+    depth = np.min([s, r, 1 - s, 1 - r] if kind == "rectangle" else [s, r, 1 - s - r], axis=0)
+    ahead = (direction * slant).sum(1) < 0
+    hit = t < MISS
+    assert not hit[~ahead].any()
+    assert hit[ahead & (depth > doubt)].all()
+    assert not hit[depth < -doubt].any()
+    assert (np.abs(t - distance)[hit] <= error[hit]).all()
+    decided = np.abs(depth) > doubt
+    assert decided.mean() > 0.7
+    assert decided[near].mean() > 0.2
