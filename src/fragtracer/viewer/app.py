@@ -11,7 +11,7 @@ from imgui_bundle import imgui
 from numpy.typing import NDArray
 
 from fragtracer import scene_file
-from fragtracer.errors import FragtracerError, ShaderError
+from fragtracer.errors import DeviceError, FragtracerError, ShaderError
 from fragtracer.gpu.context import attach_context
 from fragtracer.images import write_image
 from fragtracer.resources import folder
@@ -34,9 +34,12 @@ from fragtracer.viewer.session import Session
 from fragtracer.viewer.statistics import FilmStatistics, FrameTimes
 from fragtracer.viewer.watch import Watch, shader_files
 from fragtracer.viewer.window import Window
+from fragtracer.viewer.wipe import Wipe
 
 _NAP = 0.1  # seconds to wait for events when there is nothing to do
 _BACKGROUND = (0.06, 0.06, 0.07)
+_CHECKED_EVERY = 60  # frames
+_FATAL = ("GL_OUT_OF_MEMORY", "GL_UNKNOWN_ERROR")
 _AWAKE = 0.5  # seconds after the last event before that
 
 
@@ -57,7 +60,7 @@ class Viewer:
         self.refiner = Refiner(renderer, Governor())
         self.film_statistics = FilmStatistics()
         self.times = FrameTimes()
-        self.navigator, self.gizmo = Navigator(), Gizmo()
+        self.navigator, self.gizmo, self.wipe = Navigator(), Gizmo(), Wipe()
         self.panels_shown, self.help_shown = True, False
         self.before_frame: Callable[[Viewer], None] | None = None
         self.rectangle: Rectangle = (0, 0, 1, 1)
@@ -67,6 +70,7 @@ class Viewer:
         self._seen_version = self.session.version
         self._reset_layout = False
         self._title = ""
+        self._frames = 0
         self._gathered_before = ""
         self._gl_renderer = renderer.context_info["GL renderer"]
         self._shader_problem = ""
@@ -109,6 +113,7 @@ class Viewer:
         with self.window.panels():
             area = self._panels()
         self._sync(area)
+        self._compare()
         traced = self._refine()
         if not self.refiner.is_moving and self.renderer.spp != self._spp_looked:
             self.film_statistics.look(self.renderer.film)
@@ -116,7 +121,18 @@ class Viewer:
         self.window.present()
         seconds = time.perf_counter() - start
         self.refiner.governor.note_overhead(seconds - traced)
+        self._check_driver()
         self.times.add(seconds, self.renderer.pass_seconds)
+
+    def _compare(self) -> None:
+        if problem := self.wipe.update(self.session.shown, self.refiner.size, self.display):
+            self.session.problem = problem
+
+    def _check_driver(self) -> None:
+        """A driver that has lost the context, or memory, says so here, and a black window helps nobody."""
+        self._frames += 1
+        if self._frames % _CHECKED_EVERY == 0 and self.context.error in _FATAL:
+            raise DeviceError("the graphics driver ran out of memory or lost the window's context")
 
     def _refine(self) -> float:
         """Trace, if there is something to trace; returns for how many seconds."""
@@ -205,8 +221,10 @@ class Viewer:
 
     def _navigate(self, area: Area) -> None:
         session = self.session
+        session.display = self.wipe.drag(area, session.display, self.display.compares)
         self._drag_selected(area)
-        session.camera, click = self.navigator.navigate(session.camera, area, self.gizmo.takes_mouse)
+        blocked = self.gizmo.takes_mouse or self.wipe.takes_mouse
+        session.camera, click = self.navigator.navigate(session.camera, area, blocked)
         if click is not None:
             actions.click(session, click, area.width / area.height)
         io = imgui.get_io()
@@ -241,6 +259,11 @@ class Viewer:
             case "image png" | "image exr":
                 name = f"{self.session.document.scene.name}.{action.split()[1]}"
                 self.attempt(lambda: self.save_image(actions.fresh(Path.cwd() / name)))
+            case "reference":
+                if self.wipe.is_on:
+                    self.wipe.stop()
+                else:
+                    self.wipe.start(self.session.shown, self.refiner.size)
             case "copy command":
                 self.attempt(self._copy_command)
             case _:
@@ -340,6 +363,7 @@ class Viewer:
         return np.ascontiguousarray(pixels.reshape(height, width, 3)[::-1])
 
     def close(self) -> None:
+        self.wipe.stop()
         self.refiner.close()
         self.display.release()
         self.window.close()

@@ -2,13 +2,17 @@
 """Opens the viewer, and drives it where a program and not a person sits before it."""
 
 import json
+import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
 
 from fragtracer import scene_file
+from fragtracer.errors import FragtracerError
 from fragtracer.images.output import check_writable, replacing
 from fragtracer.scene import Scene
 from fragtracer.viewer import camera as cameras
@@ -60,16 +64,49 @@ def view(
         if orbit:
             _settle(viewer)
         viewer.times.keeps_all = stats is not None
-        done = 0
-        while viewer.is_open and (frames is None or done < frames):
-            if orbit:
-                viewer.session.camera = cameras.orbit(viewer.session.camera, _ORBIT, 0.0)
-            viewer.frame()
-            done += 1
+        with rescue(viewer):
+            _loop(viewer, frames, orbit)
         if screenshot is not None:
             save_window(viewer, screenshot)
         if stats is not None:
             _write_stats(viewer, stats)
+
+
+def _loop(viewer: Viewer, frames: int | None, orbit: bool) -> None:
+    done = 0
+    while viewer.is_open and (frames is None or done < frames):
+        if orbit:
+            viewer.session.camera = cameras.orbit(viewer.session.camera, _ORBIT, 0.0)
+        viewer.frame()
+        done += 1
+
+
+@contextmanager
+def rescue(viewer: Viewer) -> Iterator[None]:
+    """Write an edited scene to the user's folder of settings when the block ends, however it ends.
+
+    Raises
+    ------
+    FragtracerError
+        In place of any other error, such as of a driver that gave up: it says where the scene is.
+    """
+    try:
+        yield
+    except Exception as error:
+        path = _rescued(viewer)
+        raise FragtracerError(
+            f"the viewer cannot go on: {error}" + (f"; the scene is in {path}" if path else "")
+        ) from error
+    if path := _rescued(viewer):
+        print(f"fragtracer: the edits that were not saved are in {path}", file=sys.stderr)
+
+
+def _rescued(viewer: Viewer) -> Path | None:
+    if viewer.session.is_saved:
+        return None
+    path = config_folder() / f"rescued-{viewer.session.document.scene.name}.toml"
+    viewer.session.save(path)
+    return path
 
 
 def _settle(viewer: Viewer) -> None:

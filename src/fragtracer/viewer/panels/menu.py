@@ -18,6 +18,7 @@ KEYS = {
     _KEY.tab: "panels",
     _KEY.f1: "help",
     _KEY.f: "look at selected",
+    _KEY.m: "reference",
     _KEY.home: "home",
     _KEY.h: "hide",
     _ALT | _KEY.h: "show all",
@@ -77,6 +78,7 @@ def draw(session: Session, scenes: Sequence[str], panels: bool) -> str:
         item("Panels", "panels", "Tab", ticked=panels)
         item("Default layout", "layout")
         item("Home", "home", "Home")
+        item("Compare with Mitsuba", "reference", "M")
         item("Look at selected", "look at selected", "F", session.selected is not None)
         imgui.end_menu()
     if imgui.begin_menu("Help"):

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: MIT
+"""Mitsuba's picture of what is on the screen, from a process of its own: the window never waits for it.
+
+Run as a module this is that process: it reads a pickled (scene, size) from its input and writes one
+picture after another, each of the mean of some samples, to its output.
+"""
+
+import pickle
+import subprocess
+import sys
+import threading
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fragtracer.scene import Scene
+
+_BATCH = 4  # samples per pixel of each picture
+_MOST = 256  # pictures
+
+Image = NDArray[np.float32]
+
+
+class LiveReference:
+    """Renders ``scene`` at ``size`` until :meth:`stop`; ``image`` is the mean so far."""
+
+    def __init__(self, scene: Scene, size: tuple[int, int]) -> None:
+        self.image: Image | None = None
+        self.spp = 0
+        self.problem = ""
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "fragtracer.viewer.reference"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+        )
+        self._reader = threading.Thread(target=self._read, args=(scene, size), daemon=True)
+        self._reader.start()
+
+    def stop(self) -> None:
+        """End the process, whatever it is doing."""
+        self._process.kill()
+        self._process.wait()
+
+    def _read(self, scene: Scene, size: tuple[int, int]) -> None:
+        process = self._process
+        assert process.stdin is not None
+        assert process.stdout is not None
+        assert process.stderr is not None
+        try:
+            pickle.dump((scene, size), process.stdin)
+            process.stdin.close()
+            while True:
+                self._add(pickle.load(process.stdout))
+        except (EOFError, OSError, pickle.UnpicklingError):
+            if self.image is None:
+                text = process.stderr.read().decode(errors="replace").strip()
+                self.problem = text.splitlines()[-1] if text else "Mitsuba ended without a picture"
+
+    def _add(self, batch: Image) -> None:
+        done = self.spp // _BATCH
+        self.image = batch if self.image is None else (self.image * done + batch) / np.float32(done + 1)
+        self.spp += _BATCH
+
+
+def main() -> None:
+    """Render what comes in on the standard input."""
+    from fragtracer.errors import FragtracerError
+    from fragtracer.reference.render import ReferenceRenderer
+
+    scene, size = pickle.load(sys.stdin.buffer)
+    output: Any = sys.stdout.buffer
+    sys.stdout = sys.stderr  # nothing else may write among the pictures
+    try:
+        with ReferenceRenderer(scene, size) as renderer:
+            for seed in range(_MOST):
+                pickle.dump(renderer.sample(_BATCH, seed).astype(np.float32), output)
+                output.flush()
+    except FragtracerError as error:
+        sys.exit(str(error))
+
+
+if __name__ == "__main__":
+    main()
