@@ -7,7 +7,7 @@ import warnings
 
 import typer
 
-from fragtracer.cli import bench, compare, info, render, scenes, view
+from fragtracer.cli import bench, compare, doctor, info, render, scenes, view
 from fragtracer.errors import FragtracerError
 
 app = typer.Typer(
@@ -23,6 +23,7 @@ for command in (
     compare.compare,
     compare.export_mitsuba,
     bench.bench,
+    doctor.doctor,
     info.info,
     scenes.scenes,
 ):
