@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The parts of the viewer that need no window."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 import fragtracer as ft
+from fragtracer.errors import FragtracerError
 from fragtracer.materials import DIELECTRIC_F0, METAL_F0
 from fragtracer.scene import Camera, Light, Material, Scene, Sphere
-from fragtracer.viewer import actions, camera, picking
+from fragtracer.viewer import actions, camera, picking, run
 from fragtracer.viewer.document import Document, History
 from fragtracer.viewer.governor import Governor
 from fragtracer.viewer.panels import lights, materials, objects
@@ -178,6 +179,22 @@ def test_bundled_scene_is_not_overwritten(tmp_path: Path, monkeypatch: pytest.Mo
     session = Session.of(ft.load("mirror"))
     session.open("mirror")
     assert actions.save_path(session) == tmp_path / "mirror.toml"
+
+
+def test_edits_survive_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    monkeypatch.setattr("sys.platform", "linux")
+    session = Session.of(ft.load("mirror"))
+    session.edit(session.document.without_part(("spheres", 0)), "remove")
+    expected = session.document.scene.spheres
+    with pytest.raises(FragtracerError, match=r"driver gave up.*rescued-mirror.toml"), run.rescue(FakeViewer(session)):
+        raise RuntimeError("driver gave up")
+    assert ft.load(tmp_path / "fragtracer" / "rescued-mirror.toml").spheres == expected
+
+
+@dataclass
+class FakeViewer:
+    session: Session
 
 
 def test_render_command_takes_an_edited_scene_along(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -20,6 +20,8 @@ NAMES = (
     "saves_images",
     "survives_sizes",
     "shows_help_and_hides",
+    "drags_a_gizmo",
+    "compares_with_mitsuba",
 )
 
 

@@ -185,9 +185,9 @@ class Viewer:
         self._overlay(area)
         if chosen:
             self.do(chosen)
+        self._navigate(area)
         if not (imgui.is_any_item_active() or imgui.is_mouse_down(0)):
             self.session.history.close()
-        self._navigate(area)
         return area
 
     def _docked(self) -> None:

@@ -8,7 +8,7 @@ from imgui_bundle import imgui
 from fragtracer.scene import Scene
 from fragtracer.viewer.display import Display, DisplaySettings
 from fragtracer.viewer.layout import Area
-from fragtracer.viewer.reference import LiveReference
+from fragtracer.viewer.reference import Image, LiveReference
 
 _GRIP = 8.0  # units to both sides of the line
 
@@ -26,6 +26,11 @@ class Wipe:
     @property
     def is_on(self) -> bool:
         return self._reference is not None
+
+    @property
+    def image(self) -> Image | None:
+        """Mitsuba's picture so far."""
+        return None if self._reference is None else self._reference.image
 
     def start(self, scene: Scene, size: tuple[int, int]) -> None:
         """Begin to render ``scene`` with Mitsuba."""
