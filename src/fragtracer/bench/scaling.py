@@ -89,8 +89,8 @@ def _curves(
         "bounces": (plan.bounces or (1, 2, 4, 8, 16), setting("bounces")),
         "light samples": (plan.light_samples or (1, 2, 4, 8, 16), setting("light_samples")),
         "image side": (sides, sized),
-        "spheres": ((1, 4, 16, 64, 256), filled(_with_spheres)),
-        "triangles": ((1, 4, 16, 64, 256), filled(_with_triangles)),
+        "spheres": ((1, 4, 16, 64, 192), filled(_with_spheres)),
+        "triangles": ((1, 4, 16, 64, 192), filled(_with_triangles)),
     }
 
 
