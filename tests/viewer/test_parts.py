@@ -12,7 +12,8 @@ import fragtracer as ft
 from fragtracer.errors import FragtracerError
 from fragtracer.materials import DIELECTRIC_F0, METAL_F0
 from fragtracer.scene import Camera, Light, Material, Scene, Sphere
-from fragtracer.viewer import actions, camera, picking, run
+from fragtracer.viewer import actions, camera, picking, run, settings
+from fragtracer.viewer.display import DisplaySettings
 from fragtracer.viewer.document import Document, History
 from fragtracer.viewer.governor import Governor
 from fragtracer.viewer.panels import lights, materials, objects
@@ -192,6 +193,16 @@ def test_edits_survive_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert ft.load(tmp_path / "fragtracer" / "rescued-mirror.toml").spheres == expected
 
 
+def test_display_is_remembered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    monkeypatch.setattr("sys.platform", "linux")
+    assert settings.remembered_display() == DisplaySettings()
+    settings.remember_display(DisplaySettings(exposure=1.5, tone_curve="agx"))
+    assert settings.remembered_display() == DisplaySettings(exposure=1.5, tone_curve="agx")
+    (tmp_path / "fragtracer" / "viewer.json").write_text("{", "utf-8")
+    assert settings.remembered_display() == DisplaySettings()
+
+
 @dataclass
 class FakeViewer:
     session: Session
@@ -201,11 +212,11 @@ def test_render_command_takes_an_edited_scene_along(tmp_path: Path, monkeypatch:
     monkeypatch.chdir(tmp_path)
     sphere = Scene(materials={"a": Material()}, spheres=(Sphere((0, 0, 0), 1.0, "a"),), name="ball")
     session = Session.of(sphere)
-    settings = replace(session.settings, bounces=9, estimator="nee")
-    session.edit(replace(session.document, scene=replace(sphere, render=settings)), "x")
+    edited = replace(session.settings, bounces=9, estimator="nee")
+    session.edit(replace(session.document, scene=replace(sphere, render=edited)), "x")
     session.camera = camera.orbit(session.camera, 0.5, 0.0)
     words = actions.render_command(session, (300, 200), 64)
     assert words == "fragtracer render ball.toml -o ball.png --size 300x200 --spp 64"
     written = ft.load("ball.toml")
-    assert written.render == settings
+    assert written.render == edited
     assert written.camera == session.camera

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: MIT
 """Shows a film in the window, through shaders/display.frag."""
 
-from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
+from pydantic.dataclasses import dataclass
 
 from fragtracer.gpu.film import Film
 from fragtracer.gpu.program import FullscreenProgram
@@ -39,13 +40,13 @@ class DisplaySettings:
     their scales.
     """
 
-    exposure: float = 0.0
-    gamma: float = 1.0
+    exposure: Annotated[float, Field(ge=-64, le=64)] = 0.0
+    gamma: Annotated[float, Field(gt=0, le=10)] = 1.0
     tone_curve: ToneCurve = "linear"
     view: View = "radiance"
-    wipe: float = 0.5
-    error_range: float = 0.2
-    depth_range: float = 10.0
+    wipe: Annotated[float, Field(ge=0, le=1)] = 0.5
+    error_range: Annotated[float, Field(gt=0)] = 0.2
+    depth_range: Annotated[float, Field(gt=0)] = 10.0
 
 
 class Display:

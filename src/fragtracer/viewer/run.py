@@ -18,7 +18,7 @@ from fragtracer.scene import Scene
 from fragtracer.viewer import camera as cameras
 from fragtracer.viewer.app import Viewer
 from fragtracer.viewer.session import path_of
-from fragtracer.viewer.settings import config_folder
+from fragtracer.viewer.settings import config_folder, remember_display, remembered_display
 
 _LOOK = 3.0  # seconds before the camera turns
 _ORBIT = np.radians(2.0)  # for each frame
@@ -64,8 +64,13 @@ def view(
         if orbit:
             _settle(viewer)
         viewer.times.keeps_all = stats is not None
+        by_hand = frames is None
+        if by_hand:
+            viewer.session.display = remembered_display()
         with rescue(viewer):
             _loop(viewer, frames, orbit)
+        if by_hand:
+            remember_display(viewer.session.display)
         if screenshot is not None:
             save_window(viewer, screenshot)
         if stats is not None:

@@ -17,8 +17,7 @@ _LINE = (0.235, 0.245, 0.270)
 
 
 def apply(scale: float) -> None:
-    """Set fonts, colours and spacing for a monitor whose content is scaled by ``scale``."""
-    _load_font()
+    """Set colours and spacing for a monitor whose content is scaled by ``scale``."""
     style = imgui.get_style()
     imgui.style_colors_dark()
     style.font_scale_dpi = scale
@@ -40,7 +39,8 @@ def apply(scale: float) -> None:
     implot.get_style().plot_padding = imgui.ImVec2(4, 4)
 
 
-def _load_font() -> None:
+def load_font() -> None:
+    """Once, for all scales: imgui draws the letters again in each size that it needs."""
     path = files("imgui_bundle") / "assets" / "fonts" / "Roboto" / "Roboto-Regular.ttf"
     if path.is_file():
         imgui.get_io().fonts.add_font_from_file_ttf(str(path), FONT_SIZE)

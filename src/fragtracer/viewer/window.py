@@ -37,7 +37,9 @@ class Window:
         io.config_flags |= imgui.ConfigFlags_.docking_enable
         io.config_windows_move_from_title_bar_only = True
         io.set_ini_filename(str(ini) if ini else "")
-        theme.apply(self.scale)
+        theme.load_font()
+        self._themed_for = 0.0
+        self._is_shown = False
         imgui.backends.glfw_init_for_opengl(ctypes.cast(self._handle, ctypes.c_void_p).value or 0, True)
         imgui.backends.opengl3_init("#version 330")
         on_drop: Any = self._drop  # glfw's own types are wrong here
@@ -94,6 +96,9 @@ class Window:
     @contextmanager
     def panels(self) -> Iterator[None]:
         """Within the block, imgui calls describe the panels of a frame."""
+        if self.scale != self._themed_for:  # at first, and when the window is taken to another monitor
+            self._themed_for = self.scale
+            theme.apply(self.scale)
         imgui.backends.opengl3_new_frame()
         imgui.backends.glfw_new_frame()
         imgui.new_frame()
@@ -106,6 +111,10 @@ class Window:
         imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
 
     def present(self) -> None:
+        """Show what was drawn; the window itself appears only now, with its first picture."""
+        if not self._is_shown:
+            self._is_shown = True
+            glfw.show_window(self._handle)
         glfw.swap_buffers(self._handle)
 
     def close(self) -> None:
@@ -128,6 +137,7 @@ def _create(title: str, size: tuple[int, int]) -> Any:
             (glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE),
             (glfw.OPENGL_FORWARD_COMPAT, True),
             (glfw.SCALE_TO_MONITOR, True),
+            (glfw.VISIBLE, False),
         ):
             glfw.window_hint(hint, value)
         handle = glfw.create_window(*size, title, None, None)
