@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: MIT
+"""A comparison as one HTML page that needs nothing but itself."""
+
+from pathlib import Path
+from statistics import NormalDist
+from typing import Any
+
+import numpy as np
+
+from fragtracer.compare import charts, numbers, pictures, statistics, words
+from fragtracer.compare.run import Comparison
+from fragtracer.compare.verdict import Scale
+from fragtracer.errors import FragtracerError
+from fragtracer.images import output
+
+_FOLDER = Path(__file__).parent
+_Z_LIMIT = 5.0
+
+
+def write_report(path: str | Path, comparison: Comparison) -> None:
+    """Write the report of ``comparison`` to an .html file.
+
+    Pictures, charts and styles are inside, so the file can be mailed or printed as it is.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+    FragtracerError
+        If Jinja is not installed.
+    """
+    output.check_writable(path, [".html"])
+    text = render_report(comparison)
+    with output.replacing(path) as part:
+        part.write_text(text, "utf-8", newline="\n")
+
+
+def render_report(comparison: Comparison) -> str:
+    """The text of the report."""
+    try:
+        from jinja2 import Environment, FileSystemLoader, StrictUndefined
+    except ImportError as error:
+        raise FragtracerError("Jinja is not installed; pip install 'fragtracer[reference]'") from error
+    loader = FileSystemLoader(_FOLDER)
+    environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True)
+    environment.filters |= {"percent": words.percent, "exact": words.exact, "minus": words.minus}
+    environment.globals |= {"with_error": words.with_error}
+    facts = _facts(comparison) | _pictures(comparison) | {"style": (_FOLDER / "report.css").read_text("utf-8")}
+    return environment.get_template("report.html.jinja").render(facts)
+
+
+def _facts(comparison: Comparison) -> dict[str, Any]:
+    verdict = comparison.verdict
+    return {
+        "comparison": comparison,
+        "verdict": verdict,
+        "measures": comparison.measures,
+        "headline": words.headline(comparison),
+        "reasons": words.reasons(comparison),
+        "bias": float(np.max(verdict.detectable_bias)),
+        "colours": words.COLOURS,
+        "image": _image_rows(comparison),
+        "regions": _region_rows(comparison),
+        "settings": numbers.settings(comparison),
+        "machine": numbers.machine(comparison),
+        "after": comparison.measures.error_after(10),
+        "power": statistics.POWER,
+        "rounding": statistics.ROUNDING,
+    }
+
+
+def _pictures(comparison: Comparison) -> dict[str, Any]:
+    ours, reference = pictures.shown(comparison)
+    difference = pictures.relative_difference(comparison)
+    limit = pictures.round_limit(difference)
+    blocks = comparison.verdict.blocks
+    z = pictures.diverging(blocks.z, _Z_LIMIT)
+    maps = [pictures.enlarged(z[:, :, c], comparison.size) for c in range(3)]
+    return {
+        "ours_picture": pictures.data_uri(ours),
+        "reference_picture": pictures.data_uri(reference),
+        "difference_picture": pictures.data_uri(pictures.diverging(difference, limit)),
+        "difference_legend": charts.legend(100 * limit, " %"),
+        "z_pictures": [pictures.data_uri(picture) for picture in maps],
+        "z_legend": charts.legend(_Z_LIMIT, ""),
+        "histogram": charts.histogram(blocks.z[blocks.pair.error > 0], _critical(blocks)),
+        "critical": _critical(blocks),
+    }
+
+
+def _critical(scale: Scale) -> float:
+    """The magnitude of z from which on a test of ``scale`` finds a difference."""
+    return -NormalDist().inv_cdf(scale.level / 2)
+
+
+def _image_rows(comparison: Comparison) -> list[dict[str, Any]]:
+    """What is known of the mean of each colour."""
+    verdict = comparison.verdict
+    pair = verdict.image.pair
+    columns = {
+        "ours": pair.ours,
+        "reference": pair.reference,
+        "difference": pair.relative_difference,
+        "error": pair.relative_error,
+        "z": verdict.image.z,
+        "p": verdict.image.p,
+        "differs": verdict.image.differs,
+        "equivalent": verdict.equivalent_image[None, None],
+        "bias": verdict.detectable_bias[None, None],
+        "provable": verdict.provable_margin[None, None],
+    }
+    return [{name: values[0, 0, c] for name, values in columns.items()} for c in range(3)]
+
+
+def _region_rows(comparison: Comparison) -> list[dict[str, Any]]:
+    """For each region its place and, for each colour, the difference, its standard error and what it proves."""
+    verdict = comparison.verdict
+    scale = verdict.regions
+    rows, columns, _ = scale.p.shape
+    found = np.where(verdict.judged_regions & verdict.equivalent_regions, "equal", "noisy")
+    found = np.where(verdict.judged_regions & ~verdict.equivalent_regions, "open", found)
+    found = np.where(scale.differs, "differs", found)
+    difference, error = scale.pair.relative_difference, scale.pair.relative_error
+    return [
+        {
+            "place": f"{row + 1}, {column + 1}",
+            "cells": [
+                (difference[row, column, c], error[row, column, c], scale.z[row, column, c], found[row, column, c])
+                for c in range(3)
+            ],
+        }
+        for row in range(rows)
+        for column in range(columns)
+    ]
