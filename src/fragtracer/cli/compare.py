@@ -1,17 +1,64 @@
 # SPDX-License-Identifier: MIT
 """``fragtracer compare`` and ``export-mitsuba``: the same scene in Mitsuba."""
 
+import json as json_format
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, Literal
 
 import typer
 
 from fragtracer.cli.options import SceneArgument, SizeOption, parse_size
 
 
-def compare(scene: SceneArgument, size: SizeOption = None) -> None:
-    """Render SCENE here and in Mitsuba and test whether the two agree."""
-    raise NotImplementedError(scene, parse_size(size))
+def compare(
+    scene: SceneArgument,
+    size: SizeOption = None,
+    spp: Annotated[int | None, typer.Option(min=2, help="Samples per pixel of each side.  [default: 1024]")] = None,
+    batches: Annotated[int, typer.Option(min=2, max=1024, help="Independent pictures of each side.")] = 16,
+    margin: Annotated[float, typer.Option(min=0.001, max=99.0, help="Largest difference that is equal, %.")] = 1.0,
+    seed: Annotated[int, typer.Option(min=0, max=2**32 - 1, help="Other random numbers on both sides.")] = 0,
+    bounces: Annotated[int | None, typer.Option(min=0, max=10000, help="Scattering events on a path.")] = None,
+    light_samples: Annotated[int | None, typer.Option(min=1, max=1024, help="Shadow rays at each vertex.")] = None,
+    geometry: Annotated[
+        Literal["smith", "schlick-beckmann", "karis"] | None, typer.Option(help="Geometry term of the material.")
+    ] = None,
+    variant: Annotated[str | None, typer.Option(help="Mitsuba variant.  [default: llvm_ad_rgb]")] = None,
+    report: Annotated[Path | None, typer.Option(help="Write a report with pictures, .html.")] = None,
+    json: Annotated[Path | None, typer.Option(help="Write all numbers, .json.")] = None,
+) -> None:
+    """Render SCENE here and in Mitsuba and test whether they agree: status 0 yes, 1 no, 2 cannot tell."""
+    from dataclasses import replace
+
+    from fragtracer.cli.progress import comparison_progress
+    from fragtracer.compare import compare_scene, summary, to_json, write_report
+    from fragtracer.images.output import check_writable
+    from fragtracer.scene_file import load
+
+    for path, suffixes in ((report, {".html"}), (json, {".json"})):
+        if path is not None:
+            check_writable(path, suffixes)
+    loaded = load(scene)
+    options: dict[str, Any] = {"bounces": bounces, "light_samples": light_samples, "geometry": geometry}
+    changed = {name: value for name, value in options.items() if value is not None}
+    loaded = replace(loaded, render=replace(loaded.render, **changed))
+    numbers: dict[str, Any] = {} if spp is None else {"spp": spp}
+    with comparison_progress() as progress:
+        comparison = compare_scene(
+            loaded,
+            parse_size(size),
+            batches=batches,
+            seed=seed,
+            margin=margin / 100,
+            variant=variant,
+            progress=progress,
+            **numbers,
+        )
+    print(summary(comparison))
+    if report is not None:
+        write_report(report, comparison)
+    if json is not None:
+        json.write_text(json_format.dumps(to_json(comparison), indent=2) + "\n", encoding="utf-8")
+    raise typer.Exit(comparison.exit_status)
 
 
 def export_mitsuba(

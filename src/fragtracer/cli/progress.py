@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
 from fragtracer import renderer
 
@@ -40,5 +40,20 @@ def render_progress(
                 speed=f"{rate:.1f} Msamples/s",
                 error="" if state.relative_error is None else f"error {100 * state.relative_error:.2g} %",
             )
+
+        yield report
+
+
+@contextmanager
+def comparison_progress() -> Iterator[Callable[[str, float, int], None]]:
+    """A bar for each side of a comparison. Yields what :func:`fragtracer.compare.compare_scene` calls."""
+    columns = (TextColumn("{task.description:12}"), BarColumn(), TextColumn("{task.fields[samples]}"))
+    with Progress(*columns, TimeRemainingColumn(compact=True), console=Console(stderr=True), transient=True) as bars:
+        tasks: dict[str, TaskID] = {}
+
+        def report(side: str, done: float, spp: int) -> None:
+            if side not in tasks:
+                tasks[side] = bars.add_task(side, total=spp, samples="")
+            bars.update(tasks[side], completed=done, samples=f"{done:.0f}/{spp} spp")
 
         yield report

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: MIT
+"""The checks reject every error of tests/mutations.py, planted one at a time in the shader."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mutations import MUTATIONS
+from rendering import Planter
+from scipy import stats
+
+from fragtracer.compare.sides import Side, render_ours, render_reference
+from fragtracer.compare.verdict import judge
+from fragtracer.gpu.probe import probe
+from fragtracer.renderer import Renderer
+from fragtracer.scene import (
+    Ambient,
+    Camera,
+    Light,
+    Material,
+    Plane,
+    Rectangle,
+    RenderSettings,
+    Scene,
+    Sphere,
+    Triangle,
+)
+
+pytest.importorskip("mitsuba", reason="Mitsuba is not installed: nothing to hold the mutations against")
+
+SIZE = (48, 36)
+BATCHES = 16
+SPP = 256 * BATCHES
+
+
+def studio() -> Scene:
+    """Every feature whose breaking must show, in one small picture."""
+    materials = {
+        "floor": Material(albedo=(0.7, 0.65, 0.6), specular=0.0),
+        "plastic": Material(albedo=(0.7, 0.1, 0.1), roughness=0.4),
+        "gold": Material(metal="gold", roughness=0.5),
+        "mirror": Material(albedo=(0.5, 0.5, 0.6), roughness=0.0, f0=0.3),
+        "blue": Material(albedo=(0.2, 0.3, 0.8), roughness=1.0, metallic=0.5),
+        "panel": Material(albedo=0.2, specular=0.0, emission=(3.0, 3.0, 2.0)),
+        "sail": Material(albedo=0.3, specular=0.0, emission=(0.5, 1.0, 1.5)),
+    }
+    spheres = ("plastic", "gold", "mirror", "blue")
+    return Scene(
+        camera=Camera(position=(0.0, 1.6, 4.0), target=(0.0, 0.6, 0.0), fov_degrees=45.0),
+        materials=materials,
+        planes=(Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), "floor"),),
+        spheres=tuple(Sphere((1.1 * i - 1.65, 0.5, -0.2 * i), 0.5, name) for i, name in enumerate(spheres)),
+        rectangles=(Rectangle((-1.0, 2.0, -1.5), (2.0, 0.0, 0.0), (0.0, 0.5, 0.5), "panel"),),
+        triangles=(Triangle(((-2.5, 0.0, 0.5), (-1.5, 0.0, -1.5), (-2.2, 1.5, -0.5)), "sail"),),
+        lights=(Light((1.5, 2.5, 1.5), 0.5, power=60.0), Light((-1.0, 1.5, 2.0), 0.0, power=20.0)),
+        ambient=Ambient(0.1),
+        render=RenderSettings(bounces=4, light_samples=2, russian_roulette_depth=1),
+        name="studio",
+    )
+
+
+@pytest.fixture(scope="module")
+def reference() -> Side:
+    return render_reference(studio(), SIZE, SPP, BATCHES)
+
+
+@pytest.fixture
+def plant(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Planter:
+    return Planter(monkeypatch, tmp_path)
+
+
+def twin_rejects(ctx, reference) -> bool:
+    """Whether the comparison with Mitsuba finds a difference."""
+    ours = render_ours(studio(), SIZE, SPP, BATCHES, context=ctx)
+    return judge(ours.pictures, reference.pictures, non_finite=ours.non_finite).outcome == "disagreement"
+
+
+def count_rejects(ctx, plant) -> bool:
+    """Whether samples made NaN on purpose go uncounted."""
+    plant(
+        "integrator/path.glsl",
+        "    path.radiance += path.throughput * direct;",
+        "    path.radiance += vec3(0.0) / 0.0;",
+    )
+    with Renderer(studio(), (8, 8), context=ctx) as renderer:
+        renderer.sample(4)
+        assert np.isfinite(renderer.image()).all()
+        return renderer.non_finite_samples() == 0
+
+
+def samplers_reject(ctx) -> bool:
+    """Whether points on lights are not spread as their densities say (Kolmogorov and Smirnov, Šidák over 3)."""
+    includes = [f"core/{name}.glsl" for name in ("constants", "math", "frame", "warp")] + ["emitter/sphere_light.glsl"]
+    body = """
+        vec4 light = sphere_light_sample(vec3(0.0, 3.0, 0.0), 1.0, vec3(0.0), u);
+        height = (1.0 - light.y) / sphere_light_one_minus_cos(vec3(0.0, 3.0, 0.0), 1.0, vec3(0.0));
+        weights = square_to_triangle(u);"""
+    u = np.random.default_rng(1).random((100_000, 2))
+    found = probe(ctx, includes, body, {"u": u}, {"height": 1, "weights": 2})
+    # Uniform in the cone: 1 - cos is uniform. Uniform in the triangle: each weight has the density 2 (1 - w).
+    p = [stats.kstest(found["height"], "uniform").pvalue]
+    p += [stats.kstest(1 - (1 - weight) ** 2, "uniform").pvalue for weight in found["weights"].T]
+    return min(p) < 1 - (1 - 1e-4) ** (1 / 3)
+
+
+def rejecting(ctx, reference, plant) -> list[str]:
+    """The names of the checks that find something."""
+    checks = {"comparison with Mitsuba": twin_rejects(ctx, reference), "spread of light samples": samplers_reject(ctx)}
+    checks["count of samples that are not finite"] = count_rejects(ctx, plant)
+    return [name for name, found in checks.items() if found]
+
+
+def test_the_checks_pass_without_a_mutation(ctx, reference, plant):
+    assert not rejecting(ctx, reference, plant)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("mutation", MUTATIONS, ids=[mutation.name for mutation in MUTATIONS])
+def test_a_mutation_is_rejected(ctx, reference, plant, mutation):
+    plant(mutation.file, mutation.text, mutation.replacement)
+    assert rejecting(ctx, reference, plant)

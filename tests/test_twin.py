@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: MIT
+"""Every bundled scene and every setting that changes the light agrees with its twin in Mitsuba.
+
+The long form of this table, with finer margins, is docs/correctness.md (scripts/correctness.py).
+"""
+
+from dataclasses import replace
+
+import pytest
+
+from fragtracer.compare.sides import render_ours, render_reference
+from fragtracer.compare.verdict import judge
+from fragtracer.scene_file import bundled, load
+
+pytest.importorskip("mitsuba", reason="Mitsuba is not installed: there is no twin")
+pytestmark = pytest.mark.slow
+
+SPECULAR = ("three-spheres", "mirror", "roughness-grid")
+CASES = [(name, {}) for name in bundled()]
+CASES += [(name, {"geometry": geometry}) for name in SPECULAR for geometry in ("schlick-beckmann", "karis")]
+CASES += [
+    (name, {"bounces": bounces, "light_samples": light_samples})
+    for name in ("three-spheres", "three-spheres-ambient", "cornell-box")
+    for bounces, light_samples in ((0, 1), (1, 1), (1, 8), (2, 8), (10, 1))
+]
+CASES += [("three-spheres", {"estimator": "bsdf"}), ("cornell-box", {"estimator": "nee"})]
+CASES += [("red-bounce", {"pixel_filter": kind}) for kind in ("tent", "gaussian")]
+
+SIZE, BATCHES, SPP = (48, 36), 16, 1024
+LEVEL = 0.01 / len(CASES)
+RESOLUTION = 0.04  # a bias of the whole picture that would be seen in each case, most likely a much smaller one
+
+
+@pytest.mark.parametrize(("name", "settings"), CASES, ids=[f"{n}-{list(s.values())}" for n, s in CASES])
+def test_a_scene_agrees_with_its_twin(ctx, name, settings):
+    scene = load(name)
+    scene = replace(scene, render=replace(scene.render, **settings))
+    reference = render_reference(scene, SIZE, SPP, BATCHES)
+    ours = render_ours(scene, SIZE, SPP, BATCHES, context=ctx)
+    verdict = judge(ours.pictures, reference.pictures, alpha=LEVEL, non_finite=ours.non_finite)
+    assert verdict.outcome != "disagreement", (verdict.differing, verdict.image.pair.relative_difference)
+    assert verdict.detectable_bias.max() < RESOLUTION
