@@ -3,7 +3,7 @@
 
 import time
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 import moderngl
 
@@ -20,7 +20,7 @@ class DrawTimer:
     def __init__(self, ctx: moderngl.Context, gpu_clock: bool | None = None) -> None:
         self.gpu_clock = not is_software(ctx) if gpu_clock is None else gpu_clock
         self.seconds = 0.0
-        self._query = ctx.query(time=True) if self.gpu_clock else None
+        self._query: Any = ctx.query(time=True) if self.gpu_clock else None
         self._start = 0.0
 
     def __enter__(self) -> Self:
