@@ -12,7 +12,8 @@ from PIL import Image
 from fragtracer.compare import pictures, to_json, words, write_report, write_side_by_side
 from fragtracer.compare.report import render_report
 from fragtracer.errors import FragtracerError, OutputError
-from tests.compare.conftest import HEIGHT, WIDTH
+
+from .conftest import HEIGHT, WIDTH
 
 VOID = {"meta", "img", "link", "br"}
 

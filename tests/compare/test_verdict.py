@@ -6,7 +6,8 @@ import pytest
 from scipy import stats
 
 from fragtracer.compare.verdict import ALPHA, judge
-from tests.compare.conftest import BATCHES, HEIGHT, WIDTH, noisy
+
+from .conftest import BATCHES, HEIGHT, WIDTH, noisy
 
 
 def outcomes(make, runs: int, **options) -> list[str]:
