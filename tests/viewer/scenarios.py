@@ -205,6 +205,16 @@ def saves_images() -> None:
         assert "fragtracer render three-spheres" in viewer.session.toast
 
 
+def stops_at_a_target_error() -> None:
+    """Refining ends when the error is as small as was asked for, and not before."""
+    with opened("mirror", (560, 340)) as viewer:
+        hand = Hand(viewer)
+        viewer.session.target_error = 0.05
+        hand.until(lambda: viewer.is_done, "the target")
+        assert viewer.renderer.relative_error() <= 0.05
+        assert viewer.renderer.spp >= 4
+
+
 def survives_sizes() -> None:
     """Small and large windows, and a minimised one."""
     with opened() as viewer:

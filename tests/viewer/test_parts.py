@@ -18,6 +18,7 @@ from fragtracer.viewer.document import Document, History
 from fragtracer.viewer.governor import Governor
 from fragtracer.viewer.panels import lights, materials, objects
 from fragtracer.viewer.session import Session
+from fragtracer.viewer.statistics import FilmStatistics
 
 CAMERA = Camera(position=(1.0, 2.0, 5.0), target=(0.2, 0.5, -0.3), fov_degrees=50.0)
 
@@ -220,3 +221,28 @@ def test_render_command_takes_an_edited_scene_along(tmp_path: Path, monkeypatch:
     written = ft.load("ball.toml")
     assert written.render == edited
     assert written.camera == session.camera
+
+
+class FakeFilm:
+    """Every pixel has the same mean and variance; those of the upper half are not all finite."""
+
+    size = (4, 64)
+
+    def __init__(self, spp: int, mean: float, variance: float) -> None:
+        self._pixels = np.array([mean] * 3 + [spp]), np.array([variance] * 3 + [0])
+
+    def read_rows(self, bottom: int, rows: int) -> tuple[np.ndarray, np.ndarray]:
+        mean, variance = (np.tile(p.astype(np.float32), (rows, 4, 1)) for p in self._pixels)
+        variance[np.arange(bottom, bottom + rows) >= 32, :, 3] = 2
+        return mean, variance
+
+
+@pytest.mark.parametrize(("spp", "mean", "error"), [(0, 0.0, None), (1, 1.0, None), (101, 2.0, 0.05), (9, 0.0, None)])
+def test_film_statistics_are_those_of_the_film(spp: int, mean: float, error: float | None) -> None:
+    found = FilmStatistics()
+    for _ in range(15):
+        found.look(FakeFilm(spp, mean, 1.0))
+    assert found.relative_error is None, "not before all of it was read"
+    found.look(FakeFilm(spp, mean, 1.0))
+    assert found.relative_error == (None if error is None else pytest.approx(error))
+    assert found.non_finite == 2 * 4 * 32

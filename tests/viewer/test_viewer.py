@@ -18,6 +18,7 @@ NAMES = (
     "reloads_shaders",
     "opens_and_reloads_files",
     "saves_images",
+    "stops_at_a_target_error",
     "survives_sizes",
     "shows_help_and_hides",
     "drags_a_gizmo",

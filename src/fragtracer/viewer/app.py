@@ -75,7 +75,6 @@ class Viewer:
         self._gl_renderer = renderer.context_info["GL renderer"]
         self._shader_problem = ""
         self._active_at = time.perf_counter()
-        self._spp_looked = -1
 
     @property
     def is_open(self) -> bool:
@@ -115,7 +114,9 @@ class Viewer:
         self._sync(area)
         self._compare()
         traced = self._refine()
-        if not self.refiner.is_moving and self.renderer.spp != self._spp_looked:
+        if self.refiner.is_moving:
+            self.film_statistics.forget()
+        elif self.renderer.spp > 1:
             self.film_statistics.look(self.renderer.film)
         self._draw(self.context.detect_framebuffer(0))
         self.window.present()
@@ -290,7 +291,6 @@ class Viewer:
         self.rectangle = (round(area.x * scale), height - round(area.y * scale) - size[1], *size)
         self.refiner.resize(size)
         session = self.session
-        before = self.renderer.spp
         try:
             if session.version != self._seen_version:
                 self._seen_version = session.version
@@ -302,8 +302,6 @@ class Viewer:
                 self.refiner.look(session.camera)
         except ShaderError as error:
             self._shader_problem = str(error)
-        if self.refiner.is_moving and self.renderer.spp <= before:
-            self.film_statistics.forget()
 
     def _gathered(self) -> str:
         view = self.session.display.view

@@ -17,7 +17,7 @@ class FilmStatistics:
     """Error and faults of a film, read a slice at a time: exact for the samples up to the last round."""
 
     def __init__(self) -> None:
-        self.relative_error: float | None = None  # mean standard error over mean radiance
+        self.relative_error: float | None = None  # mean standard error over mean radiance, once known
         self.non_finite = 0
         self._slice = 0
         self._mean = self._error = 0.0
@@ -35,7 +35,9 @@ class FilmStatistics:
             self._add(*film.read_rows(bottom, top - bottom))
         self._slice += 1
         if self._slice == _SLICES:
-            self.relative_error = self._error / self._mean if self._mean > 0 else 0.0
+            black = 0.0 if self._error == 0 else np.inf
+            error = self._error / self._mean if self._mean > 0 else black
+            self.relative_error = error if np.isfinite(error) else None
             self.non_finite = self._faults
             self._slice, self._mean, self._error, self._faults = 0, 0.0, 0.0, 0
 
