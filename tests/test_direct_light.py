@@ -1,0 +1,216 @@
+# SPDX-License-Identifier: MIT
+"""Direct light on a matte floor, against the form factors of lights of every kind."""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from typing import Any, TypeVar
+
+import numpy as np
+import pytest
+from agreement import assert_mean
+from numpy.typing import NDArray
+from rendering import ESTIMATORS, Planter, rendered
+from scene_builders import Vector, lambert, rectangle, stare, triangles_of
+
+from fragtracer.scene import Light, Plane, Rectangle, Scene, Sphere
+
+T = TypeVar("T")
+
+# The floor is seen at the origin, from low above it so that no light is in the way.
+FLOOR_ALBEDO = (0.2, 0.5, 0.9)
+EYE = (0.0, 0.3, 6.0)
+# Rays start a few 1e-5 m above the floor, so that it does not shade itself: that much nearer the light.
+LIFT = 1e-4
+RADIANCE = (3.0, 1.0, 0.2)
+
+
+def floor_under(**lights: Any) -> Scene:
+    materials = {"floor": lambert(FLOOR_ALBEDO), "lamp": lambert(0.0, RADIANCE)}
+    floor = Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), "floor")
+    return Scene(stare((0.0, 0.0, 0.0), EYE), materials, planes=[floor], **lights)
+
+
+def floor_radiance(irradiance: Any) -> NDArray[np.float64]:
+    return np.multiply(FLOOR_ALBEDO, irradiance) / np.pi
+
+
+def sphere_form(center: Vector, radius: float) -> float:
+    """Irradiance at the origin, facing up, by a sphere of radiance 1 that lies above the horizon."""
+    distance = float(np.linalg.norm(center))
+    return float(np.pi * (radius / distance) ** 2 * center[1] / distance)
+
+
+def polygon_form(vertices: Sequence[Vector]) -> float:
+    """The same by a flat polygon (Lambert 1760): half the sum of its edges' angles, each times the
+    height of its plane's normal."""
+    total = 0.0
+    for a, b in zip(vertices, (*vertices[1:], vertices[0]), strict=True):
+        normal = np.cross(a, b)
+        angle = np.arctan2(np.linalg.norm(normal), np.dot(a, b))
+        total += angle * normal[1] / np.linalg.norm(normal)
+    return abs(total) / 2
+
+
+BALLS = (
+    ((0.0, 1.0, 0.0), 0.5),
+    ((0.0, 3.0, 0.0), 0.01),
+    ((2.0, 1.0, 0.0), 0.6),
+    ((0.0, 1.05, 0.0), 1.0),
+    ((-40.0, 90.0, 0.0), 30.0),
+)
+
+
+def with_estimators(cases: Iterable[T], small: Callable[[T], bool]) -> list[tuple[str, T]]:
+    """Each case with each estimator, but those with a small light not where it must be met by chance."""
+    return [(e, case) for e in ESTIMATORS for case in cases if e != "bsdf" or not small(case)]
+
+
+@pytest.mark.parametrize(("estimator", "ball"), with_estimators(BALLS, lambda ball: ball[1] < 0.1))
+def test_floor_under_a_spherical_light(ctx, estimator, ball):
+    form = sphere_form(*ball)
+    image = rendered(ctx, floor_under(lights=[Light(*ball, radiance=RADIANCE)]), 256, estimator=estimator)
+    assert_mean(image, floor_radiance(np.multiply(RADIANCE, form)), 0.02 if estimator == "bsdf" else 0.002, LIFT)
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_floor_under_a_light_that_the_horizon_cuts(ctx, estimator):
+    """A ball half of which is under the floor: the integral of the cosine over half a cone."""
+    half_angle = np.arcsin(1 / 1.5)
+    form = half_angle - np.sin(half_angle) * np.cos(half_angle)
+    light = Light((1.5, 0.0, 0.0), 1.0, radiance=RADIANCE)
+    image = rendered(ctx, floor_under(lights=[light]), 1024, estimator=estimator)
+    assert_mean(image, floor_radiance(np.multiply(RADIANCE, form)), 0.005, LIFT)
+
+
+RECTANGLES = {
+    "overhead": rectangle((0.0, 1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), "lamp"),
+    "aside": rectangle((2.0, 1.5, -0.5), (1.0, 0.0, 0.0), (0.0, 0.0, 2.0), "lamp"),
+    "tilted": rectangle((-3.0, 1.5, -1.0), (1.0, 0.5, 0.0), (-0.5, 1.0, 1.5), "lamp"),
+    "wall": rectangle((0.0, 1.2, -1.0), (1.8, 0.0, 0.0), (0.0, 2.0, 0.0), "lamp"),
+    "sky": rectangle((0.0, 1.0, 0.0), (8.0, 0.0, 0.0), (0.0, 0.0, 8.0), "lamp"),
+    "stamp": rectangle((0.0, 5.0, 1.0), (0.02, 0.0, 0.0), (0.0, 0.0, 0.02), "lamp"),
+}
+
+
+def corners(r: Rectangle) -> list[Vector]:
+    a, u, v = (np.asarray(x) for x in (r.corner, r.edge_u, r.edge_v))
+    return [tuple(a), tuple(a + u), tuple(a + u + v), tuple(a + v)]
+
+
+@pytest.mark.parametrize("shape", ["rectangles", "triangles"])
+@pytest.mark.parametrize(("estimator", "name"), with_estimators(RECTANGLES, lambda name: name == "stamp"))
+def test_floor_under_a_flat_light(ctx, estimator, name, shape):
+    lamp = RECTANGLES[name]
+    vertices, lamps = corners(lamp), {"rectangles": [lamp]}
+    if shape == "triangles":
+        vertices, lamps = vertices[:3], {"triangles": triangles_of(lamp)[:1]}
+    form = polygon_form(vertices)
+    image = rendered(ctx, floor_under(**lamps), 1024 if estimator == "bsdf" else 256, estimator=estimator)
+    assert_mean(image, floor_radiance(np.multiply(RADIANCE, form)), 0.02 if estimator == "bsdf" else 0.01, LIFT)
+
+
+@pytest.mark.parametrize("position", [(0.0, 1.0, 0.0), (0.0, 30.0, 0.0), (-2.0, 1.0, 1.0)])
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_floor_under_a_point_light(ctx, position, estimator):
+    """Without noise: power / (4 pi d²) cos theta. No estimator can meet a point by chance, so all sample it."""
+    power = (10.0, 20.0, 5.0)
+    distance = np.linalg.norm(position)
+    irradiance = np.multiply(power, position[1] / distance) / (4 * np.pi * distance**2)
+    image = rendered(ctx, floor_under(lights=[Light(position, power=power)]), 8, estimator=estimator)
+    np.testing.assert_allclose(image, np.broadcast_to(floor_radiance(irradiance), image.shape), rtol=LIFT)
+
+
+@pytest.mark.parametrize("light_samples", [1, 5])
+@pytest.mark.parametrize("estimator", ["nee", "mis"])
+def test_floor_under_many_lights(ctx, light_samples, estimator):
+    """Lights of every kind add up, whatever the chance with which each is chosen."""
+    lamps = [RECTANGLES["aside"], RECTANGLES["wall"], *triangles_of(RECTANGLES["tilted"])]
+    balls = [((0.5, 2.0, 0.8), 0.3), ((-1.5, 0.9, 0.5), 0.2)]
+    power, point = (4.0, 1.0, 0.1), (0.2, 0.8, 0.4)
+    scene = floor_under(
+        rectangles=lamps[:2],
+        triangles=lamps[2:],
+        spheres=[Sphere(*balls[0], "lamp")],
+        lights=[Light(*balls[1], radiance=RADIANCE), Light(point, power=power)],
+    )
+    form = sum(sphere_form(*ball) for ball in balls)
+    form += sum(polygon_form(corners(RECTANGLES[name])) for name in ("aside", "wall", "tilted"))
+    by_point = np.multiply(power, point[1] / np.linalg.norm(point) ** 3 / (4 * np.pi))
+    image = rendered(ctx, scene, 1024, estimator=estimator, light_samples=light_samples)
+    assert_mean(image, floor_radiance(np.multiply(RADIANCE, form) + by_point), 0.01, LIFT)
+
+
+@pytest.mark.parametrize(("estimator", "radius"), with_estimators((0.0, 1e-3, 0.1, 0.5, 0.9), lambda r: 0 < r < 0.1))
+def test_power_does_not_depend_on_radius(ctx, estimator, radius):
+    """A ball of power P above a floor at distance d gives it P / (4 pi d²), however large the ball."""
+    power, height = (10.0, 20.0, 5.0), 1.2
+    scene = floor_under(lights=[Light((0.0, height, 0.0), radius, power=power)])
+    image = rendered(ctx, scene, 256, estimator=estimator)
+    expected = floor_radiance(np.divide(power, 4 * np.pi * height**2))
+    assert_mean(image, expected, 0.05 if estimator == "bsdf" and radius else 0.002, LIFT)
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_a_lamp_lights_only_what_is_before_it(ctx, estimator):
+    """The floor under the back of a lamp, and the floor above the top of a sphere of light, stay black."""
+    lamp = replace(RECTANGLES["overhead"], edge_u=(0.0, 0.0, 1.0), edge_v=(1.0, 0.0, 0.0))
+    below = {"lights": [Light((0.0, -2.0, 0.0), 1.0, radiance=RADIANCE)]}
+    for lights in ({"rectangles": [lamp]}, {"triangles": triangles_of(lamp)}, below):
+        assert not rendered(ctx, floor_under(**lights), 64, bounces=1, estimator=estimator).any()
+
+
+def _check_floor(ctx, estimator: str, **light: Any) -> None:
+    """As test_floor_under_a_spherical_light: a light from aside, near and large."""
+    center, radius = (1.2, 1.0, 0.0), 0.8
+    scene = floor_under(lights=[Light(center, radius, radiance=RADIANCE)])
+    image = rendered(ctx, scene, 256, estimator=estimator, **light)
+    assert_mean(image, floor_radiance(np.multiply(RADIANCE, sphere_form(center, radius))), 0.005, LIFT)
+
+
+def _check_flat(ctx) -> None:
+    image = rendered(ctx, floor_under(rectangles=[RECTANGLES["tilted"]]), 256, estimator="nee")
+    form = polygon_form(corners(RECTANGLES["tilted"]))
+    assert_mean(image, floor_radiance(np.multiply(RADIANCE, form)), 0.005, LIFT)
+
+
+# Errors that the tests above must find: file, text, what stands there instead, and the check.
+PLANTED = {
+    "cosine forgotten": (
+        *("bsdf/cook_torrance.glsl", "b.diffuse * (wi.z * INVERSE_PI)", "b.diffuse * INVERSE_PI"),
+        lambda ctx: _check_floor(ctx, "nee"),
+    ),
+    "lobe 1 % too bright": (
+        *("bsdf/cook_torrance.glsl", "b.diffuse * (wi.z * INVERSE_PI)", "b.diffuse * (1.01 * wi.z * INVERSE_PI)"),
+        lambda ctx: _check_floor(ctx, "mis"),
+    ),
+    "light counted twice": (
+        *("integrator/path.glsl", "power_heuristic(path.pdf, float(u_light_samples) * light_pdf)", "1.0"),
+        lambda ctx: _check_floor(ctx, "mis"),
+    ),
+    "weights without the number of light samples": (
+        *("integrator/path.glsl", "power_heuristic(path.pdf, float(u_light_samples) * light_pdf)"),
+        *("power_heuristic(path.pdf, light_pdf)", lambda ctx: _check_floor(ctx, "mis", light_samples=4)),
+    ),
+    "cone 1 % too wide": (
+        *("core/warp.glsl", "u.y * one_minus_cos_max", "u.y * 1.01 * one_minus_cos_max"),
+        lambda ctx: _check_floor(ctx, "nee"),
+    ),
+    "cosine at the lamp forgotten": (
+        *("emitter/area_light.glsl", "square(distance) / (cos_theta * area)", "square(distance) / area", _check_flat),
+    ),
+    "area of the lamp 1 % too large": (
+        *("emitter/area_light.glsl", "(cos_theta * area)", "(cos_theta * 1.01 * area)", _check_flat),
+    ),
+    "chance of the light forgotten": (
+        *("emitter/light.glsl", "s.pdf *= light.probability;", "s.pdf *= 1.0;"),
+        lambda ctx: test_floor_under_many_lights(ctx, 1, "nee"),
+    ),
+}
+
+
+@pytest.mark.parametrize(("file", "text", "replacement", "check"), PLANTED.values(), ids=PLANTED)
+def test_planted_error_is_found(ctx, monkeypatch, tmp_path, file, text, replacement, check):
+    check(ctx)
+    Planter(monkeypatch, tmp_path)(file, text, replacement)
+    with pytest.raises(AssertionError):
+        check(ctx)
