@@ -99,11 +99,11 @@ def rescue(viewer: Viewer) -> Iterator[None]:
         yield
     except Exception as error:
         path = _rescued(viewer)
-        raise FragtracerError(
-            f"the viewer cannot go on: {error}" + (f"; the scene is in {path}" if path else "")
-        ) from error
-    if path := _rescued(viewer):
-        print(f"fragtracer: the edits that were not saved are in {path}", file=sys.stderr)
+        place = f"; the scene is in {path}" if path else ""
+        raise FragtracerError(f"the viewer cannot go on: {error}{place}") from error
+    finally:
+        if path := _rescued(viewer):
+            print(f"fragtracer: the edits that were not saved are in {path}", file=sys.stderr)
 
 
 def _rescued(viewer: Viewer) -> Path | None:
