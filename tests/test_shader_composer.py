@@ -208,9 +208,14 @@ def test_constants_take_the_place_of_uniforms(ctx: moderngl.Context) -> None:
 
 
 def test_only_the_named_uniforms_are_frozen(tmp_path: Path) -> None:
-    text = "uniform highp float u_a;  // said\nuniform float u_b;\nfloat u_a_local = 1.0;"
-    lines = composed(tmp_path, {"main.glsl": text}, constants={"u_a": 0.5}).text.splitlines()[-3:]
-    assert lines == ["const float u_a = float(0.5);  // said", "uniform float u_b;", "float u_a_local = 1.0;"]
+    text = "uniform highp float u_a;  // said\nuniform float u_b;\nfloat u_a_local = 1.0;\nuniform uint u_c;"
+    lines = composed(tmp_path, {"main.glsl": text}, constants={"u_a": 0.5, "u_c": 2**31}).text.splitlines()[-4:]
+    assert lines == [
+        "const float u_a = float(0.5);  // said",
+        "uniform float u_b;",
+        "float u_a_local = 1.0;",
+        "const uint u_c = uint(2147483648u);",
+    ]
 
 
 # --- Every program that scenes ask for is valid in both languages.
@@ -294,10 +299,10 @@ def tracer_source(packed: PackedScene, language: str, switches: Mapping[str, int
 
 @functools.cache
 def covering_programs(candidates: int) -> list[tuple[PackedScene, dict[str, int]]]:
-    """Of random programs, those with two features together that none before them has."""
+    """Those of nothing at all, and of random ones those with two features together that none before has."""
     rng = random.Random(1)
     seen: set[Any] = set()
-    chosen = []
+    chosen = [(pack(Scene(), RenderSettings(), 64, 48, baked), {}) for baked in (False, True)]
     for _ in range(candidates):
         packed, switches = random_program(rng)
         # Counts beyond 3 and the number of texels change no code, only numbers in it.

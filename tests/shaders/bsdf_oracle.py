@@ -7,9 +7,10 @@ Arguments broadcast; directions are (..., 3), local, with z = normal.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Floats = NDArray[np.floating]
+from . import Floats
+
 Direction = tuple[float, float, float]
 
 REC_709 = np.array([0.2126, 0.7152, 0.0722])

@@ -5,15 +5,13 @@ from collections.abc import Mapping
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 
 from fragtracer.gpu.probe import probe
 from fragtracer.shader_composer import CONSTANTS
 
+from . import Floats
 from .bsdf_oracle import Direction, Material
 from .includes import BSDF
-
-Floats = NDArray[np.floating]
 
 WHITE = (1.0, 1.0, 1.0)
 MATERIALS = {

@@ -10,12 +10,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 
+from . import Floats
 from .domains import Domain
-
-Floats = NDArray[np.floating]
 
 LEVEL = 1e-3  # chance that a test fails although all its samplers are right
 _SMALLEST = 10.0  # expected samples in a cell; cells with fewer count together as one
@@ -42,8 +40,8 @@ def fit(
     points: Floats,
     pdf: Callable[[Floats], Floats],
     missing: int = 0,
-    cells: tuple[int, int] = (16, 16),
-    order: tuple[int, int] = (8, 12),
+    cells: tuple[int, int] = (12, 8),
+    order: tuple[int, int] = (8, 16),
 ) -> Fit:
     """Compare ``points`` (n, k), and ``missing`` further samples that are none, with ``pdf``."""
     inside = cell_integrals(domain, pdf, cells, order)

@@ -2,13 +2,11 @@
 """Where rays meet the shapes of a scene, one by one and in float64."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fragtracer.scene import Plane, Rectangle, Scene, Sphere, Triangle
 
-from . import shape_oracle
+from . import Floats, shape_oracle
 
-Floats = NDArray[np.floating]
 Shape = Sphere | Plane | Rectangle | Triangle
 
 

@@ -5,13 +5,13 @@ from collections.abc import Mapping
 
 import moderngl
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from fragtracer.gpu.probe import probe
 from fragtracer.packing import PackedScene
 from fragtracer.scene import Camera, Light, Material, Plane, Rectangle, Scene, Sphere, Triangle
 
-Floats = NDArray[np.floating]
+from . import Floats
 
 _SCENE_WIDTH = 4096  # texels, as the generated layout reads them
 

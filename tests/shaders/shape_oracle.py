@@ -6,9 +6,9 @@ larger by that many metres, to ask what a rounding error may see.
 """
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Floats = NDArray[np.floating]
+from . import Floats
 
 
 def sphere(center: ArrayLike, radius: ArrayLike, origin: Floats, direction: Floats) -> Floats:

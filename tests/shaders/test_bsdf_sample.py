@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from . import bsdf_oracle
+from . import Floats, bsdf_oracle
 from .bsdf_oracle import Direction, Material
-from .bsdf_probe import ALPHAS, DEGREES, MATERIALS, TERMS, Floats, run
+from .bsdf_probe import ALPHAS, DEGREES, MATERIALS, TERMS, run
 from .chi_square import assert_fits, assert_likely, fit, nodes
 from .directions import direction
 from .domains import Reflections

@@ -9,9 +9,9 @@ import pytest
 
 from fragtracer import scene
 
-from . import bsdf_oracle
+from . import Floats, bsdf_oracle
 from .bsdf_oracle import Material
-from .bsdf_probe import ALPHAS, DEGREES, MATERIALS, TERMS, WHITE, Floats, run
+from .bsdf_probe import ALPHAS, DEGREES, MATERIALS, TERMS, WHITE, run
 from .chi_square import nodes
 from .directions import direction, upper_directions
 from .domains import Reflections

@@ -9,10 +9,10 @@ from fragtracer.gpu.probe import probe
 from fragtracer.packing import camera_uniforms
 from fragtracer.scene import Camera
 
+from . import Floats
 from .chi_square import assert_fits, fit
 from .domains import Disk
 from .includes import CAMERA
-from .scene_probe import Floats
 
 ORIGIN = np.array([0.25, -1.5, 3.0])  # of the packed scene
 CORNERS = np.array([(x, y) for x in (-1, 0, 1) for y in (-1, 0, 1)], np.float64)

@@ -7,8 +7,8 @@ import pytest
 
 from fragtracer.gpu.probe import probe
 
+from . import Floats
 from .includes import CORE
-from .scene_probe import Floats
 
 SAMPLES = 1 << 16
 _WIDTH = 1024

@@ -68,7 +68,7 @@ def _pdf(ctx: moderngl.Context, alpha: float, wo: tuple[float, float, float], wh
 
 @pytest.mark.parametrize("alpha", ALPHAS)
 def test_visible_normals_have_their_density(ctx: moderngl.Context, alpha: float) -> None:
-    u = np.random.default_rng(2).random((1 << 18, 2), np.float32)
+    u = np.random.default_rng(2).random((1 << 19, 2), np.float32)
     fits = {}
     for degrees in DEGREES:
         wo = direction(degrees)

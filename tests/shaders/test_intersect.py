@@ -8,11 +8,11 @@ import pytest
 from fragtracer.packing import pack
 from fragtracer.scene import Material, Rectangle, Scene, Sphere, Triangle
 
-from . import shape_oracle
+from . import Floats, shape_oracle
 from .directions import random_directions
 from .includes import SHAPE
 from .scene_oracle import bounds, plane_of, shapes_of
-from .scene_probe import Floats, camera_on, random_scene, scene_probe
+from .scene_probe import camera_on, random_scene, scene_probe
 
 COUNT = 1 << 12
 MISS = 1e30

@@ -11,12 +11,12 @@ from fragtracer.gpu.probe import probe
 from fragtracer.packing import PackedScene, pack
 from fragtracer.scene import Camera, Light, Material, Rectangle, Scene, Sphere, Triangle
 
-from . import domains
+from . import Floats, domains
 from .chi_square import assert_fits, assert_uniform, fit
 from .directions import direction
-from .includes import EMITTER
+from .includes import CORE, EMITTER
 from .scene_oracle import bounds, shapes_of
-from .scene_probe import Floats, random_scene, scene_probe
+from .scene_probe import random_scene, scene_probe
 
 SAMPLE = (
     "LightSample s = light_sample(o, u); wi = vec4(s.wi, s.distance); pdf = vec3(s.pdf, float(s.delta), s.primitive);"
@@ -199,7 +199,7 @@ def test_points_are_uniform_over_the_area(ctx: moderngl.Context, kind: str) -> N
     place = rng.random((1 << 18, 2), np.float32)
     coordinates = "square_to_triangle(place)" if kind == "triangle" else "place"
     edges = ", ".join(f"vec3{tuple(v.tolist())}" for v in (corner, u_edge, v_edge, origin))
-    includes = ["core/constants.glsl", "core/math.glsl", "core/warp.glsl", "emitter/area_light.glsl"]
+    includes = [*CORE, "emitter/area_light.glsl"]
     body = f"point = area_light_sample({edges}, {coordinates}); pdf = area_light_pdf(2.5, point.w, 0.4);"
     result = probe(ctx, includes, body, {"place": place}, {"point": 4, "pdf": 1})
     wi, distance = result["point"][:, :3].astype(np.float64), result["point"][:, 3].astype(np.float64)

@@ -10,10 +10,10 @@ import pytest
 from fragtracer.gpu.probe import probe
 from fragtracer.shader_composer import CONSTANTS
 
+from . import Floats
 from .chi_square import assert_fits, fit
 from .domains import Box, Domain, GaussianPlane
 from .includes import CORE
-from .scene_probe import Floats
 
 SIGMA = 0.5
 

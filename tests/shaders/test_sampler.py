@@ -13,10 +13,10 @@ from fragtracer.gpu.tracer import _upload_random_texture
 from fragtracer.random_texture import LAYERS, WIDTH
 from fragtracer.shader_composer import CONSTANTS
 
+from . import Floats
 from .chi_square import assert_uniform
 from .includes import SAMPLER
 
-Floats = NDArray[np.floating]
 Integers = NDArray[np.integer]
 
 KINDS = ["TEXTURE", "HASH"]

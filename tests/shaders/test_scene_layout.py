@@ -12,8 +12,9 @@ from fragtracer.packing import RECORDS, PackedScene, pack
 from fragtracer.scene import Scene
 from fragtracer.shader_composer import CONSTANTS
 
+from . import Floats
 from .includes import CORE
-from .scene_probe import Floats, random_scene, scene_probe
+from .scene_probe import random_scene, scene_probe
 
 LAYOUT = [*CORE, "generated/scene_layout.glsl"]
 WIDTHS = {"int": 1, "float": 1, "vec3": 3, "vec4": 4}

@@ -8,15 +8,12 @@ to about 1e-7 s, so a shape of radius r at distance d is known to a few 1e-7 (r 
 import moderngl
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from fragtracer.gpu.probe import probe
 
-from . import shape_oracle
+from . import Floats, shape_oracle
 from .directions import random_directions
 from .includes import CORE
-
-Floats = NDArray[np.floating]
 
 SHAPES = [*CORE, *(f"shape/{name}.glsl" for name in ("ray", "sphere", "plane", "rectangle", "triangle"))]
 COUNT = 1 << 14

@@ -38,7 +38,8 @@ def test_samples_have_the_density(
 
     u = np.random.default_rng(1).random((1 << 20, 2), np.float32)
     point = probe(ctx, CORE, f"point = {name}(u{arguments});", {"u": u}, {"point": width})["point"]
-    assert_fits({name: fit(domain, point, pdf)})
+    # Few cells, for a wrong density that is only a little aslant.
+    assert_fits({name: fit(domain, point, pdf, cells=(8, 8))})
 
 
 @pytest.mark.parametrize(("name", "width", "arguments", "pdf_arguments", "domain"), WARPS, ids=IDS)
