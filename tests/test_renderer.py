@@ -218,7 +218,7 @@ def test_samples_that_are_not_finite_are_counted(ctx, monkeypatch, tmp_path, val
     sample = f"(index % 4u == 1u ? path.radiance + {channel.format(value)} : path.radiance)"
     Planter(monkeypatch, tmp_path)("pathtracer.frag", "film_add(film, path.radiance);", f"film_add(film, {sample});")
     scene = Scene(Camera(), ambient=Ambient((0.1, 0.2, 0.3)))
-    with Renderer(scene, SIZE, context=ctx, rays=7) as renderer:
+    with Renderer(scene, SIZE, context=ctx, rays=2) as renderer:
         renderer.sample(16)
         assert renderer.non_finite_samples() == SIZE[0] * SIZE[1] * 4
         assert renderer.metadata()["non_finite_samples"] == str(SIZE[0] * SIZE[1] * 4)
