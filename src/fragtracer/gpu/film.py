@@ -31,7 +31,7 @@ class Film:
     def clear(self) -> None:
         """Forget all samples."""
         for framebuffer in self._framebuffers:
-            framebuffer.scissor = None  # the last band's, to which clearing would keep
+            framebuffer.scissor = (0, 0, *self.size)  # not the last band's, to which clearing would keep
             framebuffer.clear()
         self._front = 0
 
