@@ -23,10 +23,10 @@ CASES += [
     for name in ("three-spheres", "three-spheres-ambient", "cornell-box")
     for bounces, light_samples in ((0, 1), (1, 1), (1, 8), (2, 8), (10, 1))
 ]
-CASES += [("three-spheres", {"estimator": "bsdf"}), ("cornell-box", {"estimator": "nee"})]
+CASES += [("furnace", {"estimator": "bsdf"}), ("cornell-box", {"estimator": "nee"})]
 CASES += [("red-bounce", {"pixel_filter": kind}) for kind in ("tent", "gaussian")]
 
-SIZE, BATCHES, SPP = (48, 36), 16, 1024
+SIZE, BATCHES, SPP = (48, 36), 16, 4096
 LEVEL = 0.01 / len(CASES)
 RESOLUTION = 0.04  # a bias of the whole picture that would be seen in each case, most likely a much smaller one
 

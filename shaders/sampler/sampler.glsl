@@ -8,9 +8,10 @@ int dimension_vertex(int vertex) { return 1 + vertex; }         // xy: BSDF, zw:
 int dimension_light(int vertex) { return 0x10000 + vertex; }    // where a vertex takes several samples
 int dimension_ambient(int vertex) { return 0x20000 + vertex; }
 
-// From the lower 9 bits of two words, which the four numbers leave unused, and the sample index.
+// From two words and the sample index. All 64 bits of the words count: numbers from a smaller set
+// would be shared by pixels and seeds, and the roulette biased by what that set happens to hold.
 float sampler_spare(uvec4 bits, uint index) {
-    return hash_to_unit(hash_uint((bits.z << 23u) ^ (bits.w << 14u) ^ index));
+    return hash_to_unit(hash_uint(bits.z ^ hash_uint(bits.w + index)));
 }
 
 #if SAMPLER == SAMPLER_TEXTURE

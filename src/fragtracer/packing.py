@@ -45,6 +45,9 @@ _UNIFORM_LIGHT_CHOICE = 0.1
 # Above these, code made for each record grows faster than it gains.
 _MAX_BAKED = 256
 _MAX_SELECTED = 8
+# A round of a traversal loop takes this many shapes where there are more than that: llvmpipe stops a
+# draw after 65,535 rounds of all its loops together.
+_UNROLLED = 16
 _SHAPES = ("Sphere", "Plane", "Rectangle", "Triangle")
 # The limit that every OpenGL 3.3 and WebGL2 driver grants a uniform block.
 _MAX_UNIFORM_TEXELS = 1024
@@ -60,6 +63,7 @@ class PackedScene:
     uniforms: Mapping[str, Any]
     constants: Mapping[str, Any]
     layout: str  # the text of generated/scene_layout.glsl
+    path_rounds: int  # of all loops along one path, at most
     origin: Floats  # the point of the world that is the shader's (0, 0, 0)
 
 
@@ -114,8 +118,12 @@ def pack(
     constants.pop("u_seed", None)  # batches of one scene differ in their seed alone
     uniforms = {name: value for name, value in (camera | others).items() if name not in constants}
     primitives = sum(len(records[kind]) for kind in _SHAPES)
-    layout = _layout(records, texels, baked and primitives <= _MAX_BAKED)
-    return PackedScene(texels, defines, uniforms, constants, layout, origin)
+    baked = baked and primitives <= _MAX_BAKED
+    layout = _layout(records, texels, baked)
+    rounds = 0 if baked else sum(_rounds(len(records[kind])) for kind in _SHAPES)
+    vertex_rounds = 1 + len(lights) + rounds + (1 + rounds) * (settings.light_samples + 1)
+    path_rounds = vertex_rounds * (settings.bounces + 2)
+    return PackedScene(texels, defines, uniforms, constants, layout, path_rounds, origin)
 
 
 def _points(scene: Scene) -> Floats:
@@ -363,9 +371,24 @@ def _record_glsl(name: str, first: int, count: int, baked: bool) -> str:
     if count:
         code += load + select
     if name in _SHAPES:
-        loop = "" if not count else " ".join(f"BODY({i})" for i in range(count)) if baked else _FOR_EACH.format(count)
+        loop = " ".join(f"BODY({i})" for i in range(count)) if baked else _loop(count)
         code += f"#define FOR_EACH_{name.upper()}(BODY) {loop}\n"
     return code
+
+
+def _rounds(count: int) -> int:
+    """Rounds of the loop of :func:`_loop`."""
+    return count if count <= 4 * _UNROLLED else -(-count // _UNROLLED)
+
+
+def _loop(count: int) -> str:
+    """GLSL that runs BODY for 0 to count - 1, several in a round where there are many."""
+    if count <= 4 * _UNROLLED:
+        return f"for (int i_ = 0; i_ < {count}; i_++) {{ BODY(i_) }}" if count else ""
+    whole = count - count % _UNROLLED
+    round_of = " ".join(f"BODY(i_ + {i})" for i in range(_UNROLLED))
+    rest = " ".join(f"BODY({i})" for i in range(whole, count))
+    return f"for (int i_ = 0; i_ < {whole}; i_ += {_UNROLLED}) {{ {round_of} }} {rest}"
 
 
 def _glsl_value(kind: str, place: int) -> str:
@@ -374,7 +397,6 @@ def _glsl_value(kind: str, place: int) -> str:
     return f"int({value})" if kind == "int" else value
 
 
-_FOR_EACH = "for (int i_ = 0; i_ < {}; i_++) {{ BODY(i_) }}"
 _STORAGE = """\
 #if SCENE_IN_UNIFORMS
 layout(std140) uniform SceneBlock { vec4 u_scene[SCENE_TEXELS]; };

@@ -11,6 +11,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from fragtracer.errors import DeviceError
 from fragtracer.gpu.context import create_context, describe, is_software
 from fragtracer.gpu.film import Film
 from fragtracer.gpu.tracer import Tracer
@@ -81,7 +82,7 @@ class Renderer:
         """Add ``spp`` samples to every pixel; ``on_band`` hears the samples per pixel so far."""
         target = self.spp + spp
         while self.spp < target:
-            rays = min(self.settings.rays, target - self.spp)
+            rays = min(self.settings.rays, self._tracer.max_rays, target - self.spp)
             rows = 0
             with self._current():
                 for drawn in self._tracer.bands(self._film, rays):
@@ -215,7 +216,13 @@ class Renderer:
 
     def _read(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         with self._current():
-            return self._film.read()
+            mean, variance = self._film.read()
+        lost = int((mean[..., 3] + variance[..., 3] < self.spp).sum())
+        if lost:
+            raise DeviceError(
+                f"the driver ended {lost} pixels' paths early, so the image would be wrong; render with fewer bounces"
+            )
+        return mean, variance
 
     def _current(self) -> AbstractContextManager[Any]:
         """Several renderers may live at once: each makes its own context current while it works."""

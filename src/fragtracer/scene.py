@@ -283,7 +283,6 @@ class RenderSettings:
     seed: Annotated[int, Field(ge=0, lt=2**32)] = 0
 
 
-
 @dataclass(frozen=True, config=_CONFIG)
 class Scene:
     """Everything there is to render, and from where. ``materials`` maps the names that shapes use."""

@@ -87,7 +87,7 @@ def test_regions_that_are_too_noisy_do_not_decide():
 def test_pictures_without_noise():
     picture = np.broadcast_to(np.float32(0.5), (4, HEIGHT, WIDTH, 3)).copy()
     assert judge(picture, picture * np.float32(1 + 3e-6)).outcome == "agreement"
-    assert judge(picture, picture * np.float32(1.0001)).outcome == "disagreement"
+    assert judge(picture, picture * np.float32(1.001)).outcome == "disagreement"
     assert judge(0 * picture, 0 * picture).outcome == "agreement"
 
 

@@ -106,14 +106,14 @@ def _ratio(a: Floats, b: Floats) -> Floats:
         return np.where((a == 0) & (b == 0), 0.0, a / b)
 
 
-def difference_p(pair: Pair, rounding: float = ROUNDING) -> Floats:
+def difference_p(pair: Pair, rounding: float = ROUNDING, slack: float = 0.0) -> Floats:
     """Two-sided p-values of Welch's t-test that the means differ.
 
-    A difference counts from ``rounding`` (relative to the larger mean) on. Where neither side varies,
-    p is 1 up to there and 0 beyond.
+    A difference counts from ``rounding`` (relative to the larger mean) and ``slack`` (radiance) on.
+    Where neither side varies, p is 1 up to there and 0 beyond.
     """
-    slack = rounding * np.maximum(np.abs(pair.ours), np.abs(pair.reference))
-    excess = np.maximum(0, np.abs(pair.ours - pair.reference) - slack)
+    least = rounding * np.maximum(np.abs(pair.ours), np.abs(pair.reference)) + slack
+    excess = np.maximum(0, np.abs(pair.ours - pair.reference) - least)
     return 2 * _upper_tail(excess, pair.error, pair.degrees(), at_zero=0.5)
 
 

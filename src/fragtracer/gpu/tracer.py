@@ -20,6 +20,7 @@ DRAW_BUDGET = 0.05  # seconds
 _FIRST_BAND = 4096  # pixel samples
 _MAX_GROWTH = 4.0  # of a band over the one before, while its cost is not known well
 _MOST_KEPT = 3  # programs, so that going back to a kind of scene does not compile
+_MAX_ROUNDS = 65000  # of all loops in a draw; llvmpipe stops a shader after 65,535
 _BLOCK_BINDING = 0
 _SCENE_UNIT, _RANDOM_UNIT, _FILM_UNIT = 0, 1, 2
 
@@ -53,6 +54,7 @@ class Tracer:
             self._source = source
             self._pixel_samples_per_second = 0.0
         self._upload_scene(packed)
+        self._max_rays = max(1, _MAX_ROUNDS // packed.path_rounds)
         self.set(packed.uniforms)
 
     def set(self, uniforms: Mapping[str, Any]) -> None:
@@ -64,6 +66,11 @@ class Tracer:
     def pixel_samples_per_second(self) -> float:
         """The speed of the last draw; 0 when the program is new."""
         return self._pixel_samples_per_second
+
+    @property
+    def max_rays(self) -> int:
+        """Paths for each pixel that one draw is sure to finish."""
+        return self._max_rays
 
     def bands(self, film: Film, rays: int, budget: float = DRAW_BUDGET) -> Iterator[int]:
         """Draw one pass of ``rays`` paths for every pixel, a band of rows at a time, each meant to

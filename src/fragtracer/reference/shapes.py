@@ -15,7 +15,7 @@ from fragtracer.scene import Camera, Plane, Rectangle, Scene, Sphere
 Tree = dict[str, Any]
 Matrix = NDArray[np.float64]
 
-RIM_PIXELS = 0.02  # how far the rim of a plane may lie under its horizon
+RIM_PIXELS = 0.002  # the rim lies below the horizon by less than this
 
 
 def matrix(x: ArrayLike, y: ArrayLike, z: ArrayLike, origin: ArrayLike) -> Matrix:

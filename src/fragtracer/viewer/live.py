@@ -107,6 +107,7 @@ class LiveRenderer(Renderer):
         ``whole``, until it is complete in any case. Returns the seconds it took."""
         start = time.perf_counter()
         if self._pass is None:
+            rays = min(rays, self._tracer.max_rays)
             self._pass, self._pass_rays = self._tracer.bands(self._film, rays, seconds / 2), rays
             self._slices = 0.0
         while next(self._pass, None) is not None:

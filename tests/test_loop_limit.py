@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: MIT
+"""Drivers that stop a shader after so many rounds of loops (llvmpipe: 65,535) lose no path for that."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fragtracer.errors import DeviceError
+from fragtracer.renderer import Renderer
+from fragtracer.scene import RenderSettings, Scene
+from fragtracer.scene_file import load
+
+
+def crowd() -> Scene:
+    """700 spheres that shine, in a texture: each vertex goes through all of them twice."""
+    scene = load("furnace")
+    ball = scene.spheres[0]
+    places = [(0.1 * i % 2 - 1, 0.1 * (i // 20) - 1.7, -1.0) for i in range(700)]
+    balls = tuple(replace(ball, center=place, radius=0.04) for place in places)
+    return replace(scene, spheres=balls, render=RenderSettings(bounces=20, russian_roulette=False, estimator="bsdf"))
+
+
+def test_every_sample_is_taken(ctx):
+    with Renderer(crowd(), (8, 8), context=ctx, rays=64) as renderer:
+        renderer.sample(64)
+        image = renderer.image()
+    # Le / (1 - albedo) less what comes after the last bounce.
+    np.testing.assert_allclose(image, 0.5 * (1 - 0.8**21), rtol=1e-5)
+
+
+def test_a_path_that_a_driver_would_end_is_an_error(ctx, monkeypatch):
+    monkeypatch.setattr("fragtracer.gpu.tracer._MAX_ROUNDS", 10**9)
+    with Renderer(crowd(), (8, 8), context=ctx, rays=512) as renderer:
+        renderer.sample(512)
+        with pytest.raises(DeviceError, match="fewer bounces"):
+            renderer.image()
