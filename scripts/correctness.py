@@ -27,10 +27,11 @@ HEAD = """\
 Each row is a comparison by `fragtracer compare`: the same scene rendered here and by Mitsuba, whose material is an
 implementation of its own of the same formulas, in {batches} independent batches a side of {size} pixels and {spp}
 samples per pixel together (8 times as many where nothing scatters). *Difference* is that of the image mean, in the
-colour where it is largest; *detectable* is the smallest bias of the image mean that this run would have found with
-95 % probability, in the colour where that is largest; *parts* counts those of the picture (whole, 4 x 4 regions,
-about 144 blocks, three colours each) whose means differ significantly at α = 0.01 over all of them. The verdict *agreement* means that no part differs and that
-the image mean and every region measured well enough are equivalent within {margin} %.
+colour where it is largest; *detectable* is the smallest bias of the image mean that this run would have found with 95
+% probability, in the colour where that is largest; *parts* counts those of the picture (whole, 4 x 4 regions, about
+144 blocks, three colours each) whose means differ significantly at α = 0.01 over all of them. The verdict *agreement*
+means that no part differs and that the image mean and every region measured well enough are equivalent within
+{margin} %.
 
 A difference counts from 0.02 % of the image mean on, which is what Mitsuba's own single precision was seen to add or
 lose: its sphere emitter takes 1 - cos of the light's cone by subtraction (22 % too much on a plane 340 m away in

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Scene -> float32 texels, feature defines and uniforms for the shader.
 
-The layout of every record is written once, in :data:`RECORDS`; the GLSL structs and the functions
+The layout of every record is written once, in :data:`.records.RECORDS`; the GLSL structs and the functions
 that read them are generated from it (``generated/scene_layout.glsl``). Positions are packed
 relative to the middle of the scene, so that a scene far from the origin keeps its precision.
 """
@@ -14,29 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 from pyglm import glm
 
+from fragtracer.packing.records import RECORDS, SHAPES, loop_rounds, scene_layout, texels_of
 from fragtracer.random_texture import LAYERS, WIDTH
 from fragtracer.scene import Camera, Light, Material, Rectangle, RenderSettings, Scene, Sphere, Triangle
 from fragtracer.shader_composer import CONSTANTS
 
-Record = tuple[tuple[str, str], ...]
 Floats = NDArray[np.float64]
-
-# Fields fill texels of four floats in this order and never straddle two of them.
-RECORDS: dict[str, Record] = {
-    "Sphere": (("center", "vec3"), ("radius", "float"), ("material", "int"), ("light", "int")),
-    "Plane": (("normal", "vec3"), ("offset", "float"), ("material", "int")),
-    "Rectangle": (("plane", "vec4"), ("u_row", "vec4"), ("v_row", "vec4"), ("material", "int"), ("light", "int")),
-    "Triangle": (("plane", "vec4"), ("u_row", "vec4"), ("v_row", "vec4"), ("material", "int"), ("light", "int")),
-    "Material": (("diffuse", "vec3"), ("alpha", "float"), ("f0", "vec3"), ("f90", "float"), ("emission", "vec3")),
-    "Light": (
-        *(("radiance", "vec3"), ("probability", "float")),  # of being chosen
-        *(("position", "vec3"), ("radius", "float")),  # a sphere's centre, or the corner the edges leave from
-        *(("edge_u", "vec3"), ("cumulative", "float")),  # probability of this light and those before it
-        *(("edge_v", "vec3"), ("area", "float")),
-        *(("normal", "vec3"), ("kind", "int"), ("primitive", "int")),
-    ),
-}
-_SIZES = {"int": 1, "float": 1, "vec3": 3, "vec4": 4}
 
 # Shapes reach this much beyond their edges, relative to the scene, so that neighbours leave no crack.
 _EDGE_GROWTH = 1e-6
@@ -44,11 +27,6 @@ _EDGE_GROWTH = 1e-6
 _UNIFORM_LIGHT_CHOICE = 0.1
 # Above these, code made for each record grows faster than it gains.
 _MAX_BAKED = 256
-_MAX_SELECTED = 8
-# A round of a traversal loop takes this many shapes where there are more than that: llvmpipe stops a
-# draw after 65,535 rounds of all its loops together.
-_UNROLLED = 16
-_SHAPES = ("Sphere", "Plane", "Rectangle", "Triangle")
 # The limit that every OpenGL 3.3 and WebGL2 driver grants a uniform block.
 _MAX_UNIFORM_TEXELS = 1024
 
@@ -109,7 +87,7 @@ def pack(
         for i, record in enumerate(records[kind]):
             record["light"] = light_of.get(first + i, -1)
 
-    texels = np.concatenate([_texels(RECORDS[name], rows) for name, rows in records.items()])
+    texels = np.concatenate([texels_of(name, rows) for name, rows in records.items()])
     defines = _scene_defines(records, scene) | _settings_defines(settings)
     defines |= {"SCENE_TEXELS": len(texels), "SCENE_IN_UNIFORMS": int(len(texels) <= _MAX_UNIFORM_TEXELS)}
     camera = camera_uniforms(scene.camera, origin, width, height)
@@ -117,10 +95,10 @@ def pack(
     constants = ({} if home else camera) | others if baked else {}
     constants.pop("u_seed", None)  # batches of one scene differ in their seed alone
     uniforms = {name: value for name, value in (camera | others).items() if name not in constants}
-    primitives = sum(len(records[kind]) for kind in _SHAPES)
+    primitives = sum(len(records[kind]) for kind in SHAPES)
     baked = baked and primitives <= _MAX_BAKED
-    layout = _layout(records, texels, baked)
-    rounds = 0 if baked else sum(_rounds(len(records[kind])) for kind in _SHAPES)
+    layout = scene_layout(records, texels, baked)
+    rounds = 0 if baked else sum(loop_rounds(len(records[kind])) for kind in SHAPES)
     vertex_rounds = 1 + len(lights) + rounds + (1 + rounds) * (settings.light_samples + 1)
     path_rounds = vertex_rounds * (settings.bounces + 2)
     return PackedScene(texels, defines, uniforms, constants, layout, path_rounds, origin)
@@ -306,103 +284,3 @@ def camera_uniforms(camera: Camera, origin: Floats, width: int, height: int) -> 
 
 def _column_major(matrix: Any) -> tuple[float, ...]:
     return tuple(float(x) for column in matrix.to_list() for x in column)
-
-
-def _texels(record: Record, rows: Sequence[Mapping[str, Any]]) -> NDArray[np.float32]:
-    stride = _stride(record)
-    texels = np.zeros((len(rows), stride * 4), np.float32)
-    for name, kind, place in _places(record):
-        for texel, row in zip(texels, rows, strict=True):
-            if name in row:
-                texel[place : place + _SIZES[kind]] = row[name]
-    return texels.reshape(-1, 4)
-
-
-def _places(record: Record) -> Iterable[tuple[str, str, int]]:
-    """Name, type and first float of each field."""
-    place = 0
-    for name, kind in record:
-        if place % 4 + _SIZES[kind] > 4:
-            place += 4 - place % 4
-        yield name, kind, place
-        place += _SIZES[kind]
-
-
-def _stride(record: Record) -> int:
-    *_, (_, kind, place) = _places(record)
-    return -(-(place + _SIZES[kind]) // 4)
-
-
-def _layout(records: Mapping[str, Sequence[Any]], texels: NDArray[np.float32], baked: bool) -> str:
-    """GLSL that reads the texels of :func:`pack`. For each record: a struct; ``x_load(i)`` for an
-    index that is the same for all pixels, ``x_select(i)`` for one that differs between them; and for
-    shapes ``FOR_EACH_X(BODY)``, which runs the macro ``BODY(i)`` for all of them."""
-    parts = [_STORAGE]
-    if baked:
-        rows = ", ".join(f"vec4({', '.join(repr(float(x)) for x in texel)})" for texel in texels)
-        parts.append(f"const vec4 BAKED_SCENE[SCENE_TEXELS] = vec4[]({rows});\n")
-    first = 0
-    for name, rows_of in records.items():
-        parts.append(_record_glsl(name, first, len(rows_of), baked))
-        first += _stride(RECORDS[name]) * len(rows_of)
-    return "\n".join(parts)
-
-
-def _record_glsl(name: str, first: int, count: int, baked: bool) -> str:
-    stride = _stride(RECORDS[name])
-    fields = "".join(f" {kind} {field};" for field, kind in RECORDS[name])
-    values = ", ".join(_glsl_value(kind, place) for _, kind, place in _places(RECORDS[name]))
-    head, tail = f"{name} {name.lower()}", f"    return {name}({values});\n}}\n"
-    load = f"{head}_load(int index) {{\n    int base = {first} + {stride} * index;\n"
-    source = "BAKED_SCENE[{}]" if baked else "scene_texel({})"
-    load += "".join(f"    vec4 t{i} = {source.format(f'base + {i}')};\n" for i in range(stride)) + tail
-    select = f"{head}_select(int index) {{\n"
-    if baked and count <= _MAX_SELECTED:
-        select += "".join(f"    vec4 t{i} = {source.format(first + i)};\n" for i in range(stride) if count)
-        for k in range(1, count):
-            select += "".join(
-                f"    t{i} = index == {k} ? {source.format(first + stride * k + i)} : t{i};\n" for i in range(stride)
-            )
-    else:
-        select += f"    int base = {first} + {stride} * index;\n"
-        select += "".join(f"    vec4 t{i} = scene_texel(base + {i});\n" for i in range(stride))
-    select += tail
-    code = f"struct {name} {{{fields} }};\n"
-    if count:
-        code += load + select
-    if name in _SHAPES:
-        loop = " ".join(f"BODY({i})" for i in range(count)) if baked else _loop(count)
-        code += f"#define FOR_EACH_{name.upper()}(BODY) {loop}\n"
-    return code
-
-
-def _rounds(count: int) -> int:
-    """Rounds of the loop of :func:`_loop`."""
-    return count if count <= 4 * _UNROLLED else -(-count // _UNROLLED)
-
-
-def _loop(count: int) -> str:
-    """GLSL that runs BODY for 0 to count - 1, several in a round where there are many."""
-    if count <= 4 * _UNROLLED:
-        return f"for (int i_ = 0; i_ < {count}; i_++) {{ BODY(i_) }}" if count else ""
-    whole = count - count % _UNROLLED
-    round_of = " ".join(f"BODY(i_ + {i})" for i in range(_UNROLLED))
-    rest = " ".join(f"BODY({i})" for i in range(whole, count))
-    return f"for (int i_ = 0; i_ < {whole}; i_ += {_UNROLLED}) {{ {round_of} }} {rest}"
-
-
-def _glsl_value(kind: str, place: int) -> str:
-    texel, lane = divmod(place, 4)
-    value = f"t{texel}.{'xyzw'[lane : lane + _SIZES[kind]]}"
-    return f"int({value})" if kind == "int" else value
-
-
-_STORAGE = """\
-#if SCENE_IN_UNIFORMS
-layout(std140) uniform SceneBlock { vec4 u_scene[SCENE_TEXELS]; };
-vec4 scene_texel(int index) { return u_scene[index]; }
-#else
-uniform highp sampler2D u_scene;
-vec4 scene_texel(int index) { return texelFetch(u_scene, ivec2(index % 4096, index / 4096), 0); }
-#endif
-"""
