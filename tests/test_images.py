@@ -111,7 +111,8 @@ def test_tone_curves_rise_from_black(curve: str) -> None:
     shown = tone.to_display(np.tile(x[:, None, None], (1, 1, 3)), exposure=1.0, tonemap=curve)[:, 0, 0]
     assert shown.dtype == np.float32
     assert shown[0] == 0
-    assert shown[-1] == pytest.approx(1, abs=2e-3 if curve == "agx" else 1e-6), "the fit of AgX ends at 0.9986"
+    white = 0.99846 if curve == "agx" else 1  # the published fit of AgX ends below 1
+    assert shown[-1] == pytest.approx(white, abs=1e-5 if curve == "agx" else 1e-6)
     assert np.all(np.diff(shown) >= -1e-6)
 
 
