@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: MIT
+"""The scene model: what is in the world, without OpenGL and without files.
+
+Units are metres and radians unless a name says otherwise, colours linear Rec. 709, y is up.
+Every class validates its values when it is made, from Python as from a scene file, and raises
+``pydantic.ValidationError`` (a ``ValueError``) that names the field.
+"""
+
+from collections.abc import Mapping
+from dataclasses import field
+from typing import Annotated
+
+from pydantic import BeforeValidator
+from pydantic.dataclasses import dataclass
+
+from fragtracer.scene.camera import Camera
+from fragtracer.scene.fields import CONFIG, Reflectance, Strength, Vector, as_tuple
+from fragtracer.scene.light import Ambient, Light
+from fragtracer.scene.material import Material
+from fragtracer.scene.mesh import Geometry, Mesh, Part, Placement
+from fragtracer.scene.settings import RenderSettings
+from fragtracer.scene.shapes import Plane, Rectangle, Sphere, Triangle
+from fragtracer.scene.texture import Image, Texture
+
+__all__ = [
+    "Ambient",
+    "Camera",
+    "Geometry",
+    "Image",
+    "Light",
+    "Material",
+    "Mesh",
+    "Part",
+    "Placement",
+    "Plane",
+    "Rectangle",
+    "Reflectance",
+    "RenderSettings",
+    "Scene",
+    "Sphere",
+    "Strength",
+    "Texture",
+    "Triangle",
+    "Vector",
+]
+
+
+@dataclass(frozen=True, config=CONFIG)
+class Scene:
+    """Everything there is to render, and from where. ``materials`` maps the names that shapes use."""
+
+    camera: Camera = Camera()
+    materials: Mapping[str, Material] = field(default_factory=dict)
+    spheres: Annotated[tuple[Sphere, ...], BeforeValidator(as_tuple)] = ()
+    planes: Annotated[tuple[Plane, ...], BeforeValidator(as_tuple)] = ()
+    rectangles: Annotated[tuple[Rectangle, ...], BeforeValidator(as_tuple)] = ()
+    triangles: Annotated[tuple[Triangle, ...], BeforeValidator(as_tuple)] = ()
+    meshes: Annotated[tuple[Mesh, ...], BeforeValidator(as_tuple)] = ()
+    lights: Annotated[tuple[Light, ...], BeforeValidator(as_tuple)] = ()
+    ambient: Ambient = Ambient()
+    render: RenderSettings = RenderSettings()
+    name: str = "scene"
+    description: str = ""
+
+    def __post_init__(self) -> None:
+        known = ", ".join(sorted(self.materials)) or "none is defined"
+        for kind in ("spheres", "planes", "rectangles", "triangles"):
+            for index, shape in enumerate(getattr(self, kind)):
+                where = f"{kind.removesuffix('s')}[{index}].material"
+                if shape.material not in self.materials:
+                    raise ValueError(f"{where}: there is no material {shape.material!r}; the materials are: {known}")
+                if kind == "planes" and self.materials[shape.material].is_emissive:
+                    raise ValueError(f"{where}: an infinite plane cannot emit light; use a rectangle or ambient light")
+        for index, mesh in enumerate(self.meshes):
+            for name in map(mesh.material_of, mesh.parts):
+                if name not in self.materials:
+                    where = f"mesh[{index}].material"
+                    raise ValueError(f"{where}: there is no material {name!r}; the materials are: {known}")

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: MIT
+"""What surfaces are made of."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+from pydantic.dataclasses import dataclass
+
+from fragtracer.materials import METAL_F0, grazing_reflectance, reflectance_from_ior
+from fragtracer.scene.fields import CONFIG, Fraction, Reflectance, Strength, Triple
+from fragtracer.scene.texture import Texture
+
+
+@dataclass(frozen=True, config=CONFIG)
+class Material:
+    """A Cook-Torrance specular lobe over a Lambert base (shaders/bsdf/cook_torrance.glsl).
+
+    ``albedo`` is the colour of the base, and the specular colour of the metallic part. The GGX
+    width is ``roughness**2``; roughness below 0.01 is a perfect mirror. The dielectric part's
+    reflectance at normal incidence comes from ``ior`` (index of refraction against air, 1.5 where
+    nothing is given) or directly from ``f0``. ``metal`` names a metal of :data:`METAL_F0` and takes
+    the place of albedo, metallic, ior and f0. ``specular`` scales the dielectric reflection: 0
+    leaves pure Lambert. ``emission`` is radiance in W/m²/sr from the front of a surface.
+
+    A texture multiplies the value of its name; those of roughness, metallic and occlusion are one
+    channel. ``normal_texture`` holds tangent-space normals (glTF 2.0, section 3.9.3), their x and y
+    scaled by ``normal_scale``. Textures lie on meshes only, which have coordinates for them.
+
+    ``opacity``, times the alpha of the albedo texture and of the vertex colours, is ignored where ``alpha_mode`` is
+    "opaque", compared with ``alpha_cutoff`` by "mask", and the chance to be met by "blend". A
+    surface that is not ``double_sided`` is not there for rays that come from behind. ``unlit``
+    shows the albedo as radiance and scatters nothing.
+    """
+
+    albedo: Reflectance = (0.5, 0.5, 0.5)
+    roughness: Fraction = 0.5
+    metallic: Fraction = 0.0
+    ior: Annotated[float, Field(ge=1)] | None = None
+    f0: Reflectance | None = None
+    metal: str | None = None
+    specular: Fraction = 1.0
+    emission: Strength = (0.0, 0.0, 0.0)
+    albedo_texture: Texture | None = None
+    roughness_texture: Texture | None = None
+    metallic_texture: Texture | None = None
+    normal_texture: Texture | None = None
+    normal_scale: float = 1.0
+    occlusion_texture: Texture | None = None
+    occlusion_strength: Fraction = 1.0
+    emission_texture: Texture | None = None
+    opacity: Fraction = 1.0
+    alpha_mode: Literal["opaque", "mask", "blend"] = "opaque"
+    alpha_cutoff: Fraction = 0.5
+    double_sided: bool = True
+    unlit: bool = False
+
+    def __post_init__(self) -> None:
+        if self.ior is not None and self.f0 is not None:
+            raise ValueError("ior and f0 both say how much is reflected; give one of them")
+        if self.metal is None:
+            return
+        if self.metal not in METAL_F0:
+            raise ValueError(f"metal {self.metal!r} is not known; choose from {', '.join(sorted(METAL_F0))}")
+        default = Material()
+        for name in ("albedo", "metallic", "ior", "f0", "specular"):
+            if getattr(self, name) != getattr(default, name):
+                raise ValueError(f"metal = {self.metal!r} already says what {name} is; leave {name} out")
+
+    @property
+    def alpha(self) -> float:
+        """GGX width."""
+        return self.roughness**2
+
+    @property
+    def diffuse_albedo(self) -> Triple:
+        """Albedo of the Lambert base."""
+        base = 0.0 if self.metal else 1.0 - self.metallic
+        r, g, b = self.albedo
+        return (base * r, base * g, base * b)
+
+    @property
+    def specular_f0(self) -> Triple:
+        """Specular reflectance at normal incidence."""
+        if self.metal:
+            return METAL_F0[self.metal]
+        dielectric, metallic = (1 - self.metallic) * self.specular, self.metallic
+        r, g, b = (dielectric * d + metallic * a for d, a in zip(self._dielectric_f0, self.albedo, strict=True))
+        return (r, g, b)
+
+    @property
+    def _dielectric_f0(self) -> Triple:
+        return self.f0 or (reflectance_from_ior(1.5 if self.ior is None else self.ior),) * 3
+
+    @property
+    def specular_f90(self) -> float:
+        """Specular reflectance at grazing incidence."""
+        if self.metal:
+            return 1.0
+        dielectric = grazing_reflectance(self._dielectric_f0)
+        return (1 - self.metallic) * self.specular * dielectric + self.metallic * grazing_reflectance(self.albedo)
+
+    @property
+    def is_emissive(self) -> bool:
+        return max(self.emission) > 0

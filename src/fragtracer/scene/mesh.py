@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: MIT
+"""Meshes of triangles, and where copies of them stand."""
+
+from typing import Annotated, Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import BeforeValidator
+from pydantic.dataclasses import dataclass
+
+from fragtracer.scene.content import content_digest
+from fragtracer.scene.fields import CONFIG, Vector, as_tuple
+
+
+class Geometry:
+    """Triangles that share vertices, equal to others where their content is.
+
+    Parameters
+    ----------
+    positions
+        (vertices, 3) metres.
+    triangles
+        (triangles, 3) indices of vertices, counter-clockwise seen from the front.
+    normals
+        (vertices, 3) shading normals of any length; left out, each triangle is flat.
+    uvs, uvs_1
+        (vertices, 2) first and second set of texture coordinates; (0, 0) is the upper left corner
+        of an image.
+    tangents
+        (vertices, 4) tangent and the sign of the bitangent, as in glTF; left out, they follow from ``uvs``.
+    colors
+        (vertices, 3 or 4) linear Rec. 709 that multiplies the albedo, and alpha.
+
+    Raises
+    ------
+    ValueError
+        If an array has another shape, a position is not finite, or an index has no vertex.
+    """
+
+    def __init__(
+        self,
+        positions: ArrayLike,
+        triangles: ArrayLike,
+        normals: ArrayLike | None = None,
+        uvs: ArrayLike | None = None,
+        uvs_1: ArrayLike | None = None,
+        tangents: ArrayLike | None = None,
+        colors: ArrayLike | None = None,
+    ) -> None:
+        self.positions = _frozen(positions, np.float64, (3,), "positions")
+        count = len(self.positions)
+        self.triangles = _frozen(triangles, np.int32, (3,), "triangles")
+        if self.triangles.size and not (self.triangles.min() >= 0 and self.triangles.max() < count):
+            raise ValueError(f"triangles must hold indices from 0 to {count - 1}, the last of the vertices")
+        self.normals = _attribute(normals, (3,), "normals", count)
+        self.uvs = _attribute(uvs, (2,), "uvs", count)
+        self.uvs_1 = _attribute(uvs_1, (2,), "uvs_1", count)
+        self.tangents = _attribute(tangents, (4,), "tangents", count)
+        self.colors = _attribute(colors, (3, 4), "colors", count)
+        attributes = (self.normals, self.uvs, self.uvs_1, self.tangents, self.colors)
+        self.digest = content_digest(self.positions, self.triangles, *attributes)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Geometry) and self.digest == other.digest
+
+    def __hash__(self) -> int:
+        return hash(self.digest)
+
+    def __deepcopy__(self, memo: object) -> Self:
+        return self
+
+
+def _attribute(values: ArrayLike | None, widths: tuple[int, ...], name: str, count: int) -> NDArray[Any] | None:
+    if values is None:
+        return None
+    array = _frozen(values, np.float32, widths, name)
+    if len(array) != count:
+        raise ValueError(f"{name} must have a row for each of the {count} vertices, got {len(array)}")
+    return array
+
+
+def _frozen(values: ArrayLike, dtype: Any, widths: tuple[int, ...], name: str) -> NDArray[Any]:
+    array = np.ascontiguousarray(values, dtype)
+    if array.ndim != 2 or array.shape[1] not in widths:
+        raise ValueError(f"{name} must be an array of (n, {' or '.join(map(str, widths))}), got {array.shape}")
+    if not np.isfinite(array).all():
+        raise ValueError(f"{name} must be finite")
+    array.setflags(write=False)
+    return array
+
+
+Row = tuple[float, float, float, float]
+Matrix = tuple[Row, Row, Row, Row]
+IDENTITY: Matrix = ((1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+
+
+@dataclass(frozen=True, config=CONFIG)
+class Placement:
+    """Where a copy of a mesh stands: scaled, then turned about x, y and z of the world in that order,
+    then moved."""
+
+    translation: Vector = (0.0, 0.0, 0.0)
+    rotation_degrees: Vector = (0.0, 0.0, 0.0)
+    scale: Vector = (1.0, 1.0, 1.0)
+
+    def __post_init__(self) -> None:
+        if 0.0 in self.scale:
+            raise ValueError("scale must not be 0 along any axis")
+
+    @property
+    def matrix(self) -> NDArray[np.float64]:
+        """(4, 4) float64 from the mesh to the world."""
+        x, y, z = np.radians(self.rotation_degrees)
+        cx, cy, cz, sx, sy, sz = np.cos(x), np.cos(y), np.cos(z), np.sin(x), np.sin(y), np.sin(z)
+        about_x = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
+        about_y = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
+        about_z = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
+        result = np.eye(4)
+        result[:3, :3] = about_z @ about_y @ about_x @ np.diag(self.scale)
+        result[:3, 3] = self.translation
+        return result
+
+
+@dataclass(frozen=True, config=CONFIG)
+class Part:
+    """Triangles of one material. ``matrix`` takes them to the mesh's own space (a node of glTF)."""
+
+    geometry: Geometry
+    material: str
+    matrix: Matrix = IDENTITY
+
+
+@dataclass(frozen=True, config=CONFIG)
+class Mesh:
+    """A model of several parts, with a copy at each of its ``instances``.
+
+    ``material`` takes the place of those of the parts. ``file`` is what it was read from, if a file.
+    """
+
+    parts: Annotated[tuple[Part, ...], BeforeValidator(as_tuple)]
+    instances: Annotated[tuple[Placement, ...], BeforeValidator(as_tuple)] = (Placement(),)
+    material: str | None = None
+    file: str | None = None
+    name: str = "mesh"
+
+    def material_of(self, part: Part) -> str:
+        """The name of the material that ``part`` has in the scene."""
+        return self.material or part.material

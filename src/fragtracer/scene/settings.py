@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: MIT
+"""How a scene is rendered."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+from pydantic.dataclasses import dataclass
+
+from fragtracer.scene.fields import CONFIG
+
+
+@dataclass(frozen=True, config=CONFIG)
+class RenderSettings:
+    """How to render; what a scene leaves out has these values.
+
+    ``bounces`` counts scattering events on a path: 0 shows emitters only, 1 adds direct light.
+    ``rays`` is the number of paths per pixel in one pass, ``light_samples`` the number of shadow
+    rays at each vertex. Russian roulette may end a path from vertex ``russian_roulette_depth`` on.
+    """
+
+    width: Annotated[int, Field(ge=1, le=16384)] = 640
+    height: Annotated[int, Field(ge=1, le=16384)] = 480
+    spp: Annotated[int, Field(ge=1, le=2**24)] = 256
+    bounces: Annotated[int, Field(ge=0, le=10000)] = 5
+    rays: Annotated[int, Field(ge=1, le=1024)] = 16
+    light_samples: Annotated[int, Field(ge=1, le=1024)] = 1
+    russian_roulette: bool = True
+    russian_roulette_depth: Annotated[int, Field(ge=1)] = 5
+    geometry: Literal["smith", "schlick-beckmann", "karis"] = "smith"
+    estimator: Literal["mis", "nee", "bsdf"] = "mis"
+    sampler: Literal["texture", "hash"] = "texture"
+    pixel_filter: Literal["box", "tent", "gaussian"] = "box"
+    seed: Annotated[int, Field(ge=0, lt=2**32)] = 0

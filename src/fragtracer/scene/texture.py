@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: MIT
+"""Images over surfaces."""
+
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import BeforeValidator, Field
+from pydantic.dataclasses import dataclass
+
+from fragtracer.scene.content import content_digest
+from fragtracer.scene.fields import CONFIG, as_triple
+
+ColorSpace = Literal["srgb", "linear"]
+Wrap = Literal["repeat", "mirror", "clamp"]
+Pair = Annotated[tuple[float, float], BeforeValidator(as_triple)]
+
+
+class Image:
+    """Pixels of a texture, equal to another where their content is.
+
+    ``pixels`` is (h, w, c) with 1 to 4 channels (grey, grey and alpha, RGB, RGB and alpha), row 0 at
+    the top, uint8 from 0 to 255 or float32. The colours of ``srgb`` pixels are encoded by the curve
+    of IEC 61966-2-1, alpha never is. ``file`` is where the pixels come from, if from a file.
+
+    Raises ``ValueError`` for an array of another kind.
+    """
+
+    def __init__(self, pixels: ArrayLike, color_space: ColorSpace = "srgb", file: str | None = None) -> None:
+        array = np.asarray(pixels)
+        array = array[..., None] if array.ndim == 2 else array
+        if array.ndim != 3 or array.shape[2] not in (1, 2, 3, 4) or array.size == 0:
+            raise ValueError(f"the pixels of a texture are (height, width, 1 to 4) numbers, got {array.shape}")
+        if array.dtype != np.uint8 and array.dtype.kind != "f":
+            raise ValueError(f"the pixels of a texture are uint8 or float32, got {array.dtype}")
+        if array.dtype != np.uint8 and not np.isfinite(array).all():
+            raise ValueError("the pixels of a texture must be finite")
+        self.pixels: NDArray[Any] = np.ascontiguousarray(array, np.uint8 if array.dtype == np.uint8 else np.float32)
+        self.pixels.setflags(write=False)
+        self.color_space: ColorSpace = color_space
+        self.file = file
+        self.digest = content_digest(self.pixels, color_space)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Image) and self.digest == other.digest
+
+    def __hash__(self) -> int:
+        return hash(self.digest)
+
+    def __deepcopy__(self, memo: object) -> Self:
+        return self
+
+
+@dataclass(frozen=True, config=CONFIG)
+class Texture:
+    """An image, and how it lies on a surface.
+
+    Texture coordinates (0, 0) are the image's upper left corner, (1, 1) the lower right one, as in
+    glTF. ``offset``, ``rotation`` (radians, counter-clockwise) and ``scale`` change the coordinates
+    before the lookup (glTF, KHR_texture_transform). ``coordinates`` says which of the mesh's two sets to use.
+    ``channel`` picks one channel where a single number is wanted.
+    """
+
+    image: Image
+    wrap_u: Wrap = "repeat"
+    wrap_v: Wrap = "repeat"
+    filter: Literal["linear", "nearest"] = "linear"
+    offset: Pair = (0.0, 0.0)
+    rotation: float = 0.0
+    scale: Pair = (1.0, 1.0)
+    coordinates: Annotated[int, Field(ge=0, le=1)] = 0
+    channel: Literal["r", "g", "b", "a"] = "r"
