@@ -17,6 +17,14 @@ def ctx() -> Iterator[moderngl.Context]:
     context.release()
 
 
+@pytest.fixture(autouse=True, scope="session")
+def _cache_of_the_tests(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """The tests leave the user's cache alone, and find nothing there that an earlier run computed."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("FRAGTRACER_CACHE", str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
 @pytest.fixture(autouse=True)
 def _no_gl_errors(request: pytest.FixtureRequest) -> Iterator[None]:
     """Each test that uses ``ctx`` must find it free of errors, and leave it so."""

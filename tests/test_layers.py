@@ -18,6 +18,7 @@ SHADERS = CHECKOUT / "shaders"
 LAYERS = [
     {"errors"},  # 0
     {"resources", "materials", "images"},  # 0
+    {"cache"},  # 0
     {"scene", "random_texture"},  # 1
     {"shader_composer"},  # 2
     {"packing", "scene_file"},  # 2

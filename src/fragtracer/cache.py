@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: MIT
+"""Arrays that took long to compute, kept on disk for the next start."""
+
+import hashlib
+import io
+import os
+import warnings
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import platformdirs
+from numpy.typing import NDArray
+
+from fragtracer.errors import OutputError
+from fragtracer.images.output import replacing
+
+Arrays = dict[str, NDArray[Any]]
+
+LIMIT = 2 * 2**30  # bytes; beyond it, the files that were not used for longest go
+_DIGEST = 16  # bytes at the head of a file, of the key and of all that follows
+
+
+def cache_folder() -> Path:
+    """Where the files lie: ``FRAGTRACER_CACHE``, else the folder that the system has for caches."""
+    return Path(os.environ.get("FRAGTRACER_CACHE") or platformdirs.user_cache_path("fragtracer", False))
+
+
+def cached(kind: str, key: str, make: Callable[[], Mapping[str, NDArray[Any]]]) -> Arrays:
+    """What ``make`` returns, from the disk if it was made before.
+
+    Parameters
+    ----------
+    kind
+        What is kept, as "bvh": the beginning of the file's name.
+    key
+        Names the content of everything that the result depends on, the version of the code that makes
+        it included; at most 64 letters, digits and hyphens (:func:`fragtracer.scene.content.content_digest`).
+    make
+        Computes the arrays, by name.
+
+    Notes
+    -----
+    A file that is damaged, or of another key, is noticed by its digest and made anew. Where the folder
+    cannot be written, a warning says so, and the next start computes again.
+    """
+    path = cache_folder() / f"{kind}-{key}.arrays"
+    found = _read(path, key)
+    if found is not None:
+        return found
+    made = dict(make())
+    _write(path, key, made)
+    return made
+
+
+def _read(path: Path, key: str) -> Arrays | None:
+    try:
+        content = path.read_bytes()
+    except OSError:
+        return None
+    if content[:_DIGEST] != _digest(key, content[_DIGEST:]):
+        warnings.warn(f"{path}: is damaged and is made anew", stacklevel=3)
+        return None
+    with suppress(OSError):
+        os.utime(path)
+    with np.load(io.BytesIO(content[_DIGEST:]), allow_pickle=False) as file:
+        return {name: file[name] for name in file.files}
+
+
+def _write(path: Path, key: str, arrays: Arrays) -> None:
+    file = io.BytesIO()
+    np.savez(file, **arrays)
+    content = file.getvalue()
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with replacing(path) as part:
+            part.write_bytes(_digest(key, content) + content)
+        _trim(path)
+    except (OSError, OutputError) as error:
+        warnings.warn(f"nothing is kept for the next start: {error}", stacklevel=3)
+
+
+def _digest(key: str, content: bytes) -> bytes:
+    return hashlib.blake2b(content, digest_size=_DIGEST, key=key.encode()[:64]).digest()
+
+
+def _trim(kept: Path) -> None:
+    """Delete the files that were not used for longest until the others take no more than LIMIT."""
+    files = sorted(kept.parent.glob("*.arrays"), key=lambda file: file.stat().st_mtime, reverse=True)
+    size = 0
+    for file in files:
+        size += file.stat().st_size
+        if size > LIMIT and file != kept:
+            file.unlink()
