@@ -69,7 +69,7 @@ def _read(path: Path, key: str) -> Arrays | None:
         return {name: file[name] for name in file.files}
 
 
-def _write(path: Path, key: str, arrays: Arrays) -> None:
+def _write(path: Path, key: str, arrays: dict[str, Any]) -> None:
     file = io.BytesIO()
     np.savez(file, **arrays)
     content = file.getvalue()
