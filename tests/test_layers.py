@@ -21,6 +21,7 @@ LAYERS = [
     {"cache"},  # 0
     {"scene", "random_texture"},  # 1
     {"shader_composer"},  # 2
+    {"textures"},  # 2
     {"packing", "scene_file"},  # 2
     {"gpu"},  # 3
     {"renderer", "reference"},  # 4
