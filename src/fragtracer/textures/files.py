@@ -77,9 +77,9 @@ def _pixels(data: bytes) -> NDArray[Any]:
             return _sixteen_bit_png(data)
         if picture.mode in ("P", "PA", "RGBa", "La") or "transparency" in picture.info:
             transparent = picture.mode != "P" or "transparency" in picture.info
-            picture = picture.convert("RGBA" if transparent else "RGB")
-        elif picture.mode not in ("L", "LA", "RGB", "RGBA"):
-            picture = picture.convert("L" if picture.mode == "1" else "RGB")
+            return np.asarray(picture.convert("RGBA" if transparent else "RGB"))
+        if picture.mode not in ("L", "LA", "RGB", "RGBA"):
+            return np.asarray(picture.convert("L" if picture.mode == "1" else "RGB"))
         return np.asarray(picture)
 
 
