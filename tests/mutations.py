@@ -38,8 +38,8 @@ MUTATIONS = [
     Mutation(
         "Fresnel of the wrong cosine",
         "bsdf/cook_torrance.glsl",
-        "fresnel_schlick(b.f0, vec3(b.f90), dot(wo, wh))",
-        "fresnel_schlick(b.f0, vec3(b.f90), wi.z)",
+        "fresnel_schlick(b.f0, b.f90, dot(wo, wh))",
+        "fresnel_schlick(b.f0, b.f90, wi.z)",
     ),
     Mutation(
         "alpha for alpha squared in D",
@@ -94,7 +94,7 @@ MUTATIONS = [
     Mutation(
         "mirror without Fresnel",
         "bsdf/cook_torrance.glsl",
-        "vec3 reflectance = fresnel_schlick(b.f0, vec3(b.f90), wo.z) * ggx_g",
+        "vec3 reflectance = fresnel_schlick(b.f0, b.f90, wo.z) * ggx_g",
         "vec3 reflectance = b.f0 * ggx_g",
     ),
     Mutation(

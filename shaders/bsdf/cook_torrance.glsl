@@ -11,7 +11,7 @@ struct Bsdf {
     vec3 diffuse;  // albedo of the Lambert base, (1 - metallic) included
     float alpha;   // GGX width; below ALPHA_DELTA the specular lobe is a perfect mirror
     vec3 f0;       // specular reflectance at normal incidence; f0 = 0 and f90 = 0: no specular lobe
-    float f90;     // specular reflectance at grazing incidence
+    vec3 f90;      // specular reflectance at grazing incidence
 };
 
 struct BsdfSample {
@@ -59,7 +59,7 @@ vec4 bsdf_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
     if (!bsdf_has_delta(b)) {
         vec3 wh = normalize(wo + wi);
         float d = ggx_d(b.alpha, wh) / (4.0 * wo.z);
-        vec3 fresnel = fresnel_schlick(b.f0, vec3(b.f90), dot(wo, wh));
+        vec3 fresnel = fresnel_schlick(b.f0, b.f90, dot(wo, wh));
         result += vec4(fresnel * (d * ggx_g(b.alpha, wo, wi)), specular_probability * d * ggx_g1_smith(b.alpha, wo.z));
     }
 #endif
@@ -80,7 +80,7 @@ BsdfSample bsdf_sample(Bsdf b, vec3 wo, vec2 u) {
 #if HAS_DELTA
     if (specular && bsdf_has_delta(b)) {
         vec3 wi = vec3(-wo.xy, wo.z);
-        vec3 reflectance = fresnel_schlick(b.f0, vec3(b.f90), wo.z) * ggx_g(b.alpha, wo, wi);
+        vec3 reflectance = fresnel_schlick(b.f0, b.f90, wo.z) * ggx_g(b.alpha, wo, wi);
         return BsdfSample(wi, reflectance / specular_probability, specular_probability, true);
     }
 #endif

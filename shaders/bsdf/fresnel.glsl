@@ -11,6 +11,6 @@ vec3 fresnel_schlick(vec3 f0, vec3 f90, float cos_theta) {
 // What a rough surface reflects at the angle to its mean normal: at grazing angles less than a smooth
 // one, since its facets tilt. The form of Lagarde 2011, Adopting a Physically Based Shading Model, with
 // alpha in the place of roughness, so that it stays above what a GGX surface of that width reflects.
-vec3 fresnel_schlick_rough(vec3 f0, float f90, float alpha, float cos_theta) {
-    return fresnel_schlick(f0, max(vec3((1.0 - alpha) * f90), f0), cos_theta);
+vec3 fresnel_schlick_rough(vec3 f0, vec3 f90, float alpha, float cos_theta) {
+    return fresnel_schlick(f0, max((1.0 - alpha) * f90, f0), cos_theta);
 }

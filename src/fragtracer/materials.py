@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Reflectance at normal incidence of real metals and dielectrics, linear Rec. 709."""
 
-from collections.abc import Sequence
-
 METAL_F0: dict[str, tuple[float, float, float]] = {
     # The table of the PBR course this project grew out of.
     "aluminium": (0.91, 0.92, 0.92),
@@ -36,11 +34,11 @@ def reflectance_from_ior(ior: float) -> float:
     return ((ior - 1) / (ior + 1)) ** 2
 
 
-def grazing_reflectance(f0: Sequence[float]) -> float:
-    """Reflectance at grazing incidence of a surface with reflectance ``f0`` (r, g, b) at normal incidence.
+def grazing_reflectance(f0: float) -> float:
+    """Reflectance at grazing incidence of a surface with reflectance ``f0`` at normal incidence.
 
     1 for every real one. Below 0.02, less than water's, it falls in proportion, down to an interface
     without contrast, which reflects nothing at any angle (Lagarde and de Rousiers 2014, Moving
     Frostbite to Physically Based Rendering, section 3.1.2).
     """
-    return min(1.0, 50 * max(f0))
+    return min(1.0, 50 * f0)

@@ -19,7 +19,7 @@ def load(mi, albedo=0.0, f0=1.0, alpha=0.3, geometry="smith", f90=1.0, tint=(1.0
             "type": "fragtracer_cooktorrance",
             "diffuse_albedo": [albedo * t for t in tint],
             "specular_f0": [f0 * t for t in tint],
-            "specular_f90": f90,
+            "specular_f90": [f90 * 1.0] * 3,
             "alpha": alpha,
             "geometry": geometry,
         }
@@ -189,7 +189,7 @@ def test_nothing_passes_through(mi):
 @pytest.mark.parametrize("geometry", GEOMETRIES)
 @pytest.mark.parametrize("alpha", [1e-5, 1e-4, 0.05, 0.3, 1.0])
 def test_no_energy_is_made(mi, albedo, f0, alpha, geometry):
-    bsdf = load(mi, albedo, f0, alpha, geometry, f90=grazing_reflectance([f0]))
+    bsdf = load(mi, albedo, f0, alpha, geometry, f90=grazing_reflectance(f0))
     for angle in (1, 45, 80, 89.5):
         _, weight = sample(mi, bsdf, direction(mi, angle), count=50_000)
         red = weight.numpy()[0]

@@ -23,7 +23,7 @@ class Material:
     diffuse: Direction = (0.0, 0.0, 0.0)
     alpha: float = 1.0
     f0: Direction = (0.0, 0.0, 0.0)
-    f90: float = 0.0
+    f90: Direction = (0.0, 0.0, 0.0)
 
 
 def fresnel(f0: ArrayLike, f90: ArrayLike, cosine: ArrayLike) -> Floats:
@@ -61,7 +61,7 @@ def visible_normal_pdf(alpha: ArrayLike, wo: Floats, wh: Floats) -> Floats:
 
 def interface_reflectance(m: Material, cosine: ArrayLike) -> Floats:
     """R, what the rough interface keeps from the base: Schlick towards max((1 - alpha) f90, f0), (..., 3)."""
-    return fresnel(m.f0, np.maximum((1 - m.alpha) * m.f90, m.f0), cosine)
+    return fresnel(m.f0, np.maximum((1 - m.alpha) * np.asarray(m.f90), m.f0), cosine)
 
 
 def specular_probability(m: Material, wo: Floats) -> Floats:

@@ -16,13 +16,14 @@ from .includes import BSDF
 WHITE = (1.0, 1.0, 1.0)
 MATERIALS = {
     "lambert": Material(diffuse=(0.8, 0.5, 0.2)),
-    "plastic": Material(diffuse=(0.6, 0.3, 0.1), f0=(0.04, 0.04, 0.04), f90=1.0),
-    "white dielectric": Material(diffuse=WHITE, f0=(0.04, 0.04, 0.04), f90=1.0),
-    "diamond": Material(diffuse=WHITE, f0=(0.17, 0.17, 0.17), f90=1.0),
-    "faint plastic": Material(diffuse=WHITE, f0=(0.02, 0.02, 0.02), f90=0.5),
-    "half metallic": Material(diffuse=(0.5, 0.35, 0.15), f0=(0.52, 0.37, 0.165), f90=1.0),
-    "gold": Material(f0=(1.0, 0.71, 0.29), f90=1.0),
-    "white metal": Material(f0=WHITE, f90=1.0),
+    "plastic": Material(diffuse=(0.6, 0.3, 0.1), f0=(0.04, 0.04, 0.04), f90=WHITE),
+    "white dielectric": Material(diffuse=WHITE, f0=(0.04, 0.04, 0.04), f90=WHITE),
+    "diamond": Material(diffuse=WHITE, f0=(0.17, 0.17, 0.17), f90=WHITE),
+    "faint plastic": Material(diffuse=WHITE, f0=(0.02, 0.02, 0.02), f90=(0.5, 0.5, 0.5)),
+    "red plastic": Material(diffuse=WHITE, f0=(0.04, 0.002, 0.0), f90=(1.0, 0.1, 0.0)),
+    "half metallic": Material(diffuse=(0.5, 0.35, 0.15), f0=(0.52, 0.37, 0.165), f90=WHITE),
+    "gold": Material(f0=(1.0, 0.71, 0.29), f90=WHITE),
+    "white metal": Material(f0=WHITE, f90=WHITE),
 }
 ALPHAS = [1e-3, 1e-2, 0.1, 0.5, 1.0]
 DEGREES = [0, 45, 80, 89]
@@ -30,7 +31,7 @@ TERMS = ["SMITH", "SCHLICK_BECKMANN", "KARIS"]
 
 # The material and the viewer are uniforms, so that all probes with the same body share one program.
 _MATERIAL = """
-uniform vec3 u_diffuse; uniform float u_alpha; uniform vec3 u_f0; uniform float u_f90; uniform vec3 u_wo;
+uniform vec3 u_diffuse; uniform float u_alpha; uniform vec3 u_f0; uniform vec3 u_f90; uniform vec3 u_wo;
 Bsdf the_bsdf() { return Bsdf(u_diffuse, u_alpha, u_f0, u_f90); }
 """
 

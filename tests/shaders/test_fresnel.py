@@ -26,12 +26,19 @@ def test_cosine_beyond_its_range_is_clamped(ctx: moderngl.Context) -> None:
     np.testing.assert_array_equal(result, np.array([0.04, 1, 1], np.float32))
 
 
+SURFACES = [
+    ((0.04, 0.04, 0.04), (1.0, 1.0, 1.0), 0.3),
+    ((0.9, 0.5, 0.1), (0.8, 0.8, 0.5), 0.7),
+    ((0.02, 0.02, 0.0), (0.5, 0.5, 0.0), 0.0),
+]
+
+
 def test_rough_interface(ctx: moderngl.Context) -> None:
     """Towards grazing angles a rough surface reflects less, but never less than at normal incidence."""
     rng = np.random.default_rng(2)
     cosine = rng.random(1 << 12)
-    for f0, f90, alpha in [((0.04, 0.04, 0.04), 1.0, 0.3), ((0.9, 0.5, 0.1), 0.8, 0.7), ((0.02, 0.02, 0.02), 0.5, 0.0)]:
-        body = f"r = fresnel_schlick_rough(vec3{f0}, {f90}, {alpha}, cosine);"
+    for f0, f90, alpha in SURFACES:
+        body = f"r = fresnel_schlick_rough(vec3{f0}, vec3{f90}, {alpha}, cosine);"
         result = probe(ctx, BSDF, body, {"cosine": cosine}, {"r": 3})["r"]
         material = bsdf_oracle.Material(alpha=alpha, f0=f0, f90=f90)
         np.testing.assert_allclose(result, bsdf_oracle.interface_reflectance(material, cosine), rtol=3e-6)

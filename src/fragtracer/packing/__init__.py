@@ -225,7 +225,7 @@ def _first_primitives(records: Mapping[str, Sequence[Any]]) -> Iterable[tuple[in
 def _scene_defines(records: Mapping[str, Sequence[Mapping[str, Any]]], scene: Scene) -> dict[str, int]:
     kinds = {light["kind"] for light in records["Light"]}
     materials = records["Material"]
-    specular = [m for m in materials if m["f90"] > 0 or max(m["f0"]) > 0]
+    specular = [m for m in materials if max(*m["f0"], *m["f90"]) > 0]
     smooth = [m["alpha"] < 1e-4 for m in specular]  # ALPHA_DELTA of bsdf/cook_torrance.glsl
     return {
         **{f"{kind.upper()}_COUNT": len(records[kind]) for kind in RECORDS if kind != "Material"},

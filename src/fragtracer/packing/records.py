@@ -15,7 +15,7 @@ RECORDS: dict[str, Record] = {
     "Plane": (("normal", "vec3"), ("offset", "float"), ("material", "int")),
     "Rectangle": (("plane", "vec4"), ("u_row", "vec4"), ("v_row", "vec4"), ("material", "int"), ("light", "int")),
     "Triangle": (("plane", "vec4"), ("u_row", "vec4"), ("v_row", "vec4"), ("material", "int"), ("light", "int")),
-    "Material": (("diffuse", "vec3"), ("alpha", "float"), ("f0", "vec3"), ("f90", "float"), ("emission", "vec3")),
+    "Material": (("diffuse", "vec3"), ("alpha", "float"), ("f0", "vec3"), ("f90", "vec3"), ("emission", "vec3")),
     "Light": (
         *(("radiance", "vec3"), ("probability", "float")),  # of being chosen
         *(("position", "vec3"), ("radius", "float")),  # a sphere's centre, or the corner the edges leave from

@@ -11,7 +11,7 @@ scene. To use it::
     fragtracer_bsdf.register()
     scene = mi.load_file("scene.xml")
 
-Parameters of the plugin: ``diffuse_albedo`` and ``specular_f0`` (three numbers), ``specular_f90``,
+Parameters of the plugin: ``diffuse_albedo``, ``specular_f0`` and ``specular_f90`` (three numbers each),
 ``alpha`` (GGX width) and ``geometry`` ("smith", "schlick-beckmann" or "karis").
 
 In this file ``wo`` points to the viewer and ``wi`` to the light, as everywhere in fragtracer;
@@ -110,11 +110,12 @@ def _plugin_class(mi: Any, dr: Any) -> type:
             super().__init__(props)
             self.albedo = mi.Color3f([float(x) for x in props["diffuse_albedo"]])
             self.f0 = mi.Color3f([float(x) for x in props["specular_f0"]])
-            self.f90, self.alpha = mi.Float(float(props["specular_f90"])), mi.Float(float(props["alpha"]))
+            self.f90 = mi.Color3f([float(x) for x in props["specular_f90"]])
+            self.alpha = mi.Float(float(props["alpha"]))
             self.geometry = str(props.get("geometry", "smith"))
-            alpha, f90 = float(props["alpha"]), float(props["specular_f90"])
+            alpha = float(props["alpha"])
             self.k = mi.Float(0.0 if self.geometry == "smith" else schlick_k(self.geometry, alpha))
-            has_specular = f90 > 0 or any(float(x) > 0 for x in props["specular_f0"])
+            has_specular = any(float(x) > 0 for name in ("specular_f0", "specular_f90") for x in props[name])
             self._set_lobes(any(float(x) > 0 for x in props["diffuse_albedo"]), has_specular, alpha < DELTA_ALPHA)
             # Opaque, that is, unknown to the compiler: materials of one kind share their code.
             dr.make_opaque(self.albedo, self.f0, self.f90, self.alpha, self.k)

@@ -46,7 +46,7 @@ def _dielectric(material: Material) -> Tree:
     f0 = material.f0 or (reflectance_from_ior(1.5 if material.ior is None else material.ior),) * 3
     mean = min(max(material.specular * sum(f0) / 3, 1e-6), 0.99)  # Mitsuba wants an index above 1
     ior = (1 + math.sqrt(mean)) / (1 - math.sqrt(mean))
-    passed = [1 - (f + (material.specular_f90 - f) / 21) for f in material.specular_f0]
+    passed = [1 - (f0 + (f90 - f0) / 21) for f0, f90 in zip(material.specular_f0, material.specular_f90, strict=True)]
     base = [c * p**2 for c, p in zip(material.albedo, passed, strict=True)]
     if material.alpha >= DELTA_ALPHA:
         return {"type": "principled", "base_color": rgb(base), "roughness": float(material.roughness), "eta": ior}

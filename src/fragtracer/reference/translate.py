@@ -43,7 +43,7 @@ def rgb(color: Any) -> Tree:
 
 def is_lambert(material: Material) -> bool:
     """Whether the material has no specular lobe at all."""
-    return max(*material.specular_f0, material.specular_f90) == 0
+    return max(*material.specular_f0, *material.specular_f90) == 0
 
 
 def lambert(material: Material) -> Tree:
@@ -59,7 +59,7 @@ def exact_bsdf(material: Material, geometry: str) -> Tree:
         "type": NAME,
         "diffuse_albedo": list(material.diffuse_albedo),
         "specular_f0": list(material.specular_f0),
-        "specular_f90": float(material.specular_f90),
+        "specular_f90": list(material.specular_f90),
         "alpha": float(material.alpha),
         "geometry": geometry,
     }

@@ -92,12 +92,14 @@ class Material:
         return self.f0 or (reflectance_from_ior(1.5 if self.ior is None else self.ior),) * 3
 
     @property
-    def specular_f90(self) -> float:
-        """Specular reflectance at grazing incidence."""
+    def specular_f90(self) -> Triple:
+        """Specular reflectance at grazing incidence: of a dielectric for each channel, of a metal white."""
         if self.metal:
-            return 1.0
-        dielectric = grazing_reflectance(self._dielectric_f0)
-        return (1 - self.metallic) * self.specular * dielectric + self.metallic * grazing_reflectance(self.albedo)
+            return (1.0, 1.0, 1.0)
+        dielectric = (1 - self.metallic) * self.specular
+        metallic = self.metallic * grazing_reflectance(max(self.albedo))
+        r, g, b = (dielectric * grazing_reflectance(d) + metallic for d in self._dielectric_f0)
+        return (r, g, b)
 
     @property
     def is_emissive(self) -> bool:
