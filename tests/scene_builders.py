@@ -61,7 +61,7 @@ _LENGTHS = {"edge_u", "edge_v", "radius", "aperture_radius", "focus_distance"}
 _AREAS = {"power"}  # watts leave a surface; radiance stays
 _OTHERS = {
     *("up", "fov_degrees", "normal", "material", "radiance", "name", "description"),
-    *("render", "materials"),
+    *("render", "materials", "environment"),
 }
 
 

@@ -14,6 +14,7 @@ from pydantic import BeforeValidator
 from pydantic.dataclasses import dataclass
 
 from fragtracer.scene.camera import Camera
+from fragtracer.scene.environment import Environment, Gradient, Panorama
 from fragtracer.scene.fields import CONFIG, Reflectance, Strength, Vector, as_tuple
 from fragtracer.scene.light import Ambient, Light
 from fragtracer.scene.material import Material
@@ -25,11 +26,14 @@ from fragtracer.scene.texture import Image, Texture
 __all__ = [
     "Ambient",
     "Camera",
+    "Environment",
     "Geometry",
+    "Gradient",
     "Image",
     "Light",
     "Material",
     "Mesh",
+    "Panorama",
     "Part",
     "Placement",
     "Plane",
@@ -58,6 +62,7 @@ class Scene:
     meshes: Annotated[tuple[Mesh, ...], BeforeValidator(as_tuple)] = ()
     lights: Annotated[tuple[Light, ...], BeforeValidator(as_tuple)] = ()
     ambient: Ambient = Ambient()
+    environment: Environment | None = None
     render: RenderSettings = RenderSettings()
     name: str = "scene"
     description: str = ""

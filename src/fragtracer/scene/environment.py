@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: MIT
+"""Light from all around, infinitely far away: pictures of the whole sphere of directions.
+
+An equirectangular map is (h, w, 3) float32 radiance. v runs from 0 at the top, which is up (+y), to 1 at
+the bottom, down; u from 0 at the left to 1 at the right. The middle of the picture (u = 0.5) shows what lies
+along -z, where a camera looks by default; u = 0.75 is +x, u = 0.25 is -x, and u = 0 and 1 meet at +z. Values
+belong to the centres of the texels; between them they are bilinear, around in u and constant beyond the first
+and last row.
+"""
+
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic.dataclasses import dataclass
+
+from fragtracer.scene.content import content_digest
+from fragtracer.scene.fields import CONFIG, NonNegative, Strength, Triple
+
+Floats = NDArray[np.float64]
+_CONSTANT_SIZE = (32, 64)
+_GRADIENT_ROWS = 256
+
+
+class Panorama:
+    """An equirectangular map, equal to another where its content is.
+
+    ``pixels`` is (h, w, 3) radiance in W/m²/sr, finite and not negative; it is kept as float32.
+    ``file`` is where it comes from, if from a file.
+
+    Raises ``ValueError`` for an array of another kind.
+    """
+
+    def __init__(self, pixels: ArrayLike, file: str | None = None) -> None:
+        array = np.ascontiguousarray(pixels, np.float32)
+        if array.ndim != 3 or array.shape[2] != 3 or array.size == 0:
+            raise ValueError(f"the pixels of an environment are (height, width, 3) numbers, got {array.shape}")
+        if not (np.isfinite(array).all() and array.min() >= 0):
+            raise ValueError("the pixels of an environment must be finite and not negative")
+        self.pixels: NDArray[np.float32] = array
+        self.pixels.setflags(write=False)
+        self.file = file
+        self.digest = content_digest(self.pixels)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Panorama) and self.digest == other.digest
+
+    def __hash__(self) -> int:
+        return hash(self.digest)
+
+    def __deepcopy__(self, memo: object) -> Self:
+        return self
+
+
+@dataclass(frozen=True, config=CONFIG)
+class Gradient:
+    """Radiance (W/m²/sr) that changes with the sine of the elevation, linearly: from ``horizon`` to
+    ``zenith`` above, and to ``ground`` straight below."""
+
+    zenith: Strength
+    horizon: Strength
+    ground: Strength
+
+    @property
+    def pixels(self) -> NDArray[np.float32]:
+        """The equirectangular map, (256, 1, 3)."""
+        y = np.cos(np.pi * (np.arange(_GRADIENT_ROWS) + 0.5) / _GRADIENT_ROWS)[:, None, None]
+        zenith, horizon, ground = (np.array(color) for color in (self.zenith, self.horizon, self.ground))
+        pixels = np.where(y >= 0, horizon + (zenith - horizon) * y, horizon - (ground - horizon) * y)
+        return np.asarray(pixels, np.float32)
+
+
+@dataclass(frozen=True, config=CONFIG)
+class Environment:
+    """Light from all around; exactly one of ``image``, ``radiance`` and ``gradient`` says what it looks like.
+
+    ``radiance`` (W/m²/sr) is the same everywhere, as that of :class:`Ambient`, to which an environment adds.
+    The picture is turned by ``rotation_degrees`` about +y, counter-clockwise seen from above: by 90, what
+    was at -z comes to -x. It is multiplied by ``strength`` and ``tint``. Where it is not ``visible``, camera rays
+    that meet nothing see the colour ``background`` (W/m²/sr), while light and reflections stay.
+    """
+
+    image: Panorama | None = None
+    radiance: Strength | None = None
+    gradient: Gradient | None = None
+    rotation_degrees: float = 0.0
+    strength: NonNegative = 1.0
+    tint: Strength = (1.0, 1.0, 1.0)
+    visible: bool = True
+    background: Strength = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        if sum(source is not None for source in (self.image, self.radiance, self.gradient)) != 1:
+            raise ValueError("give exactly one of image, radiance and gradient")
+
+    @property
+    def scale(self) -> Triple:
+        """What :attr:`pixels` are multiplied by."""
+        r, g, b = (self.strength * tint for tint in self.tint)
+        return (r, g, b)
+
+    @property
+    def pixels(self) -> NDArray[np.float32]:
+        """The equirectangular map, (h, w, 3) radiance before rotation and :attr:`scale`."""
+        if self.image is not None:
+            return self.image.pixels
+        if self.gradient is not None:
+            return self.gradient.pixels
+        return np.full((*_CONSTANT_SIZE, 3), self.radiance, np.float32)
+
+    @property
+    def rotation(self) -> Floats:
+        """(3, 3) matrix that takes directions of the map to the world."""
+        angle = np.radians(self.rotation_degrees)
+        c, s = np.cos(angle), np.sin(angle)
+        return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+
+
+def direction_of(u: ArrayLike, v: ArrayLike) -> Floats:
+    """The unit directions (..., 3) of places in a map that is not turned."""
+    phi = 2 * np.pi * (np.asarray(u, np.float64) - 0.5)
+    theta = np.pi * np.asarray(v, np.float64)
+    return np.stack([np.sin(theta) * np.sin(phi), np.cos(theta), -np.sin(theta) * np.cos(phi)], axis=-1)
+
+
+def place_of(direction: ArrayLike) -> Floats:
+    """The places (..., 2), u and v in [0, 1], of directions (..., 3) of any length in a map that is not turned."""
+    x, y, z = np.moveaxis(np.asarray(direction, np.float64), -1, 0)
+    u = 0.5 + np.arctan2(x, -z) / (2 * np.pi)
+    return np.stack([u, np.arctan2(np.hypot(x, z), y) / np.pi], axis=-1)
+
+
+def lookup(pixels: ArrayLike, direction: ArrayLike) -> Floats:
+    """The radiance (..., 3) of a map in directions (..., 3), by the interpolation described above, in float64."""
+    image = np.asarray(pixels, np.float64)
+    height, width, _ = image.shape
+    u, v = np.moveaxis(place_of(direction), -1, 0)
+    x, y = u * width - 0.5, np.clip(v * height - 0.5, 0, height - 1)
+    column, row = np.floor(x).astype(int), np.minimum(np.floor(y).astype(int), height - 1)
+    fx, fy = (x - column)[..., None], (y - row)[..., None]
+    below = np.minimum(row + 1, height - 1)
+    left, right = column % width, (column + 1) % width
+    upper = image[row, left] * (1 - fx) + image[row, right] * fx
+    lower = image[below, left] * (1 - fx) + image[below, right] * fx
+    result: Floats = upper * (1 - fy) + lower * fy
+    return result
