@@ -9,27 +9,33 @@ from pydantic import BeforeValidator, ConfigDict, Field
 
 CONFIG = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, arbitrary_types_allowed=True)
 
+_HUGE = 10**300  # an int beyond it stays too large as a float
+
+
+def as_number(value: Any) -> Any:
+    if isinstance(value, int) and not isinstance(value, bool):
+        return float(max(min(value, _HUGE), -_HUGE))
+    return float(value) if isinstance(value, np.integer | np.floating) else value
+
 
 def as_triple(value: Any) -> Any:
-    if isinstance(value, str) or not isinstance(value, Iterable):
-        return value
-    return tuple(float(v) if isinstance(v, int | np.number) and not isinstance(v, bool) else v for v in value)
+    return value if isinstance(value, str) or not isinstance(value, Iterable) else tuple(value)
 
 
 def as_color(value: Any) -> Any:
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        return (float(value),) * 3
-    return as_triple(value)
+    return (value,) * 3 if isinstance(value, int | float | np.number) else as_triple(value)
 
 
 def as_tuple(value: Any) -> Any:
     return tuple(value) if isinstance(value, list) else value
 
 
-Triple = tuple[float, float, float]
-NonNegative = Annotated[float, Field(ge=0)]
-Positive = Annotated[float, Field(gt=0)]
-Fraction = Annotated[float, Field(ge=0, le=1)]
+LARGEST = 3.4e38  # of a 32-bit float, which is what the shader computes with
+Number = Annotated[float, BeforeValidator(as_number), Field(ge=-LARGEST, le=LARGEST)]
+Triple = tuple[Number, Number, Number]
+NonNegative = Annotated[float, BeforeValidator(as_number), Field(ge=0, le=LARGEST)]
+Positive = Annotated[float, BeforeValidator(as_number), Field(gt=0, le=LARGEST)]
+Fraction = Annotated[float, BeforeValidator(as_number), Field(ge=0, le=1)]
 Vector = Annotated[Triple, BeforeValidator(as_triple)]
 Reflectance = Annotated[tuple[Fraction, Fraction, Fraction], BeforeValidator(as_color)]
 Strength = Annotated[tuple[NonNegative, NonNegative, NonNegative], BeforeValidator(as_color)]

@@ -7,7 +7,7 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from fragtracer.materials import METAL_F0, grazing_reflectance, reflectance_from_ior
-from fragtracer.scene.fields import CONFIG, Fraction, Reflectance, Strength, Triple
+from fragtracer.scene.fields import CONFIG, Fraction, Number, Reflectance, Strength, Triple
 from fragtracer.scene.texture import Texture
 
 
@@ -44,7 +44,7 @@ class Material:
     roughness_texture: Texture | None = None
     metallic_texture: Texture | None = None
     normal_texture: Texture | None = None
-    normal_scale: float = 1.0
+    normal_scale: Number = 1.0
     occlusion_texture: Texture | None = None
     occlusion_strength: Fraction = 1.0
     emission_texture: Texture | None = None

@@ -9,11 +9,11 @@ from pydantic import BeforeValidator, Field
 from pydantic.dataclasses import dataclass
 
 from fragtracer.scene.content import content_digest
-from fragtracer.scene.fields import CONFIG, as_triple
+from fragtracer.scene.fields import CONFIG, Number, as_triple
 
 ColorSpace = Literal["srgb", "linear"]
 Wrap = Literal["repeat", "mirror", "clamp"]
-Pair = Annotated[tuple[float, float], BeforeValidator(as_triple)]
+Pair = Annotated[tuple[Number, Number], BeforeValidator(as_triple)]
 
 
 class Image:
@@ -66,7 +66,7 @@ class Texture:
     wrap_v: Wrap = "repeat"
     filter: Literal["linear", "nearest"] = "linear"
     offset: Pair = (0.0, 0.0)
-    rotation: float = 0.0
+    rotation: Number = 0.0
     scale: Pair = (1.0, 1.0)
     coordinates: Annotated[int, Field(ge=0, le=1)] = 0
     channel: Literal["r", "g", "b", "a"] = "r"

@@ -69,7 +69,7 @@ def parse(text: str, file: str | Path = "scene.toml") -> Scene:
     """
     document = _toml(text, file)
     mistakes = list(too_large(document))
-    scene = None if mistakes else from_document(document, Path(file).stem, mistakes)
+    scene = None if mistakes else from_document(document, Path(file).stem, Path(file).parent, mistakes)
     if scene is None:
         lines = [f"{file}: {mistake}" for mistake in mistakes[:_MOST_MISTAKES]]
         rest = len(mistakes) - _MOST_MISTAKES
@@ -93,9 +93,9 @@ def _line_of(message: str, text: str) -> str:
     return f": {show(line)}" if line else ""
 
 
-def dump(scene: Scene) -> str:
-    """The text of a scene file, of which :func:`parse` makes the same scene; defaults are left out."""
-    text = tomli_w.dumps(to_document(scene))
+def dump(scene: Scene, folder: str | Path = ".") -> str:
+    """The text of a scene file in ``folder``, of which :func:`parse` makes the same scene; defaults are left out."""
+    text = tomli_w.dumps(to_document(scene, Path(folder)))
     # tomli_w gives each number of an array its own line; no other line ends in a bracket or a comma.
     for pattern, joined in ((r"\[\n\s+", "["), (r",\n\s*\]", "]"), (r",\n\s+", ", ")):
         text = re.sub(pattern, joined, text)
@@ -112,4 +112,4 @@ def save(scene: Scene, path: str | Path) -> None:
     """
     output.check_writable(path, [".toml"])
     with output.replacing(path) as part:
-        part.write_text(dump(scene), "utf-8", newline="\n")
+        part.write_text(dump(scene, Path(path).parent), "utf-8", newline="\n")

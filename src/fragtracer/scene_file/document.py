@@ -3,6 +3,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, fields
+from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
@@ -21,6 +22,7 @@ from fragtracer.scene import (
     Triangle,
 )
 from fragtracer.scene_file.tables import build, join, show, suggest
+from fragtracer.scene_file.textures import TEXTURES, ImageFiles, plain_texture, texture
 
 _TABLES = {"camera": Camera, "render": RenderSettings, "ambient": Ambient}
 _SHAPES = {"sphere": Sphere, "plane": Plane, "rectangle": Rectangle, "triangle": Triangle}
@@ -28,7 +30,7 @@ _ARRAYS = {"light": Light, **_SHAPES}
 _KEYS = ("description", *_TABLES, "material", *_ARRAYS)
 
 
-def from_document(document: Mapping[str, Any], name: str, mistakes: list[str]) -> Scene | None:
+def from_document(document: Mapping[str, Any], name: str, folder: Path, mistakes: list[str]) -> Scene | None:
     """Make a scene.
 
     Parameters
@@ -37,6 +39,8 @@ def from_document(document: Mapping[str, Any], name: str, mistakes: list[str]) -
         The tables of the file by their names in the file.
     name
         The name that the scene gets.
+    folder
+        What the paths in the file are relative to.
     mistakes
         Takes "path: sentence" for each mistake.
 
@@ -45,7 +49,8 @@ def from_document(document: Mapping[str, Any], name: str, mistakes: list[str]) -
     Scene or None
         None if there is a mistake.
     """
-    values = {key: _section(key, value, mistakes) for key, value in document.items()}
+    images = ImageFiles(folder)
+    values = {key: _section(key, value, images, mistakes) for key, value in document.items()}
     mistakes += _missing_materials(document)
     if mistakes:
         return None
@@ -53,13 +58,13 @@ def from_document(document: Mapping[str, Any], name: str, mistakes: list[str]) -
     return _scene({plurals.get(key, key): value for key, value in values.items()} | {"name": name}, mistakes)
 
 
-def _section(key: str, value: Any, mistakes: list[str]) -> Any:
+def _section(key: str, value: Any, images: ImageFiles, mistakes: list[str]) -> Any:
     if key in _ARRAYS:
         return _array(_ARRAYS[key], value, key, mistakes)
     if key in _TABLES and isinstance(value, Mapping):
         return build(_TABLES[key], value, key, mistakes)
     if key == "material" and isinstance(value, Mapping):
-        return {name: _material(table, join(key, name), mistakes) for name, table in value.items()}
+        return {name: _material(table, join(key, name), images, mistakes) for name, table in value.items()}
     if key == "description" and isinstance(value, str):
         return value
     mistakes.append(f"{join('', key)}: {_misplaced(key, value)}")
@@ -82,17 +87,20 @@ def _array(cls: type, value: Any, path: str, mistakes: list[str]) -> list[Any]:
     return [build(cls, table, f"{path}[{index}]", mistakes) for index, table in enumerate(value)]
 
 
-def _material(table: Any, path: str, mistakes: list[str]) -> Material | None:
+def _material(table: Any, path: str, images: ImageFiles, mistakes: list[str]) -> Material | None:
     if not isinstance(table, Mapping):
         mistakes.append(f"{path}: a material is a table with a name, written [material.NAME], got {show(table)}")
         return None
-    f0 = table.get("f0")
-    if not isinstance(f0, str):
-        return build(Material, table, path, mistakes)
-    if f0 not in DIELECTRIC_F0:
-        names = ", ".join(show(name) for name in DIELECTRIC_F0)
-        mistakes.append(f"{path}.f0: must be a number, three numbers [r, g, b] or one of {names}, got {show(f0)}")
-    return build(Material, {**table, "f0": DIELECTRIC_F0.get(f0, 0.04)}, path, mistakes)
+    values, f0 = dict(table), table.get("f0")
+    if isinstance(f0, str):
+        if f0 not in DIELECTRIC_F0:
+            names = ", ".join(show(name) for name in DIELECTRIC_F0)
+            mistakes.append(f"{path}.f0: must be a number, three numbers [r, g, b] or one of {names}, got {show(f0)}")
+        values["f0"] = DIELECTRIC_F0.get(f0, 0.04)
+    for key in TEXTURES:
+        if key in table:
+            values[key] = texture(key, table[key], join(path, key), images, mistakes)
+    return build(Material, values, path, mistakes)
 
 
 def _missing_materials(document: Mapping[str, Any]) -> Iterator[str]:
@@ -123,14 +131,19 @@ def _scene(values: dict[str, Any], mistakes: list[str]) -> Scene | None:
     return None
 
 
-def to_document(scene: Scene) -> dict[str, Any]:
-    """The tables of the file for a scene, without what has its default value."""
+def to_document(scene: Scene, folder: Path) -> dict[str, Any]:
+    """The tables of a file in ``folder`` for a scene, without what has its default value."""
     document: dict[str, Any] = {"description": scene.description} if scene.description else {}
     document |= {key: table for key in _TABLES if (table := _plain(getattr(scene, key)))}
     if scene.materials:
-        document["material"] = {name: _plain(material) for name, material in scene.materials.items()}
+        document["material"] = {name: _plain_material(item, folder) for name, item in scene.materials.items()}
     arrays = {key: [_plain(item) for item in getattr(scene, f"{key}s")] for key in _ARRAYS}
     return document | {key: items for key, items in arrays.items() if items}
+
+
+def _plain_material(material: Material, folder: Path) -> dict[str, Any]:
+    values = _plain(material)
+    return {key: plain_texture(key, item, folder) if key in TEXTURES else item for key, item in values.items()}
 
 
 def _plain(item: Any) -> dict[str, Any]:

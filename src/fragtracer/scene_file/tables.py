@@ -13,10 +13,11 @@ from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from fragtracer.scene import Reflectance, Strength, Vector
+from fragtracer.scene import Image, Reflectance, Strength, Texture, Vector
+from fragtracer.scene.fields import LARGEST
+from fragtracer.scene.texture import Pair
 
 T = TypeVar("T")
-_LARGEST = 3.4e38  # of a 32-bit float, which is what the shader computes with
 _KINDS = {
     float: "a number",
     int: "a whole number",
@@ -25,9 +26,13 @@ _KINDS = {
     Vector: "three numbers [x, y, z]",
     Reflectance: "a number or three numbers [r, g, b]",
     Strength: "a number or three numbers [r, g, b]",
+    Pair: "two numbers [u, v]",
+    Image: "an image file",
+    Texture: 'the name of an image file or a table { file = "…" }',
     tuple[Vector, Vector, Vector]: "three points [[x, y, z], [x, y, z], [x, y, z]]",
 }
 _ITEMS = {
+    "two numbers [u, v]": "a number",
     "three numbers [x, y, z]": "a number",
     "a number or three numbers [r, g, b]": "a number",
     "three points [[x, y, z], [x, y, z], [x, y, z]]": "three numbers [x, y, z]",
@@ -112,8 +117,8 @@ def too_large(value: Any, path: str = "") -> Iterator[str]:
         case list():
             for index, item in enumerate(value):
                 yield from too_large(item, f"{path}[{index}]")
-        case int() | float() if _LARGEST < abs(value) < math.inf:
-            yield f"{path}: must be a number between -{_LARGEST} and {_LARGEST}, got {show(value)}"
+        case int() | float() if LARGEST < abs(value) < math.inf:
+            yield f"{path}: must be a number between -{LARGEST} and {LARGEST}, got {show(value)}"
 
 
 def _sentence(cls: type, table: Mapping[str, Any], path: str, detail: ErrorDetails) -> str:
