@@ -172,5 +172,7 @@ def test_samples_of_extreme_arguments(ctx: moderngl.Context) -> None:
             assert np.isfinite(result["weight"]).all(), name
             assert (result["drawn"][:, 3] >= 0).all(), name
             assert (result["weight"] >= 0).all(), name
-            assert result["weight"].max() <= 1 / bsdf_oracle.REC_709.min(), name
+            # Lobes are chosen by luminance: one that reflects red alone is chosen as much less often.
+            colored = max(*material.f0, 1e-9) / max(bsdf_oracle.REC_709 @ material.f0, 1e-9)
+            assert result["weight"].max() <= colored / bsdf_oracle.REC_709.min(), name
             assert not result["weight"][cosine == 0].any(), name
