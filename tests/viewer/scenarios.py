@@ -183,7 +183,7 @@ def opens_and_reloads_files() -> None:
         edited = {**scene.materials, first: ft.Material(albedo=(0.9, 0.1, 0.1))}
         ft.save(replace(scene, materials=edited), "mine.toml")
         hand.until(lambda: viewer.session.document.scene.materials == edited, "reload")
-        assert viewer.renderer.scene.materials == edited
+        hand.until(lambda: viewer.renderer.scene.materials == edited, "the picture of it")
         Path("mine.toml").write_text("[camera\n", "utf-8")
         hand.until(lambda: "not a TOML file" in viewer.problem, "the message")
         assert viewer.session.document.scene.materials == edited
@@ -246,9 +246,9 @@ def shows_help_and_hides() -> None:
         hand.key("3")
         assert viewer.session.camera == kept
         hand.key("h")
-        assert len(viewer.renderer.scene.spheres) == 2
+        hand.until(lambda: len(viewer.renderer.scene.spheres) == 2, "hidden")
         hand.key("alt+h")
-        assert len(viewer.renderer.scene.spheres) == 3
+        hand.until(lambda: len(viewer.renderer.scene.spheres) == 3, "shown")
         hand.key("Delete")
         assert len(viewer.session.document.scene.spheres) == 2
         hand.key("space")

@@ -246,3 +246,24 @@ def test_film_statistics_are_those_of_the_film(spp: int, mean: float, error: flo
     found.look(FakeFilm(spp, mean, 1.0))
     assert found.relative_error == (None if error is None else pytest.approx(error))
     assert found.non_finite == 2 * 4 * 32
+
+
+def test_governor_lowers_light_samples_before_resolution_and_nothing_where_all_fits() -> None:
+    full, budget = (1000, 500), Governor(target=0.033, overhead=0.013).budget
+    needed = 500_000 / budget  # paths per second for one per pixel
+    assert Governor(overhead=0.013).choose(full, 2 * needed, 7, 8) == (full, 8), "fast enough for all"
+    half = Governor(overhead=0.013, level=0)
+    assert half.choose(full, needed / 2, 8, 8) == (full, 3), "(1 + 8) / 2 rays a vertex are affordable"
+    size, light_samples = Governor(overhead=0.013).choose(full, needed / 45, 8, 8)
+    assert light_samples == 1
+    assert size[0] < full[0]
+
+
+def test_governor_does_not_flicker_between_two_numbers_of_light_samples() -> None:
+    governor, rng, chosen = Governor(target=0.033, overhead=0.013), np.random.default_rng(1), 8
+    counts = []
+    for _ in range(200):  # rays per second for four light samples, more or less
+        rate = 5 * 500_000 / governor.budget * rng.uniform(0.93, 1.07) / (1 + chosen)
+        _, chosen = governor.choose((1000, 500), rate, chosen, 8)
+        counts.append(chosen)
+    assert sum(a != b for a, b in pairwise(counts)) <= 2

@@ -19,7 +19,7 @@ def view(
         Path | None, typer.Option(metavar="FILE.png", help="Write the window to a file when it closes.")
     ] = None,
     stats: Annotated[Path | None, typer.Option(metavar="FILE.json", help="Write how long the frames took.")] = None,
-    orbit: Annotated[bool, typer.Option(help="Turn the camera all the time, to measure.")] = False,
+    orbit: Annotated[bool, typer.Option(help="Turn the camera and edit all the time, to measure.")] = False,
 ) -> None:
     """Open SCENE in a window, where it refines while you look around and edit it. F1 lists the keys."""
     from fragtracer.viewer import view as open_viewer

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The path tracing program with its scene, on a film: passes cut into bands of bounded duration."""
 
-import time
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -57,6 +56,11 @@ class Tracer:
         self._max_rays = max(1, _MAX_ROUNDS // packed.path_rounds)
         self.set(packed.uniforms)
 
+    def knows(self, packed: PackedScene) -> bool:
+        """Whether :meth:`load` need not compile a program for it."""
+        source = (packed.defines, packed.layout, packed.constants)
+        return any(known == source for known, _ in self._kept)
+
     def set(self, uniforms: Mapping[str, Any]) -> None:
         """Change uniforms alone, by name: those of the camera, when nothing else has moved."""
         assert self._program is not None
@@ -64,7 +68,7 @@ class Tracer:
 
     @property
     def pixel_samples_per_second(self) -> float:
-        """The speed of the last draw; 0 when the program is new."""
+        """The speed of the last draw by the clock of :attr:`timer`; 0 when the program is new."""
         return self._pixel_samples_per_second
 
     @property
@@ -87,11 +91,11 @@ class Tracer:
             self._program.set({"u_rays": rays})  # each time: other passes may be drawn in between
             rows = min(self._rows(width * rays, budget), height - row)
             film.restrict(row, rows)
-            start = time.perf_counter()
+            before = self.timer.seconds
             with self.timer:
                 self._program.draw()
                 self._ctx.finish()
-            self._learn(width * rows * rays, time.perf_counter() - start)
+            self._learn(width * rows * rays, self.timer.seconds - before)
             row += rows
             yield rows
         film.swap()

@@ -87,7 +87,7 @@ class Viewer:
     @property
     def problem(self) -> str:
         """What is wrong, as the window shows it."""
-        return self._shader_problem or self.session.problem
+        return self._shader_problem or self.refiner.problem or self.session.problem
 
     @property
     def is_done(self) -> bool:
@@ -291,17 +291,14 @@ class Viewer:
         self.rectangle = (round(area.x * scale), height - round(area.y * scale) - size[1], *size)
         self.refiner.resize(size)
         session = self.session
-        try:
-            if session.version != self._seen_version:
-                self._seen_version = session.version
-                self.refiner.change(session.shown)
-            elif self._gathered() != self._gathered_before:
-                self._gathered_before = self._gathered()
-                self.refiner.gather(self._gathered_before)
-            elif session.camera != self.renderer.scene.camera:
-                self.refiner.look(session.camera)
-        except ShaderError as error:
-            self._shader_problem = str(error)
+        if session.version != self._seen_version:
+            self._seen_version = session.version
+            self.refiner.change(session.shown)
+        elif self._gathered() != self._gathered_before:
+            self._gathered_before = self._gathered()
+            self.refiner.gather(self._gathered_before)
+        elif session.camera != self.refiner.camera:
+            self.refiner.look(session.camera)
 
     def _gathered(self) -> str:
         view = self.session.display.view

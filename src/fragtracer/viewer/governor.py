@@ -12,7 +12,12 @@ _CAUTION = 4.0e5  # samples per second to count on before any was measured
 
 @dataclass
 class Governor:
-    """Chooses the resolution while something moves; ``target`` is the duration of a frame in seconds."""
+    """Chooses the resolution and the number of samples while something moves; ``target`` is the
+    duration of a frame in seconds.
+
+    Light samples go first, then resolution: fewer of either leave every pixel's mean as it is. Fewer
+    bounces would not, and the picture would brighten when it comes to rest.
+    """
 
     target: float = TARGET
     overhead: float = 0.005  # seconds of a frame that are not spent on tracing, measured
@@ -26,6 +31,20 @@ class Governor:
     def budget(self) -> float:
         """Seconds of a frame for the tracer."""
         return max(self.target - self.overhead, _LEAST * self.target)
+
+    def choose(
+        self, full: tuple[int, int], samples_per_second: float, light_samples: int = 1, most: int = 1
+    ) -> tuple[tuple[int, int], int]:
+        """The size, and the light samples up to ``most``, with which one path per pixel fits into the budget.
+
+        ``samples_per_second`` was measured with ``light_samples``; a path is taken to cost one ray and
+        one more for each of them at every vertex.
+        """
+        rays_per_second = (samples_per_second or _CAUTION) * (1 + light_samples)
+        affordable = rays_per_second * self.budget / _pixels(full, 0)
+        chosen = max(int(affordable / _MARGIN) - 1, min(light_samples, int(affordable) - 1))
+        chosen = max(1, min(most, chosen))
+        return self.size(full, rays_per_second / (1 + chosen)), chosen
 
     def size(self, full: tuple[int, int], samples_per_second: float) -> tuple[int, int]:
         """The size, at most ``full``, at which one sample per pixel fits into the budget."""
@@ -42,7 +61,15 @@ class Governor:
 
 
 def _scaled(full: tuple[int, int], level: int) -> tuple[int, int]:
-    return max(1, round(full[0] * _SCALES[level])), max(1, round(full[1] * _SCALES[level]))
+    if level == 0:
+        return full
+    width, height = (max(1, round(side * _SCALES[level])) for side in full)
+    return _uneven(width), _uneven(height)
+
+
+def _uneven(side: int) -> int:
+    """Not a power of two: llvmpipe would compile the program again for a film of such a size."""
+    return side + 1 if side > 1 and side & (side - 1) == 0 else side
 
 
 def _pixels(full: tuple[int, int], level: int) -> int:

@@ -3,16 +3,28 @@
 
 import time
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from fragtracer.gpu.film import Film
 from fragtracer.packing import PackedScene, camera_uniforms, pack
 from fragtracer.renderer import Renderer
-from fragtracer.scene import Camera, Scene
+from fragtracer.scene import Camera, RenderSettings, Scene
 from fragtracer.shader_composer import CONSTANTS
 
 _AWAY = 4.0  # distances from the middle of the scene; a camera further out moves the origin with it
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is to be rendered next, before its program is in use; see :meth:`LiveRenderer.plan`."""
+
+    scene: Scene
+    settings: RenderSettings
+    defines: dict[str, int]
+    home: Camera  # with which the origin was chosen
+    baked: bool
+    packed: PackedScene
 
 
 class LiveRenderer(Renderer):
@@ -23,11 +35,13 @@ class LiveRenderer(Renderer):
 
     def __init__(self, scene: Scene, size: tuple[int, int], context: Any) -> None:
         self._home = scene.camera
+        self._light_samples = scene.render.light_samples
         self._pass: Iterator[int] | None = None
         self._pass_rays = 0
         self._slices = 0.0  # seconds that the pass has taken so far
+        self._speeds: dict[bool, float] = {}  # in samples per second, baked and not
         self.pass_seconds = 0.0  # that the last whole pass took
-        super().__init__(scene, size, context, baked=False)
+        super().__init__(scene, size, context, baked=False, defines=_defines(""))
         self._origin = self._packed().origin
 
     @property
@@ -46,54 +60,75 @@ class LiveRenderer(Renderer):
 
     @property
     def samples_per_second(self) -> float:
-        """The speed of the last draw; 0 when the program is new."""
-        return self._tracer.pixel_samples_per_second
+        """The speed of the last draw, be it of the program before; 0 when nothing was measured."""
+        measured = self._tracer.pixel_samples_per_second
+        if measured:
+            self._speeds[self._baked] = measured
+        return self._speeds.get(self._baked) or self._speeds.get(False, 0.0)
 
-    def change(self, scene: Scene) -> None:
-        """Go on with another scene, and its settings, from no samples.
+    @property
+    def light_samples(self) -> int:
+        """Shadow rays at each vertex, at most those of the settings."""
+        return min(self._light_samples, self.settings.light_samples)
+
+    def plan(self, scene: Scene, view: str = "", baked: bool = False) -> Plan:
+        """Pack ``scene`` to go on with it, ``baked`` into the program or not.
+
+        ``view`` gathers normals, depth or albedo instead of light, by that name.
+        """
+        width, height = self.size
+        settings = replace(scene.render, width=width, height=height)
+        home = scene.camera if self._is_away(scene.camera) else self._home
+        defines = _defines(view)
+        return Plan(scene, settings, defines, home, baked, _packed(scene, settings, home, baked, defines))
+
+    def knows(self, plan: Plan) -> bool:
+        """Whether :meth:`adopt` need not compile."""
+        return self._tracer.knows(plan.packed)
+
+    def adopt(self, plan: Plan, recompile: bool = False) -> None:
+        """Go on with ``plan``; samples stay, for :meth:`restart` to forget.
+
+        ``recompile`` takes the shader files as they are now.
 
         Raises
         ------
         ShaderError
-            If it needs a program that does not compile. The old one stays in use.
+            If its program does not compile. Nothing has changed then.
         """
-        self._adopt(scene)
-        self._load(baked=False)
-        self.restart()
+        if not (plan.baked or self.knows(plan)):
+            self._speeds.clear()
+        self._tracer.load(plan.packed, recompile)
+        width, height = self.size  # may have changed meanwhile
+        self.scene, self.settings = plan.scene, replace(plan.settings, width=width, height=height)
+        self._defines, self._home, self._baked = plan.defines, plan.home, plan.baked
+        self._origin = plan.packed.origin
+        self._pass = None
+        self._set_uniforms()
+
+    def warm_up(self) -> None:
+        """Have the driver do now what it puts off until the first draw."""
+        self._tracer.warm_up(self._film)
+
+    def follows(self, camera: Camera) -> bool:
+        """Whether :meth:`look` is enough for ``camera``, and no other plan needed."""
+        opened = (self.scene.camera.aperture_radius > 0) != (camera.aperture_radius > 0)
+        return not (opened or self._is_away(camera))
 
     def look(self, camera: Camera) -> None:
-        """Go on from another camera, from no samples."""
-        before, self.scene = self.scene.camera, replace(self.scene, camera=camera)
-        if (before.aperture_radius > 0) != (camera.aperture_radius > 0) or self._is_away(camera):
-            self._home = camera
-            self._load(baked=False)
-        else:
-            self._set_camera()
+        """Go on from another camera, which it :meth:`follows`, from no samples."""
+        self.scene = replace(self.scene, camera=camera)
+        self._set_uniforms()
         self.restart()
 
-    def gather(self, view: str) -> None:
-        """Gather normals, depth or albedo instead of light, by that name, or light again, from no samples."""
-        name = f"AUXILIARY_{view.upper()}"
-        self._defines = {"AUXILIARY": CONSTANTS.get(name, CONSTANTS["AUXILIARY_NONE"])}
-        self._load(baked=False)
-        self.restart()
-
-    def bake(self) -> None:
-        """Compile the scene into the program: faster on a software renderer. Samples stay."""
-        if not self._baked:
-            self._load(baked=True)
-
-    def reload_shaders(self) -> None:
-        """Compile from the shader files as they are now, and forget all samples; errors as for :meth:`change`."""
-        self._load(baked=False, recompile=True)
-        self.restart()
-
-    def resize(self, size: tuple[int, int]) -> Film:
-        """Go on in another size, from no samples; returns the film of before, which the caller releases."""
+    def resize(self, size: tuple[int, int], light_samples: int) -> Film:
+        """Go on in another size and with so many light samples, if the settings have as many, from no
+        samples; returns the film of before, which the caller releases."""
         film = Film(self.context, *size)
         before, self._film = self._film, film
         self.settings = replace(self.settings, width=size[0], height=size[1])
-        self._set_camera()
+        self._light_samples = light_samples
+        self._set_uniforms()
         self.restart()
         return before
 
@@ -104,47 +139,44 @@ class LiveRenderer(Renderer):
 
     def refine(self, seconds: float, rays: int, whole: bool = False) -> float:
         """Draw until ``seconds`` are over or a pass of ``rays`` paths per pixel is complete, or, if
-        ``whole``, until it is complete in any case. Returns the seconds it took."""
-        start = time.perf_counter()
+        ``whole``, until it is complete in any case. Returns the seconds that the draws took, by the
+        GPU's clock where it has one."""
+        start, drawn = time.perf_counter(), self.draw_seconds
         if self._pass is None:
             rays = min(rays, self._tracer.max_rays)
             self._pass, self._pass_rays = self._tracer.bands(self._film, rays, seconds / 2), rays
             self._slices = 0.0
         while next(self._pass, None) is not None:
             if not whole and time.perf_counter() - start >= seconds:
-                self._slices += time.perf_counter() - start
-                return time.perf_counter() - start
-        spent = time.perf_counter() - start
+                self._slices += self.draw_seconds - drawn
+                return self.draw_seconds - drawn
+        spent = self.draw_seconds - drawn
         self._pass, self.pass_seconds = None, self._slices + spent
         self.spp += self._pass_rays
         return spent
-
-    def _adopt(self, scene: Scene) -> None:
-        width, height = self.size
-        self.scene, self.settings = scene, replace(scene.render, width=width, height=height)
-        if self._is_away(scene.camera):
-            self._home = scene.camera
 
     def _is_away(self, camera: Camera) -> bool:
         """Whether the numbers of ``camera`` are so large against the scene's that float32 would show."""
         here, home = (max(map(abs, c.position)) for c in (camera, self._home))
         return here > _AWAY * max(home, 1e-6) or here < home / _AWAY / _AWAY
 
-    def _load(self, baked: bool, recompile: bool = False) -> None:
-        before, self._baked = self._baked, baked
-        try:
-            packed = self._packed()
-            self._tracer.load(packed, recompile)
-            self._origin = packed.origin
-        except Exception:
-            self._baked = before
-            raise
-        self._pass = None
-
     def _packed(self) -> PackedScene:
-        width, height = self.settings.width, self.settings.height
-        packed = pack(self.scene, self.settings, width, height, self._baked, self._home)
-        return replace(packed, defines={**packed.defines, **self._defines})
+        return _packed(self.scene, self.settings, self._home, self._baked, self._defines)
 
-    def _set_camera(self) -> None:
-        self._tracer.set(camera_uniforms(self.scene.camera, self._origin, *self.size))
+    def _set_uniforms(self) -> None:
+        """Those that change while the program stays."""
+        camera = camera_uniforms(self.scene.camera, self._origin, *self.size)
+        varied = {"u_light_samples": self.light_samples} if self.settings.light_samples > 1 else {}
+        self._tracer.set(camera | varied)
+
+
+def _defines(view: str) -> dict[str, int]:
+    return {"AUXILIARY": CONSTANTS[f"AUXILIARY_{(view or 'none').upper()}"]}
+
+
+def _packed(scene: Scene, settings: RenderSettings, home: Camera, baked: bool, defines: dict[str, int]) -> PackedScene:
+    packed = pack(scene, settings, settings.width, settings.height, baked, home)
+    constants, uniforms = dict(packed.constants), dict(packed.uniforms)
+    if settings.light_samples > 1 and "u_light_samples" in constants:  # fewer while something moves
+        uniforms["u_light_samples"] = constants.pop("u_light_samples")
+    return replace(packed, defines={**packed.defines, **defines}, constants=constants, uniforms=uniforms)

@@ -2,53 +2,76 @@
 """Keeps a picture on the screen: small and at once while something moves, then ever finer."""
 
 import time
+from dataclasses import replace
 
 from fragtracer.errors import ShaderError
 from fragtracer.gpu.context import is_software
 from fragtracer.gpu.film import Film
 from fragtracer.scene import Camera, Scene
+from fragtracer.viewer.compiler import BackgroundCompiler
 from fragtracer.viewer.governor import Governor
-from fragtracer.viewer.live import LiveRenderer
+from fragtracer.viewer.live import LiveRenderer, Plan
 
 _SETTLED = 0.15  # seconds without a change until the picture is made in full size
-_BAKE_AFTER = 0.6  # and until it is worth compiling the scene into the program
+_BAKE_AFTER = 0.3  # seconds without an edit until it is worth compiling the scene into the program
 _FADE = 0.3  # seconds over which the finer picture takes over
 _FADE_SPP = 8  # samples per pixel that it should have by then
+_SLOW = 0.1  # seconds; a driver without a cache takes longer to find a program that was compiled before
+_REST = 3.0  # seconds without any change after which such a driver may take its time
 
 
 class Refiner:
-    """Decides what ``renderer`` does in each frame; ``size`` is that of the picture on the screen."""
+    """Decides what ``renderer`` does in each frame; ``size`` is that of the picture on the screen.
 
-    def __init__(self, renderer: LiveRenderer, governor: Governor) -> None:
+    On a software renderer programs are compiled by ``compiler`` first; until one is ready, the
+    picture stays as it was.
+    """
+
+    def __init__(self, renderer: LiveRenderer, governor: Governor, compiler: BackgroundCompiler | None = None) -> None:
         self.renderer = renderer
         self.governor = governor
         self.size = renderer.size
         self.held: Film | None = None  # the picture of before, shown until the new one is finer
         self.held_weight = 0.0
-        self._bakes = is_software(renderer.context)
-        self._changed_at = time.perf_counter()
-        self._frame_at = self._changed_at
+        self.problem = ""  # why the program that is wanted cannot be had
+        self._scene, self._view = renderer.scene, ""  # what is wanted
+        self._waiting: tuple[Plan, int] | None = None  # for a program
+        self._bake: tuple[Plan, int] | None = None
+        software = is_software(renderer.context)
+        self._bakes = software
+        self._bakes_slowly = False
+        self._compiler = (compiler or BackgroundCompiler()) if software else None
+        self._changed_at = self._edited_at = self._frame_at = time.perf_counter()
         self._moving = False
 
     @property
     def is_moving(self) -> bool:
         """Whether the picture is, for the moment, made to be quick rather than fine."""
-        return self._moving
+        return self._moving or self._waiting is not None
+
+    @property
+    def camera(self) -> Camera:
+        """From which the picture is made, or will be as soon as its program is compiled."""
+        return self._scene.camera
 
     def change(self, scene: Scene) -> None:
         """Show another scene."""
-        self._begin_change()
-        self.renderer.change(scene)
-
-    def look(self, camera: Camera) -> None:
-        """Show the scene from another camera."""
-        self._begin_change()
-        self.renderer.look(camera)
+        self._scene = scene
+        self._edit()
 
     def gather(self, view: str) -> None:
         """Show normals, depth or albedo, or light again."""
-        self._begin_change()
-        self.renderer.gather(view)
+        self._view = view
+        self._edit()
+
+    def look(self, camera: Camera) -> None:
+        """Show the scene from another camera."""
+        self._scene = replace(self._scene, camera=camera)
+        if self._waiting is None and self.renderer.follows(camera):
+            self._begin_change()
+            self.renderer.look(camera)
+        else:
+            self._edit()
 
     def resize(self, size: tuple[int, int]) -> None:
         """Fill a picture of another size, in pixels."""
@@ -57,42 +80,104 @@ class Refiner:
             self._begin_change()
 
     def reload_shaders(self) -> None:
-        """Go on with the shader files as they are now."""
-        self.renderer.reload_shaders()
-        self._bakes = is_software(self.renderer.context)
+        """Go on with the shader files as they are now.
+
+        Raises
+        ------
+        ShaderError
+            If they do not compile. The last program stays in use.
+        """
+        self.renderer.adopt(self.renderer.plan(self._scene, self._view), recompile=True)
+        self.renderer.restart()
+        self.problem = ""
+        self._waiting = self._bake = None
+        self._bakes = self._compiler is not None
         self._begin_change()
 
     def frame(self, limit: int | None = None) -> float:
         """Trace for about as long as a frame may take, up to ``limit`` samples per pixel; returns the seconds."""
         now = time.perf_counter()
         self.fade(limit)
+        self._take_compiled(now)
         if self._moving and now - self._changed_at > _SETTLED:
             self._settle()
-        if self._moving:
-            return self._preview()
-        if self._bakes and not self.renderer.is_baked and now - self._changed_at > _BAKE_AFTER:
-            self._bake()
-        return self._refine(limit)
+        return self._preview() if self._moving else self._refine(limit)
 
-    def _bake(self) -> None:
-        """The shader files may be broken for now: then the program that works stays in use."""
+    def _edit(self) -> None:
+        """Go on with what is wanted now: at once, or when its program has been compiled elsewhere."""
+        self._edited_at = time.perf_counter()
+        self._bake = None
+        plan = self.renderer.plan(self._scene, self._view)
+        if self._compiler is None or self.renderer.knows(plan):
+            self._waiting = None
+            self._adopt(plan)
+        elif self._waiting is not None and _source(self._waiting[0]) == _source(plan):
+            self._waiting = plan, self._waiting[1]
+        else:
+            self._waiting = plan, self._ask(plan)
+
+    def _ask(self, plan: Plan) -> int:
+        assert self._compiler is not None
+        return self._compiler.ask(plan.packed, (self.size, self.renderer.size))
+
+    def _take_compiled(self, now: float) -> None:
+        """Use what the other process has compiled meanwhile."""
+        if self._compiler is None:
+            return
+        if self._waiting is not None:
+            plan, number = self._waiting
+            if self._compiler.is_done(number):
+                self._waiting = None
+                self._adopt(plan)
+        elif self._bake is not None:
+            self._bake_when_ready(now, *self._bake)
+        elif self._bakes and not self.renderer.is_baked and now - self._edited_at > _BAKE_AFTER:
+            plan = self.renderer.plan(self._scene, self._view, baked=True)
+            self._bake = plan, self._ask(plan)
+
+    def _bake_when_ready(self, now: float, plan: Plan, number: int) -> None:
+        """Samples stay; the camera may have moved meanwhile, and is no part of the program."""
+        assert self._compiler is not None
+        rests = not self._bakes_slowly or now - self._changed_at > _REST
+        if not (self._compiler.is_done(number) and rests):
+            return
+        self._bake = None
+        if not self.renderer.follows(self._scene.camera):
+            return
+        start = time.perf_counter()
         try:
-            self.renderer.bake()
-        except ShaderError:
+            self.renderer.adopt(replace(plan, scene=self._scene))
+            self.renderer.warm_up()
+        except ShaderError:  # the files may be broken for now: the program that works stays in use
             self._bakes = False
+        self._bakes_slowly = time.perf_counter() - start > _SLOW
+
+    def _adopt(self, plan: Plan) -> None:
+        try:
+            self.renderer.adopt(plan)
+        except ShaderError as error:
+            self.problem = str(error)
+            return
+        self.problem = ""
+        self.renderer.restart()
+        self._begin_change()
 
     def _begin_change(self) -> None:
         self._changed_at = time.perf_counter()
-        if not self._moving:
-            self._moving = True
+        self._moving = True
         self._drop_held()
-        self._resize(self.governor.size(self.size, self.renderer.samples_per_second))
+        renderer = self.renderer
+        most = renderer.settings.light_samples
+        size, light_samples = self.governor.choose(self.size, renderer.samples_per_second, renderer.light_samples, most)
+        if (size, light_samples) != (renderer.size, renderer.light_samples):
+            renderer.resize(size, light_samples).release()
 
     def _settle(self) -> None:
         self._moving = False
-        if self.renderer.size != self.size:
+        most = self.renderer.settings.light_samples
+        if (self.renderer.size, self.renderer.light_samples) != (self.size, most):
             self._drop_held()
-            self.held, self.held_weight = self.renderer.resize(self.size), 1.0
+            self.held, self.held_weight = self.renderer.resize(self.size, most), 1.0
 
     def _preview(self) -> float:
         renderer = self.renderer
@@ -119,15 +204,18 @@ class Refiner:
         if self.held_weight <= 0:
             self._drop_held()
 
-    def _resize(self, size: tuple[int, int]) -> None:
-        if size != self.renderer.size:
-            self.renderer.resize(size).release()
-
     def _drop_held(self) -> None:
         if self.held is not None:
             self.held.release()
         self.held = None
 
     def close(self) -> None:
+        if self._compiler is not None:
+            self._compiler.close()
         self._drop_held()
         self.renderer.close()
+
+
+def _source(plan: Plan) -> tuple[object, ...]:
+    """What decides over the program of ``plan``."""
+    return plan.packed.defines, plan.packed.layout, plan.packed.constants

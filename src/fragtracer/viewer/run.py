@@ -3,10 +3,9 @@
 
 import json
 import sys
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
@@ -17,11 +16,11 @@ from fragtracer.images.output import check_writable, replacing
 from fragtracer.scene import Scene
 from fragtracer.viewer import camera as cameras
 from fragtracer.viewer.app import Viewer
-from fragtracer.viewer.session import path_of
+from fragtracer.viewer.session import Session, path_of
 from fragtracer.viewer.settings import config_folder, remember_display, remembered_display
 
-_LOOK = 3.0  # seconds before the camera turns
 _ORBIT = np.radians(2.0)  # for each frame
+_EDIT_EVERY = 100  # frames
 
 
 def view(
@@ -47,7 +46,8 @@ def view(
     stats
         A .json file to write the times of the frames to.
     orbit
-        Turn the camera about its target in each frame, to measure how quick the answer is.
+        Turn the camera about its target in each frame, and edit a material in every 100th, to
+        measure how quick the answer is.
 
     Raises
     ------
@@ -61,8 +61,6 @@ def view(
     loaded = scene if isinstance(scene, Scene) else scene_file.load(scene)
     ini = None if frames is not None else config_folder() / "viewer.ini"
     with Viewer(loaded, file, size, ini) as viewer:
-        if orbit:
-            _settle(viewer)
         viewer.times.keeps_all = stats is not None
         by_hand = frames is None
         if by_hand:
@@ -82,8 +80,17 @@ def _loop(viewer: Viewer, frames: int | None, orbit: bool) -> None:
     while viewer.is_open and (frames is None or done < frames):
         if orbit:
             viewer.session.camera = cameras.orbit(viewer.session.camera, _ORBIT, 0.0)
+            if done % _EDIT_EVERY == _EDIT_EVERY - 1:
+                _edit(viewer.session)
         viewer.frame()
         done += 1
+
+
+def _edit(session: Session) -> None:
+    """Give the first material another roughness."""
+    name, material = next(iter(session.document.scene.materials.items()))
+    edited = replace(material, roughness=0.6 if material.roughness < 0.55 else 0.5)
+    session.edit(session.document.with_material(name, edited), "measure")
 
 
 @contextmanager
@@ -112,13 +119,6 @@ def _rescued(viewer: Viewer) -> Path | None:
     path = config_folder() / f"rescued-{viewer.session.document.scene.name}.toml"
     viewer.session.save(path)
     return path
-
-
-def _settle(viewer: Viewer) -> None:
-    """Look at the picture for a while, as a person does before taking hold of it."""
-    end = time.monotonic() + _LOOK
-    while viewer.is_open and time.monotonic() < end:
-        viewer.frame()
 
 
 def save_window(viewer: Viewer, path: Path) -> None:
