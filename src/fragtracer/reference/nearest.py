@@ -3,10 +3,9 @@
 
 import math
 
-from fragtracer.materials import reflectance_from_ior
 from fragtracer.reference.bsdf import DELTA_ALPHA, NAME
 from fragtracer.reference.shapes import Tree
-from fragtracer.reference.translate import is_lambert, lambert, rgb
+from fragtracer.reference.translate import dielectric_f0, is_lambert, is_plain, lambert, rgb
 from fragtracer.scene import Material
 
 
@@ -43,8 +42,7 @@ def _dielectric(material: Material) -> Tree:
     F = F0 + (F90 - F0) / 21, Schlick's mean over the hemisphere. The base of ``principled`` loses next to
     nothing, that of ``plastic`` (1 - F)² / (1 - F) for its own F.
     """
-    f0 = material.f0 or (reflectance_from_ior(1.5 if material.ior is None else material.ior),) * 3
-    mean = min(max(material.specular * sum(f0) / 3, 1e-6), 0.99)  # Mitsuba wants an index above 1
+    mean = min(max(material.specular * sum(dielectric_f0(material)) / 3, 1e-6), 0.99)  # Mitsuba wants an index above 1
     ior = (1 + math.sqrt(mean)) / (1 - math.sqrt(mean))
     passed = [1 - (f0 + (f90 - f0) / 21) for f0, f90 in zip(material.specular_f0, material.specular_f90, strict=True)]
     base = [c * p**2 for c, p in zip(material.albedo, passed, strict=True)]

@@ -4,16 +4,19 @@
 The dictionaries are those of :func:`fragtracer.reference.translate.scene_tree`.
 """
 
+from collections.abc import Iterator
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fragtracer.scene import Camera, Plane, Rectangle, Scene, Sphere
+from fragtracer.scene import Camera, Mesh, Plane, Rectangle, Scene, Sphere
 
 Tree = dict[str, Any]
 Matrix = NDArray[np.float64]
+Columns = dict[str, NDArray[np.float64]]
 
 RIM_PIXELS = 0.002  # the rim lies below the horizon by less than this
 
@@ -39,7 +42,18 @@ def reach(scene: Scene) -> float:
     points += [(light.position, light.radius) for light in scene.lights]
     points += [(r.corner, float(np.linalg.norm(np.add(r.edge_u, r.edge_v)))) for r in scene.rectangles]
     points += [(vertex, 0.0) for t in scene.triangles for vertex in t.vertices]
+    points += [(center, radius) for mesh in scene.meshes for center, radius in _balls(mesh)]
     return max(float(np.linalg.norm(np.subtract(point, eye))) + radius for point, radius in points)
+
+
+def _balls(mesh: Mesh) -> Iterator[tuple[Matrix, float]]:
+    """Centre and radius of a ball around each part of each copy."""
+    for part, placement in product(mesh.parts, mesh.instances):
+        if len(part.geometry.positions):
+            low, high = part.geometry.positions.min(axis=0), part.geometry.positions.max(axis=0)
+            to_world = placement.matrix @ np.asarray(part.matrix)
+            radius = float(np.linalg.norm(to_world[:3, :3], 2) * np.linalg.norm(high - low) / 2)
+            yield to_world[:3, :3] @ ((low + high) / 2) + to_world[:3, 3], radius
 
 
 def plane_radius(scene: Scene, plane: Plane) -> float:
@@ -85,16 +99,22 @@ def triangle_mesh(path: Path, vertices: ArrayLike) -> Tree:
     vertices
         Shape (triangles, 3, 3), in metres, counter-clockwise from the front.
     """
-    points = np.asarray(vertices, dtype="<f4").reshape(-1, 3)
-    faces = np.empty(len(points) // 3, dtype=[("count", "u1"), ("vertices", "<i4", 3)])
-    faces["count"], faces["vertices"] = 3, np.arange(len(points)).reshape(-1, 3)
-    header = (
-        f"ply\nformat binary_little_endian 1.0\nelement vertex {len(points)}\n"
-        "property float x\nproperty float y\nproperty float z\n"
-        f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
-    )
-    path.write_bytes(header.encode() + points.tobytes() + faces.tobytes())
+    points = np.asarray(vertices, np.float64).reshape(-1, 3)
+    write_ply(path, dict(zip("xyz", points.T, strict=True)), np.arange(len(points), dtype=np.int32).reshape(-1, 3))
     return {"type": "ply", "filename": str(path), "face_normals": True}
+
+
+def write_ply(path: Path, columns: Columns, triangles: NDArray[np.int32]) -> None:
+    """A binary PLY file of float32 ``columns``, one number for each vertex, and ``triangles`` (n, 3)."""
+    vertices = np.empty(len(columns["x"]), [(name, "<f4") for name in columns])
+    for name, values in columns.items():
+        vertices[name] = values
+    faces = np.empty(len(triangles), dtype=[("count", "u1"), ("vertices", "<i4", 3)])
+    faces["count"], faces["vertices"] = 3, triangles
+    header = f"ply\nformat binary_little_endian 1.0\nelement vertex {len(vertices)}\n"
+    header += "".join(f"property float {name}\n" for name in columns)
+    header += f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
+    path.write_bytes(header.encode() + vertices.tobytes() + faces.tobytes())
 
 
 def _unit(v: ArrayLike) -> NDArray[np.float64]:

@@ -14,6 +14,10 @@ What differs between the two worlds:
   1/50 pixel under the horizon. It is Mitsuba's one flat shape that is intersected analytically: a
   rectangle is two triangles, whose float32 vertices lose the digits that a nearby hit needs.
 - A light is an ``area`` emitter on a black sphere; one of radius 0 is a ``point`` emitter.
+- A mesh is a PLY file for each part of each copy, with face normals: shading normals, normal maps and
+  alpha are our plugin's (bsdf/surface.py), since Mitsuba's own differ (docs/meshes.md).
+- Where a surface may let rays pass, the integrator is ``volpath``: it does not count that as scattering,
+  and its shadow rays pass too.
 - Mitsuba's gaussian filter is cut off at 4 standard deviations and lowered to 0 there; ours is not.
 - Path choices (``rays``, ``light_samples``, ``estimator``, ``sampler``) have no counterpart: they
   change the noise, not the mean.
@@ -23,17 +27,24 @@ import atexit
 import shutil
 import tempfile
 from collections.abc import Callable
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from fragtracer.errors import FragtracerError
+from fragtracer.materials import METAL_F0, reflectance_from_ior
 from fragtracer.reference import shapes
-from fragtracer.reference.bsdf import NAME
+from fragtracer.reference.bsdf import NAME, SURFACE
+from fragtracer.reference.meshes import Traits, world_mesh
 from fragtracer.reference.shapes import Tree
-from fragtracer.scene import Light, Material, RenderSettings, Scene
+from fragtracer.reference.textures import TextureFolder
+from fragtracer.scene import Light, Material, RenderSettings, Scene, Texture
 
 NEVER = 1_000_000  # a depth that no path reaches
+
+Translator = Callable[[Material, str, Traits, TextureFolder], Tree]
 
 
 def rgb(color: Any) -> Tree:
@@ -46,13 +57,32 @@ def is_lambert(material: Material) -> bool:
     return max(*material.specular_f0, *material.specular_f90) == 0
 
 
+def dielectric_f0(material: Material) -> tuple[float, float, float]:
+    """Reflectance at normal incidence of the dielectric part."""
+    return material.f0 or (reflectance_from_ior(1.5 if material.ior is None else material.ior),) * 3
+
+
 def lambert(material: Material) -> Tree:
     """Mitsuba's own diffuse material."""
     return {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": rgb(material.diffuse_albedo)}}
 
 
-def exact_bsdf(material: Material, geometry: str) -> Tree:
-    """The same material: Mitsuba's ``diffuse`` where that is exact, our plugin elsewhere."""
+def is_plain(material: Material, traits: Traits) -> bool:
+    """Whether the material is alike at all points of a mesh, opaque, and without shading normals."""
+    textures = (material.albedo_texture, material.roughness_texture, material.metallic_texture, material.normal_texture)
+    varies = any(textures) or traits != Traits(uv=traits.uv)
+    return not varies and not passes(material)
+
+
+def passes(material: Material) -> bool:
+    """Whether rays may pass the surface as if it was not there."""
+    return material.alpha_mode != "opaque" or not material.double_sided
+
+
+def exact_bsdf(material: Material, geometry: str, traits: Traits, textures: TextureFolder) -> Tree:
+    """The same material: Mitsuba's ``diffuse`` where that is exact, our plugins elsewhere."""
+    if not is_plain(material, traits):
+        return surface(material, geometry, traits, textures)
     if is_lambert(material):
         return lambert(material)
     return {
@@ -65,7 +95,37 @@ def exact_bsdf(material: Material, geometry: str) -> Tree:
     }
 
 
-def scene_tree(scene: Scene, folder: Path, bsdf: Callable[[Material, str], Tree] = exact_bsdf) -> Tree:
+def surface(material: Material, geometry: str, traits: Traits, textures: TextureFolder) -> Tree:
+    """The plugin for what varies over a mesh; a metal of a name is one whose albedo is its reflectance."""
+    tree: Tree = {
+        "type": SURFACE,
+        "albedo": list(METAL_F0[material.metal] if material.metal else material.albedo),
+        "metallic": 1.0 if material.metal else float(material.metallic),
+        "roughness": float(material.roughness),
+        "specular": float(material.specular),
+        "dielectric_f0": list(dielectric_f0(material)),
+        "geometry": geometry,
+        "opacity": float(material.opacity),
+        "alpha_mode": material.alpha_mode,
+        "alpha_cutoff": float(material.alpha_cutoff),
+        "double_sided": material.double_sided,
+        "normal_scale": float(material.normal_scale),
+    }
+    images: dict[str, tuple[Texture | None, Any]] = {
+        "albedo": (material.albedo_texture, "color"),
+        "alpha": (material.albedo_texture if material.alpha_mode != "opaque" else None, "a"),
+        "roughness": (t := material.roughness_texture, t and t.channel),
+        "metallic": (t := material.metallic_texture, t and t.channel),
+        "normal": (material.normal_texture, "color"),
+    }
+    for name, (texture, use) in images.items():
+        if texture:
+            tree[f"{name}_texture"] = textures.exact(texture, use)
+            tree[f"{name}_set"] = traits.set_of(texture.coordinates)
+    return tree | {f"has_{name}": True for name in ("shading", "tangent", "color", "alpha") if getattr(traits, name)}
+
+
+def scene_tree(scene: Scene, folder: Path, bsdf: Translator = exact_bsdf) -> Tree:
     """The scene as a nested dictionary of plugins.
 
     Parameters
@@ -73,24 +133,36 @@ def scene_tree(scene: Scene, folder: Path, bsdf: Callable[[Material, str], Tree]
     scene
         Any scene.
     folder
-        Where the triangles are written, one PLY file per material; the folder exists.
+        Where triangles and images are written; the folder exists.
     bsdf
-        Gives the plugin of a material under a geometry term.
+        Gives the plugin of a material under a geometry term. Any but :func:`exact_bsdf` has the
+        vertex normals of meshes from Mitsuba.
 
     Returns
     -------
     dict
-        As ``mi.load_dict`` takes it, except that ``to_world`` values are float64 matrices, shape
-        (4, 4). Material i, in the order of ``scene.materials``, is called ``material_i``.
+        As ``mi.load_dict`` takes it, except that ``to_world`` and ``to_uv`` values are float64 matrices,
+        shape (4, 4). Material i, in the order of ``scene.materials``, is called ``material_i``, or
+        ``material_i_x`` where x names what a mesh brings to it.
+
+    Raises
+    ------
+    FragtracerError
+        If Mitsuba cannot show a material.
     """
-    names = {name: f"material_{i}" for i, name in enumerate(scene.materials)}
-    tree: Tree = {"type": "scene", "integrator": _integrator(scene.render), "sensor": _sensor(scene)}
-    for name, material in scene.materials.items():
-        tree[names[name]] = bsdf(material, scene.render.geometry)
-    for key, (shape, name) in _shapes(scene, folder).items():
-        tree[key] = {**shape, "bsdf": {"type": "ref", "id": names[name]}}
+    numbers = {name: i for i, name in enumerate(scene.materials)}
+    textures = TextureFolder(folder)
+    found = _shapes(scene, folder, smooth=bsdf is not exact_bsdf)
+    tree: Tree = {"type": "scene", "integrator": _integrator(scene), "sensor": _sensor(scene)}
+    worn = {(name, traits) for _, name, traits in found.values()}
+    unworn = {(name, Traits()) for name in scene.materials.keys() - {name for name, _ in worn}}
+    keys = {(name, traits): _material_key(numbers[name], traits) for name, traits in worn | unworn}
+    for name, traits in sorted(keys, key=lambda pair: (numbers[pair[0]], pair[1].key)):
+        tree[keys[name, traits]] = bsdf(scene.materials[name], scene.render.geometry, traits, textures)
+    for key, (shape, name, traits) in found.items():
+        tree[key] = {**shape, "bsdf": {"type": "ref", "id": keys[name, traits]}}
         if scene.materials[name].is_emissive:
-            tree[key]["emitter"] = {"type": "area", "radiance": rgb(scene.materials[name].emission)}
+            tree[key]["emitter"] = {"type": "area", "radiance": _radiance(scene.materials[name], textures)}
     for i, light in enumerate(scene.lights):
         tree[f"light_{i}"] = _light(light)
     if max(scene.ambient.radiance) > 0:
@@ -98,9 +170,15 @@ def scene_tree(scene: Scene, folder: Path, bsdf: Callable[[Material, str], Tree]
     return tree
 
 
-def _integrator(settings: RenderSettings) -> Tree:
+def _material_key(number: int, traits: Traits) -> str:
+    return "_".join(["material", str(number), *filter(None, [traits.key])])
+
+
+def _integrator(scene: Scene) -> Tree:
+    settings = scene.render
     rr_depth = settings.russian_roulette_depth if settings.russian_roulette else NEVER
-    return {"type": "path", "max_depth": settings.bounces + 1, "rr_depth": rr_depth, "hide_emitters": False}
+    kind = "volpath" if any(map(passes, scene.materials.values())) else "path"
+    return {"type": kind, "max_depth": settings.bounces + 1, "rr_depth": rr_depth, "hide_emitters": False}
 
 
 def _sensor(scene: Scene) -> Tree:
@@ -138,15 +216,43 @@ def _film(settings: RenderSettings) -> Tree:
     }
 
 
-def _shapes(scene: Scene, folder: Path) -> dict[str, tuple[Tree, str]]:
-    """Every shape by its key, with the name of its material."""
-    found = {f"sphere_{i}": (shapes.sphere(s), s.material) for i, s in enumerate(scene.spheres)}
-    found |= {f"plane_{i}": (shapes.plane_disk(scene, p), p.material) for i, p in enumerate(scene.planes)}
-    found |= {f"rectangle_{i}": (shapes.rectangle(r), r.material) for i, r in enumerate(scene.rectangles)}
+def _shapes(scene: Scene, folder: Path, smooth: bool) -> dict[str, tuple[Tree, str, Traits]]:
+    """Every shape by its key, with the name of its material and what it brings to it."""
+    plain = Traits()
+    found = {f"sphere_{i}": (shapes.sphere(s), s.material, plain) for i, s in enumerate(scene.spheres)}
+    found |= {f"plane_{i}": (shapes.plane_disk(scene, p), p.material, plain) for i, p in enumerate(scene.planes)}
+    found |= {f"rectangle_{i}": (shapes.rectangle(r), r.material, plain) for i, r in enumerate(scene.rectangles)}
     for i, name in enumerate(dict.fromkeys(t.material for t in scene.triangles)):
         vertices = [t.vertices for t in scene.triangles if t.material == name]
-        found[f"triangles_{i}"] = (shapes.triangle_mesh(folder / f"triangles_{i}.ply", vertices), name)
+        found[f"triangles_{i}"] = (shapes.triangle_mesh(folder / f"triangles_{i}.ply", vertices), name, plain)
+    for i, mesh in enumerate(scene.meshes):
+        for (j, part), (k, placement) in product(enumerate(mesh.parts), enumerate(mesh.instances)):
+            name, key = mesh.material_of(part), f"mesh_{i}_{j}_{k}"
+            traits = Traits.of(part.geometry, scene.materials[name])
+            matrix = placement.matrix @ np.asarray(part.matrix)
+            if len(part.geometry.triangles):
+                tree = world_mesh(folder / f"{key}.ply", part.geometry, matrix, traits, smooth)
+                found[key] = (tree, name, traits)
     return found
+
+
+def _radiance(material: Material, textures: TextureFolder) -> Tree:
+    """What an emissive surface sends out; of one that is partly there, what its points send out on average.
+
+    Raises
+    ------
+    FragtracerError
+        If the surface has holes: Mitsuba's lights have none.
+    """
+    if material.alpha_mode != "opaque" and material.albedo_texture:
+        raise FragtracerError("Mitsuba cannot show a material that emits light and has holes (alpha_mode, emission)")
+    opacity = material.opacity if material.alpha_mode == "blend" else 1.0
+    if material.alpha_mode == "mask" and material.opacity < material.alpha_cutoff:
+        opacity = 0.0
+    emission = np.multiply(material.emission, opacity)
+    if material.emission_texture is None:
+        return rgb(emission)
+    return textures.exact(material.emission_texture, "color", emission)
 
 
 def _light(light: Light) -> Tree:

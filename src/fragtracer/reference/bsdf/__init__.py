@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: MIT
+"""fragtracer's materials as Mitsuba 3 plugins.
+
+Written from the formulas, apart from the shader, so that an error in one of them shows up as a
+difference. The folder needs Mitsuba alone: ``fragtracer export-mitsuba --plugin`` copies it beside a
+scene. To use it::
+
+    import mitsuba as mi
+    mi.set_variant("llvm_ad_rgb")
+    import fragtracer_bsdf
+    fragtracer_bsdf.register()
+    scene = mi.load_file("scene.xml")
+
+The plugins: ``fragtracer_cooktorrance`` (plain.py), a material alike all over; ``fragtracer_surface``
+(surface.py), one with textures, shading normals, alpha or a single side, for meshes; and
+``fragtracer_texture`` (texture.py), the image of one of those.
+"""
+
+from functools import lru_cache
+
+from .lobes import DELTA_ALPHA
+
+NAME = "fragtracer_cooktorrance"
+SURFACE = "fragtracer_surface"
+TEXTURE = "fragtracer_texture"
+
+__all__ = ["DELTA_ALPHA", "NAME", "SURFACE", "TEXTURE", "register"]
+
+
+def register() -> None:
+    """Makes the plugins known to the active Mitsuba variant; may be called again."""
+    import mitsuba as mi
+
+    _register(mi.variant())
+
+
+@lru_cache
+def _register(variant: str) -> tuple[type, ...]:
+    import drjit as dr
+    import mitsuba as mi
+
+    from .plain import plain_class
+    from .surface import surface_class
+    from .texture import texture_class
+
+    plugins = plain_class(mi, dr), surface_class(mi, dr), texture_class(mi, dr)
+    mi.register_bsdf(NAME, plugins[0])
+    mi.register_bsdf(SURFACE, plugins[1])
+    mi.register_texture(TEXTURE, plugins[2])
+    return plugins

@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: MIT
+"""``fragtracer_surface``: a material that varies over a mesh, with shading normals, alpha and sides.
+
+Its parameters: ``albedo`` (three numbers), ``roughness``, ``metallic``, ``specular``, ``dielectric_f0``
+(three numbers), ``geometry``, ``opacity``, ``alpha_mode`` ("opaque", "mask" or "blend"), ``alpha_cutoff``,
+``double_sided``, ``normal_scale``; and children ``albedo_texture``, ``alpha_texture``,
+``roughness_texture``, ``metallic_texture`` and ``normal_texture``, each a ``fragtracer_texture`` and
+each with its set of coordinates, as ``albedo_set``: "uv", or the name of an attribute of the mesh.
+
+The mesh has face normals, so that what Mitsuba calls the normal is the geometric one. Its attributes
+``vertex_shading`` (shading normal), ``vertex_tangent`` and ``vertex_handed`` (glTF's tangent and its
+sign), ``vertex_color`` and ``vertex_alpha`` count where ``has_shading`` and so on say that they are there.
+"""
+
+from typing import Any
+
+from .lobes import Lobes, schlick_k
+
+_SPECULAR_RANGE = (0.1, 0.9)
+
+
+def surface_class(mi: Any, dr: Any) -> type:
+    """The plugin's class for the active variant of Mitsuba ``mi`` with Dr.Jit ``dr``."""
+
+    class Surface(mi.BSDF):  # type: ignore[misc]
+        def __init__(self, props: Any) -> None:
+            super().__init__(props)
+            self.values = {
+                name: mi.Float(float(props.get(name, default)))
+                for name, default in (("roughness", 0.5), ("metallic", 0), ("specular", 1), ("opacity", 1))
+            }
+            self.normal_scale, self.cutoff = float(props.get("normal_scale", 1)), float(props.get("alpha_cutoff", 0.5))
+            self.albedo = mi.Color3f([float(x) for x in props["albedo"]])
+            self.dielectric_f0 = mi.Color3f([float(x) for x in props["dielectric_f0"]])
+            self.geometry, self.alpha_mode = str(props.get("geometry", "smith")), str(props.get("alpha_mode", "opaque"))
+            self.double_sided = bool(props.get("double_sided", True))
+            names = ("albedo", "alpha", "roughness", "metallic", "normal")
+            self.textures = {n: props[f"{n}_texture"] for n in names if f"{n}_texture" in props}
+            self.sets = {n: str(props.get(f"{n}_set", "uv")) for n in names}
+            attributes = ("shading", "tangent", "color", "alpha")
+            self.has = {name: bool(props.get(f"has_{name}", False)) for name in attributes}
+            sides, flags = mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide, mi.BSDFFlags
+            self.types = [int(flags.DiffuseReflection), int(flags.GlossyReflection), int(flags.DeltaReflection)]
+            self.types += [int(flags.Null)] * (self.alpha_mode != "opaque" or not self.double_sided)
+            self.m_components = [kind | sides for kind in self.types]
+            self.m_flags = sides
+            for kind in self.types:
+                self.m_flags = self.m_flags | kind
+            dr.make_opaque(self.albedo, self.dielectric_f0, *self.values.values())
+
+        def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
+            opacity = self._opacity(si, active)
+            passes = sample1 >= opacity
+            choice = dr.select(passes, 0, sample1 / dr.maximum(opacity, 1e-20))
+            lobes, frame, side = self._lobes(si, active), *self._frame(si, active)
+            wo = frame.to_local(si.to_world(si.wi))
+            local, value, pdf, specular = lobes.sample(wo, choice, sample2)
+            wi = si.to_local(frame.to_world(local))
+            valid = active & ~passes & (wo.z > 0) & (local.z > 0) & (wi.z * side > 0) & (pdf > 0)
+            bs = mi.BSDFSample3f(dr.select(passes, -si.wi, wi))
+            bs.pdf = dr.select(passes, 1 - opacity, dr.select(valid, pdf * opacity, 0))
+            bs.eta = mi.Float(1)
+            lobe = dr.select(specular, dr.select(lobes.delta, mi.UInt32(2), mi.UInt32(1)), mi.UInt32(0))
+            bs.sampled_component = dr.select(passes, mi.UInt32(len(self.types) - 1), lobe)
+            bs.sampled_type = mi.UInt32(0)
+            for index, kind in enumerate(self.types):
+                chosen = bs.sampled_component == index
+                bs.sampled_type = dr.select(chosen, mi.UInt32(kind), bs.sampled_type)
+            weight = dr.select(valid, value / pdf, 0)
+            return bs, dr.select(active & passes, mi.Color3f(1), weight)
+
+        def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
+            opacity = self._opacity(si, active)
+            lobes, frame, side = self._lobes(si, active), *self._frame(si, active)
+            viewer, light = frame.to_local(si.to_world(si.wi)), frame.to_local(si.to_world(wo))
+            valid = active & (viewer.z > 0) & (light.z > 0) & (wo.z * side > 0)
+            value, pdf = lobes.eval_pdf(viewer, light)
+            return dr.select(valid, value * opacity, 0), dr.select(valid, pdf * opacity, 0)
+
+        def eval(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
+            return self.eval_pdf(ctx, si, wo, active)[0]
+
+        def pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
+            return self.eval_pdf(ctx, si, wo, active)[1]
+
+        def eval_null_transmission(self, si: Any, active: Any = True) -> Any:
+            return mi.Color3f(1 - self._opacity(si, active))
+
+        def to_string(self) -> str:
+            return f"FragtracerSurface[geometry={self.geometry}, textures={list(self.textures)}]"
+
+        def _uv(self, name: str, si: Any, active: Any) -> Any:
+            if self.sets[name] == "uv":
+                return si.uv
+            uvw = si.shape.eval_attribute_3(self.sets[name], si, active)
+            return mi.Point2f(uvw.x, uvw.y)
+
+        def _number(self, name: str, si: Any, active: Any) -> Any:
+            value = self.values[name]
+            if name not in self.textures:
+                return value
+            return value * self.textures[name].number_at(si, self._uv(name, si, active), active)
+
+        def _opacity(self, si: Any, active: Any) -> Any:
+            """The chance that a ray meets the surface."""
+            alpha = mi.Float(1)
+            if self.alpha_mode != "opaque":
+                alpha = alpha * self.values["opacity"]
+                if "alpha" in self.textures:
+                    alpha = alpha * self.textures["alpha"].number_at(si, self._uv("alpha", si, active), active)
+                if self.has["alpha"]:
+                    alpha = alpha * si.shape.eval_attribute_1("vertex_alpha", si, active)
+            if self.alpha_mode == "mask":
+                alpha = dr.select(alpha >= self.cutoff, mi.Float(1), 0)
+            return alpha if self.double_sided else dr.select(si.wi.z > 0, alpha, 0)
+
+        def _lobes(self, si: Any, active: Any) -> Lobes:
+            """The material of docs/material.md at the point."""
+            albedo = self.albedo
+            if "albedo" in self.textures:
+                albedo = albedo * self.textures["albedo"].at(si, self._uv("albedo", si, active), active)
+            if self.has["color"]:
+                albedo = albedo * si.shape.eval_attribute_3("vertex_color", si, active)
+            metallic, alpha = self._number("metallic", si, active), dr.square(self._number("roughness", si, active))
+            dielectric = (1 - metallic) * self.values["specular"]
+            f0 = dielectric * self.dielectric_f0 + metallic * albedo
+            f90 = dielectric * _grazing(self.dielectric_f0) + metallic * _grazing(dr.max(albedo))
+            k = schlick_k(self.geometry, alpha)
+            return Lobes((1 - metallic) * albedo, f0, f90, alpha, self.geometry, k, _SPECULAR_RANGE)
+
+        def _frame(self, si: Any, active: Any) -> Any:
+            """The frame around the shading normal on the viewer's side, and the sign of that side."""
+            side = dr.select(si.wi.z < 0, mi.Float(-1), mi.Float(1))
+            normal = si.n
+            if self.has["shading"]:
+                normal = dr.normalize(mi.Normal3f(si.shape.eval_attribute_3("vertex_shading", si, active)))
+            if "normal" in self.textures:
+                normal = self._mapped(normal, si, active)
+            return mi.Frame3f(normal * side), side
+
+        def _mapped(self, normal: Any, si: Any, active: Any) -> Any:
+            """The normal of the normal map, in the tangent frame of glTF 2.0, section 3.7.2.1."""
+            texel = self.textures["normal"].at(si, self._uv("normal", si, active), active)
+            x, y, z = (2 * c - 1 for c in texel)
+            tangent = mi.Vector3f(si.dp_du)
+            handed = dr.select(dr.dot(si.n, dr.cross(si.dp_du, si.dp_dv)) > 0, mi.Float(-1), mi.Float(1))
+            if self.has["tangent"]:
+                tangent = mi.Vector3f(si.shape.eval_attribute_3("vertex_tangent", si, active))
+                handed = dr.sign(si.shape.eval_attribute_1("vertex_handed", si, active))
+            tangent = dr.normalize(tangent - normal * dr.dot(normal, tangent))
+            bitangent = dr.cross(normal, tangent) * handed
+            mapped = x * self.normal_scale * tangent + y * self.normal_scale * bitangent + z * normal
+            return dr.normalize(mi.Normal3f(mapped))
+
+    def _grazing(f0: Any) -> Any:
+        """Reflectance at grazing incidence of a reflectance at normal incidence."""
+        return dr.minimum(1, 50 * f0)
+
+    return Surface

@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: MIT
+"""Puts meshes into the world as PLY files: each part of each copy by itself, so without Mitsuba's instances.
+
+Positions are float32, about the origin of the world. A copy that is mirrored has its triangles
+turned round, so that their fronts stay outside.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fragtracer.errors import FragtracerError
+from fragtracer.reference.shapes import Columns, Tree, write_ply
+from fragtracer.scene import Geometry, Material
+
+
+@dataclass(frozen=True)
+class Traits:
+    """What a mesh brings to its material: attributes, and the set of coordinates that Mitsuba calls uv."""
+
+    shading: bool = False
+    tangent: bool = False
+    color: bool = False
+    alpha: bool = False
+    uv: int = 0
+
+    @classmethod
+    def of(cls, geometry: Geometry, material: Material) -> "Traits":
+        """Those that ``material`` looks at.
+
+        Raises
+        ------
+        FragtracerError
+            If Mitsuba cannot have it: its light needs one set of coordinates, our normal map another.
+        """
+        masked = material.alpha_mode != "opaque" and not material.unlit
+        alpha = geometry.colors is not None and geometry.colors.shape[1] == 4
+        normal, emission = material.normal_texture, material.emission_texture if material.is_emissive else None
+        if normal and emission and normal.coordinates != emission.coordinates:
+            raise FragtracerError(
+                "Mitsuba cannot show a material whose normal_texture and emission_texture use different coordinates"
+            )
+        main = normal or emission
+        return cls(
+            geometry.normals is not None,
+            normal is not None and geometry.tangents is not None,
+            geometry.colors is not None,
+            alpha and masked,
+            main.coordinates if main else 0,
+        )
+
+    @property
+    def key(self) -> str:
+        """A name for these traits, empty for those of a plain shape."""
+        letters = "".join(n[0] for n in ("shading", "tangent", "color", "alpha") if getattr(self, n))
+        return letters + ("1" if self.uv else "")
+
+    def set_of(self, coordinates: int) -> str:
+        """Where the plugin finds one of the model's two sets of coordinates."""
+        return "uv" if coordinates == self.uv else "vertex_other"
+
+
+def world_mesh(path: Path, geometry: Geometry, matrix: NDArray[np.float64], traits: Traits, smooth: bool) -> Tree:
+    """The triangles of ``geometry``, moved by ``matrix`` (4, 4) to the world, as a PLY file and its shape.
+
+    ``smooth`` gives the normals to Mitsuba. Otherwise it has face normals, and the normals are an
+    attribute for our own plugin.
+    """
+    positions = geometry.positions @ matrix[:3, :3].T + matrix[:3, 3]
+    columns: Columns = dict(zip("xyz", positions.T, strict=True))
+    if geometry.normals is not None:
+        normals = _unit(geometry.normals.astype(np.float64) @ np.linalg.inv(matrix[:3, :3]))
+        columns |= dict(zip(("nx", "ny", "nz") if smooth else _names("shading"), normals.T, strict=True))
+    sets = [geometry.uvs, geometry.uvs_1]
+    main, other = sets[traits.uv], sets[1 - traits.uv]
+    if main is not None:
+        columns |= {"u": main[:, 0], "v": main[:, 1]}
+    if other is not None and not smooth:
+        columns |= dict(zip(_names("other"), [*other.T, np.zeros(len(other))], strict=True))
+    if traits.tangent and geometry.tangents is not None and not smooth:
+        tangents = geometry.tangents.astype(np.float64)
+        mirrored = np.linalg.det(matrix[:3, :3]) < 0
+        columns |= dict(zip(_names("tangent"), _unit(tangents[:, :3] @ matrix[:3, :3].T).T, strict=True))
+        columns["handed_x"] = -tangents[:, 3] if mirrored else tangents[:, 3]
+    if geometry.colors is not None:
+        columns |= dict(zip("rgb", geometry.colors.T[:3], strict=True))
+        if traits.alpha:
+            columns["alpha_x"] = geometry.colors[:, 3]
+    turned = np.linalg.det(matrix[:3, :3]) < 0
+    write_ply(path, columns, geometry.triangles[:, ::-1] if turned else geometry.triangles)
+    return {"type": "ply", "filename": str(path), "face_normals": not (smooth and geometry.normals is not None)}
+
+
+def _names(attribute: str) -> tuple[str, str, str]:
+    return (f"{attribute}_x", f"{attribute}_y", f"{attribute}_z")
+
+
+def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.divide(vectors, lengths, out=np.zeros_like(vectors), where=lengths > 0)

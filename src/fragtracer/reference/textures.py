@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: MIT
+"""Puts the images of textures beside a Mitsuba scene, and says how they lie on a mesh.
+
+Mitsuba's bitmaps have (0, 0) in their upper left corner, as ours do. Images of bytes become PNG
+files, all others OpenEXR. Mitsuba decodes sRGB before it filters; so do we.
+"""
+
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import PIL.Image
+from numpy.typing import NDArray
+
+from fragtracer.images import write_image
+from fragtracer.reference.bsdf import TEXTURE
+from fragtracer.reference.shapes import Tree
+from fragtracer.scene import Image, Texture
+
+Use = Literal["color", "r", "g", "b", "a"]  # the colour, or one channel as a number
+
+_FILTERS = {"linear": "bilinear", "nearest": "nearest"}
+
+
+class TextureFolder:
+    """The images of one scene, each written to ``folder`` when it is first asked for."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._bitmaps: dict[tuple[str, Use], Tree] = {}
+
+    def exact(self, texture: Texture, use: Use, factor: Any = (1.0, 1.0, 1.0)) -> Tree:
+        """The texture by our own plugin, its colour times ``factor``."""
+        return {
+            "type": TEXTURE,
+            "image": self._bitmap(texture, use) | {"wrap_mode": "repeat"},
+            "wrap_u": texture.wrap_u,
+            "wrap_v": texture.wrap_v,
+            "uv_offset": [*texture.offset, 0.0],
+            "uv_rotation": float(texture.rotation),
+            "uv_scale": [*texture.scale, 0.0],
+            "factor": [float(x) for x in factor],
+        }
+
+    def nearest(self, texture: Texture, use: Use) -> Tree:
+        """The texture by Mitsuba's own ``bitmap``, which wraps along v as it does along u."""
+        c, s = np.cos(texture.rotation), np.sin(texture.rotation)
+        to_uv = np.eye(4)
+        to_uv[:2, :2] = np.array([[c, s], [-s, c]]) * texture.scale
+        to_uv[:2, 3] = texture.offset
+        return self._bitmap(texture, use) | {"wrap_mode": texture.wrap_u, "to_uv": to_uv}
+
+    def _bitmap(self, texture: Texture, use: Use) -> Tree:
+        key = texture.image.digest, use
+        if key not in self._bitmaps:
+            self._bitmaps[key] = self._written(texture.image, use, f"texture_{len(self._bitmaps)}")
+        return {**self._bitmaps[key], "filter_type": _FILTERS[texture.filter]}
+
+    def _written(self, image: Image, use: Use, stem: str) -> Tree:
+        channels = four_channels(image.pixels)
+        chosen = channels[..., :3] if use == "color" else np.repeat(channels[..., "rgba".index(use), None], 3, axis=2)
+        encoded = image.color_space == "srgb" and use != "a"
+        if chosen.dtype == np.uint8:
+            path = self._folder / f"{stem}.png"
+            PIL.Image.fromarray(chosen).save(path)
+        else:
+            path = self._folder / f"{stem}.exr"
+            write_image(path, srgb_to_linear(chosen) if encoded else chosen)
+        return {"type": "bitmap", "filename": str(path), "raw": not (encoded and path.suffix == ".png")}
+
+
+def four_channels(pixels: NDArray[Any]) -> NDArray[Any]:
+    """Red, green, blue and alpha of pixels (h, w, 1 to 4) of the model, of the same type."""
+    opaque = np.full_like(pixels[..., :1], 255 if pixels.dtype == np.uint8 else 1)
+    count = pixels.shape[2]
+    color = pixels[..., :3] if count >= 3 else np.repeat(pixels[..., :1], 3, axis=2)
+    return np.concatenate([color, pixels[..., -1:] if count in (2, 4) else opaque], axis=2)
+
+
+def srgb_to_linear(encoded: NDArray[np.float32]) -> NDArray[np.float64]:
+    """The curve of IEC 61966-2-1."""
+    x = np.asarray(encoded, np.float64)
+    return np.where(x <= 0.04045, x / 12.92, ((np.maximum(x, 0.04045) + 0.055) / 1.055) ** 2.4)
