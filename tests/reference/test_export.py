@@ -10,19 +10,27 @@ import pytest
 
 from fragtracer.errors import OutputError
 from fragtracer.reference.export import export_mitsuba
+from fragtracer.reference.meshes import Traits
 from fragtracer.reference.nearest import nearest_bsdf
 from fragtracer.reference.render import render_reference
+from fragtracer.reference.textures import TextureFolder
 from fragtracer.reference.translate import exact_bsdf
 from fragtracer.scene import (
     Ambient,
     Camera,
+    Geometry,
+    Image,
     Light,
     Material,
+    Mesh,
+    Part,
+    Placement,
     Plane,
     Rectangle,
     RenderSettings,
     Scene,
     Sphere,
+    Texture,
     Triangle,
 )
 
@@ -77,11 +85,47 @@ def test_without_it_the_nearest_materials_look_alike(mi, tmp_path):
     assert notes[5].startswith("mixed: principled and roughconductor")
 
 
+def leaf_scene():
+    """Meshes with all that a mesh can bring."""
+    rng = np.random.default_rng(3)
+    corners = np.array([[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 2.0, 0.0], [-1.0, 2.0, 0.0]])
+    quad = Geometry(corners, [[0, 1, 2], [0, 2, 3]], np.tile([0.2, 0, 1], (4, 1)), [[0, 1], [1, 1], [1, 0], [0, 0]])
+    colored = Geometry(corners, [[0, 1, 2], [0, 2, 3]], colors=rng.random((4, 4)))
+    picture = Texture(Image(rng.integers(0, 256, (8, 8, 4), np.uint8)))
+    bumps = Texture(Image(np.array([[[0.6, 0.5, 0.9]]]), "linear"))
+    materials = {
+        "leaf": Material(albedo=(0.9, 0.8, 0.7), albedo_texture=picture, alpha_mode="mask"),
+        "bumpy": Material(metal="gold", normal_texture=bumps, roughness=0.9, roughness_texture=picture),
+        "veil": Material(opacity=0.5, alpha_mode="blend", double_sided=False),
+        "screen": Material(albedo=0.0, specular=0.0, emission=(1.0, 2.0, 3.0), emission_texture=picture),
+    }
+    meshes = [
+        Mesh([Part(colored if name == "veil" else quad, name)], [Placement((2.2 * i - 3.3, 0.0, 0.0))])
+        for i, name in enumerate(materials)
+    ]
+    sky, settings = Ambient(0.5), RenderSettings(width=48, height=24, bounces=3)
+    return Scene(Camera((0.0, 1.0, 9.0), (0.0, 1.0, 0.0)), materials, meshes=meshes, ambient=sky, render=settings)
+
+
+@pytest.mark.parametrize(("plugin", "tolerance"), [(True, 0.01), (False, 0.1)])
+def test_meshes_and_textures_are_written_beside_the_scene(mi, tmp_path, plugin, tolerance):
+    notes = export_mitsuba(leaf_scene(), tmp_path, plugin)
+    expected = render_reference(leaf_scene(), spp=1024)[0]
+    image = load_and_render(mi, tmp_path, 1024)
+    assert image.mean(axis=(0, 1)) == pytest.approx(expected.mean(axis=(0, 1)), rel=tolerance)
+    assert {path.suffix for path in tmp_path.glob("[mt]*_*")} == {".ply", ".png", ".exr"}
+    if plugin:
+        assert {note.split(": ")[1] for note in notes[:4]} == {"fragtracer_surface, the same"}
+    assert str(tmp_path) not in (tmp_path / "scene.xml").read_text()
+
+
 @pytest.mark.parametrize("name", list(MATERIALS)[1:8])
-def test_each_nearest_material_reflects_nearly_as_much(mi, name):
+def test_each_nearest_material_reflects_nearly_as_much(mi, tmp_path, name):
     shares = []
     for translate in (exact_bsdf, nearest_bsdf):
-        _, weight = sample(mi, mi.load_dict(translate(MATERIALS[name], "smith")), direction(mi, 45))
+        _, weight = sample(
+            mi, mi.load_dict(translate(MATERIALS[name], "smith", Traits(), TextureFolder(tmp_path))), direction(mi, 45)
+        )
         shares.append(weight.numpy().mean(axis=1))
     assert shares[1] == pytest.approx(shares[0], rel=0.15)
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from fragtracer.errors import OutputError
 from fragtracer.reference import bsdf
+from fragtracer.reference.meshes import Traits
 from fragtracer.reference.nearest import nearest_bsdf, note
 from fragtracer.reference.shapes import Tree
 from fragtracer.reference.translate import exact_bsdf, scene_tree
@@ -21,16 +22,17 @@ _TAGS = {
     **dict.fromkeys(("area", "point", "constant"), "emitter"),
     **dict.fromkeys(("perspective", "thinlens"), "sensor"),
     **dict.fromkeys(("box", "tent", "gaussian"), "rfilter"),
-    **dict.fromkeys(("diffuse", "twosided", "blendbsdf", bsdf.NAME), "bsdf"),
+    **dict.fromkeys(("diffuse", "twosided", "blendbsdf", "mask", "normalmap", bsdf.NAME, bsdf.SURFACE), "bsdf"),
+    **dict.fromkeys(("bitmap", "mesh_attribute", bsdf.TEXTURE), "texture"),
     **dict.fromkeys(("conductor", "roughconductor", "plastic", "principled"), "bsdf"),
-    "path": "integrator",
+    **dict.fromkeys(("path", "volpath"), "integrator"),
     "independent": "sampler",
     "hdrfilm": "film",
 }
 
 
 def export_mitsuba(scene: Scene, folder: Path | str, plugin: bool = False) -> list[str]:
-    """Writes ``folder/scene.xml``, with ``.ply`` files beside it where there are triangles.
+    """Writes ``folder/scene.xml``, with ``.ply`` and image files beside it where there are triangles and textures.
 
     Parameters
     ----------
@@ -40,7 +42,7 @@ def export_mitsuba(scene: Scene, folder: Path | str, plugin: bool = False) -> li
         Made if it is not there; files of the same names are replaced.
     plugin
         Materials as ``fragtracer_cooktorrance``, which is exact; its source is written beside the scene
-        as ``fragtracer_bsdf.py``. Otherwise as Mitsuba's nearest own materials, which any Mitsuba opens.
+        as ``fragtracer_bsdf/``. Otherwise as Mitsuba's nearest own materials, which any Mitsuba opens.
 
     Returns
     -------
@@ -57,29 +59,44 @@ def export_mitsuba(scene: Scene, folder: Path | str, plugin: bool = False) -> li
     try:
         folder.mkdir(parents=True, exist_ok=True)
         tree = scene_tree(scene, folder, exact_bsdf if plugin else nearest_bsdf)
-        notes = [
-            f"{name}: {note(material, scene.render.geometry, plugin)}" for name, material in scene.materials.items()
-        ]
-        document = ET.ElementTree(_scene_element(tree, dict(zip(_material_keys(tree), notes, strict=True))))
+        notes = _notes(scene, plugin)
+        document = ET.ElementTree(_scene_element(tree, notes))
         ET.indent(document)
         document.write(folder / "scene.xml", encoding="utf-8", xml_declaration=True)
         if plugin:
-            shutil.copyfile(bsdf.__file__, folder / "fragtracer_bsdf.py")
+            _copy_plugins(folder / "fragtracer_bsdf")
     except OSError as error:
         raise OutputError(f"cannot write the Mitsuba scene to {folder}: {error}") from error
-    python = "open it from Python, as the first lines of fragtracer_bsdf.py show"
+    python = "open it from Python, as the first lines of fragtracer_bsdf/__init__.py show"
     return [*notes, python if plugin else "open it with: mitsuba -m llvm_ad_rgb scene.xml"]
 
 
-def _material_keys(tree: Tree) -> list[str]:
-    return [key for key in tree if key.startswith("material_")]
+def _notes(scene: Scene, plugin: bool) -> list[str]:
+    """One for each material, for all that meshes bring to it."""
+    brought = {
+        name: Traits.of(part.geometry, scene.materials[name])
+        for mesh in scene.meshes
+        for part, name in ((part, mesh.material_of(part)) for part in mesh.parts)
+    }
+    geometry = scene.render.geometry
+    return [
+        f"{name}: {note(material, geometry, plugin, brought.get(name, Traits()))}"
+        for name, material in scene.materials.items()
+    ]
 
 
-def _scene_element(tree: Tree, notes: dict[str, str]) -> ET.Element:
+def _copy_plugins(folder: Path) -> None:
+    folder.mkdir(exist_ok=True)
+    for source in Path(bsdf.__file__).parent.glob("*.py"):
+        shutil.copyfile(source, folder / source.name)
+
+
+def _scene_element(tree: Tree, notes: list[str]) -> ET.Element:
     root = ET.Element("scene", version="3.0.0")
     for key, value in tree.items():
-        if key in notes:
-            root.append(ET.Comment(f" {re.sub('-(?=-)', '- ', notes[key])} "))  # XML forbids two dashes
+        if key.startswith("material_"):
+            text = notes[int(key.split("_")[1])]
+            root.append(ET.Comment(f" {re.sub('-(?=-)', '- ', text)} "))  # XML forbids two dashes
         if key != "type":
             root.append(_element(key, value))
             root[-1].attrib["id"] = root[-1].attrib.pop("name")

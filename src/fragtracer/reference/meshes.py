@@ -99,4 +99,5 @@ def _names(attribute: str) -> tuple[str, str, str]:
 
 def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
     lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
-    return np.divide(vectors, lengths, out=np.zeros_like(vectors), where=lengths > 0)
+    units: NDArray[np.float64] = vectors / np.where(lengths > 0, lengths, 1.0)
+    return units

@@ -2,29 +2,74 @@
 """The nearest materials that every Mitsuba has, for people who will not use our plugin."""
 
 import math
+from typing import Any
 
-from fragtracer.reference.bsdf import DELTA_ALPHA, NAME
+from fragtracer.materials import METAL_F0
+from fragtracer.reference.bsdf import DELTA_ALPHA, NAME, SURFACE
+from fragtracer.reference.meshes import Traits
 from fragtracer.reference.shapes import Tree
-from fragtracer.reference.translate import dielectric_f0, is_lambert, is_plain, lambert, rgb
+from fragtracer.reference.textures import TextureFolder
+from fragtracer.reference.translate import dielectric_f0, is_lambert, is_plain, lambert, passes, rgb
 from fragtracer.scene import Material
 
 
-def nearest_bsdf(material: Material, geometry: str) -> Tree:
+def nearest_bsdf(material: Material, geometry: str, traits: Traits, textures: TextureFolder) -> Tree:
     """Mitsuba's own material nearest to ours; its geometry term is "smith" whatever ``geometry`` says.
 
     Rough dielectrics become ``principled``, since ``roughplastic`` loses light as it gets rougher: at
     alpha = 1 its base is less than half as bright as ours.
     """
-    if is_lambert(material):
-        return lambert(material)
+    if is_textured(material, traits):
+        inner = _textured(material, traits, textures)
+    elif is_lambert(material):
+        inner = lambert(material)["bsdf"]
+    else:
+        inner = _untextured(material)
+    tree: Tree = {"type": "twosided", "bsdf": inner} if material.double_sided else inner
+    if material.alpha_mode == "opaque":
+        return tree
+    opacity: Any = float(material.opacity)
+    if material.alpha_mode == "blend" and material.albedo_texture:
+        opacity = textures.nearest(material.albedo_texture, "a", material.opacity)
+    elif material.alpha_mode == "mask" and material.albedo_texture:
+        opacity = textures.nearest(material.albedo_texture, "a") | {"filter_type": "nearest"}
+    return {"type": "mask", "opacity": opacity, "bsdf": tree}
+
+
+def is_textured(material: Material, traits: Traits) -> bool:
+    """Whether it looks different at different points."""
+    images = (material.albedo_texture, material.roughness_texture, material.metallic_texture, material.normal_texture)
+    return any(images) or traits.color
+
+
+def _untextured(material: Material) -> Tree:
     metallic = 1.0 if material.metal else material.metallic
     if metallic == 1:
-        inner = _metal(material)
-    elif metallic == 0:
-        inner = _dielectric(material)
-    else:
-        inner = {"type": "blendbsdf", "weight": metallic, "bsdf_0": _dielectric(material), "bsdf_1": _metal(material)}
-    return {"type": "twosided", "bsdf": inner}
+        return _metal(material)
+    if metallic == 0:
+        return _dielectric(material)
+    return {"type": "blendbsdf", "weight": metallic, "bsdf_0": _dielectric(material), "bsdf_1": _metal(material)}
+
+
+def _textured(material: Material, traits: Traits, textures: TextureFolder) -> Tree:
+    """``principled``, its textures made of ours and the values that they multiply."""
+    albedo = METAL_F0[material.metal] if material.metal else material.albedo
+    color: Tree = rgb(albedo)
+    if material.albedo_texture:
+        color = textures.nearest(material.albedo_texture, "color", albedo)
+    elif traits.color:
+        color = {"type": "mesh_attribute", "name": "vertex_color"}
+    mean = min(max(material.specular * sum(dielectric_f0(material)) / 3, 1e-6), 0.99)
+    tree: Tree = {"type": "principled", "base_color": color, "eta": (1 + math.sqrt(mean)) / (1 - math.sqrt(mean))}
+    numbers = {
+        "roughness": (material.roughness_texture, material.roughness),
+        "metallic": (material.metallic_texture, 1.0 if material.metal else material.metallic),
+    }
+    for name, (texture, value) in numbers.items():
+        tree[name] = textures.nearest(texture, texture.channel, value) if texture else float(value)
+    if material.normal_texture:
+        return {"type": "normalmap", "normalmap": textures.nearest(material.normal_texture, "color"), "bsdf": tree}
+    return tree
 
 
 def _metal(material: Material) -> Tree:
@@ -53,13 +98,17 @@ def _dielectric(material: Material) -> Tree:
     return {"type": "plastic", "int_ior": ior, "ext_ior": 1.0, "diffuse_reflectance": rgb(base)}
 
 
-def note(material: Material, geometry: str, plugin: bool) -> str:
+def note(material: Material, geometry: str, plugin: bool, traits: Traits) -> str:
     """What a material becomes in an exported scene, and how near that is."""
+    if plugin and not is_plain(material, traits):
+        return f"{SURFACE}, the same"
+    if not (plugin or is_plain(material, traits)) and (is_textured(material, traits) or passes(material)):
+        return _textured_note(material, geometry)
     if is_lambert(material):
         return "diffuse, the same"
     if plugin:
         return f"{NAME}, the same"
-    inner = nearest_bsdf(material, geometry)["bsdf"]
+    inner = _untextured(material)
     kinds = [child["type"] for child in (inner.get("bsdf_0", inner), inner.get("bsdf_1")) if child]
     differs = []
     if "plastic" in kinds:
@@ -71,3 +120,16 @@ def note(material: Material, geometry: str, plugin: bool) -> str:
     if geometry != "smith":
         differs.append(f"Smith's geometry term in place of {geometry}")
     return f"{' and '.join(kinds)}, nearly the same: {'; '.join(differs)}"
+
+
+def _textured_note(material: Material, geometry: str) -> str:
+    differs = ["a base brighter towards grazing"]
+    if material.normal_texture:
+        differs.append("a normal map in Mitsuba's tangent frame, green the other way")
+    if material.alpha_mode == "mask":
+        differs.append("edges of holes by unfiltered opacity")
+    if material.alpha_mode != "opaque":
+        differs.append("shadows of holes need the integrator volpath, which is set")
+    if geometry != "smith":
+        differs.append(f"Smith's geometry term in place of {geometry}")
+    return f"principled, nearly the same: {'; '.join(differs)}"

@@ -38,7 +38,7 @@ def camera_to_world(camera: Camera) -> Matrix:
 def reach(scene: Scene) -> float:
     """Distance from the camera to the farthest point of anything finite, in metres."""
     eye = np.asarray(scene.camera.position)
-    points = [(scene.camera.target, 0.0), *((s.center, s.radius) for s in scene.spheres)]
+    points: list[tuple[ArrayLike, float]] = [(scene.camera.target, 0.0), *((s.center, s.radius) for s in scene.spheres)]
     points += [(light.position, light.radius) for light in scene.lights]
     points += [(r.corner, float(np.linalg.norm(np.add(r.edge_u, r.edge_v)))) for r in scene.rectangles]
     points += [(vertex, 0.0) for t in scene.triangles for vertex in t.vertices]

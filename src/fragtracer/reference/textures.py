@@ -27,10 +27,10 @@ class TextureFolder:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        self._bitmaps: dict[tuple[str, Use], Tree] = {}
+        self._bitmaps: dict[tuple[str, Use, tuple[float, ...]], Tree] = {}
 
     def exact(self, texture: Texture, use: Use, factor: Any = (1.0, 1.0, 1.0)) -> Tree:
-        """The texture by our own plugin, its colour times ``factor``."""
+        """The texture by our own plugin, its colour times ``factor`` (three numbers)."""
         return {
             "type": TEXTURE,
             "image": self._bitmap(texture, use) | {"wrap_mode": "repeat"},
@@ -42,31 +42,34 @@ class TextureFolder:
             "factor": [float(x) for x in factor],
         }
 
-    def nearest(self, texture: Texture, use: Use) -> Tree:
-        """The texture by Mitsuba's own ``bitmap``, which wraps along v as it does along u."""
+    def nearest(self, texture: Texture, use: Use, factor: Any = 1.0) -> Tree:
+        """The texture by Mitsuba's own ``bitmap``, which wraps along v as it does along u; ``factor`` (a number or
+        three) is put into the image."""
         c, s = np.cos(texture.rotation), np.sin(texture.rotation)
         to_uv = np.eye(4)
         to_uv[:2, :2] = np.array([[c, s], [-s, c]]) * texture.scale
         to_uv[:2, 3] = texture.offset
-        return self._bitmap(texture, use) | {"wrap_mode": texture.wrap_u, "to_uv": to_uv}
+        factors = tuple(float(x) for x in np.broadcast_to(factor, 3))
+        return self._bitmap(texture, use, factors) | {"wrap_mode": texture.wrap_u, "to_uv": to_uv}
 
-    def _bitmap(self, texture: Texture, use: Use) -> Tree:
-        key = texture.image.digest, use
+    def _bitmap(self, texture: Texture, use: Use, factor: tuple[float, ...] = (1.0, 1.0, 1.0)) -> Tree:
+        key = texture.image.digest, use, factor
         if key not in self._bitmaps:
-            self._bitmaps[key] = self._written(texture.image, use, f"texture_{len(self._bitmaps)}")
+            self._bitmaps[key] = self._written(texture.image, use, factor, f"texture_{len(self._bitmaps)}")
         return {**self._bitmaps[key], "filter_type": _FILTERS[texture.filter]}
 
-    def _written(self, image: Image, use: Use, stem: str) -> Tree:
+    def _written(self, image: Image, use: Use, factor: tuple[float, ...], stem: str) -> Tree:
         channels = four_channels(image.pixels)
         chosen = channels[..., :3] if use == "color" else np.repeat(channels[..., "rgba".index(use), None], 3, axis=2)
         encoded = image.color_space == "srgb" and use != "a"
-        if chosen.dtype == np.uint8:
+        if chosen.dtype == np.uint8 and factor == (1.0, 1.0, 1.0):
             path = self._folder / f"{stem}.png"
             PIL.Image.fromarray(chosen).save(path)
-        else:
-            path = self._folder / f"{stem}.exr"
-            write_image(path, srgb_to_linear(chosen) if encoded else chosen)
-        return {"type": "bitmap", "filename": str(path), "raw": not (encoded and path.suffix == ".png")}
+            return {"type": "bitmap", "filename": str(path), "raw": not encoded}
+        path = self._folder / f"{stem}.exr"
+        values = chosen / 255 if chosen.dtype == np.uint8 else chosen
+        write_image(path, (srgb_to_linear(values) if encoded else values) * factor)
+        return {"type": "bitmap", "filename": str(path), "raw": True}
 
 
 def four_channels(pixels: NDArray[Any]) -> NDArray[Any]:
@@ -77,7 +80,7 @@ def four_channels(pixels: NDArray[Any]) -> NDArray[Any]:
     return np.concatenate([color, pixels[..., -1:] if count in (2, 4) else opaque], axis=2)
 
 
-def srgb_to_linear(encoded: NDArray[np.float32]) -> NDArray[np.float64]:
+def srgb_to_linear(encoded: NDArray[Any]) -> NDArray[np.float64]:
     """The curve of IEC 61966-2-1."""
     x = np.asarray(encoded, np.float64)
     return np.where(x <= 0.04045, x / 12.92, ((np.maximum(x, 0.04045) + 0.055) / 1.055) ** 2.4)

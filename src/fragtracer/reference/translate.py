@@ -15,7 +15,7 @@ What differs between the two worlds:
   rectangle is two triangles, whose float32 vertices lose the digits that a nearby hit needs.
 - A light is an ``area`` emitter on a black sphere; one of radius 0 is a ``point`` emitter.
 - A mesh is a PLY file for each part of each copy, with face normals: shading normals, normal maps and
-  alpha are our plugin's (bsdf/surface.py), since Mitsuba's own differ (docs/meshes.md).
+  alpha are our plugin's (bsdf/surface.py), since Mitsuba's own differ.
 - Where a surface may let rays pass, the integrator is ``volpath``: it does not count that as scattering,
   and its shadow rays pass too.
 - Mitsuba's gaussian filter is cut off at 4 standard deviations and lowered to 0 there; ours is not.
@@ -162,7 +162,10 @@ def scene_tree(scene: Scene, folder: Path, bsdf: Translator = exact_bsdf) -> Tre
     for key, (shape, name, traits) in found.items():
         tree[key] = {**shape, "bsdf": {"type": "ref", "id": keys[name, traits]}}
         if scene.materials[name].is_emissive:
-            tree[key]["emitter"] = {"type": "area", "radiance": _radiance(scene.materials[name], textures)}
+            tree[key]["emitter"] = {
+                "type": "area",
+                "radiance": _radiance(scene.materials[name], textures, bsdf is exact_bsdf),
+            }
     for i, light in enumerate(scene.lights):
         tree[f"light_{i}"] = _light(light)
     if max(scene.ambient.radiance) > 0:
@@ -236,7 +239,7 @@ def _shapes(scene: Scene, folder: Path, smooth: bool) -> dict[str, tuple[Tree, s
     return found
 
 
-def _radiance(material: Material, textures: TextureFolder) -> Tree:
+def _radiance(material: Material, textures: TextureFolder, exact: bool) -> Tree:
     """What an emissive surface sends out; of one that is partly there, what its points send out on average.
 
     Raises
@@ -252,7 +255,7 @@ def _radiance(material: Material, textures: TextureFolder) -> Tree:
     emission = np.multiply(material.emission, opacity)
     if material.emission_texture is None:
         return rgb(emission)
-    return textures.exact(material.emission_texture, "color", emission)
+    return (textures.exact if exact else textures.nearest)(material.emission_texture, "color", emission)
 
 
 def _light(light: Light) -> Tree:

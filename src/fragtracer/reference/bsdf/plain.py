@@ -63,7 +63,9 @@ def plain_class(mi: Any, dr: Any) -> type:
             return self.eval_pdf(ctx, si, wo, active)[1]
 
         def to_string(self) -> str:
-            return f"FragtracerCookTorrance[geometry={self.lobes.geometry}, alpha={self.lobes.alpha}, f0={self.lobes.f0}]"
+            return (
+                f"FragtracerCookTorrance[geometry={self.lobes.geometry}, alpha={self.lobes.alpha}, f0={self.lobes.f0}]"
+            )
 
         def _to_front(self, w: Any) -> Any:
             """``w`` seen from its own side of the surface, and the sign that undoes it: both sides are alike."""

@@ -52,7 +52,7 @@ def surface_class(mi: Any, dr: Any) -> type:
             opacity = self._opacity(si, active)
             passes = sample1 >= opacity
             choice = dr.select(passes, 0, sample1 / dr.maximum(opacity, 1e-20))
-            lobes, frame, side = self._lobes(si, active), *self._frame(si, active)
+            lobes, (frame, side) = self._lobes(si, active), self._frame(si, active)
             wo = frame.to_local(si.to_world(si.wi))
             local, value, pdf, specular = lobes.sample(wo, choice, sample2)
             wi = si.to_local(frame.to_world(local))
@@ -71,7 +71,7 @@ def surface_class(mi: Any, dr: Any) -> type:
 
         def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
             opacity = self._opacity(si, active)
-            lobes, frame, side = self._lobes(si, active), *self._frame(si, active)
+            lobes, (frame, side) = self._lobes(si, active), self._frame(si, active)
             viewer, light = frame.to_local(si.to_world(si.wi)), frame.to_local(si.to_world(wo))
             valid = active & (viewer.z > 0) & (light.z > 0) & (wo.z * side > 0)
             value, pdf = lobes.eval_pdf(viewer, light)
