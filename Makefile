@@ -20,7 +20,7 @@ demo: ## render three-spheres, compare it with Mitsuba, and open the viewer wher
 
 test: ## run all tests; make test ARGS="-k film" runs some
 	@scripts/setup gl atomic llvm xvfb xdotool glslang
-	$(BIN)/pytest -q $(ARGS)
+	$(BIN)/pytest -q -n auto --maxprocesses 4 --dist loadfile $(ARGS)
 
 lint: ## check style and types
 	@scripts/setup
