@@ -52,7 +52,7 @@ def blend(a: tuple[float, ...], b: tuple[float, ...], t: Floats) -> Floats:
 
 
 def normals(height: Floats, strength: float) -> Floats:
-    """The normal map of a height field that repeats, its values in [0, 1]; ``strength`` is the height of 1 in widths."""
+    """The normal map of a height field that repeats, in [0, 1]; ``strength`` is the height of 1 in widths."""
     size = len(height)
     slope_u = (np.roll(height, -1, axis=1) - np.roll(height, 1, axis=1)) * size / 2
     slope_up = (np.roll(height, 1, axis=0) - np.roll(height, -1, axis=0)) * size / 2
