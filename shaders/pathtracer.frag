@@ -25,6 +25,8 @@
 
 #include "emitter/sphere_light.glsl"
 #include "emitter/area_light.glsl"
+#include "emitter/sun_light.glsl"
+#include "emitter/environment.glsl"
 #include "emitter/light.glsl"
 
 #include "camera/thin_lens.glsl"

@@ -24,6 +24,7 @@ from fragtracer.resources import folder
 from fragtracer.scene import (
     Ambient,
     Camera,
+    Environment,
     Light,
     Material,
     Plane,
@@ -250,6 +251,9 @@ SWITCHES = {
 }
 
 
+ENVIRONMENTS = [None, None, Environment(radiance=1.0), Environment(radiance=1.0, visible=False)]
+
+
 def random_program(rng: random.Random) -> tuple[PackedScene, dict[str, int]]:
     """A scene of a few features out of all there are, packed, and the values of the switches."""
     names = rng.sample(sorted(MATERIALS), rng.choice([1, 1, 2, 6]))
@@ -269,6 +273,7 @@ def random_program(rng: random.Random) -> tuple[PackedScene, dict[str, int]]:
         materials=materials,
         lights=rng.sample(LIGHTS, rng.choice([0, 1, 1, 2])),
         ambient=Ambient(rng.choice([0.0, 1.0])),
+        environment=rng.choice(ENVIRONMENTS),
         **shapes,
     )
     settings = RenderSettings(**{name: rng.choice(values) for name, values in CHOICES.items()})
@@ -355,7 +360,7 @@ def test_every_feature_takes_part() -> None:
         for name, value in {**packed.defines, **switches}.items():
             values[name].add(value)
     never = {name for name, found in values.items() if len(found) < 2} - set(features_of("display.frag"))
-    assert never == {"RANDOM_TEXTURE_WIDTH", "RANDOM_TEXTURE_LAYERS"}
+    assert never == {"RANDOM_TEXTURE_WIDTH", "RANDOM_TEXTURE_LAYERS", "HAS_SUN", "SUN_LIGHT"}
 
 
 @pytest.mark.skipif(shutil.which("glslangValidator") is None, reason="glslangValidator is not installed")

@@ -24,6 +24,19 @@ vec2 cos_sin_turns(float turns) {
     return vec2(c, turns < 0.5 ? s : -s);
 }
 
+// The angle of a vector in turns, -0.5 to 0.5, to 5e-8: an odd minimax polynomial of atan(t) / 2 pi on [0, 1].
+// GLSL allows atan() an error of 4096 units in the last place.
+float turns_of(vec2 v) {
+    vec2 a = abs(v);
+    float t = min(a.x, a.y) / max(max(a.x, a.y), 1e-37);
+    float t2 = t * t;
+    float p = 0.015346031 + t2 * (-0.008898719 + t2 * (0.0034795953 + t2 * -0.00064530375));
+    p = t * (0.15915483 + t2 * (-0.053046122 + t2 * (0.031745944 + t2 * (-0.02213627 + t2 * p))));
+    p = a.y > a.x ? 0.25 - p : p;
+    p = v.x < 0.0 ? 0.5 - p : p;
+    return v.y < 0.0 ? -p : p;
+}
+
 // Chooses one of two alternatives, the first with the given probability, and stretches u so that it
 // is uniform in [0, 1) again: one number serves both (Shirley et al. 1996, section 3.3).
 bool choose_first(float probability, inout float u) {

@@ -5,6 +5,14 @@
 vec2 square_to_disk(vec2 u) { return sqrt(u.y) * cos_sin_turns(u.x); }
 float square_to_disk_pdf() { return INVERSE_PI; }
 
+// The tent of radius 1 in both directions: the inverse of its cumulative distribution on each side of 0.
+vec2 square_to_tent(vec2 u) {
+    vec2 rising = sqrt(2.0 * u) - 1.0;
+    vec2 falling = 1.0 - sqrt(2.0 * (1.0 - u));
+    return mix(falling, rising, vec2(lessThan(u, vec2(0.5))));
+}
+float square_to_tent_pdf(vec2 p) { return max(0.0, 1.0 - abs(p.x)) * max(0.0, 1.0 - abs(p.y)); }
+
 // Malley's method: the disk projected up to the hemisphere (PBRT 4th ed., section A.5.3).
 vec3 square_to_cosine_hemisphere(vec2 u) {
     vec2 p = square_to_disk(u);

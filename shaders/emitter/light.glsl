@@ -68,6 +68,22 @@ LightSample light_sample(vec3 origin, vec2 u) {
         s.pdf = area_light_pdf(light.area, s.distance, -dot(s.wi, light.normal));
     }
 #endif
+#if HAS_SUN
+    if (light.kind == LIGHT_SUN) {
+        s.wi = sun_light_sample(light.position, light.radius, u);
+        s.distance = INFINITE_DISTANCE;
+        s.pdf = sun_light_pdf(light.position, light.radius, light.position);
+    }
+#endif
+#if HAS_ENVIRONMENT
+    if (light.kind == LIGHT_ENVIRONMENT) {
+        EnvironmentSample environment = environment_sample(u);
+        s.wi = environment.wi;
+        s.distance = INFINITE_DISTANCE;
+        s.radiance = environment.radiance;
+        s.pdf = environment.pdf;
+    }
+#endif
     s.pdf *= light.probability;
     return s;
 }

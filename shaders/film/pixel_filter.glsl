@@ -7,10 +7,7 @@ vec2 pixel_filter_sample(vec2 u) {
 #if PIXEL_FILTER == PIXEL_FILTER_BOX
     return u - 0.5;
 #elif PIXEL_FILTER == PIXEL_FILTER_TENT
-    // Radius 1: the inverse of its cumulative distribution, on each side of the centre.
-    vec2 rising = sqrt(2.0 * u) - 1.0;
-    vec2 falling = 1.0 - sqrt(2.0 * (1.0 - u));
-    return mix(falling, rising, vec2(lessThan(u, vec2(0.5))));
+    return square_to_tent(u);
 #else
     // Standard deviation 0.5, not truncated (Box and Muller 1958).
     return 0.5 * sqrt(-2.0 * log(1.0 - u.x)) * cos_sin_turns(u.y);

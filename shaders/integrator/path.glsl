@@ -9,6 +9,9 @@ uniform int u_light_samples;            // at each vertex
 uniform int u_russian_roulette_vertex;  // the first vertex at which a path may be ended early
 uniform vec2 u_inverse_image_size;
 uniform vec3 u_ambient_radiance;
+#if HAS_BACKGROUND
+uniform vec3 u_background_radiance;  // what a camera ray sees in place of the environment
+#endif
 
 struct Path {
     Ray ray;
@@ -53,6 +56,29 @@ float path_emission_weight(Path path, float light_pdf) {
 #endif
 }
 
+// Adds what comes from infinitely far away.
+void path_add_distant(inout Path path) {
+#if HAS_AMBIENT
+    path.radiance += path.throughput * u_ambient_radiance * path_emission_weight(path, 0.0);
+#endif
+#if HAS_BACKGROUND
+    if (path.vertex == 0) {
+        path.radiance += path.throughput * u_background_radiance;
+        return;
+    }
+#endif
+#if HAS_ENVIRONMENT
+    vec4 environment = environment_radiance_pdf(path.ray.direction);
+    float pdf = environment.a * light_load(ENVIRONMENT_LIGHT).probability;
+    path.radiance += path.throughput * environment.rgb * path_emission_weight(path, pdf);
+#endif
+#if HAS_SUN
+    Light sun = light_load(SUN_LIGHT);
+    float sun_pdf = sun_light_pdf(sun.position, sun.radius, path.ray.direction) * sun.probability;
+    if (sun_pdf > 0.0) path.radiance += path.throughput * sun.radiance * path_emission_weight(path, sun_pdf);
+#endif
+}
+
 // Follows the ray to its next vertex and adds the emission found there.
 Vertex path_extend(inout Path path) {
     Vertex vertex;
@@ -60,9 +86,7 @@ Vertex path_extend(inout Path path) {
     COUNT(x);
     Hit hit = scene_intersect(path.ray, INFINITE_DISTANCE, NO_PRIMITIVE);
     if (hit.primitive == NO_PRIMITIVE) {
-#if HAS_AMBIENT
-        path.radiance += path.throughput * u_ambient_radiance * path_emission_weight(path, 0.0);
-#endif
+        path_add_distant(path);
         return vertex;
     }
     Surface surface = surface_at(path.ray, hit);

@@ -27,6 +27,8 @@ CONSTANTS = {
     "LIGHT_SPHERE": 1,
     "LIGHT_RECTANGLE": 2,
     "LIGHT_TRIANGLE": 3,
+    "LIGHT_SUN": 4,
+    "LIGHT_ENVIRONMENT": 5,
     "AUXILIARY_NONE": 0,
     "AUXILIARY_NORMALS": 1,
     "AUXILIARY_DEPTH": 2,
@@ -70,6 +72,11 @@ FEATURES = {
     "HAS_POINT_LIGHT": 0,
     "HAS_SPHERE_LIGHT": 0,
     "HAS_AREA_LIGHT": 0,
+    "HAS_SUN": 0,
+    "HAS_ENVIRONMENT": 0,
+    "HAS_BACKGROUND": 0,
+    "SUN_LIGHT": 0,  # the index of each among the lights
+    "ENVIRONMENT_LIGHT": 0,
     "AUXILIARY": CONSTANTS["AUXILIARY_NONE"],  # else numbers about what is seen, not its light
     # Of display.frag.
     "TONE_CURVE": CONSTANTS["TONE_LINEAR"],

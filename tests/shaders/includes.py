@@ -9,5 +9,6 @@ SHAPE = [
     "generated/scene_layout.glsl",
     *(f"shape/{name}.glsl" for name in ("ray", "sphere", "plane", "rectangle", "triangle", "intersect", "surface")),
 ]
-EMITTER = [*SHAPE, *(f"emitter/{name}.glsl" for name in ("sphere_light", "area_light", "light"))]
+EMITTERS = ("sphere_light", "area_light", "sun_light", "environment", "light")
+EMITTER = [*SHAPE, *(f"emitter/{name}.glsl" for name in EMITTERS)]
 CAMERA = [*CORE, "shape/ray.glsl", "camera/thin_lens.glsl"]

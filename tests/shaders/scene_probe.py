@@ -7,6 +7,7 @@ import moderngl
 import numpy as np
 from numpy.typing import ArrayLike
 
+from fragtracer.gpu.environment import folded_texture
 from fragtracer.gpu.probe import probe
 from fragtracer.packing import PackedScene
 from fragtracer.scene import Camera, Light, Material, Plane, Rectangle, Scene, Sphere, Triangle
@@ -26,6 +27,7 @@ def scene_probe(
 ) -> dict[str, Floats]:
     """A probe with ``packed`` at hand, from a uniform block or a texture as it wants; results in float64."""
     resource: moderngl.Buffer | moderngl.Texture
+    resources: dict[str, moderngl.Buffer | moderngl.Texture]
     if packed.defines["SCENE_IN_UNIFORMS"]:
         name, resource = "SceneBlock", ctx.buffer(packed.texels.tobytes())
     else:
@@ -34,11 +36,17 @@ def scene_probe(
         texels[: len(packed.texels)] = packed.texels
         name, resource = "u_scene", ctx.texture((_SCENE_WIDTH, rows), 4, texels.tobytes(), dtype="f4")
         resource.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    resources = {name: resource}
+    if packed.environment is not None:
+        resources["u_environment"] = folded_texture(ctx, packed.environment.texels)
+        resources["u_environment_tree"] = folded_texture(ctx, packed.environment.tree)
+    uniforms = {key: value for key, value in packed.uniforms.items() if key.startswith("u_environment")}
     generated = {"generated/scene_layout.glsl": packed.layout}
     try:
-        result = probe(ctx, includes, body, inputs, outputs, packed.defines, generated, resources={name: resource})
+        result = probe(ctx, includes, body, inputs, outputs, packed.defines, generated, uniforms, resources)
     finally:
-        resource.release()
+        for used in resources.values():
+            used.release()
     return {key: values.astype(np.float64) for key, values in result.items()}
 
 

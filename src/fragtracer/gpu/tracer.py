@@ -7,6 +7,7 @@ from typing import Any
 import moderngl
 import numpy as np
 
+from fragtracer.gpu.environment import EnvironmentTextures
 from fragtracer.gpu.film import Film
 from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.gpu.timer import DrawTimer
@@ -21,7 +22,8 @@ _MAX_GROWTH = 4.0  # of a band over the one before, while its cost is not known 
 _MOST_KEPT = 3  # programs, so that going back to a kind of scene does not compile
 _MAX_ROUNDS = 65000  # of all loops in a draw; llvmpipe stops a shader after 65,535
 _BLOCK_BINDING = 0
-_SCENE_UNIT, _RANDOM_UNIT, _FILM_UNIT = 0, 1, 2
+_SCENE_UNIT, _RANDOM_UNIT, _FILM_UNIT = 0, 1, 2  # the film has two
+_ENVIRONMENT_UNIT, _TREE_UNIT = 4, 5
 
 
 class Tracer:
@@ -39,6 +41,7 @@ class Tracer:
         self._program: FullscreenProgram | None = None
         self._kept: list[tuple[object, FullscreenProgram]] = []  # the last ones used, the newest first
         self._scene: moderngl.Buffer | moderngl.Texture | None = None
+        self._environment = EnvironmentTextures(ctx)
         self.load(packed)
 
     def load(self, packed: PackedScene, recompile: bool = False) -> None:
@@ -53,6 +56,7 @@ class Tracer:
             self._source = source
             self._pixel_samples_per_second = 0.0
         self._upload_scene(packed)
+        self._environment.load(packed.environment)
         self._max_rays = max(1, _MAX_ROUNDS // packed.path_rounds)
         self.set(packed.uniforms)
 
@@ -115,7 +119,8 @@ class Tracer:
         scene = self._scene
         assert scene is not None
         points = self._random.width * self._random.height * self._random.depth
-        return 16 * points + (scene.size if isinstance(scene, moderngl.Buffer) else 16 * scene.width * scene.height)
+        scene_bytes = scene.size if isinstance(scene, moderngl.Buffer) else 16 * scene.width * scene.height
+        return 16 * points + scene_bytes + self._environment.gpu_bytes
 
     def _bind(self, film: Film) -> None:
         assert self._scene is not None
@@ -124,6 +129,7 @@ class Tracer:
         else:
             self._scene.use(_SCENE_UNIT)
         self._random.use(_RANDOM_UNIT)
+        self._environment.use(_ENVIRONMENT_UNIT, _TREE_UNIT)
         film.bind(_FILM_UNIT)
 
     def _rows(self, pixel_samples_per_row: int, budget: float) -> int:
@@ -154,6 +160,7 @@ class Tracer:
         self._forget(_MOST_KEPT)
         program.bind_block("SceneBlock", _BLOCK_BINDING)
         units = {"u_random_texture": _RANDOM_UNIT, "u_film_mean": _FILM_UNIT, "u_film_variance": _FILM_UNIT + 1}
+        units |= {"u_environment": _ENVIRONMENT_UNIT, "u_environment_tree": _TREE_UNIT}
         program.set({"u_scene": _SCENE_UNIT} | units)
 
     def _forget(self, most: int) -> None:
@@ -175,6 +182,7 @@ class Tracer:
 
     def release(self) -> None:
         self._forget(0)
+        self._environment.release()
         for resource in (self._scene, self._random):
             if resource is not None:
                 resource.release()

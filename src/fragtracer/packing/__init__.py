@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pyglm import glm
 
+from fragtracer.packing.environment import EnvironmentTables, pack_environment
 from fragtracer.packing.records import RECORDS, SHAPES, loop_rounds, scene_layout, texels_of
 from fragtracer.random_texture import LAYERS, WIDTH
 from fragtracer.scene import Camera, Light, Material, Rectangle, RenderSettings, Scene, Sphere, Triangle
@@ -41,6 +42,7 @@ class PackedScene:
     uniforms: Mapping[str, Any]
     constants: Mapping[str, Any]
     layout: str  # the text of generated/scene_layout.glsl
+    environment: EnvironmentTables | None
     path_rounds: int  # of all loops along one path, at most
     origin: Floats  # the point of the world that is the shader's (0, 0, 0)
 
@@ -65,8 +67,9 @@ def pack(
     extent = float(max(np.abs(points - origin).max(), np.finfo(np.float32).tiny))
     spheres, materials = _spheres_with_lights(scene)
     index = {name: i for i, name in enumerate(materials)}
-    lights = _lights(scene, spheres, materials, origin)
-    light_of = {light["primitive"]: i for i, light in enumerate(lights)}
+    surroundings = pack_environment(scene.environment, extent)
+    lights = _lights(scene, spheres, materials, origin, surroundings.lights)
+    light_of = {light["primitive"]: i for i, light in enumerate(lights) if light["primitive"] >= 0}
 
     records: dict[str, list[dict[str, Any]]] = {
         "Sphere": [
@@ -88,20 +91,21 @@ def pack(
             record["light"] = light_of.get(first + i, -1)
 
     texels = np.concatenate([texels_of(name, rows) for name, rows in records.items()])
-    defines = _scene_defines(records, scene) | _settings_defines(settings)
+    defines = _scene_defines(records, scene) | _settings_defines(settings) | surroundings.defines(lights)
     defines |= {"SCENE_TEXELS": len(texels), "SCENE_IN_UNIFORMS": int(len(texels) <= _MAX_UNIFORM_TEXELS)}
-    camera = camera_uniforms(scene.camera, origin, width, height)
-    others = _settings_uniforms(settings) | {"u_ambient_radiance": scene.ambient.radiance}
-    constants = ({} if home else camera) | others if baked else {}
+    movable = camera_uniforms(scene.camera, origin, width, height) | surroundings.movable
+    others = _settings_uniforms(settings) | {"u_ambient_radiance": scene.ambient.radiance} | surroundings.uniforms
+    constants = ({} if home else movable) | others if baked else {}
     constants.pop("u_seed", None)  # batches of one scene differ in their seed alone
-    uniforms = {name: value for name, value in (camera | others).items() if name not in constants}
+    uniforms = {name: value for name, value in (movable | others).items() if name not in constants}
     primitives = sum(len(records[kind]) for kind in SHAPES)
     baked = baked and primitives <= _MAX_BAKED
     layout = scene_layout(records, texels, baked)
     rounds = 0 if baked else sum(loop_rounds(len(records[kind])) for kind in SHAPES)
-    vertex_rounds = 1 + len(lights) + rounds + (1 + rounds) * (settings.light_samples + 1)
+    sample_rounds = 1 + rounds + (surroundings.tables.levels if surroundings.tables else 0)
+    vertex_rounds = 1 + len(lights) + rounds + sample_rounds * (settings.light_samples + 1)
     path_rounds = vertex_rounds * (settings.bounces + 2)
-    return PackedScene(texels, defines, uniforms, constants, layout, path_rounds, origin)
+    return PackedScene(texels, defines, uniforms, constants, layout, surroundings.tables, path_rounds, origin)
 
 
 def _points(scene: Scene) -> Floats:
@@ -135,9 +139,14 @@ def _spheres_with_lights(scene: Scene) -> tuple[list[Sphere], dict[str, Material
 
 
 def _lights(
-    scene: Scene, spheres: Sequence[Sphere], materials: Mapping[str, Material], origin: Floats
+    scene: Scene,
+    spheres: Sequence[Sphere],
+    materials: Mapping[str, Material],
+    origin: Floats,
+    distant: Sequence[dict[str, Any]],
 ) -> list[dict[str, Any]]:
-    """The records of all that emits, each with the power that decides how often it is chosen."""
+    """The records of all that emits, ``distant`` lights last, each with the power that decides how often it is
+    chosen."""
     first_rectangle = len(spheres) + len(scene.planes)
     shapes: list[tuple[int, Any]] = list(enumerate(spheres))
     shapes += enumerate([*scene.rectangles, *scene.triangles], first_rectangle)
@@ -147,6 +156,7 @@ def _lights(
         if materials[shape.material].is_emissive
     ]
     found += [_point_light(light, origin) for light in scene.lights if light.radius == 0 and max(light.intensity) > 0]
+    found += distant
     power = np.array([light.pop("power") for light in found])
     probability = (1 - _UNIFORM_LIGHT_CHOICE) * power / power.sum() + _UNIFORM_LIGHT_CHOICE / max(1, len(found))
     for light, p, cumulative in zip(found, probability, np.cumsum(probability), strict=True):

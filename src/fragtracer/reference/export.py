@@ -19,7 +19,7 @@ from fragtracer.scene import Scene
 
 _TAGS = {
     **dict.fromkeys(("sphere", "disk", "rectangle", "ply"), "shape"),
-    **dict.fromkeys(("area", "point", "constant"), "emitter"),
+    **dict.fromkeys(("area", "point", "constant", "envmap"), "emitter"),
     **dict.fromkeys(("perspective", "thinlens"), "sensor"),
     **dict.fromkeys(("box", "tent", "gaussian"), "rfilter"),
     **dict.fromkeys(("diffuse", "twosided", "blendbsdf", "mask", "normalmap", bsdf.NAME, bsdf.SURFACE), "bsdf"),

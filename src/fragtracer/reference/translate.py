@@ -37,6 +37,7 @@ from fragtracer.errors import FragtracerError
 from fragtracer.materials import METAL_F0, reflectance_from_ior
 from fragtracer.reference import shapes
 from fragtracer.reference.bsdf import NAME, SURFACE
+from fragtracer.reference.environment import environment_emitters, hides_emitters, sun_distance
 from fragtracer.reference.meshes import Traits, world_mesh
 from fragtracer.reference.shapes import Tree
 from fragtracer.reference.textures import TextureFolder
@@ -168,7 +169,8 @@ def scene_tree(scene: Scene, folder: Path, bsdf: Translator = exact_bsdf) -> Tre
             }
     for i, light in enumerate(scene.lights):
         tree[f"light_{i}"] = _light(light)
-    if max(scene.ambient.radiance) > 0:
+    tree |= environment_emitters(scene, folder)
+    if scene.environment is None and max(scene.ambient.radiance) > 0:
         tree["ambient"] = {"type": "constant", "radiance": rgb(scene.ambient.radiance)}
     return tree
 
@@ -178,15 +180,16 @@ def _material_key(number: int, traits: Traits) -> str:
 
 
 def _integrator(scene: Scene) -> Tree:
-    settings = scene.render
+    settings, hidden = scene.render, hides_emitters(scene)
     rr_depth = settings.russian_roulette_depth if settings.russian_roulette else NEVER
     kind = "volpath" if any(map(passes, scene.materials.values())) else "path"
-    return {"type": kind, "max_depth": settings.bounces + 1, "rr_depth": rr_depth, "hide_emitters": False}
+    return {"type": kind, "max_depth": settings.bounces + 1, "rr_depth": rr_depth, "hide_emitters": hidden}
 
 
 def _sensor(scene: Scene) -> Tree:
     camera, settings = scene.camera, scene.render
-    far = max([shapes.reach(scene), *(shapes.plane_radius(scene, plane) for plane in scene.planes)])
+    rims = [shapes.plane_radius(scene, plane) for plane in scene.planes]
+    far = max([sun_distance(scene), shapes.reach(scene), *rims])
     sensor: Tree = {
         "type": "thinlens" if camera.aperture_radius > 0 else "perspective",
         "to_world": shapes.camera_to_world(camera),

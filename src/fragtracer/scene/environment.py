@@ -71,6 +71,31 @@ class Gradient:
 
 
 @dataclass(frozen=True, config=CONFIG)
+class Constant:
+    """The same ``radiance`` (W/m²/sr) from everywhere."""
+
+    radiance: Strength
+
+    @property
+    def pixels(self) -> NDArray[np.float32]:
+        """The equirectangular map, (32, 64, 3): fine enough that directions are sampled nearly evenly."""
+        return np.full((*_CONSTANT_SIZE, 3), self.radiance, np.float32)
+
+
+Source = Panorama | Constant | Gradient
+
+
+@dataclass(frozen=True)
+class Sun:
+    """A disc of ``radiance`` (W/m²/sr) infinitely far away, towards the unit vector ``direction``, of a half
+    angle whose 1 - cos is ``one_minus_cos``."""
+
+    direction: Triple
+    one_minus_cos: float
+    radiance: Triple
+
+
+@dataclass(frozen=True, config=CONFIG)
 class Environment:
     """Light from all around; exactly one of ``image``, ``radiance`` and ``gradient`` says what it looks like.
 
@@ -94,6 +119,20 @@ class Environment:
             raise ValueError("give exactly one of image, radiance and gradient")
 
     @property
+    def source(self) -> Source:
+        """What it looks like before rotation, strength and tint."""
+        if self.radiance is not None:
+            return Constant(self.radiance)
+        source = self.image or self.gradient
+        assert source is not None
+        return source
+
+    @property
+    def sun(self) -> Sun | None:
+        """The sun, in the world, its radiance multiplied; None where there is none beside the map."""
+        return None
+
+    @property
     def scale(self) -> Triple:
         """What :attr:`pixels` are multiplied by."""
         r, g, b = (self.strength * tint for tint in self.tint)
@@ -102,11 +141,7 @@ class Environment:
     @property
     def pixels(self) -> NDArray[np.float32]:
         """The equirectangular map, (h, w, 3) radiance before rotation and :attr:`scale`."""
-        if self.image is not None:
-            return self.image.pixels
-        if self.gradient is not None:
-            return self.gradient.pixels
-        return np.full((*_CONSTANT_SIZE, 3), self.radiance, np.float32)
+        return self.source.pixels
 
     @property
     def rotation(self) -> Floats:

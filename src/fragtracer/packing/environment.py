@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: MIT
+"""An environment for the shader: its map, and the tree that texels are chosen by (emitter/environment.glsl)."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fragtracer.scene import Environment
+from fragtracer.scene.environment import Source
+from fragtracer.shader_composer import CONSTANTS
+
+Array = NDArray[Any]
+
+_LUMINANCE = np.array((0.2126, 0.7152, 0.0722), np.float32)  # core/math.glsl
+_HALF_TOP = 2.0**15  # what the largest value of a map is brought to, or half of it: half floats end at 65504
+
+
+@dataclass(frozen=True, eq=False)
+class EnvironmentTables:
+    """The data of one map, the same object for the same map.
+
+    ``texels`` (n, 4) are radiance / ``unit`` and weight, row by row from the top: half floats where these
+    hold the radiance exactly, as they do that of .hdr and half-float .exr files, else float32. ``tree``, float32
+    (n, 4), are the weights of the four nodes or texels under each node, level by level from the root.
+    """
+
+    texels: Array
+    tree: NDArray[np.float32]
+    size: tuple[int, int]  # width and height
+    levels: int
+    unit: float
+    density: float
+    irradiance: float  # radiance integrated over all directions, the channels added
+
+    @property
+    def bytes(self) -> int:
+        return int(self.texels.nbytes + self.tree.nbytes)
+
+
+@lru_cache(maxsize=2)
+def environment_tables(source: Source) -> EnvironmentTables:
+    """The tables of what an environment shows."""
+    pixels = source.pixels
+    height, width, _ = pixels.shape
+    unit = 2.0 ** np.ceil(np.log2(max(float(pixels.max()), 2.0**-100))) / _HALF_TOP
+    scaled = pixels * np.float32(1 / unit)
+    half = scaled.astype(np.float16)
+    texels = np.empty((height, width, 4), np.float16 if np.array_equal(half, scaled) else np.float32)
+    texels[..., :3] = scaled
+    del half, scaled
+    sines = np.sin(np.pi * (np.arange(height) + 0.5) / height)
+    weights = (texels[..., :3].astype(np.float32) @ _LUMINANCE) * sines[:, None].astype(np.float32)
+    # No weight is rounded to 0 where there is light.
+    texels[..., 3] = np.where(weights > 0, np.maximum(weights, np.finfo(texels.dtype).tiny), 0)
+    # The sums are of the weights as the shader reads them: what is interpolated is what is sampled.
+    levels, total = _sums(texels[..., 3].astype(np.float64))
+    solid_angle = 2 * np.pi**2 / (width * height)
+    rows = pixels.sum(axis=1, dtype=np.float64).sum(axis=1)
+    return EnvironmentTables(
+        texels.reshape(-1, 4),
+        np.concatenate([level.reshape(-1, 4) for level in levels]),
+        (width, height),
+        len(levels),
+        unit,
+        1 / (total * solid_angle) if total > 0 else 0.0,
+        float(rows @ sines) * solid_angle,
+    )
+
+
+def _sums(weights: NDArray[np.float64]) -> tuple[list[NDArray[np.float32]], float]:
+    """The levels of the tree, the root first, each (rows, columns, 4), and the sum of all weights."""
+    levels: list[NDArray[np.float32]] = []
+    total = max(float(weights.sum()), np.finfo(np.float64).tiny)
+    while not levels or weights.size > 1:
+        height, width = weights.shape
+        even = np.pad(weights, ((0, height % 2), (0, width % 2)))
+        rows, columns = (side // 2 for side in even.shape)
+        four = even.reshape(rows, 2, columns, 2).swapaxes(1, 2).reshape(rows, columns, 4)
+        levels.insert(0, (four / total).astype(np.float32))
+        weights = four.sum(axis=-1)
+    return levels, float(weights.sum())
+
+
+@dataclass(frozen=True)
+class PackedEnvironment:
+    """What an environment gives to a packed scene; nothing where there is none, or a black one."""
+
+    tables: EnvironmentTables | None = None
+    lights: Sequence[dict[str, Any]] = ()  # records, each with its power
+    uniforms: dict[str, Any] = field(default_factory=dict)
+    movable: dict[str, Any] = field(default_factory=dict)  # the uniforms that change as an environment is turned
+    hidden: bool = False
+
+    def defines(self, lights: Sequence[Mapping[str, Any]]) -> dict[str, int]:
+        """The features, for a scene of all these light records."""
+        kinds = {light["kind"]: index for index, light in enumerate(lights)}
+        sun, environment = (kinds.get(CONSTANTS[name]) for name in ("LIGHT_SUN", "LIGHT_ENVIRONMENT"))
+        return {
+            "HAS_SUN": int(sun is not None),
+            "HAS_ENVIRONMENT": int(environment is not None),
+            "HAS_BACKGROUND": int(self.hidden),
+            "SUN_LIGHT": sun or 0,
+            "ENVIRONMENT_LIGHT": environment or 0,
+        }
+
+
+def pack_environment(environment: Environment | None, extent: float) -> PackedEnvironment:
+    """Pack the environment of a scene that reaches ``extent`` metres from its middle."""
+    if environment is None:
+        return PackedEnvironment()
+    uniforms: dict[str, Any] = {} if environment.visible else {"u_background_radiance": environment.background}
+    cross_section = np.pi * extent**2
+    lights: list[dict[str, Any]] = []
+    if (sun := environment.sun) is not None:
+        power = cross_section * 2 * np.pi * sun.one_minus_cos * sum(sun.radiance)
+        place = {"position": sun.direction, "radius": sun.one_minus_cos, "primitive": -1}
+        lights.append({"kind": CONSTANTS["LIGHT_SUN"], "radiance": sun.radiance, "power": power, **place})
+    if max(environment.scale) == 0 or (tables := environment_tables(environment.source)).irradiance == 0:
+        return PackedEnvironment(None, lights, uniforms, hidden=not environment.visible)
+    power = cross_section * tables.irradiance * max(environment.scale)
+    lights.append({"kind": CONSTANTS["LIGHT_ENVIRONMENT"], "power": power, "primitive": -1})
+    uniforms |= {
+        "u_environment_size": tables.size,
+        "u_environment_levels": tables.levels,
+        "u_environment_density": tables.density,
+    }
+    angle = np.radians(environment.rotation_degrees)
+    movable = {
+        "u_environment_scale": tuple(tables.unit * scale for scale in environment.scale),
+        "u_environment_turn": (float(np.cos(angle)), float(np.sin(angle))),
+    }
+    return PackedEnvironment(tables, lights, uniforms, movable, not environment.visible)

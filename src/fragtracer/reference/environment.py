@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: MIT
+"""An environment in Mitsuba's words.
+
+What differs between the two worlds:
+
+- Mitsuba's picture begins at -z where ours begins at +z: half a turn.
+- Mitsuba's first and last rows lie at the poles, ours half a row from them. So it gets a row for each of ours,
+  one for the middle between two, and one for each pole: 2 h + 1, which interpolate to the very same values.
+- Mitsuba takes one emitter at infinity, so ambient light is added to the picture.
+- The sun is a sphere so far away that its direction is the same all over the scene.
+- An environment that is not visible hides every emitter from Mitsuba's camera (``hide_emitters``).
+"""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fragtracer.errors import FragtracerError
+from fragtracer.images import write_image
+from fragtracer.reference.shapes import Tree, reach
+from fragtracer.scene import Environment, Scene
+
+_SUN_DISTANCE = 1e6  # in units of the scene's reach
+
+
+def environment_emitters(scene: Scene, folder: Path) -> dict[str, Tree]:
+    """The emitters at infinity by their keys, with the picture written into ``folder``."""
+    environment = scene.environment
+    if environment is None:
+        return {}
+    path = folder / "environment.exr"
+    radiance = environment.pixels * np.array(environment.scale) + np.array(scene.ambient.radiance)
+    write_image(path, witness_rows(radiance))
+    turn = np.eye(4)
+    turn[:3, :3] = environment.rotation @ np.diag((-1.0, 1.0, -1.0))
+    emitters: dict[str, Tree] = {"environment": {"type": "envmap", "filename": str(path), "to_world": turn}}
+    if (sun := environment.sun) is not None:
+        distance = sun_distance(scene)
+        emitters["sun"] = {
+            "type": "sphere",
+            "center": [float(distance * x) for x in sun.direction],
+            "radius": float(distance * np.sqrt(sun.one_minus_cos * (2 - sun.one_minus_cos))),
+            "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": [0.0, 0.0, 0.0]}},
+            "emitter": {"type": "area", "radiance": {"type": "rgb", "value": [float(c) for c in sun.radiance]}},
+        }
+    return emitters
+
+
+def sun_distance(scene: Scene) -> float:
+    """Where the sphere that stands for the sun is, in metres from the origin; 0 where there is no sun."""
+    environment: Environment | None = scene.environment
+    return _SUN_DISTANCE * reach(scene) if environment and environment.sun else 0.0
+
+
+def witness_rows(pixels: NDArray[np.floating]) -> NDArray[np.float32]:
+    """The map as Mitsuba wants it, (2 h + 1, w, 3)."""
+    rows = np.empty((2 * len(pixels) + 1, *pixels.shape[1:]), np.float32)
+    rows[1::2] = pixels
+    rows[2:-1:2] = (pixels[1:] + pixels[:-1]) / 2
+    rows[0], rows[-1] = pixels[0], pixels[-1]
+    return rows
+
+
+def hides_emitters(scene: Scene) -> bool:
+    """Whether the camera sees no emitters.
+
+    Raises
+    ------
+    FragtracerError
+        If it should see some but not the environment, which Mitsuba cannot do.
+    """
+    environment = scene.environment
+    if environment is None or environment.visible:
+        return False
+    used = [m for m in scene.materials.values() if m.is_emissive]
+    seen = used or any(light.radius > 0 for light in scene.lights) or max(scene.ambient.radiance) > 0
+    if seen or max(environment.background) > 0:
+        raise FragtracerError(
+            "Mitsuba cannot hide the environment alone: make it visible, or give the scene no other light that is seen "
+            "and a black background"
+        )
+    return True
