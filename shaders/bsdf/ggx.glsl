@@ -17,18 +17,23 @@ float ggx_g1_smith(float alpha, float cos_theta) {
     return 2.0 * cos_theta / (cos_theta + sqrt(a2 + (1.0 - a2) * cos_theta * cos_theta));
 }
 
-// The chosen masking term G1. Schlick 1994, eq. 19, with k = sqrt(2 alpha^2 / pi), or with
-// k = (roughness + 1)^2 / 8 (Karis 2013, Real Shading in Unreal Engine 4, eq. 4).
+// Masking with a width k (Schlick 1994, eq. 19).
+float ggx_g1_schlick(float k, float cos_theta) { return cos_theta / (cos_theta * (1.0 - k) + k); }
+
+// k of a light that shines from one direction (Karis 2013, Real Shading in Unreal Engine 4, eq. 4).
+float ggx_k_direct(float alpha) { return square(sqrt(alpha) + 1.0) / 8.0; }
+
+// The chosen masking term G1: exact, or Schlick's with k = sqrt(2 alpha^2 / pi), with Karis's k, or with his
+// k = roughness^2 / 2 for light from all around.
 float ggx_g1(float alpha, float cos_theta) {
 #if GEOMETRY_TERM == GEOMETRY_SMITH
     return ggx_g1_smith(alpha, cos_theta);
+#elif GEOMETRY_TERM == GEOMETRY_SCHLICK_BECKMANN
+    return ggx_g1_schlick(alpha * sqrt(2.0 * INVERSE_PI), cos_theta);
+#elif GEOMETRY_TERM == GEOMETRY_KARIS
+    return ggx_g1_schlick(ggx_k_direct(alpha), cos_theta);
 #else
-#if GEOMETRY_TERM == GEOMETRY_SCHLICK_BECKMANN
-    float k = alpha * sqrt(2.0 * INVERSE_PI);
-#else
-    float k = square(sqrt(alpha) + 1.0) / 8.0;
-#endif
-    return cos_theta / (cos_theta * (1.0 - k) + k);
+    return ggx_g1_schlick(0.5 * alpha, cos_theta);
 #endif
 }
 

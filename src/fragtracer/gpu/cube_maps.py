@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: MIT
+"""What the split-sum approximation looks up instead of integrating (shaders/split_sum/), computed on the GPU."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from fragtracer.cache import Arrays, cached
+from fragtracer.gpu.program import FullscreenProgram
+from fragtracer.resources import folder
+from fragtracer.scene.content import content_digest
+from fragtracer.shader_composer import CONSTANTS
+
+Floats = NDArray[np.float32]
+
+_VERSION = 1  # of what the shaders compute; another one, and what is kept on disk is made anew
+_LARGEST_MAP = 4096  # texels around; a larger environment is halved first
+_LARGEST_CUBE = 512  # texels along a face of the environment
+_IRRADIANCE_SOURCE = 64  # texels along a face of the level that is summed up
+_LOOKUPS = 1 << 22  # in one draw, so that none takes long
+
+
+@dataclass(frozen=True)
+class MapSizes:
+    """How finely the maps are computed; the values are those of the documents.
+
+    ``prefiltered`` and ``irradiance`` are texels along a face, powers of two; ``levels`` counts the
+    roughnesses from 0 to 1, ``samples`` those for each texel, ``brdf`` the texels along the BRDF map.
+    """
+
+    prefiltered: int = 128
+    levels: int = 5
+    samples: int = 1024
+    irradiance: int = 32
+    brdf: int = 512
+
+
+def environment_maps(ctx: moderngl.Context, pixels: Floats, sizes: MapSizes = MapSizes()) -> Arrays:
+    """The maps of an equirectangular environment, (h, w, 3): computed, or kept from an earlier start.
+
+    Returns
+    -------
+    dict
+        ``irradiance`` (one level; divided by pi) and ``prefiltered`` (``levels``): cube maps in the
+        layout of shaders/split_sum/cube.glsl, (rows, columns, 3) float32, row 0 the lowest.
+    """
+    key = content_digest(pixels, repr(_VERSION), repr(sizes))
+    return cached("environment", key, lambda: _environment_maps(ctx, pixels, sizes))
+
+
+def brdf_map(ctx: moderngl.Context, geometry: str, sizes: MapSizes = MapSizes()) -> Floats:
+    """The BRDF integration map, (roughness, cosine, 3): factors of F0 and F90, and the integral of the lobe.
+
+    ``geometry`` is a masking term of :data:`CONSTANTS`, without its prefix.
+    """
+    key = content_digest(repr(_VERSION), repr(sizes), geometry)
+    return cached("brdf", key, lambda: {"map": _brdf_map(ctx, geometry, sizes)})["map"]
+
+
+def cube_rows(size: int, levels: int) -> int:
+    """The rows of a cube map whose faces are ``size`` wide at level 0."""
+    return sum((size >> level) + 2 for level in range(levels))
+
+
+def stacked(levels: list[Floats]) -> Floats:
+    """A cube map of its levels, the widest first."""
+    rows = [np.pad(level, ((0, 0), (0, levels[0].shape[1] - level.shape[1]), (0, 0))) for level in levels]
+    return np.concatenate(rows)
+
+
+def _environment_maps(ctx: moderngl.Context, pixels: Floats, sizes: MapSizes) -> Arrays:
+    with _Workshop(ctx) as workshop:
+        levels = workshop.pyramid(pixels)
+        source = {"u_environment": stacked(levels)}
+        size = levels[0].shape[0] - 2
+        common = {"u_environment_size": size}
+        level = max(0, (size // _IRRADIANCE_SOURCE).bit_length() - 1)
+        numbers = common | {"u_level": level}
+        irradiance = workshop.cube("irradiance", sizes.irradiance, 6 * (size >> level) ** 2, source, numbers)
+        prefiltered = []
+        for level in range(sizes.levels):
+            alpha = (level / max(sizes.levels - 1, 1)) ** 2
+            numbers = common | {"u_environment_levels": len(levels), "u_alpha": alpha, "u_samples": sizes.samples}
+            face = sizes.prefiltered >> level
+            prefiltered.append(workshop.cube("prefilter", face, 2 * sizes.samples, source, numbers))
+    return {"irradiance": irradiance, "prefiltered": stacked(prefiltered)}
+
+
+def _brdf_map(ctx: moderngl.Context, geometry: str, sizes: MapSizes) -> Floats:
+    numbers = {"u_inverse_size": (1 / sizes.brdf,) * 2, "u_samples": sizes.samples}
+    defines = {"GEOMETRY_TERM": CONSTANTS[f"GEOMETRY_{geometry}"]}
+    with _Workshop(ctx) as workshop:
+        return workshop.draw("brdf_map", (sizes.brdf, sizes.brdf), sizes.samples, {}, numbers, defines)
+
+
+class _Workshop:
+    """Draws the maps, and leaves the framebuffer that was bound before in place."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+
+    def __enter__(self) -> "_Workshop":
+        self._before = self._ctx.detect_framebuffer()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._before.use()
+
+    def pyramid(self, pixels: Floats) -> list[Floats]:
+        """An equirectangular map as the levels of a cube map, down to faces of one texel."""
+        while max(pixels.shape) > _LARGEST_MAP:
+            pixels = _halved(pixels)
+        around = max(pixels.shape[1], 2 * pixels.shape[0])
+        size = min(_LARGEST_CUBE, max(_IRRADIANCE_SOURCE, 1 << (around // 4 - 1).bit_length()))
+        taps = int(np.ceil(2 * around / (np.pi * size)))
+        numbers = {"u_size": size, "u_taps": taps}
+        levels = [self.cube("from_equirect", size, taps**2, {"u_map": pixels}, numbers)]
+        while size > 1:
+            levels.append(self.cube("halve", size // 2, 4, {"u_cube": levels[-1]}, {"u_size": size}))
+            size //= 2
+        return levels
+
+    def cube(self, program: str, size: int, lookups: int, source: dict[str, Floats], numbers: dict[str, Any]) -> Floats:
+        """One level of a cube map of faces ``size`` wide."""
+        return self.draw(program, (6 * (size + 2), size + 2), lookups, source, {"u_size": size} | numbers)
+
+    def draw(
+        self,
+        name: str,
+        size: tuple[int, int],
+        lookups: int,
+        source: Mapping[str, Floats],
+        numbers: Mapping[str, Any],
+        defines: Mapping[str, int] | None = None,
+    ) -> Floats:
+        """What the program makes of ``source``, its one texture if it has one, taking ``lookups`` for each texel."""
+        width, height = size
+        program = FullscreenProgram(self._ctx, folder("shaders"), f"split_sum/{name}.frag", defines)
+        program.set(dict.fromkeys(source, 0) | dict(numbers))
+        textures = [texture_of(self._ctx, pixels) for pixels in source.values()]
+        target = self._ctx.texture(size, 4, dtype="f4")
+        framebuffer = self._ctx.framebuffer([target])
+        framebuffer.use()
+        rows = max(1, _LOOKUPS // (width * lookups))
+        for row in range(0, height, rows):
+            framebuffer.scissor = (0, row, width, min(rows, height - row))
+            for texture in textures:
+                texture.use(0)
+            program.draw()
+            self._ctx.finish()
+        pixels = np.frombuffer(target.read(), np.float32).reshape(height, width, 4)
+        self._before.use()  # moderngl would bind the released one again, which is an error
+        for resource in (framebuffer, target, *textures, program):
+            resource.release()
+        return np.ascontiguousarray(pixels[..., :3])
+
+
+def texture_of(ctx: moderngl.Context, pixels: Floats) -> moderngl.Texture:
+    """``pixels`` (rows, columns, 3), row 0 the lowest, filtered linearly; around in u, to the edge in v."""
+    height, width, _ = pixels.shape
+    texture = ctx.texture((width, height), 3, np.ascontiguousarray(pixels, np.float32).tobytes(), dtype="f4")
+    texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+    texture.repeat_y = False
+    return texture
+
+
+def _halved(pixels: Floats) -> Floats:
+    """Each texel the mean of four, as far as there are as many."""
+    height, width, _ = pixels.shape
+    tall, wide = min(2, height), min(2, width)
+    return pixels[: height // tall * tall, : width // wide * wide].reshape(
+        height // tall, tall, width // wide, wide, 3
+    ).mean(axis=(1, 3), dtype=np.float64).astype(np.float32)
+
+
