@@ -51,10 +51,12 @@ def batches(
 class Planter:
     """Replaces text in a copy of the shaders, from which all renderers made afterwards are built."""
 
-    def __init__(self, monkeypatch: pytest.MonkeyPatch, root: Path) -> None:
+    def __init__(
+        self, monkeypatch: pytest.MonkeyPatch, root: Path, modules: Iterable[str] = ("tracer", "probe")
+    ) -> None:
         self._copy = root / "shaders"
         shutil.copytree(folder("shaders"), self._copy)
-        for module in ("tracer", "probe"):
+        for module in modules:
             monkeypatch.setattr(f"fragtracer.gpu.{module}.folder", lambda name: root / name)
 
     def __call__(self, file: str, text: str, replacement: str) -> None:

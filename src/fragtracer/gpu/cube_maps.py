@@ -73,7 +73,7 @@ def stacked(levels: list[Floats]) -> Floats:
 
 
 def _environment_maps(ctx: moderngl.Context, pixels: Floats, sizes: MapSizes) -> Arrays:
-    with _Workshop(ctx) as workshop:
+    with Workshop(ctx) as workshop:
         levels = workshop.pyramid(pixels)
         source = {"u_environment": stacked(levels)}
         size = levels[0].shape[0] - 2
@@ -93,17 +93,17 @@ def _environment_maps(ctx: moderngl.Context, pixels: Floats, sizes: MapSizes) ->
 def _brdf_map(ctx: moderngl.Context, geometry: str, sizes: MapSizes) -> Floats:
     numbers = {"u_inverse_size": (1 / sizes.brdf,) * 2, "u_samples": sizes.samples}
     defines = {"GEOMETRY_TERM": CONSTANTS[f"GEOMETRY_{geometry}"]}
-    with _Workshop(ctx) as workshop:
+    with Workshop(ctx) as workshop:
         return workshop.draw("brdf_map", (sizes.brdf, sizes.brdf), sizes.samples, {}, numbers, defines)
 
 
-class _Workshop:
+class Workshop:
     """Draws the maps, and leaves the framebuffer that was bound before in place."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
 
-    def __enter__(self) -> "_Workshop":
+    def __enter__(self) -> "Workshop":
         self._before = self._ctx.detect_framebuffer()
         return self
 
@@ -116,9 +116,9 @@ class _Workshop:
             pixels = _halved(pixels)
         around = max(pixels.shape[1], 2 * pixels.shape[0])
         size = min(_LARGEST_CUBE, max(_IRRADIANCE_SOURCE, 1 << (around // 4 - 1).bit_length()))
-        taps = int(np.ceil(2 * around / (np.pi * size)))
+        taps = int(np.ceil(4 * around / (np.pi * size)))
         numbers = {"u_size": size, "u_taps": taps}
-        levels = [self.cube("from_equirect", size, taps**2, {"u_map": pixels}, numbers)]
+        levels = [self.cube("from_equirect", size, taps**2, {"u_map": _evened(pixels)}, numbers)]
         while size > 1:
             levels.append(self.cube("halve", size // 2, 4, {"u_cube": levels[-1]}, {"u_size": size}))
             size //= 2
@@ -154,8 +154,10 @@ class _Workshop:
             self._ctx.finish()
         pixels = np.frombuffer(target.read(), np.float32).reshape(height, width, 4)
         self._before.use()  # moderngl would bind the released one again, which is an error
-        for resource in (framebuffer, target, *textures, program):
-            resource.release()
+        framebuffer.release()
+        program.release()
+        for texture in (target, *textures):
+            texture.release()
         return np.ascontiguousarray(pixels[..., :3])
 
 
@@ -168,12 +170,27 @@ def texture_of(ctx: moderngl.Context, pixels: Floats) -> moderngl.Texture:
     return texture
 
 
+def _evened(pixels: Floats) -> Floats:
+    """Each row smeared around by a tent, until its texels are as wide as those of the equator: else lookups
+    would miss small lights near the poles, where texels are narrow."""
+    height, width, _ = pixels.shape
+    sines = np.sin(np.pi * (np.arange(height) + 0.5) / height)
+    spans = np.minimum(width, 2 * np.round((1 / sines - 1) / 2).astype(int) + 1)  # odd, so that nothing moves
+    rows = [_smeared(_smeared(row.astype(np.float64), n), n) for row, n in zip(pixels, spans, strict=True)]
+    return np.stack(rows).astype(np.float32)
+
+
+def _smeared(row: NDArray[np.float64], span: int) -> NDArray[np.float64]:
+    """The mean of ``span`` neighbours, around."""
+    sums = np.concatenate([np.zeros((1, 3)), np.cumsum(np.concatenate([row, row[:span]]), axis=0)])
+    means: NDArray[np.float64] = (sums[span : len(row) + span] - sums[: len(row)]) / span
+    return np.roll(means, span // 2, axis=0)
+
+
 def _halved(pixels: Floats) -> Floats:
     """Each texel the mean of four, as far as there are as many."""
     height, width, _ = pixels.shape
     tall, wide = min(2, height), min(2, width)
-    return pixels[: height // tall * tall, : width // wide * wide].reshape(
-        height // tall, tall, width // wide, wide, 3
-    ).mean(axis=(1, 3), dtype=np.float64).astype(np.float32)
-
-
+    blocks = pixels[: height // tall * tall, : width // wide * wide]
+    blocks = blocks.reshape(height // tall, tall, width // wide, wide, 3)
+    return np.asarray(blocks.mean(axis=(1, 3), dtype=np.float64), np.float32)
