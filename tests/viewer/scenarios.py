@@ -17,10 +17,12 @@ from hand import Hand
 
 import fragtracer as ft
 from fragtracer import resources
+from fragtracer.compare.pictures import diverging, enlarged
 from fragtracer.images import read_image, read_metadata
 from fragtracer.images.tone import TONE_CURVES, to_display
 from fragtracer.viewer import app, display
 from fragtracer.viewer.app import Viewer
+from fragtracer.viewer.panels import significance as panel
 from fragtracer.viewer.panels import widgets
 from fragtracer.viewer.session import path_of
 
@@ -303,6 +305,17 @@ def compares_with_mitsuba() -> None:
         ours, both = viewer.renderer.image(), viewer.wipe.image
         assert both is not None
         assert abs(both.mean() / ours.mean() - 1) < 0.1
+        hand.key("m")
+        hand.until(lambda: viewer.wipe.significance.finding is not None, "enough pictures", 60)
+        finding = viewer.wipe.significance.finding
+        assert finding is not None
+        assert finding.pictures >= 8
+        assert finding.outcome != "disagreement"
+        viewer.frame()
+        seen = (255 * picture(viewer)).round().astype(np.uint8)
+        expected = enlarged(diverging(panel.clearest(finding), 6.0), seen.shape[1::-1])
+        part = slice(240, 270), slice(seen.shape[1] * 3 // 4, None)  # below the legend
+        assert np.median(np.abs(seen[part].astype(int) - expected[part])) <= 1, "the blocks are where they were tested"
         viewer.session.camera = replace(viewer.session.camera, fov_degrees=50.0)
         hand.frames(2)
         assert not viewer.wipe.is_on

@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 
 import fragtracer as ft
+from fragtracer.compare.verdict import Means, scale_means
 from fragtracer.errors import FragtracerError
 from fragtracer.materials import DIELECTRIC_F0, METAL_F0
 from fragtracer.scene import Camera, Light, Material, Scene, Sphere
 from fragtracer.viewer import actions, camera, picking, run, settings
 from fragtracer.viewer.display import DisplaySettings
 from fragtracer.viewer.document import Document, History
+from fragtracer.viewer.finding import judged
 from fragtracer.viewer.governor import Governor
 from fragtracer.viewer.panels import lights, materials, objects
 from fragtracer.viewer.session import Session
@@ -267,3 +269,27 @@ def test_governor_does_not_flicker_between_two_numbers_of_light_samples() -> Non
         _, chosen = governor.choose((1000, 500), rate, chosen, 8)
         counts.append(chosen)
     assert sum(a != b for a, b in pairwise(counts)) <= 2
+
+
+def batches(rng: np.random.Generator, level: float = 1.0) -> list[Means]:
+    """Means of noisy pictures of one brightness, but ``level`` times that in one block."""
+    pictures = rng.gamma(2.0, 0.5, (16, 48, 48, 3))
+    pictures[:, 8:12, 4:8] *= level
+    return [scale_means(picture[None]) for picture in pictures]
+
+
+def test_finding_says_where_pictures_differ() -> None:
+    rng = np.random.default_rng(3)
+    found = judged(batches(rng, 1.8), batches(rng))
+    rows, columns, _ = np.nonzero(found.differs)
+    assert {(int(r), int(c)) for r, c in zip(rows, columns, strict=True)} == {(2, 1)}
+    assert found.outcome == "disagreement"
+    assert found.z[2, 1].min() > 0, "ours is brighter"
+    assert np.all(np.abs(found.z[found.differs]) >= found.critical)
+    assert np.all(np.abs(found.z[~found.differs]) < found.critical)
+
+
+def test_finding_is_none_too_often_in_equal_pictures() -> None:
+    """At the level of 1 % for all looks together, forty comparisons find next to nothing."""
+    rng = np.random.default_rng(4)
+    assert sum(judged(batches(rng), batches(rng)).differing > 0 for _ in range(40)) <= 1

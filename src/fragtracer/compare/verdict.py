@@ -15,7 +15,7 @@ everything shows, does not pay for the number of blocks, where a large error in 
 - *Inconclusive* (2): no part differs, but the noise leaves room for a bias as large as the margin.
 """
 
-import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
@@ -34,6 +34,7 @@ REGIONS = 4
 WITNESS = 2e-4
 
 Outcome = Literal["agreement", "disagreement", "inconclusive"]
+Means = Mapping[str, Floats]
 EXIT_STATUS: dict[Outcome, int] = {"agreement": 0, "disagreement": 1, "inconclusive": 2}
 
 
@@ -162,17 +163,31 @@ def judge(
         raise ValueError(f"the pictures must be (batches, height, width, 3) of one size, not {shapes[0]}, {shapes[1]}")
     if not all(np.isfinite(stack).all() for stack in stacks):
         raise ValueError("the pictures must be finite")
-    if not (0 < margin < 1 and 0 < alpha < 0.5):
-        raise ValueError(f"margin = {margin} must lie between 0 and 1, alpha = {alpha} between 0 and 0.5")
-    height, width = shapes[0][1:3]
+    return judge_means(scale_means(stacks[0]), scale_means(stacks[1]), margin, alpha, non_finite)
+
+
+def scale_means(pictures: ArrayLike) -> Means:
+    """All that :func:`judge` looks at: for each scale the means of its parts of (batches, height, width, 3)
+    pictures, as float64 (batches, rows, columns, 3)."""
+    stack = np.asarray(pictures)
+    height, width = stack.shape[1:3]
     grids = {
         "image": (1, 1),
         "regions": (min(REGIONS, height), min(REGIONS, width)),
         "blocks": statistics.block_grid(width, height),
     }
+    return {name: statistics.part_means(stack, rows, columns) for name, (rows, columns) in grids.items()}
+
+
+def judge_means(
+    ours: Means, reference: Means, margin: float = MARGIN, alpha: float = ALPHA, non_finite: int = 0
+) -> Verdict:
+    """:func:`judge` for pictures of which only the :func:`scale_means` are left."""
+    if not (0 < margin < 1 and 0 < alpha < 0.5):
+        raise ValueError(f"margin = {margin} must lie between 0 and 1, alpha = {alpha} between 0 and 0.5")
     scales = {}
-    for name, (rows, columns) in grids.items():
-        pair = Pair.of(*(statistics.part_means(stack, rows, columns) for stack in stacks))
-        level = statistics.sidak(statistics.sidak(alpha, len(grids)), math.prod((rows, columns, 3)))
-        scales[name] = Scale(name, pair, level, WITNESS * float(stacks[1].mean()))
+    for name in ours:
+        pair = Pair.of(ours[name], reference[name])
+        level = statistics.sidak(statistics.sidak(alpha, len(ours)), pair.ours.size)
+        scales[name] = Scale(name, pair, level, WITNESS * float(reference["image"].mean()))
     return Verdict(**scales, margin=margin, alpha=alpha, non_finite=non_finite)

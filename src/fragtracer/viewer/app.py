@@ -40,6 +40,7 @@ _NAP = 0.1  # seconds to wait for events when there is nothing to do
 _BACKGROUND = (0.06, 0.06, 0.07)
 _CHECKED_EVERY = 60  # frames
 _FATAL = ("GL_OUT_OF_MEMORY", "GL_UNKNOWN_ERROR")
+_FIRST = 16  # samples per pixel of the picture before others are drawn beside it
 _AWAKE = 0.5  # seconds after the last event before that
 
 
@@ -100,7 +101,7 @@ class Viewer:
 
     def frame(self) -> None:
         """One turn of the loop; sleeps for a while where nothing changes."""
-        idle = self.is_done and time.perf_counter() - self._active_at > _AWAKE
+        idle = self.is_done and not self._gathers_for_comparison and time.perf_counter() - self._active_at > _AWAKE
         self.window.poll(_NAP if idle else 0.0)
         start = time.perf_counter()
         if self.window.is_minimised:
@@ -137,10 +138,26 @@ class Viewer:
 
     def _refine(self) -> float:
         """Trace, if there is something to trace; returns for how many seconds."""
+        gathers = self._gathers_for_comparison
+        if gathers and (self.is_done or self._frames % 2):
+            return self._draw_for_comparison()
         if self.is_done:
             self.refiner.fade(limit=0)
             return 0.0
         return self.refiner.frame(self.session.max_samples or None)
+
+    @property
+    def _gathers_for_comparison(self) -> bool:
+        """Whether our own pictures for the significance map are wanted, and can be had now."""
+        at_rest = not (self.refiner.is_moving or self.session.paused or self._gathered())
+        return self.wipe.wants_pictures and at_rest and self.renderer.spp >= _FIRST
+
+    def _draw_for_comparison(self) -> float:
+        try:
+            return self.wipe.draw_ours(self.renderer, self.refiner.governor.budget)
+        except DeviceError as error:
+            self.session.problem = str(error)
+            return 0.0
 
     def _watch(self) -> None:
         for path in self.window.take_dropped():
@@ -164,6 +181,7 @@ class Viewer:
             self.session.say("Shaders reloaded")
         self._shader_problem = ""
         self.film_statistics.forget()
+        self.wipe.forget_ours()
 
     def attempt(self, action: Callable[[], object]) -> None:
         """Do something of which the user shall see why it failed."""
@@ -261,10 +279,7 @@ class Viewer:
                 name = f"{self.session.document.scene.name}.{action.split()[1]}"
                 self.attempt(lambda: self.save_image(actions.fresh(Path.cwd() / name)))
             case "reference":
-                if self.wipe.is_on:
-                    self.wipe.stop()
-                else:
-                    self.wipe.start(self.session.shown, self.refiner.size)
+                self.wipe.step(self.session.shown, self.refiner.size)
             case "copy command":
                 self.attempt(self._copy_command)
             case _:

@@ -32,7 +32,7 @@ HELP = (
     ("Remove selected", "Delete"),
     ("Undo, redo", "Ctrl+Z, Ctrl+Shift+Z"),
     ("Save scene, save image", "Ctrl+S, F12"),
-    ("Compare with Mitsuba", "M, then drag the line"),
+    ("Compare with Mitsuba, see significance", "M, M again; drag the line"),
     ("Panels on and off", "Tab"),
     ("This list", "F1"),
 )

@@ -67,6 +67,11 @@ class LiveRenderer(Renderer):
         return self._speeds.get(self._baked) or self._speeds.get(False, 0.0)
 
     @property
+    def max_rays(self) -> int:
+        """Paths for each pixel in one pass, at most."""
+        return self._tracer.max_rays
+
+    @property
     def light_samples(self) -> int:
         """Shadow rays at each vertex, at most those of the settings."""
         return min(self._light_samples, self.settings.light_samples)
@@ -154,6 +159,18 @@ class LiveRenderer(Renderer):
         self._pass, self.pass_seconds = None, self._slices + spent
         self.spp += self._pass_rays
         return spent
+
+    def beside(self, film: Film, seed: int, rays: int, seconds: float) -> Iterator[None]:
+        """Draw a pass of ``rays`` paths per pixel, at most :attr:`max_rays`, on another ``film`` of
+        this size and with another ``seed``; each step takes about ``seconds``."""
+        bands = self._tracer.bands(film, rays, seconds)
+        while True:
+            self._tracer.set({"u_seed": seed})
+            rows = next(bands, None)
+            self._tracer.set({"u_seed": self.settings.seed})
+            if rows is None:
+                return
+            yield
 
     def _is_away(self, camera: Camera) -> bool:
         """Whether the numbers of ``camera`` are so large against the scene's that float32 would show."""

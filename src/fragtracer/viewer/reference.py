@@ -2,9 +2,10 @@
 """Mitsuba's picture of what is on the screen, from a process of its own: the window never waits for it.
 
 Run as a module this is that process: it reads a pickled (scene, size) from its input and writes one
-picture after another, each of the mean of some samples, to its output.
+picture after another, each the mean of some samples of its own, and the means of its parts, to its output.
 """
 
+import os
 import pickle
 import subprocess
 import sys
@@ -14,20 +15,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fragtracer.compare.verdict import Means, scale_means
 from fragtracer.scene import Scene
 
-_BATCH = 4  # samples per pixel of each picture
+BATCH = 4  # samples per pixel of each picture
 _MOST = 256  # pictures
 
 Image = NDArray[np.float32]
 
 
 class LiveReference:
-    """Renders ``scene`` at ``size`` until :meth:`stop`; ``image`` is the mean so far."""
+    """Renders ``scene`` at ``size`` until :meth:`stop`; ``image`` is the mean so far, ``means`` are those
+    of the parts of each picture, which are independent."""
 
     def __init__(self, scene: Scene, size: tuple[int, int]) -> None:
         self.image: Image | None = None
         self.spp = 0
+        self.means: list[Means] = []
         self.problem = ""
         self._process = subprocess.Popen(
             [sys.executable, "-m", "fragtracer.viewer.reference"],
@@ -52,16 +56,17 @@ class LiveReference:
             pickle.dump((scene, size), process.stdin)
             process.stdin.close()
             while True:
-                self._add(pickle.load(process.stdout))
+                self._add(*pickle.load(process.stdout))
         except (EOFError, OSError, pickle.UnpicklingError):
-            if self.image is None:
+            if process.wait() > 0 or self.image is None:
                 text = process.stderr.read().decode(errors="replace").strip()
                 self.problem = text.splitlines()[-1] if text else "Mitsuba ended without a picture"
 
-    def _add(self, batch: Image) -> None:
-        done = self.spp // _BATCH
+    def _add(self, batch: Image, means: Means) -> None:
+        done = self.spp // BATCH
         self.image = batch if self.image is None else (self.image * done + batch) / np.float32(done + 1)
-        self.spp += _BATCH
+        self.spp += BATCH
+        self.means.append(means)
 
 
 def main() -> None:
@@ -69,13 +74,18 @@ def main() -> None:
     from fragtracer.errors import FragtracerError
     from fragtracer.reference.render import ReferenceRenderer
 
+    if hasattr(os, "nice"):
+        os.nice(10)  # the window's frames go first
     scene, size = pickle.load(sys.stdin.buffer)
     output: Any = sys.stdout.buffer
     sys.stdout = sys.stderr  # nothing else may write among the pictures
     try:
         with ReferenceRenderer(scene, size) as renderer:
             for seed in range(_MOST):
-                pickle.dump(renderer.sample(_BATCH, seed).astype(np.float32), output)
+                picture = renderer.sample(BATCH, seed).astype(np.float32)
+                if not np.isfinite(picture).all():
+                    sys.exit("its picture has NaN or infinite pixels")
+                pickle.dump((picture, scale_means(picture[None])), output)
                 output.flush()
     except FragtracerError as error:
         sys.exit(str(error))

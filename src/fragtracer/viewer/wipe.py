@@ -1,15 +1,24 @@
 # SPDX-License-Identifier: MIT
-"""The comparison with Mitsuba on the screen: a line to drag, ours on its left, Mitsuba's on its right."""
+"""The comparison with Mitsuba on the screen: a line to drag, ours on its left; on its right Mitsuba's
+picture, or the map of where the two differ by more than noise."""
 
 from dataclasses import replace
+from typing import Literal
 
 from imgui_bundle import imgui
 
+from fragtracer.errors import DeviceError
 from fragtracer.scene import Scene
 from fragtracer.viewer.display import Display, DisplaySettings
+from fragtracer.viewer.finding import LOOKS
 from fragtracer.viewer.layout import Area
-from fragtracer.viewer.reference import Image, LiveReference
+from fragtracer.viewer.live import LiveRenderer
+from fragtracer.viewer.panels import significance as panel
+from fragtracer.viewer.reference import BATCH, Image, LiveReference
+from fragtracer.viewer.significance import SPP, Batches, Significance
 
+Mode = Literal["", "reference", "significance"]
+_AFTER: dict[Mode, Mode] = {"": "reference", "reference": "significance", "significance": ""}
 _GRIP = 8.0  # units to both sides of the line
 
 
@@ -17,10 +26,13 @@ class Wipe:
     """Holds the reference of the scene on the screen, and lets go of it when that changes."""
 
     def __init__(self) -> None:
+        self.mode: Mode = ""
         self._reference: LiveReference | None = None
         self._of: tuple[Scene, tuple[int, int]] | None = None
         self._shown = 0
         self._dragging = False
+        self._batches: Batches | None = None
+        self._significance = Significance()
         self.takes_mouse = False
 
     @property
@@ -32,15 +44,38 @@ class Wipe:
         """Mitsuba's picture so far."""
         return None if self._reference is None else self._reference.image
 
+    @property
+    def significance(self) -> Significance:
+        return self._significance
+
+    def step(self, scene: Scene, size: tuple[int, int]) -> None:
+        """From nothing to Mitsuba's picture of ``scene``, then to the map, then to nothing."""
+        mode = _AFTER[self.mode]
+        if mode == "reference":
+            self.start(scene, size)
+        elif not mode:
+            self.stop()
+        self.mode = mode
+
     def start(self, scene: Scene, size: tuple[int, int]) -> None:
         """Begin to render ``scene`` with Mitsuba."""
         self.stop()
         self._reference, self._of, self._shown = LiveReference(scene, size), (scene, size), 0
+        self.mode = "reference"
 
     def stop(self) -> None:
         if self._reference is not None:
             self._reference.stop()
-        self._reference = None
+        self._reference, self.mode = None, ""
+        self.forget_ours()
+
+    def forget_ours(self) -> None:
+        """Our program is another one: its pictures so far say nothing any more."""
+        if self._batches is not None:
+            self._batches.release()
+        self._batches = None
+        self._significance.release()
+        self._significance = Significance()
 
     def update(self, scene: Scene, size: tuple[int, int], display: Display) -> str:
         """Show what has come; returns a problem, if there is one. Ends when the scene is another one."""
@@ -55,27 +90,56 @@ class Wipe:
         if reference.spp != self._shown and reference.image is not None:
             self._shown = reference.spp
             display.compare_with(reference.image)
+        if self._batches is not None:
+            self._significance.look(self._batches.means, reference.means, self._batches.non_finite)
         if reference.problem:
             self.stop()
             return f"Mitsuba: {reference.problem}"
         return ""
 
+    @property
+    def wants_pictures(self) -> bool:
+        """Whether :meth:`draw_ours` has something to do."""
+        return self.mode == "significance" and not (self._batches is not None and self._batches.is_complete)
+
+    def draw_ours(self, renderer: LiveRenderer, seconds: float) -> float:
+        """Draw at our pictures of what ``renderer`` shows, for about ``seconds``; returns how long it took."""
+        try:
+            if self._batches is None:
+                self._batches = Batches(renderer)
+            return self._batches.draw(seconds)
+        except DeviceError:
+            self.stop()
+            raise
+
     def drag(self, area: Area, settings: DisplaySettings, compares: bool) -> DisplaySettings:
-        """Draw the line and its labels, and follow the mouse that drags it."""
+        """Draw the line, its labels and the map, and follow the mouse that drags the line."""
         self.takes_mouse = False
         if not self.is_on:
             return settings
         x = area.x + settings.wipe * area.width
+        if self.mode == "significance":
+            panel.draw(area, x, self._significance.finding, self._progress())
         draw = imgui.get_background_draw_list()
-        white = imgui.get_color_u32(imgui.ImVec4(1, 1, 1, 0.85))
         if compares:
+            white = imgui.get_color_u32(imgui.ImVec4(1, 1, 1, 0.85))
             draw.add_line(imgui.ImVec2(x, area.y), imgui.ImVec2(x, area.y + area.height), white, 1.5)
             draw.add_circle_filled(imgui.ImVec2(x, area.y + area.height / 2), 6.0, white)
-            draw.add_text(imgui.ImVec2(x - 82, area.y + 10), white, "fragtracer")
-        draw.add_text(
-            imgui.ImVec2(x + 12, area.y + 10), white, f"Mitsuba, {self._shown} spp" if compares else "Mitsuba …"
-        )
+            panel.label(x - 12, area.y + 10, "fragtracer", to_the_left=True)
+        if self.mode == "significance":
+            panel.label(x + 12, area.y + 10, "Significance of the difference")
+        else:
+            panel.label(x + 12, area.y + 10, f"Mitsuba, {self._shown} spp" if compares else "Mitsuba …")
         return self._follow(area, settings, x) if compares else settings
+
+    def _progress(self) -> str:
+        """What the map rests on, or still waits for."""
+        ours = len(self._batches.means) if self._batches is not None else 0
+        reference = len(self._reference.means) if self._reference is not None else 0
+        finding = self._significance.finding
+        if finding is None:
+            return f"{min(ours, LOOKS[0])} of {LOOKS[0]} pictures of ours, {min(reference, LOOKS[0])} of Mitsuba’s"
+        return f"{finding.pictures} pictures of {SPP} spp against as many of {BATCH} spp"
 
     def _follow(self, area: Area, settings: DisplaySettings, x: float) -> DisplaySettings:
         io = imgui.get_io()

@@ -78,7 +78,7 @@ def draw(session: Session, scenes: Sequence[str], panels: bool) -> str:
         item("Panels", "panels", "Tab", ticked=panels)
         item("Default layout", "layout")
         item("Home", "home", "Home")
-        item("Compare with Mitsuba", "reference", "M")
+        item("Mitsuba, significance, neither", "reference", "M")
         item("Look at selected", "look at selected", "F", session.selected is not None)
         imgui.end_menu()
     if imgui.begin_menu("Help"):
