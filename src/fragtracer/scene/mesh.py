@@ -9,7 +9,7 @@ from pydantic import BeforeValidator
 from pydantic.dataclasses import dataclass
 
 from fragtracer.scene.content import content_digest
-from fragtracer.scene.fields import CONFIG, Vector, as_tuple
+from fragtracer.scene.fields import CONFIG, LARGEST, Number, Vector, as_tuple
 
 
 class Geometry:
@@ -49,9 +49,10 @@ class Geometry:
     ) -> None:
         self.positions = _frozen(positions, np.float64, (3,), "positions")
         count = len(self.positions)
-        self.triangles = _frozen(triangles, np.int32, (3,), "triangles")
-        if self.triangles.size and not (self.triangles.min() >= 0 and self.triangles.max() < count):
-            raise ValueError(f"triangles must hold indices from 0 to {count - 1}, the last of the vertices")
+        indices = np.asarray(triangles)
+        if indices.size and not (indices.dtype.kind in "iu" and indices.min() >= 0 and indices.max() < count):
+            raise ValueError(f"triangles must hold whole numbers from 0 to {count - 1}, the last of the vertices")
+        self.triangles = _frozen(indices, np.int32, (3,), "triangles")
         self.normals = _attribute(normals, (3,), "normals", count)
         self.uvs = _attribute(uvs, (2,), "uvs", count)
         self.uvs_1 = _attribute(uvs_1, (2,), "uvs_1", count)
@@ -80,16 +81,17 @@ def _attribute(values: ArrayLike | None, widths: tuple[int, ...], name: str, cou
 
 
 def _frozen(values: ArrayLike, dtype: Any, widths: tuple[int, ...], name: str) -> NDArray[Any]:
-    array = np.ascontiguousarray(values, dtype)
+    with np.errstate(over="ignore"):
+        array = np.ascontiguousarray(values, dtype)
     if array.ndim != 2 or array.shape[1] not in widths:
         raise ValueError(f"{name} must be an array of (n, {' or '.join(map(str, widths))}), got {array.shape}")
-    if not np.isfinite(array).all():
-        raise ValueError(f"{name} must be finite")
+    if not (np.isfinite(array).all() and np.abs(array).max(initial=0) <= LARGEST):
+        raise ValueError(f"{name} must be finite, and none beyond {LARGEST}")
     array.setflags(write=False)
     return array
 
 
-Row = tuple[float, float, float, float]
+Row = tuple[Number, Number, Number, Number]
 Matrix = tuple[Row, Row, Row, Row]
 IDENTITY: Matrix = ((1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
 

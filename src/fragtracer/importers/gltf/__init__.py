@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: MIT
+"""glTF 2.0, as .gltf and .glb.
+
+The document is validated by pydantic and the arrays are cut by numpy: the libraries that exist
+either trust their input or lose samplers, transforms and sets of coordinates.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fragtracer.errors import SceneError
+from fragtracer.importers.gltf import document as gltf
+from fragtracer.importers.gltf.container import Container
+from fragtracer.importers.gltf.geometry import Primitives
+from fragtracer.importers.gltf.materials import Materials, parse
+from fragtracer.importers.gltf.nodes import Matrix, placed_nodes
+from fragtracer.importers.model import Model, bounds, listed
+from fragtracer.scene import Camera, Light, Mesh, Part
+
+_SUPPORTED = {
+    "KHR_texture_transform",
+    "KHR_materials_ior",
+    "KHR_materials_specular",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_unlit",
+    "KHR_lights_punctual",
+    "EXT_texture_webp",
+    "KHR_mesh_quantization",
+}
+_LIGHTS = "KHR_lights_punctual"
+_DEFAULT = "default"
+_FAR = 1000.0  # how many times the size of the model a light that shines in one direction is away
+
+
+def read_gltf(path: Path) -> Model:
+    """Read a .gltf or .glb file: the nodes, cameras and lights of its first scene, in the pose they have at rest.
+
+    Photometric numbers are taken for radiometric ones: 1 cd is 1 W/sr, as 1 cd/m² of emission is 1 W/m²/sr.
+    A directional light becomes a point light so far away that its rays are parallel to 1/1000.
+
+    Raises
+    ------
+    SceneError
+        If a file is missing or damaged, or asks for an extension that is not supported.
+    """
+    container = Container(path)
+    document = container.document
+    _refuse(container)
+    notes = [*(name for name in document.extensionsUsed if name not in _SUPPORTED)]
+    notes += ["animations"] if document.animations else []
+    primitives, materials = Primitives(container, notes), Materials(container, notes)
+    parts, used = [], {}
+    placed = list(placed_nodes(container))
+    names = _names(document)
+    for index, node, matrix in placed:
+        if node.mesh is None:
+            continue
+        notes += ["skins (shown as they are at rest)"] if node.skin is not None else []
+        mesh: gltf.Mesh = container.item(document.meshes, node.mesh, f"nodes[{index}].mesh")
+        for number, primitive in enumerate(mesh.primitives):
+            place = f"meshes[{node.mesh}].primitives[{number}]"
+            if (geometry := primitives.get(primitive, place)) is None:
+                continue
+            material = materials.get(primitive.material, f"{place}.material")
+            name = _DEFAULT if primitive.material is None else names[primitive.material]
+            used[name] = material
+            parts.append(Part(geometry, name, tuple(map(tuple, matrix.tolist()))))  # type: ignore[arg-type]
+    if not parts:
+        raise SceneError(f"{path}: the scene of this file has no triangles")
+    mesh_of_all = Mesh(parts=tuple(parts))
+    cameras = _cameras(container, placed, mesh_of_all, notes)
+    lights = _lights(container, placed, mesh_of_all, notes)
+    return Model(mesh_of_all, used, cameras, lights, listed(notes), tuple(dict.fromkeys(container.files)))
+
+
+def _refuse(container: Container) -> None:
+    unknown = [name for name in container.document.extensionsRequired if name not in _SUPPORTED]
+    if unknown:
+        raise SceneError(f"{container.path}: this model needs {', '.join(unknown)}, which is not supported")
+
+
+def _names(document: gltf.Document) -> list[str]:
+    """A name for each material that no other has."""
+    names: list[str] = []
+    for index, material in enumerate(document.materials):
+        name = material.name or f"material {index}"
+        names.append(name if name not in (*names, _DEFAULT) else f"{name} ({index})")
+    return names
+
+
+def _cameras(container: Container, placed: list[Any], mesh: Mesh, notes: list[str]) -> tuple[Camera, ...]:
+    low, high = bounds(mesh)
+    center, found = (low + high) / 2, []
+    for index, node, matrix in placed:
+        if node.camera is None:
+            continue
+        item: gltf.Camera = container.item(container.document.cameras, node.camera, f"nodes[{index}].camera")
+        if item.perspective is None:
+            notes.append("orthographic cameras")
+            continue
+        position, forward, up = matrix[:3, 3], -matrix[:3, 2], matrix[:3, 1]
+        forward = forward / (np.linalg.norm(forward) or 1.0)
+        depth = float((center - position) @ forward)
+        depth = depth if depth > 0 else float(np.linalg.norm(high - low)) or 1.0
+        try:
+            found.append(
+                Camera(position, position + depth * forward, up, float(np.degrees(item.perspective.yfov)))
+            )
+        except ValueError as error:
+            raise container.error(f"cameras[{node.camera}]", "its node gives it no direction to look in") from error
+    notes += ["cameras after the first"] if len(found) > 1 else []
+    return tuple(found)
+
+
+def _lights(container: Container, placed: list[Any], mesh: Mesh, notes: list[str]) -> tuple[Light, ...]:
+    given = parse(container, gltf.PunctualLights, container.document, _LIGHTS, "the document")
+    found = []
+    for index, node, matrix in placed:
+        place = f"nodes[{index}]"
+        link = parse(container, gltf.NodeLight, node, _LIGHTS, place)
+        if link is None:
+            continue
+        light: gltf.PunctualLight = container.item(given.lights if given else [], link.light, f"{place}.light")
+        if light.type == "spot":
+            notes.append("spot lights")
+            continue
+        found.append(_light(light, matrix, mesh))
+    return tuple(found)
+
+
+def _light(light: gltf.PunctualLight, matrix: Matrix, mesh: Mesh) -> Light:
+    """A point light of ``intensity`` in W/sr, or one far away that gives ``intensity`` in W/m² at the model."""
+    strength = np.multiply(light.color, light.intensity)
+    if light.type == "point":
+        return Light(matrix[:3, 3], power=np.minimum(4 * np.pi * strength, gltf.LARGEST))
+    low, high = bounds(mesh)
+    distance = _FAR * float(np.linalg.norm(high - low) or 1.0)
+    towards = matrix[:3, 2] / (np.linalg.norm(matrix[:3, 2]) or 1.0)
+    power = np.minimum(4 * np.pi * distance**2 * strength, gltf.LARGEST)
+    return Light((low + high) / 2 + distance * towards, power=power)

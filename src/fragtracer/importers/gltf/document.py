@@ -1,0 +1,210 @@
+# SPDX-License-Identifier: MIT
+"""The parts of a glTF 2.0 document that fragtracer reads, with the names and limits of the specification."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from fragtracer.scene.fields import LARGEST
+
+Index = Annotated[int, Field(ge=0, le=2**31)]
+Count = Annotated[int, Field(ge=0, le=2**53)]
+Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
+Fraction = Annotated[float, Field(ge=0, le=1)]
+Positive = Annotated[float, Field(ge=0, le=LARGEST)]
+Color = tuple[Fraction, Fraction, Fraction]
+Vector = tuple[Number, Number, Number]
+
+
+class Item(BaseModel):
+    """A JSON object; what is not named here is not read."""
+
+    model_config = ConfigDict(extra="ignore", allow_inf_nan=False)
+    extensions: dict[str, Any] = {}
+
+
+class Asset(Item):
+    version: str
+    minVersion: str = "2.0"
+
+
+class Buffer(Item):
+    byteLength: Count
+    uri: str | None = None
+
+
+class BufferView(Item):
+    buffer: Index
+    byteOffset: Count = 0
+    byteLength: Count
+    byteStride: Annotated[int, Field(ge=1, le=252)] | None = None
+
+
+class SparseIndices(Item):
+    bufferView: Index
+    byteOffset: Count = 0
+    componentType: Literal[5121, 5123, 5125]
+
+
+class SparseValues(Item):
+    bufferView: Index
+    byteOffset: Count = 0
+
+
+class Sparse(Item):
+    count: Count
+    indices: SparseIndices
+    values: SparseValues
+
+
+class Accessor(Item):
+    bufferView: Index | None = None
+    byteOffset: Count = 0
+    componentType: Literal[5120, 5121, 5122, 5123, 5125, 5126]
+    normalized: bool = False
+    count: Count
+    type: Literal["SCALAR", "VEC2", "VEC3", "VEC4", "MAT2", "MAT3", "MAT4"]
+    sparse: Sparse | None = None
+
+
+class Image(Item):
+    uri: str | None = None
+    bufferView: Index | None = None
+
+
+class Sampler(Item):
+    magFilter: int = 9729
+    wrapS: Literal[33071, 33648, 10497] = 10497
+    wrapT: Literal[33071, 33648, 10497] = 10497
+
+
+class Texture(Item):
+    sampler: Index | None = None
+    source: Index | None = None
+
+
+class TextureInfo(Item):
+    index: Index
+    texCoord: Index = 0
+    scale: Number = 1.0  # of normal textures
+    strength: Fraction = 1.0  # of occlusion textures
+
+
+class MetallicRoughness(Item):
+    baseColorFactor: tuple[Fraction, Fraction, Fraction, Fraction] = (1.0, 1.0, 1.0, 1.0)
+    baseColorTexture: TextureInfo | None = None
+    metallicFactor: Fraction = 1.0
+    roughnessFactor: Fraction = 1.0
+    metallicRoughnessTexture: TextureInfo | None = None
+
+
+class Ior(Item):
+    ior: Positive = 1.5
+
+
+class Specular(Item):
+    specularFactor: Fraction = 1.0
+    specularColorFactor: tuple[Positive, Positive, Positive] = (1.0, 1.0, 1.0)
+    specularTexture: TextureInfo | None = None
+    specularColorTexture: TextureInfo | None = None
+
+
+class EmissiveStrength(Item):
+    emissiveStrength: Positive = 1.0
+
+
+class Material(Item):
+    name: str = ""
+    pbrMetallicRoughness: MetallicRoughness = MetallicRoughness()
+    normalTexture: TextureInfo | None = None
+    occlusionTexture: TextureInfo | None = None
+    emissiveTexture: TextureInfo | None = None
+    emissiveFactor: Color = (0.0, 0.0, 0.0)
+    alphaMode: Literal["OPAQUE", "MASK", "BLEND"] = "OPAQUE"
+    alphaCutoff: Positive = 0.5
+    doubleSided: bool = False
+
+
+class TextureTransform(Item):
+    offset: tuple[Number, Number] = (0.0, 0.0)
+    rotation: Number = 0.0
+    scale: tuple[Number, Number] = (1.0, 1.0)
+    texCoord: Index | None = None
+
+
+class Primitive(Item):
+    attributes: dict[str, Index]
+    indices: Index | None = None
+    material: Index | None = None
+    mode: Annotated[int, Field(ge=0, le=6)] = 4
+    targets: list[Any] = []
+
+
+class Mesh(Item):
+    primitives: list[Primitive]
+
+
+class Node(Item):
+    name: str = ""
+    children: list[Index] = []
+    mesh: Index | None = None
+    camera: Index | None = None
+    skin: Index | None = None
+    matrix: Annotated[list[Number], Field(min_length=16, max_length=16)] | None = None
+    translation: Vector = (0.0, 0.0, 0.0)
+    rotation: tuple[Number, Number, Number, Number] = (0.0, 0.0, 0.0, 1.0)
+    scale: Vector = (1.0, 1.0, 1.0)
+
+
+class Perspective(Item):
+    yfov: Annotated[float, Field(gt=0, lt=3.14159)]
+
+
+class Camera(Item):
+    type: Literal["perspective", "orthographic"]
+    perspective: Perspective | None = None
+
+
+class Scene(Item):
+    nodes: list[Index] = []
+
+
+class PunctualLight(Item):
+    type: Literal["point", "directional", "spot"]
+    color: tuple[Positive, Positive, Positive] = (1.0, 1.0, 1.0)
+    intensity: Positive = 1.0
+
+
+class PunctualLights(Item):
+    lights: list[PunctualLight] = []
+
+
+class NodeLight(Item):
+    light: Index
+
+
+class Document(Item):
+    asset: Asset
+    extensionsUsed: list[str] = []
+    extensionsRequired: list[str] = []
+    buffers: list[Buffer] = []
+    bufferViews: list[BufferView] = []
+    accessors: list[Accessor] = []
+    images: list[Image] = []
+    samplers: list[Sampler] = []
+    textures: list[Texture] = []
+    materials: list[Material] = []
+    meshes: list[Mesh] = []
+    nodes: list[Node] = []
+    cameras: list[Camera] = []
+    scenes: list[Scene] = []
+    scene: Index | None = None
+    skins: list[Any] = []
+    animations: list[Any] = []
+
+
+def first_mistake(error: ValidationError) -> str:
+    """Where the first mistake in a document is, and what it is."""
+    detail = error.errors(include_url=False)[0]
+    place = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in detail["loc"]).removeprefix(".")
+    return f"{place or 'the document'}: {detail['msg'].replace('Input should be', 'must be')}"

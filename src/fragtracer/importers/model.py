@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: MIT
+"""What a model file holds, and the errors that reading one raises."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fragtracer.errors import SceneError
+from fragtracer.scene import Camera, Geometry, Light, Material, Mesh
+
+
+@dataclass(frozen=True)
+class Model:
+    """The content of one file.
+
+    ``materials`` has those that the parts of ``mesh`` name. ``ignored`` names what the file holds and
+    fragtracer does not show; ``files`` are all that were read for it.
+    """
+
+    mesh: Mesh
+    materials: dict[str, Material]
+    cameras: tuple[Camera, ...] = ()
+    lights: tuple[Light, ...] = ()
+    ignored: tuple[str, ...] = ()
+    files: tuple[Path, ...] = ()
+
+
+def read_file(path: Path) -> bytes:
+    """The bytes of a file, or a SceneError that says why there are none."""
+    try:
+        if path.exists() and not path.is_file():
+            raise SceneError(f"{path}: this is no file; give the name of one")
+        return path.read_bytes()
+    except FileNotFoundError as error:
+        raise SceneError(f"{path}: no such file") from error
+    except (OSError, ValueError) as error:
+        raise SceneError(f"{path}: cannot read: {getattr(error, 'strerror', None) or error}") from error
+
+
+def geometry(where: str, **arrays: Any) -> Geometry:
+    """A :class:`Geometry`; what is wrong with its arrays becomes a SceneError that opens with ``where``."""
+    try:
+        return Geometry(**arrays)
+    except ValueError as error:
+        raise SceneError(f"{where}: {error}") from error
+
+
+def bounds(mesh: Mesh) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Least and greatest corner of the box about the vertices of all parts, in the space of the mesh."""
+    corners = []
+    for part in mesh.parts:
+        matrix = np.asarray(part.matrix)
+        used = part.geometry.positions[np.unique(part.geometry.triangles)]
+        points = used @ matrix[:3, :3].T + matrix[:3, 3]
+        corners += [points.min(axis=0), points.max(axis=0)]
+    return np.min(corners, axis=0), np.max(corners, axis=0)
+
+
+def listed(names: Iterable[str]) -> tuple[str, ...]:
+    """Each name once, in order of first appearance."""
+    return tuple(dict.fromkeys(names))

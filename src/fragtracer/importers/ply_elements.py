@@ -1,0 +1,189 @@
+# SPDX-License-Identifier: MIT
+"""The header and the tables of a PLY file, checked against the bytes that are there before anything is made of them."""
+
+import re
+import warnings
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Ints = NDArray[np.int64]
+_TYPES = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4"}
+_TYPES |= {"int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4"}
+_TYPES |= {"float": "f4", "float32": "f4", "double": "f8", "float64": "f8"}
+_FORMATS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
+
+
+@dataclass(frozen=True)
+class Property:
+    """``count`` is the type of the length of a list, None for a single number; types are those of numpy."""
+
+    name: str
+    type: str
+    count: str | None = None
+
+
+@dataclass
+class Element:
+    name: str
+    count: int
+    properties: list[Property] = field(default_factory=list)
+
+
+@dataclass
+class Header:
+    """``format`` is "" for ascii, else the byte order."""
+
+    format: str
+    elements: list[Element]
+    comments: list[str]
+
+
+@dataclass
+class Table:
+    """Numbers of one element: columns, and lists as (rows,) lengths and all their numbers in a row."""
+
+    columns: dict[str, NDArray[Any]]
+    lists: dict[str, tuple[Ints, NDArray[Any]]]
+
+
+def read_header(data: bytes) -> tuple[Header, NDArray[Any]]:
+    """The header, and what is behind it: bytes, or numbers where the file is ascii.
+
+    Raises ValueError with a sentence for the user.
+    """
+    end = re.search(rb"(?:^|\n|\r)end_header[ \t]*(?:\r\n|\n|\r|$)", data)
+    if not re.match(rb"ply\s", data) or not end:
+        raise ValueError("this is not a PLY file: it does not open with ply or its header does not end with end_header")
+    header = Header("?", [], [])
+    for line in data[: end.start()].decode("latin-1").splitlines()[1:]:
+        words = line.split()
+        match words:
+            case ["format", kind, *_] if kind in _FORMATS:
+                header.format = _FORMATS[kind]
+            case ["comment" | "obj_info", *_]:
+                header.comments.append(line.partition(" ")[2].strip())
+            case ["element", name, count] if re.fullmatch(r"\d{1,18}", count):
+                header.elements.append(Element(name, int(count)))
+            case ["property", kind, name] if kind in _TYPES and header.elements:
+                header.elements[-1].properties.append(Property(name, _TYPES[kind]))
+            case ["property", "list", count, kind, name] if {count, kind} <= _TYPES.keys() and header.elements:
+                if _TYPES[count][0] == "f":
+                    raise ValueError(f"the header counts the {name} of a list in fractions: {line.strip()[:60]}")
+                header.elements[-1].properties.append(Property(name, _TYPES[kind], _TYPES[count]))
+            case []:
+                pass
+            case _:
+                raise ValueError(f"the header has a line that cannot be read: {line.strip()[:60]!r}")
+    if header.format == "?":
+        raise ValueError("the header does not say whether the file is ascii or binary")
+    for element in header.elements:
+        names = [p.name for p in element.properties]
+        if len({*names}) < len(names) or not names:
+            raise ValueError(f"the header gives {element.name} a property twice, or none")
+    body = data[end.end() :]
+    return header, np.frombuffer(body, np.uint8) if header.format else _ascii(body)
+
+
+def _ascii(body: bytes) -> NDArray[np.float64]:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", DeprecationWarning)
+        try:
+            return np.fromstring(body.strip().decode("latin-1"), np.float64, sep=" ")
+        except DeprecationWarning:
+            raise ValueError("there is something else than numbers behind the header") from None
+
+
+def read_table(order: str, element: Element, body: NDArray[Any]) -> tuple[Table, NDArray[Any]]:
+    """The table of ``element``, with which ``body`` begins, and the rest of ``body``; errors as there."""
+    width = [1 if not order else np.dtype(p.count or p.type).itemsize for p in element.properties]
+    if element.count * sum(width) > len(body):
+        raise ValueError(f"the header claims {element.count} of {element.name}, more than the file has room for")
+    return _read_equal(order, element, body) or _read_rows(order, element, body)
+
+
+def _read_equal(order: str, element: Element, body: NDArray[Any]) -> tuple[Table, NDArray[Any]] | None:
+    """The table, where in all rows the lists are as long as in the first."""
+    if not element.count:
+        return _read_rows(order, element, body)
+    lengths = _first_lengths(order, element, body)
+    fields: list[Any] = []
+    for index, (p, length) in enumerate(zip(element.properties, lengths, strict=True)):
+        if p.count:
+            fields.append((f"n{index}", order + p.count if order else "f8"))
+        fields.append((f"p{index}", order + p.type if order else "f8", (length,) if p.count else ()))
+    row = np.dtype(fields)
+    size = element.count * row.itemsize // (1 if order else 8)
+    if size > len(body):
+        return None
+    rows = np.ascontiguousarray(body[:size]).view(row)
+    table = Table({}, {})
+    for index, (p, length) in enumerate(zip(element.properties, lengths, strict=True)):
+        values = _typed(rows[f"p{index}"], p)
+        if p.count and (rows[f"n{index}"] != length).any():
+            return None
+        if p.count:
+            table.lists[p.name] = np.full(element.count, length), values.reshape(-1)
+        else:
+            table.columns[p.name] = values
+    return table, body[size:]
+
+
+def _first_lengths(order: str, element: Element, body: NDArray[Any]) -> list[int]:
+    lengths, at = [], 0
+    for p in element.properties:
+        length, at = _one_length(order, p, body, at)
+        lengths.append(length)
+        at += length * (np.dtype(p.type).itemsize if order else 1)
+    return lengths
+
+
+def _one_length(order: str, p: Property, body: NDArray[Any], at: int) -> tuple[int, int]:
+    """How many numbers of ``p`` there are at ``at``, and where they begin."""
+    if p.count is None:
+        return 1, at
+    size = np.dtype(p.count).itemsize if order else 1
+    raw = body[at : at + size]
+    length = -1.0
+    if len(raw) == size:
+        length = float(raw.view(order + p.count)[0]) if order else float(raw[0])
+    item = np.dtype(p.type).itemsize if order else 1
+    if not (0 <= length == int(length) and length * item <= len(body) - at - size):
+        raise ValueError(f"a list of {p.name} is longer than the rest of the file")
+    return int(length), at + size
+
+
+def _read_rows(order: str, element: Element, body: NDArray[Any]) -> tuple[Table, NDArray[Any]]:
+    """The table, row by row."""
+    item = [np.dtype(p.type).itemsize if order else 1 for p in element.properties]
+    pieces: list[list[NDArray[Any]]] = [[] for _ in element.properties]
+    at = 0
+    for _ in range(element.count):
+        for p, size, piece in zip(element.properties, item, pieces, strict=True):
+            length, at = _one_length(order, p, body, at)
+            piece.append(body[at : at + length * size])
+            at += length * size
+            if at > len(body):
+                raise ValueError(f"the file ends within the {element.name} that its header claims")
+    table = Table({}, {})
+    for p, size, piece in zip(element.properties, item, pieces, strict=True):
+        joined = np.concatenate(piece) if piece else body[:0]
+        values = _typed(joined.view(order + p.type) if order else joined, p)
+        if p.count:
+            table.lists[p.name] = np.array([len(part) // size for part in piece], np.int64), values
+        else:
+            table.columns[p.name] = values
+    return table, body[at:]
+
+
+def _typed(values: NDArray[Any], p: Property) -> NDArray[Any]:
+    """Numbers of an ascii file as its header types them, those of a binary file in the order of this machine."""
+    if p.count and p.type[0] != "f":
+        with np.errstate(invalid="ignore"):
+            return values.astype(np.int64)
+    if values.dtype.kind == "f" and p.type[0] != "f":
+        info = np.iinfo(p.type)
+        return np.nan_to_num(np.clip(values, info.min, info.max)).astype(p.type)
+    return values.astype(values.dtype.newbyteorder("="))
