@@ -22,6 +22,7 @@ LAYERS = [
     {"scene", "random_texture"},  # 1
     {"shader_composer"},  # 2
     {"textures"},  # 2
+    {"importers"},  # 2
     {"packing", "scene_file"},  # 2
     {"gpu"},  # 3
     {"renderer", "reference"},  # 4

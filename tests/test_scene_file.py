@@ -299,7 +299,7 @@ def test_bundled_names_come_first(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
         ("file/x.toml", "file/x.toml: no such file"),
         ("folder.toml", "folder.toml: cannot read: Is a directory"),
         ("binary.toml", "binary.toml: not UTF-8 text at byte 4; save the file as UTF-8"),
-        ("file", "file: a scene file ends in .toml"),
+        ("file", "file: a scene file ends in .toml, a model in .obj, .ply"),
         (300 * "x", "cannot read: File name too long"),
         ("a\0.toml", "cannot read: embedded null byte"),
     ],

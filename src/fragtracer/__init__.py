@@ -28,6 +28,7 @@ _PUBLIC = {
     "Scene": "scene",
     "load": "scene_file",
     "save": "scene_file",
+    "load_mesh": "importers",
     "Renderer": "renderer",
     "render": "renderer",
     "view": "viewer",

@@ -8,7 +8,8 @@ import typer
 
 from fragtracer.errors import FragtracerError
 
-SceneArgument = Annotated[str, typer.Argument(help="Name of a bundled scene, or path of a .toml file.")]
+SCENE_HELP = "Name of a bundled scene, or path of a .toml scene or a model: .obj, .ply, .gltf, .glb, .npz."
+SceneArgument = Annotated[str, typer.Argument(help=SCENE_HELP)]
 
 
 def parse_size(text: str | None) -> tuple[int, int] | None:

@@ -6,13 +6,11 @@ from typing import Annotated
 
 import typer
 
-from fragtracer.cli.options import parse_size
-
-Scene = Annotated[str, typer.Argument(help="Name of a bundled scene, or path of a .toml file.")]
+from fragtracer.cli.options import SceneArgument, parse_size
 
 
 def view(
-    scene: Scene = "three-spheres",
+    scene: SceneArgument = "three-spheres",
     size: Annotated[str, typer.Option(metavar="WxH", help="Size of the window.")] = "1280x720",
     frames: Annotated[int | None, typer.Option(min=1, help="Close after so many frames.")] = None,
     screenshot: Annotated[

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from fragtracer.errors import FragtracerError
-from fragtracer.images.pixels import read_pixels
 from fragtracer.scene import Image
 from fragtracer.scene.texture import ColorSpace
+from fragtracer.textures import read_texture
 
 
 @dataclass
@@ -27,7 +27,7 @@ class ImageFiles:
         if key not in self._read:
             self.files.append(path)
             try:
-                self._read[key] = Image(read_pixels(path), color_space, str(path))
+                self._read[key] = read_texture(path, color_space)
             except (FragtracerError, ValueError) as error:
                 self._read[key] = None
                 self.notes.append(str(error).replace(f"{path}: ", f"image {file}: "))

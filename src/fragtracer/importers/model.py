@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from fragtracer.errors import SceneError
 from fragtracer.scene import Camera, Geometry, Light, Material, Mesh
+from fragtracer.scene.mesh import Matrix
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,12 @@ def geometry(where: str, **arrays: Any) -> Geometry:
         return Geometry(**arrays)
     except ValueError as error:
         raise SceneError(f"{where}: {error}") from error
+
+
+def matrix_rows(matrix: NDArray[Any]) -> Matrix:
+    """A (4, 4) array as :class:`Part` keeps it."""
+    a, b, c, d = (tuple(row) for row in matrix.astype(np.float64).tolist())
+    return (a, b, c, d)
 
 
 def bounds(mesh: Mesh) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

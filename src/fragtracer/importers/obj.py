@@ -18,7 +18,7 @@ from fragtracer.images.tone import srgb_decode
 from fragtracer.importers.model import Model, geometry, listed, read_file
 from fragtracer.importers.mtl import read_materials
 from fragtracer.importers.polygons import Floats, Ints, triangulate
-from fragtracer.scene import Material, Mesh, Part
+from fragtracer.scene import Geometry, Material, Mesh, Part
 
 DEFAULT = "default"
 _CURVES = {"l", "p", "curv", "curv2", "surf", "vp", "call", "csh"}
@@ -121,7 +121,7 @@ def _numbers(lines: _Lines, kind: str, where: str) -> Floats:
         ) from None
     table = flat.reshape(len(rows), width)
     if not np.isfinite(table).all():
-        number = lines.numbers[kind][int(np.nonzero(~np.isfinite(table).all(axis=1))[0][0])]
+        number = lines.numbers[kind][int(np.argmin(np.isfinite(table).all(axis=1)))]
         raise SceneError(f"{where}: line {number}: {kind} must be of finite numbers")
     return np.pad(table, ((0, 0), (0, max(0, 3 - width))))
 
@@ -136,9 +136,9 @@ def _is_row(row: list[str], kind: str) -> bool:
 def _corners(lines: _Lines, totals: tuple[int, int, int], where: str) -> tuple[Ints, Ints]:
     """How many corners each face has, and (corners, 3) rows of v, vt and vn from 0, -1 where there is none."""
     counts = np.fromiter(map(len, lines.faces), np.int64, len(lines.faces))
-    words = (f"{word}/0/0".replace("//", "/0/").split("/")[:3] for word in chain.from_iterable(lines.faces))
+    words = (f"{word}//".split("/")[:3] for word in chain.from_iterable(lines.faces))
     try:
-        corners = np.array([int(word) for word in chain.from_iterable(words)], np.int64).reshape(-1, 3)
+        corners = np.array([int(word or 0) for word in chain.from_iterable(words)], np.int64).reshape(-1, 3)
     except (ValueError, OverflowError):
         bad = next(i for i, face in enumerate(lines.faces) if not all(map(_is_corner, face)))
         text = " ".join(lines.faces[bad])[:60]
@@ -172,13 +172,13 @@ def _groups(lines: _Lines, corners: Ints, triangles: Ints, sources: Ints) -> Ite
     numbers = {name: number for number, name in enumerate(dict.fromkeys(names))}
     number_of = np.array([numbers[name] for name in names])
     material = number_of[np.searchsorted(starts, sources, side="right") - 1]
-    has = (corners[triangles][:, :, 1:] >= 0).all(axis=1)
+    has = np.all(corners[triangles][:, :, 1:] >= 0, axis=1).astype(np.int64)
     group = material * 4 + has[:, 0] * 2 + has[:, 1]
-    for value in np.unique(group):
-        yield list(numbers)[value // 4], group == value
+    for value in np.unique(group).tolist():
+        yield list(numbers)[value // 4], np.equal(group, value)
 
 
-def _part(where: str, corners: NDArray[np.int64], v: Floats, vt: Floats, vn: Floats) -> object:
+def _part(where: str, corners: NDArray[np.int64], v: Floats, vt: Floats, vn: Floats) -> Geometry:
     rows, triangles = _unique(corners.reshape(-1, 3))
     positions, uvs, normals, colors = v[rows[:, 0], :3], None, None, None
     if (corners[:, :, 1] >= 0).all():

@@ -77,9 +77,9 @@ def _geometry(where: str, vertices: Table, faces: Table | None, strips: Table | 
     for names in _UVS:
         if columns.keys() >= set(names):
             arrays["uvs"] = _stack(columns, names, np.float32) * (1, -1) + (0, 1)
-    for names in _COLORS:
-        if columns.keys() >= set(names):
-            arrays["colors"] = _colors(columns, names)
+    for channels in _COLORS:
+        if columns.keys() >= set(channels):
+            arrays["colors"] = _colors(columns, channels)
     count = len(arrays["positions"])
     found, corner_uvs = [], None
     if faces is not None and (lists := next((faces.lists[name] for name in _FACES if name in faces.lists), None)):
@@ -116,8 +116,9 @@ def _colors(columns: Mapping[str, NDArray[Any]], names: tuple[str, ...]) -> NDAr
 def _fraction(column: NDArray[Any]) -> NDArray[np.float32]:
     with np.errstate(over="ignore"):
         if column.dtype.kind in "iu":
-            return (np.maximum(column, 0) / np.iinfo(column.dtype).max).astype(np.float32)
-        return column.astype(np.float32)
+            column = np.maximum(column, 0) / np.iinfo(column.dtype).max
+        fraction: NDArray[np.float32] = column.astype(np.float32)
+        return fraction
 
 
 def _check(where: str, indices: Ints, count: int) -> None:

@@ -92,7 +92,7 @@ def _ascii(body: bytes) -> NDArray[np.float64]:
         warnings.simplefilter("error", DeprecationWarning)
         try:
             return np.fromstring(body.strip().decode("latin-1"), np.float64, sep=" ")
-        except DeprecationWarning:
+        except (DeprecationWarning, ValueError):
             raise ValueError("there is something else than numbers behind the header") from None
 
 
@@ -182,8 +182,8 @@ def _typed(values: NDArray[Any], p: Property) -> NDArray[Any]:
     """Numbers of an ascii file as its header types them, those of a binary file in the order of this machine."""
     if p.count and p.type[0] != "f":
         with np.errstate(invalid="ignore"):
-            return values.astype(np.int64)
+            return np.asarray(values, np.int64)
     if values.dtype.kind == "f" and p.type[0] != "f":
         info = np.iinfo(p.type)
-        return np.nan_to_num(np.clip(values, info.min, info.max)).astype(p.type)
-    return values.astype(values.dtype.newbyteorder("="))
+        return np.asarray(np.nan_to_num(np.clip(values, info.min, info.max)), p.type)
+    return np.asarray(values, values.dtype.newbyteorder("="))

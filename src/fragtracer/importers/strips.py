@@ -16,12 +16,14 @@ def strip_triangles(strips: Iterable[Ints]) -> Ints:
             i = np.arange(len(strip) - 2)
             rows = np.column_stack([i, i + 1 + i % 2, i + 2 - i % 2])
             found.append(strip[rows].astype(np.int64))
-    triangles = np.concatenate(found)
+    triangles: Ints = np.concatenate(found)
     a, b, c = triangles.T
-    return triangles[(a != b) & (b != c) & (c != a)]
+    distinct: Ints = triangles[(a != b) & (b != c) & (c != a)]
+    return distinct
 
 
 def fan_triangles(fan: Ints) -> Ints:
     """(n, 3) triangles of a fan of indices about its first (glTF 2.0, section 3.7.2.1)."""
     i = np.arange(max(len(fan) - 2, 0))
-    return fan[np.column_stack([i + 1, i + 2, np.zeros_like(i)])].astype(np.int64)
+    triangles: Ints = fan[np.column_stack([i + 1, i + 2, np.zeros_like(i)])].astype(np.int64)
+    return triangles

@@ -38,6 +38,7 @@ Positive = Annotated[float, BeforeValidator(as_number), Field(gt=0, le=LARGEST)]
 Fraction = Annotated[float, BeforeValidator(as_number), Field(ge=0, le=1)]
 Vector = Annotated[Triple, BeforeValidator(as_triple)]
 Reflectance = Annotated[tuple[Fraction, Fraction, Fraction], BeforeValidator(as_color)]
+Scale = Annotated[Triple, BeforeValidator(as_color)]
 Strength = Annotated[tuple[NonNegative, NonNegative, NonNegative], BeforeValidator(as_color)]
 
 

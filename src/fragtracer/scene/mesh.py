@@ -9,7 +9,7 @@ from pydantic import BeforeValidator
 from pydantic.dataclasses import dataclass
 
 from fragtracer.scene.content import content_digest
-from fragtracer.scene.fields import CONFIG, LARGEST, Number, Vector, as_tuple
+from fragtracer.scene.fields import CONFIG, LARGEST, Number, Scale, Vector, as_tuple
 
 
 class Geometry:
@@ -103,7 +103,7 @@ class Placement:
 
     translation: Vector = (0.0, 0.0, 0.0)
     rotation_degrees: Vector = (0.0, 0.0, 0.0)
-    scale: Vector = (1.0, 1.0, 1.0)
+    scale: Scale = (1.0, 1.0, 1.0)
 
     def __post_init__(self) -> None:
         if 0.0 in self.scale:

@@ -16,9 +16,13 @@ import tomli_w
 from fragtracer import resources
 from fragtracer.errors import SceneError
 from fragtracer.images import output
+from fragtracer.importers import SUFFIXES, files_of, read_model, staging
+from fragtracer.importers import qualified as with_qualified_names
 from fragtracer.scene import Scene
+from fragtracer.scene_file.beside import with_files
 from fragtracer.scene_file.document import from_document, to_document
 from fragtracer.scene_file.tables import show, suggest, too_large
+from fragtracer.scene_file.textures import TEXTURES
 
 _MOST_MISTAKES = 10
 
@@ -29,7 +33,8 @@ def load(name_or_path: str | Path) -> Scene:
     Parameters
     ----------
     name_or_path
-        The name of a bundled scene, as "three-spheres", or the path of a .toml file.
+        The name of a bundled scene, as "three-spheres", or the path of a .toml file or of a model (.obj, .ply, .gltf,
+        .glb, .npz). A model without a camera is framed, and one without lights is lit.
 
     Raises
     ------
@@ -38,8 +43,10 @@ def load(name_or_path: str | Path) -> Scene:
     """
     path = _bundled_files().get(str(name_or_path), Path(name_or_path))
     try:
+        if path.suffix.lower() in SUFFIXES:
+            return staging.stage(with_qualified_names(read_model(path), path.stem), path.stem)
         if path.suffix.lower() != ".toml" and path.is_file():
-            raise SceneError(f"{path}: a scene file ends in .toml")
+            raise SceneError(f"{path}: a scene file ends in .toml, a model in {', '.join(SUFFIXES)}")
         text = path.read_bytes().decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise SceneError(f"{path}: not UTF-8 text at byte {error.start}; save the file as UTF-8") from error
@@ -48,6 +55,13 @@ def load(name_or_path: str | Path) -> Scene:
     except (OSError, ValueError) as error:
         raise SceneError(f"{path}: cannot read: {getattr(error, 'strerror', None) or error}") from error
     return parse(text, path)
+
+
+def files_behind(scene: Scene) -> set[Path]:
+    """The files that a scene needs besides its own: of its meshes, with what those name, and of its textures."""
+    files = {path for mesh in scene.meshes if mesh.file for path in files_of(mesh.file)}
+    textures = (getattr(material, key) for material in scene.materials.values() for key in TEXTURES)
+    return files | {Path(texture.image.file) for texture in textures if texture and texture.image.file}
 
 
 def bundled() -> dict[str, str]:
@@ -105,11 +119,15 @@ def dump(scene: Scene, folder: str | Path = ".") -> str:
 def save(scene: Scene, path: str | Path) -> None:
     """Write a scene file; the scene takes the name of the file when it is read again.
 
+    Models and images in files are named, relative to the new file. Meshes and images made in Python are written
+    beside it: as .npz, .png, or .exr and .npy where the pixels are floats.
+
     Raises
     ------
     OutputError
         If ``path`` does not end in .toml or cannot be written.
     """
     output.check_writable(path, [".toml"])
+    stored = with_files(scene, Path(path))
     with output.replacing(path) as part:
-        part.write_text(dump(scene, Path(path).parent), "utf-8", newline="\n")
+        part.write_text(dump(stored, Path(path).parent), "utf-8", newline="\n")

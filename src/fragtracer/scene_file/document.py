@@ -21,13 +21,14 @@ from fragtracer.scene import (
     Sphere,
     Triangle,
 )
+from fragtracer.scene_file.meshes import plain_meshes, read_meshes
 from fragtracer.scene_file.tables import build, join, show, suggest
 from fragtracer.scene_file.textures import TEXTURES, ImageFiles, plain_texture, texture
 
 _TABLES = {"camera": Camera, "render": RenderSettings, "ambient": Ambient}
 _SHAPES = {"sphere": Sphere, "plane": Plane, "rectangle": Rectangle, "triangle": Triangle}
 _ARRAYS = {"light": Light, **_SHAPES}
-_KEYS = ("description", *_TABLES, "material", *_ARRAYS)
+_KEYS = ("description", *_TABLES, "material", "mesh", *_ARRAYS)
 
 
 def from_document(document: Mapping[str, Any], name: str, folder: Path, mistakes: list[str]) -> Scene | None:
@@ -50,11 +51,13 @@ def from_document(document: Mapping[str, Any], name: str, folder: Path, mistakes
         None if there is a mistake.
     """
     images = ImageFiles(folder)
-    values = {key: _section(key, value, images, mistakes) for key, value in document.items()}
-    mistakes += _missing_materials(document)
+    values = {key: _section(key, value, images, mistakes) for key, value in document.items() if key != "mesh"}
+    values["mesh"], found = read_meshes(document.get("mesh", []), folder, mistakes)
+    mistakes += _missing_materials(document, found)
     if mistakes:
         return None
-    plurals = {"material": "materials", **{key: f"{key}s" for key in _ARRAYS}}
+    values["material"] = {**found, **values.get("material", {})}
+    plurals = {"material": "materials", "mesh": "meshes", **{key: f"{key}s" for key in _ARRAYS}}
     return _scene({plurals.get(key, key): value for key, value in values.items()} | {"name": name}, mistakes)
 
 
@@ -103,9 +106,10 @@ def _material(table: Any, path: str, images: ImageFiles, mistakes: list[str]) ->
     return build(Material, values, path, mistakes)
 
 
-def _missing_materials(document: Mapping[str, Any]) -> Iterator[str]:
+def _missing_materials(document: Mapping[str, Any], found: Mapping[str, Material]) -> Iterator[str]:
     materials = document.get("material", {})
-    for key in _SHAPES:
+    materials = {**materials, **found} if isinstance(materials, Mapping) else materials
+    for key in (*_SHAPES, "mesh"):
         shapes = document.get(key)
         for index, shape in enumerate(shapes if isinstance(shapes, list) else []):
             name = shape.get("material") if isinstance(shape, Mapping) else None
@@ -125,7 +129,7 @@ def _scene(values: dict[str, Any], mistakes: list[str]) -> Scene | None:
     except ValidationError as error:
         mistakes += [str(detail["ctx"]["error"]) for detail in error.errors(include_url=False)]
         return None
-    if any(getattr(scene, f"{key}s") for key in _ARRAYS) or any(scene.ambient.radiance):
+    if any(getattr(scene, f"{key}s") for key in _ARRAYS) or scene.meshes or any(scene.ambient.radiance):
         return scene
     mistakes.append("there is nothing to see: add a shape, a light or an ambient radiance")
     return None
@@ -135,9 +139,11 @@ def to_document(scene: Scene, folder: Path) -> dict[str, Any]:
     """The tables of a file in ``folder`` for a scene, without what has its default value."""
     document: dict[str, Any] = {"description": scene.description} if scene.description else {}
     document |= {key: table for key in _TABLES if (table := _plain(getattr(scene, key)))}
-    if scene.materials:
-        document["material"] = {name: _plain_material(item, folder) for name, item in scene.materials.items()}
-    arrays = {key: [_plain(item) for item in getattr(scene, f"{key}s")] for key in _ARRAYS}
+    meshes, found = plain_meshes(scene, folder)
+    own = {name: item for name, item in scene.materials.items() if found.get(name) != item}
+    if own:
+        document["material"] = {name: _plain_material(item, folder) for name, item in own.items()}
+    arrays = {"mesh": meshes, **{key: [_plain(item) for item in getattr(scene, f"{key}s")] for key in _ARRAYS}}
     return document | {key: items for key, items in arrays.items() if items}
 
 

@@ -14,7 +14,7 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from fragtracer.scene import Image, Reflectance, Strength, Texture, Vector
-from fragtracer.scene.fields import LARGEST
+from fragtracer.scene.fields import LARGEST, Scale
 from fragtracer.scene.texture import Pair
 
 T = TypeVar("T")
@@ -26,12 +26,14 @@ _KINDS = {
     Vector: "three numbers [x, y, z]",
     Reflectance: "a number or three numbers [r, g, b]",
     Strength: "a number or three numbers [r, g, b]",
+    Scale: "a number or three numbers [x, y, z]",
     Pair: "two numbers [u, v]",
     Image: "an image file",
     Texture: 'the name of an image file or a table { file = "…" }',
     tuple[Vector, Vector, Vector]: "three points [[x, y, z], [x, y, z], [x, y, z]]",
 }
 _ITEMS = {
+    "a number or three numbers [x, y, z]": "a number",
     "two numbers [u, v]": "a number",
     "three numbers [x, y, z]": "a number",
     "a number or three numbers [r, g, b]": "a number",

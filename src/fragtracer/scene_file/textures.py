@@ -7,13 +7,16 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, cast, get_args
 
+import numpy as np
+
 from fragtracer.errors import FragtracerError, OutputError
-from fragtracer.images.pixels import LINEAR_SUFFIXES, read_pixels
 from fragtracer.scene import Image, Texture
 from fragtracer.scene.texture import ColorSpace
 from fragtracer.scene_file.tables import build, join, show, suggest
+from fragtracer.textures import read_texture
 
 TEXTURES = tuple(f"{name}_texture" for name in ("albedo", "roughness", "metallic", "normal", "occlusion", "emission"))
+_LINEAR_SUFFIXES = (".exr", ".hdr", ".npy")
 _COLORS = ("albedo_texture", "emission_texture")
 _SPACES: tuple[ColorSpace, ...] = get_args(ColorSpace)
 _KEYS = ("file", "color_space", *(item.name for item in fields(Texture) if item.name != "image"))
@@ -30,8 +33,20 @@ class ImageFiles:
         """The image in ``file``; raises FragtracerError where there is none."""
         path = Path(os.path.abspath(self.folder / file))
         if (path, color_space) not in self._read:
-            self._read[path, color_space] = Image(read_pixels(path), color_space, str(path))
+            image = _array(path, color_space) if path.suffix == ".npy" else read_texture(path, color_space)
+            same = image.color_space == color_space
+            self._read[path, color_space] = image if same else Image(image.pixels, color_space, str(path))
         return self._read[path, color_space]
+
+
+def _array(path: Path, color_space: ColorSpace) -> Image:
+    """The array in a .npy file, of any number of channels."""
+    try:
+        return Image(np.load(path, mmap_mode="r", allow_pickle=False), color_space, str(path))
+    except (OSError, ValueError, EOFError, SyntaxError) as error:
+        raise FragtracerError(
+            f"{path}: cannot read this texture: {getattr(error, 'strerror', None) or error}"
+        ) from error
 
 
 def texture(key: str, value: Any, path: str, images: ImageFiles, mistakes: list[str]) -> Texture | None:
@@ -80,7 +95,7 @@ def texture(key: str, value: Any, path: str, images: ImageFiles, mistakes: list[
 
 def implied_space(key: str, file: str) -> ColorSpace:
     """The color space of an image file where the scene file does not say: sRGB for pictures of colours."""
-    return "srgb" if key in _COLORS and Path(file).suffix.lower() not in LINEAR_SUFFIXES else "linear"
+    return "srgb" if key in _COLORS and Path(file).suffix.lower() not in _LINEAR_SUFFIXES else "linear"
 
 
 def plain_texture(key: str, texture: Texture, folder: Path) -> str | dict[str, Any]:

@@ -36,7 +36,7 @@ def view(
     Parameters
     ----------
     scene
-        A scene, the name of a bundled one, or the path of a .toml file.
+        A scene, the name of a bundled one, or the path of a .toml file or a model.
     size
         Width and height of the window, in screen coordinates.
     frames

@@ -16,8 +16,9 @@ from fragtracer.importers.gltf.container import Container
 from fragtracer.importers.gltf.geometry import Primitives
 from fragtracer.importers.gltf.materials import Materials, parse
 from fragtracer.importers.gltf.nodes import Matrix, placed_nodes
-from fragtracer.importers.model import Model, bounds, listed
+from fragtracer.importers.model import Model, bounds, listed, matrix_rows
 from fragtracer.scene import Camera, Light, Mesh, Part
+from fragtracer.scene.fields import LARGEST
 
 _SUPPORTED = {
     "KHR_texture_transform",
@@ -66,7 +67,7 @@ def read_gltf(path: Path) -> Model:
             material = materials.get(primitive.material, f"{place}.material")
             name = _DEFAULT if primitive.material is None else names[primitive.material]
             used[name] = material
-            parts.append(Part(geometry, name, tuple(map(tuple, matrix.tolist()))))  # type: ignore[arg-type]
+            parts.append(Part(geometry, name, matrix_rows(matrix)))
     if not parts:
         raise SceneError(f"{path}: the scene of this file has no triangles")
     mesh_of_all = Mesh(parts=tuple(parts))
@@ -105,9 +106,7 @@ def _cameras(container: Container, placed: list[Any], mesh: Mesh, notes: list[st
         depth = float((center - position) @ forward)
         depth = depth if depth > 0 else float(np.linalg.norm(high - low)) or 1.0
         try:
-            found.append(
-                Camera(position, position + depth * forward, up, float(np.degrees(item.perspective.yfov)))
-            )
+            found.append(Camera(position, position + depth * forward, up, float(np.degrees(item.perspective.yfov))))
         except ValueError as error:
             raise container.error(f"cameras[{node.camera}]", "its node gives it no direction to look in") from error
     notes += ["cameras after the first"] if len(found) > 1 else []
@@ -132,11 +131,12 @@ def _lights(container: Container, placed: list[Any], mesh: Mesh, notes: list[str
 
 def _light(light: gltf.PunctualLight, matrix: Matrix, mesh: Mesh) -> Light:
     """A point light of ``intensity`` in W/sr, or one far away that gives ``intensity`` in W/m² at the model."""
-    strength = np.multiply(light.color, light.intensity)
-    if light.type == "point":
-        return Light(matrix[:3, 3], power=np.minimum(4 * np.pi * strength, gltf.LARGEST))
-    low, high = bounds(mesh)
-    distance = _FAR * float(np.linalg.norm(high - low) or 1.0)
-    towards = matrix[:3, 2] / (np.linalg.norm(matrix[:3, 2]) or 1.0)
-    power = np.minimum(4 * np.pi * distance**2 * strength, gltf.LARGEST)
-    return Light((low + high) / 2 + distance * towards, power=power)
+    position, strength = matrix[:3, 3], 4 * np.pi * light.intensity
+    if light.type == "directional":
+        low, high = bounds(mesh)
+        distance = _FAR * float(np.linalg.norm(high - low) or 1.0)
+        towards = matrix[:3, 2] / (np.linalg.norm(matrix[:3, 2]) or 1.0)
+        position, strength = (low + high) / 2 + distance * towards, strength * distance**2
+    x, y, z = position.tolist()
+    r, g, b = (min(strength * channel, LARGEST) for channel in light.color)
+    return Light((x, y, z), power=(r, g, b))

@@ -30,7 +30,10 @@ class Container:
         self.path = path
         self.files = [path]
         data = read_file(path)
-        text, self._chunk = _chunks(data, path) if data[:4] == b"glTF" or path.suffix == ".glb" else (data, None)
+        text: bytes | memoryview = data
+        self._chunk: memoryview | None = None
+        if data[:4] == b"glTF" or path.suffix.lower() == ".glb":
+            text, self._chunk = _chunks(data, path)
         self.document = _parse(text, path)
         self._buffers = [self._buffer(index) for index in range(len(self.document.buffers))]
 

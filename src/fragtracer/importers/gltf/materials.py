@@ -8,12 +8,13 @@ from typing import Any, TypeVar
 from pydantic import ValidationError
 
 from fragtracer.errors import FragtracerError
-from fragtracer.images.pixels import decode_picture
 from fragtracer.importers.gltf import document as gltf
 from fragtracer.importers.gltf.container import Container
 from fragtracer.materials import reflectance_from_ior
 from fragtracer.scene import Image, Material, Texture
+from fragtracer.scene.fields import LARGEST
 from fragtracer.scene.texture import ColorSpace, Wrap
+from fragtracer.textures import read_texture
 
 T = TypeVar("T", bound=gltf.Item)
 _WRAPS: dict[int, Wrap] = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
@@ -43,7 +44,7 @@ class Materials:
             "opacity": base[3],
             "metallic": pbr.metallicFactor,
             "roughness": pbr.roughnessFactor,
-            "emission": tuple(min(scale * channel, gltf.LARGEST) for channel in item.emissiveFactor),
+            "emission": tuple(min(scale * channel, LARGEST) for channel in item.emissiveFactor),
             "albedo_texture": self._texture(pbr.baseColorTexture, place, "srgb"),
             "metallic_texture": self._texture(shared, place, "linear", "b"),
             "roughness_texture": self._texture(shared, place, "linear", "g"),
@@ -124,15 +125,23 @@ class Materials:
         container = self._container
         try:
             if item.bufferView is not None:
-                return Image(decode_picture(bytes(container.view(item.bufferView, place)), place), color_space)
+                return _embedded(bytes(container.view(item.bufferView, place)), color_space, place)
             if item.uri is None:
                 raise container.error(place, "has neither a uri nor a bufferView")
-            name = place if item.uri.startswith("data:") else f"{place} {item.uri[:60]}"
-            file = None if item.uri.startswith("data:") else str(container.beside(item.uri, place))
-            return Image(decode_picture(container.fetch(item.uri, place), name), color_space, file)
+            data = container.fetch(item.uri, place)
+            if item.uri.startswith("data:"):
+                return _embedded(data, color_space, place)
+            return read_texture(data, color_space, str(container.beside(item.uri, place)))
         except (FragtracerError, ValueError) as error:
-            self.notes.append(str(error).removeprefix(f"{container.path}: ").replace(f"{os.getcwd()}/", ""))
+            self.notes.append(
+                str(error).replace(f"{container.path}: ", "").replace(f"{container.path.parent}{os.sep}", "")
+            )
             return None
+
+
+def _embedded(data: bytes, color_space: ColorSpace, name: str) -> Image:
+    """An image that is in no file of its own."""
+    return Image(read_texture(data, color_space, name).pixels, color_space)
 
 
 def parse(container: Container, cls: type[T], item: gltf.Item, name: str, place: str) -> T | None:

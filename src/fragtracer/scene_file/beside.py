@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: MIT
+"""Files that a scene file needs beside it: for meshes and images that were made in Python."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fragtracer.images import output, write_image
+from fragtracer.importers import read_model
+from fragtracer.importers.arrays import write_arrays
+from fragtracer.scene import Image, Material, Mesh, Scene, Texture
+from fragtracer.scene.content import content_digest
+from fragtracer.scene_file.meshes import Models, is_stored
+from fragtracer.scene_file.textures import TEXTURES
+
+
+def with_files(scene: Scene, path: Path) -> Scene:
+    """``scene`` with a file for each mesh and image, written beside ``path`` where there was none.
+
+    The names hold a digest of the content: what has not changed since the last time is not written again.
+
+    Raises
+    ------
+    OutputError
+        If a file cannot be written.
+    """
+    models = Models()
+    meshes = tuple(mesh if is_stored(mesh, models) else _write_mesh(mesh, path) for mesh in scene.meshes)
+    came = _materials_of(meshes)
+    materials = {
+        name: material if came.get(name) == material else _with_images(material, path)
+        for name, material in scene.materials.items()
+    }
+    return replace(scene, meshes=meshes, materials=materials)
+
+
+def _materials_of(meshes: tuple[Mesh, ...]) -> Mapping[str, Material]:
+    models, found = Models(), {}
+    for mesh in meshes:
+        assert mesh.file is not None
+        found.update(models.get(mesh.file).materials)
+    return found
+
+
+def _write_mesh(mesh: Mesh, path: Path) -> Mesh:
+    parts = [(part.geometry.digest, part.material, repr(part.matrix)) for part in mesh.parts]
+    file = _beside(path, mesh.name, content_digest(repr(parts)), ".npz")
+    if not file.exists():
+        with output.replacing(file) as part:
+            write_arrays(part, mesh)
+    return replace(read_model(file).mesh, name=mesh.name, material=mesh.material, instances=mesh.instances)
+
+
+def _with_images(material: Material, path: Path) -> Material:
+    changes: dict[str, Any] = {}
+    for key in TEXTURES:
+        texture: Texture | None = getattr(material, key)
+        if texture is not None and texture.image.file is None:
+            changes[key] = replace(texture, image=_write_image(texture.image, key.removesuffix("_texture"), path))
+    return replace(material, **changes)
+
+
+def _write_image(image: Image, name: str, path: Path) -> Image:
+    pixels, channels = image.pixels, image.pixels.shape[2]
+    suffix = ".png" if pixels.dtype == np.uint8 else ".exr" if channels == 3 else ".npy"
+    file = _beside(path, name, image.digest, suffix)
+    if suffix == ".exr" and not file.exists():
+        write_image(file, pixels)
+    elif not file.exists():
+        with output.replacing(file) as part:
+            _write_picture(part, image) if suffix == ".png" else _write_array(part, image)
+    return Image(pixels, image.color_space, str(file))
+
+
+def _write_picture(file: Path, image: Image) -> None:
+    import PIL.Image
+
+    pixels = image.pixels if image.pixels.shape[2] > 1 else image.pixels[..., 0]
+    PIL.Image.fromarray(pixels).save(file, format="PNG")
+
+
+def _write_array(file: Path, image: Image) -> None:
+    with file.open("wb") as stream:
+        np.save(stream, image.pixels)
+
+
+def _beside(path: Path, name: str, digest: str, suffix: str) -> Path:
+    word = re.sub(r"[^\w-]+", "-", name).strip("-") or "mesh"
+    return path.absolute().with_name(f"{path.stem}-{word[:40]}-{digest[:8]}{suffix}")
