@@ -13,6 +13,7 @@
 #include "bsdf/fresnel.glsl"
 #include "bsdf/ggx.glsl"
 #include "bsdf/cook_torrance.glsl"
+#include "bsdf/shading_normal.glsl"
 
 #include "generated/scene_layout.glsl"
 #include "shape/ray.glsl"
@@ -20,11 +21,13 @@
 #include "shape/plane.glsl"
 #include "shape/rectangle.glsl"
 #include "shape/triangle.glsl"
+#include "shape/mesh.glsl"
 #include "shape/intersect.glsl"
 #include "shape/surface.glsl"
 
 #include "emitter/sphere_light.glsl"
 #include "emitter/area_light.glsl"
+#include "emitter/mesh_light.glsl"
 #include "emitter/sun_light.glsl"
 #include "emitter/environment.glsl"
 #include "emitter/light.glsl"
@@ -80,6 +83,9 @@ void main() {
             path = path_begin(pixel, u);
         }
     } while (index < end);
+#endif
+#if HAS_MESHES
+    if (scene_is_cut_short) film.count = film.non_finite = -1.0;  // not the samples that were asked for
 #endif
     out_mean = vec4(film.mean, film.count);
     out_variance = vec4(film.variance, film.non_finite);

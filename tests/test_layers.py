@@ -19,7 +19,7 @@ LAYERS = [
     {"errors"},  # 0
     {"resources", "materials", "images"},  # 0
     {"cache"},  # 0
-    {"scene", "random_texture"},  # 1
+    {"scene", "random_texture", "bvh"},  # 1
     {"shader_composer"},  # 2
     {"textures"},  # 2
     {"importers"},  # 2

@@ -20,18 +20,25 @@ from fragtracer import shader_composer as composer
 from fragtracer.errors import ShaderError
 from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.packing import PackedScene, pack
+from fragtracer.packing import meshes as mesh_packing
 from fragtracer.resources import folder
 from fragtracer.scene import (
     Ambient,
     Camera,
     Environment,
+    Geometry,
+    Image,
     Light,
     Material,
+    Mesh,
+    Part,
+    Placement,
     Plane,
     Rectangle,
     RenderSettings,
     Scene,
     Sphere,
+    Texture,
     Triangle,
 )
 from fragtracer.scene_file import load
@@ -229,6 +236,15 @@ MATERIALS = {
     "mirror": Material(metal="silver", roughness=0.0),
     "black": Material(albedo=0.0, specular=0.0),
 }
+IMAGE = Image(np.zeros((1, 1, 3), np.uint8))
+MESH_MATERIALS = {
+    "matte": Material(specular=0.0),
+    "glowing": Material(emission=1.0),
+    "one-sided": Material(double_sided=False),
+    "mapped": Material(albedo_texture=Texture(IMAGE)),
+    "mapped twice": Material(albedo_texture=Texture(IMAGE), roughness_texture=Texture(IMAGE, coordinates=1)),
+    "bumpy": Material(normal_texture=Texture(IMAGE, coordinates=1)),
+}
 SHAPES = {
     "spheres": lambda m: Sphere((0.0, 0.0, 0.0), 1.0, m),
     "planes": lambda m: Plane((0.0, -1.0, 0.0), (0.0, 1.0, 0.0), m),
@@ -236,6 +252,7 @@ SHAPES = {
     "triangles": lambda m: Triangle(((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), m),
 }
 LIGHTS = [Light((0.0, 3.0, 0.0), power=1.0), Light((0.0, 4.0, 0.0), radius=0.5, power=1.0)]
+ATTRIBUTES = {"normals": 3, "uvs": 2, "uvs_1": 2, "tangents": 4, "colors": 4}
 CHOICES = {
     "geometry": ["smith", "schlick-beckmann", "karis"],
     "estimator": ["mis", "nee", "bsdf"],
@@ -268,7 +285,19 @@ def random_program(rng: random.Random) -> tuple[PackedScene, dict[str, int]]:
             shapes[kind].append(SHAPES[kind]("lamp"))
     if "triangles" in shapes and rng.random() < 0.05:
         shapes["triangles"] *= 300  # too many for a uniform block
+    meshes = []
+    if rng.random() < 0.5:
+        shared = rng.random() < 0.3
+        names = rng.sample(sorted(MESH_MATERIALS), 2)
+        materials |= {name: MESH_MATERIALS[name] for name in names}
+        attributes = rng.sample(sorted(ATTRIBUTES), rng.choice([0, 1, 2, 5]))
+        geometry = Geometry(np.eye(3), [[0, 1, 2]], **{name: np.ones((3, ATTRIBUTES[name])) for name in attributes})
+        places = (Placement(), Placement((2.0, 0.0, 0.0)))
+        meshes = [Mesh((Part(geometry, name),), places) for name in names]
+        mesh_packing.MOST_COPIED = 0 if shared else 10
+        mesh_packing.pack_meshes.cache_clear()
     scene = Scene(
+        meshes=meshes,
         camera=Camera(aperture_radius=rng.choice([0.0, 0.1])),
         materials=materials,
         lights=rng.sample(LIGHTS, rng.choice([0, 1, 1, 2])),
@@ -360,7 +389,7 @@ def test_every_feature_takes_part() -> None:
         for name, value in {**packed.defines, **switches}.items():
             values[name].add(value)
     never = {name for name, found in values.items() if len(found) < 2} - set(features_of("display.frag"))
-    assert never == {"RANDOM_TEXTURE_WIDTH", "RANDOM_TEXTURE_LAYERS", "HAS_SUN", "SUN_LIGHT"}
+    assert never == {"RANDOM_TEXTURE_WIDTH", "RANDOM_TEXTURE_LAYERS", "HAS_SUN", "SUN_LIGHT", "MESH_STACK"}
 
 
 @pytest.mark.skipif(shutil.which("glslangValidator") is None, reason="glslangValidator is not installed")

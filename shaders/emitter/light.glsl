@@ -13,8 +13,8 @@ struct LightSample {
 #if LIGHT_COUNT
 
 // Density of light_sample() over solid angle for light `index`, met at `distance` with its normal
-// under `cos_theta` to the direction back to `origin`.
-float light_pdf(int index, vec3 origin, float distance, float cos_theta) {
+// under `cos_theta` to the direction back to `origin`. `density` is that of the surface (surface_light_density).
+float light_pdf(int index, vec3 origin, float distance, float cos_theta, float density) {
     Light light = light_select(index);
     float pdf = 0.0;
 #if HAS_SPHERE_LIGHT
@@ -22,6 +22,9 @@ float light_pdf(int index, vec3 origin, float distance, float cos_theta) {
 #endif
 #if HAS_AREA_LIGHT
     if (light.kind == LIGHT_RECTANGLE || light.kind == LIGHT_TRIANGLE) pdf = area_light_pdf(light.area, distance, cos_theta);
+#endif
+#if HAS_MESH_LIGHT
+    if (light.kind == LIGHT_MESH) pdf = mesh_light_pdf(density, distance, cos_theta);
 #endif
     return pdf * light.probability;
 }
@@ -82,6 +85,17 @@ LightSample light_sample(vec3 origin, vec2 u) {
         s.distance = INFINITE_DISTANCE;
         s.radiance = environment.radiance;
         s.pdf = environment.pdf;
+    }
+#endif
+#if HAS_MESH_LIGHT
+    if (light.kind == LIGHT_MESH) {
+        MeshLightSample point = mesh_light_sample(u);
+        vec3 to_light = point.position - origin;
+        s.distance = length(to_light);
+        s.wi = to_light / s.distance;
+        s.radiance = material_select(point.material).emission;
+        s.pdf = mesh_light_pdf(point.density, s.distance, -dot(s.wi, point.normal));
+        s.primitive = FIRST_MESH + point.record;
     }
 #endif
     s.pdf *= light.probability;

@@ -3,7 +3,7 @@
 // a mistake in a scene. No light transport.
 #if AUXILIARY
 vec3 auxiliary_value(Ray ray) {
-    Hit hit = scene_intersect(ray, INFINITE_DISTANCE, NO_PRIMITIVE);
+    Hit hit = scene_intersect(ray, INFINITE_DISTANCE, NO_PRIMITIVE, false);
     if (hit.primitive == NO_PRIMITIVE) return vec3(0.0);
     Surface surface = surface_at(ray, hit);
 #if AUXILIARY == AUXILIARY_NORMALS

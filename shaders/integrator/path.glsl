@@ -30,7 +30,19 @@ struct Vertex {
     Frame frame;    // on the side the path came from
     vec3 wo;        // local
     Bsdf bsdf;
+#if HAS_SHADING_NORMALS
+    vec3 geometric;  // unit normal of the surface itself, local
+#endif
 };
+
+// Factor of what a vertex scatters to wi, for the sake of shading normals.
+float path_shadowing(Vertex vertex, vec3 wi) {
+#if HAS_SHADING_NORMALS
+    return shading_normal_shadowing(vertex.geometric, wi);
+#else
+    return 1.0;
+#endif
+}
 
 #if COUNT_WORK
 vec3 path_work = vec3(0.0);  // of the sample so far: path rays, shadow rays, vertices
@@ -84,7 +96,7 @@ Vertex path_extend(inout Path path) {
     Vertex vertex;
     vertex.scatters = false;
     COUNT(x);
-    Hit hit = scene_intersect(path.ray, INFINITE_DISTANCE, NO_PRIMITIVE);
+    Hit hit = scene_intersect(path.ray, INFINITE_DISTANCE, NO_PRIMITIVE, false);
     if (hit.primitive == NO_PRIMITIVE) {
         path_add_distant(path);
         return vertex;
@@ -96,7 +108,7 @@ Vertex path_extend(inout Path path) {
 #if LIGHT_COUNT
     // Surfaces emit from their front only.
     if (surface.light >= 0 && cos_theta > 0.0) {
-        float pdf = light_pdf(surface.light, path.ray.origin, hit.distance, cos_theta);
+        float pdf = light_pdf(surface.light, path.ray.origin, hit.distance, cos_theta, surface_light_density(surface));
         path.radiance += path.throughput * material.emission * path_emission_weight(path, pdf);
     }
 #endif
@@ -113,7 +125,13 @@ Vertex path_extend(inout Path path) {
     // Back along the ray as well: where walls meet, the normal of one runs along the other, and a point
     // rounded to beyond that one would stay there.
     vertex.origin = ray_offset_origin(surface.position, normal - path.ray.direction, surface.extent);
+#if HAS_SHADING_NORMALS
+    vec3 shading_normal = cos_theta < 0.0 ? -surface.shading_normal : surface.shading_normal;
+    vertex.frame = frame_from_normal(shading_normal_bend(shading_normal, -path.ray.direction));
+    vertex.geometric = frame_to_local(vertex.frame, normal);
+#else
     vertex.frame = frame_from_normal(normal);
+#endif
     vertex.wo = frame_to_local(vertex.frame, -path.ray.direction);
     vertex.bsdf = Bsdf(material.diffuse, material.alpha, material.f0, material.f90);
     return vertex;
@@ -121,7 +139,7 @@ Vertex path_extend(inout Path path) {
 
 bool is_occluded(vec3 origin, vec3 wi, float distance, int light_primitive) {
     COUNT(y);
-    return scene_intersect(Ray(origin, wi), distance, light_primitive).primitive != NO_PRIMITIVE;
+    return scene_intersect(Ray(origin, wi), distance, light_primitive, true).primitive != NO_PRIMITIVE;
 }
 
 #if LIGHT_COUNT
@@ -131,7 +149,9 @@ bool path_is_occluded(Vertex vertex, LightSample light) {
 
 // Radiance scattered towards wo from one sample of the lights, of u_light_samples, if nothing occludes it.
 vec3 path_light_unoccluded(Vertex vertex, LightSample light) {
-    vec4 eval_pdf = bsdf_eval_pdf(vertex.bsdf, vertex.wo, frame_to_local(vertex.frame, light.wi));
+    vec3 wi = frame_to_local(vertex.frame, light.wi);
+    vec4 eval_pdf = bsdf_eval_pdf(vertex.bsdf, vertex.wo, wi);
+    eval_pdf.rgb *= path_shadowing(vertex, wi);
     if (light.pdf <= 0.0 || max_component(eval_pdf.rgb) <= 0.0) return vec3(0.0);
 #if ESTIMATOR == ESTIMATOR_MIS
     float weight = light.delta ? 1.0 : power_heuristic(float(u_light_samples) * light.pdf, eval_pdf.a);
@@ -158,7 +178,8 @@ vec3 path_ambient_sample(Vertex vertex, vec2 u) {
     vec3 wi = square_to_cosine_hemisphere(u);
     bool occluded = is_occluded(vertex.origin, frame_to_world(vertex.frame, wi), INFINITE_DISTANCE, NO_PRIMITIVE);
     if (occluded || wi.z <= 0.0) return vec3(0.0);
-    return bsdf_eval(vertex.bsdf, vertex.wo, wi) * u_ambient_radiance / square_to_cosine_hemisphere_pdf(wi);
+    float shadowing = path_shadowing(vertex, wi);
+    return bsdf_eval(vertex.bsdf, vertex.wo, wi) * u_ambient_radiance * shadowing / square_to_cosine_hemisphere_pdf(wi);
 }
 #endif
 
@@ -199,7 +220,7 @@ void path_gather_direct(inout Path path, Vertex vertex, ivec2 pixel, uint index,
 // `roulette` is a uniform number for the next vertex.
 void path_scatter(inout Path path, Vertex vertex, vec2 u, float roulette) {
     BsdfSample scattered = bsdf_sample(vertex.bsdf, vertex.wo, u);
-    path.throughput *= scattered.weight;
+    path.throughput *= scattered.weight * path_shadowing(vertex, scattered.wi);
     path.vertex = scattered.pdf > 0.0 ? path.vertex + 1 : u_bounces;
     path.pdf = scattered.pdf;
     path.unweighted = scattered.delta;

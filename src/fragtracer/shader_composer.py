@@ -30,6 +30,11 @@ CONSTANTS = {
     "LIGHT_TRIANGLE": 3,
     "LIGHT_SUN": 4,
     "LIGHT_ENVIRONMENT": 5,
+    "LIGHT_MESH": 6,  # all triangles of meshes that emit
+    "MESH_NODE": 0,
+    "MESH_TRIANGLE": 1,
+    "MESH_LAST_TRIANGLE": 2,  # of a leaf
+    "MESH_INSTANCE": 3,
     "AUXILIARY_NONE": 0,
     "AUXILIARY_NORMALS": 1,
     "AUXILIARY_DEPTH": 2,
@@ -78,6 +83,18 @@ FEATURES = {
     "HAS_BACKGROUND": 0,
     "SUN_LIGHT": 0,  # the index of each among the lights
     "ENVIRONMENT_LIGHT": 0,
+    "HAS_MESHES": 0,
+    "HAS_INSTANCES": 0,  # meshes with a matrix of their own that share their triangles
+    "HAS_MESH_LIGHT": 0,
+    "HAS_CULLING": 0,  # triangles that are not there for rays from behind
+    "HAS_SHADING_NORMALS": 0,
+    "HAS_UV": 0,
+    "HAS_UV_1": 0,
+    "HAS_TANGENTS": 0,
+    "HAS_COLORS": 0,
+    "MESH_STACK": 1,  # entries
+    "MESH_LIGHT_COUNT": 0,  # triangles that emit
+    "MESH_VERTEX_TEXELS": 0,
     "AUXILIARY": CONSTANTS["AUXILIARY_NONE"],  # else numbers about what is seen, not its light
     # Of display.frag.
     "TONE_CURVE": CONSTANTS["TONE_LINEAR"],

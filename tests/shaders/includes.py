@@ -7,8 +7,11 @@ BSDF = [*CORE, *(f"bsdf/{name}.glsl" for name in ("fresnel", "ggx", "cook_torran
 SHAPE = [
     *CORE,
     "generated/scene_layout.glsl",
-    *(f"shape/{name}.glsl" for name in ("ray", "sphere", "plane", "rectangle", "triangle", "intersect", "surface")),
+    *(
+        f"shape/{name}.glsl"
+        for name in ("ray", "sphere", "plane", "rectangle", "triangle", "mesh", "intersect", "surface")
+    ),
 ]
-EMITTERS = ("sphere_light", "area_light", "sun_light", "environment", "light")
+EMITTERS = ("sphere_light", "area_light", "mesh_light", "sun_light", "environment", "light")
 EMITTER = [*SHAPE, *(f"emitter/{name}.glsl" for name in EMITTERS)]
 CAMERA = [*CORE, "shape/ray.glsl", "camera/thin_lens.glsl"]

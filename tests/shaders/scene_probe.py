@@ -8,13 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fragtracer.gpu.environment import folded_texture
+from fragtracer.gpu.meshes import mesh_textures
 from fragtracer.gpu.probe import probe
 from fragtracer.packing import PackedScene
 from fragtracer.scene import Camera, Light, Material, Plane, Rectangle, Scene, Sphere, Triangle
 
 from . import Floats
-
-_SCENE_WIDTH = 4096  # texels, as the generated layout reads them
 
 
 def scene_probe(
@@ -31,15 +30,13 @@ def scene_probe(
     if packed.defines["SCENE_IN_UNIFORMS"]:
         name, resource = "SceneBlock", ctx.buffer(packed.texels.tobytes())
     else:
-        rows = -(-len(packed.texels) // _SCENE_WIDTH)
-        texels = np.zeros((rows * _SCENE_WIDTH, 4), np.float32)
-        texels[: len(packed.texels)] = packed.texels
-        name, resource = "u_scene", ctx.texture((_SCENE_WIDTH, rows), 4, texels.tobytes(), dtype="f4")
-        resource.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        name, resource = "u_scene", folded_texture(ctx, packed.texels)
     resources = {name: resource}
     if packed.environment is not None:
         resources["u_environment"] = folded_texture(ctx, packed.environment.texels)
         resources["u_environment_tree"] = folded_texture(ctx, packed.environment.tree)
+    if packed.meshes is not None:
+        resources |= mesh_textures(ctx, packed.meshes)
     uniforms = {key: value for key, value in packed.uniforms.items() if key.startswith("u_environment")}
     generated = {"generated/scene_layout.glsl": packed.layout}
     try:

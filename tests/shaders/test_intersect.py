@@ -19,7 +19,9 @@ MISS = 1e30
 # Triangles, and whether baked: the three ways a scene is stored.
 STORAGES = {"uniform block": (12, False), "baked": (12, True), "texture": (300, False)}
 SCALES = [1e-3, 1.0, 1e4]
-INTERSECT = "Hit hit = scene_intersect(Ray(o, d), farthest, int(skipped)); t = hit.distance; k = float(hit.primitive);"
+INTERSECT = (
+    "Hit hit = scene_intersect(Ray(o, d), farthest, int(skipped), false); t = hit.distance; k = float(hit.primitive);"
+)
 
 
 @pytest.mark.parametrize("storage", STORAGES)
@@ -109,7 +111,7 @@ def test_mesh_has_no_cracks(ctx: moderngl.Context, scale: float) -> None:
 # Follows a ray to its hit and one that leaves from there, as the integrator does.
 BOUNCE = """
     Ray ray = Ray(o, d);
-    Hit hit = scene_intersect(ray, INFINITE_DISTANCE, NO_PRIMITIVE);
+    Hit hit = scene_intersect(ray, INFINITE_DISTANCE, NO_PRIMITIVE, false);
     k = float(hit.primitive);
     if (hit.primitive != NO_PRIMITIVE) {
         Surface s = surface_at(ray, hit);
@@ -119,7 +121,7 @@ BOUNCE = """
         start = ray_offset_origin(position, side - d, s.extent);
         vec2 across = normalize(away.xy) * sqrt(1.0 - cosine * cosine);
         wi = frame_to_world(frame_from_normal(side), vec3(across, cosine));
-        Hit next = scene_intersect(Ray(start, wi), INFINITE_DISTANCE, NO_PRIMITIVE);
+        Hit next = scene_intersect(Ray(start, wi), INFINITE_DISTANCE, NO_PRIMITIVE, false);
         again = vec2(float(next.primitive), next.distance);
     }"""
 BOUNCED = {"k": 1, "position": 3, "normal": 3, "ids": 2, "start": 3, "wi": 3, "again": 2}

@@ -82,7 +82,7 @@ def test_density_of_a_sample_is_that_of_its_hit(ctx: moderngl.Context, baked: bo
             Light l = light_load(i);
             if (l.primitive == s.primitive && !s.delta) {{
                 cosine = -dot(s.wi, l.normal);
-                met = light_pdf(i, o, s.distance, cosine);
+                met = light_pdf(i, o, s.distance, cosine, 0.0);
             }}
         }}"""
     inputs = {"o": origin, "u": rng.random((count, 2), np.float32)}

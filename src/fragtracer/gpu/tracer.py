@@ -9,6 +9,7 @@ import numpy as np
 
 from fragtracer.gpu.environment import EnvironmentTextures
 from fragtracer.gpu.film import Film
+from fragtracer.gpu.meshes import MeshTextures
 from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.gpu.timer import DrawTimer
 from fragtracer.packing import PackedScene
@@ -24,6 +25,7 @@ _MAX_ROUNDS = 65000  # of all loops in a draw; llvmpipe stops a shader after 65,
 _BLOCK_BINDING = 0
 _SCENE_UNIT, _RANDOM_UNIT, _FILM_UNIT = 0, 1, 2  # the film has two
 _ENVIRONMENT_UNIT, _TREE_UNIT = 4, 5
+_MESH_UNITS = {"u_mesh": 6, "u_mesh_vertices": 7, "u_mesh_lights": 8}
 
 
 class Tracer:
@@ -42,6 +44,7 @@ class Tracer:
         self._kept: list[tuple[object, FullscreenProgram]] = []  # the last ones used, the newest first
         self._scene: moderngl.Buffer | moderngl.Texture | None = None
         self._environment = EnvironmentTextures(ctx)
+        self._meshes = MeshTextures(ctx)
         self.load(packed)
 
     def load(self, packed: PackedScene, recompile: bool = False) -> None:
@@ -57,6 +60,7 @@ class Tracer:
             self._pixel_samples_per_second = 0.0
         self._upload_scene(packed)
         self._environment.load(packed.environment)
+        self._meshes.load(packed.meshes)
         self._max_rays = max(1, _MAX_ROUNDS // packed.path_rounds)
         self.set(packed.uniforms)
 
@@ -120,7 +124,7 @@ class Tracer:
         assert scene is not None
         points = self._random.width * self._random.height * self._random.depth
         scene_bytes = scene.size if isinstance(scene, moderngl.Buffer) else 16 * scene.width * scene.height
-        return 16 * points + scene_bytes + self._environment.gpu_bytes
+        return 16 * points + scene_bytes + self._environment.gpu_bytes + self._meshes.gpu_bytes
 
     def _bind(self, film: Film) -> None:
         assert self._scene is not None
@@ -130,6 +134,7 @@ class Tracer:
             self._scene.use(_SCENE_UNIT)
         self._random.use(_RANDOM_UNIT)
         self._environment.use(_ENVIRONMENT_UNIT, _TREE_UNIT)
+        self._meshes.use(_MESH_UNITS)
         film.bind(_FILM_UNIT)
 
     def _rows(self, pixel_samples_per_row: int, budget: float) -> int:
@@ -161,7 +166,7 @@ class Tracer:
         program.bind_block("SceneBlock", _BLOCK_BINDING)
         units = {"u_random_texture": _RANDOM_UNIT, "u_film_mean": _FILM_UNIT, "u_film_variance": _FILM_UNIT + 1}
         units |= {"u_environment": _ENVIRONMENT_UNIT, "u_environment_tree": _TREE_UNIT}
-        program.set({"u_scene": _SCENE_UNIT} | units)
+        program.set({"u_scene": _SCENE_UNIT} | units | _MESH_UNITS)
 
     def _forget(self, most: int) -> None:
         for _, program in self._kept[most:]:
@@ -183,6 +188,7 @@ class Tracer:
     def release(self) -> None:
         self._forget(0)
         self._environment.release()
+        self._meshes.release()
         for resource in (self._scene, self._random):
             if resource is not None:
                 resource.release()

@@ -8,6 +8,7 @@ relative to the middle of the scene, so that a scene far from the origin keeps i
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,8 @@ from numpy.typing import NDArray
 from pyglm import glm
 
 from fragtracer.packing.environment import EnvironmentTables, pack_environment
-from fragtracer.packing.records import RECORDS, SHAPES, loop_rounds, scene_layout, texels_of
+from fragtracer.packing.meshes import CULLED, MeshMaterial, PackedMeshes, pack_meshes
+from fragtracer.packing.records import MESH_RECORDS, RECORDS, SHAPES, loop_rounds, mesh_layout, scene_layout, texels_of
 from fragtracer.random_texture import LAYERS, WIDTH
 from fragtracer.scene import Camera, Light, Material, Rectangle, RenderSettings, Scene, Sphere, Triangle
 from fragtracer.shader_composer import CONSTANTS
@@ -43,6 +45,7 @@ class PackedScene:
     constants: Mapping[str, Any]
     layout: str  # the text of generated/scene_layout.glsl
     environment: EnvironmentTables | None
+    meshes: PackedMeshes | None
     path_rounds: int  # of all loops along one path, at most
     origin: Floats  # the point of the world that is the shader's (0, 0, 0)
 
@@ -68,7 +71,8 @@ def pack(
     spheres, materials = _spheres_with_lights(scene)
     index = {name: i for i, name in enumerate(materials)}
     surroundings = pack_environment(scene.environment, extent)
-    lights = _lights(scene, spheres, materials, origin, surroundings.lights)
+    meshes = _meshes(scene, materials, index, origin, extent)
+    lights = _lights(scene, spheres, materials, origin, meshes.power if meshes else 0.0, surroundings.lights)
     light_of = {light["primitive"]: i for i, light in enumerate(lights) if light["primitive"] >= 0}
 
     records: dict[str, list[dict[str, Any]]] = {
@@ -92,6 +96,7 @@ def pack(
 
     texels = np.concatenate([texels_of(name, rows) for name, rows in records.items()])
     defines = _scene_defines(records, scene) | _settings_defines(settings) | surroundings.defines(lights)
+    defines |= meshes.defines if meshes else {"HAS_MESHES": 0}
     defines |= {"SCENE_TEXELS": len(texels), "SCENE_IN_UNIFORMS": int(len(texels) <= _MAX_UNIFORM_TEXELS)}
     movable = camera_uniforms(scene.camera, origin, width, height) | surroundings.movable
     others = _settings_uniforms(settings) | {"u_ambient_radiance": scene.ambient.radiance} | surroundings.uniforms
@@ -100,12 +105,39 @@ def pack(
     uniforms = {name: value for name, value in (movable | others).items() if name not in constants}
     primitives = sum(len(records[kind]) for kind in SHAPES)
     baked = baked and primitives <= _MAX_BAKED
-    layout = scene_layout(records, texels, baked)
+    layout = scene_layout(records, texels, baked) + (mesh_layout(meshes.vertex_fields) if meshes else "")
     rounds = 0 if baked else sum(loop_rounds(len(records[kind])) for kind in SHAPES)
     sample_rounds = 1 + rounds + (surroundings.tables.levels if surroundings.tables else 0)
     vertex_rounds = 1 + len(lights) + rounds + sample_rounds * (settings.light_samples + 1)
     path_rounds = vertex_rounds * (settings.bounces + 2)
-    return PackedScene(texels, defines, uniforms, constants, layout, surroundings.tables, path_rounds, origin)
+    return PackedScene(texels, defines, uniforms, constants, layout, surroundings.tables, meshes, path_rounds, origin)
+
+
+def _meshes(
+    scene: Scene, materials: Mapping[str, Material], index: Mapping[str, int], origin: Floats, extent: float
+) -> PackedMeshes | None:
+    placed = [(mesh.material_of(part), part.geometry) for mesh in scene.meshes for _, part in mesh.placed()]
+    if not placed:
+        return None
+    used = {name for name, _ in placed}
+    of_meshes = tuple(
+        (name, MeshMaterial(index[name], sum(m.emission), 0 if m.double_sided else CULLED))
+        for name, m in materials.items()
+        if name in used
+    )
+    geometries = [geometry for _, geometry in placed]
+    textures = [texture for name in used for texture in materials[name].textures]
+    bumpy = any(materials[name].normal_texture is not None for name in used)
+    needed = {
+        "normal": bumpy or any(g.normals is not None for g in geometries),
+        "uv": any(texture.coordinates == 0 for texture in textures),
+        "uv_1": any(texture.coordinates == 1 for texture in textures),
+        "tangent": bumpy,
+        "color": any(g.colors is not None for g in geometries),
+    }
+    fields = tuple(name for name, _ in MESH_RECORDS["MeshVertex"] if needed[name])
+    x, y, z = origin.tolist()
+    return pack_meshes(scene.meshes, of_meshes, fields, (x, y, z), extent)
 
 
 def _points(scene: Scene) -> Floats:
@@ -119,6 +151,10 @@ def _points(scene: Scene) -> Floats:
         points += [np.add(r.corner, step) for step in ((0.0, 0.0, 0.0), r.edge_u, r.edge_v, far)]
     for t in scene.triangles:
         points += t.vertices
+    for mesh in scene.meshes:
+        for matrix, part in mesh.placed():
+            corners = np.array(list(product(*part.geometry.bounds.T)))
+            points += list(corners @ matrix[:3, :3].T + matrix[:3, 3])
     return np.asarray(points, np.float64)
 
 
@@ -143,14 +179,16 @@ def _lights(
     spheres: Sequence[Sphere],
     materials: Mapping[str, Material],
     origin: Floats,
+    mesh_power: float,
     distant: Sequence[dict[str, Any]],
 ) -> list[dict[str, Any]]:
-    """The records of all that emits, ``distant`` lights last, each with the power that decides how often it is
-    chosen."""
+    """The records of all that emits, the meshes together first and ``distant`` lights last, each with the power
+    that decides how often it is chosen."""
     first_rectangle = len(spheres) + len(scene.planes)
     shapes: list[tuple[int, Any]] = list(enumerate(spheres))
     shapes += enumerate([*scene.rectangles, *scene.triangles], first_rectangle)
-    found = [
+    found = [{"kind": CONSTANTS["LIGHT_MESH"], "primitive": -1, "power": mesh_power}] if mesh_power > 0 else []
+    found += [
         _shape_light(shape, materials[shape.material].emission, origin) | {"primitive": primitive}
         for primitive, shape in shapes
         if materials[shape.material].is_emissive

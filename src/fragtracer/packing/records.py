@@ -24,7 +24,27 @@ RECORDS: dict[str, Record] = {
         *(("normal", "vec3"), ("kind", "int"), ("primitive", "int")),
     ),
 }
-_SIZES = {"int": 1, "float": 1, "vec3": 3, "vec4": 4}
+# Of meshes (packing/meshes.py). The first three share a texture, four texels each, told apart by `kind`.
+MESH_RECORDS: dict[str, Record] = {
+    "MeshNode": (
+        *(("low_0", "vec3"), ("child_0", "int")),  # a record
+        *(("high_0", "vec3"), ("kind", "int")),
+        *(("low_1", "vec3"), ("child_1", "int"), ("high_1", "vec3")),
+    ),
+    "MeshTriangle": (
+        *(("a", "vec3"), ("material", "int"), ("b", "vec3"), ("kind", "int"), ("c", "vec3")),
+        ("density", "float"),  # per area, of a light sample of all meshes; 0: no light
+        *(("vertices", "vec3"), ("flags", "int")),
+    ),
+    "MeshInstance": (  # to its own space: rows * (p - translation)
+        *(("row_x", "vec3"), ("root", "int"), ("row_y", "vec3"), ("kind", "int"), ("row_z", "vec3")),
+        *(("material", "int"), ("translation", "vec3"), ("flags", "int")),
+    ),
+    "MeshLight": (("threshold", "float"), ("record", "int"), ("other", "int")),
+    # Only the fields that a scene needs.
+    "MeshVertex": (("normal", "vec3"), ("uv", "vec2"), ("uv_1", "vec2"), ("tangent", "vec4"), ("color", "vec4")),
+}
+_SIZES = {"int": 1, "float": 1, "vec2": 2, "vec3": 3, "vec4": 4}
 SHAPES = ("Sphere", "Plane", "Rectangle", "Triangle")
 
 # Above this, code made for each record grows faster than it gains.
@@ -45,6 +65,38 @@ def texels_of(name: str, rows: Sequence[Mapping[str, Any]]) -> NDArray[np.float3
             if field in row:
                 texel[place : place + _SIZES[kind]] = row[field]
     return texels.reshape(-1, 4)
+
+
+def texels_of_columns(record: Record, columns: Mapping[str, Any], count: int) -> NDArray[np.float32]:
+    """The texels, float32 (count, texels, 4), of records whose fields are given as arrays or numbers."""
+    texels = np.zeros((count, _stride(record) * 4), np.float32)
+    for field, kind, place in _places(record):
+        if field in columns:
+            size = _SIZES[kind]
+            texels[:, place if size == 1 else slice(place, place + size)] = columns[field]
+    return texels.reshape(count, _stride(record), 4)
+
+
+def mesh_layout(vertex_fields: Sequence[str]) -> str:
+    """GLSL structs for the records of meshes, and functions that make them of their texels.
+
+    ``vertex_fields`` are those of MeshVertex that are packed.
+    """
+    records = MESH_RECORDS | {"MeshVertex": vertex_record(vertex_fields)}
+    return "\n".join(_texel_glsl(name, record) for name, record in records.items() if record)
+
+
+def vertex_record(fields: Sequence[str]) -> Record:
+    """MeshVertex with these fields alone."""
+    return tuple(field for field in MESH_RECORDS["MeshVertex"] if field[0] in fields)
+
+
+def _texel_glsl(name: str, record: Record) -> str:
+    noun = "".join("_" + c.lower() if c.isupper() else c for c in name).removeprefix("_")
+    fields = "".join(f" {kind} {field};" for field, kind in record)
+    texels = ", ".join(f"vec4 t{i}" for i in range(_stride(record)))
+    values = ", ".join(_glsl_value(kind, place) for _, kind, place in _places(record))
+    return f"struct {name} {{{fields} }};\n{name} {noun}_of({texels}) {{ return {name}({values}); }}\n"
 
 
 def _places(record: Record) -> Iterable[tuple[str, str, int]]:

@@ -102,5 +102,12 @@ class Material:
         return (r, g, b)
 
     @property
+    def textures(self) -> tuple[Texture, ...]:
+        """All its textures."""
+        fields: list[Texture | None] = [self.albedo_texture, self.roughness_texture, self.metallic_texture]
+        fields += [self.normal_texture, self.occlusion_texture, self.emission_texture]
+        return tuple(texture for texture in fields if texture is not None)
+
+    @property
     def is_emissive(self) -> bool:
         return max(self.emission) > 0

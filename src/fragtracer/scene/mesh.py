@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Meshes of triangles, and where copies of them stand."""
 
+from collections.abc import Iterator
+from functools import cached_property
 from typing import Annotated, Any, Self
 
 import numpy as np
@@ -60,6 +62,12 @@ class Geometry:
         self.colors = _attribute(colors, (3, 4), "colors", count)
         attributes = (self.normals, self.uvs, self.uvs_1, self.tangents, self.colors)
         self.digest = content_digest(self.positions, self.triangles, *attributes)
+
+    @cached_property
+    def bounds(self) -> NDArray[np.float64]:
+        """(2, 3) lower and upper corner of the box of all triangles, of which there is at least one."""
+        used = self.positions[self.triangles.ravel()] if len(self.positions) else self.positions
+        return np.stack([used.min(axis=0), used.max(axis=0)])
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Geometry) and self.digest == other.digest
@@ -144,6 +152,13 @@ class Mesh:
     material: str | None = None
     file: str | None = None
     name: str = "mesh"
+
+    def placed(self) -> Iterator[tuple[NDArray[np.float64], Part]]:
+        """Every part at every place: its matrix (4, 4) to the world, and the part; those without triangles left out."""
+        for placement in self.instances:
+            for part in self.parts:
+                if len(part.geometry.triangles):
+                    yield placement.matrix @ np.asarray(part.matrix), part
 
     def material_of(self, part: Part) -> str:
         """The name of the material that ``part`` has in the scene."""

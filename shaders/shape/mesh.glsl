@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: MIT
+// Triangles of meshes below a tree of boxes, all in one texture: records of four texels, of which the first is the
+// root. A step of the traversal reads one record, whatever it is, since what costs is the reading.
+#if HAS_MESHES
+
+uniform highp sampler2D u_mesh;           // records
+uniform highp sampler2D u_mesh_vertices;  // normals and the like, MESH_VERTEX_TEXELS each
+uniform highp sampler2D u_mesh_lights;
+
+vec4 mesh_texel(int record, int texel) {
+    return texelFetch(u_mesh, ivec2((record & 1023) << 2 | texel, record >> 10), 0);
+}
+
+MeshTriangle mesh_triangle_load(int record) {
+    return mesh_triangle_of(mesh_texel(record, 0), mesh_texel(record, 1), mesh_texel(record, 2), mesh_texel(record, 3));
+}
+
+// A ray as boxes and triangles want it. Distances are in units of `direction`, which need not be a unit.
+struct MeshRay {
+    vec3 origin;
+    vec3 inverse;       // of the direction
+    vec3 across, down;  // with the direction, axes of a space in which the ray runs along z
+    vec3 along;         // direction / direction^2: dot(along, p) is the distance of p
+};
+
+MeshRay mesh_ray(vec3 origin, vec3 direction) {
+    Frame frame = frame_from_normal(normalize(direction));
+    // Finite and not 0 for all: a ray within the plane of a box's side must not make NaN.
+    vec3 finite = mix(direction, vec3(1e-20), lessThan(abs(direction), vec3(1e-20)));
+    return MeshRay(origin, 1.0 / finite, frame.tangent, frame.bitangent, direction / dot(direction, direction));
+}
+
+// Distance at which the ray enters the box, INFINITE_DISTANCE where it misses it or enters beyond `max_distance`.
+// The far side is moved away by what rounding may have brought it nearer (Ize 2013, Robust BVH Ray Traversal).
+float mesh_box_intersect(vec3 low, vec3 high, MeshRay ray, float max_distance) {
+    vec3 to_low = (low - ray.origin) * ray.inverse;
+    vec3 to_high = (high - ray.origin) * ray.inverse;
+    vec3 enter = min(to_low, to_high);
+    vec3 leave = max(to_low, to_high);
+    float near = max(max(enter.x, enter.y), max(enter.z, 0.0));
+    float far = min(min(leave.x, leave.y), min(leave.z, max_distance)) * 1.0000005;
+    return near <= far ? near : INFINITE_DISTANCE;
+}
+
+// Distance to the triangle in x, INFINITE_DISTANCE where the ray misses it, the weights of b and c in yz, and a number
+// that is positive where the ray meets its front in w.
+//
+// Watertight, after Woop, Benthin and Wald 2013 (Watertight Ray/Triangle Intersection): the vertices are
+// projected along the ray, each by itself, so that neighbours see the same points; then signs of 2D edge functions
+// decide. An edge function that rounding could have given either sign counts as 0, as if the ray met the
+// edge, so that neighbours agree however the driver contracts products and sums. A triangle
+// seen edge-on, or without area, has only zeros and is never met.
+vec4 mesh_triangle_intersect(vec3 a, vec3 b, vec3 c, MeshRay ray) {
+    a -= ray.origin;
+    b -= ray.origin;
+    c -= ray.origin;
+    vec3 x = vec3(dot(ray.across, a), dot(ray.across, b), dot(ray.across, c));
+    vec3 y = vec3(dot(ray.down, a), dot(ray.down, b), dot(ray.down, c));
+    vec3 z = vec3(dot(ray.along, a), dot(ray.along, b), dot(ray.along, c));
+    vec3 first = x.zxy * y.yzx;  // across from a, b and c
+    vec3 second = y.zxy * x.yzx;
+    vec3 edges = first - second;
+    edges = mix(edges, vec3(0.0), lessThanEqual(abs(edges), 2.4e-7 * (abs(first) + abs(second))));
+    float sum = edges.x + edges.y + edges.z;
+    float least = min(edges.x, min(edges.y, edges.z));
+    float most = max(edges.x, max(edges.y, edges.z));
+    vec3 weights = edges / sum;
+    float distance = dot(weights, z);
+    bool is_met = (least >= 0.0 || most <= 0.0) && sum != 0.0 && distance > 0.0;
+    return vec4(is_met ? distance : INFINITE_DISTANCE, weights.yz, sum);
+}
+
+// Unit normal on the front. Sides are scaled first, since the square of a tiny triangle's area is no float32.
+vec3 mesh_triangle_normal(vec3 a, vec3 b, vec3 c) {
+    vec3 u = b - a;
+    vec3 v = c - a;
+    vec3 n = cross(u / max_component(abs(u)), v / max_component(abs(v)));
+    return n / max(length(n), 1e-18);
+}
+
+#if MESH_VERTEX_TEXELS
+vec4 mesh_vertex_texel(int index) { return texelFetch(u_mesh_vertices, ivec2(index & 4095, index >> 12), 0); }
+
+MeshVertex mesh_vertex_load(float vertex) {
+    int first = MESH_VERTEX_TEXELS * int(vertex);
+    return mesh_vertex_of(
+        mesh_vertex_texel(first)
+#if MESH_VERTEX_TEXELS > 1
+        , mesh_vertex_texel(first + 1)
+#endif
+#if MESH_VERTEX_TEXELS > 2
+        , mesh_vertex_texel(first + 2)
+#endif
+#if MESH_VERTEX_TEXELS > 3
+        , mesh_vertex_texel(first + 3)
+#endif
+    );
+}
+#endif
+
+#if HAS_INSTANCES
+// A direction, or a point relative to the instance's translation, in the space of its triangles.
+vec3 mesh_to_instance(MeshInstance space, vec3 v) {
+    return vec3(dot(space.row_x, v), dot(space.row_y, v), dot(space.row_z, v));
+}
+
+MeshInstance mesh_instance_load(int record) {
+    return mesh_instance_of(mesh_texel(record, 0), mesh_texel(record, 1), mesh_texel(record, 2), mesh_texel(record, 3));
+}
+
+// From the space of its triangles to the scene, but for the translation.
+mat3 mesh_instance_matrix(MeshInstance space) { return inverse(transpose(mat3(space.row_x, space.row_y, space.row_z))); }
+
+// A normal in the scene, not of unit length; its front stays the front even through a mirror.
+vec3 mesh_normal_to_world(MeshInstance space, vec3 n) { return n.x * space.row_x + n.y * space.row_y + n.z * space.row_z; }
+#endif
+
+#endif
