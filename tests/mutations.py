@@ -42,6 +42,12 @@ MUTATIONS = [
         "fresnel_schlick(b.f0, b.f90, wi.z)",
     ),
     Mutation(
+        "light scattered between facets lost",
+        "bsdf/cook_torrance.glsl",
+        "        fresnel *= ggx_compensation(b.f0, b.alpha, wo.z);\n",
+        "",
+    ),
+    Mutation(
         "alpha for alpha squared in D",
         "bsdf/ggx.glsl",
         "float a2 = alpha * alpha;\n    float t",

@@ -55,7 +55,7 @@ def studio() -> Scene:
         triangles=(Triangle(((-2.5, 0.0, 0.5), (-1.5, 0.0, -1.5), (-2.2, 1.5, -0.5)), "sail"),),
         lights=(Light((1.5, 2.5, 1.5), 0.5, power=60.0), Light((-1.0, 1.5, 2.0), 0.0, power=20.0)),
         ambient=Ambient(0.1),
-        render=RenderSettings(bounces=4, light_samples=2, russian_roulette_depth=1),
+        render=RenderSettings(bounces=4, light_samples=2, russian_roulette_depth=1, multiple_scattering=True),
         name="studio",
     )
 

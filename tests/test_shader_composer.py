@@ -9,6 +9,7 @@ import re
 import shutil
 import subprocess
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -306,6 +307,7 @@ def random_program(rng: random.Random) -> tuple[PackedScene, dict[str, int]]:
         **shapes,
     )
     settings = RenderSettings(**{name: rng.choice(values) for name, values in CHOICES.items()})
+    settings = replace(settings, multiple_scattering=settings.geometry == "smith" and rng.random() < 0.5)
     packed = pack(scene, settings, 64, 48, baked=rng.random() < 0.3)
     return packed, {name: rng.choice(values) for name, values in SWITCHES.items()}
 

@@ -23,6 +23,7 @@ CASES += [
     for name in ("three-spheres", "three-spheres-ambient", "cornell-box")
     for bounces, light_samples in ((0, 1), (1, 1), (1, 8), (2, 8), (10, 1))
 ]
+CASES += [(name, {"multiple_scattering": True}) for name in ("three-spheres", "roughness-grid")]
 CASES += [("furnace", {"estimator": "bsdf"}), ("cornell-box", {"estimator": "nee"})]
 CASES += [("red-bounce", {"pixel_filter": kind}) for kind in ("tent", "gaussian")]
 

@@ -60,6 +60,9 @@ vec4 bsdf_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
         vec3 wh = normalize(wo + wi);
         float d = ggx_d(b.alpha, wh) / (4.0 * wo.z);
         vec3 fresnel = fresnel_schlick(b.f0, b.f90, dot(wo, wh));
+#if MULTIPLE_SCATTERING
+        fresnel *= ggx_compensation(b.f0, b.alpha, wo.z);
+#endif
         result += vec4(fresnel * (d * ggx_g(b.alpha, wo, wi)), specular_probability * d * ggx_g1_smith(b.alpha, wo.z));
     }
 #endif

@@ -8,6 +8,7 @@ from fragtracer.materials import grazing_reflectance
 from fragtracer.reference.variant import mitsuba_variant
 
 GEOMETRIES = ("smith", "schlick-beckmann", "karis")
+MULTIPLE = "smith-multiple-scattering"
 
 
 GREY = (1.0, 1.0, 1.0)
@@ -194,6 +195,16 @@ def test_no_energy_is_made(mi, albedo, f0, alpha, geometry):
         _, weight = sample(mi, bsdf, direction(mi, angle), count=50_000)
         red = weight.numpy()[0]
         assert red.mean() < 1 + 4 * red.std() / np.sqrt(red.size) + 1e-6
+
+
+@pytest.mark.parametrize("alpha", [0.01, 0.1, 0.3, 0.6, 1.0])
+def test_multiple_scattering_fills_the_white_furnace(mi, alpha):
+    """The weight of the metal's samples is G1(wi) / E, whose mean is 1, but for the 0.35 % of the fit of E."""
+    bsdf = load(mi, alpha=alpha, geometry=MULTIPLE, tint=GREY)
+    for angle in (0, 40, 70, 85, 89):
+        _, weight = sample(mi, bsdf, direction(mi, angle), count=400_000)
+        red = weight.numpy()[0]
+        assert abs(red.mean() - 1) < 0.0035 + 4 * red.std() / np.sqrt(red.size)
 
 
 @pytest.mark.parametrize("alpha", [0.01, 0.1, 0.5, 1.0])

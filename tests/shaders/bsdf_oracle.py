@@ -80,6 +80,14 @@ def bsdf_eval(m: Material, term: str, wo: Floats, wi: Floats) -> Floats:
     return (specular + _diffuse(m, co, ci)) * ci[..., None]
 
 
+def bsdf_eval_compensated(m: Material, wo: Floats, wi: Floats, single: ArrayLike) -> Floats:
+    """The same for Smith's term, with the specular lobe times 1 + F0 (1 - E) / E (Turquin 2019), E being ``single``:
+    what the lobe of a white metal reflects of all light towards ``wo``."""
+    single = np.asarray(single, np.float64)[..., None]
+    diffuse = bsdf_eval_diffuse(m, wo, wi)
+    return diffuse + (bsdf_eval(m, "SMITH", wo, wi) - diffuse) * (1 + np.asarray(m.f0) * (1 - single) / single)
+
+
 def bsdf_eval_diffuse(m: Material, wo: Floats, wi: Floats) -> Floats:
     """f |cos_i| of the diffuse lobe alone."""
     return _diffuse(m, wo[..., 2], wi[..., 2]) * wi[..., 2:]

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from fragtracer.cli.options import SceneArgument, SizeOption, parse_size
+from fragtracer.cli.options import MultipleScattering, SceneArgument, SizeOption, parse_size, with_settings
 
 
 def compare(
@@ -22,13 +22,12 @@ def compare(
     geometry: Annotated[
         Literal["smith", "schlick-beckmann", "karis"] | None, typer.Option(help="Geometry term of the material.")
     ] = None,
+    multiple_scattering: MultipleScattering = None,
     variant: Annotated[str | None, typer.Option(help="Mitsuba variant.  [default: llvm_ad_rgb]")] = None,
     report: Annotated[Path | None, typer.Option(help="Write a report with pictures, .html.")] = None,
     json: Annotated[Path | None, typer.Option(help="Write all numbers, .json.")] = None,
 ) -> None:
     """Render SCENE here and in Mitsuba and test whether they agree: status 0 yes, 1 no, 2 cannot tell."""
-    from dataclasses import replace
-
     from fragtracer.cli.progress import comparison_progress
     from fragtracer.compare import compare_scene, summary, to_json, write_report
     from fragtracer.images.output import check_writable
@@ -37,10 +36,8 @@ def compare(
     for path, suffixes in ((report, {".html"}), (json, {".json"})):
         if path is not None:
             check_writable(path, suffixes)
-    loaded = load(scene)
-    options: dict[str, Any] = {"bounces": bounces, "light_samples": light_samples, "geometry": geometry}
-    changed = {name: value for name, value in options.items() if value is not None}
-    loaded = replace(loaded, render=replace(loaded.render, **changed))
+    options = {"bounces": bounces, "light_samples": light_samples, "geometry": geometry}
+    loaded = with_settings(load(scene), multiple_scattering=multiple_scattering, **options)
     numbers: dict[str, Any] = {} if spp is None else {"spp": spp}
     with comparison_progress() as progress:
         comparison = compare_scene(

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from fragtracer.cli.options import SceneArgument, SizeOption, parse_size
+from fragtracer.cli.options import MultipleScattering, SceneArgument, SizeOption, parse_size, with_settings
 
 Output = Annotated[Path, typer.Option("--output", "-o", help="Image file: .exr, .hdr, .npy (linear radiance) or .png.")]
 Spp = Annotated[int | None, typer.Option(min=1, max=2**24, help="Samples per pixel.  [default: the scene's]")]
@@ -33,6 +33,7 @@ def render(
     geometry: Annotated[
         Literal["smith", "schlick-beckmann", "karis"] | None, typer.Option(help="Geometry term of the material.")
     ] = None,
+    multiple_scattering: MultipleScattering = None,
     estimator: Annotated[Literal["mis", "nee", "bsdf"] | None, typer.Option(help="How light is sampled.")] = None,
     sampler: Annotated[Literal["texture", "hash"] | None, typer.Option(help="Source of random numbers.")] = None,
     pixel_filter: Annotated[Literal["box", "tent", "gaussian"] | None, typer.Option()] = None,
@@ -54,12 +55,12 @@ def render(
         "seed": seed,
         "russian_roulette": russian_roulette,
         "geometry": geometry,
+        "multiple_scattering": multiple_scattering,
         "estimator": estimator,
         "sampler": sampler,
         "pixel_filter": pixel_filter,
     }
-    settings = {name: value for name, value in options.items() if value is not None}
-    with Renderer(load(scene), parse_size(size), **settings) as renderer:
+    with Renderer(with_settings(load(scene), **options), parse_size(size)) as renderer:
         finished = _sample(renderer, spp, time, None if until is None else until / 100)
         write_image(output, renderer.image(), renderer.metadata(), exposure, tonemap)
         _report(renderer, output, finished)

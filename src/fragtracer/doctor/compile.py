@@ -46,5 +46,6 @@ def _scenes() -> Iterator[tuple[str, Scene]]:
 def _settings() -> Iterator[dict[str, Any]]:
     for geometry in ("smith", "schlick-beckmann", "karis"):
         yield {"geometry": geometry}
+    yield {"multiple_scattering": True}
     yield {"estimator": "nee", "sampler": "hash", "pixel_filter": "tent"}
     yield {"estimator": "bsdf", "light_samples": 3, "pixel_filter": "gaussian"}

@@ -295,6 +295,7 @@ def _settings_defines(settings: RenderSettings) -> dict[str, int]:
 
     return {
         "GEOMETRY_TERM": value("GEOMETRY", settings.geometry),
+        "MULTIPLE_SCATTERING": int(settings.multiple_scattering),
         "ESTIMATOR": value("ESTIMATOR", settings.estimator),
         "SAMPLER": value("SAMPLER", settings.sampler),
         "PIXEL_FILTER": value("PIXEL_FILTER", settings.pixel_filter),

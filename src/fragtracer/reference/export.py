@@ -14,7 +14,7 @@ from fragtracer.reference import bsdf
 from fragtracer.reference.meshes import Traits
 from fragtracer.reference.nearest import nearest_bsdf, note
 from fragtracer.reference.shapes import Tree
-from fragtracer.reference.translate import exact_bsdf, scene_tree
+from fragtracer.reference.translate import exact_bsdf, geometry_term, scene_tree
 from fragtracer.scene import Scene
 
 _TAGS = {
@@ -78,7 +78,7 @@ def _notes(scene: Scene, plugin: bool) -> list[str]:
         for mesh in scene.meshes
         for part, name in ((part, mesh.material_of(part)) for part in mesh.parts)
     }
-    geometry = scene.render.geometry
+    geometry = geometry_term(scene.render)
     return [
         f"{name}: {note(material, geometry, plugin, brought.get(name, Traits()))}"
         for name, material in scene.materials.items()

@@ -80,6 +80,11 @@ def passes(material: Material) -> bool:
     return material.alpha_mode != "opaque" or not material.double_sided
 
 
+def geometry_term(settings: RenderSettings) -> str:
+    """What the plugins call the geometry term, and what it does with light scattered more than once."""
+    return "smith-multiple-scattering" if settings.multiple_scattering else settings.geometry
+
+
 def exact_bsdf(material: Material, geometry: str, traits: Traits, textures: TextureFolder) -> Tree:
     """The same material: Mitsuba's ``diffuse`` where that is exact, our plugins elsewhere."""
     if not is_plain(material, traits):
@@ -159,7 +164,7 @@ def scene_tree(scene: Scene, folder: Path, bsdf: Translator = exact_bsdf) -> Tre
     unworn = {(name, Traits()) for name in scene.materials.keys() - {name for name, _ in worn}}
     keys = {(name, traits): _material_key(numbers[name], traits) for name, traits in worn | unworn}
     for name, traits in sorted(keys, key=lambda pair: (numbers[pair[0]], pair[1].key)):
-        tree[keys[name, traits]] = bsdf(scene.materials[name], scene.render.geometry, traits, textures)
+        tree[keys[name, traits]] = bsdf(scene.materials[name], geometry_term(scene.render), traits, textures)
     for key, (shape, name, traits) in found.items():
         tree[key] = {**shape, "bsdf": {"type": "ref", "id": keys[name, traits]}}
         if scene.materials[name].is_emissive:

@@ -16,6 +16,7 @@ class RenderSettings:
     ``bounces`` counts scattering events on a path: 0 shows emitters only, 1 adds direct light.
     ``rays`` is the number of paths per pixel in one pass, ``light_samples`` the number of shadow
     rays at each vertex. Russian roulette may end a path from vertex ``russian_roulette_depth`` on.
+    ``multiple_scattering`` gives rough specular lobes back what their facets reflect more than once.
     """
 
     width: Annotated[int, Field(ge=1, le=16384)] = 640
@@ -27,7 +28,12 @@ class RenderSettings:
     russian_roulette: bool = True
     russian_roulette_depth: Annotated[int, Field(ge=1)] = 5
     geometry: Literal["smith", "schlick-beckmann", "karis"] = "smith"
+    multiple_scattering: bool = False
     estimator: Literal["mis", "nee", "bsdf"] = "mis"
     sampler: Literal["texture", "hash"] = "texture"
     pixel_filter: Literal["box", "tent", "gaussian"] = "box"
     seed: Annotated[int, Field(ge=0, lt=2**32)] = 0
+
+    def __post_init__(self) -> None:
+        if self.multiple_scattering and self.geometry != "smith":
+            raise ValueError('multiple_scattering must be false unless geometry is "smith"; it is fitted to that term')

@@ -10,6 +10,7 @@ References
   microfacet form: Walter et al. 2007, "Microfacet models for refraction", eq. 33 and 34 (D, G1).
 - Schlick 1994, "An inexpensive BRDF model for physically-based rendering", eq. 15 (F), 19 (G).
 - Karis 2013, "Real shading in Unreal Engine 4", eq. 4 (k of the analytic lights).
+- Turquin 2019, "Practical multiple scattering compensation for microfacet models".
 - Dupuy, Benyoub 2023, "Sampling visible GGX normals with spherical caps", listing 3.
 """
 
@@ -17,6 +18,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+SMITH = ("smith", "smith-multiple-scattering")
 DELTA_ALPHA = 1e-4  # the specular lobe of a smaller alpha is a perfect mirror
 
 
@@ -37,13 +39,34 @@ def schlick_k(geometry: str, alpha: Any) -> Any:
     """Schlick's k of a geometry term: sqrt(2 / pi) alpha or, of Karis, (sqrt(alpha) + 1)² / 8; 0 for Smith's."""
     import drjit as dr
 
-    if geometry == "smith":
+    if geometry in SMITH:
         return alpha * 0
     if geometry == "schlick-beckmann":
         return math.sqrt(2 / math.pi) * alpha
     if geometry == "karis":
         return dr.square(dr.sqrt(alpha) + 1) / 8
-    raise ValueError(f"geometry must be smith, schlick-beckmann or karis, not {geometry!r}")
+    raise ValueError(f"geometry must be smith, schlick-beckmann, karis or {SMITH[1]}, not {geometry!r}")
+
+
+# What single scattering loses, over 9 alpha² / (c² + 9 alpha²): a row for each power of alpha, in it the
+# coefficients of t = c / sqrt(c² + 9 alpha²) (docs/material.md).
+LOSS = (
+    (0.0611, 0.3890, -0.5535, 0.1462),
+    (0.0268, -0.0495, -1.4913, 2.3215),
+    (0.5768, 1.2835, 5.7916, -8.4859),
+    (-0.2798, 0.1905, -7.4814, 11.9088),
+)
+
+
+def smith_albedo(c: Any, alpha: Any) -> Any:
+    """What the specular lobe of a white metal reflects of all light at cosine ``c`` > 0 without multiple scattering."""
+    import drjit as dr
+
+    spread = 1 / (dr.square(c) + 9 * dr.square(alpha))
+    t, loss = c * dr.sqrt(spread), c * 0
+    for row in reversed(LOSS):
+        loss = loss * alpha + (row[0] + t * (row[1] + t * (row[2] + t * row[3])))
+    return 1 - 9 * dr.square(alpha) * spread * loss
 
 
 def ggx_d(wh: Any, alpha: Any) -> Any:
@@ -105,7 +128,7 @@ class Lobes:
         return self.f0 + (dr.maximum((1 - self.alpha) * self.f90, self.f0) - self.f0) * (1 - c) ** 5
 
     def g1_over_cos(self, c: Any) -> Any:
-        return smith_g1_over_cos(c, self.alpha) if self.geometry == "smith" else schlick_g1_over_cos(c, self.k)
+        return smith_g1_over_cos(c, self.alpha) if self.geometry in SMITH else schlick_g1_over_cos(c, self.k)
 
     def specular_probability(self, wo: Any) -> Any:
         """The lobes are chosen by the Fresnel term at n·wo."""
@@ -125,7 +148,11 @@ class Lobes:
         pdf = (1 - p_specular) * wi.z / dr.pi
         wh = dr.normalize(wo + wi)
         d = dr.select(self.delta, 0, ggx_d(wh, dr.maximum(self.alpha, DELTA_ALPHA)) / 4)
-        value += self.fresnel(dr.dot(wo, wh)) * (d * self.g1_over_cos(wo.z) * self.g1_over_cos(wi.z) * wi.z)
+        specular = self.fresnel(dr.dot(wo, wh)) * (d * self.g1_over_cos(wo.z) * self.g1_over_cos(wi.z) * wi.z)
+        if self.geometry == "smith-multiple-scattering":
+            once = smith_albedo(dr.maximum(wo.z, 1e-6), self.alpha)
+            specular *= 1 + self.f0 * (1 - once) / once
+        value += specular
         return value, pdf + p_specular * d * smith_g1_over_cos(wo.z, self.alpha)
 
     def sample(self, wo: Any, choice: Any, u: Any) -> Any:

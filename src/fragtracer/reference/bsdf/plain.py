@@ -2,7 +2,7 @@
 """``fragtracer_cooktorrance``: a material that is alike all over, on both sides of a surface.
 
 Its parameters: ``diffuse_albedo``, ``specular_f0`` and ``specular_f90`` (three numbers each),
-``alpha`` (GGX width) and ``geometry`` ("smith", "schlick-beckmann" or "karis").
+``alpha`` (GGX width) and ``geometry`` ("smith", "schlick-beckmann", "karis" or "smith-multiple-scattering").
 """
 
 from typing import Any

@@ -28,6 +28,8 @@ def edit(settings: RenderSettings) -> RenderSettings:
         new["light_samples"] = widgets.whole("Light samples", settings.light_samples, 1, 16, "Shadow rays at a vertex.")
         new["estimator"] = widgets.choice("Estimator", settings.estimator, ESTIMATOR)
         new["geometry"] = widgets.choice("Geometry term", settings.geometry, GEOMETRY)
+        smith = new["geometry"] == "smith"
+        new["multiple_scattering"] = smith and widgets.check("Multiple scatter", settings.multiple_scattering)
     if widgets.header("Sampling"):
         new["sampler"] = widgets.choice("Sampler", settings.sampler, SAMPLER)
         new["pixel_filter"] = widgets.choice("Pixel filter", settings.pixel_filter, FILTER)
