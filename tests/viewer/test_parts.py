@@ -12,7 +12,8 @@ import fragtracer as ft
 from fragtracer.compare.verdict import Means, scale_means
 from fragtracer.errors import FragtracerError
 from fragtracer.materials import DIELECTRIC_F0, METAL_F0
-from fragtracer.scene import Camera, Light, Material, Scene, Sphere
+from fragtracer.scene import Camera, Geometry, Image, Light, Material, Mesh, Placement, Scene, Sphere, Texture
+from fragtracer.scene import Part as MeshPart
 from fragtracer.viewer import actions, camera, picking, run, settings
 from fragtracer.viewer.display import DisplaySettings
 from fragtracer.viewer.document import Document, History
@@ -21,6 +22,7 @@ from fragtracer.viewer.governor import Governor
 from fragtracer.viewer.panels import lights, materials, objects
 from fragtracer.viewer.session import Session
 from fragtracer.viewer.statistics import FilmStatistics
+from fragtracer.viewer.watch import Watch, scene_files
 
 CAMERA = Camera(position=(1.0, 2.0, 5.0), target=(0.2, 0.5, -0.3), fov_degrees=50.0)
 
@@ -293,3 +295,86 @@ def test_finding_is_none_too_often_in_equal_pictures() -> None:
     """At the level of 1 % for all looks together, forty comparisons find next to nothing."""
     rng = np.random.default_rng(4)
     assert sum(judged(batches(rng), batches(rng)).differing > 0 for _ in range(40)) <= 1
+
+
+def tetrahedra() -> Scene:
+    """Two copies of a tetrahedron, one turned and stretched, behind a small sphere."""
+    corners = np.array([(1.0, 1.0, 1.0), (1.0, -1.0, -1.0), (-1.0, 1.0, -1.0), (-1.0, -1.0, 1.0)])
+    geometry = Geometry(corners, [(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)])
+    copies = (Placement((-3.0, 0.0, 0.0)), Placement((3.0, 0.5, -1.0), (10.0, 40.0, 70.0), (0.5, 1.5, 1.0)))
+    mesh = Mesh((MeshPart(geometry, "a"),), copies, name="two of them")
+    texture = Texture(Image(np.zeros((2, 3, 3), np.uint8), file="wood.png"))
+    materials = {"a": Material(albedo_texture=texture), "b": Material()}
+    camera = Camera((0.0, 0.5, 9.0), (0.0, 0.0, 0.0))
+    return Scene(camera, materials, spheres=(Sphere((3.0, 0.5, 3.0), 0.01, "b"),), meshes=(mesh,))
+
+
+def test_pick_finds_every_copy_of_a_mesh_where_it_is() -> None:
+    scene = tetrahedra()
+    mesh, rng = scene.meshes[0], np.random.default_rng(2)
+    for copy in mesh.instances:
+        geometry = mesh.parts[0].geometry
+        for corners in geometry.positions[geometry.triangles]:
+            inside = copy.matrix[:3, :3] @ (rng.dirichlet((1, 1, 1)) @ corners) + copy.matrix[:3, 3]
+            direction = np.subtract(inside, scene.camera.position)
+            distance = float(np.linalg.norm(direction))
+            found = picking.pick(Document(scene), np.asarray(scene.camera.position), direction / distance)
+            assert found is not None
+            assert found[0] == ("meshes", 0)
+            assert found[1] <= distance * (1 + 1e-12), "this point, or one before it"
+    away = picking.pick(Document(scene), np.asarray(scene.camera.position), np.array((0.0, 1.0, 0.0)))
+    assert away is None
+    ball = picking.bounds(mesh)
+    assert ball is not None
+    places = np.concatenate([geometry.positions @ c.matrix[:3, :3].T + c.matrix[:3, 3] for c in mesh.instances])
+    assert np.linalg.norm(places - ball[0], axis=1).max() <= ball[1]
+
+
+def test_mesh_is_edited_like_other_objects() -> None:
+    document = Document(tetrahedra())
+    mesh = document.part(("meshes", 0))
+    assert objects.title(document.scene, ("meshes", 0)) == "two of them"
+    assert objects.materials_of(mesh) == ["a"]
+    shifted = objects.moved(mesh, (1.0, -2.0, 3.0))
+    for before, after in zip(mesh.instances, shifted.instances, strict=True):
+        np.testing.assert_allclose(after.matrix - before.matrix, [[0, 0, 0, 1], [0, 0, 0, -2], [0, 0, 0, 3], [0] * 4])
+    assert document.with_hidden(("meshes", 0), True).visible.meshes == ()
+    assert document.without_part(("meshes", 0)).scene.meshes == ()
+    golden = materials.with_preset(document.scene.materials["a"], "gold")
+    assert golden.albedo_texture == document.scene.materials["a"].albedo_texture, "a preset leaves textures"
+
+
+def test_watch_sees_the_files_of_a_scene_and_not_that_the_list_changes(tmp_path: Path) -> None:
+    path, scene = tmp_path / "a.toml", tetrahedra()
+    (tmp_path / "wood.png").write_bytes(b"1")
+    assert list(scene_files(scene, path)) == [path, tmp_path / "wood.png"]
+    shown = [scene]
+    watch = Watch(lambda: scene_files(shown[0], path))
+
+    def changed() -> bool:
+        watch._looked_at = 0.0
+        return watch.changed()
+
+    assert not changed()
+    (tmp_path / "wood.png").write_bytes(b"22")
+    assert changed()
+    assert not changed()
+    shown[0] = replace(scene, materials={"a": Material(), "b": Material()})
+    assert not changed()
+    path.write_text("", "utf-8")
+    assert changed(), "it has come"
+
+
+def test_viewpoints_are_remembered_for_each_scene_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    monkeypatch.setattr("sys.platform", "linux")
+    scene, path = ft.load("mirror"), tmp_path / "a.toml"
+    session = Session.of(scene, path)
+    session.camera = camera.orbit(session.camera, 0.5, 0.1)
+    session.keep_viewpoint(3)
+    assert Session.of(scene, path).viewpoints == {3: session.camera}
+    assert Session.of(scene, tmp_path / "b.toml").viewpoints == {}
+    session.save(tmp_path / "b.toml")
+    assert Session.of(scene, tmp_path / "b.toml").viewpoints == {3: session.camera}
+    (tmp_path / "fragtracer" / "viewpoints.json").write_text('{"x": 1', "utf-8")
+    assert Session.of(scene, path).viewpoints == {}

@@ -33,8 +33,7 @@ def carry_out(session: Session, action: str) -> bool:
         case "home", _:
             session.camera = session.home
         case "keep", slot:
-            session.viewpoints[int(slot)] = session.camera
-            session.say(f"Viewpoint {slot} kept")
+            session.keep_viewpoint(int(slot))
         case "go", slot:
             session.camera = session.viewpoints.get(int(slot), session.camera)
         case "look", _:

@@ -32,7 +32,7 @@ from fragtracer.viewer.panels.statistics import Figures
 from fragtracer.viewer.refiner import Refiner
 from fragtracer.viewer.session import Session
 from fragtracer.viewer.statistics import FilmStatistics, FrameTimes
-from fragtracer.viewer.watch import Watch, shader_files
+from fragtracer.viewer.watch import Watch, scene_files, shader_files
 from fragtracer.viewer.window import Window
 from fragtracer.viewer.wipe import Wipe
 
@@ -66,8 +66,8 @@ class Viewer:
         self.before_frame: Callable[[Viewer], None] | None = None
         self.rectangle: Rectangle = (0, 0, 1, 1)
         self._scenes = list(scene_file.bundled())
-        self._shaders = Watch(lambda: shader_files(folder("shaders")))
-        self._file = Watch(lambda: [self.session.path] if self.session.path else [])
+        self._shaders = Watch(lambda: shader_files(folder("shaders")), whole_folder=True)
+        self._file = Watch(lambda: scene_files(self.session.document.scene, self.session.path))
         self._seen_version = self.session.version
         self._reset_layout = False
         self._title = ""

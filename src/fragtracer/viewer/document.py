@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 from fragtracer.scene import Material, Scene
 
 Part: TypeAlias = tuple[str, int]  # the name of a tuple of Scene, as "spheres", and the index in it
-KINDS = ("spheres", "planes", "rectangles", "triangles", "lights")
+KINDS = ("spheres", "planes", "rectangles", "triangles", "meshes", "lights")
 _MOST_STEPS = 200
 
 

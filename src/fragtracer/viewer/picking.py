@@ -3,11 +3,13 @@
 
 import math
 from collections.abc import Iterator
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fragtracer.scene import Plane, Rectangle, Scene, Sphere, Triangle
+from fragtracer.scene import Geometry, Mesh, Plane, Rectangle, Scene, Sphere, Triangle
+from fragtracer.scene import Part as MeshPart
 from fragtracer.viewer.document import KINDS, Document, Part
 
 Vector = NDArray[np.float64]
@@ -41,6 +43,10 @@ def bounds(part: object) -> tuple[tuple[float, float, float], float] | None:
             vertices = np.asarray(part.vertices)
             center = vertices.mean(axis=0)
             radius = float(np.linalg.norm(vertices - center, axis=1).max())
+        case Mesh():
+            corners = np.concatenate([_box_corners(p.geometry) @ m[:3, :3].T + m[:3, 3] for p, m in _copies(part)])
+            center = (corners.min(axis=0) + corners.max(axis=0)) / 2
+            radius = float(np.linalg.norm(corners - center, axis=1).max())
         case Sphere():
             return part.center, part.radius
         case _:
@@ -58,6 +64,8 @@ def _distances(scene: Scene, kind: str, origin: Vector, direction: Vector) -> It
             case Triangle():
                 a, b, c = part.vertices
                 yield _parallelogram(a, np.subtract(b, a), np.subtract(c, a), origin, direction, 1.0)
+            case Mesh():
+                yield _mesh(part, origin, direction)
             case Sphere():
                 yield _sphere(np.asarray(part.center), part.radius, origin, direction)
             case _:
@@ -95,3 +103,54 @@ def _parallelogram(
     s, t = float(np.cross(place, v) @ normal / area), float(np.cross(u, place) @ normal / area)
     inside = bool(s >= 0 and t >= 0 and s <= 1 and t <= 1 and s + t <= most)
     return distance if inside else None
+
+
+def _copies(mesh: Mesh) -> Iterator[tuple[MeshPart, Vector]]:
+    """Each part with each matrix (4, 4) by which a copy of it stands in the world."""
+    for placement in mesh.instances:
+        for part in mesh.parts:
+            yield part, placement.matrix @ np.asarray(part.matrix)
+
+
+def _mesh(mesh: Mesh, origin: Vector, direction: Vector) -> float | None:
+    found = [_copy(part.geometry, matrix, origin, direction) for part, matrix in _copies(mesh)]
+    return min((distance for distance in found if distance is not None), default=None)
+
+
+def _copy(geometry: Geometry, matrix: Vector, origin: Vector, direction: Vector) -> float | None:
+    """The nearest triangle of a copy; distances along a ray are the same in its own space."""
+    if not np.linalg.det(matrix):  # a node of a model may be flat
+        return None
+    inverse = np.linalg.inv(matrix)
+    local, along = inverse[:3, :3] @ origin + inverse[:3, 3], inverse[:3, :3] @ direction
+    if not len(geometry.triangles) or not _meets_box(*_box(geometry), local, along):
+        return None
+    a, b, c = (geometry.positions[geometry.triangles[:, k]] for k in range(3))
+    u, v, to_a = b - a, c - a, local - a
+    normal = np.cross(u, v)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        scale = -1 / (normal @ along)
+        distance = (normal * to_a).sum(axis=1) * scale
+        turned = np.cross(to_a, along)
+        s, t = (v * turned).sum(axis=1) * scale, -(u * turned).sum(axis=1) * scale
+        inside = (s >= 0) & (t >= 0) & (s + t <= 1) & (distance > _NEAR)
+    return float(distance[inside].min()) if inside.any() else None
+
+
+@lru_cache(maxsize=1024)
+def _box(geometry: Geometry) -> tuple[Vector, Vector]:
+    """The least and the largest coordinates."""
+    return geometry.positions.min(axis=0), geometry.positions.max(axis=0)
+
+
+def _box_corners(geometry: Geometry) -> Vector:
+    """(8, 3)."""
+    axes = np.stack(_box(geometry), axis=1)
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(8, 3)
+
+
+def _meets_box(low: Vector, high: Vector, origin: Vector, direction: Vector) -> bool:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        a, b = (low - origin) / direction, (high - origin) / direction
+    near, far = np.fmax.reduce(np.fmin(a, b)), np.fmin.reduce(np.fmax(a, b))
+    return bool(far >= max(near, 0.0))

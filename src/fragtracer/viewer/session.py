@@ -11,6 +11,7 @@ from fragtracer.resources import folder
 from fragtracer.scene import Camera, RenderSettings, Scene
 from fragtracer.viewer.display import DisplaySettings
 from fragtracer.viewer.document import Document, History, Part
+from fragtracer.viewer.settings import remember_viewpoints, remembered_viewpoints
 
 _TOAST_SECONDS = 5.0
 
@@ -31,6 +32,7 @@ class Session:
     path: Path | None = None
     display: DisplaySettings = field(default_factory=DisplaySettings)
     selected: Part | None = None
+    material: str = ""  # of those of a selected mesh
     viewpoints: dict[int, Camera] = field(default_factory=dict)
     paused: bool = False
     max_samples: int = 0  # per pixel; 0 for no end
@@ -45,6 +47,7 @@ class Session:
     def of(cls, scene: Scene, path: Path | None = None) -> "Session":
         session = cls(History(Document(scene)), scene.camera, scene.camera, path)
         session.saved = session.document
+        session.viewpoints = remembered_viewpoints(path)
         return session
 
     @property
@@ -90,13 +93,14 @@ class Session:
         self.history = History(Document(scene))
         self.saved = self.document
         self.camera = self.home = scene.camera
-        self.viewpoints = {}
+        self.viewpoints = remembered_viewpoints(self.path)
         self._changed()
         self.say(f"Opened {scene.name}")
 
     def reload(self) -> None:
         """Take over the file as it is now, as an edit; the camera stays unless the file has another one."""
-        assert self.path is not None
+        if self.path is None:  # a scene made in Python, of which a texture has changed
+            return
         try:
             scene = scene_file.load(self.path)
         except FragtracerError as error:
@@ -121,7 +125,14 @@ class Session:
         scene_file.save(replace(self.document.scene, camera=self.camera), path)
         self.path, self.home = path, self.camera
         self.saved = self.document
+        remember_viewpoints(path, self.viewpoints)
         self.say(f"Saved {path}")
+
+    def keep_viewpoint(self, slot: int) -> None:
+        """Remember where the camera is, for this scene file in later runs too."""
+        self.viewpoints[slot] = self.camera
+        remember_viewpoints(self.path, self.viewpoints)
+        self.say(f"Viewpoint {slot} kept")
 
     def say(self, text: str) -> None:
         """Show a line for some seconds."""

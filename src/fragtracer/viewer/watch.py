@@ -5,14 +5,21 @@ import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
+from fragtracer.scene import Scene, Texture
+
 _PERIOD = 0.3  # seconds between two looks
 
 
 class Watch:
-    """Tells when any of the files that ``list_files`` names has changed, come or gone."""
+    """Tells when any of the files that ``list_files`` names has changed, come or gone.
 
-    def __init__(self, list_files: Callable[[], Iterable[Path]]) -> None:
+    With ``whole_folder`` one that is named for the first time, or no more, has come or gone; without,
+    the list follows what is in use, and says nothing of the files.
+    """
+
+    def __init__(self, list_files: Callable[[], Iterable[Path]], whole_folder: bool = False) -> None:
         self._list_files = list_files
+        self._whole_folder = whole_folder
         self._looked_at = 0.0
         self._known = self._look()
 
@@ -22,23 +29,33 @@ class Watch:
         if now - self._looked_at < _PERIOD:
             return False
         self._looked_at = now
-        seen = self._look()
-        changed, self._known = seen != self._known, seen
-        return changed
+        seen, known = self._look(), self._known
+        self._known = seen
+        if self._whole_folder:
+            return seen != known
+        return any(seen[path] != known[path] for path in seen.keys() & known.keys())
 
     def accept(self) -> None:
         """Take the files as they are for known: after writing one oneself."""
         self._known = self._look()
 
-    def _look(self) -> dict[Path, tuple[int, int]]:
-        found = {}
+    def _look(self) -> dict[Path, tuple[int, int] | None]:
+        found: dict[Path, tuple[int, int] | None] = {}
         for path in self._list_files():
             try:
                 status = path.stat()
+                found[path] = (status.st_mtime_ns, status.st_size)
             except OSError:
-                continue
-            found[path] = (status.st_mtime_ns, status.st_size)
+                found[path] = None
         return found
+
+
+def scene_files(scene: Scene, path: Path | None) -> Iterable[Path]:
+    """The file of a scene, if it has one, and those of its meshes, textures and environment."""
+    images = [t.image for m in scene.materials.values() for t in vars(m).values() if isinstance(t, Texture)]
+    named = [getattr(part, "file", None) for part in (*images, *scene.meshes, scene.environment)]
+    own = [] if path is None else [path]
+    return own + [(own[0].parent if own else Path()) / name for name in dict.fromkeys(named) if name]
 
 
 def shader_files(root: Path) -> Iterable[Path]:

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """The camera's lens, and viewpoints that are kept."""
 
+from collections.abc import Mapping
+
 from imgui_bundle import imgui
 
 from fragtracer.scene import Camera
@@ -22,8 +24,9 @@ def edit(camera: Camera) -> Camera:
     return widgets.edited(camera, **new)
 
 
-def viewpoints(camera: Camera, home: Camera, kept: dict[int, Camera]) -> Camera:
-    """Buttons for home and for nine viewpoints, one to go to or, with Ctrl or while empty, to keep."""
+def viewpoints(camera: Camera, home: Camera, kept: Mapping[int, Camera]) -> tuple[Camera, int]:
+    """Buttons for home and for nine viewpoints; the camera after that, and which viewpoint to keep it in or 0."""
+    keep = 0
     if imgui.small_button("Home"):
         camera = home
     imgui.set_item_tooltip("Click on a number to go to that viewpoint; Ctrl+click keeps the camera there.")
@@ -32,8 +35,8 @@ def viewpoints(camera: Camera, home: Camera, kept: dict[int, Camera]) -> Camera:
         imgui.begin_disabled(slot not in kept and not imgui.get_io().key_ctrl)
         if imgui.small_button(str(slot)):
             if imgui.get_io().key_ctrl:
-                kept[slot] = camera
+                keep = slot
             else:
                 camera = kept.get(slot, camera)
         imgui.end_disabled()
-    return camera
+    return camera, keep

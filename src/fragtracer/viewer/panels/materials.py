@@ -1,17 +1,22 @@
 # SPDX-License-Identifier: MIT
 """A material: presets, and every number of it."""
 
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import get_args, get_type_hints
+
 from fragtracer.materials import DIELECTRIC_F0, METAL_F0
-from fragtracer.scene import Material
+from fragtracer.scene import Material, Texture
 from fragtracer.viewer.panels import widgets
 
 CUSTOM = "custom"
 _MATTE = "matte"
+_ALPHA_MODES = get_args(get_type_hints(Material)["alpha_mode"])
 PRESETS = (CUSTOM, _MATTE, *DIELECTRIC_F0, *sorted(METAL_F0))
 
 
-def edit(material: Material) -> Material:
-    """Controls for ``material``."""
+def edit(material: Material, of_mesh: bool = False) -> Material:
+    """Controls for ``material``, with those for what only meshes have, if it is one's."""
     preset = preset_of(material)
     chosen = widgets.choice("Preset", preset, PRESETS, "Measured metals and dielectrics.")
     if chosen != preset:
@@ -29,7 +34,33 @@ def edit(material: Material) -> Material:
             new["ior"] = after if after != before else material.ior
     if material.is_emissive:
         new["emission"] = widgets.color("Emission", material.emission, hdr=True)
+    if of_mesh:
+        new |= _surface(material)
+        _textures(material)
     return widgets.edited(material, **new)
+
+
+def _surface(material: Material) -> dict[str, object]:
+    new: dict[str, object] = {"alpha_mode": widgets.choice("Alpha", material.alpha_mode, _ALPHA_MODES)}
+    if material.alpha_mode != "opaque":
+        new["opacity"] = widgets.slider("Opacity", material.opacity, 0.0, 1.0, "%.2f")
+    if material.alpha_mode == "mask":
+        new["alpha_cutoff"] = widgets.slider("Cutoff", material.alpha_cutoff, 0.0, 1.0, "%.2f")
+    if material.normal_texture is not None:
+        new["normal_scale"] = widgets.number("Normal scale", material.normal_scale, 0.01, -10.0, 10.0, "%.2f")
+    new["double_sided"] = widgets.check("Double-sided", material.double_sided)
+    new["unlit"] = widgets.check("Unlit", material.unlit)
+    return new
+
+
+def _textures(material: Material) -> None:
+    """What images lie on it, to be read."""
+    for field in fields(material):
+        texture = getattr(material, field.name)
+        if isinstance(texture, Texture):
+            height, width = texture.image.pixels.shape[:2]
+            name = Path(texture.image.file).name if texture.image.file else "not from a file"
+            widgets.pair(f"{field.name.removesuffix('_texture')} map".capitalize(), f"{name}, {width} × {height}")
 
 
 def preset_of(material: Material) -> str:
@@ -44,13 +75,15 @@ def preset_of(material: Material) -> str:
 
 
 def with_preset(material: Material, preset: str) -> Material:
-    """``material`` made of something else; its roughness and emission stay."""
-    kept = {"roughness": material.roughness, "emission": material.emission}
+    """``material`` made of something else; its roughness, emission and textures stay."""
+    default = Material()
+    names = ("albedo", "metallic", "ior", "f0", "metal", "specular")
+    made = {name: getattr(default, name) for name in names}
     if preset in METAL_F0:
-        return Material(metal=preset, **kept)  # type: ignore[arg-type]
-    albedo = METAL_F0[material.metal] if material.metal else material.albedo
+        return replace(material, **made | {"metal": preset})
+    made["albedo"] = METAL_F0[material.metal] if material.metal else material.albedo
     if preset in DIELECTRIC_F0:
-        return Material(albedo=albedo, f0=(DIELECTRIC_F0[preset],) * 3, **kept)  # type: ignore[arg-type]
+        return replace(material, **made | {"f0": (DIELECTRIC_F0[preset],) * 3})
     if preset == _MATTE:
-        return Material(albedo=albedo, specular=0.0, **kept)  # type: ignore[arg-type]
-    return Material(albedo=albedo, metallic=1.0 if material.metal else 0.0, ior=1.5, **kept)  # type: ignore[arg-type]
+        return replace(material, **made | {"specular": 0.0})
+    return replace(material, **made | {"metallic": 1.0 if material.metal else 0.0, "ior": 1.5})

@@ -6,7 +6,7 @@ from typing import Any
 
 from imgui_bundle import imgui
 
-from fragtracer.scene import Ambient, Light
+from fragtracer.scene import Ambient, Light, Mesh
 from fragtracer.viewer.document import KINDS, Document, Part
 from fragtracer.viewer.panels import camera, lights, materials, objects, widgets
 from fragtracer.viewer.session import Session
@@ -25,7 +25,9 @@ def draw(session: Session) -> None:
         _selected(session, session.selected)
     if widgets.header("Camera"):
         session.camera = camera.edit(session.camera)
-        session.camera = camera.viewpoints(session.camera, session.home, session.viewpoints)
+        session.camera, keep = camera.viewpoints(session.camera, session.home, session.viewpoints)
+        if keep:
+            session.keep_viewpoint(keep)
     if widgets.header("Ambient light"):
         scene = session.document.scene
         radiance = widgets.color("Radiance", scene.ambient.radiance, hdr=True)
@@ -64,14 +66,24 @@ def _selected(session: Session, place: Part) -> None:
             session.edit(document.with_part(place, changed), f"object {place}")
         except ValueError as error:  # a plane cannot have a material that emits
             session.say(str(error).splitlines()[-1])
-        name = session.document.part(place).material
+        name = _material_of(session, place)
         imgui.separator_text(f"Material “{name}”")
-        material = materials.edit(session.document.scene.materials[name])
+        material = materials.edit(session.document.scene.materials[name], isinstance(part, Mesh))
         session.edit(session.document.with_material(name, material), f"material {name}")
-        users = sum(getattr(p, "material", None) == name for p in _shapes(document))
+        users = sum(name in objects.materials_of(p) for p in _shapes(document))
         if users > 1:
             imgui.text_colored(MUTED, f"shared by {users} objects")
     imgui.pop_id()
+
+
+def _material_of(session: Session, place: Part) -> str:
+    """The name of the material to be edited: of a mesh with several, the one that is chosen."""
+    names = objects.materials_of(session.document.part(place))
+    if len(names) > 1:
+        name = session.material if session.material in names else names[0]
+        session.material = widgets.choice("Edit", name, names)
+        return session.material
+    return names[0]
 
 
 def add_light(session: Session) -> None:
@@ -96,7 +108,7 @@ def remove(session: Session, place: Part) -> None:
 
 def _shapes(document: Document) -> list[Any]:
     scene = document.scene
-    return [*scene.spheres, *scene.planes, *scene.rectangles, *scene.triangles]
+    return [*scene.spheres, *scene.planes, *scene.rectangles, *scene.triangles, *scene.meshes]
 
 
 def _edit(session: Session, scene: Any, label: str) -> None:
