@@ -133,6 +133,9 @@ def _inner_nodes(
         split, whole = area + cost[a] + cost[b], area * sizes[made]
         is_inner[made] = (sizes[made] > max_leaf) | (split < whole)
         cost[made] = np.where(is_inner[made], split, whole)
+    for a, b, made in reversed(list(_made(rounds, count))):  # below a leaf there is no node
+        is_inner[a] &= is_inner[made]
+        is_inner[b] &= is_inner[made]
     return is_inner, sizes
 
 
