@@ -185,6 +185,7 @@ def test_degenerate_triangles_and_short_faces(tmp_path: Path) -> None:
         ("v 0 0 x\nf 1 1 1\n", "line 1: v needs 3 numbers, got 0 0 x"),
         (SQUARE + "v nan 0 0\nf 1 2 3\n", "line 5: v must be of finite numbers"),
         (SQUARE + "v 1e39 0 0\nf 1 2 5\n", "positions must be finite, and none beyond"),
+        (SQUARE + "v 1e20 0 0\nf 1 2 5\n", "this model reaches 1e+20 m; scale it to less than 1e+15 m"),
         ("\0\1\2", "there are no faces"),
     ],
 )

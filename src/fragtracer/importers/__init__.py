@@ -13,7 +13,7 @@ from pathlib import Path
 from fragtracer.errors import SceneError
 from fragtracer.importers.arrays import read_arrays
 from fragtracer.importers.gltf import read_gltf
-from fragtracer.importers.model import Model, bounds
+from fragtracer.importers.model import Model, bounds, check_size
 from fragtracer.importers.obj import read_obj
 from fragtracer.importers.ply import read_ply
 from fragtracer.scene import Material, Mesh, Part
@@ -52,6 +52,7 @@ def read_model(file: str | Path) -> Model:
     stamps, model = _kept.pop(path, (None, None))
     if model is None or stamps != _stamps(model):
         model = reader(path)
+        check_size(path, model.mesh)
         model = replace(model, mesh=replace(model.mesh, file=str(path), name=path.stem))
         stamps = _stamps(model)
     assert stamps is not None

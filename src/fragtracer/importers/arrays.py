@@ -45,6 +45,8 @@ def read_arrays(path: Path) -> Model:
         parts.append(_part(path, f"{len(parts)}.", arrays))
     if not parts:
         raise SceneError(f"{path}: there is no array 0.positions in this file")
+    if not any(len(part.geometry.triangles) for part in parts):
+        raise SceneError(f"{path}: there are no triangles in this file")
     return Model(Mesh(parts=tuple(parts)), {}, files=(path,))
 
 

@@ -13,6 +13,8 @@ from fragtracer.errors import SceneError
 from fragtracer.scene import Camera, Geometry, Light, Material, Mesh
 from fragtracer.scene.mesh import Matrix
 
+_FARTHEST = 1e15  # metres
+
 
 @dataclass(frozen=True)
 class Model:
@@ -57,14 +59,23 @@ def matrix_rows(matrix: NDArray[Any]) -> Matrix:
 
 
 def bounds(mesh: Mesh) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Least and greatest corner of the box about the vertices of all parts, in the space of the mesh."""
-    corners = []
+    """Least and greatest corner of the box about the triangles of all parts, in the space of the mesh."""
+    corners = [np.zeros((0, 3))]
     for part in mesh.parts:
-        matrix = np.asarray(part.matrix)
-        used = part.geometry.positions[np.unique(part.geometry.triangles)]
-        points = used @ matrix[:3, :3].T + matrix[:3, 3]
-        corners += [points.min(axis=0), points.max(axis=0)]
-    return np.min(corners, axis=0), np.max(corners, axis=0)
+        matrix, used = np.asarray(part.matrix), np.zeros(len(part.geometry.positions), bool)
+        used[part.geometry.triangles] = True
+        if used.any():
+            points = part.geometry.positions[used] @ matrix[:3, :3].T + matrix[:3, 3]
+            corners += [points.min(axis=0, keepdims=True), points.max(axis=0, keepdims=True)]
+    found = np.concatenate(corners)
+    return (found.min(axis=0), found.max(axis=0)) if len(found) else (np.zeros(3), np.zeros(3))
+
+
+def check_size(path: Path, mesh: Mesh) -> None:
+    """Refuse a model whose square would be more than a 32-bit float holds."""
+    reach = float(np.abs(bounds(mesh)).max())
+    if not reach <= _FARTHEST:
+        raise SceneError(f"{path}: this model reaches {reach:.3g} m; scale it to less than {_FARTHEST:g} m")
 
 
 def listed(names: Iterable[str]) -> tuple[str, ...]:

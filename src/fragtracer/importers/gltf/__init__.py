@@ -16,7 +16,7 @@ from fragtracer.importers.gltf.container import Container
 from fragtracer.importers.gltf.geometry import Primitives
 from fragtracer.importers.gltf.materials import Materials, parse
 from fragtracer.importers.gltf.nodes import Matrix, placed_nodes
-from fragtracer.importers.model import Model, bounds, listed, matrix_rows
+from fragtracer.importers.model import Model, bounds, check_size, listed, matrix_rows
 from fragtracer.scene import Camera, Light, Mesh, Part
 from fragtracer.scene.fields import LARGEST
 
@@ -71,6 +71,7 @@ def read_gltf(path: Path) -> Model:
     if not parts:
         raise SceneError(f"{path}: the scene of this file has no triangles")
     mesh_of_all = Mesh(parts=tuple(parts))
+    check_size(path, mesh_of_all)
     cameras = _cameras(container, placed, mesh_of_all, notes)
     lights = _lights(container, placed, mesh_of_all, notes)
     return Model(mesh_of_all, used, cameras, lights, listed(notes), tuple(dict.fromkeys(container.files)))

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from fragtracer.importers.gltf import document as gltf
 from fragtracer.importers.gltf.container import Container
+from fragtracer.scene.fields import LARGEST
 
 Matrix = NDArray[np.float64]
 
@@ -34,7 +35,7 @@ def placed_nodes(container: Container) -> Iterator[tuple[int, gltf.Node, Matrix]
         met.add(index)
         with np.errstate(over="ignore", invalid="ignore"):
             matrix = above @ local_matrix(node)
-        if not np.isfinite(matrix).all():
+        if not np.abs(matrix).max() <= LARGEST:
             raise container.error(f"nodes[{index}]", "its place in the world is too far to be computed")
         yield index, node, matrix
         waiting += [(child, matrix) for child in reversed(node.children)]

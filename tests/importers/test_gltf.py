@@ -1,0 +1,407 @@
+# SPDX-License-Identifier: MIT
+"""glTF files: the tree of nodes, arrays of all kinds, materials, cameras and lights, and what is not shown."""
+
+import io
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import PIL.Image
+import pytest
+
+from fragtracer.errors import SceneError
+from fragtracer.importers import Model, bounds, read_model
+from fragtracer.scene import Material
+
+from .data import Gltf, shared
+
+PNG = io.BytesIO()
+PIL.Image.fromarray(np.arange(16, dtype=np.uint8).reshape(2, 2, 4)).save(PNG, "PNG")
+TRIANGLE = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+
+
+def read(tmp_path: Path, gltf: Gltf, name: str = "x.gltf") -> Model:
+    return read_model(gltf.write(tmp_path / name))
+
+
+@pytest.mark.parametrize("name", ["x.gltf", "x.glb"])
+def test_triangle(tmp_path: Path, name: str) -> None:
+    gltf = Gltf()
+    gltf.triangle()
+    model = read(tmp_path, gltf, name)
+    [part] = model.mesh.parts
+    np.testing.assert_array_equal(part.geometry.positions, TRIANGLE)
+    assert part.geometry.triangles.tolist() == [[0, 1, 2]]
+    assert part.geometry.normals is None
+    assert model.materials == {"default": Material(albedo=(1, 1, 1), metallic=1, roughness=1, double_sided=False)}
+    assert not model.ignored
+
+
+def test_nodes_multiply_from_the_root(tmp_path: Path) -> None:
+    half = np.sqrt(0.5)
+    gltf = Gltf(
+        nodes=[
+            {"children": [1, 2], "translation": [10, 0, 0]},
+            {"mesh": 0, "rotation": [0, 0, half, half], "scale": [2, 3, 4]},
+            {"mesh": 0, "matrix": [1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 5, 6, 7, 1]},
+            {"mesh": 0},
+        ],
+        scenes=[{"nodes": [3]}, {"nodes": [0]}],
+        scene=1,
+    )
+    gltf.triangle()
+    model = read(tmp_path, gltf)
+    assert model.mesh.parts[0].geometry is model.mesh.parts[1].geometry
+    points = [
+        part.geometry.positions @ np.array(part.matrix)[:3, :3].T + np.array(part.matrix)[:3, 3]
+        for part in model.mesh.parts
+    ]
+    np.testing.assert_allclose(points[0], [[10, 0, 0], [10, 2, 0], [7, 0, 0]], atol=1e-12)
+    np.testing.assert_allclose(points[1], [[15, 6, 7], [16, 6, 7], [15, 6, 6]], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("mode", "indices", "expected"),
+    [
+        (4, [0, 1, 2, 2, 1, 3, 0], [[0, 1, 2], [2, 1, 3]]),
+        (5, [0, 1, 2, 3, 4], [[0, 1, 2], [1, 3, 2], [2, 3, 4]]),
+        (6, [0, 1, 2, 3], [[1, 2, 0], [2, 3, 0]]),
+    ],
+)
+@pytest.mark.parametrize("dtype", ["<u1", "<u2", "<u4"])
+def test_modes_and_types_of_indices(
+    tmp_path: Path, mode: int, indices: list[int], expected: list[list[int]], dtype: str
+) -> None:
+    gltf = Gltf(nodes=[{"mesh": 0}], scenes=[{"nodes": [0]}])
+    position = gltf.array(np.random.default_rng(1).random((5, 3)))
+    primitive = {"attributes": {"POSITION": position}, "indices": gltf.array(indices, dtype), "mode": mode}
+    gltf.content["meshes"] = [{"primitives": [primitive]}]
+    assert read(tmp_path, gltf).mesh.parts[0].geometry.triangles.tolist() == expected
+
+
+def test_strides_offsets_sparse_and_normalized(tmp_path: Path) -> None:
+    gltf = Gltf(nodes=[{"mesh": 0}], scenes=[{"nodes": [0]}])
+    table = np.zeros(3, [("pad", "<u4"), ("position", "<f4", 3), ("uv", "<u2", 2)])
+    table["position"], table["uv"] = TRIANGLE, [[0, 65535], [65535, 0], [32768, 0]]
+    view = gltf.view(table.tobytes(), stride=table.dtype.itemsize)
+    rows, moved = gltf.view(np.array([1], "<u2").tobytes()), gltf.view(np.array([5, 6, 7], "<f4").tobytes())
+    sparse = {"count": 1, "indices": {"bufferView": rows, "componentType": 5123}, "values": {"bufferView": moved}}
+    shared_parts = {"bufferView": view, "count": 3}
+    gltf.content["accessors"] += [
+        {**shared_parts, "byteOffset": 4, "componentType": 5126, "type": "VEC3", "sparse": sparse},
+        {**shared_parts, "byteOffset": 16, "componentType": 5123, "type": "VEC2", "normalized": True},
+        {"count": 3, "componentType": 5126, "type": "VEC3", "sparse": sparse},
+    ]
+    color = gltf.array([[255, 0, 51, 127]] * 3, "<u1", normalized=True)
+    normal = gltf.array([[0, 0, -128]] * 3, "<i1", normalized=True)
+    attributes = {"POSITION": 0, "TEXCOORD_0": 1, "COLOR_0": color, "NORMAL": normal}
+    gltf.content["meshes"] = [{"primitives": [{"attributes": attributes}, {"attributes": {"POSITION": 2}}]}]
+    first, second = (part.geometry for part in read(tmp_path, gltf).mesh.parts)
+    np.testing.assert_array_equal(first.positions, [[0, 0, 0], [5, 6, 7], [0, 1, 0]])
+    np.testing.assert_allclose(first.uvs, [[0, 1], [1, 0], [32768 / 65535, 0]])
+    np.testing.assert_allclose(first.colors, [[1, 0, 0.2, 127 / 255]] * 3, rtol=1e-6)
+    np.testing.assert_allclose(first.normals, [[0, 0, -1]] * 3)
+    np.testing.assert_array_equal(second.positions, [[0, 0, 0], [5, 6, 7], [0, 0, 0]])
+
+
+def test_materials(tmp_path: Path) -> None:
+    transform = {"KHR_texture_transform": {"offset": [0.5, 0.25], "rotation": 1, "scale": [2, 3], "texCoord": 1}}
+    material: dict[str, Any] = {
+        "name": "all",
+        "pbrMetallicRoughness": {
+            "baseColorFactor": [0.1, 0.2, 0.3, 0.4],
+            "baseColorTexture": {"index": 0, "extensions": transform},
+            "metallicFactor": 0.6,
+            "roughnessFactor": 0.7,
+            "metallicRoughnessTexture": {"index": 1},
+        },
+        "normalTexture": {"index": 1, "scale": -2, "texCoord": 1},
+        "occlusionTexture": {"index": 1, "strength": 0.5},
+        "emissiveTexture": {"index": 0},
+        "emissiveFactor": [1, 0.5, 0],
+        "alphaMode": "MASK",
+        "alphaCutoff": 0.3,
+        "doubleSided": True,
+        "extensions": {
+            "KHR_materials_emissive_strength": {"emissiveStrength": 10},
+            "KHR_materials_ior": {"ior": 1.33},
+            "KHR_materials_unlit": {},
+        },
+    }
+    tinted = {"extensions": {"KHR_materials_specular": {"specularFactor": 0.5, "specularColorFactor": [1, 0.5, 30]}}}
+    gltf = Gltf(
+        materials=[material, {"name": "all"}, tinted, {"extensions": {"KHR_materials_ior": {"ior": 0}}}],
+        samplers=[{"magFilter": 9728, "wrapS": 33071, "wrapT": 33648}],
+        textures=[{"source": 0, "sampler": 0}, {"source": 1}],
+    )
+    (tmp_path / "a b.png").write_bytes(PNG.getvalue())
+    gltf.content["images"] = [{"bufferView": gltf.view(PNG.getvalue()), "mimeType": "image/png"}, {"uri": "a%20b.png"}]
+    position = gltf.array(TRIANGLE)
+    primitives = [{"attributes": {"POSITION": position}, "material": index} for index in range(4)]
+    gltf.content |= {"meshes": [{"primitives": primitives}], "nodes": [{"mesh": 0}], "scenes": [{"nodes": [0]}]}
+    model = read(tmp_path, gltf)
+    made = model.materials["all"]
+    assert (made.albedo, made.opacity, made.metallic, made.roughness) == ((0.1, 0.2, 0.3), 0.4, 0.6, 0.7)
+    assert (made.emission, made.ior, made.unlit, made.double_sided) == ((10, 5, 0), 1.33, True, True)
+    assert (made.alpha_mode, made.alpha_cutoff, made.normal_scale) == ("mask", 0.3, -2)
+    assert made.occlusion_strength == 0.5
+    base = made.albedo_texture
+    assert base is not None
+    assert (base.wrap_u, base.wrap_v, base.filter, base.coordinates) == ("clamp", "mirror", "nearest", 1)
+    assert (base.offset, base.rotation, base.scale) == ((0.5, 0.25), 1, (2, 3))
+    assert (base.image.color_space, base.image.file) == ("srgb", None)
+    np.testing.assert_array_equal(base.image.pixels, np.arange(16).reshape(2, 2, 4))
+    for texture, channel in (
+        (made.metallic_texture, "b"),
+        (made.roughness_texture, "g"),
+        (made.occlusion_texture, "r"),
+    ):
+        assert texture is not None
+        assert (texture.channel, texture.image.color_space) == (channel, "linear")
+        assert texture.image.file == str(tmp_path / "a b.png")
+    assert made.normal_texture is not None
+    assert made.normal_texture.coordinates == 1
+    assert list(model.materials) == ["all", "all (1)", "material 2", "material 3"]
+    assert model.materials["material 2"].specular == 0.5
+    assert model.materials["material 2"].f0 == pytest.approx((0.04, 0.02, 1))
+    assert model.materials["material 3"].f0 == (1, 1, 1)
+
+
+def test_cameras_and_lights(tmp_path: Path) -> None:
+    half = np.sqrt(0.5)
+    lights = [
+        {"type": "point", "intensity": 3, "color": [1, 0.5, 0]},
+        {"type": "directional", "intensity": 2},
+        {"type": "spot", "spot": {}},
+    ]
+    link = [{"extensions": {"KHR_lights_punctual": {"light": index}}} for index in range(3)]
+    gltf = Gltf(
+        extensionsUsed=["KHR_lights_punctual"],
+        extensions={"KHR_lights_punctual": {"lights": lights}},
+        cameras=[
+            {"type": "orthographic", "orthographic": {"xmag": 1, "ymag": 1, "zfar": 1, "znear": 0}},
+            {"type": "perspective", "perspective": {"yfov": np.pi / 4, "znear": 0.1}},
+        ],
+        nodes=[
+            {"mesh": 0},
+            {"camera": 0},
+            {"camera": 1, "translation": [7, 0, 0], "rotation": [0, half, 0, half], "scale": [3, 3, 3]},
+            {**link[0], "translation": [1, 2, 3]},
+            {**link[1], "rotation": [-half, 0, 0, half]},
+            link[2],
+        ],
+        scenes=[{"nodes": list(range(6))}],
+    )
+    gltf.triangle()
+    with pytest.warns(UserWarning, match="ignored: orthographic cameras, spot lights$"):
+        model = read(tmp_path, gltf)
+    [camera] = model.cameras
+    assert camera.fov_degrees == pytest.approx(45)
+    np.testing.assert_allclose(camera.position, [7, 0, 0])
+    np.testing.assert_allclose(camera.target, [0.5, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(camera.up, [0, 3, 0], atol=1e-12)
+    point, sun = model.lights
+    assert point.position == (1, 2, 3)
+    np.testing.assert_allclose(point.intensity, [3, 1.5, 0])
+    towards = np.subtract(sun.position, [0.5, 0.5, 0])
+    np.testing.assert_allclose(towards / np.linalg.norm(towards), [0, 1, 0], atol=1e-12)
+    np.testing.assert_allclose(np.array(sun.intensity) / (towards @ towards), 2)
+
+
+def test_what_is_not_shown_is_listed(tmp_path: Path) -> None:
+    gltf = Gltf(
+        extensionsUsed=["KHR_draco_mesh_compression", "KHR_materials_unlit", "KHR_materials_clearcoat"],
+        animations=[{}],
+        skins=[{}],
+        nodes=[{"mesh": 0, "skin": 0}],
+        images=[{"uri": "none.png"}],
+        textures=[{"source": 0}],
+        materials=[{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
+    )
+    weights = gltf.array([[1, 0, 0, 0]] * 3)
+    gltf.triangle(material=0, targets=[{"POSITION": 0}], attributes={"COLOR_1": weights, "_ID": weights})
+    gltf.content["meshes"][0]["primitives"].append({"attributes": {"POSITION": 0}, "mode": 1})
+    with pytest.warns(UserWarning, match="ignored") as caught:
+        model = read(tmp_path, gltf)
+    assert len(caught) == 1
+    assert str(caught[0].message).endswith(
+        "x.gltf: ignored: KHR_draco_mesh_compression, KHR_materials_clearcoat, animations, "
+        "skins (shown as they are at rest), morph targets (shown without), COLOR_1, _ID, "
+        "images[0]: none.png: no such file, and 1 more"
+    )
+    assert model.ignored[-1] == "points and lines"
+    assert model.materials["material 0"].albedo_texture is None
+
+
+def broken(change: Any) -> Gltf:
+    gltf = Gltf()
+    gltf.triangle(indices=gltf.array([0, 1, 2], "<u2"))
+    change(gltf.content)
+    return gltf
+
+
+MISTAKES: dict[str, tuple[Any, str]] = {
+    "required": (
+        lambda d: d.update(extensionsRequired=["KHR_x", "EXT_y"]),
+        "this model needs KHR_x, EXT_y, which is not supp",
+    ),
+    "version": (lambda d: d.update(asset={"version": "1.0"}), "this is glTF 1.0; only 2.0 is read"),
+    "no asset": (lambda d: d.pop("asset"), "asset: Field required"),
+    "type": (lambda d: d.update(meshes=3), "meshes: must be a valid list"),
+    "negative": (
+        lambda d: d["accessors"][0].update(count=-1),
+        "accessors[0].count: must be greater than or equal",
+    ),
+    "huge": (lambda d: d["accessors"][0].update(count=4_000_000_000), "accessors[0]: 4000000000 elements end behind"),
+    "huge zeros": (
+        lambda d: d["accessors"][1].update(count=4_000_000_000, bufferView=None),
+        "accessors[1]: claims 4000000000 elements, but has no data",
+    ),
+    "view": (lambda d: d["accessors"][0].update(bufferView=7), "accessors[0].bufferView: there is no number 7, only 2"),
+    "view end": (lambda d: d["bufferViews"][0].update(byteLength=10**9), "bufferViews[0]: ends behind its buffer"),
+    "buffer": (lambda d: d["bufferViews"][0].update(buffer=3), "bufferViews[0].buffer: there is no number 3, only 1"),
+    "stride": (
+        lambda d: d["bufferViews"][1].update(byteStride=4),
+        "accessors[1]: its elements of 12 bytes overlap, 4 bytes apart",
+    ),
+    "index": (
+        lambda d: d["accessors"][1].update(count=2),
+        "meshes[0].primitives[0]: triangles must hold whole",
+    ),
+    "kind": (
+        lambda d: d["meshes"][0]["primitives"][0]["attributes"].update(POSITION=0),
+        "meshes[0].primitives[0].attributes.POSITION: must be an accessor of type VEC3, not SCALAR",
+    ),
+    "fractions": (
+        lambda d: d["meshes"][0]["primitives"][0].update(indices=2),
+        "meshes[0].primitives[0].indices: there is no number 2, only 2 of them",
+    ),
+    "no position": (
+        lambda d: d["meshes"][0]["primitives"][0].update(attributes={}),
+        "meshes[0].primitives[0]: has no POSITION",
+    ),
+    "circle": (lambda d: d.update(nodes=[{"children": [0], "mesh": 0}]), "nodes[0]: is below two nodes, or below it"),
+    "two parents": (
+        lambda d: d.update(nodes=[{"children": [1, 1]}, {"mesh": 0}]),
+        "nodes[1]: is below two nodes, or below itself",
+    ),
+    "node": (lambda d: d.update(scenes=[{"nodes": [4]}]), "nodes: there is no number 4, only 1"),
+    "scene": (lambda d: d.update(scene=4), "scene: there is no number 4, only 1"),
+    "mesh": (lambda d: d.update(nodes=[{"mesh": 4}]), "nodes[0].mesh: there is no number 4"),
+    "material": (
+        lambda d: d["meshes"][0]["primitives"][0].update(material=4),
+        "meshes[0].primitives[0].material: there is no number 4, only 0",
+    ),
+    "texture": (
+        lambda d: (
+            d["meshes"][0]["primitives"][0].update(material=0),
+            d.update(materials=[{"normalTexture": {"index": 9}}]),
+        ),
+        "materials[0]: texture: there is no number 9, only 0",
+    ),
+    "extension": (
+        lambda d: (
+            d["meshes"][0]["primitives"][0].update(material=0),
+            d.update(materials=[{"extensions": {"KHR_materials_ior": {"ior": "x"}}}]),
+        ),
+        "materials[0].extensions.KHR_materials_ior: ior: must be a valid number",
+    ),
+    "light": (
+        lambda d: d.update(nodes=[{"mesh": 0, "extensions": {"KHR_lights_punctual": {"light": 0}}}]),
+        "nodes[0].light: there is no number 0, only 0",
+    ),
+    "large": (lambda d: d.update(nodes=[{"mesh": 0, "scale": [1e30, 1, 1]}]), "this model reaches 1e+30 m; scale it"),
+    "far": (
+        lambda d: d.update(nodes=[{"scale": [1e30, 1, 1], "children": [1]}, {"mesh": 0, "scale": [1e30, 1, 1]}]),
+        "nodes[1]: its place in the world is too far",
+    ),
+    "nothing": (lambda d: d.update(nodes=[{}]), "the scene of this file has no triangles"),
+}
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_mistakes_are_named(tmp_path: Path, name: str) -> None:
+    change, message = MISTAKES[name]
+    with pytest.raises(SceneError) as raised:
+        read(tmp_path, broken(change))
+    assert str(raised.value).startswith(f"{tmp_path / 'x.gltf'}: {message}")
+    assert "\n" not in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "not JSON"),
+        ("[]", "a glTF document is a JSON object, not list"),
+        ("[" * 100_000, "nested too deeply"),
+        ('{"asset": {"version": "2.0"}, "buffers": [{"byteLength": 1e400}]}', "buffers[0].byteLength: must be"),
+        ('{"asset": {"version": "2.0"}, "buffers": [{"byteLength": 4, "uri": "http://x/y"}]}', "only files relative"),
+        ('{"asset": {"version": "2.0"}, "buffers": [{"byteLength": 4, "uri": "/etc/x"}]}', "only files relative"),
+        ('{"asset": {"version": "2.0"}, "buffers": [{"byteLength": 4, "uri": "none"}]}', "none: no such file"),
+        ('{"asset": {"version": "2.0"}, "buffers": [{"byteLength": 4, "uri": "data:;base64,AA"}]}', "is not base64"),
+        ('{"asset": {"version": "2.0"}, "buffers": [{"byteLength": 4, "uri": "data:;base64,AA=="}]}', "only 1 bytes"),
+    ],
+)
+def test_broken_text(tmp_path: Path, text: str, message: str) -> None:
+    (tmp_path / "x.gltf").write_text(text)
+    with pytest.raises(SceneError) as raised:
+        read_model(tmp_path / "x.gltf")
+    assert str(raised.value).startswith(f"{tmp_path / 'x.gltf'}: ")
+    assert message in str(raised.value)
+
+
+BOX = (12, (-0.5, -0.5, -0.5), (0.5, 0.5, 0.5))
+REAL = {
+    "Box/glTF-Binary/Box.glb": BOX,
+    "Box/glTF-Embedded/Box.gltf": BOX,
+    "Box/glTF/Box.gltf": BOX,
+    "BoxTextured/glTF-Binary/BoxTextured.glb": BOX,
+    "BoxTextured/glTF-Embedded/BoxTextured.gltf": BOX,
+    "BoxTextured/glTF-pbrSpecularGlossiness/BoxTextured.gltf": BOX,
+    "BoxTextured/glTF/BoxTextured.gltf": BOX,
+    "Cameras/glTF-Embedded/Cameras.gltf": (2, (0, 0, -0.70759), (1, 0.706623, 0)),
+    "Cameras/glTF/Cameras.gltf": (2, (0, 0, -0.70759), (1, 0.706623, 0)),
+    "SimpleMeshes/glTF-Embedded/SimpleMeshes.gltf": (2, (0, 0, 0), (2, 1, 0)),
+    "SimpleMeshes/glTF/SimpleMeshes.gltf": (2, (0, 0, 0), (2, 1, 0)),
+    "TextureCoordinateTest/glTF-Embedded/TextureCoordinateTest.gltf": (10, (-1.2, -1.2, 0), (1.2, 1.2, 0.052591)),
+    "TextureCoordinateTest/glTF/TextureCoordinateTest.gltf": (10, (-1.2, -1.2, 0), (1.2, 1.2, 0.052591)),
+    "Triangle/glTF-Embedded/Triangle.gltf": (1, (0, 0, 0), (1, 1, 0)),
+    "Triangle/glTF/Triangle.gltf": (1, (0, 0, 0), (1, 1, 0)),
+}
+
+
+@pytest.mark.filterwarnings("ignore:.*ignored:UserWarning")
+@pytest.mark.parametrize("name", REAL)
+def test_real_files(name: str) -> None:
+    triangles, low, high = REAL[name]
+    model = read_model(shared("gltf", name))
+    assert sum(len(part.geometry.triangles) for part in model.mesh.parts) == triangles
+    np.testing.assert_allclose(bounds(model.mesh), [low, high], atol=1e-5)
+    if name.startswith("BoxTextured") and "Spec" not in name:
+        texture = model.materials["Texture"].albedo_texture
+        assert texture is not None
+        assert texture.image.pixels.shape[:2] == (256, 256)
+    if name.startswith("Box/"):
+        assert model.materials["Red"].albedo == pytest.approx((0.8, 0, 0))
+        assert model.materials["Red"].metallic == 0
+    if name.startswith("Cameras"):
+        assert model.ignored == ("orthographic cameras",)
+        [camera] = model.cameras
+        np.testing.assert_allclose(camera.position, [0.5, 0.5, 3])
+        assert camera.fov_degrees == pytest.approx(np.degrees(0.7))
+    else:
+        assert model.cameras == ()
+
+
+def test_texture_coordinate_test_is_laid_out_as_its_readme_says() -> None:
+    model = read_model(shared("gltf", "TextureCoordinateTest/glTF/TextureCoordinateTest.gltf"))
+    corner = {"TopLeft": (0, 0), "TopRight": (1, 0), "BottomLeft": (0, 1), "BottomRight": (1, 1)}
+    for part in model.mesh.parts:
+        name = part.material.removesuffix("Material")
+        if name in corner:
+            points = part.geometry.positions @ np.array(part.matrix)[:3, :3].T + np.array(part.matrix)[:3, 3]
+            center = points.mean(axis=0)
+            # Its front is -z, so its right is -x.
+            assert (int(center[0] < 0), int(center[1] < 0)) == corner[name]
+            assert part.geometry.uvs is not None
+            np.testing.assert_allclose(np.round(part.geometry.uvs.mean(axis=0)), corner[name])
