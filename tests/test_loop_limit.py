@@ -5,10 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from mesh_shapes import ball, geometry, mesh_scene
 
 from fragtracer.errors import DeviceError
 from fragtracer.renderer import Renderer
-from fragtracer.scene import RenderSettings, Scene
+from fragtracer.scene import Camera, Material, RenderSettings, Scene
 from fragtracer.scene_file import load
 
 
@@ -35,3 +36,32 @@ def test_a_path_that_a_driver_would_end_is_an_error(ctx, monkeypatch):
         renderer.sample(512)
         with pytest.raises(DeviceError, match="fewer bounces"):
             renderer.image()
+
+
+def hollow() -> Scene:
+    """Within a closed mesh that shines to its inside, so that the answer is known."""
+    points, triangles = ball(64, 32)
+    settings = RenderSettings(bounces=20, russian_roulette=False, estimator="bsdf")
+    material = Material(albedo=0.8, specular=0.0, emission=0.1)
+    inward = geometry((points, triangles[:, ::-1]))
+    return mesh_scene(inward, material=material, camera=Camera((0.0, 0.0, 0.5), (0.0, 0.0, 0.0)), render=settings)
+
+
+def test_a_mesh_takes_every_sample_however_many_rounds_that_is(ctx, monkeypatch):
+    with Renderer(hollow(), (16, 16), context=ctx, rays=8) as renderer:
+        renderer.sample(512)
+        image = renderer.image()
+    np.testing.assert_allclose(image, 0.5 * (1 - 0.8**21), rtol=1e-5)
+    monkeypatch.setattr("fragtracer.gpu.tracer._MAX_ROUNDS", 10**9)
+    with Renderer(hollow(), (16, 16), context=ctx, rays=512) as renderer:
+        renderer.sample(512)
+        assert renderer._tracer.max_rays < 512
+        np.testing.assert_array_equal(renderer.image(), image)
+
+
+def test_a_path_through_a_mesh_that_cannot_be_finished_is_an_error(ctx):
+    with (
+        Renderer(hollow(), (8, 8), context=ctx, bounces=5000) as renderer,
+        pytest.raises(DeviceError, match="fewer bounces"),
+    ):
+        renderer.sample(1)

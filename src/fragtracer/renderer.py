@@ -83,12 +83,10 @@ class Renderer:
         target = self.spp + spp
         while self.spp < target:
             rays = min(self.settings.rays, self._tracer.max_rays, target - self.spp)
-            rows = 0
             with self._current():
-                for drawn in self._tracer.bands(self._film, rays):
-                    rows += drawn
+                for share in self._tracer.bands(self._film, rays):
                     if on_band is not None:
-                        on_band(self.spp + rays * rows / self.settings.height)
+                        on_band(self.spp + rays * share)
             self.spp += rays
 
     def render(

@@ -34,6 +34,7 @@ class Film:
             framebuffer.scissor = (0, 0, *self.size)  # not the last band's, to which clearing would keep
             framebuffer.clear()
         self._front = 0
+        self.samples = 0  # of each pixel
 
     def bind(self, first_unit: int) -> None:
         """Read from the front set at texture units ``first_unit`` and the next, draw to the back."""
@@ -45,9 +46,17 @@ class Film:
         """Limit drawing to ``rows`` rows of pixels from ``bottom`` (0 is the lowest) upwards."""
         self._framebuffers[1 - self._front].scissor = (0, bottom, self.size[0], rows)
 
-    def swap(self) -> None:
-        """Make what was drawn the front, after every pixel of it has been drawn."""
+    def swap(self, samples: int) -> None:
+        """Make what was drawn the front, after every pixel of it has been drawn ``samples`` times more."""
         self._front = 1 - self._front
+        self.samples += samples
+
+    def drawn_samples(self, bottom: int, rows: int) -> int:
+        """The least number of samples that a pixel of some rows has in the back set, which is being drawn."""
+        viewport = (0, bottom, self.size[0], rows)
+        back = self._framebuffers[1 - self._front]
+        finite, others = (np.frombuffer(back.read(viewport, 4, attachment=i, dtype="f4"), "f4")[3::4] for i in range(2))
+        return int((finite + others).min())
 
     def read(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """The front set, (height, width, 4) each, row 0 at the top: mean and number of samples;

@@ -7,6 +7,8 @@ from typing import Any
 import moderngl
 import numpy as np
 
+from fragtracer.errors import DeviceError
+from fragtracer.gpu.context import is_software
 from fragtracer.gpu.environment import EnvironmentTextures
 from fragtracer.gpu.film import Film
 from fragtracer.gpu.meshes import MeshTextures
@@ -62,6 +64,7 @@ class Tracer:
         self._environment.load(packed.environment)
         self._meshes.load(packed.meshes)
         self._max_rays = max(1, _MAX_ROUNDS // packed.path_rounds)
+        self._is_limited = packed.meshes is not None and is_software(self._ctx)
         self.set(packed.uniforms)
 
     def knows(self, packed: PackedScene) -> bool:
@@ -81,16 +84,37 @@ class Tracer:
 
     @property
     def max_rays(self) -> int:
-        """Paths for each pixel that one draw is sure to finish."""
+        """Paths for each pixel that one draw is meant to finish."""
         return self._max_rays
 
-    def bands(self, film: Film, rays: int, budget: float = DRAW_BUDGET) -> Iterator[int]:
+    def bands(self, film: Film, rays: int, budget: float = DRAW_BUDGET) -> Iterator[float]:
         """Draw one pass of ``rays`` paths for every pixel, a band of rows at a time, each meant to
         take ``budget`` seconds.
 
-        Yields the number of rows drawn after each band, when its draw has finished. The film is
-        swapped after the last; abandoned before that, it keeps what it had.
+        Yields the share of the pass that is done after each band, when its draw has finished. The film is
+        swapped after the last; abandoned before that, it keeps what it had. How long a ray's way through meshes
+        is, nobody knows before: where a driver ends a draw's loops early, and a path with them, nothing of that draw
+        is kept, and the pass goes on with fewer paths at a time, each time swapped.
+
+        Raises :class:`DeviceError` if the driver does not even finish one path.
         """
+        done = 0
+        while done < rays:
+            part = min(rays - done, self._max_rays)
+            for rows in self._part(film, part, budget):
+                if rows == 0:
+                    self._max_rays = part // 2
+                    break
+                yield (done + part * rows / film.size[1]) / rays
+            else:
+                film.swap(part)
+                done += part
+            if self._max_rays == 0:
+                self._max_rays = 1
+                raise DeviceError("the driver ends paths before their time; render with fewer bounces")
+
+    def _part(self, film: Film, rays: int, budget: float) -> Iterator[int]:
+        """Draw ``rays`` paths for every pixel; yields the rows drawn so far, or 0 when one path was cut short."""
         assert self._program is not None
         width, height = film.size
         row = 0
@@ -104,9 +128,11 @@ class Tracer:
                 self._program.draw()
                 self._ctx.finish()
             self._learn(width * rows * rays, self.timer.seconds - before)
+            if self._is_limited and film.drawn_samples(row, rows) < film.samples + rays:
+                yield 0
+                return
             row += rows
-            yield rows
-        film.swap()
+            yield row
 
     def warm_up(self, film: Film) -> None:
         """Draw a row that is thrown away: a driver that compiles at the first draw does so now."""

@@ -46,7 +46,7 @@ class PackedScene:
     layout: str  # the text of generated/scene_layout.glsl
     environment: EnvironmentTables | None
     meshes: PackedMeshes | None
-    path_rounds: int  # of all loops along one path, at most
+    path_rounds: int  # of all loops along one path, at most; with meshes, mostly
     origin: Floats  # the point of the world that is the shader's (0, 0, 0)
 
 
@@ -107,6 +107,7 @@ def pack(
     baked = baked and primitives <= _MAX_BAKED
     layout = scene_layout(records, texels, baked) + (mesh_layout(meshes.vertex_fields) if meshes else "")
     rounds = 0 if baked else sum(loop_rounds(len(records[kind])) for kind in SHAPES)
+    rounds += meshes.usual_rounds if meshes else 0
     sample_rounds = 1 + rounds + (surroundings.tables.levels if surroundings.tables else 0)
     vertex_rounds = 1 + len(lights) + rounds + sample_rounds * (settings.light_samples + 1)
     path_rounds = vertex_rounds * (settings.bounces + 2)

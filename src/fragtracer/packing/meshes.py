@@ -59,6 +59,11 @@ class PackedMeshes:
     defines: Mapping[str, int]
 
     @property
+    def usual_rounds(self) -> int:
+        """How many steps few rays take more than: what is met grows with the depth of the tree."""
+        return 16 + 6 * int(np.log2(len(self.records)))
+
+    @property
     def textures(self) -> dict[str, Texels]:
         """(n, 4) texels, by the sampler that reads them."""
         tables = {"u_mesh": self.records, "u_mesh_vertices": self.vertices, "u_mesh_lights": self.lights}

@@ -36,7 +36,7 @@ class LiveRenderer(Renderer):
     def __init__(self, scene: Scene, size: tuple[int, int], context: Any) -> None:
         self._home = scene.camera
         self._light_samples = scene.render.light_samples
-        self._pass: Iterator[int] | None = None
+        self._pass: Iterator[float] | None = None
         self._pass_rays = 0
         self._slices = 0.0  # seconds that the pass has taken so far
         self._speeds: dict[bool, float] = {}  # in samples per second, baked and not
@@ -166,9 +166,9 @@ class LiveRenderer(Renderer):
         bands = self._tracer.bands(film, rays, seconds)
         while True:
             self._tracer.set({"u_seed": seed})
-            rows = next(bands, None)
+            share = next(bands, None)
             self._tracer.set({"u_seed": self.settings.seed})
-            if rows is None:
+            if share is None:
                 return
             yield
 
