@@ -38,6 +38,7 @@ from fragtracer.scene import (
     Rectangle,
     RenderSettings,
     Scene,
+    Sky,
     Sphere,
     Texture,
     Triangle,
@@ -269,7 +270,7 @@ SWITCHES = {
 }
 
 
-ENVIRONMENTS = [None, None, Environment(radiance=1.0), Environment(radiance=1.0, visible=False)]
+ENVIRONMENTS = [None, None, Environment(radiance=1.0), Environment(radiance=1.0, visible=False), Environment(sky=Sky())]
 
 
 def random_program(rng: random.Random) -> tuple[PackedScene, dict[str, int]]:
@@ -391,7 +392,7 @@ def test_every_feature_takes_part() -> None:
         for name, value in {**packed.defines, **switches}.items():
             values[name].add(value)
     never = {name for name, found in values.items() if len(found) < 2} - set(features_of("display.frag"))
-    assert never == {"RANDOM_TEXTURE_WIDTH", "RANDOM_TEXTURE_LAYERS", "HAS_SUN", "SUN_LIGHT", "MESH_STACK"}
+    assert never == {"RANDOM_TEXTURE_WIDTH", "RANDOM_TEXTURE_LAYERS", "MESH_STACK"}
 
 
 @pytest.mark.skipif(shutil.which("glslangValidator") is None, reason="glslangValidator is not installed")

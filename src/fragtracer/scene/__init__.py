@@ -14,7 +14,7 @@ from pydantic import BeforeValidator
 from pydantic.dataclasses import dataclass
 
 from fragtracer.scene.camera import Camera
-from fragtracer.scene.environment import Environment, Gradient, Panorama
+from fragtracer.scene.environment import Environment, Gradient, Panorama, Sky
 from fragtracer.scene.fields import CONFIG, Reflectance, Strength, Vector, as_tuple
 from fragtracer.scene.light import Ambient, Light
 from fragtracer.scene.material import Material
@@ -41,6 +41,7 @@ __all__ = [
     "Reflectance",
     "RenderSettings",
     "Scene",
+    "Sky",
     "Sphere",
     "Strength",
     "Texture",

@@ -8,14 +8,16 @@ belong to the centres of the texels; between them they are bilinear, around in u
 and last row.
 """
 
-from typing import Self
+from typing import Annotated, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from fragtracer.scene.content import content_digest
-from fragtracer.scene.fields import CONFIG, NonNegative, Strength, Triple
+from fragtracer.scene.fields import CONFIG, Fraction, NonNegative, Strength, Triple
+from fragtracer.scene.sky import sky_pixels, sun_irradiance
 
 Floats = NDArray[np.float64]
 _CONSTANT_SIZE = (32, 64)
@@ -82,7 +84,44 @@ class Constant:
         return np.full((*_CONSTANT_SIZE, 3), self.radiance, np.float32)
 
 
-Source = Panorama | Constant | Gradient
+@dataclass(frozen=True, config=CONFIG)
+class Sky:
+    """A clear sky, its sun and the ground (:mod:`fragtracer.scene.sky` says by which model and in which unit).
+
+    ``turbidity`` is 1 for pure air, 2 for a very clear day, 10 for a hazy one. The sun stands
+    ``sun_elevation_degrees`` above the horizon and ``sun_azimuth_degrees`` from -z, clockwise seen from above: 90
+    is +x. ``sun_radius_degrees`` makes its shadows softer and its disc dimmer, the light stays the same; without ``sun``
+    there is the light of the sky alone. ``ground_albedo`` is how much the ground below the horizon reflects.
+    """
+
+    turbidity: Annotated[float, Field(ge=1, le=10)] = 3.0
+    sun_elevation_degrees: Annotated[float, Field(ge=-10, le=90)] = 45.0
+    sun_azimuth_degrees: float = 0.0
+    sun_radius_degrees: Annotated[float, Field(ge=0.01, le=20)] = 0.2666
+    sun: bool = True
+    ground_albedo: Fraction = 0.2
+
+    @property
+    def pixels(self) -> NDArray[np.float32]:
+        """The equirectangular map, (256, 512, 3), without the sun's disc."""
+        azimuth = float(np.radians(self.sun_azimuth_degrees % 360))
+        elevation = float(np.radians(self.sun_elevation_degrees))
+        return sky_pixels(self.turbidity, elevation, azimuth, self.ground_albedo)
+
+    @property
+    def disc(self) -> "Sun | None":
+        """The sun, in the map; None where there is none or it is below the horizon."""
+        elevation, azimuth = np.radians((self.sun_elevation_degrees, self.sun_azimuth_degrees))
+        irradiance = sun_irradiance(self.turbidity, float(elevation))
+        if not (self.sun and irradiance.max() > 0):
+            return None
+        half_angle = np.radians(self.sun_radius_degrees)
+        x, y, z = direction_of(0.5 + azimuth / (2 * np.pi), 0.5 - elevation / np.pi).tolist()
+        r, g, b = (irradiance / (np.pi * np.sin(half_angle) ** 2)).tolist()
+        return Sun((x, y, z), float(2 * np.sin(half_angle / 2) ** 2), (r, g, b))
+
+
+Source = Panorama | Constant | Gradient | Sky
 
 
 @dataclass(frozen=True)
@@ -97,7 +136,7 @@ class Sun:
 
 @dataclass(frozen=True, config=CONFIG)
 class Environment:
-    """Light from all around; exactly one of ``image``, ``radiance`` and ``gradient`` says what it looks like.
+    """Light from all around; exactly one of ``image``, ``radiance``, ``gradient`` and ``sky`` says what it looks like.
 
     ``radiance`` (W/m²/sr) is the same everywhere, as that of :class:`Ambient`, to which an environment adds.
     The picture is turned by ``rotation_degrees`` about +y, counter-clockwise seen from above: by 90, what
@@ -108,6 +147,7 @@ class Environment:
     image: Panorama | None = None
     radiance: Strength | None = None
     gradient: Gradient | None = None
+    sky: Sky | None = None
     rotation_degrees: float = 0.0
     strength: NonNegative = 1.0
     tint: Strength = (1.0, 1.0, 1.0)
@@ -115,22 +155,27 @@ class Environment:
     background: Strength = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        if sum(source is not None for source in (self.image, self.radiance, self.gradient)) != 1:
-            raise ValueError("give exactly one of image, radiance and gradient")
+        if sum(source is not None for source in (self.image, self.radiance, self.gradient, self.sky)) != 1:
+            raise ValueError("give exactly one of image, radiance, gradient and sky")
 
     @property
     def source(self) -> Source:
         """What it looks like before rotation, strength and tint."""
         if self.radiance is not None:
             return Constant(self.radiance)
-        source = self.image or self.gradient
+        source = self.image or self.gradient or self.sky
         assert source is not None
         return source
 
     @property
     def sun(self) -> Sun | None:
         """The sun, in the world, its radiance multiplied; None where there is none beside the map."""
-        return None
+        disc = self.sky.disc if self.sky else None
+        if disc is None or max(self.scale) == 0:
+            return None
+        x, y, z = (self.rotation @ disc.direction).tolist()
+        r, g, b = (c * scale for c, scale in zip(disc.radiance, self.scale, strict=True))
+        return Sun((x, y, z), disc.one_minus_cos, (r, g, b))
 
     @property
     def scale(self) -> Triple:
@@ -140,8 +185,27 @@ class Environment:
 
     @property
     def pixels(self) -> NDArray[np.float32]:
-        """The equirectangular map, (h, w, 3) radiance before rotation and :attr:`scale`."""
+        """The equirectangular map, (h, w, 3) radiance before rotation and :attr:`scale`, without the sun."""
         return self.source.pixels
+
+    @property
+    def pixels_with_sun(self) -> NDArray[np.float32]:
+        """:attr:`pixels` with the light of the sun in the four texels around its middle: the same irradiance,
+        from a disc as wide as a texel."""
+        disc = self.sky.disc if self.sky else None
+        if disc is None:
+            return self.pixels
+        pixels = self.pixels.copy()
+        height, width, _ = pixels.shape
+        x, y = place_of(disc.direction) * (width, height) - 0.5
+        column, row = int(np.floor(x)), int(np.floor(y))
+        light = np.array(disc.radiance) * 2 * np.pi * disc.one_minus_cos
+        for below, right in np.ndindex(2, 2):
+            share = (1 - abs(x - column - right)) * (1 - abs(y - row - below))
+            line = min(max(row + below, 0), height - 1)
+            solid_angle = 2 * np.pi**2 / (width * height) * np.sin(np.pi * (line + 0.5) / height)
+            pixels[line, (column + right) % width] += share * light / solid_angle
+        return pixels
 
     @property
     def rotation(self) -> Floats:
