@@ -9,12 +9,29 @@ import pytest
 from fragtracer.errors import OutputError, SceneError
 from fragtracer.materials import DIELECTRIC_F0, METAL_F0
 from fragtracer.resources import folder
-from fragtracer.scene import Ambient, Camera, Light, Material, Plane, Rectangle, RenderSettings, Scene, Sphere, Triangle
+from fragtracer.scene import (
+    Ambient,
+    Camera,
+    Environment,
+    Gradient,
+    Light,
+    Material,
+    Plane,
+    Rectangle,
+    RenderSettings,
+    Scene,
+    Sky,
+    Sphere,
+    Triangle,
+)
 from fragtracer.scene_file import bundled, dump, load, parse, save, tables
 
 RED = "\n[material.red]\n"
 SPHERE = '[[sphere]]\ncenter = [0, 1, 2]\nradius = 1\nmaterial = "red"\n'
 BUNDLED = sorted(path.stem for path in folder("scenes").glob("*.toml"))
+
+TABLES = (Camera, RenderSettings, Ambient, Environment, Gradient, Sky)
+MODEL = (*TABLES, Material, Light, Sphere, Plane, Rectangle, Triangle)
 
 
 def message_of(text: str) -> str:
@@ -174,7 +191,7 @@ MISTAKES = {
     "many tables for one": ("[[camera]]", "camera: must be a table, written [camera], got an array of tables"),
     "number for a table": ("render = 3", "render: must be a table, written [render], got 3"),
     "description": ("description = 3", "description: must be a text in quotes, got 3"),
-    "empty": ("", "there is nothing to see: add a shape, a light or an ambient radiance"),
+    "empty": ("", "there is nothing to see: add a shape, a light, an environment or an ambient radiance"),
     "dark": ("[camera]\n[ambient]\nradiance = 0\n[material.red]", "there is nothing to see"),
     "syntax": ("[camera]\nup = [0,\n  0 1]", 'not a TOML file: Unclosed array (at line 3, column 5): "0 1]"'),
     "half a line": ("radius", "not a TOML file: Expected '=' after a key in a key/value pair (at end of document)"),
@@ -325,13 +342,13 @@ def test_no_permission(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_readme_lists_every_scene_and_key() -> None:
     readme = (folder("scenes") / "README.md").read_text("utf-8")
-    items = (Camera, RenderSettings, Ambient, Material, Light, Sphere, Plane, Rectangle, Triangle)
-    keys = {field.name for item in items for field in dataclasses.fields(item)}
+    keys = {field.name for item in MODEL for field in dataclasses.fields(item)}
+    keys = keys - {"image", "gradient", "sky"} | {"file"}
     assert not {name for name in {*BUNDLED, *keys} if f"`{name}`" not in readme}
 
 
 def test_every_field_has_words_for_what_it_takes() -> None:
-    for item in (Camera, RenderSettings, Ambient, Material, Light, Sphere, Plane, Rectangle, Triangle):
+    for item in MODEL:
         for field in dataclasses.fields(item):
             assert tables._expected(item, field.name)
 

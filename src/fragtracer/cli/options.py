@@ -55,3 +55,43 @@ MultipleScattering = Annotated[
 SizeOption = Annotated[
     str | None, typer.Option("--size", metavar="WxH", help="Image size in pixels.  [default: the scene's]")
 ]
+
+EnvironmentOption = Annotated[
+    str | None,
+    typer.Option(
+        "--environment", metavar="FILE", help='Light the scene by this .hdr or .exr instead; "none" for none.'
+    ),
+]
+RotationOption = Annotated[
+    float | None,
+    typer.Option(
+        "--environment-rotation", metavar="DEGREES", help="Turn the environment, counter-clockwise from above."
+    ),
+]
+StrengthOption = Annotated[
+    float | None, typer.Option("--environment-strength", min=0.0, metavar="FACTOR", help="Times its radiance.")
+]
+
+
+def with_environment(scene: "Scene", file: str | None, rotation: float | None, strength: float | None) -> "Scene":
+    """``scene`` with the environment that the options ask for; its other lights stay.
+
+    Raises
+    ------
+    FragtracerError
+        If the file cannot be read, or there is no environment to turn.
+    """
+    from fragtracer.scene import Environment
+    from fragtracer.scene_file.environments import read_panorama
+
+    environment = scene.environment
+    if file is not None:
+        environment = None if file == "none" else Environment(image=read_panorama(file))
+    changes = {"rotation_degrees": rotation, "strength": strength}
+    changed: dict[str, Any] = {name: value for name, value in changes.items() if value is not None}
+    if environment is None and changed:
+        raise FragtracerError("this scene has no environment to change; name one with --environment FILE.hdr")
+    try:
+        return replace(scene, environment=replace(environment, **changed) if environment else None)
+    except ValueError as error:
+        raise FragtracerError("rotation and strength of the environment must be finite numbers") from error

@@ -7,7 +7,17 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from fragtracer.cli.options import MultipleScattering, SceneArgument, SizeOption, parse_size, with_settings
+from fragtracer.cli.options import (
+    EnvironmentOption,
+    MultipleScattering,
+    RotationOption,
+    SceneArgument,
+    SizeOption,
+    StrengthOption,
+    parse_size,
+    with_environment,
+    with_settings,
+)
 
 Output = Annotated[Path, typer.Option("--output", "-o", help="Image file: .exr, .hdr, .npy (linear radiance) or .png.")]
 Spp = Annotated[int | None, typer.Option(min=1, max=2**24, help="Samples per pixel.  [default: the scene's]")]
@@ -37,6 +47,9 @@ def render(
     estimator: Annotated[Literal["mis", "nee", "bsdf"] | None, typer.Option(help="How light is sampled.")] = None,
     sampler: Annotated[Literal["texture", "hash"] | None, typer.Option(help="Source of random numbers.")] = None,
     pixel_filter: Annotated[Literal["box", "tent", "gaussian"] | None, typer.Option()] = None,
+    environment: EnvironmentOption = None,
+    environment_rotation: RotationOption = None,
+    environment_strength: StrengthOption = None,
     exposure: Annotated[float, typer.Option(metavar="STOPS", help="Brightness of a .png.")] = 0.0,
     tonemap: Annotated[
         Literal["linear", "reinhard", "aces", "agx"], typer.Option(help="Tone curve of a .png.")
@@ -60,7 +73,8 @@ def render(
         "sampler": sampler,
         "pixel_filter": pixel_filter,
     }
-    with Renderer(with_settings(load(scene), **options), parse_size(size)) as renderer:
+    lit = with_environment(load(scene), environment, environment_rotation, environment_strength)
+    with Renderer(with_settings(lit, **options), parse_size(size)) as renderer:
         finished = _sample(renderer, spp, time, None if until is None else until / 100)
         write_image(output, renderer.image(), renderer.metadata(), exposure, tonemap)
         _report(renderer, output, finished)

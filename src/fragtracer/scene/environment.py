@@ -90,8 +90,8 @@ class Sky:
 
     ``turbidity`` is 1 for pure air, 2 for a very clear day, 10 for a hazy one. The sun stands
     ``sun_elevation_degrees`` above the horizon and ``sun_azimuth_degrees`` from -z, clockwise seen from above: 90
-    is +x. ``sun_radius_degrees`` makes its shadows softer and its disc dimmer, the light stays the same; without ``sun``
-    there is the light of the sky alone. ``ground_albedo`` is how much the ground below the horizon reflects.
+    is +x. ``sun_radius_degrees`` makes its shadows softer and its disc dimmer, the light stays the same; without
+    ``sun`` there is the light of the sky alone. ``ground_albedo`` is how much the ground below the horizon reflects.
     """
 
     turbidity: Annotated[float, Field(ge=1, le=10)] = 3.0

@@ -3,8 +3,8 @@
 
 The atmosphere is a shell of molecules, aerosols and ozone over a sphere (the model of Bruneton and Neyret 2008,
 Precomputed Atmospheric Scattering). Light scattered once is integrated along each line of sight at 17 wavelengths;
-what is scattered more often is the isotropic series of Hillaire 2020, A Scalable and Production Ready Sky and Atmosphere
-Rendering Technique, section 5.5, with the ground's part in it. The numbers of the air:
+what is scattered more often is the isotropic series of Hillaire 2020, A Scalable and Production Ready Sky and
+Atmosphere Rendering Technique, section 5.5, with the ground's part in it. The numbers of the air:
 
 - molecules: optical depth of Hansen and Travis 1974, Light Scattering in Planetary Atmospheres, eq. 2.29
 - aerosols: (turbidity - 1) times the optical depth of the molecules at 550 nm, which defines turbidity; their

@@ -21,6 +21,7 @@ from fragtracer.scene import (
     Sphere,
     Triangle,
 )
+from fragtracer.scene_file.environments import environment, plain_environment
 from fragtracer.scene_file.meshes import plain_meshes, read_meshes
 from fragtracer.scene_file.tables import build, join, show, suggest
 from fragtracer.scene_file.textures import TEXTURES, ImageFiles, plain_texture, texture
@@ -28,7 +29,7 @@ from fragtracer.scene_file.textures import TEXTURES, ImageFiles, plain_texture, 
 _TABLES = {"camera": Camera, "render": RenderSettings, "ambient": Ambient}
 _SHAPES = {"sphere": Sphere, "plane": Plane, "rectangle": Rectangle, "triangle": Triangle}
 _ARRAYS = {"light": Light, **_SHAPES}
-_KEYS = ("description", *_TABLES, "material", "mesh", *_ARRAYS)
+_KEYS = ("description", *_TABLES, "environment", "material", "mesh", *_ARRAYS)
 
 
 def from_document(document: Mapping[str, Any], name: str, folder: Path, mistakes: list[str]) -> Scene | None:
@@ -68,6 +69,8 @@ def _section(key: str, value: Any, images: ImageFiles, mistakes: list[str]) -> A
         return build(_TABLES[key], value, key, mistakes)
     if key == "material" and isinstance(value, Mapping):
         return {name: _material(table, join(key, name), images, mistakes) for name, table in value.items()}
+    if key == "environment" and isinstance(value, Mapping):
+        return environment(value, images.folder, mistakes)
     if key == "description" and isinstance(value, str):
         return value
     mistakes.append(f"{join('', key)}: {_misplaced(key, value)}")
@@ -129,9 +132,10 @@ def _scene(values: dict[str, Any], mistakes: list[str]) -> Scene | None:
     except ValidationError as error:
         mistakes += [str(detail["ctx"]["error"]) for detail in error.errors(include_url=False)]
         return None
-    if any(getattr(scene, f"{key}s") for key in _ARRAYS) or scene.meshes or any(scene.ambient.radiance):
+    is_lit = any(scene.ambient.radiance) or scene.environment is not None
+    if is_lit or scene.meshes or any(getattr(scene, f"{key}s") for key in _ARRAYS):
         return scene
-    mistakes.append("there is nothing to see: add a shape, a light or an ambient radiance")
+    mistakes.append("there is nothing to see: add a shape, a light, an environment or an ambient radiance")
     return None
 
 
@@ -139,6 +143,8 @@ def to_document(scene: Scene, folder: Path) -> dict[str, Any]:
     """The tables of a file in ``folder`` for a scene, without what has its default value."""
     document: dict[str, Any] = {"description": scene.description} if scene.description else {}
     document |= {key: table for key in _TABLES if (table := _plain(getattr(scene, key)))}
+    if scene.environment is not None:
+        document["environment"] = plain_environment(scene.environment, folder)
     meshes, found = plain_meshes(scene, folder)
     own = {name: item for name, item in scene.materials.items() if found.get(name) != item}
     if own:

@@ -31,7 +31,7 @@ def read_panorama(path: str | Path) -> Panorama:
         If the file cannot be read.
     """
     pixels = read_image(path)
-    finite = np.isfinite(pixels).all(axis=2)
+    finite = np.asarray(np.isfinite(pixels).all(axis=2))
     bad = ~finite | (pixels < 0).any(axis=2)
     if bad.any():
         warnings.warn(f"{path}: {bad.sum()} pixels are NaN, infinite or negative and give no light", stacklevel=2)

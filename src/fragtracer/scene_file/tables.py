@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from fragtracer.scene import Image, Reflectance, Strength, Texture, Vector
+from fragtracer.scene import Gradient, Image, Panorama, Reflectance, Sky, Strength, Texture, Vector
 from fragtracer.scene.fields import LARGEST, Scale
 from fragtracer.scene.texture import Pair
 
@@ -29,6 +29,9 @@ _KINDS = {
     Scale: "a number or three numbers [x, y, z]",
     Pair: "two numbers [u, v]",
     Image: "an image file",
+    Panorama: "an image file",
+    Gradient: "a table [environment.gradient]",
+    Sky: "a table [environment.sky]",
     Texture: 'the name of an image file or a table { file = "…" }',
     tuple[Vector, Vector, Vector]: "three points [[x, y, z], [x, y, z], [x, y, z]]",
 }
