@@ -187,6 +187,19 @@ def test_bundled_scene_is_not_overwritten(tmp_path: Path, monkeypatch: pytest.Mo
     assert actions.save_path(session) == tmp_path / "mirror.toml"
 
 
+def test_a_model_is_saved_as_a_scene_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "x.obj").write_text("mtllib x.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n")
+    (tmp_path / "x.mtl").write_text("newmtl red\nKd 1 0 0\n")
+    session = Session.of(ft.load("mirror"))
+    session.open(tmp_path / "x.obj")
+    files = scene_files(session.document.scene, session.path)
+    assert set(files) == {tmp_path / "x.obj", tmp_path / "x.mtl"}
+    assert actions.save_path(session) == tmp_path / "x.toml"
+    session.save(tmp_path / "x.toml")
+    assert ft.load(tmp_path / "x.toml") == session.document.scene
+
+
 def test_edits_survive_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     monkeypatch.setattr("sys.platform", "linux")

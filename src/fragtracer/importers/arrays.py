@@ -39,7 +39,8 @@ def read_arrays(path: Path) -> Model:
     try:
         arrays = _unpack(data)
     except (zipfile.BadZipFile, ValueError, OSError, EOFError, SyntaxError, RuntimeError, NotImplementedError) as error:
-        raise SceneError(f"{path}: this .npz file is damaged or not one: {error}") from error
+        reason = ascii(str(error)[:80])[1:-1]
+        raise SceneError(f"{path}: this .npz file is damaged or not one: {reason}") from error
     parts: list[Part] = []
     while f"{len(parts)}.positions" in arrays:
         parts.append(_part(path, f"{len(parts)}.", arrays))

@@ -18,7 +18,8 @@ from fragtracer.errors import SceneError
 from fragtracer.images import output
 from fragtracer.importers import SUFFIXES, files_of, read_model, staging
 from fragtracer.importers import qualified as with_qualified_names
-from fragtracer.scene import Scene
+from fragtracer.scene import Image, Scene
+from fragtracer.scene.environment import Panorama
 from fragtracer.scene_file.beside import with_files
 from fragtracer.scene_file.document import from_document, to_document
 from fragtracer.scene_file.tables import show, suggest, too_large
@@ -61,7 +62,10 @@ def files_behind(scene: Scene) -> set[Path]:
     """The files that a scene needs besides its own: of its meshes, with what those name, and of its textures."""
     files = {path for mesh in scene.meshes if mesh.file for path in files_of(mesh.file)}
     textures = (getattr(material, key) for material in scene.materials.values() for key in TEXTURES)
-    return files | {Path(texture.image.file) for texture in textures if texture and texture.image.file}
+    images: list[Image | Panorama] = [texture.image for texture in textures if texture]
+    if scene.environment is not None and scene.environment.image is not None:
+        images.append(scene.environment.image)
+    return files | {Path(image.file) for image in images if image.file}
 
 
 def bundled() -> dict[str, str]:

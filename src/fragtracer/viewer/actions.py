@@ -79,8 +79,9 @@ def look_at_selected(session: Session) -> None:
 
 
 def save_path(session: Session) -> Path:
-    """Where Ctrl+S writes: the scene's own file, or for a bundled scene a new one in the current folder."""
-    if session.path is not None and session.path.parent != folder("scenes"):
+    """Where Ctrl+S writes: the scene's own file, or for a bundled scene or a model a new one in the current folder."""
+    is_scene = session.path is not None and session.path.suffix.lower() == ".toml"
+    if is_scene and session.path is not None and session.path.parent != folder("scenes"):
         return session.path
     return fresh(Path.cwd() / f"{session.document.scene.name}.toml")
 

@@ -5,7 +5,8 @@ import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from fragtracer.scene import Scene, Texture
+from fragtracer import scene_file
+from fragtracer.scene import Scene
 
 _PERIOD = 0.3  # seconds between two looks
 
@@ -52,10 +53,9 @@ class Watch:
 
 def scene_files(scene: Scene, path: Path | None) -> Iterable[Path]:
     """The file of a scene, if it has one, and those of its meshes, textures and environment."""
-    images = [t.image for m in scene.materials.values() for t in vars(m).values() if isinstance(t, Texture)]
-    named = [getattr(part, "file", None) for part in (*images, *scene.meshes, scene.environment)]
     own = [] if path is None else [path]
-    return own + [(own[0].parent if own else Path()) / name for name in dict.fromkeys(named) if name]
+    folder = path.parent if path else Path()
+    return own + [folder / file for file in sorted(scene_file.files_behind(scene))]
 
 
 def shader_files(root: Path) -> Iterable[Path]:
