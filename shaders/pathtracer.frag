@@ -16,6 +16,8 @@
 #include "bsdf/shading_normal.glsl"
 
 #include "generated/scene_layout.glsl"
+#include "texture/texture.glsl"
+
 #include "shape/ray.glsl"
 #include "shape/sphere.glsl"
 #include "shape/plane.glsl"

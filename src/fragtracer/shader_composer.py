@@ -35,6 +35,12 @@ CONSTANTS = {
     "MESH_TRIANGLE": 1,
     "MESH_LAST_TRIANGLE": 2,  # of a leaf
     "MESH_INSTANCE": 3,
+    "TEXTURE_SRGB": 1,  # flags of a texture
+    "TEXTURE_FLOAT": 2,
+    "TEXTURE_NEAREST": 4,
+    "WRAP_REPEAT": 0,
+    "WRAP_MIRROR": 1,
+    "WRAP_CLAMP": 2,
     "AUXILIARY_NONE": 0,
     "AUXILIARY_NORMALS": 1,
     "AUXILIARY_DEPTH": 2,
@@ -70,6 +76,9 @@ FEATURES = {
     "RECTANGLE_COUNT": 0,
     "TRIANGLE_COUNT": 0,
     "LIGHT_COUNT": 0,
+    "HAS_TEXTURES": 0,
+    "HAS_BYTE_TEXTURES": 0,
+    "HAS_FLOAT_TEXTURES": 0,
     "HAS_AMBIENT": 0,
     "HAS_LENS": 0,
     "HAS_DIFFUSE": 1,

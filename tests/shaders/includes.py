@@ -7,6 +7,7 @@ BSDF = [*CORE, *(f"bsdf/{name}.glsl" for name in ("fresnel", "ggx", "cook_torran
 SHAPE = [
     *CORE,
     "generated/scene_layout.glsl",
+    "texture/texture.glsl",
     *(
         f"shape/{name}.glsl"
         for name in ("ray", "sphere", "plane", "rectangle", "triangle", "mesh", "intersect", "surface")

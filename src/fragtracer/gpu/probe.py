@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.resources import folder
 
+Resource = moderngl.Buffer | moderngl.Texture | moderngl.Texture3D | moderngl.TextureArray
 _WIDTH = 1024
 _TYPES = {1: "float", 2: "vec2", 3: "vec3", 4: "vec4"}
 _SWIZZLES = {1: "x", 2: "xy", 3: "xyz", 4: "xyzw"}
@@ -24,7 +25,7 @@ def probe(
     defines: Mapping[str, int] | None = None,
     generated: Mapping[str, str] | None = None,
     uniforms: Mapping[str, object] | None = None,
-    resources: Mapping[str, moderngl.Buffer | moderngl.Texture | moderngl.Texture3D] | None = None,
+    resources: Mapping[str, Resource] | None = None,
 ) -> dict[str, NDArray[np.float32]]:
     """Evaluate GLSL for every row of a table.
 
@@ -83,9 +84,7 @@ def probe(
     return {n: t[:, 0] if w == 1 else t[:, :w] for (n, w), t in zip(outputs.items(), tables, strict=True)}
 
 
-def _bind(
-    program: FullscreenProgram, name: str, resource: moderngl.Buffer | moderngl.Texture | moderngl.Texture3D, unit: int
-) -> None:
+def _bind(program: FullscreenProgram, name: str, resource: Resource, unit: int) -> None:
     if isinstance(resource, moderngl.Buffer):
         program.bind_block(name, unit)
         resource.bind_to_uniform_block(unit)

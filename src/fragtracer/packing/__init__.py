@@ -277,7 +277,7 @@ def _scene_defines(records: Mapping[str, Sequence[Mapping[str, Any]]], scene: Sc
     specular = [m for m in materials if max(*m["f0"], *m["f90"]) > 0]
     smooth = [m["alpha"] < 1e-4 for m in specular]  # ALPHA_DELTA of bsdf/cook_torrance.glsl
     return {
-        **{f"{kind.upper()}_COUNT": len(records[kind]) for kind in RECORDS if kind != "Material"},
+        **{f"{kind.upper()}_COUNT": len(records[kind]) for kind in RECORDS if kind not in ("Material", "Texture")},
         "HAS_AMBIENT": int(max(scene.ambient.radiance) > 0),
         "HAS_LENS": int(scene.camera.aperture_radius > 0),
         "HAS_DIFFUSE": int(any(max(m["diffuse"]) > 0 for m in materials) or not specular),

@@ -16,6 +16,12 @@ RECORDS: dict[str, Record] = {
     "Rectangle": (("plane", "vec4"), ("u_row", "vec4"), ("v_row", "vec4"), ("material", "int"), ("light", "int")),
     "Triangle": (("plane", "vec4"), ("u_row", "vec4"), ("v_row", "vec4"), ("material", "int"), ("light", "int")),
     "Material": (("diffuse", "vec3"), ("alpha", "float"), ("f0", "vec3"), ("f90", "vec3"), ("emission", "vec3")),
+    "Texture": (
+        *(("u_row", "vec3"), ("coordinates", "int")),  # u = u_row . (u, v, 1) of the set `coordinates`
+        *(("v_row", "vec3"), ("channel", "int")),
+        *(("x", "int"), ("y", "int"), ("width", "int"), ("height", "int")),  # texels of `layer`
+        *(("layer", "int"), ("flags", "int"), ("wrap_u", "int"), ("wrap_v", "int")),
+    ),
     "Light": (
         *(("radiance", "vec3"), ("probability", "float")),  # of being chosen
         *(("position", "vec3"), ("radius", "float")),  # a sphere's centre, or the corner the edges leave from
