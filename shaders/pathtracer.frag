@@ -26,6 +26,7 @@
 #include "shape/mesh.glsl"
 #include "shape/intersect.glsl"
 #include "shape/surface.glsl"
+#include "shape/material.glsl"
 
 #include "emitter/sphere_light.glsl"
 #include "emitter/area_light.glsl"

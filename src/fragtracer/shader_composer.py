@@ -35,6 +35,9 @@ CONSTANTS = {
     "MESH_TRIANGLE": 1,
     "MESH_LAST_TRIANGLE": 2,  # of a leaf
     "MESH_INSTANCE": 3,
+    "ALPHA_OPAQUE": 0,
+    "ALPHA_MASK": 1,
+    "ALPHA_BLEND": 2,
     "TEXTURE_SRGB": 1,  # flags of a texture
     "TEXTURE_FLOAT": 2,
     "TEXTURE_NEAREST": 4,
@@ -76,6 +79,15 @@ FEATURES = {
     "RECTANGLE_COUNT": 0,
     "TRIANGLE_COUNT": 0,
     "LIGHT_COUNT": 0,
+    "HAS_MAPS": 0,  # textures, or colours of vertices
+    "HAS_ALPHA": 0,
+    "HAS_UNLIT": 0,
+    "HAS_ALBEDO_TEXTURE": 0,
+    "HAS_ROUGHNESS_TEXTURE": 0,
+    "HAS_METALLIC_TEXTURE": 0,
+    "HAS_NORMAL_TEXTURE": 0,
+    "HAS_EMISSION_TEXTURE": 0,
+    "HAS_OCCLUSION_TEXTURE": 0,
     "HAS_TEXTURES": 0,
     "HAS_BYTE_TEXTURES": 0,
     "HAS_FLOAT_TEXTURES": 0,

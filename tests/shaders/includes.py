@@ -10,7 +10,7 @@ SHAPE = [
     "texture/texture.glsl",
     *(
         f"shape/{name}.glsl"
-        for name in ("ray", "sphere", "plane", "rectangle", "triangle", "mesh", "intersect", "surface")
+        for name in ("ray", "sphere", "plane", "rectangle", "triangle", "mesh", "intersect", "surface", "material")
     ),
 ]
 EMITTERS = ("sphere_light", "area_light", "mesh_light", "sun_light", "environment", "light")

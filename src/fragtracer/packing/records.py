@@ -15,7 +15,18 @@ RECORDS: dict[str, Record] = {
     "Plane": (("normal", "vec3"), ("offset", "float"), ("material", "int")),
     "Rectangle": (("plane", "vec4"), ("u_row", "vec4"), ("v_row", "vec4"), ("material", "int"), ("light", "int")),
     "Triangle": (("plane", "vec4"), ("u_row", "vec4"), ("v_row", "vec4"), ("material", "int"), ("light", "int")),
-    "Material": (("diffuse", "vec3"), ("alpha", "float"), ("f0", "vec3"), ("f90", "vec3"), ("emission", "vec3")),
+    "Material": (
+        *(("diffuse", "vec3"), ("alpha", "float"), ("f0", "vec3"), ("f90", "vec3"), ("emission", "vec3")),
+        ("unlit", "int"),
+    ),
+    "Maps": (  # one for each material, where any has textures; -1 is no texture
+        *(("albedo", "vec3"), ("roughness", "float"), ("dielectric_f0", "vec3"), ("metallic", "float")),
+        *(("dielectric_f90", "vec3"), ("normal_scale", "float")),
+        *(("albedo_texture", "int"), ("roughness_texture", "int"), ("metallic_texture", "int")),
+        *(("normal_texture", "int"), ("emission_texture", "int"), ("occlusion_texture", "int")),
+        ("occlusion_strength", "float"),
+    ),
+    "Opacity": (("opacity", "float"), ("mode", "int"), ("cutoff", "float"), ("texture_index", "int")),
     "Texture": (
         *(("u_row", "vec3"), ("coordinates", "int")),  # u = u_row . (u, v, 1) of the set `coordinates`
         *(("v_row", "vec3"), ("channel", "int")),

@@ -110,4 +110,4 @@ class Material:
 
     @property
     def is_emissive(self) -> bool:
-        return max(self.emission) > 0
+        return max(self.emission) > 0 and not self.unlit

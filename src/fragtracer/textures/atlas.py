@@ -117,16 +117,21 @@ def _shrink(pixels: dict[Image, NDArray[Any]], image: Image, factor: float, why:
 
 def _resized(pixels: NDArray[Any], size: tuple[int, int], srgb: bool) -> NDArray[Any]:
     """Means over the area of each new texel, (height, width) = ``size``; bytes stay bytes."""
-    linear = pixels.astype(np.float32)
-    encoded = pixels.dtype == np.uint8
-    if encoded:
-        linear /= 255
-        linear[..., :3] = srgb_decode(linear[..., :3]) if srgb else linear[..., :3]
+    linear = _linear(pixels, srgb)
     means = _area_means(_area_means(linear, size[0], 0), size[1], 1).astype(np.float32)
-    if not encoded:
+    if pixels.dtype == np.float32:
         return means
     means[..., :3] = srgb_encode(means[..., :3]) if srgb else means[..., :3]
     return np.rint(255 * means).astype(np.uint8)
+
+
+def _linear(rgba: NDArray[Any], srgb: bool) -> NDArray[np.float32]:
+    """What the shader makes of the texels of the atlas."""
+    if rgba.dtype == np.float32:
+        return rgba
+    linear = rgba.astype(np.float32) / np.float32(255)
+    linear[..., :3] = srgb_decode(linear[..., :3]) if srgb else linear[..., :3]
+    return linear
 
 
 def _area_means(values: NDArray[Any], count: int, axis: int) -> NDArray[np.float64]:
@@ -138,6 +143,14 @@ def _area_means(values: NDArray[Any], count: int, axis: int) -> NDArray[np.float
     part = (places - below).reshape(-1, *(1,) * (values.ndim - 1))
     means: NDArray[np.float64] = np.diff(integral[below] + part * values[below], axis=0) * (count / len(values))
     return np.moveaxis(means, 0, axis)
+
+
+@lru_cache(256)
+def mean_color(image: Image) -> tuple[float, float, float]:
+    """The linear mean of the colours over the whole image."""
+    linear = _linear(_rgba(image), image.color_space == "srgb")
+    r, g, b = linear[..., :3].mean(axis=(0, 1), dtype=np.float64).tolist()
+    return (r, g, b)
 
 
 Place = tuple[int, int, int]  # layer, y, x

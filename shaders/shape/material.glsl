@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+// What a surface is made of at one point: the material's constant values, times its textures and the
+// colours of the vertices (the metallic-roughness material of glTF 2.0, section 3.9).
+
+#if HAS_MAPS
+// The material where its values vary. `uv` holds both sets of coordinates; scene/material.py says the same.
+Material material_with_maps(Material material, Maps maps, vec4 uv, vec3 color) {
+    vec3 albedo = maps.albedo * color;
+    float metallic = maps.metallic;
+#if HAS_ALBEDO_TEXTURE
+    if (maps.albedo_texture >= 0) albedo *= texture_value(texture_select(maps.albedo_texture), uv).rgb;
+#endif
+#if HAS_METALLIC_TEXTURE
+    if (maps.metallic_texture >= 0) metallic *= texture_channel(texture_select(maps.metallic_texture), uv);
+#endif
+#if HAS_ROUGHNESS_TEXTURE
+    if (maps.roughness_texture >= 0) {
+        float roughness = maps.roughness * texture_channel(texture_select(maps.roughness_texture), uv);
+        material.alpha = square(clamp(roughness, 0.0, 1.0));
+    }
+#endif
+    albedo = clamp(albedo, 0.0, 1.0);
+    metallic = clamp(metallic, 0.0, 1.0);
+    if (material.unlit == 0) {
+        material.diffuse = (1.0 - metallic) * albedo;
+        material.f0 = (1.0 - metallic) * maps.dielectric_f0 + metallic * albedo;
+        // A metal reflects white at grazing angles, unless it is all but black (materials.py).
+        float grazing = min(1.0, 50.0 * max_component(albedo));
+        material.f90 = (1.0 - metallic) * maps.dielectric_f90 + metallic * grazing;
+#if HAS_EMISSION_TEXTURE
+        if (maps.emission_texture >= 0) material.emission *= texture_value(texture_select(maps.emission_texture), uv).rgb;
+#endif
+    } else {
+        material.emission = albedo;
+    }
+    return material;
+}
+#endif
+
+#if HAS_NORMAL_TEXTURE
+// The shading normal that the map makes of `normal`. The tangent is made perpendicular to it; the bitangent is
+// cross(normal, tangent) times the sign in w (glTF 2.0, sections 3.7.2.1 and 3.9.3). Without a tangent nothing changes.
+vec3 material_mapped_normal(Maps maps, vec4 uv, vec3 normal, vec4 tangent) {
+    vec3 along = tangent.xyz - normal * dot(normal, tangent.xyz);
+    float size = length(along);
+    if (maps.normal_texture < 0 || size <= 0.0) return normal;
+    along /= size;
+    vec3 local = 2.0 * texture_value(texture_select(maps.normal_texture), uv).xyz - 1.0;
+    local.xy *= maps.normal_scale;
+    vec3 mapped = local.x * along + local.y * tangent.w * cross(normal, along) + local.z * normal;
+    float mapped_size = length(mapped);
+    return mapped_size > 0.0 ? mapped / mapped_size : normal;
+}
+#endif
+
+#if HAS_ALPHA
+// How much of a surface is there: the chance that a ray meets it.
+float material_opacity(int index, vec4 uv, float vertex_alpha) {
+    Opacity o = opacity_select(index);
+    if (o.mode == ALPHA_OPAQUE) return 1.0;
+    float alpha = o.opacity * vertex_alpha;
+#if HAS_ALBEDO_TEXTURE
+    if (o.texture_index >= 0) alpha *= texture_value(texture_select(o.texture_index), uv).a;
+#endif
+    return o.mode == ALPHA_MASK ? float(alpha >= o.cutoff) : clamp(alpha, 0.0, 1.0);
+}
+#endif

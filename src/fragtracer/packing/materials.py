@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: MIT
+"""Materials as records: their constant values, and what the shader needs where textures change them."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from fragtracer.materials import METAL_F0
+from fragtracer.packing.textures import texture_record
+from fragtracer.scene import Material, Texture
+from fragtracer.shader_composer import CONSTANTS
+from fragtracer.textures.atlas import Atlas, build_atlas, mean_color
+
+MAPS = ("albedo", "roughness", "metallic", "normal", "emission", "occlusion")
+
+
+@dataclass(frozen=True, eq=False)
+class PackedMaterials:
+    """The records by kind, which features they need, and the images of their textures."""
+
+    records: Mapping[str, list[dict[str, Any]]]
+    defines: Mapping[str, int]
+    atlas: Atlas
+
+
+def textures_of(material: Material) -> dict[str, Texture]:
+    """The textures that a material has, by the name of what they change."""
+    found = {name: getattr(material, f"{name}_texture") for name in MAPS}
+    return {name: texture for name, texture in found.items() if texture is not None}
+
+
+def without_textures(material: Material) -> Material:
+    """What a surface without texture coordinates is made of."""
+    none: dict[str, Any] = {f"{name}_texture": None for name in textures_of(material)}
+    return replace(material, **none)
+
+
+def mean_emission(material: Material) -> tuple[float, float, float]:
+    """Radiance that a surface with the whole emission texture on it has in the mean."""
+    if material.emission_texture is None:
+        return material.emission
+    r, g, b = np.multiply(material.emission, mean_color(material.emission_texture.image)).tolist()
+    return (r, g, b)
+
+
+def pack_materials(materials: Iterable[Material], colored: bool) -> PackedMaterials:
+    """Pack ``materials``; ``colored`` says that there are vertices with colours, which change them as well."""
+    materials = list(materials)
+    textures = list(dict.fromkeys(t for m in materials for t in textures_of(m).values()))
+    atlas = build_atlas(texture.image for texture in textures)
+    index = {texture: i for i, texture in enumerate(textures)}
+    has_maps = bool(textures) or colored
+    has_alpha = any(m.alpha_mode != "opaque" for m in materials)
+    records = {
+        "Material": [_material(m) for m in materials],
+        "Maps": [_maps(m, index) for m in materials] if has_maps else [],
+        "Opacity": [_opacity(m, index) for m in materials] if has_alpha else [],
+        "Texture": [texture_record(t, atlas.regions[t.image]) for t in textures],
+    }
+    used = {name for m in materials for name in textures_of(m)}
+    defines = {
+        "HAS_MAPS": int(has_maps),
+        "HAS_ALPHA": int(has_alpha),
+        "HAS_UNLIT": int(any(m.unlit for m in materials)),
+        "HAS_TEXTURES": int(bool(textures)),
+        "HAS_BYTE_TEXTURES": int(len(atlas.bytes) > 0),
+        "HAS_FLOAT_TEXTURES": int(len(atlas.floats) > 0),
+        **{f"HAS_{name.upper()}_TEXTURE": int(name in used) for name in MAPS},
+        **_lobes(materials),
+    }
+    return PackedMaterials(records, defines, atlas)
+
+
+def _lobes(materials: Iterable[Material]) -> dict[str, int]:
+    """What the reflection can consist of anywhere, as textures lower the values they multiply."""
+    lit = [m for m in materials if not m.unlit]
+    specular = [m for m in lit if _specular_from(m) > 0]
+    return {
+        "HAS_DIFFUSE": int(any(_diffuse_from(m) > 0 for m in lit) or not specular),
+        "HAS_SPECULAR": int(bool(specular)),
+        "HAS_GLOSSY": int(any(m.alpha >= _ALPHA_DELTA for m in specular)),
+        "HAS_DELTA": int(any(m.alpha < _ALPHA_DELTA or m.roughness_texture for m in specular)),
+    }
+
+
+_ALPHA_DELTA = 1e-4  # of bsdf/cook_torrance.glsl
+
+
+def _diffuse_from(material: Material) -> float:
+    return max(_albedo(material) if material.metallic_texture else material.diffuse_albedo)
+
+
+def _specular_from(material: Material) -> float:
+    constant = max(*material.specular_f0, *material.specular_f90)
+    return max(constant, material.specular) if material.metallic_texture else constant
+
+
+def _material(material: Material) -> dict[str, Any]:
+    if material.unlit:
+        return {"emission": _albedo(material), "unlit": 1}
+    return {
+        "diffuse": material.diffuse_albedo,
+        "alpha": material.alpha,
+        "f0": material.specular_f0,
+        "f90": material.specular_f90,
+        "emission": material.emission,
+    }
+
+
+def _albedo(material: Material) -> tuple[float, float, float]:
+    return METAL_F0[material.metal] if material.metal else material.albedo
+
+
+def _maps(material: Material, index: Mapping[Texture, int]) -> dict[str, Any]:
+    textures = textures_of(material)
+    dielectric = replace(material, metal=None, metallic=0.0)
+    return {
+        "albedo": _albedo(material),
+        "roughness": material.roughness,
+        "dielectric_f0": dielectric.specular_f0,
+        "metallic": 1.0 if material.metal else material.metallic,
+        "dielectric_f90": dielectric.specular_f90,
+        "normal_scale": material.normal_scale,
+        "occlusion_strength": material.occlusion_strength,
+        **{f"{name}_texture": index[textures[name]] if name in textures else -1 for name in MAPS},
+    }
+
+
+def _opacity(material: Material, index: Mapping[Texture, int]) -> dict[str, Any]:
+    return {
+        "opacity": material.opacity,
+        "mode": CONSTANTS[f"ALPHA_{material.alpha_mode.upper()}"],
+        "cutoff": material.alpha_cutoff,
+        "texture_index": index[material.albedo_texture] if material.albedo_texture else -1,
+    }

@@ -1,0 +1,226 @@
+# SPDX-License-Identifier: MIT
+"""shape/material.glsl: what textures make of a material is what scene/material.py makes of the same values."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import moderngl
+import numpy as np
+import pytest
+from numpy.typing import ArrayLike
+
+from fragtracer.gpu.probe import probe
+from fragtracer.materials import METAL_F0
+from fragtracer.packing.materials import mean_emission, pack_materials
+from fragtracer.packing.records import scene_layout, texels_of
+from fragtracer.scene import Image, Material, Texture
+
+from . import Floats
+from .includes import CORE
+from .texture_oracle import lookup
+from .texture_probe import uploaded
+
+RNG = np.random.default_rng(3)
+
+
+def constant(*values: float, channel: str = "r") -> Texture:
+    return Texture(Image(np.array(values, np.float32).reshape(1, 1, -1), "linear"), channel=channel)
+
+
+def run(
+    ctx: moderngl.Context,
+    materials: Sequence[Material],
+    body: str,
+    inputs: Mapping[str, ArrayLike],
+    outputs: Mapping[str, int],
+    colored: bool = True,
+) -> dict[str, Floats]:
+    packed = pack_materials(materials, colored)
+    texels = np.concatenate([texels_of(name, rows) for name, rows in packed.records.items()])
+    layout = scene_layout(packed.records, texels, False)
+    block = ctx.buffer(texels.tobytes())
+    includes = [*CORE, "generated/scene_layout.glsl", "texture/texture.glsl", "shape/material.glsl"]
+    defines = {**packed.defines, "SCENE_TEXELS": len(texels)}
+    try:
+        with uploaded(ctx, packed.atlas) as samplers:
+            resources: dict[str, Any] = {"SceneBlock": block, **samplers}
+            generated = {"generated/scene_layout.glsl": layout}
+            return probe(ctx, includes, body, inputs, outputs, defines, generated, resources=resources)
+    finally:
+        block.release()
+
+
+BODY = """
+    Material m = material_select(int(index));
+    m = material_with_maps(m, maps_select(int(index)), uv, color);
+    diffuse = m.diffuse; alpha = m.alpha; f0 = m.f0; f90 = m.f90; emission = m.emission;"""
+OUTPUTS = {"diffuse": 3, "alpha": 1, "f0": 3, "f90": 3, "emission": 3}
+
+
+def triple(low: float = 0.0, high: float = 1.0) -> tuple[float, float, float]:
+    r, g, b = RNG.uniform(low, high, 3).tolist()
+    return (r, g, b)
+
+
+def random_material() -> tuple[Material, Material, tuple[float, float, float]]:
+    """A material with textures, one without that has their product at once, and the colour of the vertex."""
+    plain = Material(
+        albedo=triple(0, RNG.choice([1.0, 0.02])),
+        roughness=float(RNG.random()),
+        metallic=float(RNG.choice([0.0, 1.0, RNG.random()])),
+        specular=float(RNG.random()),
+        emission=triple(0, 5),
+        **[{"ior": 1.8}, {"f0": triple(0, 0.1)}, {"ior": 1.05}, {}][RNG.integers(4)],
+    )
+    by = triple(0, 1.5)
+    color = triple()
+    roughness, metallic, emission = float(RNG.uniform(0, 1.5)), float(RNG.random()), triple(0, 2)
+    textured = replace(
+        plain,
+        albedo_texture=constant(*by),
+        roughness_texture=constant(0.1, roughness, 0.3, channel="g"),
+        metallic_texture=constant(0.1, 0.2, metallic, channel="b"),
+        emission_texture=constant(*emission),
+    )
+    product = replace(
+        plain,
+        albedo=tuple(np.minimum(1, np.prod([plain.albedo, by, color], axis=0)).tolist()),
+        roughness=min(1.0, plain.roughness * roughness),
+        metallic=plain.metallic * metallic,
+        emission=tuple(np.multiply(plain.emission, emission).tolist()),
+    )
+    return textured, product, color
+
+
+def expect(found: Mapping[str, Floats], materials: Sequence[Material]) -> None:
+    names = {"diffuse": "diffuse_albedo", "alpha": "alpha", "f0": "specular_f0", "f90": "specular_f90"}
+    for name, attribute in {**names, "emission": "emission"}.items():
+        expected = [getattr(m, attribute) for m in materials]
+        np.testing.assert_allclose(found[name], expected, rtol=3e-6, atol=1e-7, err_msg=name)
+
+
+def test_textures_multiply_the_constant_values(ctx: moderngl.Context) -> None:
+    textured, products, colors = zip(*(random_material() for _ in range(40)), strict=True)
+    index = np.arange(len(textured))
+    found = run(ctx, textured, BODY, {"index": index, "uv": np.zeros((40, 4)), "color": colors}, OUTPUTS)
+    expect(found, products)
+
+
+def test_without_textures_nothing_changes(ctx: moderngl.Context) -> None:
+    materials = [random_material()[1] for _ in range(20)] + [Material(metal=name) for name in METAL_F0]
+    index = np.arange(len(materials))
+    inputs = {"index": index, "uv": np.zeros((len(index), 4)), "color": np.ones((len(index), 3))}
+    expect(run(ctx, materials, BODY, inputs, OUTPUTS), materials)
+
+
+def test_each_map_at_its_own_coordinates(ctx: moderngl.Context) -> None:
+    """All maps vary, with their own transforms and sets."""
+    images = [Image(RNG.integers(0, 256, (4, 5, 3), np.uint8), space) for space in ("srgb", "linear", "srgb")]
+    material = Material(
+        albedo=0.8,
+        albedo_texture=Texture(images[0], scale=(2.0, 2.0)),
+        roughness=0.9,
+        roughness_texture=Texture(images[1], channel="g", coordinates=1),
+        metallic=0.7,
+        metallic_texture=Texture(images[1], channel="b", wrap_u="clamp"),
+        emission=2.0,
+        emission_texture=Texture(images[2], offset=(0.2, 0.1), coordinates=1),
+    )
+    uv = RNG.uniform(-1, 2, (100, 4)).astype(np.float32)
+    inputs = {"index": np.zeros(100), "uv": uv, "color": np.ones((100, 3))}
+    found = run(ctx, [material], BODY, inputs, OUTPUTS)
+    sets = (uv[:, :2].astype(np.float64), uv[:, 2:].astype(np.float64))
+    values = {
+        name: lookup(texture, sets[texture.coordinates])
+        for name in ("albedo", "roughness", "metallic", "emission")
+        if (texture := getattr(material, f"{name}_texture"))
+    }
+    expected = [
+        Material(
+            albedo=tuple(0.8 * values["albedo"][i, :3]),
+            roughness=0.9 * values["roughness"][i, 1],
+            metallic=0.7 * values["metallic"][i, 2],
+            emission=tuple(2.0 * values["emission"][i, :3]),
+        )
+        for i in range(100)
+    ]
+    for name, attribute in (("diffuse", "diffuse_albedo"), ("f0", "specular_f0"), ("emission", "emission")):
+        np.testing.assert_allclose(found[name], [getattr(m, attribute) for m in expected], atol=3e-5)
+
+
+def test_unlit_shows_its_albedo(ctx: moderngl.Context) -> None:
+    material = Material(albedo=(0.5, 0.6, 0.7), emission=3.0, unlit=True, albedo_texture=constant(0.5, 0.5, 1.0))
+    assert not material.is_emissive
+    found = run(ctx, [material], BODY, {"index": [0], "uv": np.zeros((1, 4)), "color": [(1, 1, 0.5)]}, OUTPUTS)
+    np.testing.assert_allclose(found["emission"], [(0.25, 0.3, 0.35)], rtol=1e-6)
+    assert not found["diffuse"].any()
+    assert not found["f0"].any()
+    assert not found["f90"].any()
+
+
+@pytest.mark.parametrize("scale", [1.0, 0.5, -2.0, 0.0])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_mapped_normal(ctx: moderngl.Context, scale: float, sign: float) -> None:
+    count = 200
+    local = RNG.normal(size=(count, 3))
+    local[:, 2] = np.abs(local[:, 2])
+    local /= np.linalg.norm(local, axis=1, keepdims=True)
+    image = Image(((local + 1) / 2).astype(np.float32)[None], "linear")
+    normal = RNG.normal(size=(count, 3))
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    tangent = RNG.normal(size=(count, 3))
+    uv = np.stack([(np.arange(count) + 0.5) / count, np.full(count, 0.5)] * 2, axis=1)
+    found = run(
+        ctx,
+        [Material(normal_texture=Texture(image, filter="nearest"), normal_scale=scale)],
+        "value = material_mapped_normal(maps_select(0), uv, n, tangent);",
+        {"n": normal, "uv": uv, "tangent": np.column_stack([tangent, np.full(count, sign)])},
+        {"value": 3},
+    )["value"]
+    along = tangent - normal * (normal * tangent).sum(axis=1, keepdims=True)
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    x, y, z = (local * (scale, scale, 1))[:, :, None].transpose(1, 0, 2)
+    expected = x * along + y * sign * np.cross(normal, along) + z * normal
+    expected /= np.linalg.norm(expected, axis=1, keepdims=True)
+    np.testing.assert_allclose(found, expected, atol=1e-5)
+
+
+def test_without_a_tangent_or_a_map_the_normal_stays(ctx: moderngl.Context) -> None:
+    mapped = Material(normal_texture=constant(1.0, 0.5, 0.5))
+    found = run(
+        ctx,
+        [mapped, Material()],
+        "value = material_mapped_normal(maps_select(int(index)), vec4(0.0), vec3(0.0, 0.0, 1.0), tangent);",
+        {"index": [0, 0, 0, 1], "tangent": [(1, 0, 0, 1), (0, 0, 0, 0), (0, 0, 1, 1), (1, 0, 0, 1)]},
+        {"value": 3},
+    )["value"]
+    np.testing.assert_allclose(found, [(1, 0, 0), (0, 0, 1), (0, 0, 1), (0, 0, 1)], atol=1e-6)
+
+
+def test_opacity(ctx: moderngl.Context) -> None:
+    half = Texture(Image(np.array([[[255, 255, 255, 128]]], np.uint8)))
+    materials = [
+        Material(opacity=0.5),
+        Material(opacity=0.5, alpha_mode="blend"),
+        Material(opacity=0.5, alpha_mode="blend", albedo_texture=half),
+        Material(opacity=0.9, alpha_mode="mask", albedo_texture=half, alpha_cutoff=0.5),
+        Material(alpha_mode="mask", albedo_texture=half, alpha_cutoff=0.5),
+        Material(opacity=0.5, alpha_mode="mask", alpha_cutoff=0.5),
+    ]
+    alpha = np.array([0.5, 0.5, 0.5, 1.0, 1.0, 1.0])
+    found = run(
+        ctx,
+        materials,
+        "value = material_opacity(int(index), vec4(0.0), alpha);",
+        {"index": np.arange(6), "alpha": alpha},
+        {"value": 1},
+    )["value"]
+    np.testing.assert_allclose(found, [1, 0.25, 0.25 * 128 / 255, 0, 1, 1], rtol=1e-6)
+
+
+def test_mean_emission() -> None:
+    image = Image(np.array([[[0, 0, 0], [255, 255, 188]]], np.uint8))
+    material = Material(emission=(2.0, 4.0, 6.0), emission_texture=Texture(image))
+    np.testing.assert_allclose(mean_emission(material), (1, 2, 3 * 0.5029), rtol=1e-3)
+    assert mean_emission(Material(emission=3.0)) == (3.0, 3.0, 3.0)
