@@ -39,8 +39,15 @@ def with_tangents(geometry: Geometry, coordinates: int = 0) -> Geometry:
     def split(attribute: NDArray[Any] | None) -> NDArray[Any] | None:
         return None if attribute is None else attribute[vertices]
 
-    attributes = (split(a) for a in (geometry.normals, geometry.uvs, geometry.uvs_1))
-    return Geometry(geometry.positions[vertices], inverse.reshape(-1, 3), *attributes, tangents, split(geometry.colors))
+    return Geometry(
+        geometry.positions[vertices],
+        inverse.reshape(-1, 3),
+        split(geometry.normals),
+        split(geometry.uvs),
+        split(geometry.uvs_1),
+        tangents,
+        split(geometry.colors),
+    )
 
 
 def _face_tangents(corners: NDArray[np.float64], uvs: NDArray[np.float64]) -> tuple[NDArray[Any], NDArray[Any]]:
