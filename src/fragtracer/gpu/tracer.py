@@ -8,6 +8,7 @@ import moderngl
 import numpy as np
 
 from fragtracer.errors import DeviceError
+from fragtracer.gpu.atlas import SAMPLERS, AtlasTextures
 from fragtracer.gpu.context import is_software
 from fragtracer.gpu.environment import EnvironmentTextures
 from fragtracer.gpu.film import Film
@@ -28,6 +29,7 @@ _BLOCK_BINDING = 0
 _SCENE_UNIT, _RANDOM_UNIT, _FILM_UNIT = 0, 1, 2  # the film has two
 _ENVIRONMENT_UNIT, _TREE_UNIT = 4, 5
 _MESH_UNITS = {"u_mesh": 6, "u_mesh_vertices": 7, "u_mesh_lights": 8}
+_ATLAS_UNIT = 9  # and 10
 
 
 class Tracer:
@@ -47,6 +49,7 @@ class Tracer:
         self._scene: moderngl.Buffer | moderngl.Texture | None = None
         self._environment = EnvironmentTextures(ctx)
         self._meshes = MeshTextures(ctx)
+        self._atlas = AtlasTextures(ctx)
         self.load(packed)
 
     def load(self, packed: PackedScene, recompile: bool = False) -> None:
@@ -63,6 +66,7 @@ class Tracer:
         self._upload_scene(packed)
         self._environment.load(packed.environment)
         self._meshes.load(packed.meshes)
+        self._atlas.load(packed.atlas)
         self._max_rays = max(1, _MAX_ROUNDS // packed.path_rounds)
         self._is_limited = packed.meshes is not None and is_software(self._ctx)
         self.set(packed.uniforms)
@@ -150,7 +154,8 @@ class Tracer:
         assert scene is not None
         points = self._random.width * self._random.height * self._random.depth
         scene_bytes = scene.size if isinstance(scene, moderngl.Buffer) else 16 * scene.width * scene.height
-        return 16 * points + scene_bytes + self._environment.gpu_bytes + self._meshes.gpu_bytes
+        others = sum(held.gpu_bytes for held in (self._environment, self._meshes, self._atlas))
+        return 16 * points + scene_bytes + others
 
     def _bind(self, film: Film) -> None:
         assert self._scene is not None
@@ -161,6 +166,7 @@ class Tracer:
         self._random.use(_RANDOM_UNIT)
         self._environment.use(_ENVIRONMENT_UNIT, _TREE_UNIT)
         self._meshes.use(_MESH_UNITS)
+        self._atlas.use(_ATLAS_UNIT)
         film.bind(_FILM_UNIT)
 
     def _rows(self, pixel_samples_per_row: int, budget: float) -> int:
@@ -192,6 +198,7 @@ class Tracer:
         program.bind_block("SceneBlock", _BLOCK_BINDING)
         units = {"u_random_texture": _RANDOM_UNIT, "u_film_mean": _FILM_UNIT, "u_film_variance": _FILM_UNIT + 1}
         units |= {"u_environment": _ENVIRONMENT_UNIT, "u_environment_tree": _TREE_UNIT}
+        units |= {name: _ATLAS_UNIT + i for i, name in enumerate(SAMPLERS)}
         program.set({"u_scene": _SCENE_UNIT} | units | _MESH_UNITS)
 
     def _forget(self, most: int) -> None:
@@ -215,6 +222,7 @@ class Tracer:
         self._forget(0)
         self._environment.release()
         self._meshes.release()
+        self._atlas.release()
         for resource in (self._scene, self._random):
             if resource is not None:
                 resource.release()

@@ -16,11 +16,14 @@ from numpy.typing import NDArray
 from pyglm import glm
 
 from fragtracer.packing.environment import EnvironmentTables, pack_environment
+from fragtracer.packing.materials import MATERIAL_RECORDS, apart, has_colors, mean_emission, pack_materials
 from fragtracer.packing.meshes import CULLED, MeshMaterial, PackedMeshes, pack_meshes
 from fragtracer.packing.records import MESH_RECORDS, RECORDS, SHAPES, loop_rounds, mesh_layout, scene_layout, texels_of
 from fragtracer.random_texture import LAYERS, WIDTH
-from fragtracer.scene import Camera, Light, Material, Rectangle, RenderSettings, Scene, Sphere, Triangle
+from fragtracer.scene import Camera, Light, Material, Mesh, Rectangle, RenderSettings, Scene, Sphere, Triangle
+from fragtracer.scene.tangents import with_tangents
 from fragtracer.shader_composer import CONSTANTS
+from fragtracer.textures.atlas import Atlas
 
 Floats = NDArray[np.float64]
 
@@ -46,6 +49,7 @@ class PackedScene:
     layout: str  # the text of generated/scene_layout.glsl
     environment: EnvironmentTables | None
     meshes: PackedMeshes | None
+    atlas: Atlas  # of the images of textures
     path_rounds: int  # of all loops along one path, at most; with meshes, mostly
     origin: Floats  # the point of the world that is the shader's (0, 0, 0)
 
@@ -69,9 +73,11 @@ def pack(
     origin = _middle(points)
     extent = float(max(np.abs(points - origin).max(), np.finfo(np.float32).tiny))
     spheres, materials = _spheres_with_lights(scene)
+    materials, on_meshes = apart(scene, materials)
+    surfaces = pack_materials(materials.values(), has_colors(scene))
     index = {name: i for i, name in enumerate(materials)}
     surroundings = pack_environment(scene.environment, extent)
-    meshes = _meshes(scene, materials, index, origin, extent)
+    meshes = _meshes(scene, {name: index[packed] for name, packed in on_meshes.items()}, origin, extent)
     lights = _lights(scene, spheres, materials, origin, meshes.power if meshes else 0.0, surroundings.lights)
     light_of = {light["primitive"]: i for i, light in enumerate(lights) if light["primitive"] >= 0}
 
@@ -83,7 +89,7 @@ def pack(
         "Plane": [],
         "Rectangle": [_rectangle(r, origin, extent) | {"material": index[r.material]} for r in scene.rectangles],
         "Triangle": [_triangle(t, origin, extent) | {"material": index[t.material]} for t in scene.triangles],
-        "Material": [_material(m) for m in materials.values()],
+        **surfaces.records,
         "Light": lights,
     }
     for plane in scene.planes:
@@ -96,7 +102,7 @@ def pack(
 
     texels = np.concatenate([texels_of(name, rows) for name, rows in records.items()])
     defines = _scene_defines(records, scene) | _settings_defines(settings) | surroundings.defines(lights)
-    defines |= meshes.defines if meshes else {"HAS_MESHES": 0}
+    defines |= {**surfaces.defines, **(meshes.defines if meshes else {"HAS_MESHES": 0})}
     defines |= {"SCENE_TEXELS": len(texels), "SCENE_IN_UNIFORMS": int(len(texels) <= _MAX_UNIFORM_TEXELS)}
     movable = camera_uniforms(scene.camera, origin, width, height) | surroundings.movable
     others = _settings_uniforms(settings) | {"u_ambient_radiance": scene.ambient.radiance} | surroundings.uniforms
@@ -111,18 +117,17 @@ def pack(
     sample_rounds = 1 + rounds + (surroundings.tables.levels if surroundings.tables else 0)
     vertex_rounds = 1 + len(lights) + rounds + sample_rounds * (settings.light_samples + 1)
     path_rounds = vertex_rounds * (settings.bounces + 2)
-    return PackedScene(texels, defines, uniforms, constants, layout, surroundings.tables, meshes, path_rounds, origin)
+    tables = (surroundings.tables, meshes, surfaces.atlas)
+    return PackedScene(texels, defines, uniforms, constants, layout, *tables, path_rounds, origin)
 
 
-def _meshes(
-    scene: Scene, materials: Mapping[str, Material], index: Mapping[str, int], origin: Floats, extent: float
-) -> PackedMeshes | None:
+def _meshes(scene: Scene, index: Mapping[str, int], origin: Floats, extent: float) -> PackedMeshes | None:
     placed = [(mesh.material_of(part), part.geometry) for mesh in scene.meshes for _, part in mesh.placed()]
     if not placed:
         return None
-    used = {name for name, _ in placed}
+    used, materials = {name for name, _ in placed}, scene.materials
     of_meshes = tuple(
-        (name, MeshMaterial(index[name], sum(m.emission), 0 if m.double_sided else CULLED))
+        (name, MeshMaterial(index[name], sum(mean_emission(m)), 0 if m.double_sided else CULLED))
         for name, m in materials.items()
         if name in used
     )
@@ -138,7 +143,17 @@ def _meshes(
     }
     fields = tuple(name for name, _ in MESH_RECORDS["MeshVertex"] if needed[name])
     x, y, z = origin.tolist()
-    return pack_meshes(scene.meshes, of_meshes, fields, (x, y, z), extent)
+    meshes = tuple(_with_tangents(mesh, materials) for mesh in scene.meshes) if bumpy else scene.meshes
+    return pack_meshes(meshes, of_meshes, fields, (x, y, z), extent)
+
+
+def _with_tangents(mesh: Mesh, materials: Mapping[str, Material]) -> Mesh:
+    """The mesh with tangents where a normal map needs them."""
+    parts = []
+    for part in mesh.parts:
+        bumps = materials[mesh.material_of(part)].normal_texture
+        parts.append(replace(part, geometry=with_tangents(part.geometry, bumps.coordinates)) if bumps else part)
+    return replace(mesh, parts=tuple(parts))
 
 
 def _points(scene: Scene) -> Floats:
@@ -227,16 +242,6 @@ def _point_light(light: Light, origin: Floats) -> dict[str, Any]:
     return place | {"radiance": intensity, "power": 4 * np.pi * sum(intensity)}
 
 
-def _material(material: Material) -> dict[str, Any]:
-    return {
-        "diffuse": material.diffuse_albedo,
-        "alpha": material.alpha,
-        "f0": material.specular_f0,
-        "f90": material.specular_f90,
-        "emission": material.emission,
-    }
-
-
 def _rectangle(r: Rectangle, origin: Floats, extent: float) -> dict[str, Any]:
     u, v = np.asarray(r.edge_u), np.asarray(r.edge_v)
     growth = _EDGE_GROWTH * extent
@@ -273,17 +278,10 @@ def _first_primitives(records: Mapping[str, Sequence[Any]]) -> Iterable[tuple[in
 
 def _scene_defines(records: Mapping[str, Sequence[Mapping[str, Any]]], scene: Scene) -> dict[str, int]:
     kinds = {light["kind"] for light in records["Light"]}
-    materials = records["Material"]
-    specular = [m for m in materials if max(*m["f0"], *m["f90"]) > 0]
-    smooth = [m["alpha"] < 1e-4 for m in specular]  # ALPHA_DELTA of bsdf/cook_torrance.glsl
     return {
-        **{f"{kind.upper()}_COUNT": len(records[kind]) for kind in RECORDS if kind not in ("Material", "Texture")},
+        **{f"{kind.upper()}_COUNT": len(records[kind]) for kind in RECORDS if kind not in MATERIAL_RECORDS},
         "HAS_AMBIENT": int(max(scene.ambient.radiance) > 0),
         "HAS_LENS": int(scene.camera.aperture_radius > 0),
-        "HAS_DIFFUSE": int(any(max(m["diffuse"]) > 0 for m in materials) or not specular),
-        "HAS_SPECULAR": int(bool(specular)),
-        "HAS_GLOSSY": int(not all(smooth)),
-        "HAS_DELTA": int(any(smooth)),
         "HAS_POINT_LIGHT": int(CONSTANTS["LIGHT_POINT"] in kinds),
         "HAS_SPHERE_LIGHT": int(CONSTANTS["LIGHT_SPHERE"] in kinds),
         "HAS_AREA_LIGHT": int(bool(kinds & {CONSTANTS["LIGHT_RECTANGLE"], CONSTANTS["LIGHT_TRIANGLE"]})),

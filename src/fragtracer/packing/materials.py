@@ -9,10 +9,11 @@ import numpy as np
 
 from fragtracer.materials import METAL_F0
 from fragtracer.packing.textures import texture_record
-from fragtracer.scene import Material, Texture
+from fragtracer.scene import Material, Scene, Texture
 from fragtracer.shader_composer import CONSTANTS
 from fragtracer.textures.atlas import Atlas, build_atlas, mean_color
 
+MATERIAL_RECORDS = ("Material", "Maps", "Opacity", "Texture")
 MAPS = ("albedo", "roughness", "metallic", "normal", "emission", "occlusion")
 
 
@@ -25,6 +26,25 @@ class PackedMaterials:
     atlas: Atlas
 
 
+def has_colors(scene: Scene) -> bool:
+    """Whether any vertex has a colour."""
+    return any(part.geometry.colors is not None for mesh in scene.meshes for part in mesh.parts)
+
+
+def apart(scene: Scene, materials: Mapping[str, Material]) -> tuple[dict[str, Material], dict[str, str]]:
+    """The materials to pack, those of shapes that have no texture coordinates without their textures; and
+    for each material that meshes use the name of the one to pack, which is another where shapes use it too."""
+    meshes = {mesh.material_of(part) for mesh in scene.meshes for part in mesh.parts}
+    shapes = {s.material for kind in (scene.spheres, scene.planes, scene.rectangles, scene.triangles) for s in kind}
+    packed = {name: m if name in meshes - shapes else without_textures(m) for name, m in materials.items()}
+    names = {name: name for name in meshes}
+    for name in meshes & shapes:
+        if textures_of(materials[name]):
+            names[name] = f"{name} on meshes"
+            packed[names[name]] = materials[name]
+    return packed, names
+
+
 def textures_of(material: Material) -> dict[str, Texture]:
     """The textures that a material has, by the name of what they change."""
     found = {name: getattr(material, f"{name}_texture") for name in MAPS}
@@ -34,11 +54,13 @@ def textures_of(material: Material) -> dict[str, Texture]:
 def without_textures(material: Material) -> Material:
     """What a surface without texture coordinates is made of."""
     none: dict[str, Any] = {f"{name}_texture": None for name in textures_of(material)}
-    return replace(material, **none)
+    return replace(material, **none) if none else material
 
 
 def mean_emission(material: Material) -> tuple[float, float, float]:
     """Radiance that a surface with the whole emission texture on it has in the mean."""
+    if not material.is_emissive:
+        return (0.0, 0.0, 0.0)
     if material.emission_texture is None:
         return material.emission
     r, g, b = np.multiply(material.emission, mean_color(material.emission_texture.image)).tolist()
