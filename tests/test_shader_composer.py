@@ -239,6 +239,8 @@ MATERIALS = {
     "black": Material(albedo=0.0, specular=0.0),
 }
 IMAGE = Image(np.zeros((1, 1, 3), np.uint8))
+BYTES = Texture(IMAGE)
+FLOATS = Texture(Image(np.ones((1, 1, 3), np.float32), "linear"), coordinates=1)
 MESH_MATERIALS = {
     "matte": Material(specular=0.0),
     "glowing": Material(emission=1.0),
@@ -246,6 +248,11 @@ MESH_MATERIALS = {
     "mapped": Material(albedo_texture=Texture(IMAGE)),
     "mapped twice": Material(albedo_texture=Texture(IMAGE), roughness_texture=Texture(IMAGE, coordinates=1)),
     "bumpy": Material(normal_texture=Texture(IMAGE, coordinates=1)),
+    "maps": Material(roughness_texture=BYTES, metallic_texture=BYTES, occlusion_texture=BYTES),
+    "picture": Material(albedo_texture=BYTES, normal_texture=FLOATS),
+    "screen": Material(emission=1.0, emission_texture=FLOATS),
+    "pane": Material(albedo_texture=BYTES, alpha_mode="blend", opacity=0.5),
+    "unlit": Material(unlit=True),
 }
 SHAPES = {
     "spheres": lambda m: Sphere((0.0, 0.0, 0.0), 1.0, m),

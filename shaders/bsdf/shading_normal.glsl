@@ -16,6 +16,6 @@ vec3 shading_normal_bend(vec3 normal, vec3 wo) {
 float shading_normal_shadowing(vec3 geometric, vec3 wi) {
     float cos_theta = dot(geometric, wi);
     if (cos_theta <= 0.0 || wi.z <= 0.0) return 0.0;
-    float g = min(1.0, cos_theta / (wi.z * geometric.z));
+    float g = min(1.0, cos_theta / (wi.z * max(geometric.z, 1e-6)));
     return g + square(g) * (1.0 - g);
 }

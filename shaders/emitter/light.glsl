@@ -93,7 +93,7 @@ LightSample light_sample(vec3 origin, vec2 u) {
         vec3 to_light = point.position - origin;
         s.distance = length(to_light);
         s.wi = to_light / s.distance;
-        s.radiance = material_select(point.material).emission;
+        s.radiance = point.radiance;
         s.pdf = mesh_light_pdf(point.density, s.distance, -dot(s.wi, point.normal));
         s.primitive = FIRST_MESH + point.record;
     }

@@ -5,11 +5,28 @@
 
 struct MeshLightSample {
     int record;     // of the triangle
-    int material;
+    vec3 radiance;
     vec3 position;
     vec3 normal;    // unit, on its front
     float density;  // per area
 };
+
+// Radiance at a point of the triangle `record`; the density knows only the mean of a texture.
+vec3 mesh_light_radiance(int record, int material, vec2 weights) {
+#if HAS_EMISSION_TEXTURE
+    Hit hit;
+    hit.primitive = FIRST_MESH + record;
+    hit.weights = weights;
+#if HAS_INSTANCES
+    hit.instance = -1;  // what emits is no instance
+#endif
+    Surface surface;
+    surface_set_mesh(surface, hit);
+    return material_at(surface).emission;
+#else
+    return material_select(material).emission;
+#endif
+}
 
 // u.x has 23 bits or so. They choose the place in the table, and what is left goes to the point on the triangle; so
 // that many triangles do not use up all of them, bits of a hash come after them.
@@ -25,7 +42,8 @@ MeshLightSample mesh_light_sample(vec2 u) {
     MeshTriangle t = mesh_triangle_load(record);
     vec2 weights = square_to_triangle(u);
     vec3 position = (1.0 - weights.x - weights.y) * t.a + weights.x * t.b + weights.y * t.c;
-    return MeshLightSample(record, t.material, position, mesh_triangle_normal(t.a, t.b, t.c), t.density);
+    vec3 normal = mesh_triangle_normal(t.a, t.b, t.c);
+    return MeshLightSample(record, mesh_light_radiance(record, t.material, weights), position, normal, t.density);
 }
 
 // Density over solid angle at `distance` under the angle `cos_theta` to the normal, where it is `density` over area;

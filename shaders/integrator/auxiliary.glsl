@@ -7,11 +7,18 @@ vec3 auxiliary_value(Ray ray) {
     if (hit.primitive == NO_PRIMITIVE) return vec3(0.0);
     Surface surface = surface_at(ray, hit);
 #if AUXILIARY == AUXILIARY_NORMALS
+#if HAS_SHADING_NORMALS
+    return 0.5 + 0.5 * material_shading_normal(surface);
+#else
     return 0.5 + 0.5 * surface.normal;
+#endif
 #elif AUXILIARY == AUXILIARY_DEPTH
     return vec3(hit.distance);
 #else
-    Material material = material_select(surface.material);
+    Material material = material_at(surface);
+#if HAS_UNLIT
+    if (material.unlit != 0) return material.emission;
+#endif
     return material.diffuse + material.f0;
 #endif
 }

@@ -102,7 +102,7 @@ Vertex path_extend(inout Path path) {
         return vertex;
     }
     Surface surface = surface_at(path.ray, hit);
-    Material material = material_select(surface.material);
+    Material material = material_at(surface);
     float cos_theta = -dot(surface.normal, path.ray.direction);
 
 #if LIGHT_COUNT
@@ -110,6 +110,13 @@ Vertex path_extend(inout Path path) {
     if (surface.light >= 0 && cos_theta > 0.0) {
         float pdf = light_pdf(surface.light, path.ray.origin, hit.distance, cos_theta, surface_light_density(surface));
         path.radiance += path.throughput * material.emission * path_emission_weight(path, pdf);
+    }
+#endif
+#if HAS_UNLIT
+    // What is unlit shines by its albedo, for every ray that meets it; no light is sampled there.
+    if (material.unlit != 0) {
+        path.radiance += path.throughput * material.emission;
+        return vertex;
     }
 #endif
     if (path.vertex >= u_bounces) return vertex;
@@ -126,7 +133,8 @@ Vertex path_extend(inout Path path) {
     // rounded to beyond that one would stay there.
     vertex.origin = ray_offset_origin(surface.position, normal - path.ray.direction, surface.extent);
 #if HAS_SHADING_NORMALS
-    vec3 shading_normal = cos_theta < 0.0 ? -surface.shading_normal : surface.shading_normal;
+    vec3 shading_normal = material_shading_normal(surface);
+    if (cos_theta < 0.0) shading_normal = -shading_normal;
     vertex.frame = frame_from_normal(shading_normal_bend(shading_normal, -path.ray.direction));
     vertex.geometric = frame_to_local(vertex.frame, normal);
 #else

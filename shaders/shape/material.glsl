@@ -65,3 +65,39 @@ float material_opacity(int index, vec4 uv, float vertex_alpha) {
     return o.mode == ALPHA_MASK ? float(alpha >= o.cutoff) : clamp(alpha, 0.0, 1.0);
 }
 #endif
+
+// Both sets of texture coordinates.
+vec4 material_coordinates(Surface surface) {
+    vec4 uv = vec4(0.0);
+#if HAS_UV
+    uv.xy = surface.uv;
+#endif
+#if HAS_UV_1
+    uv.zw = surface.uv_1;
+#endif
+    return uv;
+}
+
+Material material_at(Surface surface) {
+    Material material = material_select(surface.material);
+#if HAS_MAPS
+    vec3 color = vec3(1.0);
+#if HAS_COLORS
+    color = surface.color.rgb;
+#endif
+    material = material_with_maps(material, maps_select(surface.material), material_coordinates(surface), color);
+#endif
+    return material;
+}
+
+#if HAS_SHADING_NORMALS
+// The interpolated normal, with what a normal map makes of it; on the side of the surface's front.
+vec3 material_shading_normal(Surface surface) {
+#if HAS_NORMAL_TEXTURE
+    Maps maps = maps_select(surface.material);
+    return material_mapped_normal(maps, material_coordinates(surface), surface.shading_normal, surface.tangent);
+#else
+    return surface.shading_normal;
+#endif
+}
+#endif

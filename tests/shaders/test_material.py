@@ -13,11 +13,11 @@ from numpy.typing import ArrayLike
 from fragtracer.gpu.probe import probe
 from fragtracer.materials import METAL_F0
 from fragtracer.packing.materials import mean_emission, pack_materials
-from fragtracer.packing.records import scene_layout, texels_of
+from fragtracer.packing.records import SHAPES, scene_layout, texels_of
 from fragtracer.scene import Image, Material, Texture
 
 from . import Floats
-from .includes import CORE
+from .includes import SHAPE
 from .texture_oracle import lookup
 from .texture_probe import uploaded
 
@@ -38,15 +38,14 @@ def run(
 ) -> dict[str, Floats]:
     packed = pack_materials(materials, colored)
     texels = np.concatenate([texels_of(name, rows) for name, rows in packed.records.items()])
-    layout = scene_layout(packed.records, texels, False)
+    layout = scene_layout({**{shape: [] for shape in SHAPES}, **packed.records}, texels, False)
     block = ctx.buffer(texels.tobytes())
-    includes = [*CORE, "generated/scene_layout.glsl", "texture/texture.glsl", "shape/material.glsl"]
     defines = {**packed.defines, "SCENE_TEXELS": len(texels)}
     try:
         with uploaded(ctx, packed.atlas) as samplers:
             resources: dict[str, Any] = {"SceneBlock": block, **samplers}
             generated = {"generated/scene_layout.glsl": layout}
-            return probe(ctx, includes, body, inputs, outputs, defines, generated, resources=resources)
+            return probe(ctx, SHAPE, body, inputs, outputs, defines, generated, resources=resources)
     finally:
         block.release()
 
