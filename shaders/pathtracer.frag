@@ -38,7 +38,10 @@
 #include "camera/thin_lens.glsl"
 #include "film/pixel_filter.glsl"
 #include "film/film.glsl"
+#include "split_sum/cube.glsl"
+#include "split_sum/maps.glsl"
 #include "integrator/path.glsl"
+#include "integrator/split_sum.glsl"
 #include "integrator/auxiliary.glsl"
 
 layout(location = 0) out vec4 out_mean;      // rgb: mean radiance, a: number of finite samples
@@ -55,6 +58,10 @@ void main() {
 #if AUXILIARY
     for (; index < end; index++) {
         film_add(film, auxiliary_value(path_begin(pixel, sampler_vec4(pixel, index, dimension_camera(), spare)).ray));
+    }
+#elif INTEGRATOR == INTEGRATOR_SPLIT_SUM
+    for (; index < end; index++) {
+        film_add(film, split_sum_value(path_begin(pixel, sampler_vec4(pixel, index, dimension_camera(), spare)), pixel, index));
     }
 #else
     Path path = path_begin(pixel, sampler_vec4(pixel, index, dimension_camera(), spare));

@@ -257,7 +257,12 @@ FULL = Scene(
     triangles=(Triangle(((0, 0, 0), (1, 0, 0), (0, 1, 0)), 'odd "name" [\n,é'),),
     lights=(Light((0, 1, 0), power=(1, 2, 3)), Light((0, 1, 0), 0.5, radiance=(1, 0, 0))),
     ambient=Ambient((0.1, 0.2, 0.3)),
-    render=RenderSettings(100, 50, 7, 3, 2, 4, False, 9, "karis", False, "nee", "hash", "tent", 2**32 - 1),
+    render=RenderSettings(
+        *(100, 50, 7, 3, 2, 4, False, 9, "karis", False, "nee", "hash", "tent", 2**32 - 1),
+        integrator="split-sum",
+        background="prefiltered",
+        background_roughness=0.5,
+    ),
     description="odd: [\n 1,\n ]\t\"'\\ é,\n]",
 )
 

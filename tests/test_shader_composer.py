@@ -267,12 +267,15 @@ CHOICES = {
     "estimator": ["mis", "nee", "bsdf"],
     "sampler": ["texture", "hash"],
     "pixel_filter": ["box", "tent", "gaussian"],
+    "integrator": ["path", "path", "split-sum"],
+    "background": ["environment", "environment", "prefiltered", "irradiance", "black"],
 }
 # What the benchmark and the viewer switch, as no scene does.
 SWITCHES = {
     "PATH_REGENERATION": [1, 1, 0],
     "COUNT_WORK": [0, 0, 1],
     "SINGLE_LIGHT_EVALUATION": [0, 0, 1],
+    "SPLIT_SUM_STEP": [8, 8, 8, 1, 2, 3, 4, 5, 6, 7],
     "AUXILIARY": [0, 0, 0, 0, 0, 1, 2, 3],
 }
 
@@ -376,13 +379,16 @@ def test_programs_of_the_bundled_scenes_are_valid(tmp_path: Path, language: str)
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_other_programs_are_valid(tmp_path: Path, language: str) -> None:
-    """The one that shows the image, with every value of each of its features, and the vertex shader."""
+    """The one that shows the image, with every value of each of its features, those of maps, the vertex shader."""
     names = features_of("display.frag")
     settings = [dict.fromkeys(names, 1)]
     for name in names:
         choices = [v for c, v in composer.CONSTANTS.items() if c.startswith(f"{name.removesuffix('_CURVE')}_")]
         settings += [{name: value} for value in choices or (0, 1)]
     validate(tmp_path, (compose("display.frag", s, SHADERS, language=language).text for s in settings))
+    maps = sorted(path.relative_to(SHADERS).as_posix() for path in SHADERS.glob("split_sum/*.frag"))
+    assert maps
+    validate(tmp_path, [compose(path, {}, SHADERS, language=language).text for path in maps])
     validate(tmp_path, [compose("fullscreen.vert", {}, SHADERS, language=language).text], "vert")
 
 

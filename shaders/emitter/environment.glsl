@@ -52,11 +52,16 @@ float environment_density(float weight, float sin_theta) {
     return sin_theta > 0.0 ? weight * u_environment_density / sin_theta : 0.0;
 }
 
-// Radiance from a direction of the world in rgb, the density of environment_sample() in a.
-vec4 environment_radiance_pdf(vec3 wi) {
+// A direction of the world, turned back to where the map has it.
+vec3 environment_to_map(vec3 wi) {
     float c = u_environment_turn.x;
     float s = u_environment_turn.y;
-    vec3 local = vec3(c * wi.x - s * wi.z, wi.y, s * wi.x + c * wi.z);
+    return vec3(c * wi.x - s * wi.z, wi.y, s * wi.x + c * wi.z);
+}
+
+// Radiance from a direction of the world in rgb, the density of environment_sample() in a.
+vec4 environment_radiance_pdf(vec3 wi) {
+    vec3 local = environment_to_map(wi);
     float sin_theta = length(local.xz);
     // u = 0.5 is -z; both angles in turns, theta half a turn from pole to pole.
     float u = 0.5 + turns_of(vec2(-local.z, local.x));

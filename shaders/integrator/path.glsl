@@ -9,6 +9,9 @@ uniform int u_light_samples;            // at each vertex
 uniform int u_russian_roulette_vertex;  // the first vertex at which a path may be ended early
 uniform vec2 u_inverse_image_size;
 uniform vec3 u_ambient_radiance;
+#if BACKGROUND == BACKGROUND_PREFILTERED
+uniform float u_background_roughness;
+#endif
 #if HAS_BACKGROUND
 uniform vec3 u_background_radiance;  // what a camera ray sees in place of the environment
 #endif
@@ -68,12 +71,28 @@ float path_emission_weight(Path path, float light_pdf) {
 #endif
 }
 
+// What a camera ray sees that meets nothing, in place of the environment.
+vec3 path_background(vec3 direction) {
+#if BACKGROUND == BACKGROUND_PREFILTERED
+    return maps_prefiltered(direction, u_background_roughness);
+#elif BACKGROUND == BACKGROUND_IRRADIANCE
+    return maps_irradiance(direction);
+#else
+    return vec3(0.0);
+#endif
+}
+
 // Adds what comes from infinitely far away.
 void path_add_distant(inout Path path) {
 #if HAS_AMBIENT
     path.radiance += path.throughput * u_ambient_radiance * path_emission_weight(path, 0.0);
 #endif
-#if HAS_BACKGROUND
+#if BACKGROUND != BACKGROUND_ENVIRONMENT
+    if (path.vertex == 0) {
+        path.radiance += path_background(path.ray.direction);
+        return;
+    }
+#elif HAS_BACKGROUND
     if (path.vertex == 0) {
         path.radiance += path.throughput * u_background_radiance;
         return;

@@ -22,9 +22,11 @@ NOUNS = {
     "core/warp.glsl": {"square_to"},
     "sampler/sampler.glsl": {"dimension"},
     "shape/intersect.glsl": {"hit", "scene"},
+    "integrator/split_sum_steps.glsl": {"split_sum"},
 }
 # Samplers whose density no estimator asks for.
 WITHOUT_PDF = {
+    "split_sum_step_sample": "the density comes with the integrand, from split_sum_kernel_pdf",
     "pixel_filter_sample": "the density is the filter itself, so every sample has the same weight",
     "path_light_sample": "the radiance of one, divided by its density",
     "path_ambient_sample": "the radiance of one, divided by its density",

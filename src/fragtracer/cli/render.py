@@ -50,6 +50,7 @@ def render(
     environment: EnvironmentOption = None,
     environment_rotation: RotationOption = None,
     environment_strength: StrengthOption = None,
+    integrator: Annotated[Literal["path", "split-sum"] | None, typer.Option(help="How light is found.")] = None,
     exposure: Annotated[float, typer.Option(metavar="STOPS", help="Brightness of a .png.")] = 0.0,
     tonemap: Annotated[
         Literal["linear", "reinhard", "aces", "agx"], typer.Option(help="Tone curve of a .png.")
@@ -72,6 +73,7 @@ def render(
         "estimator": estimator,
         "sampler": sampler,
         "pixel_filter": pixel_filter,
+        "integrator": integrator,
     }
     lit = with_environment(load(scene), environment, environment_rotation, environment_strength)
     with Renderer(with_settings(lit, **options), parse_size(size)) as renderer:

@@ -12,6 +12,7 @@ from fragtracer.gpu.atlas import SAMPLERS, AtlasTextures
 from fragtracer.gpu.context import is_software
 from fragtracer.gpu.environment import EnvironmentTextures
 from fragtracer.gpu.film import Film
+from fragtracer.gpu.map_textures import MapTextures
 from fragtracer.gpu.meshes import MeshTextures
 from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.gpu.timer import DrawTimer
@@ -30,6 +31,7 @@ _SCENE_UNIT, _RANDOM_UNIT, _FILM_UNIT = 0, 1, 2  # the film has two
 _ENVIRONMENT_UNIT, _TREE_UNIT = 4, 5
 _MESH_UNITS = {"u_mesh": 6, "u_mesh_vertices": 7, "u_mesh_lights": 8}
 _ATLAS_UNIT = 9  # and 10
+_MAPS_UNIT = 13  # and the two after it
 
 
 class Tracer:
@@ -50,6 +52,7 @@ class Tracer:
         self._environment = EnvironmentTextures(ctx)
         self._meshes = MeshTextures(ctx)
         self._atlas = AtlasTextures(ctx)
+        self._maps = MapTextures(ctx)
         self.load(packed)
 
     def load(self, packed: PackedScene, recompile: bool = False) -> None:
@@ -67,6 +70,8 @@ class Tracer:
         self._environment.load(packed.environment)
         self._meshes.load(packed.meshes)
         self._atlas.load(packed.atlas)
+        if packed.defines["HAS_MAPS"]:
+            self._maps.load(packed.environment)
         self._max_rays = max(1, _MAX_ROUNDS // packed.path_rounds)
         self._is_limited = packed.meshes is not None and is_software(self._ctx)
         self.set(packed.uniforms)
@@ -154,7 +159,7 @@ class Tracer:
         assert scene is not None
         points = self._random.width * self._random.height * self._random.depth
         scene_bytes = scene.size if isinstance(scene, moderngl.Buffer) else 16 * scene.width * scene.height
-        others = sum(held.gpu_bytes for held in (self._environment, self._meshes, self._atlas))
+        others = sum(held.gpu_bytes for held in (self._environment, self._meshes, self._atlas, self._maps))
         return 16 * points + scene_bytes + others
 
     def _bind(self, film: Film) -> None:
@@ -167,6 +172,7 @@ class Tracer:
         self._environment.use(_ENVIRONMENT_UNIT, _TREE_UNIT)
         self._meshes.use(_MESH_UNITS)
         self._atlas.use(_ATLAS_UNIT)
+        self._maps.use(_MAPS_UNIT)
         film.bind(_FILM_UNIT)
 
     def _rows(self, pixel_samples_per_row: int, budget: float) -> int:
@@ -199,7 +205,7 @@ class Tracer:
         units = {"u_random_texture": _RANDOM_UNIT, "u_film_mean": _FILM_UNIT, "u_film_variance": _FILM_UNIT + 1}
         units |= {"u_environment": _ENVIRONMENT_UNIT, "u_environment_tree": _TREE_UNIT}
         units |= {name: _ATLAS_UNIT + i for i, name in enumerate(SAMPLERS)}
-        program.set({"u_scene": _SCENE_UNIT} | units | _MESH_UNITS)
+        program.set({"u_scene": _SCENE_UNIT} | units | _MESH_UNITS | MapTextures.uniforms(_MAPS_UNIT))
 
     def _forget(self, most: int) -> None:
         for _, program in self._kept[most:]:
@@ -223,6 +229,7 @@ class Tracer:
         self._environment.release()
         self._meshes.release()
         self._atlas.release()
+        self._maps.release()
         for resource in (self._scene, self._random):
             if resource is not None:
                 resource.release()

@@ -296,6 +296,9 @@ def _settings_defines(settings: RenderSettings) -> dict[str, int]:
         "GEOMETRY_TERM": value("GEOMETRY", settings.geometry),
         "MULTIPLE_SCATTERING": int(settings.multiple_scattering),
         "ESTIMATOR": value("ESTIMATOR", settings.estimator),
+        "INTEGRATOR": value("INTEGRATOR", settings.integrator),
+        "BACKGROUND": value("BACKGROUND", settings.background),
+        "HAS_MAPS": int(settings.integrator == "split-sum" or settings.background in ("prefiltered", "irradiance")),
         "SAMPLER": value("SAMPLER", settings.sampler),
         "PIXEL_FILTER": value("PIXEL_FILTER", settings.pixel_filter),
         "RANDOM_TEXTURE_WIDTH": WIDTH,
@@ -310,6 +313,7 @@ def _settings_uniforms(settings: RenderSettings) -> dict[str, Any]:
         "u_light_samples": settings.light_samples,
         "u_russian_roulette_vertex": settings.russian_roulette_depth if settings.russian_roulette else never,
         "u_seed": settings.seed,
+        "u_background_roughness": settings.background_roughness,
     }
 
 

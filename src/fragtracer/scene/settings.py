@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from fragtracer.scene.fields import CONFIG
+from fragtracer.scene.fields import CONFIG, Fraction
 
 
 @dataclass(frozen=True, config=CONFIG)
@@ -17,6 +17,10 @@ class RenderSettings:
     ``rays`` is the number of paths per pixel in one pass, ``light_samples`` the number of shadow
     rays at each vertex. Russian roulette may end a path from vertex ``russian_roulette_depth`` on.
     ``multiple_scattering`` gives rough specular lobes back what their facets reflect more than once.
+    The ``integrator`` "split-sum" is the approximation of game engines: what a camera ray meets, lit by
+    lookups of the environment and by lights without shadows. Camera rays that meet nothing see the
+    environment as it is, or what that integrator looks up: the map prefiltered for ``background_roughness``,
+    the irradiance over pi, or black.
     """
 
     width: Annotated[int, Field(ge=1, le=16384)] = 640
@@ -29,6 +33,9 @@ class RenderSettings:
     russian_roulette_depth: Annotated[int, Field(ge=1)] = 5
     geometry: Literal["smith", "schlick-beckmann", "karis"] = "smith"
     multiple_scattering: bool = False
+    integrator: Literal["path", "split-sum"] = "path"
+    background: Literal["environment", "prefiltered", "irradiance", "black"] = "environment"
+    background_roughness: Fraction = 0.0
     estimator: Literal["mis", "nee", "bsdf"] = "mis"
     sampler: Literal["texture", "hash"] = "texture"
     pixel_filter: Literal["box", "tent", "gaussian"] = "box"
