@@ -32,11 +32,11 @@ class RenderSettings:
     russian_roulette: bool = True
     russian_roulette_depth: Annotated[int, Field(ge=1)] = 5
     geometry: Literal["smith", "schlick-beckmann", "karis"] = "smith"
+    multiple_scattering: bool = False
     estimator: Literal["mis", "nee", "bsdf"] = "mis"
     sampler: Literal["texture", "hash"] = "texture"
     pixel_filter: Literal["box", "tent", "gaussian"] = "box"
     seed: Annotated[int, Field(ge=0, lt=2**32)] = 0
-    multiple_scattering: bool = False
     integrator: Literal["path", "split-sum"] = "path"
     background: Literal["environment", "prefiltered", "irradiance", "black"] = "environment"
     background_roughness: Fraction = 0.0
