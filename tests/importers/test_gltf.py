@@ -212,8 +212,7 @@ def test_what_is_not_shown_is_listed(tmp_path: Path) -> None:
     gltf = Gltf(
         extensionsUsed=["KHR_draco_mesh_compression", "KHR_materials_unlit", "KHR_materials_clearcoat"],
         animations=[{}],
-        skins=[{}],
-        nodes=[{"mesh": 0, "skin": 0}],
+        nodes=[{"mesh": 0}],
         images=[{"uri": "none.png"}],
         textures=[{"source": 0}],
         materials=[{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
@@ -226,11 +225,36 @@ def test_what_is_not_shown_is_listed(tmp_path: Path) -> None:
     assert len(caught) == 1
     assert str(caught[0].message).endswith(
         "x.gltf: ignored: KHR_draco_mesh_compression, KHR_materials_clearcoat, animations, "
-        "skins (shown as they are at rest), morph targets (shown without), COLOR_1, _ID, "
-        "images[0]: none.png: no such file, and 1 more"
+        "morph targets (shown without), COLOR_1, _ID, "
+        "images[0]: none.png: no such file, points and lines"
     )
-    assert model.ignored[-1] == "points and lines"
     assert model.materials["material 0"].albedo_texture is None
+
+
+def test_skins_are_posed(tmp_path: Path) -> None:
+    """Vertex 0 on a bone that has moved, 1 on one that has turned about z and was bound elsewhere, 2 between."""
+    half = np.sqrt(0.5)
+    gltf = Gltf(
+        nodes=[
+            {"mesh": 0, "skin": 0, "translation": [100, 100, 100]},
+            {"translation": [0, 0, 3]},
+            {"rotation": [0, 0, half, half], "children": [1]},
+        ],
+        scenes=[{"nodes": [0, 2]}],
+    )
+    bind = np.eye(4)
+    bind[3, :3] = [1, 0, 0]  # the last column, as the file has columns
+    inverse = gltf.view(np.array([np.eye(4), bind], "<f4").tobytes())
+    gltf.content["accessors"].append({"bufferView": inverse, "componentType": 5126, "count": 2, "type": "MAT4"})
+    gltf.content["skins"] = [{"joints": [1, 2], "inverseBindMatrices": 0}]
+    joints = gltf.array([[0, 0, 0, 0], [1, 0, 0, 0], [0, 1, 0, 0]], "<u1")
+    weights = gltf.array([[1, 0, 0, 0], [1, 0, 0, 0], [0.5, 0.5, 0, 0]])
+    normals = gltf.array([[1, 0, 0]] * 3)
+    gltf.triangle(attributes={"JOINTS_0": joints, "WEIGHTS_0": weights, "NORMAL": normals})
+    [part] = read(tmp_path, gltf).mesh.parts
+    np.testing.assert_array_equal(part.matrix, np.eye(4))
+    np.testing.assert_allclose(part.geometry.positions, [[0, 0, 3], [0, 2, 0], [-1, 0.5, 1.5]], atol=1e-6)
+    np.testing.assert_allclose(part.geometry.normals, [[0, 1, 0]] * 3, atol=1e-6)
 
 
 def broken(change: Any) -> Gltf:
@@ -311,6 +335,13 @@ MISTAKES: dict[str, tuple[Any, str]] = {
         "nodes[0].light: there is no number 0, only 0",
     ),
     "large": (lambda d: d.update(nodes=[{"mesh": 0, "scale": [1e30, 1, 1]}]), "this model reaches 1e+30 m; scale it"),
+    "joint": (
+        lambda d: (
+            d.update(nodes=[{"mesh": 0, "skin": 0}], skins=[{"joints": [3]}]),
+            d["meshes"][0]["primitives"][0]["attributes"].update(JOINTS_0=1, WEIGHTS_0=1),
+        ),
+        "skins[0]: its joint 3 is no node of the scene",
+    ),
     "far": (
         lambda d: d.update(nodes=[{"scale": [1e30, 1, 1], "children": [1]}, {"mesh": 0, "scale": [1e30, 1, 1]}]),
         "nodes[1]: its place in the world is too far",

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.errors import SceneError
-from fragtracer.scene import Camera, Geometry, Light, Material, Mesh
+from fragtracer.scene import Camera, Geometry, Light, Material, Mesh, Part
 from fragtracer.scene.mesh import Matrix
 
 _FARTHEST = 1e15  # metres
@@ -58,17 +58,18 @@ def matrix_rows(matrix: NDArray[Any]) -> Matrix:
     return (a, b, c, d)
 
 
+def points_of(part: Part) -> NDArray[np.float64]:
+    """(n, 3) the vertices of the triangles of ``part``, in the space of its mesh."""
+    matrix, used = np.asarray(part.matrix), np.zeros(len(part.geometry.positions), bool)
+    used[part.geometry.triangles] = True
+    points: NDArray[np.float64] = part.geometry.positions[used] @ matrix[:3, :3].T + matrix[:3, 3]
+    return points
+
+
 def bounds(mesh: Mesh) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Least and greatest corner of the box about the triangles of all parts, in the space of the mesh."""
-    corners = [np.zeros((0, 3))]
-    for part in mesh.parts:
-        matrix, used = np.asarray(part.matrix), np.zeros(len(part.geometry.positions), bool)
-        used[part.geometry.triangles] = True
-        if used.any():
-            points = part.geometry.positions[used] @ matrix[:3, :3].T + matrix[:3, 3]
-            corners += [points.min(axis=0, keepdims=True), points.max(axis=0, keepdims=True)]
-    found = np.concatenate(corners)
-    return (found.min(axis=0), found.max(axis=0)) if len(found) else (np.zeros(3), np.zeros(3))
+    found = [points for points in map(points_of, mesh.parts) if len(points)] or [np.zeros((1, 3))]
+    return np.min([p.min(axis=0) for p in found], axis=0), np.max([p.max(axis=0) for p in found], axis=0)
 
 
 def check_size(path: Path, mesh: Mesh) -> None:

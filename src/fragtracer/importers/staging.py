@@ -4,8 +4,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from fragtracer.importers.model import Model, bounds
-from fragtracer.scene import Ambient, Camera, Light, Material, RenderSettings, Scene
+from fragtracer.importers.model import Model, bounds, points_of
+from fragtracer.scene import Ambient, Camera, Light, Material, Mesh, RenderSettings, Scene
 
 Floats = NDArray[np.float64]
 _FOV = 35.0  # degrees
@@ -30,7 +30,7 @@ def stage(model: Model, name: str) -> Scene:
     glows = any(item.is_emissive and item.emission_texture is None for item in materials.values())
     lit = bool(model.lights) or glows
     return Scene(
-        camera=model.cameras[0] if model.cameras else _camera(low, high),
+        camera=model.cameras[0] if model.cameras else _camera(model.mesh, low, high),
         materials=materials,
         meshes=(model.mesh,),
         lights=model.lights if lit else (_key_light(low, high),),
@@ -39,19 +39,21 @@ def stage(model: Model, name: str) -> Scene:
     )
 
 
-def _camera(low: Floats, high: Floats) -> Camera:
-    """As near as the corners of the box allow, in a picture of the default shape."""
+def _camera(mesh: Mesh, low: Floats, high: Floats) -> Camera:
+    """As near as all vertices allow, in a picture of the default shape."""
     settings = RenderSettings()
     center, size = (low + high) / 2, float(np.linalg.norm(high - low)) or 1.0
     towards = np.divide(_VIEW, np.linalg.norm(_VIEW))
     right = np.cross((0.0, 1.0, 0.0), towards)
     right = right / np.linalg.norm(right)
-    up = np.cross(towards, right)
-    corners = np.array([[(low, high)[i >> axis & 1][axis] for axis in range(3)] for i in range(8)]) - center
+    axes = np.stack([right, np.cross(towards, right), towards], axis=1)
     vertical = np.tan(np.radians(_FOV) / 2)
     horizontal = vertical * settings.width / settings.height
-    reach = np.maximum(np.abs(corners @ up) / vertical, np.abs(corners @ right) / horizontal) + corners @ towards
-    distance = max(_MARGIN * float(reach.max()), 1e-3 * size)
+    distance = 1e-3 * size
+    for points in map(points_of, mesh.parts):
+        x, y, z = ((points - center) @ axes).T
+        reach = np.maximum(np.abs(x) / horizontal, np.abs(y) / vertical) + z
+        distance = max(distance, _MARGIN * float(reach.max(initial=0.0)))
     return Camera(_triple(center + distance * towards), _triple(center), fov_degrees=_FOV)
 
 

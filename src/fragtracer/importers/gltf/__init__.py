@@ -16,6 +16,7 @@ from fragtracer.importers.gltf.container import Container
 from fragtracer.importers.gltf.geometry import Primitives
 from fragtracer.importers.gltf.materials import Materials, parse
 from fragtracer.importers.gltf.nodes import Matrix, placed_nodes
+from fragtracer.importers.gltf.skins import Skins
 from fragtracer.importers.model import Model, bounds, check_size, listed, matrix_rows
 from fragtracer.scene import Camera, Light, Mesh, Part
 from fragtracer.scene.fields import LARGEST
@@ -54,20 +55,23 @@ def read_gltf(path: Path) -> Model:
     primitives, materials = Primitives(container, notes), Materials(container, notes)
     parts, used = [], {}
     placed = list(placed_nodes(container))
+    skins = Skins(container, primitives.accessors, {index: matrix for index, _, matrix in placed})
     names = _names(document)
     for index, node, matrix in placed:
         if node.mesh is None:
             continue
-        notes += ["skins (shown as they are at rest)"] if node.skin is not None else []
         mesh: gltf.Mesh = container.item(document.meshes, node.mesh, f"nodes[{index}].mesh")
         for number, primitive in enumerate(mesh.primitives):
             place = f"meshes[{node.mesh}].primitives[{number}]"
             if (geometry := primitives.get(primitive, place)) is None:
                 continue
+            at = matrix
+            if node.skin is not None and (posed := skins.posed(node.skin, primitive, geometry, place)):
+                geometry, at = posed, np.eye(4)
             material = materials.get(primitive.material, f"{place}.material")
             name = _DEFAULT if primitive.material is None else names[primitive.material]
             used[name] = material
-            parts.append(Part(geometry, name, matrix_rows(matrix)))
+            parts.append(Part(geometry, name, matrix_rows(at)))
     if not parts:
         raise SceneError(f"{path}: the scene of this file has no triangles")
     mesh_of_all = Mesh(parts=tuple(parts))

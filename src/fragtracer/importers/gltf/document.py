@@ -156,6 +156,11 @@ class Node(Item):
     scale: Vector = (1.0, 1.0, 1.0)
 
 
+class Skin(Item):
+    inverseBindMatrices: Index | None = None
+    joints: list[Index]
+
+
 class Perspective(Item):
     yfov: Annotated[float, Field(gt=0, lt=3.14159)]
 
@@ -199,7 +204,7 @@ class Document(Item):
     cameras: list[Camera] = []
     scenes: list[Scene] = []
     scene: Index | None = None
-    skins: list[Any] = []
+    skins: list[Skin] = []
     animations: list[Any] = []
 
 

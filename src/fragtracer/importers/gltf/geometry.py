@@ -30,7 +30,7 @@ class Primitives:
 
     def __init__(self, container: Container, notes: list[str]) -> None:
         self._container, self._notes = container, notes
-        self._accessors = Accessors(container)
+        self.accessors = Accessors(container)
         self._made: dict[Any, Geometry] = {}
 
     def get(self, primitive: gltf.Primitive, place: str) -> Geometry | None:
@@ -52,16 +52,16 @@ class Primitives:
     def _make(self, primitive: gltf.Primitive, place: str) -> Geometry:
         where = f"{place}.attributes"
         position = primitive.attributes["POSITION"]
-        arrays: dict[str, NDArray[Any]] = {"positions": self._accessors.get(position, f"{where}.POSITION", ("VEC3",))}
+        arrays: dict[str, NDArray[Any]] = {"positions": self.accessors.get(position, f"{where}.POSITION", ("VEC3",))}
         for name, types, key in _ATTRIBUTES:
             if name in primitive.attributes:
-                arrays[key] = self._accessors.get(primitive.attributes[name], f"{where}.{name}", types)
+                arrays[key] = self.accessors.get(primitive.attributes[name], f"{where}.{name}", types)
         if "normals" not in arrays:
             arrays.pop("tangents", None)
         if primitive.indices is None:
             indices = np.arange(len(arrays["positions"]), dtype=np.int64)
         else:
-            found = self._accessors.get(primitive.indices, f"{place}.indices", ("SCALAR",))
+            found = self.accessors.get(primitive.indices, f"{place}.indices", ("SCALAR",))
             if found.dtype.kind != "u":
                 raise self._container.error(f"{place}.indices", "must be whole numbers without a sign")
             indices = found[:, 0].astype(np.int64)
