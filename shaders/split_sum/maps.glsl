@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Lookups in the maps of the split-sum approximation (gpu/cube_maps.py), turned and multiplied as the
 // environment is.
-#if HAS_MAPS
+#if HAS_SPLIT_SUM_MAPS
 uniform highp sampler2D u_irradiance_map;   // over pi
 uniform highp sampler2D u_prefiltered_map;  // roughness 0 to 1, level by level
 uniform highp sampler2D u_brdf_map;         // factors of F0 and of F90, and the integral of the lobe

@@ -70,7 +70,7 @@ class Tracer:
         self._environment.load(packed.environment)
         self._meshes.load(packed.meshes)
         self._atlas.load(packed.atlas)
-        if packed.defines["HAS_MAPS"]:
+        if packed.defines["HAS_SPLIT_SUM_MAPS"]:
             self._maps.load(packed.environment)
         self._max_rays = max(1, _MAX_ROUNDS // packed.path_rounds)
         self._is_limited = packed.meshes is not None and is_software(self._ctx)

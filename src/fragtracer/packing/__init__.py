@@ -33,6 +33,8 @@ _EDGE_GROWTH = 1e-6
 _UNIFORM_LIGHT_CHOICE = 0.1
 # Above these, code made for each record grows faster than it gains.
 _MAX_BAKED = 256
+# The backgrounds that are looked up in maps of the split-sum approximation.
+_MAPS = ("prefiltered", "irradiance")
 # The limit that every OpenGL 3.3 and WebGL2 driver grants a uniform block.
 _MAX_UNIFORM_TEXELS = 1024
 
@@ -298,7 +300,7 @@ def _settings_defines(settings: RenderSettings) -> dict[str, int]:
         "ESTIMATOR": value("ESTIMATOR", settings.estimator),
         "INTEGRATOR": value("INTEGRATOR", settings.integrator),
         "BACKGROUND": value("BACKGROUND", settings.background),
-        "HAS_MAPS": int(settings.integrator == "split-sum" or settings.background in ("prefiltered", "irradiance")),
+        "HAS_SPLIT_SUM_MAPS": int(settings.integrator == "split-sum" or settings.background in _MAPS),
         "SAMPLER": value("SAMPLER", settings.sampler),
         "PIXEL_FILTER": value("PIXEL_FILTER", settings.pixel_filter),
         "RANDOM_TEXTURE_WIDTH": WIDTH,
