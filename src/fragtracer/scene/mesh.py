@@ -89,7 +89,7 @@ def _attribute(values: ArrayLike | None, widths: tuple[int, ...], name: str, cou
 
 
 def _frozen(values: ArrayLike, dtype: Any, widths: tuple[int, ...], name: str) -> NDArray[Any]:
-    with np.errstate(over="ignore"):
+    with np.errstate(over="ignore", invalid="ignore"):
         array = np.ascontiguousarray(values, dtype)
     if array.ndim != 2 or array.shape[1] not in widths:
         raise ValueError(f"{name} must be an array of (n, {' or '.join(map(str, widths))}), got {array.shape}")
