@@ -12,6 +12,7 @@ import pytest
 from fragtracer import images
 from fragtracer.errors import FragtracerError, OutputError
 from fragtracer.images import check_writable, read_image, read_metadata, rgbe, tone, write_image
+from fragtracer.images.look import Look
 
 METADATA = {"spp": "256", "scene": "three spheres", "note": 'naïve = "€"\nsecond line'}
 FORMATS = [".exr", ".hdr", ".npy", ".png"]
@@ -108,7 +109,7 @@ def test_row_0_is_the_top(tmp_path: Path) -> None:
 @pytest.mark.parametrize("curve", tone.TONE_CURVES)
 def test_tone_curves_rise_from_black(curve: str) -> None:
     x = np.concatenate([[0.0], np.geomspace(1e-6, 3e38, 500)]).astype(np.float32)
-    shown = tone.to_display(np.tile(x[:, None, None], (1, 1, 3)), exposure=1.0, tonemap=curve)[:, 0, 0]
+    shown = Look(1.0, curve).show(np.tile(x[:, None, None], (1, 1, 3)))[:, 0, 0]
     assert shown.dtype == np.float32
     assert shown[0] == 0
     white = 0.99846 if curve == "agx" else 1  # the published fit of AgX ends below 1

@@ -35,7 +35,8 @@ LAYERS = [
 FACE = "__init__"
 ONLY_IN = {"moderngl": "gpu", "glcontext": "gpu", "mitsuba": "reference", "drjit": "reference"}
 
-SHADER_FOLDERS = ["core", "sampler", "bsdf", "texture", "shape", "emitter", "camera", "film", "split_sum", "integrator"]
+SHADER_FOLDERS = ["core", "sampler", "bsdf", "texture", "shape", "emitter", "camera", "film", "split_sum"]
+SHADER_FOLDERS += ["integrator", "display"]
 # Text that the composer makes in memory, for the top of the program alone.
 GENERATED, GENERATED_IN = "generated", "pathtracer.frag"
 

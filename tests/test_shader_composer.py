@@ -270,6 +270,7 @@ CHOICES = {
     "integrator": ["path", "path", "split-sum"],
     "background": ["environment", "environment", "prefiltered", "irradiance", "black"],
 }
+SHOWS = ("display.frag", "display/picture.glsl", "display/tone.glsl")
 # What the benchmark and the viewer switch, as no scene does.
 SWITCHES = {
     "PATH_REGENERATION": [1, 1, 0],
@@ -380,7 +381,7 @@ def test_programs_of_the_bundled_scenes_are_valid(tmp_path: Path, language: str)
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_other_programs_are_valid(tmp_path: Path, language: str) -> None:
     """The one that shows the image, with every value of each of its features, those of maps, the vertex shader."""
-    names = features_of("display.frag")
+    names = features_of(*SHOWS)
     settings = [dict.fromkeys(names, 1)]
     for name in names:
         choices = [v for c, v in composer.CONSTANTS.items() if c.startswith(f"{name.removesuffix('_CURVE')}_")]
@@ -389,12 +390,21 @@ def test_other_programs_are_valid(tmp_path: Path, language: str) -> None:
     maps = sorted(path.relative_to(SHADERS).as_posix() for path in SHADERS.glob("split_sum/*.frag"))
     assert maps
     validate(tmp_path, [compose(path, {}, SHADERS, language=language).text for path in maps])
+    passes = [v for name, v in composer.CONSTANTS.items() if name.startswith("BLOOM_")]  # of any radius
+    blooms = [
+        {"BLOOM_PASS": kind, "HAS_HELD": flag, "HAS_OTHER": flag, "FILM_FITS": flag}
+        for kind in passes
+        for flag in (0, 1)
+    ]
+    validate(tmp_path, (compose("display_bloom.frag", s, SHADERS, language=language).text for s in blooms))
+    validate(tmp_path, [compose("display_meter.frag", {}, SHADERS, language=language).text])
     validate(tmp_path, [compose("fullscreen.vert", {}, SHADERS, language=language).text], "vert")
 
 
-def features_of(program: str) -> list[str]:
-    """The features that the conditions of a file ask for."""
-    conditions = re.findall(r"^\s*#\s*(?:if|elif)(.*)", (SHADERS / program).read_text(), re.MULTILINE)
+def features_of(*files: str) -> list[str]:
+    """The features that the conditions of files ask for."""
+    text = "\n".join((SHADERS / name).read_text() for name in files)
+    conditions = re.findall(r"^\s*#\s*(?:if|elif)(.*)", text, re.MULTILINE)
     return sorted(set(re.findall(r"\w+", " ".join(conditions))) & set(composer.FEATURES))
 
 
@@ -404,8 +414,8 @@ def test_every_feature_takes_part() -> None:
     for packed, switches in covering_programs(1000):
         for name, value in {**packed.defines, **switches}.items():
             values[name].add(value)
-    never = {name for name, found in values.items() if len(found) < 2} - set(features_of("display.frag"))
-    assert never == {"RANDOM_TEXTURE_WIDTH", "RANDOM_TEXTURE_LAYERS", "MESH_STACK"}
+    never = {name for name, found in values.items() if len(found) < 2} - set(features_of(*SHOWS, "display_bloom.frag"))
+    assert never == {"BLOOM_RADIUS", "RANDOM_TEXTURE_WIDTH", "RANDOM_TEXTURE_LAYERS", "MESH_STACK"}
 
 
 @pytest.mark.skipif(shutil.which("glslangValidator") is None, reason="glslangValidator is not installed")

@@ -75,6 +75,13 @@ CONSTANTS = {
     "VIEW_DATA": 4,  # the mean is to be shown as it is
     "VIEW_DEPTH": 5,
     "VIEW_ALBEDO": 6,
+    "VIEW_BLOOM": 7,
+    # Of display_bloom.frag.
+    "BLOOM_BRIGHT": 0,
+    "BLOOM_HALF": 1,
+    "BLOOM_ADD": 2,
+    "BLOOM_BLUR_X": 3,
+    "BLOOM_BLUR_Y": 4,
 }
 FEATURES = {
     "GEOMETRY_TERM": CONSTANTS["GEOMETRY_SMITH"],
@@ -142,6 +149,9 @@ FEATURES = {
     "VIEW": CONSTANTS["VIEW_RADIANCE"],
     "FILM_FITS": 1,  # the film has a texel for each pixel of the picture
     "HAS_GAMMA": 0,
+    "HAS_BLOOM": 0,
+    "BLOOM_PASS": CONSTANTS["BLOOM_BRIGHT"],
+    "BLOOM_RADIUS": 2,  # taps of a blur to one side
     "HAS_HELD": 0,
     "HAS_OTHER": 0,
 }

@@ -19,7 +19,8 @@ import fragtracer as ft
 from fragtracer import resources
 from fragtracer.compare.pictures import diverging, enlarged
 from fragtracer.images import read_image, read_metadata
-from fragtracer.images.tone import TONE_CURVES, to_display
+from fragtracer.images.look import Look
+from fragtracer.images.tone import TONE_CURVES
 from fragtracer.viewer import app, display
 from fragtracer.viewer.app import Viewer
 from fragtracer.viewer.panels import significance as panel
@@ -58,7 +59,7 @@ def converges() -> None:
         for curve in TONE_CURVES:
             viewer.session.display = replace(viewer.session.display, tone_curve=curve, exposure=0.5)
             viewer.frame()
-            expected = to_display(image, 0.5, curve)
+            expected = Look(0.5, curve).show(image)
             free = slice(0, height - 60)  # above the status bar
             assert np.abs(picture(viewer)[free] - expected[free]).max() < 1.6 / 255, curve
     size = f"{width}x{height}"

@@ -7,7 +7,7 @@ import warnings
 
 import typer
 
-from fragtracer.cli import bench, compare, doctor, info, render, scenes, view
+from fragtracer.cli import bench, compare, develop, doctor, info, render, scenes, view
 from fragtracer.errors import FragtracerError
 
 app = typer.Typer(
@@ -20,6 +20,7 @@ app = typer.Typer(
 for command in (
     view.view,
     render.render,
+    develop.develop,
     compare.compare,
     compare.export_mitsuba,
     bench.bench,

@@ -3,7 +3,7 @@
 
 import re
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -47,6 +47,30 @@ def with_settings(scene: "Scene", **settings: Any) -> "Scene":
         return replace(scene, render=replace(scene.render, **changed))
     except ValidationError as error:
         raise FragtracerError(error.errors()[0]["msg"].removeprefix("Value error, ")) from None
+
+
+Exposure = Annotated[str, typer.Option(metavar="auto|STOPS", help="Brightness of a .png.")]
+Tonemap = Annotated[Literal["linear", "reinhard", "aces", "agx"], typer.Option(help="Tone curve of a .png.")]
+Gamma = Annotated[float, typer.Option(help="Bends a .png after the sRGB curve; 1 leaves it.")]
+Bloom = Annotated[float, typer.Option(metavar="STRENGTH", help="Glare around bright parts of a .png; 0 for none.")]
+BloomThreshold = Annotated[float, typer.Option(metavar="X", help="What is bright, after exposure; 1 is white.")]
+BloomAlone = Annotated[bool, typer.Option("--bloom-alone", help="Show the glare and nothing else.")]
+
+
+def parse_exposure(text: str) -> float | Literal["auto"]:
+    """Stops, or "auto" as it is.
+
+    Raises
+    ------
+    FragtracerError
+        If it is neither.
+    """
+    if text == "auto":
+        return "auto"
+    try:
+        return float(text)
+    except ValueError:
+        raise FragtracerError(f"--exposure {text}: give a number of stops, or auto") from None
 
 
 MultipleScattering = Annotated[

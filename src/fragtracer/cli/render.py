@@ -7,17 +7,7 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from fragtracer.cli.options import (
-    EnvironmentOption,
-    MultipleScattering,
-    RotationOption,
-    SceneArgument,
-    SizeOption,
-    StrengthOption,
-    parse_size,
-    with_environment,
-    with_settings,
-)
+from fragtracer.cli import options
 
 Output = Annotated[Path, typer.Option("--output", "-o", help="Image file: .exr, .hdr, .npy (linear radiance) or .png.")]
 Spp = Annotated[int | None, typer.Option(min=1, max=2**24, help="Samples per pixel.  [default: the scene's]")]
@@ -29,9 +19,9 @@ Count = typer.Option(min=1, max=1024)
 
 
 def render(
-    scene: SceneArgument,
+    scene: options.SceneArgument,
     output: Output,
-    size: SizeOption = None,
+    size: options.SizeOption = None,
     spp: Spp = None,
     time: Time = None,
     until: Until = None,
@@ -43,26 +33,31 @@ def render(
     geometry: Annotated[
         Literal["smith", "schlick-beckmann", "karis"] | None, typer.Option(help="Geometry term of the material.")
     ] = None,
-    multiple_scattering: MultipleScattering = None,
+    multiple_scattering: options.MultipleScattering = None,
     estimator: Annotated[Literal["mis", "nee", "bsdf"] | None, typer.Option(help="How light is sampled.")] = None,
     sampler: Annotated[Literal["texture", "hash"] | None, typer.Option(help="Source of random numbers.")] = None,
     pixel_filter: Annotated[Literal["box", "tent", "gaussian"] | None, typer.Option()] = None,
-    environment: EnvironmentOption = None,
-    environment_rotation: RotationOption = None,
-    environment_strength: StrengthOption = None,
+    environment: options.EnvironmentOption = None,
+    environment_rotation: options.RotationOption = None,
+    environment_strength: options.StrengthOption = None,
     integrator: Annotated[Literal["path", "split-sum"] | None, typer.Option(help="How light is found.")] = None,
-    exposure: Annotated[float, typer.Option(metavar="STOPS", help="Brightness of a .png.")] = 0.0,
-    tonemap: Annotated[
-        Literal["linear", "reinhard", "aces", "agx"], typer.Option(help="Tone curve of a .png.")
-    ] = "linear",
+    exposure: options.Exposure = "0",
+    tonemap: options.Tonemap = "linear",
+    gamma: options.Gamma = 1.0,
+    bloom: options.Bloom = 0.0,
+    bloom_threshold: options.BloomThreshold = 1.0,
+    bloom_alone: options.BloomAlone = False,
 ) -> None:
     """Render SCENE into an image file. Ctrl-C writes what there is."""
     from fragtracer.images import check_writable, write_image
+    from fragtracer.images.look import Look
     from fragtracer.renderer import Renderer
     from fragtracer.scene_file import load
 
     check_writable(output)
-    options: dict[str, Any] = {
+    look = (options.parse_exposure(exposure), tonemap, gamma, bloom, bloom_threshold, bloom_alone)
+    Look(*look)  # refused here, not after the work
+    settings: dict[str, Any] = {
         "bounces": bounces,
         "rays": rays,
         "light_samples": light_samples,
@@ -75,10 +70,10 @@ def render(
         "pixel_filter": pixel_filter,
         "integrator": integrator,
     }
-    lit = with_environment(load(scene), environment, environment_rotation, environment_strength)
-    with Renderer(with_settings(lit, **options), parse_size(size)) as renderer:
+    lit = options.with_environment(load(scene), environment, environment_rotation, environment_strength)
+    with Renderer(options.with_settings(lit, **settings), options.parse_size(size)) as renderer:
         finished = _sample(renderer, spp, time, None if until is None else until / 100)
-        write_image(output, renderer.image(), renderer.metadata(), exposure, tonemap)
+        write_image(output, renderer.image(), renderer.metadata(), *look)
         _report(renderer, output, finished)
     if not finished:
         raise typer.Exit(130)

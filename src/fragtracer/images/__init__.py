@@ -8,8 +8,9 @@ PNG files cannot: there such a pixel is magenta, as bright as the brightest, and
 """
 
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -27,13 +28,13 @@ from fragtracer.images.formats import (
     write_npy,
     write_png,
 )
+from fragtracer.images.look import Look
 from fragtracer.images.rgbe import LARGEST
-from fragtracer.images.tone import TONE_CURVES, FloatImage, to_display
+from fragtracer.images.tone import FloatImage
 
 _WRITERS = {".exr": write_exr, ".hdr": write_hdr, ".npy": write_npy, ".png": write_png}
 _READERS = {".exr": read_exr, ".hdr": read_hdr, ".npy": read_npy, ".png": read_png}
 _PREFIX = "fragtracer."
-_MOST_STOPS = 64
 
 
 def check_writable(path: str | Path) -> None:
@@ -45,8 +46,12 @@ def write_image(
     path: str | Path,
     image: npt.ArrayLike,
     metadata: Mapping[str, str] | None = None,
-    exposure: float = 0.0,
+    exposure: float | Literal["auto"] = 0.0,
     tonemap: str = "linear",
+    gamma: float = 1.0,
+    bloom: float = 0.0,
+    bloom_threshold: float = 1.0,
+    bloom_alone: bool = False,
 ) -> None:
     """Write an image in the format that the extension of ``path`` names.
 
@@ -60,10 +65,8 @@ def write_image(
         Linear radiance, (h, w, 3), row 0 at the top.
     metadata
         Kept under "fragtracer.KEY" and read back by :func:`read_metadata`; a .npy file has no place for them.
-    exposure
-        In stops, -64 to 64; .png only, the other formats keep the radiance itself.
-    tonemap
-        A key of :data:`fragtracer.images.tone.TONE_CURVES`; .png only.
+    exposure, tonemap, gamma, bloom, bloom_threshold, bloom_alone
+        As :class:`fragtracer.images.look.Look` has them; .png only, the other formats keep the radiance itself.
 
     Raises
     ------
@@ -75,23 +78,24 @@ def write_image(
     pixels = _as_image(image)
     entries = {_PREFIX + key: value for key, value in (metadata or {}).items()}
     if suffix == ".hdr":
-        pixels = _mark_non_finite(pixels, path, lambda p: np.clip(p, 0, LARGEST))
+        bad = _non_finite(pixels, path)
+        pixels = np.clip(np.where(bad[..., None], np.float32(0), pixels), 0, LARGEST)
+        pixels[bad] = np.multiply((1, 0, 1), max(1, pixels.max()))
     if suffix == ".png":
-        _check_display(exposure, tonemap)
-        pixels = _mark_non_finite(pixels, path, lambda p: to_display(p, exposure, tonemap))
-        entries |= {f"{_PREFIX}exposure": str(exposure), f"{_PREFIX}tonemap": tonemap}
+        look = Look(exposure, tonemap, gamma, bloom, bloom_threshold, bloom_alone)
+        entries |= {_PREFIX + key: value for key, value in look.metadata(pixels).items()}
+        _non_finite(pixels, path)
+        pixels = look.show(pixels)
     with output.replacing(path) as part:
         _WRITERS[suffix](part, pixels, entries)
 
 
-def _mark_non_finite(image: FloatImage, path: str | Path, convert: Callable[[FloatImage], FloatImage]) -> FloatImage:
+def _non_finite(image: FloatImage, path: str | Path) -> npt.NDArray[np.bool_]:
+    """The mask of the pixels that are NaN or infinite, with a warning if there are any."""
     bad: npt.NDArray[np.bool_] = np.logical_not(np.isfinite(image).all(axis=2))
-    if not bad.any():
-        return convert(image)
-    warnings.warn(f"{path}: {bad.sum()} pixels are NaN or infinite and are drawn magenta", stacklevel=3)
-    converted = convert(np.where(bad[..., None], np.float32(0), image))
-    converted[bad] = np.multiply((1, 0, 1), max(1, converted.max()))
-    return converted
+    if bad.any():
+        warnings.warn(f"{path}: {bad.sum()} pixels are NaN or infinite and are drawn magenta", stacklevel=3)
+    return bad
 
 
 def _as_image(image: npt.ArrayLike) -> FloatImage:
@@ -99,13 +103,6 @@ def _as_image(image: npt.ArrayLike) -> FloatImage:
     if array.ndim != 3 or array.shape[2] != 3 or array.size == 0 or array.dtype.kind not in "fiu":
         raise OutputError(f"an image is an array of (height, width, 3) numbers, got {array.dtype} {array.shape}")
     return np.ascontiguousarray(array, dtype=np.float32)
-
-
-def _check_display(exposure: float, tonemap: str) -> None:
-    if tonemap not in TONE_CURVES:
-        raise OutputError(f"there is no tone curve {tonemap!r}; choose from {', '.join(TONE_CURVES)}")
-    if not abs(exposure) <= _MOST_STOPS:
-        raise OutputError(f"exposure must lie between -{_MOST_STOPS} and {_MOST_STOPS} stops, got {exposure}")
 
 
 def read_image(path: str | Path) -> FloatImage:
@@ -122,13 +119,18 @@ def read_image(path: str | Path) -> FloatImage:
     FragtracerError
         If the file is missing, damaged, or holds something else.
     """
-    return _read(path)[0]
+    return read_content(path)[0]
 
 
 def read_metadata(path: str | Path) -> dict[str, str]:
     """The metadata that :func:`write_image` put into a file, empty where there are none; errors as there."""
-    entries = _read(path)[1].items()
-    return {key.removeprefix(_PREFIX): value for key, value in entries if key.startswith(_PREFIX)}
+    return read_content(path)[1]
+
+
+def read_content(path: str | Path) -> Content:
+    """What :func:`read_image` and :func:`read_metadata` give, both of one look at the file; errors as there."""
+    pixels, entries = _read(path)
+    return pixels, {k.removeprefix(_PREFIX): value for k, value in entries.items() if k.startswith(_PREFIX)}
 
 
 def _read(path: str | Path) -> Content:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""From radiance to what a screen shows: tone curves and the sRGB transfer function (shaders/display.frag)."""
+"""Tone curves and the sRGB transfer function (shaders/display/tone.glsl)."""
 
 from collections.abc import Callable
 
@@ -77,26 +77,3 @@ def srgb_encode(x: FloatImage) -> FloatImage:
 def srgb_decode(x: FloatImage) -> FloatImage:
     """sRGB [0, 1] to linear [0, 1] (IEC 61966-2-1)."""
     return np.where(x <= 0.04045, x / 12.92, ((x + 0.055) / 1.055) ** 2.4).astype(np.float32)
-
-
-def to_display(image: FloatImage, exposure: float = 0.0, tonemap: str = "linear") -> FloatImage:
-    """Exposure, then the tone curve, then the clip to [0, 1] and the sRGB transfer function.
-
-    Parameters
-    ----------
-    image
-        Linear radiance, (h, w, 3) float32, finite.
-    exposure
-        In stops: the radiance is multiplied by ``2**exposure``.
-    tonemap
-        A key of :data:`TONE_CURVES`.
-
-    Returns
-    -------
-    numpy.ndarray
-        sRGB values in [0, 1], (h, w, 3) float32.
-    """
-    with np.errstate(over="ignore"):
-        exposed = np.maximum(image, 0) * np.float32(2.0**exposure)
-    curve = TONE_CURVES[tonemap](np.minimum(exposed, np.finfo(np.float32).max))
-    return srgb_encode(np.clip(curve, 0, 1))

@@ -4,11 +4,13 @@
 import shlex
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from fragtracer import scene_file
 from fragtracer.resources import folder
 from fragtracer.viewer import camera as cameras
 from fragtracer.viewer import picking
+from fragtracer.viewer.display import DisplaySettings
 from fragtracer.viewer.input import Click
 from fragtracer.viewer.panels import scene as scene_panel
 from fragtracer.viewer.session import Session
@@ -109,7 +111,21 @@ def render_command(session: Session, size: tuple[int, int], spp: int) -> str:
         name = path.name
     words = ["fragtracer", "render", name, "-o", f"{scene.name}.png"]
     words += ["--size", f"{size[0]}x{size[1]}", "--spp", str(max(spp, 1))]
-    shown = session.display
-    words += ["--exposure", f"{shown.exposure:g}"] if shown.exposure else []
-    words += ["--tonemap", shown.tone_curve] if shown.tone_curve != "linear" else []
+    usual = look(DisplaySettings())
+    for key, value in look(session.display).items():
+        option = f"--{key.replace('_', '-')}"
+        if value != usual[key]:
+            words += [option] if value is True else [option, value if isinstance(value, str) else f"{value:g}"]
     return shlex.join(words)
+
+
+def look(shown: DisplaySettings) -> dict[str, Any]:
+    """How the window shows radiance, as :func:`fragtracer.write_image` takes it."""
+    return {
+        "exposure": "auto" if shown.auto_exposure else shown.exposure,
+        "tonemap": shown.tone_curve,
+        "gamma": shown.gamma,
+        "bloom": shown.bloom_strength if shown.has_bloom else 0.0,
+        "bloom_threshold": shown.bloom_threshold,
+        "bloom_alone": shown.view == "bloom",
+    }

@@ -296,7 +296,7 @@ class Viewer:
         """Write the picture, without panels, with the metadata of ``fragtracer render``."""
         shown = self.session.display
         metadata = self.renderer.metadata() | {"view": self._gathered() or "radiance"}
-        write_image(path, self.renderer.image(), metadata, shown.exposure, shown.tone_curve)
+        write_image(path, self.renderer.image(), metadata, **actions.look(shown))
         self.session.say(f"Saved {path}")
 
     def _sync(self, area: Area) -> None:

@@ -12,9 +12,11 @@ from fragtracer.gpu.film import Film
 from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.resources import folder
 from fragtracer.shader_composer import CONSTANTS
+from fragtracer.viewer.bloom import Bloom
+from fragtracer.viewer.meter import Meter
 
 ToneCurve = Literal["linear", "reinhard", "aces", "agx"]
-View = Literal["radiance", "samples", "standard error", "non-finite", "normals", "depth", "albedo"]
+View = Literal["radiance", "samples", "standard error", "non-finite", "normals", "depth", "albedo", "bloom"]
 _VIEWS: dict[str, str] = {
     "radiance": "VIEW_RADIANCE",
     "samples": "VIEW_SAMPLES",
@@ -23,9 +25,10 @@ _VIEWS: dict[str, str] = {
     "normals": "VIEW_DATA",
     "depth": "VIEW_DEPTH",
     "albedo": "VIEW_ALBEDO",
+    "bloom": "VIEW_BLOOM",
 }
 AUXILIARY = ("normals", "depth", "albedo")  # views of other things than light, which the tracer must gather
-_MEAN, _VARIANCE, _HELD, _OTHER = range(4)  # texture units
+_MEAN, _VARIANCE, _HELD, _OTHER, _BLOOM = range(5)  # texture units
 
 Rectangle = tuple[int, int, int, int]  # left, bottom, width, height, in pixels of the window
 
@@ -34,19 +37,29 @@ Rectangle = tuple[int, int, int, int]  # left, bottom, width, height, in pixels 
 class DisplaySettings:
     """How radiance becomes a picture; nothing here changes a sample.
 
-    ``exposure`` is in stops. ``gamma`` bends the result after the sRGB transfer function; 1 leaves
-    it. ``wipe`` is the share of the width that shows the film where there is a picture to compare.
-    ``error_range`` is the relative error, and ``depth_range`` the distance in metres, at the end of
-    their scales.
+    ``exposure`` is in stops, unless ``auto_exposure`` finds them. ``gamma`` bends the result after the sRGB
+    transfer function; 1 leaves it. ``bloom`` adds glare, ``bloom_strength`` times that of what is above
+    ``bloom_threshold`` after exposure (images/look.py); the view "bloom" shows it alone. ``wipe`` is the
+    share of the width that shows the film where there is a picture to compare. ``error_range`` is the
+    relative error, and ``depth_range`` the distance in metres, at the end of their scales.
     """
 
     exposure: Annotated[float, Field(ge=-64, le=64)] = 0.0
+    auto_exposure: bool = False
     gamma: Annotated[float, Field(gt=0, le=10)] = 1.0
+    bloom: bool = False
+    bloom_strength: Annotated[float, Field(gt=0, le=1e6)] = 0.2
+    bloom_threshold: Annotated[float, Field(ge=0, le=1e6)] = 1.0
     tone_curve: ToneCurve = "linear"
     view: View = "radiance"
     wipe: Annotated[float, Field(ge=0, le=1)] = 0.5
     error_range: Annotated[float, Field(gt=0)] = 0.2
     depth_range: Annotated[float, Field(gt=0)] = 10.0
+
+    @property
+    def has_bloom(self) -> bool:
+        """Whether glare is to be computed."""
+        return self.view == "bloom" or (self.bloom and self.view in ("radiance", "non-finite"))
 
 
 class Display:
@@ -64,6 +77,7 @@ class Display:
         self._picture_buffer: Any = None
         self._last: dict[str, int] = {}
         self._other: Any = None
+        self._bloom, self._meter = Bloom(context), Meter(context)
 
     def compare_with(self, image: NDArray[np.float32] | None) -> None:
         """Put a picture, (height, width, 3), beyond the wipe; None takes it away."""
@@ -95,18 +109,26 @@ class Display:
         mean, variance = film.textures
         mean.use(_MEAN)
         variance.use(_VARIANCE)
+        exposure = 2.0 ** (self._meter.follow(film) if settings.auto_exposure else settings.exposure)
+        mean.use(_MEAN)
         (held.textures[0] if held is not None else mean).use(_HELD)
         (self._other or mean).use(_OTHER)
         enlarges = held is None and not self.compares and film.size[0] * film.size[1] < rectangle[2] * rectangle[3] / 2
         place = (0, 0, *film.size) if enlarges else rectangle
+        picture = {"u_held_weight": held_weight, "u_wipe": settings.wipe, "u_exposure": exposure}
+        size = rectangle[2:]
+        if settings.has_bloom:
+            shown = {"FILM_FITS": int(film.size == size), "HAS_HELD": int(held is not None)}
+            self._bloom.draw(size, shown | {"HAS_OTHER": int(self.compares)}, picture, settings.bloom_threshold)
+            self._bloom.result.use(_BLOOM)
         program = self._program(settings, film.size == place[2:], held is not None)
         ranges = {"samples": max(spp, 1) * 1.25, "depth": settings.depth_range}
         program.set(
-            {
-                "u_held_weight": held_weight,
+            picture
+            | {
                 "u_rectangle": tuple(float(x) for x in place),
-                "u_wipe": settings.wipe,
-                "u_exposure": 2.0**settings.exposure,
+                "u_bloom_size": self._bloom.covered(size),
+                "u_bloom_strength": settings.bloom_strength,
                 "u_inverse_gamma": 1 / settings.gamma,
                 "u_range": ranges.get(settings.view, settings.error_range),
             }
@@ -142,6 +164,7 @@ class Display:
             "VIEW": CONSTANTS[_VIEWS[settings.view]],
             "FILM_FITS": int(fits),
             "HAS_GAMMA": int(settings.gamma != 1),
+            "HAS_BLOOM": int(settings.has_bloom),
             "HAS_HELD": int(holds),
             "HAS_OTHER": int(self.compares),
         }
@@ -154,6 +177,7 @@ class Display:
     def _compiled(self, defines: dict[str, int]) -> FullscreenProgram:
         program = FullscreenProgram(self._context, folder("shaders"), "display.frag", defines)
         program.set({"u_film_mean": _MEAN, "u_film_variance": _VARIANCE, "u_held": _HELD, "u_other": _OTHER})
+        program.set({"u_bloom": _BLOOM})
         return program
 
     def reload_shaders(self) -> None:
@@ -166,6 +190,8 @@ class Display:
         """
         program = self._compiled(self._last)
         self._forget_programs()
+        self._bloom.forget_programs()
+        self._meter.forget()
         self._programs[tuple(self._last.values())] = program
 
     def _forget_programs(self) -> None:
@@ -177,6 +203,8 @@ class Display:
         self.compare_with(None)
         self._release_picture()
         self._enlarger.release()
+        self._bloom.release()
+        self._meter.forget()
         self._forget_programs()
 
 

@@ -13,7 +13,10 @@ from typing import Any
 from fragtracer.scene import Camera
 from fragtracer.viewer.display import DisplaySettings
 
-_KEPT = ("exposure", "gamma", "tone_curve", "error_range", "depth_range")
+_KEPT = (
+    *("exposure", "auto_exposure", "gamma", "tone_curve", "bloom", "bloom_strength", "bloom_threshold"),
+    *("error_range", "depth_range"),
+)
 _FILE = "viewer.json"
 _VIEWPOINTS = "viewpoints.json"
 _MOST_SCENES = 100  # whose viewpoints are kept, those that were written last

@@ -11,9 +11,16 @@ def edit(settings: DisplaySettings, compares: bool) -> DisplaySettings:
     """Controls for the picture on the screen; ``compares`` if there is another picture to wipe to."""
     new: dict[str, object] = {}
     if widgets.header("Tone"):
-        new["exposure"] = widgets.slider("Exposure", settings.exposure, -8.0, 8.0, "%+.2f stops")
+        new["auto_exposure"] = widgets.check("Auto exposure", settings.auto_exposure)
+        if not settings.auto_exposure:
+            new["exposure"] = widgets.slider("Exposure", settings.exposure, -8.0, 8.0, "%+.2f stops")
         new["gamma"] = widgets.slider("Gamma", settings.gamma, 0.4, 2.5, "%.2f")
         new["tone_curve"] = widgets.choice("Tone curve", settings.tone_curve, get_args(ToneCurve))
+    if widgets.header("Bloom"):
+        new["bloom"] = widgets.check("Glare", settings.bloom)
+        if settings.bloom or settings.view == "bloom":
+            new["bloom_strength"] = widgets.slider("Strength", settings.bloom_strength, 0.01, 4.0, "%.2f", log=True)
+            new["bloom_threshold"] = widgets.slider("Threshold", settings.bloom_threshold, 0.0, 16.0, "%.2f")
     if widgets.header("View"):
         new["view"] = widgets.choice("Show", settings.view, get_args(View))
         if settings.view == "standard error":
