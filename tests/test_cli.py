@@ -123,6 +123,27 @@ def test_info_names_the_renderer():
     assert "Mitsuba" in done.stdout
 
 
+def test_info_says_what_a_model_holds(tmp_path):
+    path = tmp_path / "x.obj"
+    path.write_text("mtllib none.mtl\nv 0 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\n")
+    done = run("info", str(path))
+    assert done.returncode == 0
+    assert "x: 1 triangles in 1 parts" in done.stdout
+    assert "from [0, 0, 0] to [2, 1, 0] m" in done.stdout
+    warning = f"fragtracer: warning: {path}: ignored: none.mtl (no such file; its materials are grey)\n"
+    assert done.stderr == warning
+
+
+def test_a_model_is_rendered(tmp_path):
+    (tmp_path / "x.obj").write_text("v 0 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\n")
+    image = tmp_path / "x.exr"
+    done = run("render", str(tmp_path / "x.obj"), "-o", str(image), "--size", "32x24", "--spp", "16")
+    assert done.returncode == 0, done.stderr
+    pixels = read_image(image)
+    background = np.abs(pixels - 0.3).max(axis=2) < 1e-4
+    assert 0.3 < background.mean() < 0.9
+
+
 def test_scenes_lists_each_with_its_line():
     done = run("scenes")
     assert done.returncode == 0

@@ -24,7 +24,7 @@ from fragtracer.scene import (
     Sphere,
     Triangle,
 )
-from fragtracer.scene_file import bundled, dump, load, parse, save, tables
+from fragtracer.scene_file import bundled, dump, load, meshes, parse, save, tables, textures
 
 RED = "\n[material.red]\n"
 SPHERE = '[[sphere]]\ncenter = [0, 1, 2]\nradius = 1\nmaterial = "red"\n'
@@ -351,7 +351,8 @@ def test_no_permission(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_readme_lists_every_scene_and_key() -> None:
     readme = (folder("scenes") / "README.md").read_text("utf-8")
     keys = {field.name for item in MODEL for field in dataclasses.fields(item)}
-    keys = keys - {"image", "gradient", "sky"} | {"file"}
+    keys = keys - {"image", "gradient", "sky"} | {*textures.KEYS, *meshes.KEYS} - {"instance"}
+    assert "[[mesh.instance]]" in readme
     assert not {name for name in {*BUNDLED, *keys} if f"`{name}`" not in readme}
 
 

@@ -10,6 +10,7 @@ import pytest
 
 import fragtracer as ft
 from fragtracer.errors import OutputError, SceneError
+from fragtracer.scene import Environment, Panorama
 from fragtracer.scene_file import dump, files_behind, load, save
 
 OBJ = "mtllib x.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl red\nf 1/1 2/2 3/3\n"
@@ -99,6 +100,18 @@ def test_meshes_and_images_made_in_python_are_written_beside(tmp_path: Path) -> 
     save(made, tmp_path / "s.toml")
     save(again, tmp_path / "s.toml")
     assert times == {path: path.stat().st_mtime_ns for path in tmp_path.iterdir() if path.suffix != ".toml"}
+
+
+def test_an_environment_made_in_python_is_written_beside(tmp_path: Path) -> None:
+    pixels = np.random.default_rng(6).random((4, 8, 3)).astype(np.float32)
+    made = ft.Scene(environment=Environment(image=Panorama(pixels), strength=2.0))
+    save(made, tmp_path / "s.toml")
+    again = load(tmp_path / "s.toml").environment
+    assert again == made.environment
+    assert again is not None
+    assert again.image is not None
+    assert again.image.file is not None
+    assert Path(again.image.file).parent == tmp_path
 
 
 def test_a_mesh_that_is_not_as_in_its_file_is_written(folder: Path) -> None:

@@ -123,7 +123,7 @@ def dump(scene: Scene, folder: str | Path = ".") -> str:
 def save(scene: Scene, path: str | Path) -> None:
     """Write a scene file; the scene takes the name of the file when it is read again.
 
-    Models and images in files are named, relative to the new file. Meshes and images made in Python are written
+    Models and images in files are named, relative to the new file. Meshes and pictures made in Python are written
     beside it: as .npz, .png, or .exr and .npy where the pixels are floats.
 
     Raises

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Files that a scene file needs beside it: for meshes and images that were made in Python."""
+"""Files that a scene file needs beside it: for meshes, images and environments that were made in Python."""
 
 import re
 from collections.abc import Mapping
@@ -12,14 +12,14 @@ import numpy as np
 from fragtracer.images import output, write_image
 from fragtracer.importers import read_model
 from fragtracer.importers.arrays import write_arrays
-from fragtracer.scene import Image, Material, Mesh, Scene, Texture
+from fragtracer.scene import Environment, Image, Material, Mesh, Panorama, Scene, Texture
 from fragtracer.scene.content import content_digest
 from fragtracer.scene_file.meshes import Models, is_stored
 from fragtracer.scene_file.textures import TEXTURES
 
 
 def with_files(scene: Scene, path: Path) -> Scene:
-    """``scene`` with a file for each mesh and image, written beside ``path`` where there was none.
+    """``scene`` with a file for each mesh and picture, written beside ``path`` where there was none.
 
     The names hold a digest of the content: what has not changed since the last time is not written again.
 
@@ -35,7 +35,7 @@ def with_files(scene: Scene, path: Path) -> Scene:
         name: material if came.get(name) == material else _with_images(material, path)
         for name, material in scene.materials.items()
     }
-    return replace(scene, meshes=meshes, materials=materials)
+    return replace(scene, meshes=meshes, materials=materials, environment=_with_panorama(scene.environment, path))
 
 
 def _materials_of(meshes: tuple[Mesh, ...]) -> Mapping[str, Material]:
@@ -62,6 +62,16 @@ def _with_images(material: Material, path: Path) -> Material:
         if texture is not None and texture.image.file is None:
             changes[key] = replace(texture, image=_write_image(texture.image, key.removesuffix("_texture"), path))
     return replace(material, **changes)
+
+
+def _with_panorama(environment: Environment | None, path: Path) -> Environment | None:
+    if environment is None or environment.image is None or environment.image.file is not None:
+        return environment
+    image = environment.image
+    file = _beside(path, "environment", image.digest, ".exr")
+    if not file.exists():
+        write_image(file, image.pixels)
+    return replace(environment, image=Panorama(image.pixels, str(file)))
 
 
 def _write_image(image: Image, name: str, path: Path) -> Image:

@@ -89,7 +89,7 @@ def plain_environment(environment: Environment, folder: Path) -> dict[str, Any]:
         table[key] = _plain(table[key])
     if (image := table.pop("image", None)) is not None:
         if image.file is None:
-            raise OutputError("environment: its picture is in no file; write it with write_image and read it again")
+            raise OutputError("environment: its picture is in no file; fragtracer.save writes one beside the scene")
         table = {"file": relative(image.file, folder)} | table
     return table
 

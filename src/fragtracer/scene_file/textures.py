@@ -19,7 +19,7 @@ TEXTURES = tuple(f"{name}_texture" for name in ("albedo", "roughness", "metallic
 _LINEAR_SUFFIXES = (".exr", ".hdr", ".npy")
 _COLORS = ("albedo_texture", "emission_texture")
 _SPACES: tuple[ColorSpace, ...] = get_args(ColorSpace)
-_KEYS = ("file", "color_space", *(item.name for item in fields(Texture) if item.name != "image"))
+KEYS = ("file", "color_space", *(item.name for item in fields(Texture) if item.name != "image"))
 
 
 @dataclass
@@ -82,14 +82,14 @@ def texture(key: str, value: Any, path: str, images: ImageFiles, mistakes: list[
     if space is not None and space not in _SPACES:
         mistakes.append(f"{path}.color_space: must be one of {', '.join(map(show, _SPACES))}, got {show(space)}")
         return None
-    unknown = [name for name in table if name not in _KEYS]
-    mistakes += [f"{join(path, name)}: there is no such key; {suggest(name, _KEYS)}" for name in unknown]
+    unknown = [name for name in table if name not in KEYS]
+    mistakes += [f"{join(path, name)}: there is no such key; {suggest(name, KEYS)}" for name in unknown]
     try:
         image = images.image(file, cast(ColorSpace, space) or implied_space(key, file))
     except (FragtracerError, ValueError) as error:
         mistakes.append(f"{path}: {error}")
         return None
-    rest = {name: item for name, item in table.items() if name in _KEYS[2:]}
+    rest = {name: item for name, item in table.items() if name in KEYS[2:]}
     return build(Texture, {"image": image, **rest}, path, mistakes)
 
 
