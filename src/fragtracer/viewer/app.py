@@ -40,6 +40,7 @@ _NAP = 0.1  # seconds to wait for events when there is nothing to do
 _BACKGROUND = (0.06, 0.06, 0.07)
 _CHECKED_EVERY = 60  # frames
 _FATAL = ("GL_OUT_OF_MEMORY", "GL_UNKNOWN_ERROR")
+_SHOWN_EVERY = 0.06  # seconds, while the picture is at rest and refines
 _FIRST = 16  # samples per pixel of the picture before others are drawn beside it
 _AWAKE = 0.5  # seconds after the last event before that
 
@@ -76,6 +77,8 @@ class Viewer:
         self._gl_renderer = renderer.context_info["GL renderer"]
         self._shader_problem = ""
         self._active_at = time.perf_counter()
+        self._presented: tuple[object, ...] = ()
+        self._presented_at = 0.0
 
     @property
     def is_open(self) -> bool:
@@ -107,6 +110,9 @@ class Viewer:
         if self.window.is_minimised:
             time.sleep(0.05)
             return
+        if self._shows_nothing_new(start):
+            self._refine()
+            return
         if self.before_frame is not None:
             self.before_frame(self)
         self._watch()
@@ -120,11 +126,27 @@ class Viewer:
         elif self.renderer.spp > 1:
             self.film_statistics.look(self.renderer.film)
         self._draw(self.context.detect_framebuffer(0))
+        self._presented = self._on_screen()
+        self._presented_at = time.perf_counter()
         self.window.present()
         seconds = time.perf_counter() - start
         self.refiner.governor.note_overhead(seconds - traced)
         self._check_driver()
         self.times.add(seconds, self.renderer.pass_seconds)
+
+    def _shows_nothing_new(self, now: float) -> bool:
+        """Whether the time is better spent on the picture: it is at rest, and was shown a moment ago."""
+        refiner = self.refiner
+        fades = refiner.held is not None and self.renderer.spp > 0
+        if refiner.is_moving or fades or self.is_done or self.window.was_touched:
+            return False
+        wait = max(_SHOWN_EVERY, 2 * refiner.governor.overhead)
+        return now - self._presented_at < wait and self._presented == self._on_screen()
+
+    def _on_screen(self) -> tuple[object, ...]:
+        """What decides over the next frame, apart from samples and events."""
+        session = self.session
+        return session.version, session.camera, session.display, session.toast, session.max_samples
 
     def _compare(self) -> None:
         if problem := self.wipe.update(self.session.shown, self.refiner.size, self.display):
@@ -154,7 +176,7 @@ class Viewer:
 
     def _draw_for_comparison(self) -> float:
         try:
-            return self.wipe.draw_ours(self.renderer, self.refiner.governor.budget)
+            return self.wipe.draw_ours(self.renderer, self.refiner.governor.rest_budget)
         except DeviceError as error:
             self.session.problem = str(error)
             return 0.0
@@ -342,13 +364,16 @@ class Viewer:
         everything = (0, 0, *self.window.pixels)
         target.viewport = target.scissor = everything
         target.clear(*_BACKGROUND)
+        shown, held = self.renderer.film, self.refiner.held
+        if held is not None and self.renderer.spp == 0:  # the new one has nothing yet, and mixing takes time
+            shown, held = held, None
         self.display.draw(
             target,
-            self.renderer.film,
+            shown,
             self.rectangle,
             self.session.display,
             self.renderer.spp,
-            self.refiner.held,
+            held,
             self.refiner.held_weight,
         )
         target.viewport = target.scissor = everything

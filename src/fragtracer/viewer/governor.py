@@ -7,6 +7,8 @@ TARGET = 0.033  # seconds of a frame while something moves
 _SCALES = tuple(2 ** (-k / 2) for k in range(9))  # of the sides of the image, 1 to 1/16
 _MARGIN = 1.35  # by which a larger size must fit before it is taken: no flicker between two
 _LEAST = 0.25  # of the target, left to the tracer however slow the panels are
+_MOST_OVERHEAD = 0.2  # seconds; a frame that stalls once is no rule
+_LONGEST = 0.1  # seconds that the tracer may take while nothing moves
 _CAUTION = 4.0e5  # samples per second to count on before any was measured
 
 
@@ -25,12 +27,17 @@ class Governor:
 
     def note_overhead(self, seconds: float) -> None:
         """Learn what a frame costs beside tracing."""
-        self.overhead += 0.1 * (min(seconds, self.target) - self.overhead)
+        self.overhead += 0.1 * (min(seconds, _MOST_OVERHEAD) - self.overhead)
 
     @property
     def budget(self) -> float:
         """Seconds of a frame for the tracer."""
         return max(self.target - self.overhead, _LEAST * self.target)
+
+    @property
+    def rest_budget(self) -> float:
+        """The same while nothing moves: as much as the rest of the frame where that is slow already."""
+        return max(self.budget, min(self.overhead, _LONGEST))
 
     def choose(
         self, full: tuple[int, int], samples_per_second: float, light_samples: int = 1, most: int = 1

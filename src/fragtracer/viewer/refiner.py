@@ -190,7 +190,7 @@ class Refiner:
         if left <= 0:
             return 0.0
         rays = max(1, min(renderer.settings.rays, renderer.spp, left))
-        return renderer.refine(self.governor.budget, rays)
+        return renderer.refine(self.governor.rest_budget, rays)
 
     def fade(self, limit: int | None = None) -> None:
         """Let the finer picture take over a little more, of which there will be ``limit`` samples per pixel."""

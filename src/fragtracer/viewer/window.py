@@ -40,13 +40,39 @@ class Window:
         theme.load_font()
         self._themed_for = 0.0
         self._is_shown = False
+        self._touched = True
+        self._watch_events()  # before imgui, which calls these callbacks from its own
         imgui.backends.glfw_init_for_opengl(ctypes.cast(self._handle, ctypes.c_void_p).value or 0, True)
         imgui.backends.opengl3_init("#version 330")
         on_drop: Any = self._drop  # glfw's own types are wrong here
         glfw.set_drop_callback(self._handle, on_drop)
 
     def _drop(self, _: Any, paths: Any) -> None:
+        self._touched = True
         self.dropped.extend(paths)
+
+    def _watch_events(self) -> None:
+        def touch(*_: Any) -> None:
+            self._touched = True
+
+        for listen in (
+            glfw.set_cursor_pos_callback,
+            glfw.set_mouse_button_callback,
+            glfw.set_scroll_callback,
+            glfw.set_key_callback,
+            glfw.set_char_callback,
+            glfw.set_window_focus_callback,
+            glfw.set_window_size_callback,
+            glfw.set_window_refresh_callback,
+            glfw.set_window_content_scale_callback,
+            glfw.set_window_close_callback,
+        ):
+            listen(self._handle, touch)
+
+    @property
+    def was_touched(self) -> bool:
+        """Whether anything happened to the window since the last :meth:`present`."""
+        return self._touched
 
     @property
     def scale(self) -> float:
@@ -115,6 +141,7 @@ class Window:
         if not self._is_shown:
             self._is_shown = True
             glfw.show_window(self._handle)
+        self._touched = False
         glfw.swap_buffers(self._handle)
 
     def close(self) -> None:
@@ -136,6 +163,7 @@ def _create(title: str, size: tuple[int, int]) -> Any:
             (glfw.CONTEXT_VERSION_MINOR, 3),
             (glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE),
             (glfw.OPENGL_FORWARD_COMPAT, True),
+            (glfw.CONTEXT_ROBUSTNESS, glfw.LOSE_CONTEXT_ON_RESET),  # else nothing tells that it was lost
             (glfw.SCALE_TO_MONITOR, True),
             (glfw.VISIBLE, False),
         ):
