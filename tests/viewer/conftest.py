@@ -15,11 +15,11 @@ SCENARIOS = Path(__file__).with_name("scenarios.py")
 
 @pytest.fixture(scope="session")
 def display() -> Iterator[str]:
-    """The name of an X display of its own."""
+    """The name of an X display of its own, large enough for a 4K window."""
     if shutil.which("Xvfb") is None or shutil.which("xdotool") is None:
         pytest.skip("needs Xvfb and xdotool: 'make test' installs them, or 'apt install xvfb xdotool'")
     read, write = os.pipe()
-    command = ["Xvfb", "-displayfd", str(write), "-screen", "0", "1400x900x24", "-nolisten", "tcp"]
+    command = ["Xvfb", "-displayfd", str(write), "-screen", "0", "3900x2200x24", "-nolisten", "tcp", "-noreset"]
     server = subprocess.Popen(command, pass_fds=[write], stderr=subprocess.DEVNULL)
     os.close(write)
     with os.fdopen(read) as pipe:

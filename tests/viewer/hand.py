@@ -22,7 +22,9 @@ class Hand:
         self.frames(2)
 
     def frames(self, count: int) -> None:
-        for _ in range(count):
+        """Turn the loop until so many frames were shown."""
+        end = self.viewer._frames + count
+        while self.viewer._frames < end:
             self.viewer.frame()
 
     def until(self, condition: Callable[[], bool], what: str, seconds: float = 30.0) -> None:

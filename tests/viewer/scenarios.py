@@ -4,6 +4,7 @@
 Each function is run by test_viewer.py in a process of its own, in an empty folder.
 """
 
+import os
 import shutil
 import subprocess
 import sys
@@ -11,21 +12,27 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import glfw
+import moderngl
 import numpy as np
 import pytest
 from hand import Hand
+from imgui_bundle import imgui
+from x11 import say_density, say_state
 
 import fragtracer as ft
 from fragtracer import resources
 from fragtracer.compare.pictures import diverging, enlarged
+from fragtracer.errors import FragtracerError
 from fragtracer.images import read_image, read_metadata
 from fragtracer.images.look import Look
 from fragtracer.images.tone import TONE_CURVES
-from fragtracer.viewer import app, display
+from fragtracer.viewer import app, display, run
 from fragtracer.viewer.app import Viewer
 from fragtracer.viewer.panels import significance as panel
 from fragtracer.viewer.panels import widgets
 from fragtracer.viewer.session import path_of
+from fragtracer.viewer.window import Window
 
 GOLD = ("spheres", 1)
 
@@ -219,17 +226,142 @@ def stops_at_a_target_error() -> None:
 
 
 def survives_sizes() -> None:
-    """Small and large windows, and a minimised one."""
+    """Small and large windows, from one pixel to 4K."""
     with opened() as viewer:
         hand = Hand(viewer)
-        for width, height in ((320, 200), (1390, 880), (640, 400)):
+        for width, height in ((1, 1), (40, 700), (3840, 2160), (640, 400)):
             viewer.window.set_size(width, height)
             hand.until(lambda size=(width, height): viewer.window.pixels == size, "resize")  # type: ignore[misc]
             hand.frames(3)
             assert viewer.refiner.size == viewer.rectangle[2:]
-            hand.until(lambda: not viewer.refiner.is_moving and viewer.renderer.spp >= 1, "a picture")
-            assert picture(viewer).mean() > 0.05, "not black"
+            hand.until(
+                lambda: not viewer.refiner.is_moving and viewer.renderer.size == viewer.refiner.size, "a picture"
+            )
+            assert width < 100 or picture(viewer).mean() > 0.05, "not black, before the first pass is done either"
+            assert max(list(viewer.times.recent)[-3:]) < 3.0, "no frame waits for the whole picture"
+        hand.until(lambda: viewer.renderer.spp >= 1, "samples")
         assert viewer.context.error == "GL_NO_ERROR"
+
+
+def survives_being_minimised() -> None:
+    """While the window is minimised nothing is drawn, an edit waits, and then it shows."""
+    with opened() as viewer:
+        hand = Hand(viewer)
+        refined(viewer, hand, 4)
+        window = glfw.get_x11_window(viewer.window._handle)
+        say_state(window, 3)
+        hand.until(lambda: viewer.window.is_minimised, "minimised")
+        frames = len(viewer.times.recent)
+        viewer.session.camera = replace(viewer.session.camera, fov_degrees=60.0)
+        for _ in range(3):
+            viewer.frame()
+        assert len(viewer.times.recent) == frames
+        assert viewer.renderer.scene.camera.fov_degrees != 60.0
+        say_state(window, 1)
+        viewer.session.max_samples = 0
+        hand.until(lambda: viewer.renderer.scene.camera.fov_degrees == 60.0, "the edit")
+        refined(viewer, hand, 4)
+        assert picture(viewer).mean() > 0.05
+
+
+def goes_to_a_monitor_of_high_density() -> None:
+    """There the window opens twice as large, text is twice as large, and a click meets what is under it."""
+    say_density(192)
+    try:
+        viewer = opened()
+    finally:
+        say_density(96)
+    with viewer:
+        hand = Hand(viewer)
+        assert viewer.window.scale == 2.0
+        assert viewer.window.pixels == (1600, 1000)
+        assert imgui.get_style().font_scale_dpi == 2.0
+        side = viewer.window.pixels[0] - viewer.rectangle[2]
+        hand.click(*hand.place_of(viewer.session.document.part(GOLD).center))
+        assert viewer.session.selected == GOLD
+        Window.scale = property(lambda _: 1.0)  # type: ignore[assignment]
+        hand.frames(3)
+        assert imgui.get_style().font_scale_dpi == 1.0, "taken to another monitor"
+        assert viewer.window.pixels[0] - viewer.rectangle[2] == pytest.approx(side / 2, rel=0.1)
+        hand.key("Escape")
+        hand.click(*hand.place_of(viewer.session.document.part(("spheres", 0)).center))
+        assert viewer.session.selected == ("spheres", 0)
+
+
+def draws_more_pixels_than_the_window_has_units() -> None:
+    """On macOS and Wayland the picture has more pixels than the window has units, and fills them."""
+    size = glfw.get_framebuffer_size
+    glfw.get_framebuffer_size = lambda handle: tuple(2 * n for n in size(handle))
+    with opened() as viewer:
+        hand = Hand(viewer)
+        assert viewer.window.pixels_per_unit == 2.0
+        refined(viewer, hand, 2)
+        left, bottom, width, height = viewer.rectangle
+        assert (left, bottom + height) == (0, 1000 - 2 * imgui.get_frame_height())
+        assert viewer.renderer.size == (width, height)
+        assert width > 800
+        expected = Look().show(viewer.renderer.image())
+        free = slice(0, 400), slice(0, 780)  # imgui draws the panels over the rest, as large as X11's pixels
+        assert np.abs(picture(viewer)[free] - expected[free]).max() < 1.6 / 255
+
+
+def runs_out_of_memory() -> None:
+    """A film that does not fit ends with a message, and the edited scene is kept."""
+    make = moderngl.Context.framebuffer
+
+    def full(self: Any, textures: Any = (), **options: Any) -> Any:
+        if textures and textures[0].size[0] > 700:
+            raise moderngl.Error("the framebuffer is not complete")
+        return make(self, textures, **options)
+
+    def grow(viewer: Viewer) -> None:
+        viewer.session.edit(viewer.session.document.without_part(GOLD), "remove")
+        viewer.window.set_size(1200, 700)
+
+    moderngl.Context.framebuffer = full  # type: ignore[method-assign]
+    ends_with_the_scene_kept(grow, "no memory for an image")
+
+
+def loses_its_context() -> None:
+    """A driver that gave up ends with a message, and the edited scene is kept."""
+
+    def lose(viewer: Viewer) -> None:
+        viewer.session.edit(viewer.session.document.without_part(GOLD), "remove")
+        viewer.context = Lost(viewer.context)
+
+    ends_with_the_scene_kept(lose, "lost the window's context")
+
+
+class Lost:
+    """A context that says what one says after a reset."""
+
+    error = "GL_UNKNOWN_ERROR"
+
+    def __init__(self, context: Any) -> None:
+        self._context = context
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._context, name)
+
+
+def ends_with_the_scene_kept(harm: Any, message: str) -> None:
+    """Run the viewer as the command does, and do ``harm`` in the fourth frame."""
+    turned, frame = 0, Viewer.frame
+
+    def counted(self: Viewer) -> None:
+        nonlocal turned
+        turned += 1
+        if turned == 4:
+            harm(self)
+        frame(self)
+
+    Viewer.frame = counted  # type: ignore[method-assign]
+    with pytest.raises(FragtracerError, match=message) as caught:
+        run.view("three-spheres", (640, 400), frames=600)
+    assert turned < 400
+    kept = Path(os.environ["XDG_CONFIG_HOME"]) / "fragtracer" / "rescued-three-spheres.toml"
+    assert str(kept) in str(caught.value)
+    assert len(ft.load(kept).spheres) == 2
 
 
 def shows_help_and_hides() -> None:
@@ -312,7 +444,7 @@ def compares_with_mitsuba() -> None:
         assert finding is not None
         assert finding.pictures >= 8
         assert finding.outcome != "disagreement"
-        viewer.frame()
+        hand.frames(1)
         seen = (255 * picture(viewer)).round().astype(np.uint8)
         expected = enlarged(diverging(panel.clearest(finding), 6.0), seen.shape[1::-1])
         part = slice(240, 270), slice(seen.shape[1] * 3 // 4, None)  # below the legend

@@ -58,7 +58,7 @@ class Viewer:
         self.window = Window("fragtracer", size, ini)
         self.context = attach_context()
         self.display = Display(self.context)
-        renderer = LiveRenderer(self.session.shown, (64, 36), self.context)
+        renderer = LiveRenderer(self.session.shown, (65, 37), self.context)
         self.refiner = Refiner(renderer, Governor())
         self.film_statistics = FilmStatistics()
         self.times = FrameTimes()

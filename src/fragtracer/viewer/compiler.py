@@ -89,7 +89,7 @@ def main() -> None:
     from fragtracer.gpu.tracer import Tracer
 
     if hasattr(os, "nice"):
-        os.nice(10)  # the window's frames go first
+        os.nice(5)  # the window's frames go first
     requests, answers = sys.stdin.buffer, sys.stdout.buffer
     sys.stdout = sys.stderr  # nothing else may write among the answers
     tracer: Any = None

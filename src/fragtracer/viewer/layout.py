@@ -36,6 +36,19 @@ def dock_panels(reset: bool = False) -> Area:
     return Area(center.pos.x, center.pos.y, center.size.x, center.size.y)
 
 
+def rescale(factor: float) -> None:
+    """Make docked panels so much wider and higher: text is, on another monitor."""
+    nodes = {}
+    for name in (*UPPER, *LOWER):
+        window = imgui.internal.find_window_by_name(name)
+        node = None if window is None else window.dock_node
+        while node is not None:
+            nodes[node.id_] = imgui.ImVec2(node.size.x * factor, node.size.y * factor)
+            node = node.parent_node
+    for number, size in nodes.items():
+        imgui.internal.dock_builder_set_node_size(number, size)
+
+
 def whole_window() -> Area:
     """The area of the picture without panels."""
     viewport = imgui.get_main_viewport()

@@ -12,7 +12,7 @@ from typing import Any
 from imgui_bundle import imgui, implot  # before glfw: both must load the same library
 
 from fragtracer.errors import DeviceError
-from fragtracer.viewer import theme
+from fragtracer.viewer import layout, theme
 
 import glfw  # isort: skip
 
@@ -123,6 +123,8 @@ class Window:
     def panels(self) -> Iterator[None]:
         """Within the block, imgui calls describe the panels of a frame."""
         if self.scale != self._themed_for:  # at first, and when the window is taken to another monitor
+            if self._themed_for:
+                layout.rescale(self.scale / self._themed_for)
             self._themed_for = self.scale
             theme.apply(self.scale)
         imgui.backends.opengl3_new_frame()
