@@ -5,15 +5,21 @@ Pixels are (h, w, 3) float32, row 0 at the top; those for PNG are sRGB values in
 A damaged file raises OSError, RuntimeError or ValueError.
 """
 
+import json
+import os
+import subprocess
+import sys
+import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
-from fragtracer.images import rgbe
+from fragtracer.images import exr_child, rgbe
 from fragtracer.images.tone import FloatImage, srgb_decode
 
 Content = tuple[FloatImage, dict[str, str]]
+_SECONDS = 120
 
 
 def write_exr(path: Path, pixels: FloatImage, metadata: Mapping[str, str]) -> None:
@@ -29,15 +35,25 @@ def write_exr(path: Path, pixels: FloatImage, metadata: Mapping[str, str]) -> No
 
 
 def read_exr(path: Path) -> Content:
-    """The channels R, G and B of the first part, float or half."""
-    import OpenEXR
+    """The display window of the first part: its channels R, G and B, float or half, tiled or not.
 
-    with OpenEXR.File(str(path), separate_channels=True) as file:
-        channels = {name: channel.pixels for name, channel in file.channels().items()}
-        metadata = {key: value for key, value in file.header().items() if isinstance(value, str)}
-    if not channels.keys() >= {"R", "G", "B"}:
-        raise ValueError(f"it has no channels R, G and B, only {', '.join(sorted(channels))}")
-    return np.stack([channels[name] for name in "RGB"], axis=-1).astype(np.float32), metadata
+    It is read in another process (:mod:`fragtracer.images.exr_child`), where a damaged file can do no harm.
+    """
+    environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}  # each thread reserves memory
+    with tempfile.TemporaryDirectory() as folder:
+        result = Path(folder) / "pixels.npy"
+        command = [sys.executable, "-P", exr_child.__file__, os.path.abspath(path), str(result)]
+        try:
+            done = subprocess.run(command, capture_output=True, env=environment, timeout=_SECONDS, check=False)
+        except subprocess.TimeoutExpired:
+            raise ValueError(f"reading it took more than {_SECONDS} s") from None
+        try:
+            answer = json.loads(done.stdout.strip().rpartition(b"\n")[2])
+        except ValueError:
+            raise ValueError("the OpenEXR library crashed on it") from None
+        if "error" in answer:
+            raise ValueError(answer["error"])
+        return np.load(result).astype(np.float32), answer["metadata"]
 
 
 def write_hdr(path: Path, pixels: FloatImage, metadata: Mapping[str, str]) -> None:

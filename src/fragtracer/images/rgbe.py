@@ -5,14 +5,19 @@ Ward 1991, "Real pixels", Graphics Gems II. Written flat, read flat or run-lengt
 """
 
 import json
-import math
+import re
 from collections.abc import Mapping
 
 import numpy as np
 import numpy.typing as npt
 
+from fragtracer.images.scanlines import decode_scanlines
+
 LARGEST = float(np.float32(2.0**127 * 255 / 256))
+MOST_PIXELS = 2**27  # 16384 x 8192
 _FORMAT = "32-bit_rle_rgbe"
+_LONGEST_HEADER = 2**20
+_RESOLUTION = re.compile(rb"([+-][XY]) +(\d{1,9}) +([+-][XY]) +(\d{1,9})")
 
 
 def encode(image: npt.NDArray[np.float32], metadata: Mapping[str, str]) -> bytes:
@@ -36,26 +41,45 @@ def _to_rgbe(image: npt.NDArray[np.float32]) -> npt.NDArray[np.uint8]:
 def decode(data: bytes) -> tuple[npt.NDArray[np.float32], dict[str, str]]:
     """The (h, w, 3) float32 radiance, its top row first, and the variables of the header.
 
+    Scanlines may run in any of the eight ways. What EXPOSURE and COLORCORR say was multiplied is divided out.
+
     Raises
     ------
     ValueError
-        If the data are damaged, or in a layout that is seldom used (XYZ colours, other scan directions).
+        If the data are damaged, or the colours are XYZ.
     """
-    header, _, rest = data.partition(b"\n\n")
-    resolution, _, pixels = rest.partition(b"\n")
-    match resolution.split():
-        case [b"-Y", height, b"+X", width] if header.startswith(b"#?") and height.isdigit() and width.isdigit():
-            rgbe = _scanlines(pixels, int(height), int(width))
-        case _:
-            raise ValueError("it is no Radiance file whose rows run from the top and from the left")
-    lines = header.decode("latin-1").splitlines()
+    end = data.find(b"\n\n", 0, _LONGEST_HEADER)
+    start = data.find(b"\n", end + 2, end + 2 + 200) + 1
+    order = _RESOLUTION.fullmatch(data[end + 2 : start].strip())
+    if not (data.startswith(b"#?") and end > 0 and start > 0 and order) or order[1][1:] == order[3][1:]:
+        raise ValueError("it is no Radiance file: it has no header with the size of the picture")
+    lines = data[:end].decode("latin-1").splitlines()
     variables = dict(line.split("=", 1) for line in lines if "=" in line)
-    if variables.get("FORMAT", _FORMAT) != _FORMAT:
+    if variables.get("FORMAT", _FORMAT).strip() != _FORMAT:
         raise ValueError(f"its pixels are {variables['FORMAT']}, not {_FORMAT}")
-    exposure = math.prod(float(line.split("=")[1]) for line in lines if line.startswith("EXPOSURE="))
-    if not exposure > 0:
-        raise ValueError(f"its EXPOSURE is {exposure}")
-    return _from_rgbe(rgbe) / np.float32(exposure), {key: _text(value) for key, value in variables.items()}
+    factor = _factors(lines, "EXPOSURE", 1) * _factors(lines, "COLORCORR", 3)
+    major, count, minor, length = order[1], int(order[2]), order[3], int(order[4])
+    if not 0 < count * length <= MOST_PIXELS:
+        raise ValueError(f"it says that it has {count} x {length} pixels; from 1 to {MOST_PIXELS} can be read")
+    pixels = _from_rgbe(decode_scanlines(data, start, count, length))
+    if (factor != 1).any():
+        pixels /= factor.astype(np.float32)
+    if major[1:] == b"X":
+        pixels, major, minor = pixels.swapaxes(0, 1), minor, major
+    pixels = pixels[:: -1 if major == b"+Y" else 1, :: -1 if minor == b"-X" else 1]
+    return np.ascontiguousarray(pixels), {key: _text(value) for key, value in variables.items()}
+
+
+def _factors(lines: list[str], name: str, count: int) -> npt.NDArray[np.float64]:
+    """The product of all that a variable of ``count`` numbers says."""
+    product = np.ones(count)
+    for line in lines:
+        if line.startswith(f"{name}="):
+            numbers = line.partition("=")[2].split()
+            product = product * np.array([float(number) for number in numbers] if len(numbers) == count else np.nan)
+    if not (np.isfinite(product).all() and (product > 0).all()):
+        raise ValueError(f"its {name} is not {count} positive number{'s' if count > 1 else ''}")
+    return product
 
 
 def _text(value: str) -> str:
@@ -66,40 +90,9 @@ def _text(value: str) -> str:
 
 
 def _from_rgbe(rgbe: npt.NDArray[np.uint8]) -> npt.NDArray[np.float32]:
-    exponent = rgbe[..., 3:].astype(np.int32)
-    color = np.ldexp(rgbe[..., :3].astype(np.float32), exponent - 136)
-    return np.where(exponent > 0, color, np.float32(0))
-
-
-def _scanlines(pixels: bytes, height: int, width: int) -> npt.NDArray[np.uint8]:
-    size = math.prod((height, width, 4))
-    marker = bytes((2, 2, width >> 8 & 255, width & 255))
-    if 8 <= width < 2**15 and pixels.startswith(marker):
-        pixels = _expand(pixels, height, width, marker)
-    if len(pixels) < size or size == 0:
-        raise ValueError(f"it holds {len(pixels)} bytes of pixels where {size} are needed")
-    return np.frombuffer(pixels, np.uint8, size).reshape(height, width, 4)
-
-
-def _expand(pixels: bytes, height: int, width: int, marker: bytes) -> bytes:
-    rows, at = [], 0
-    for _ in range(height):
-        if not pixels.startswith(marker, at):
-            raise ValueError("a run-length encoded row is damaged")
-        channels, at = _runs(pixels, at + 4, 4 * width)
-        rows.append(np.frombuffer(channels, np.uint8).reshape(4, width).T.tobytes())
-    return b"".join(rows)
-
-
-def _runs(pixels: bytes, at: int, size: int) -> tuple[bytes, int]:
-    row = bytearray()
-    while len(row) < size:
-        if at + 1 >= len(pixels) or pixels[at] == 0:
-            raise ValueError("a run-length encoded row is damaged")
-        count = pixels[at]
-        run = pixels[at + 1 : at + 2] * (count - 128) if count > 128 else pixels[at + 1 : at + 1 + count]
-        row += run
-        at += 2 if count > 128 else 1 + count
-    if len(row) != size:
-        raise ValueError("a run-length encoded row is damaged")
-    return bytes(row), at
+    exponents = np.arange(256)
+    units = np.where(exponents > 0, np.ldexp(np.float32(1), exponents - 136), 0).astype(np.float32)
+    pixels = np.empty((*rgbe.shape[:2], 3), np.float32)
+    for row, bytes_of_row in zip(pixels, rgbe, strict=True):  # a row stays in the cache
+        np.multiply(bytes_of_row[:, :3], units[bytes_of_row[:, 3:]], out=row)
+    return pixels
