@@ -422,6 +422,35 @@ def drags_a_gizmo() -> None:
         np.testing.assert_allclose(viewer.renderer.image()[-1, 0], 0.5, atol=1e-6)
 
 
+def is_lit_by_a_dropped_picture() -> None:
+    """An .exr file dropped on the window becomes the environment; it is turned, undone and saved."""
+    with opened(size=(900, 700)) as viewer:
+        hand = Hand(viewer)
+        ft.write_image("sky.exr", np.tile(np.float32((0.2, 0.5, 0.9)), (8, 16, 1)))
+        viewer.window.dropped.append("sky.exr")
+        hand.until(lambda: viewer.renderer.scene.environment is not None, "the picture of it")
+        assert not viewer.problem
+        refined(viewer, hand, 8)
+        np.testing.assert_allclose(viewer.renderer.image()[0, 0], (0.2, 0.5, 0.9), rtol=1e-5)
+        environment = viewer.session.document.scene.environment
+        assert environment is not None
+        turned = replace(environment, rotation_degrees=30.0, visible=False)
+        scene = replace(viewer.session.document.scene, environment=turned)
+        viewer.session.edit(replace(viewer.session.document, scene=scene), "turn")
+        hand.until(lambda: viewer.renderer.scene.environment == turned, "the turned one")
+        refined(viewer, hand, 8)
+        assert not viewer.renderer.image()[0, 0].any(), "hidden from the camera"
+        Path("damaged.exr").write_bytes(Path("sky.exr").read_bytes()[:200])
+        viewer.window.dropped.append("damaged.exr")
+        hand.frames(2)
+        assert "damaged.exr: this .exr file is damaged" in viewer.problem
+        hand.key("ctrl+s")
+        assert ft.load("three-spheres.toml").environment == turned
+        hand.key("ctrl+z")
+        hand.key("ctrl+z")
+        assert viewer.session.document.scene.environment is None
+
+
 def compares_with_mitsuba() -> None:
     """Mitsuba's picture of the scene comes up beyond the wipe, and goes when the scene changes."""
     pytest.importorskip("mitsuba")

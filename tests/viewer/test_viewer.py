@@ -27,6 +27,7 @@ NAMES = (
     "loses_its_context",
     "shows_help_and_hides",
     "drags_a_gizmo",
+    "is_lit_by_a_dropped_picture",
     "compares_with_mitsuba",
 )
 

@@ -54,6 +54,14 @@ def carry_out(session: Session, action: str) -> bool:
     return True
 
 
+def take(session: Session, path: Path) -> None:
+    """Take a file that was dropped: a picture becomes the environment, all else is opened."""
+    if path.suffix.lower() in (".hdr", ".exr"):
+        session.light_by(path)
+    else:
+        session.open(path)
+
+
 def click(session: Session, where: Click, aspect: float) -> None:
     """Select what was clicked, or put it in focus."""
     origin, direction = cameras.ray(session.camera, where.x, where.y, aspect)

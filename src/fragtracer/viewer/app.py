@@ -183,7 +183,7 @@ class Viewer:
 
     def _watch(self) -> None:
         for path in self.window.take_dropped():
-            self.attempt(lambda path=path: self.session.open(path))  # type: ignore[misc]
+            self.attempt(lambda path=path: actions.take(self.session, Path(path)))  # type: ignore[misc]
             self._file.accept()
         if self._file.changed():
             self.session.reload()

@@ -8,7 +8,8 @@ from pathlib import Path
 from fragtracer import scene_file
 from fragtracer.errors import FragtracerError
 from fragtracer.resources import folder
-from fragtracer.scene import Camera, RenderSettings, Scene
+from fragtracer.scene import Camera, Environment, RenderSettings, Scene
+from fragtracer.scene_file.environments import read_panorama
 from fragtracer.viewer.display import DisplaySettings
 from fragtracer.viewer.document import Document, History, Part
 from fragtracer.viewer.settings import remember_viewpoints, remembered_viewpoints
@@ -32,6 +33,7 @@ class Session:
     path: Path | None = None
     display: DisplaySettings = field(default_factory=DisplaySettings)
     selected: Part | None = None
+    environment: Environment | None = None  # what comes back when it is switched on
     material: str = ""  # of those of a selected mesh
     viewpoints: dict[int, Camera] = field(default_factory=dict)
     paused: bool = False
@@ -96,6 +98,22 @@ class Session:
         self.viewpoints = remembered_viewpoints(self.path)
         self._changed()
         self.say(f"Opened {scene.name}")
+
+    def light_by(self, path: Path) -> None:
+        """Take a picture as the environment, turned, as strong and as visible as the one before.
+
+        Raises
+        ------
+        FragtracerError
+            If it cannot be read; nothing has changed then.
+        """
+        scene = self.document.scene
+        picture, before = read_panorama(path), scene.environment
+        fresh = Environment(image=picture)
+        environment = replace(before, image=picture) if before and before.image else fresh
+        self.edit(replace(self.document, scene=replace(scene, environment=environment)), f"light by {path}")
+        self.history.close()
+        self.say(f"Lit by {path.name}")
 
     def reload(self) -> None:
         """Take over the file as it is now, as an edit; the camera stays unless the file has another one."""

@@ -8,7 +8,7 @@ from imgui_bundle import imgui
 
 from fragtracer.scene import Ambient, Light, Mesh
 from fragtracer.viewer.document import KINDS, Document, Part
-from fragtracer.viewer.panels import camera, lights, materials, objects, widgets
+from fragtracer.viewer.panels import camera, environment, lights, materials, objects, widgets
 from fragtracer.viewer.session import Session
 from fragtracer.viewer.theme import MUTED
 
@@ -28,6 +28,8 @@ def draw(session: Session) -> None:
         session.camera, keep = camera.viewpoints(session.camera, session.home, session.viewpoints)
         if keep:
             session.keep_viewpoint(keep)
+    if widgets.header("Environment"):
+        _environment(session)
     if widgets.header("Ambient light"):
         scene = session.document.scene
         radiance = widgets.color("Radiance", scene.ambient.radiance, hdr=True)
@@ -74,6 +76,14 @@ def _selected(session: Session, place: Part) -> None:
         if users > 1:
             imgui.text_colored(MUTED, f"shared by {users} objects")
     imgui.pop_id()
+
+
+def _environment(session: Session) -> None:
+    scene = session.document.scene
+    changed = environment.edit(scene.environment, session.environment)
+    session.environment = changed or scene.environment or session.environment
+    if changed != scene.environment:
+        _edit(session, replace(scene, environment=changed), "environment")
 
 
 def _material_of(session: Session, place: Part) -> str:
