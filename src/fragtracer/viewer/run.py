@@ -61,11 +61,12 @@ def view(
     loaded = scene if isinstance(scene, Scene) else scene_file.load(scene)
     ini = None if frames is not None else config_folder() / "viewer.ini"
     with Viewer(loaded, file, size, ini) as viewer:
-        viewer.times.keeps_all = stats is not None
         by_hand = frames is None
         if by_hand:
             viewer.session.display = remembered_display()
         with rescue(viewer):
+            viewer.frame()  # with which the window appears
+            viewer.times.keeps_all = stats is not None
             _loop(viewer, frames, orbit)
         if by_hand:
             remember_display(viewer.session.display)

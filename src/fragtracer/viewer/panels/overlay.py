@@ -25,7 +25,7 @@ def status(area: Area, figures: Figures, fps: float) -> None:
     parts = [f"{figures.spp:,} spp", f"error {error_text(figures.relative_error)}", f"{fps:.0f} fps"]
     parts.append(f"{figures.samples_per_second / 1e6:.1f} Msamples/s")
     parts.append(f"{figures.full_size[0]} × {figures.full_size[1]}")
-    if _begin("status", area.x + units(10), area.y + area.height - units(10), 0.0, 1.0, 0.55):
+    if _begin("status", area.x + units(10), area.y + area.height - units(10), 0.0, 1.0, 0.75):
         imgui.text("   ".join(parts))
         imgui.same_line(0, units(16))
         imgui.text_colored(MUTED, figures.state)

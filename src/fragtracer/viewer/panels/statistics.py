@@ -34,6 +34,8 @@ def error_text(error: float | None) -> str:
 
 def draw(figures: Figures, times: FrameTimes) -> None:
     """Rows of figures over a plot of the time of each frame."""
+    imgui.push_style_var(imgui.StyleVar_.frame_padding, imgui.ImVec2(0, 0))
+    imgui.push_style_var(imgui.StyleVar_.item_spacing, imgui.ImVec2(widgets.units(8), widgets.units(5)))
     widgets.pair("Samples/pixel", f"{figures.spp:,}")
     widgets.pair("Mean error", error_text(figures.relative_error))
     widgets.pair("Speed", f"{figures.samples_per_second / 1e6:.2f} Msamples/s" + (" (baked)" if figures.baked else ""))
@@ -45,6 +47,7 @@ def draw(figures: Figures, times: FrameTimes) -> None:
     widgets.pair("Frames", f"{times.fps:.0f} a second, {last:.0f} ms each")
     _plot(times)
     imgui.text_colored(MUTED, figures.gl_renderer)
+    imgui.pop_style_var(2)
 
 
 def _plot(times: FrameTimes) -> None:
