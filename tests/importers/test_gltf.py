@@ -129,15 +129,17 @@ def test_materials(tmp_path: Path) -> None:
         },
     }
     tinted = {"extensions": {"KHR_materials_specular": {"specularFactor": 0.5, "specularColorFactor": [1, 0.5, 30]}}}
+    old = {"diffuseFactor": [0.1, 0.2, 0.3, 0.4], "specularFactor": [0.5, 0.6, 0.7], "glossinessFactor": 0.75}
+    older = {"extensions": {"KHR_materials_pbrSpecularGlossiness": {**old, "diffuseTexture": {"index": 0}}}}
     gltf = Gltf(
-        materials=[material, {"name": "all"}, tinted, {"extensions": {"KHR_materials_ior": {"ior": 0}}}],
+        materials=[material, {"name": "all"}, tinted, {"extensions": {"KHR_materials_ior": {"ior": 0}}}, older],
         samplers=[{"magFilter": 9728, "wrapS": 33071, "wrapT": 33648}],
         textures=[{"source": 0, "sampler": 0}, {"source": 1}],
     )
     (tmp_path / "a b.png").write_bytes(PNG.getvalue())
     gltf.content["images"] = [{"bufferView": gltf.view(PNG.getvalue()), "mimeType": "image/png"}, {"uri": "a%20b.png"}]
     position = gltf.array(TRIANGLE)
-    primitives = [{"attributes": {"POSITION": position}, "material": index} for index in range(4)]
+    primitives = [{"attributes": {"POSITION": position}, "material": index} for index in range(5)]
     gltf.content |= {"meshes": [{"primitives": primitives}], "nodes": [{"mesh": 0}], "scenes": [{"nodes": [0]}]}
     model = read(tmp_path, gltf)
     made = model.materials["all"]
@@ -161,7 +163,11 @@ def test_materials(tmp_path: Path) -> None:
         assert texture.image.file == str(tmp_path / "a b.png")
     assert made.normal_texture is not None
     assert made.normal_texture.coordinates == 1
-    assert list(model.materials) == ["all", "all (1)", "material 2", "material 3"]
+    assert list(model.materials) == ["all", "all (1)", "material 2", "material 3", "material 4"]
+    made = model.materials["material 4"]
+    assert (made.albedo, made.opacity, made.f0) == ((0.1, 0.2, 0.3), 0.4, (0.5, 0.6, 0.7))
+    assert (made.roughness, made.metallic) == (0.25, 0)
+    assert made.albedo_texture is not None
     assert model.materials["material 2"].specular == 0.5
     assert model.materials["material 2"].f0 == pytest.approx((0.04, 0.02, 1))
     assert model.materials["material 3"].f0 == (1, 1, 1)
@@ -408,7 +414,7 @@ def test_real_files(name: str) -> None:
     model = read_model(shared("gltf", name))
     assert sum(len(part.geometry.triangles) for part in model.mesh.parts) == triangles
     np.testing.assert_allclose(bounds(model.mesh), [low, high], atol=1e-5)
-    if name.startswith("BoxTextured") and "Spec" not in name:
+    if name.startswith("BoxTextured"):
         texture = model.materials["Texture"].albedo_texture
         assert texture is not None
         assert texture.image.pixels.shape[:2] == (256, 256)

@@ -25,6 +25,7 @@ _SUPPORTED = {
     "KHR_texture_transform",
     "KHR_materials_ior",
     "KHR_materials_specular",
+    "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_emissive_strength",
     "KHR_materials_unlit",
     "KHR_lights_punctual",

@@ -109,6 +109,14 @@ class Specular(Item):
     specularColorTexture: TextureInfo | None = None
 
 
+class SpecularGlossiness(Item):
+    diffuseFactor: tuple[Fraction, Fraction, Fraction, Fraction] = (1.0, 1.0, 1.0, 1.0)
+    diffuseTexture: TextureInfo | None = None
+    specularFactor: Color = (1.0, 1.0, 1.0)
+    glossinessFactor: Fraction = 1.0
+    specularGlossinessTexture: TextureInfo | None = None
+
+
 class EmissiveStrength(Item):
     emissiveStrength: Positive = 1.0
 

@@ -58,7 +58,24 @@ class Materials:
             "double_sided": item.doubleSided,
             "unlit": "KHR_materials_unlit" in item.extensions,
         }
-        return Material(**made | self._reflectance(item, place))
+        old = self._extension(gltf.SpecularGlossiness, item, "KHR_materials_pbrSpecularGlossiness", place)
+        made |= self._reflectance(item, place) if old is None else self._specular_glossiness(old, place)
+        return Material(**made)
+
+    def _specular_glossiness(self, old: gltf.SpecularGlossiness, place: str) -> dict[str, Any]:
+        """The workflow that came before metallic-roughness, which takes the place of that."""
+        if old.specularGlossinessTexture:
+            self.notes.append("specularGlossinessTexture")
+        return {
+            "albedo": old.diffuseFactor[:3],
+            "opacity": old.diffuseFactor[3],
+            "albedo_texture": self._texture(old.diffuseTexture, place, "srgb"),
+            "metallic": 0.0,
+            "metallic_texture": None,
+            "roughness": 1 - old.glossinessFactor,
+            "roughness_texture": None,
+            "f0": old.specularFactor,
+        }
 
     def _reflectance(self, item: gltf.Material, place: str) -> dict[str, Any]:
         ior = self._extension(gltf.Ior, item, "KHR_materials_ior", place)
