@@ -56,6 +56,29 @@ def test_concave_polygons(tmp_path: Path, shift: int, turn: int, scale: float) -
     assert area(read(tmp_path, "\n".join([*lines, "f 1 2 3 4 5 6"]))) == pytest.approx(turn * 4 * scale**2)
 
 
+def outline(radii: np.ndarray) -> str:
+    angles = 2 * np.pi * np.arange(len(radii)) / len(radii)
+    lines = [f"v {r * np.cos(a)} {r * np.sin(a)} 1" for r, a in zip(radii, angles, strict=True)]
+    return "\n".join([*lines, "f " + " ".join(map(str, range(1, len(radii) + 1)))])
+
+
+def test_large_polygons(tmp_path: Path) -> None:
+    """Convex ones of any size; concave ones up to where cutting them would take long."""
+    assert area(read(tmp_path, outline(np.ones(20000)))) == pytest.approx(np.pi, rel=1e-6)
+    star = 1 - np.arange(4096) % 2 / 2
+    assert area(read(tmp_path, outline(star))) == pytest.approx(2048 * 0.5 * np.sin(2 * np.pi / 4096))
+    with pytest.raises(SceneError, match="a concave face has 4098 corners; cut it into faces of at most 4096"):
+        read(tmp_path, outline(1 - np.arange(4098) % 2 / 2))
+
+
+def test_a_star_that_turns_twice_is_not_taken_for_convex(tmp_path: Path) -> None:
+    points = [(np.cos(4 * np.pi * i / 5), np.sin(4 * np.pi * i / 5)) for i in range(5)]
+    model = read(tmp_path, "\n".join([*(f"v {x} {y} 0" for x, y in points), "f 1 2 3 4 5"]))
+    [part] = model.mesh.parts
+    a, b, c = (part.geometry.positions[part.geometry.triangles[:, i]] for i in range(3))
+    assert (np.cross(b - a, c - a)[:, 2] > 0).all()
+
+
 @pytest.mark.parametrize("shift", range(4))
 @pytest.mark.parametrize("turn", [1, -1])
 def test_concave_quads(tmp_path: Path, shift: int, turn: int) -> None:

@@ -54,7 +54,10 @@ def read_obj(path: Path) -> Model:
     counts, corners = _corners(lines, (len(v), len(vt), len(vn)), where)
     if not (counts > 2).any():
         raise SceneError(f"{path}: there are no faces in this file")
-    triangles, sources = triangulate(counts, v[corners[:, 0], :3])
+    try:
+        triangles, sources = triangulate(counts, v[corners[:, 0], :3])
+    except ValueError as error:
+        raise SceneError(f"{path}: {error}") from error
     if short := int((counts < 3).sum()):
         lines.ignored.append(f"faces of fewer than three vertices ({short})")
     library, files, notes = read_materials(path, lines.libraries)

@@ -85,7 +85,10 @@ def _geometry(where: str, vertices: Table, faces: Table | None, strips: Table | 
     if faces is not None and (lists := next((faces.lists[name] for name in _FACES if name in faces.lists), None)):
         counts, indices = lists
         _check(where, indices, count)
-        rows, sources = triangulate(counts, arrays["positions"][indices])
+        try:
+            rows, sources = triangulate(counts, arrays["positions"][indices])
+        except ValueError as error:
+            raise SceneError(f"{where}: {error}") from error
         found.append(indices[rows])
         corner_uvs = _corner_uvs(faces, counts, rows, sources)
     for counts, indices in strips.lists.values() if strips else ():

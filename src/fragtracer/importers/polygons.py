@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: MIT
 """Polygons with any number of corners to triangles."""
 
+from collections.abc import Iterator
+
 import mapbox_earcut
 import numpy as np
 from numpy.typing import NDArray
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
+MOST_CORNERS = 4096  # of a concave polygon: clipping ears takes time that grows with the square
 
 
 def triangulate(counts: Ints, points: Floats) -> tuple[Ints, Ints]:
@@ -25,6 +28,11 @@ def triangulate(counts: Ints, points: Floats) -> tuple[Ints, Ints]:
         (m, 3) rows of ``points``, polygon after polygon.
     sources : numpy.ndarray
         (m,) which polygon each triangle is of.
+
+    Raises
+    ------
+    ValueError
+        If a concave polygon has more than :data:`MOST_CORNERS`.
     """
     starts = np.concatenate(([0], np.cumsum(counts)[:-1])).astype(np.int64) if len(counts) else np.zeros(0, np.int64)
     [plain], [quads] = np.nonzero(counts == 3), np.nonzero(counts == 4)
@@ -32,10 +40,11 @@ def triangulate(counts: Ints, points: Floats) -> tuple[Ints, Ints]:
     if len(quads):
         triangles.append(_cut_quads(starts[quads], points))
         sources.append(np.repeat(quads, 2))
-    for index in np.nonzero(counts > 4)[0]:
-        pieces = _cut_polygon(points[starts[index] : starts[index] + counts[index]]) + starts[index]
-        triangles.append(pieces)
-        sources.append(np.full(len(pieces), index))
+    for count in np.unique(counts[counts > 4]).tolist():
+        [same] = np.nonzero(counts == count)
+        for pieces, source in _cut_equal(starts[same], count, points):
+            triangles.append(pieces)
+            sources.append(same[source])
     found, polygons = np.concatenate(triangles), np.concatenate(sources)
     order = np.argsort(polygons, kind="stable")
     return found[order], polygons[order]
@@ -53,19 +62,50 @@ def _cut_quads(starts: Ints, points: Floats) -> Ints:
     return (starts[:, None] + cut).reshape(-1, 3)
 
 
-def _cut_polygon(corners: Floats) -> Ints:
-    """By ear clipping in the plane that shows most of the polygon."""
-    local = corners - corners[0]
-    normal = np.cross(local, np.roll(local, -1, axis=0)).sum(axis=0)
-    axis = int(np.argmax(np.abs(normal)))
-    flat = np.ascontiguousarray(local[:, [(axis + 1) % 3, (axis + 2) % 3]])
-    largest = np.abs(flat).max()
-    if not largest > 0:
-        return np.zeros((0, 3), np.int64)
-    ends = np.array([len(flat)], np.uint32)
-    found = mapbox_earcut.triangulate_float64(flat / largest, ends).astype(np.int64).reshape(-1, 3)
-    a, b, c = (flat[found[:, i]] for i in range(3))
-    area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
-    turned = area * normal[axis] < 0
+def _cut_equal(starts: Ints, count: int, points: Floats) -> Iterator[tuple[Ints, Ints]]:
+    """Triangles of polygons of the same ``count`` of corners, and of which of ``starts`` they are."""
+    corners = points[starts[:, None] + np.arange(count)]
+    flat = _flattened(corners - corners[:, :1])
+    convex = _are_convex(flat)
+    fan = np.arange(1, count - 1)
+    fan = np.column_stack([np.zeros_like(fan), fan, fan + 1])
+    [which] = np.nonzero(convex)
+    yield (starts[which, None, None] + fan).reshape(-1, 3), np.repeat(which, len(fan))
+    for index in np.nonzero(~convex & (np.abs(flat).max(axis=(1, 2)) > 0))[0]:
+        pieces = _clip_ears(flat[index])
+        yield starts[index] + pieces, np.full(len(pieces), index)
+
+
+def _flattened(local: Floats) -> Floats:
+    """(n, corners, 2) in the plane of two axes that shows most of each polygon, counter-clockwise."""
+    normals = np.cross(local, np.roll(local, -1, axis=1)).sum(axis=1)
+    axis = np.argmax(np.abs(normals), axis=1)[:, None]
+    across = np.take_along_axis(local, np.broadcast_to(((axis + 1) % 3)[..., None], (*local.shape[:2], 1)), axis=2)
+    along = np.take_along_axis(local, np.broadcast_to(((axis + 2) % 3)[..., None], (*local.shape[:2], 1)), axis=2)
+    side = np.copysign(1.0, np.take_along_axis(normals, axis, axis=1))[..., None]
+    flat: Floats = np.concatenate([across, side * along], axis=2)
+    return flat
+
+
+def _are_convex(flat: Floats) -> NDArray[np.bool_]:
+    """Whether each outline turns left at every corner, and once about itself."""
+    edges = np.roll(flat, -1, axis=1) - flat
+    after = np.roll(edges, -1, axis=1)
+    turns = np.arctan2(_cross(edges, after), (edges * after).sum(axis=2))
+    convex: NDArray[np.bool_] = (turns >= 0).all(axis=1) & (turns.sum(axis=1) < 3 * np.pi)
+    return convex
+
+
+def _clip_ears(flat: Floats) -> Ints:
+    if len(flat) > MOST_CORNERS:
+        raise ValueError(f"a concave face has {len(flat)} corners; cut it into faces of at most {MOST_CORNERS}")
+    scaled = np.ascontiguousarray(flat / np.abs(flat).max())
+    found = mapbox_earcut.triangulate_float64(scaled, np.array([len(flat)], np.uint32)).astype(np.int64).reshape(-1, 3)
+    a, b, c = (scaled[found[:, i]] for i in range(3))
+    turned = _cross(b - a, c - a) < 0
     found[turned] = found[turned][:, ::-1]
     return found
+
+
+def _cross(a: Floats, b: Floats) -> Floats:
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
