@@ -178,6 +178,14 @@ def test_a_missing_library_is_said_in_a_line(tmp_path: Path) -> None:
     assert model.materials == {"red": Material()}
 
 
+def test_libraries_with_spaces_and_several_in_a_line(tmp_path: Path) -> None:
+    (tmp_path / "my b.mtl").write_text("newmtl\tb\n\tKd\t0 1 0\n")
+    (tmp_path / "c.mtl").write_text("newmtl c\r\nKd 0.25 # grey\r\n")
+    faces = "usemtl a\nf 1 2 3\nusemtl b\nf 1 2 3\nusemtl c\nf 1 2 3\n"
+    model = read(tmp_path, f"mtllib x.mtl c.mtl\nmtllib my b.mtl\n{SQUARE}{faces}", "newmtl a\nKd 1 0 0\n")
+    assert [model.materials[name].albedo for name in "abc"] == [(1, 0, 0), (0, 1, 0), (0.25, 0.25, 0.25)]
+
+
 def test_vertex_colors_are_srgb(tmp_path: Path) -> None:
     model = read(tmp_path, "v 0 0 0 1 0 0.5\nv 1 0 0 1 0 0.5\nv 0 1 0 1 0 0.5\nf 1 2 3\n")
     colors = model.mesh.parts[0].geometry.colors

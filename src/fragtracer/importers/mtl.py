@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Material libraries of OBJ files: the Phong model of Wavefront, and the keys for PBR that exporters added."""
 
-from collections.abc import Iterable
+import os
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +35,7 @@ def read_materials(obj: Path, libraries: Iterable[str]) -> tuple[dict[str, Mater
     materials: dict[str, Material] = {}
     images = ImageFiles(obj.parent)
     files: list[Path] = []
-    for library in libraries:
+    for library in _each(obj.parent, libraries):
         path = obj.parent / library.replace("\\", "/")
         files.append(path)
         try:
@@ -48,11 +49,17 @@ def read_materials(obj: Path, libraries: Iterable[str]) -> tuple[dict[str, Mater
     return materials, [*files, *images.files], images.notes
 
 
+def _each(folder: Path, libraries: Iterable[str]) -> Iterator[str]:
+    """One name for each library: a line may have several, or one with spaces."""
+    for line in libraries:
+        yield from [line] if os.path.exists(folder / line) else line.split()
+
+
 def _tables(text: str) -> dict[str, dict[str, str]]:
     tables: dict[str, dict[str, str]] = {}
     table: dict[str, str] = {}
     for line in text.splitlines():
-        key, _, value = line.strip().partition(" ") if " " in line.strip() else line.strip().partition("\t")
+        key, value = [*line.split(None, 1), "", ""][:2]
         if key == "newmtl":
             table = tables.setdefault(value.strip(), {})
         elif key and not key.startswith("#"):
@@ -174,14 +181,18 @@ def _float(word: str, otherwise: float) -> float:
     return value if abs(value) <= 1e30 else otherwise
 
 
+def _before_comment(values: dict[str, str], key: str) -> list[str]:
+    return values.get(key, "").partition("#")[0].split()
+
+
 def _number(values: dict[str, str], key: str, otherwise: float, most: float) -> float:
-    words = values.get(key, "").split()
+    words = _before_comment(values, key)
     return min(max(_float(words[-1], otherwise), 0.0), most) if words else otherwise
 
 
 def _color(values: dict[str, str], key: str, otherwise: float, most: float) -> tuple[float, float, float]:
     """One number is a grey; anything else, as a spectrum, is not read."""
-    numbers = [min(max(_float(word, otherwise), 0.0), most) for word in values.get(key, "").split()[:3]]
+    numbers = [min(max(_float(word, otherwise), 0.0), most) for word in _before_comment(values, key)[:3]]
     if len(numbers) == 1:
         numbers *= 3
     return (numbers[0], numbers[1], numbers[2]) if len(numbers) == 3 else (otherwise,) * 3
