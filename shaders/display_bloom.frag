@@ -17,22 +17,27 @@ layout(location = 0) out vec4 out_level;
 
 // Index i of a row of `size` that is mirrored without end, its last texels repeated first.
 int mirrored(int i, int size) {
-    i = (i < 0 ? -1 - i : i) % (2 * size);
-    return i < size ? i : 2 * size - 1 - i;
+    float period = 2.0 * float(size);  // in floats: a division of integers is slow
+    float x = float(i < 0 ? -1 - i : i) + 0.5;
+    x -= period * floor(x / period);
+    return int(min(x, period - x));
 }
 
-vec3 bright_part(ivec2 pixel) {
-    vec2 place = (vec2(mirrored(pixel.x, u_size.x), mirrored(pixel.y, u_size.y)) + 0.5) / vec2(u_size);
-    vec3 x = min(expose(nearest_radiance(place), u_exposure), 1e30);
+vec3 bright_part(ivec2 pixel, vec2 scale) {
+    vec3 x = min(expose(nearest_radiance(pixel, (vec2(pixel) + 0.5) * scale), u_exposure), 1e30);
     return x * max(1.0 - u_threshold / max(luminance(x), 1e-30), 0.0);
 }
 
 // The mean of 4 x 4 pixels; of four of them, in a film that has less than one texel for each.
 vec3 bright(ivec2 texel) {
     const int stride = FILM_FITS == 1 ? 1 : 2;
+    vec2 scale = 1.0 / vec2(u_size);
+    int columns[4];
+    for (int x = 0; x < 4; x++) columns[x] = mirrored(4 * texel.x + x, u_size.x);
     vec3 sum = vec3(0.0);
     for (int y = 0; y < 4; y += stride) {
-        for (int x = 0; x < 4; x += stride) sum += bright_part(4 * texel + ivec2(x, y));
+        int row = mirrored(4 * texel.y + y, u_size.y);
+        for (int x = 0; x < 4; x += stride) sum += bright_part(ivec2(columns[x], row), scale);
     }
     return sum * (float(stride * stride) / 16.0);
 }
@@ -48,19 +53,20 @@ vec3 with_coarse(ivec2 texel) {
     return texelFetch(u_level, texel, 0).rgb + fetch_between(u_coarse, 0.5 * (vec2(texel) + 0.5)).rgb;
 }
 
-vec3 level_at(ivec2 texel) {
+// The texel `offset` further along the axis of this pass.
+vec3 level_at(ivec2 texel, int offset) {
     ivec2 size = textureSize(u_level, 0);
-    return texelFetch(u_level, ivec2(mirrored(texel.x, size.x), mirrored(texel.y, size.y)), 0).rgb;
+#if BLOOM_PASS == BLOOM_BLUR_X
+    texel.x = mirrored(texel.x + offset, size.x);
+#else
+    texel.y = mirrored(texel.y + offset, size.y);
+#endif
+    return texelFetch(u_level, texel, 0).rgb;
 }
 
 vec3 blurred(ivec2 texel) {
-#if BLOOM_PASS == BLOOM_BLUR_X
-    const ivec2 axis = ivec2(1, 0);
-#else
-    const ivec2 axis = ivec2(0, 1);
-#endif
-    vec3 sum = u_weights[0] * level_at(texel);
-    for (int i = 1; i <= BLOOM_RADIUS; i++) sum += u_weights[i] * (level_at(texel + i * axis) + level_at(texel - i * axis));
+    vec3 sum = u_weights[0] * level_at(texel, 0);
+    for (int i = 1; i <= BLOOM_RADIUS; i++) sum += u_weights[i] * (level_at(texel, i) + level_at(texel, -i));
     return u_factor * sum;
 }
 

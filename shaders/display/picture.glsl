@@ -27,11 +27,16 @@ vec3 fetch_nearest(highp sampler2D image, vec2 place) {
     return texelFetch(image, ivec2(place * vec2(textureSize(image, 0))), 0).rgb;
 }
 
-vec3 nearest_radiance(vec2 place) {
+// Of a pixel of the picture, whose middle is at `place`.
+vec3 nearest_radiance(ivec2 pixel, vec2 place) {
 #if HAS_OTHER
     if (place.x > u_wipe) return fetch_nearest(u_other, place);
 #endif
+#if FILM_FITS
+    vec3 radiance = texelFetch(u_film_mean, pixel, 0).rgb;
+#else
     vec3 radiance = fetch_nearest(u_film_mean, place);
+#endif
 #if HAS_HELD
     radiance = mix(radiance, fetch_nearest(u_held, place), u_held_weight);
 #endif

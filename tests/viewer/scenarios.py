@@ -29,6 +29,7 @@ from fragtracer.images.look import Look
 from fragtracer.images.tone import TONE_CURVES
 from fragtracer.viewer import app, display, run
 from fragtracer.viewer.app import Viewer
+from fragtracer.viewer.display import DisplaySettings
 from fragtracer.viewer.panels import significance as panel
 from fragtracer.viewer.panels import widgets
 from fragtracer.viewer.session import path_of
@@ -69,6 +70,10 @@ def converges() -> None:
             expected = Look(0.5, curve).show(image)
             free = slice(0, height - 60)  # above the status bar
             assert np.abs(picture(viewer)[free] - expected[free]).max() < 1.6 / 255, curve
+        viewer.session.display = DisplaySettings(bloom=True, bloom_strength=0.5, gamma=1.2)
+        viewer.frame()
+        expected = Look(bloom=0.5, gamma=1.2).show(image)
+        assert np.abs(picture(viewer)[free] - expected[free]).max() < 1.6 / 255, "bloom"
     size = f"{width}x{height}"
     command = ["-m", "fragtracer", "render", "three-spheres", "-o", "r.exr", "--size", size, "--spp", "128"]
     subprocess.run([sys.executable, *command, "--seed", "7"], check=True)
