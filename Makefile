@@ -11,7 +11,7 @@ help: ## print this list
 	@sed -nE 's/^([a-z]+):.*## (.*)/make \1	\2/p' $(MAKEFILE_LIST) | expand -t 14
 
 demo: ## render three-spheres, compare it with Mitsuba, and open the viewer where there is a display
-	@scripts/setup gl atomic llvm
+	@scripts/setup gl window atomic llvm
 	@mkdir -p out
 	$(BIN)/fragtracer render three-spheres --spp 64 --size 480x270 -o out/three-spheres.png
 	$(BIN)/fragtracer compare three-spheres
@@ -19,7 +19,7 @@ demo: ## render three-spheres, compare it with Mitsuba, and open the viewer wher
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ] && $(BIN)/fragtracer view --help >/dev/null 2>&1; then $(BIN)/fragtracer view; fi
 
 test: ## run all tests; make test ARGS="-k film" runs some
-	@scripts/setup gl atomic llvm xvfb xdotool glslang
+	@scripts/setup gl window atomic llvm xvfb xdotool glslang
 	$(BIN)/pytest -q -n auto --maxprocesses 4 --dist loadfile $(ARGS)
 
 lint: ## check style and types

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from rendering import Image, Planter, rendered
 from scene_builders import Vector, box, lambert, moved, rectangle, scaled, triangles_of
 
-from fragtracer.scene import Ambient, Camera, Light, Plane, Rectangle, Scene, Sphere
+from fragtracer.scene import Ambient, Camera, Light, Material, Plane, Rectangle, Scene, Sphere
 from fragtracer.scene_file import load
 
 SIZE = (48, 40)
@@ -47,15 +47,21 @@ def test_place_does_not_show(ctx, name):
         assert shares_beyond(image, other, 0.01) < 0.005
 
 
-def test_distance_of_a_sun_does_not_show(ctx):
-    """A light as large in the sky and as bright from ten kilometres as from a thousand."""
+@pytest.mark.parametrize("kind", ["light", "sphere"])
+def test_distance_of_a_sun_does_not_show(ctx, kind):
+    """A light, or a sphere that shines, as large in the sky and as bright from ten kilometres as from a thousand."""
     scene = load("three-spheres")
     toward = np.array((-1.5, 3.5, 2.0)) / np.linalg.norm((-1.5, 3.5, 2.0))
     floor = rectangle((0.0, 0.0, 0.0), (0.0, 0.0, 4.0), (4.0, 0.0, 0.0), "floor")
     images = []
     for distance in (1e4, 1e6):
-        sun = Light(tuple(toward * distance), 0.02 * distance, radiance=1000.0)
-        images.append(rendered(ctx, replace(scene, planes=(), rectangles=[floor], lights=[sun]), 64, SIZE))
+        place, radius = tuple(toward * distance), 0.02 * distance
+        lit = replace(scene, planes=(), rectangles=[floor], lights=[Light(place, radius, radiance=1000.0)])
+        if kind == "sphere":
+            shining = Material(albedo=0.0, specular=0.0, emission=1000.0)
+            spheres = [*scene.spheres, Sphere(place, radius, "sun")]
+            lit = replace(lit, lights=[], spheres=spheres, materials={**scene.materials, "sun": shining})
+        images.append(rendered(ctx, lit, 64, SIZE))
     assert images[0].mean() == pytest.approx(images[1].mean(), rel=0.002)
     assert shares_beyond(*images, 0.05) < 0.02
 

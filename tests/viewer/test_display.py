@@ -122,7 +122,11 @@ def test_a_film_smaller_than_the_window_glares_as_widely(ctx: moderngl.Context) 
 def test_exposure_follows_a_change_in_a_moment(ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch) -> None:
     clock = SimpleNamespace(now=0.0)
     monkeypatch.setattr("fragtracer.viewer.meter.time.perf_counter", lambda: clock.now)
-    meter, films = Meter(ctx), [FakeFilm(ctx, np.full((8, 8, 3), value, np.float32)) for value in (0.18, 0.72)]
+    meter = Meter(ctx)
+    films = [FakeFilm(ctx, np.full((8, 8, 3), value, np.float32)) for value in (0.18, 0.72, 0.0)]
+    assert meter.follow(films[2]) == 0
+    clock.now = -1.0
+    meter.forget()
     assert meter.follow(films[0]) == pytest.approx(0, abs=1 / 16)
     passed = []
     for clock.now in np.arange(0.1, 2, 0.05):
@@ -130,6 +134,8 @@ def test_exposure_follows_a_change_in_a_moment(ctx: moderngl.Context, monkeypatc
     assert passed == sorted(passed, reverse=True)
     assert -1.5 < passed[1] < -0.1
     assert passed[-1] == pytest.approx(-2, abs=1 / 16)
+    clock.now = 3.0
+    assert meter.follow(films[2]) == pytest.approx(-2, abs=1 / 16), "a black film says nothing"
     meter.forget()
     for film in films:
         film.release()

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """OpenGL contexts without a window, and what they can do."""
 
+import os
 import sys
 from typing import Any
 
@@ -9,6 +10,8 @@ import moderngl
 from fragtracer.errors import DeviceError
 
 _VERSION = 330
+_DEVICE = "GLCONTEXT_DEVICE_INDEX"  # read by glcontext, which prefers it to what it is asked for
+_MOST_DEVICES = 16
 _MEND = {
     "linux": "install the Mesa libraries: 'apt install libegl1 libgl1 libgl1-mesa-dri' (Debian, Ubuntu) or "
     "'dnf install mesa-libEGL mesa-libGL mesa-dri-drivers' (Fedora)",
@@ -18,6 +21,9 @@ _MEND = {
 
 def create_context() -> moderngl.Context:
     """A headless OpenGL 3.3 core context: a GPU's where there is one, else Mesa's software renderer.
+
+    On Linux the devices of EGL are tried one after the other, and the first that works is taken; the
+    environment variable ``GLCONTEXT_DEVICE_INDEX`` names one, counted from 0, in their place.
 
     Raises
     ------
@@ -31,6 +37,8 @@ def create_context() -> moderngl.Context:
         except Exception as error:  # glcontext raises bare Exception for every way it can fail
             reasons.append(str(error))
     mend = _MEND.get(sys.platform, "install or update the graphics driver")
+    if os.environ.get(_DEVICE):
+        mend = f"{_DEVICE} is {os.environ[_DEVICE]!r}: unset it, or give the number of a device that works, from 0"
     raise DeviceError(f"no OpenGL 3.3 context could be made ({'; '.join(dict.fromkeys(reasons))}); {mend}")
 
 
@@ -51,7 +59,10 @@ def attach_context() -> moderngl.Context:
 def _attempts() -> list[dict[str, Any]]:
     if sys.platform != "linux":
         return [{}]
-    return [{"backend": "egl", "libgl": "libGL.so.1", "libegl": "libEGL.so.1"}, {"backend": "egl"}, {}]
+    named = {"backend": "egl", "libgl": "libGL.so.1", "libegl": "libEGL.so.1"}
+    if os.environ.get(_DEVICE):
+        return [named, {"backend": "egl"}]
+    return [named | {"device_index": i} for i in range(_MOST_DEVICES)] + [{"backend": "egl"}, {}]
 
 
 def describe(ctx: moderngl.Context) -> dict[str, str]:

@@ -19,10 +19,16 @@ class Film:
         if max(width, height) > max_size(ctx):
             raise DeviceError(f"this GPU renders at most {max_size(ctx)} pixels a side, not {width}x{height}")
         self.size = (width, height)
+        self._sets: list[list[moderngl.Texture]] = [[], []]
+        self._framebuffers: list[moderngl.Framebuffer] = []
         try:
-            self._sets = [[ctx.texture(self.size, 4, dtype="f4") for _ in range(2)] for _ in range(2)]
-            self._framebuffers = [ctx.framebuffer(textures) for textures in self._sets]
+            for textures in self._sets:
+                for _ in range(2):
+                    textures.append(ctx.texture(self.size, 4, dtype="f4"))
+                self._framebuffers.append(ctx.framebuffer(textures))
         except moderngl.Error as error:
+            self.release()
+            _ = ctx.error  # takes the driver's own note of it away
             raise DeviceError(f"the GPU has no memory for an image of {width}x{height}: {error}") from None
         for texture in (t for textures in self._sets for t in textures):
             texture.filter = (moderngl.NEAREST, moderngl.NEAREST)

@@ -40,7 +40,7 @@ def cells(image: npt.NDArray[np.float32]) -> npt.NDArray[np.float64]:
 def stops_for(luminances: npt.ArrayLike) -> float:
     """The exposure, in stops within -64 and 64, that shows an image of these cells well; 0 for a black one."""
     cell = np.asarray(luminances, np.float64)
-    cell = cell[(cell > 0) & np.isfinite(cell)]
+    cell = cell[cell > 0]
     if not cell.size:
         return 0.0
     bins = np.floor((np.log2(cell) + _LARGEST) * _BINS_PER_STOP).astype(int)

@@ -159,10 +159,12 @@ def _with_tangents(mesh: Mesh, materials: Mapping[str, Material]) -> Mesh:
 
 
 def _points(scene: Scene) -> Floats:
-    """The corners of everything finite, the camera included, (n, 3); but not of the lights: a sun far
-    away loses nothing by its distance, and would take the precision from what it shines on."""
+    """The corners of everything finite, the camera included, (n, 3); but not of the lights, nor of spheres that
+    shine: a sun far away loses nothing by its distance, and would take the precision from what it shines on."""
     points: list[Any] = [scene.camera.position]
     for s in scene.spheres:
+        if scene.materials[s.material].is_emissive:
+            continue
         points += [np.subtract(s.center, s.radius), np.add(s.center, s.radius)]
     for r in scene.rectangles:
         far = np.add(r.edge_u, r.edge_v)

@@ -22,12 +22,12 @@ class Meter:
     def __init__(self, context: Any) -> None:
         self._context = context
         self._program: FullscreenProgram | None = None
-        self._target = 0.0
+        self._target: float | None = None
         self._stops: float | None = None
         self._looked_at = self._moved_at = -math.inf
 
-    def measure(self, film: Film) -> float:
-        """The exposure in stops for ``film`` as it is, whose mean is read back in cells."""
+    def measure(self, film: Film) -> float | None:
+        """The exposure in stops for ``film`` as it is, whose mean is read back in cells; None if it is black."""
         if self._program is None:
             self._program = FullscreenProgram(self._context, folder("shaders"), "display_meter.frag")
         width, height = (-(-side // CELL) for side in film.size)
@@ -41,14 +41,17 @@ class Meter:
         self._context.detect_framebuffer(0).use()  # moderngl would bind the released one again
         framebuffer.release()
         texture.release()
-        return stops_for(cells)
+        return stops_for(cells) if cells.max() > 0 else None
 
     def follow(self, film: Film) -> float:
-        """The exposure now: it takes a moment to adapt, as an eye does, but not at first."""
+        """The exposure now: it takes a moment to adapt, as an eye does, but not at first, and stays in the dark."""
         now = time.perf_counter()
         if now - self._looked_at >= _EVERY:
             self._looked_at = now
-            self._target = self.measure(film)
+            measured = self.measure(film)
+            self._target = self._target if measured is None else measured
+        if self._target is None:
+            return 0.0
         if self._stops is None or abs(self._stops - self._target) < 1e-3:
             self._stops = self._target
         else:
@@ -58,7 +61,7 @@ class Meter:
 
     def forget(self) -> None:
         """Begin anew, with the exposure of the next film at once, and the shader file as it then is."""
-        self._stops = None
+        self._target = self._stops = None
         self._looked_at = -math.inf
         if self._program is not None:
             self._program.release()
