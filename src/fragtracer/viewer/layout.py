@@ -8,7 +8,7 @@ from imgui_bundle import imgui
 UPPER = ("Scene", "Render", "Display")
 LOWER = ("Statistics",)
 _SIDE_WIDTH = 330.0
-_LOWER_SHARE = 0.38
+_LOWER_SHARE = 0.33
 
 
 @dataclass(frozen=True)

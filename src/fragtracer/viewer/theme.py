@@ -62,7 +62,8 @@ def _color(style: imgui.Style) -> None:
     put(_LINE, col.border, col.separator)
     put((0.88, 0.89, 0.91), col.text)
     put((0.50, 0.52, 0.56), col.text_disabled)
-    put(ACCENT, col.check_mark, col.slider_grab, col.slider_grab_active, col.tab_selected_overline, col.plot_lines)
+    put(ACCENT, col.check_mark, col.slider_grab_active, col.tab_selected_overline, col.plot_lines)
+    put(ACCENT, col.slider_grab, alpha=0.75)  # numbers lie over it
     put(ACCENT, col.tab_dimmed_selected_overline, col.docking_preview, alpha=0.4)
     put(ACCENT, col.separator_hovered, col.separator_active, col.resize_grip_hovered, col.nav_cursor, alpha=0.7)
     put((1.0, 1.0, 1.0), col.resize_grip, col.scrollbar_bg, alpha=0.03)
