@@ -27,6 +27,7 @@
 #include "shape/intersect.glsl"
 #include "shape/surface.glsl"
 #include "shape/material.glsl"
+#include "shape/alpha.glsl"
 
 #include "emitter/sphere_light.glsl"
 #include "emitter/area_light.glsl"
@@ -57,7 +58,7 @@ void main() {
     float spare;
 #if AUXILIARY
     for (; index < end; index++) {
-        film_add(film, auxiliary_value(path_begin(pixel, sampler_vec4(pixel, index, dimension_camera(), spare)).ray));
+        film_add(film, auxiliary_value(path_begin(pixel, sampler_vec4(pixel, index, dimension_camera(), spare))));
     }
 #elif INTEGRATOR == INTEGRATOR_SPLIT_SUM
     for (; index < end; index++) {
@@ -94,7 +95,7 @@ void main() {
         }
     } while (index < end);
 #endif
-#if HAS_MESHES
+#if HAS_MESHES || HAS_ALPHA
     if (scene_is_cut_short) film.count = film.non_finite = -1.0;  // not the samples that were asked for
 #endif
     out_mean = vec4(film.mean, film.count);

@@ -94,8 +94,8 @@ MUTATIONS = [
     Mutation(
         "shadow ray too short",
         "integrator/path.glsl",
-        "Ray(origin, wi), distance, light",
-        "Ray(origin, wi), 0.5 * distance, light",
+        "scene_intersect(ray, distance, light",
+        "scene_intersect(ray, 0.5 * distance, light",
     ),
     Mutation(
         "mirror without Fresnel",
@@ -141,5 +141,27 @@ MUTATIONS = [
     ),
     Mutation(
         "rays leave from the wrong side", "shape/ray.glsl", "return position + normal", "return position - normal"
+    ),
+    Mutation(
+        "sRGB taken for linear",
+        "texture/texture.glsl",
+        "    if ((t.flags & TEXTURE_SRGB) != 0) value.rgb = texture_decode_srgb(value.rgb);\n",
+        "",
+    ),
+    Mutation(
+        "image upside down",
+        "texture/texture.glsl",
+        "texture_wrap(uv.y, t.wrap_v)",
+        "texture_wrap(1.0 - uv.y, t.wrap_v)",
+    ),
+    Mutation("scale of a normal map ignored", "shape/material.glsl", "    local.xy *= maps.normal_scale;\n", ""),
+    Mutation(
+        "shadow of what is there in part as of what is there",
+        "integrator/path.glsl",
+        "alpha_intersect(ray, distance, light_primitive, seed).primitive",
+        "scene_intersect(ray, distance, light_primitive, true).primitive",
+    ),
+    Mutation(
+        "one decision for all sheets", "shape/alpha.glsl", "            seed = hash_uint(seed + 0x9e3779b9u);\n", ""
     ),
 ]

@@ -6,8 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mutations import MUTATIONS
-from rendering import Planter
+from rendering import Planter, rendered
 from scipy import stats
+from textured_scenes import facing, mesh, quad, texture, under_sheets
 
 from fragtracer.compare.sides import Side, render_ours, render_reference
 from fragtracer.compare.verdict import judge
@@ -107,9 +108,33 @@ def samplers_reject(ctx) -> bool:
     return min(p) < 1 - (1 - 1e-4) ** (1 / 3)
 
 
+def textures_reject(ctx) -> bool:
+    """Whether the light on an image with a normal map of one value, or below two sheets, is not what it should be."""
+    pixels = np.array([[[200, 30, 90], [60, 250, 10]], [[120, 120, 0], [20, 60, 180]]], np.uint8)
+    lean = np.array([0.3, 0.0, 1.0]) / np.sqrt(1.09)
+    material = Material(
+        albedo=1.0,
+        specular=0.0,
+        albedo_texture=texture(pixels, "srgb"),
+        normal_texture=texture(((1 + lean) / 2).astype(np.float32).reshape(1, 1, 3)),
+        normal_scale=0.5,
+    )
+    light = Light((0.0, 0.0, 50.0), power=1e5)
+    picture = rendered(ctx, facing({"m": material}, mesh(quad(), "m"), ambient=0.0, lights=(light,)), 16, (2, 2))
+    albedo = np.where(pixels <= 10, pixels / 255 / 12.92, ((pixels / 255 + 0.055) / 1.055) ** 2.4)
+    irradiance = 1e5 / (4 * np.pi) / 50**2 / np.hypot(1, 0.15)
+    if not np.allclose(picture, albedo * irradiance / np.pi, rtol=0.01):
+        return True
+    light = Light((5.0, 0.0, 5.0), power=100.0)
+    clear, dimmed = (rendered(ctx, under_sheets(sheets, light), 64, (16, 16), bounces=1) for sheets in (0, 2))
+    met = round(float((dimmed / clear)[..., 0].sum()) * 64)
+    return bool(stats.binomtest(met, 64 * 256, 0.49).pvalue < 1e-4)
+
+
 def rejecting(ctx, reference, plant) -> list[str]:
     """The names of the checks that find something."""
     checks = {"comparison with Mitsuba": twin_rejects(ctx, reference), "spread of light samples": samplers_reject(ctx)}
+    checks["textures"] = textures_reject(ctx)
     checks["count of samples that are not finite"] = count_rejects(ctx, plant)
     return [name for name, found in checks.items() if found]
 

@@ -11,9 +11,9 @@ struct MeshLightSample {
     float density;  // per area
 };
 
-// Radiance at a point of the triangle `record`; the density knows only the mean of a texture.
+// Radiance at a point of the triangle `record`, as far as it is there; the density knows only the mean of a texture.
 vec3 mesh_light_radiance(int record, int material, vec2 weights) {
-#if HAS_EMISSION_TEXTURE
+#if HAS_EMISSION_TEXTURE || HAS_ALPHA
     Hit hit;
     hit.primitive = FIRST_MESH + record;
     hit.weights = weights;
@@ -22,7 +22,11 @@ vec3 mesh_light_radiance(int record, int material, vec2 weights) {
 #endif
     Surface surface;
     surface_set_mesh(surface, hit);
+#if HAS_ALPHA
+    return material_opacity_at(surface) * material_at(surface).emission;
+#else
     return material_at(surface).emission;
+#endif
 #else
     return material_select(material).emission;
 #endif

@@ -2,10 +2,10 @@
 // What a camera ray meets first, as numbers instead of light: for the eyes of a person who looks for
 // a mistake in a scene. No light transport.
 #if AUXILIARY
-vec3 auxiliary_value(Ray ray) {
-    Hit hit = scene_intersect(ray, INFINITE_DISTANCE, NO_PRIMITIVE, false);
+vec3 auxiliary_value(Path path) {
+    Hit hit = path_intersect(path);
     if (hit.primitive == NO_PRIMITIVE) return vec3(0.0);
-    Surface surface = surface_at(ray, hit);
+    Surface surface = surface_at(path.ray, hit);
 #if AUXILIARY == AUXILIARY_NORMALS
 #if HAS_SHADING_NORMALS
     return 0.5 + 0.5 * material_shading_normal(surface);

@@ -24,6 +24,9 @@ struct Path {
     float pdf;        // 1/sr, of the ray's direction by BSDF sampling
     bool unweighted;  // the ray could only have come this way: from the camera or a delta lobe
     float roulette;   // uniform number that decides whether the path survives its next vertex
+#if HAS_ALPHA
+    uint seed;        // what decides whether surfaces are there begins with; another for each path
+#endif
 };
 
 // A point where a path scatters.
@@ -35,6 +38,9 @@ struct Vertex {
     Bsdf bsdf;
 #if HAS_SHADING_NORMALS
     vec3 geometric;  // unit normal of the surface itself, local
+#endif
+#if HAS_ALPHA
+    uint seed;       // of the rays to lights
 #endif
 };
 
@@ -57,7 +63,20 @@ vec3 path_work = vec3(0.0);  // of the sample so far: path rays, shadow rays, ve
 Path path_begin(ivec2 pixel, vec4 u) {
     vec2 position = vec2(pixel) + 0.5 + pixel_filter_sample(u.xy);
     Ray ray = camera_ray(2.0 * position * u_inverse_image_size - 1.0, u.zw);
-    return Path(ray, vec3(1.0), vec3(0.0), 0, 0.0, true, 0.0);
+    return Path(ray, vec3(1.0), vec3(0.0), 0, 0.0, true, 0.0
+#if HAS_ALPHA
+        , hash_pcg4d(floatBitsToUint(u)).x
+#endif
+    );
+}
+
+// The next surface along the ray.
+Hit path_intersect(Path path) {
+#if HAS_ALPHA
+    return alpha_intersect(path.ray, INFINITE_DISTANCE, NO_PRIMITIVE, hash_uint(path.seed + uint(path.vertex)));
+#else
+    return scene_intersect(path.ray, INFINITE_DISTANCE, NO_PRIMITIVE, false);
+#endif
 }
 
 // MIS weight of emission met by BSDF sampling, against light sampling of density light_pdf.
@@ -115,7 +134,7 @@ Vertex path_extend(inout Path path) {
     Vertex vertex;
     vertex.scatters = false;
     COUNT(x);
-    Hit hit = scene_intersect(path.ray, INFINITE_DISTANCE, NO_PRIMITIVE, false);
+    Hit hit = path_intersect(path);
     if (hit.primitive == NO_PRIMITIVE) {
         path_add_distant(path);
         return vertex;
@@ -161,19 +180,25 @@ Vertex path_extend(inout Path path) {
 #endif
     vertex.wo = frame_to_local(vertex.frame, -path.ray.direction);
     vertex.bsdf = Bsdf(material.diffuse, material.alpha, material.f0, material.f90);
+#if HAS_ALPHA
+    vertex.seed = hash_uint(~path.seed + uint(path.vertex));
+#endif
     return vertex;
 }
 
-bool is_occluded(vec3 origin, vec3 wi, float distance, int light_primitive) {
+// Whether anything is between a vertex and a light in the direction wi, which `u` has chosen.
+bool path_is_occluded(Vertex vertex, vec3 wi, float distance, int light_primitive, vec2 u) {
     COUNT(y);
-    return scene_intersect(Ray(origin, wi), distance, light_primitive, true).primitive != NO_PRIMITIVE;
+    Ray ray = Ray(vertex.origin, wi);
+#if HAS_ALPHA
+    uint seed = hash_uint(vertex.seed ^ hash_uint(floatBitsToUint(u.x) ^ hash_uint(floatBitsToUint(u.y))));
+    return alpha_intersect(ray, distance, light_primitive, seed).primitive != NO_PRIMITIVE;
+#else
+    return scene_intersect(ray, distance, light_primitive, true).primitive != NO_PRIMITIVE;
+#endif
 }
 
 #if LIGHT_COUNT
-bool path_is_occluded(Vertex vertex, LightSample light) {
-    return is_occluded(vertex.origin, light.wi, light.distance, light.primitive);
-}
-
 // Radiance scattered towards wo from one sample of the lights, of u_light_samples, if nothing occludes it.
 vec3 path_light_unoccluded(Vertex vertex, LightSample light) {
     vec3 wi = frame_to_local(vertex.frame, light.wi);
@@ -193,8 +218,8 @@ vec3 path_light_unoccluded(Vertex vertex, LightSample light) {
 vec3 path_light_sample(Vertex vertex, vec2 u) {
     LightSample light = light_sample(vertex.origin, u);
     vec3 radiance = path_light_unoccluded(vertex, light);
-    if (max_component(radiance) <= 0.0 || path_is_occluded(vertex, light)) return vec3(0.0);
-    return radiance;
+    if (max_component(radiance) <= 0.0) return vec3(0.0);
+    return path_is_occluded(vertex, light.wi, light.distance, light.primitive, u) ? vec3(0.0) : radiance;
 }
 #endif
 
@@ -203,7 +228,7 @@ vec3 path_light_sample(Vertex vertex, vec2 u) {
 // proportional to the integrand where nothing occludes; its light pdf is therefore 0 there.
 vec3 path_ambient_sample(Vertex vertex, vec2 u) {
     vec3 wi = square_to_cosine_hemisphere(u);
-    bool occluded = is_occluded(vertex.origin, frame_to_world(vertex.frame, wi), INFINITE_DISTANCE, NO_PRIMITIVE);
+    bool occluded = path_is_occluded(vertex, frame_to_world(vertex.frame, wi), INFINITE_DISTANCE, NO_PRIMITIVE, u);
     if (occluded || wi.z <= 0.0) return vec3(0.0);
     float shadowing = path_shadowing(vertex, wi);
     return bsdf_eval(vertex.bsdf, vertex.wo, wi) * u_ambient_radiance * shadowing / square_to_cosine_hemisphere_pdf(wi);
@@ -229,7 +254,8 @@ void path_gather_direct(inout Path path, Vertex vertex, ivec2 pixel, uint index,
         // since light that is occluded and light that is not are scattered alike. `bench --what ablations` measures it.
         LightSample light = light_sample(vertex.origin, u);
         if (i == 0) unoccluded = path_light_unoccluded(vertex, light);
-        if (light.pdf > 0.0 && !path_is_occluded(vertex, light)) direct += unoccluded;
+        bool occluded = light.pdf <= 0.0 || path_is_occluded(vertex, light.wi, light.distance, light.primitive, u);
+        if (!occluded) direct += unoccluded;
 #else
         direct += path_light_sample(vertex, u);
 #endif

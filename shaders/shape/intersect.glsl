@@ -32,10 +32,12 @@ void hit_update(inout Hit hit, float distance, int primitive, int skipped) {
 #define INTERSECT_RECTANGLE(i) { Rectangle r = rectangle_load(i); hit_update(hit, rectangle_intersect(r.plane, r.u_row, r.v_row, ray), FIRST_RECTANGLE + i, skipped); }
 #define INTERSECT_TRIANGLE(i) { Triangle t = triangle_load(i); hit_update(hit, triangle_intersect(t.plane, t.u_row, t.v_row, ray), FIRST_TRIANGLE + i, skipped); }
 
-#if HAS_MESHES
+#if HAS_MESHES || HAS_ALPHA
 // A driver may end a loop before its time (llvmpipe does after 65,535 rounds of all loops in a draw).
 bool scene_is_cut_short = false;
+#endif
 
+#if HAS_MESHES
 void hit_meshes(inout Hit hit, Ray ray, int skipped, bool any) {
     if (any && hit.primitive != NO_PRIMITIVE) return;
     MeshRay local = mesh_ray(ray.origin, ray.direction);

@@ -90,6 +90,16 @@ Material material_at(Surface surface) {
     return material;
 }
 
+#if HAS_ALPHA
+float material_opacity_at(Surface surface) {
+    float vertex_alpha = 1.0;
+#if HAS_COLORS
+    vertex_alpha = surface.color.a;
+#endif
+    return material_opacity(surface.material, material_coordinates(surface), vertex_alpha);
+}
+#endif
+
 #if HAS_SHADING_NORMALS
 // The interpolated normal, with what a normal map makes of it; on the side of the surface's front.
 vec3 material_shading_normal(Surface surface) {

@@ -10,7 +10,18 @@ SHAPE = [
     "texture/texture.glsl",
     *(
         f"shape/{name}.glsl"
-        for name in ("ray", "sphere", "plane", "rectangle", "triangle", "mesh", "intersect", "surface", "material")
+        for name in (
+            "ray",
+            "sphere",
+            "plane",
+            "rectangle",
+            "triangle",
+            "mesh",
+            "intersect",
+            "surface",
+            "material",
+            "alpha",
+        )
     ),
 ]
 EMITTERS = ("sphere_light", "area_light", "mesh_light", "sun_light", "environment", "light")

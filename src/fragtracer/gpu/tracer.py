@@ -73,7 +73,8 @@ class Tracer:
         if packed.defines["HAS_SPLIT_SUM_MAPS"]:
             self._maps.load(packed.environment)
         self._max_rays = max(1, _MAX_ROUNDS // packed.path_rounds)
-        self._is_limited = packed.meshes is not None and is_software(self._ctx)
+        has_long_loops = packed.meshes is not None or packed.defines["HAS_ALPHA"] == 1
+        self._is_limited = has_long_loops and is_software(self._ctx)
         self.set(packed.uniforms)
 
     def knows(self, packed: PackedScene) -> bool:

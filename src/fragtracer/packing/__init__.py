@@ -16,7 +16,14 @@ from numpy.typing import NDArray
 from pyglm import glm
 
 from fragtracer.packing.environment import EnvironmentTables, pack_environment
-from fragtracer.packing.materials import MATERIAL_RECORDS, apart, has_colors, mean_emission, pack_materials
+from fragtracer.packing.materials import (
+    MATERIAL_RECORDS,
+    apart,
+    has_colors,
+    mean_emission,
+    pack_materials,
+    plain_emission,
+)
 from fragtracer.packing.meshes import CULLED, MeshMaterial, PackedMeshes, pack_meshes
 from fragtracer.packing.records import MESH_RECORDS, RECORDS, SHAPES, loop_rounds, mesh_layout, scene_layout, texels_of
 from fragtracer.random_texture import LAYERS, WIDTH
@@ -209,9 +216,9 @@ def _lights(
     shapes += enumerate([*scene.rectangles, *scene.triangles], first_rectangle)
     found = [{"kind": CONSTANTS["LIGHT_MESH"], "primitive": -1, "power": mesh_power}] if mesh_power > 0 else []
     found += [
-        _shape_light(shape, materials[shape.material].emission, origin) | {"primitive": primitive}
+        _shape_light(shape, emission, origin) | {"primitive": primitive}
         for primitive, shape in shapes
-        if materials[shape.material].is_emissive
+        if max(emission := plain_emission(materials[shape.material])) > 0
     ]
     found += [_point_light(light, origin) for light in scene.lights if light.radius == 0 and max(light.intensity) > 0]
     found += distant

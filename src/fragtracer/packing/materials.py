@@ -67,6 +67,15 @@ def mean_emission(material: Material) -> tuple[float, float, float]:
     return (r, g, b)
 
 
+def plain_emission(material: Material) -> tuple[float, float, float]:
+    """Radiance of a surface without textures, times the chance that it is there."""
+    if not material.is_emissive:
+        return (0.0, 0.0, 0.0)
+    there = {"opaque": 1.0, "mask": float(material.opacity >= material.alpha_cutoff), "blend": material.opacity}
+    r, g, b = (there[material.alpha_mode] * radiance for radiance in material.emission)
+    return (r, g, b)
+
+
 def pack_materials(materials: Iterable[Material], colored: bool) -> PackedMaterials:
     """Pack ``materials``; ``colored`` says that there are vertices with colours, which change them as well."""
     materials = list(materials)

@@ -1,0 +1,231 @@
+# SPDX-License-Identifier: MIT
+"""Textured meshes against closed forms: what is seen of an image, its alpha, its normals and its light."""
+
+from dataclasses import replace
+from typing import Any
+
+import moderngl
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from rendering import ESTIMATORS, batches, rendered
+from scipy import stats
+from textured_scenes import facing, mesh, quad, texture, under_sheets
+
+from fragtracer.scene import (
+    Light,
+    Material,
+    Scene,
+    Sphere,
+)
+
+Floats = NDArray[np.floating]
+ALPHA = 1e-3  # of a test as a whole
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+@pytest.mark.parametrize("baked", [False, True])
+def test_an_image_in_a_furnace_is_seen_texel_by_texel(ctx: moderngl.Context, estimator: str, baked: bool) -> None:
+    """Lambert under the same radiance from everywhere reflects its albedo: here that of each pixel's own texel."""
+    pixels = np.random.default_rng(1).integers(0, 256, (8, 8, 3), np.uint8)
+    material = Material(albedo=1.0, specular=0.0, albedo_texture=texture(pixels, "srgb"))
+    image = batches(ctx, facing({"m": material}, mesh(quad(), "m")), 16, [0], (8, 8), baked, estimator=estimator)[0]
+    values = pixels / 255
+    expected = np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+    np.testing.assert_allclose(image, expected, atol=2e-5)
+
+
+def test_colours_of_vertices_multiply(ctx: moderngl.Context) -> None:
+    geometry = quad(colors=[(0.5, 0.25, 1.0)] * 4)
+    material = Material(albedo=0.5, specular=0.0)
+    image = rendered(ctx, facing({"m": material}, mesh(geometry, "m")), 4, (4, 4))
+    np.testing.assert_allclose(image, np.broadcast_to((0.25, 0.125, 0.5), (4, 4, 3)), rtol=1e-5)
+
+
+def proportion_agrees(image: Floats, expected: float, spp: int, tests: int) -> bool:
+    """Whether a mean of zeros and ones is that of ``expected`` (binomial, Šidák over ``tests``)."""
+    count = round(float(image[..., 0].sum(dtype=np.float64)) * spp)
+    return stats.binomtest(count, image.shape[0] * image.shape[1] * spp, expected).pvalue > 1 - (1 - ALPHA) ** (
+        1 / tests
+    )
+
+
+@pytest.mark.parametrize("sampler", ["texture", "hash"])
+@pytest.mark.parametrize("sheets", [1, 2, 5])
+def test_a_stack_of_sheets_dims_what_is_behind(ctx: moderngl.Context, sheets: int, sampler: str) -> None:
+    """Black sheets of opacity a before radiance 1: (1 - a)^k."""
+    black = Material(albedo=0.0, specular=0.0, opacity=0.3, alpha_mode="blend")
+    stack = [mesh(quad((-1, -1, -0.1 * i)), "black") for i in range(sheets)]
+    image = rendered(ctx, facing({"black": black}, *stack), 256, (16, 16), sampler=sampler)
+    assert proportion_agrees(image, 0.7**sheets, 256, 6)
+
+
+def test_the_sheets_are_met_independently_at_one_point(ctx: moderngl.Context) -> None:
+    """Also where every ray is the same, and all that tells samples apart is their number."""
+    black = Material(albedo=0.0, specular=0.0, opacity=0.5, alpha_mode="blend")
+    stack = [mesh(quad((-1, -1, -0.1 * i)), "black") for i in range(3)]
+    scene = facing({"black": black}, *stack)
+    scene = replace(scene, camera=replace(scene.camera, fov_degrees=1e-5))
+    assert proportion_agrees(rendered(ctx, scene, 4096, (4, 4)), 0.125, 4096, 1)
+
+
+def test_opacity_of_texture_and_vertices(ctx: moderngl.Context) -> None:
+    material = Material(
+        albedo=0.0,
+        specular=0.0,
+        opacity=0.8,
+        alpha_mode="blend",
+        albedo_texture=texture(np.full((1, 1, 4), 0.5, np.float32)),
+    )
+    geometry = quad(colors=[(1, 1, 1, 0.5)] * 4)
+    image = rendered(ctx, facing({"m": material}, mesh(geometry, "m")), 256, (16, 16))
+    assert proportion_agrees(image, 1 - 0.8 * 0.5 * 0.5, 256, 1)
+
+
+def test_mask_cuts_out(ctx: moderngl.Context) -> None:
+    alpha = np.array([[0.2, 0.6], [0.5, 0.4]], np.float32)
+    pixels = np.concatenate([np.zeros((2, 2, 3), np.float32), alpha[..., None]], axis=2)
+    material = Material(specular=0.0, alpha_mode="mask", alpha_cutoff=0.5, albedo_texture=texture(pixels))
+    image = rendered(ctx, facing({"m": material}, mesh(quad(), "m")), 16, (2, 2))
+    np.testing.assert_allclose(image[..., 0], alpha < 0.5, atol=1e-6)
+
+
+def test_spheres_are_there_in_part_too(ctx: moderngl.Context) -> None:
+    """A ray meets the near and the far side: (1 - a)^2."""
+    black = Material(albedo=0.0, specular=0.0, opacity=0.4, alpha_mode="blend")
+    scene = facing({"black": black}, spheres=(Sphere((0.0, 0.0, 0.0), 2.0, "black"),))
+    assert proportion_agrees(rendered(ctx, scene, 256, (16, 16)), 0.36, 256, 1)
+
+
+@pytest.mark.parametrize("sheets", [1, 4])
+def test_shadows_of_sheets(ctx: moderngl.Context, sheets: int) -> None:
+    """A point light's irradiance times (1 - a)^k; every sample is all or nothing of the unoccluded radiance."""
+    light = Light((5.0, 0.0, 5.0), power=100.0)
+    clear, dimmed = (rendered(ctx, under_sheets(k, light), 512, (8, 8), bounces=1) for k in (0, sheets))
+    assert proportion_agrees(dimmed / clear, 0.7**sheets, 512, 2)
+
+
+def test_several_light_samples_meet_sheets_independently(ctx: moderngl.Context) -> None:
+    """Otherwise the spread between pixels would be that of one sample."""
+    light = Light((5.0, 0.0, 5.0), 0.01, power=100.0)
+    settings = {"bounces": 1, "light_samples": 4, "sampler": "hash"}
+    clear, dimmed = (rendered(ctx, under_sheets(k, light, 0.5), 64, (32, 32), **settings) for k in (0, 1))
+    share = (dimmed / clear)[..., 0]
+    assert abs(share.mean() - 0.5) < 4 * 0.5 / np.sqrt(64 * 4 * 1024)
+    assert share.std() == pytest.approx(0.5 / np.sqrt(64 * 4), rel=0.15)
+
+
+def means_agree(ctx: moderngl.Context, scene: Scene, **settings: Any) -> None:
+    """Whether all estimators have the same mean, from independent batches (t tests, Šidák)."""
+    seeds = range(8)
+    means = [
+        batches(ctx, scene, 512, seeds, (8, 8), estimator=e, **settings).mean(axis=(1, 2), dtype=np.float64)
+        for e in ESTIMATORS
+    ]
+    assert np.mean(means) > 0
+    for other in means[1:]:
+        p = stats.ttest_ind(means[0], other, equal_var=False).pvalue
+        assert np.min(p) > 1 - (1 - ALPHA) ** (1 / 6), (means[0].mean(axis=0), other.mean(axis=0))
+    spread = np.std(means, axis=1).max() / np.mean(means)
+    assert spread < 0.1  # else nothing would be seen
+
+
+def test_all_estimators_see_the_same_through_sheets(ctx: moderngl.Context) -> None:
+    scene = under_sheets(2, None, 0.4)
+    lamp = mesh(quad((4, -2, 0), (0, 4, 0), (0, 0, 4)), "lamp")
+    lamp = replace(lamp, parts=(replace(lamp.parts[0], geometry=quad((4, 2, 0), (0, -4, 0), (0, 0, 4))),))
+    materials = {**scene.materials, "lamp": Material(albedo=0.0, specular=0.0, emission=3.0)}
+    means_agree(ctx, replace(scene, materials=materials, meshes=(*scene.meshes, lamp)), bounces=1)
+
+
+def lit_by(material: Material, **fields: Any) -> Scene:
+    """A floor at z = 0 and a panel above its left side, seen past the panel."""
+    panel = quad((-3, 2, 1.5), (2, 0, 0), (0, -4, 0))  # its front looks down
+    materials = {"floor": Material(albedo=0.6, roughness=0.5), "panel": material}
+    scene = facing(materials, mesh(quad(), "floor"), mesh(panel, "panel"), ambient=0.0, **fields)
+    return replace(scene, camera=replace(scene.camera, target=(0.5, 0.0, 0.0), fov_degrees=0.1))
+
+
+STRIPES = np.array([[[9.0, 0.0, 1.0], [0.0, 0.5, 2.0], [0.0, 3.0, 0.0]]], np.float32)
+
+
+def test_all_estimators_see_the_same_light_of_an_emission_texture(ctx: moderngl.Context) -> None:
+    material = Material(albedo=0.0, specular=0.0, emission=1.0, emission_texture=texture(STRIPES))
+    means_agree(ctx, lit_by(material), bounces=1)
+
+
+def test_all_estimators_see_the_same_light_of_what_emits_in_part(ctx: moderngl.Context) -> None:
+    alpha = np.concatenate([np.ones((1, 2, 3)), [[[0.2], [0.9]]]], axis=2).astype(np.float32)
+    material = Material(albedo=0.0, specular=0.0, emission=3.0, albedo_texture=texture(alpha), alpha_mode="blend")
+    means_agree(ctx, lit_by(material), bounces=1)
+
+
+def test_all_estimators_see_the_same_light_of_what_is_unlit(ctx: moderngl.Context) -> None:
+    means_agree(ctx, lit_by(Material(albedo=(0.9, 0.5, 0.2), unlit=True)), bounces=1)
+
+
+def test_a_texture_of_one_value_emits_as_without(ctx: moderngl.Context) -> None:
+    plain = Material(albedo=0.0, specular=0.0, emission=(2.0, 1.0, 0.5))
+    textured = replace(
+        plain, emission=4.0, emission_texture=texture(np.full((2, 2, 3), (0.5, 0.25, 0.125), np.float32))
+    )
+    a, b = (rendered(ctx, lit_by(m), 64, (8, 8), bounces=1) for m in (plain, textured))
+    np.testing.assert_allclose(a, b, rtol=1e-4, atol=1e-6)
+
+
+def test_what_is_unlit_is_seen_as_it_is(ctx: moderngl.Context) -> None:
+    pixels = np.random.default_rng(2).random((4, 4, 3)).astype(np.float32)
+    material = Material(albedo=(1.0, 0.5, 0.25), unlit=True, albedo_texture=texture(pixels))
+    image = rendered(ctx, facing({"m": material}, mesh(quad(), "m")), 4, (4, 4))
+    np.testing.assert_allclose(image, pixels * (1, 0.5, 0.25), rtol=1e-4)
+
+
+def bumpy(x: float, y: float, scale: float = 1.0, **fields: Any) -> Material:
+    """A normal map of one value that leans (x, y) to 1 along tangent and bitangent."""
+    normal = np.array([x, y, 1.0]) / np.sqrt(x * x + y * y + 1)
+    one = texture(((1 + normal) / 2).astype(np.float32).reshape(1, 1, 3))
+    return Material(normal_texture=one, normal_scale=scale, specular=0.0, **fields)
+
+
+@pytest.mark.parametrize("scale", [1.0, 0.5, -1.0])
+@pytest.mark.parametrize(("x", "y"), [(0.3, 0.0), (0.0, 0.3), (-0.2, 0.25)])
+def test_light_on_a_leaning_normal(ctx: moderngl.Context, x: float, y: float, scale: float) -> None:
+    """From right above, a Lambert surface under a normal at the angle t has the cosine of t."""
+    scene = facing({"m": bumpy(x, y, scale, albedo=0.5)}, mesh(quad(), "m"), ambient=0.0)
+    for place in ((0.0, 0.0, 50.0), (5.0, 0.0, 50.0), (0.0, 5.0, 50.0)):
+        lit = replace(scene, lights=(Light(place, power=1e5),), camera=replace(scene.camera, fov_degrees=1e-3))
+        normal = np.array([scale * x, scale * y, 1.0])
+        cosine = normal @ place / np.linalg.norm(normal) / np.linalg.norm(place)
+        flat = place[2] / np.linalg.norm(place)
+        # Chiang et al. 2019, equation 3: the shadow terminator's factor, here 1 or close to it.
+        g = min(1.0, flat / (cosine / np.linalg.norm(normal)))
+        expected = 0.5 / np.pi * 1e5 / (4 * np.pi) / np.dot(place, place) * cosine * (g + g * g - g**3)
+        np.testing.assert_allclose(rendered(ctx, lit, 4, (2, 2), bounces=1), expected, rtol=1e-4)
+
+
+@pytest.mark.parametrize(
+    "material",
+    [
+        Material(albedo=1.0, specular=0.0),
+        Material(albedo=1.0, metallic=1.0, roughness=0.4),
+        Material(albedo=1.0, metallic=1.0, roughness=0.0),
+        Material(albedo=1.0, roughness=0.7),
+    ],
+    ids=["lambert", "metal", "mirror", "plastic"],
+)
+@pytest.mark.parametrize("scale", [1.0, 8.0])
+def test_normals_reflect_no_more_than_they_receive(ctx: moderngl.Context, material: Material, scale: float) -> None:
+    """In a white furnace a flat wall with a rough normal map has radiance 1 at most. Seen from the side, or of normals
+    that lean far, a mirror loses what it reflects into the wall; otherwise little is lost."""
+    rng = np.random.default_rng(4)
+    normals = rng.normal(size=(16, 16, 3)) * (0.3, 0.3, 0) + (0, 0, 1)
+    normals /= np.linalg.norm(normals, axis=2, keepdims=True)
+    material = replace(material, normal_texture=texture(((1 + normals) / 2).astype(np.float32)), normal_scale=scale)
+    scene = facing({"m": material}, mesh(quad(), "m"))
+    for view in (scene, replace(scene, camera=replace(scene.camera, position=(90.0, 0.0, 30.0)))):
+        image = rendered(ctx, view, 256, (16, 16), sampler="hash")
+        assert image.mean() <= 1.0 + 1e-5
+        assert image.max() <= 1.2
+    front = rendered(ctx, scene, 256, (16, 16), sampler="hash")
+    assert front.mean() > (0.7 if scale == 1 else 0.05)
+    assert material.metallic or front.min() > 0.1
