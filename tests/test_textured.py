@@ -229,3 +229,15 @@ def test_normals_reflect_no_more_than_they_receive(ctx: moderngl.Context, materi
     front = rendered(ctx, scene, 256, (16, 16), sampler="hash")
     assert front.mean() > (0.7 if scale == 1 else 0.05)
     assert material.metallic or front.min() > 0.1
+
+
+def test_occlusion_maps_are_for_shading_that_traces_no_rays(ctx: moderngl.Context) -> None:
+    open_ = texture(np.full((1, 1, 3), (0.3, 0.0, 0.0), np.float32))
+    plain = Material(albedo=0.5, specular=0.0)
+    mapped = replace(plain, occlusion_texture=open_, occlusion_strength=0.5)
+    for integrator, factor in (("path", 1.0), ("split-sum", 1 + 0.5 * (0.3 - 1))):
+        a, b = (
+            rendered(ctx, facing({"m": m}, mesh(quad(), "m")), 4, (4, 4), integrator=integrator)
+            for m in (plain, mapped)
+        )
+        np.testing.assert_allclose(b, factor * a, rtol=1e-4)

@@ -42,6 +42,9 @@ struct Vertex {
 #if HAS_ALPHA
     uint seed;       // of the rays to lights
 #endif
+#if HAS_OCCLUSION_TEXTURE
+    float occlusion;  // what is left of light from all around; a path finds out itself, and does not look
+#endif
 };
 
 // Factor of what a vertex scatters to wi, for the sake of shading normals.
@@ -182,6 +185,9 @@ Vertex path_extend(inout Path path) {
     vertex.bsdf = Bsdf(material.diffuse, material.alpha, material.f0, material.f90);
 #if HAS_ALPHA
     vertex.seed = hash_uint(~path.seed + uint(path.vertex));
+#endif
+#if HAS_OCCLUSION_TEXTURE
+    vertex.occlusion = material_occlusion(surface);
 #endif
     return vertex;
 }

@@ -25,6 +25,10 @@ vec3 split_sum_environment(Vertex vertex) {
     irradiance += u_ambient_radiance;
     prefiltered += u_ambient_radiance;
 #endif
+#if HAS_OCCLUSION_TEXTURE
+    irradiance *= vertex.occlusion;
+    prefiltered *= vertex.occlusion;
+#endif
     return split_sum_shade(vertex, irradiance, prefiltered);
 }
 

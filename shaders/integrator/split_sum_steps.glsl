@@ -91,7 +91,7 @@ BsdfSample split_sum_step_sample(Vertex vertex, vec2 u) {
 
 float split_sum_visibility(Vertex vertex, vec3 wi) {
 #if SPLIT_SUM_STEP < SPLIT_SUM_UNOCCLUDED
-    if (is_occluded(vertex.origin, wi, INFINITE_DISTANCE, NO_PRIMITIVE)) return 0.0;
+    if (path_is_occluded(vertex, wi, INFINITE_DISTANCE, NO_PRIMITIVE, wi.xy)) return 0.0;
     return path_shadowing(vertex, frame_to_local(vertex.frame, wi));
 #else
     return 1.0;

@@ -90,6 +90,16 @@ Material material_at(Surface surface) {
     return material;
 }
 
+#if HAS_OCCLUSION_TEXTURE
+// What is left of light from all around, for shading that traces no rays to find out.
+float material_occlusion(Surface surface) {
+    Maps maps = maps_select(surface.material);
+    if (maps.occlusion_texture < 0) return 1.0;
+    float open = texture_channel(texture_select(maps.occlusion_texture), material_coordinates(surface));
+    return 1.0 + maps.occlusion_strength * (open - 1.0);
+}
+#endif
+
 #if HAS_ALPHA
 float material_opacity_at(Surface surface) {
     float vertex_alpha = 1.0;
