@@ -14,8 +14,10 @@ import fragtracer
 from fragtracer.errors import DeviceError
 from fragtracer.gpu import tracer
 from fragtracer.gpu.context import is_software
+from fragtracer.gpu.film import Film
+from fragtracer.packing import pack
 from fragtracer.renderer import Progress, Renderer, render
-from fragtracer.scene import Ambient, Camera, Light, Material, Scene, Sphere
+from fragtracer.scene import Ambient, Camera, Light, Material, RenderSettings, Scene, Sphere
 from fragtracer.scene_file import load
 
 SIZE = (32, 24)
@@ -353,3 +355,28 @@ def test_metadata_say_what_made_the_image(ctx):
     assert metadata["software"] == f"fragtracer {fragtracer.__version__}"
     assert metadata["gl_renderer"]
     assert all(isinstance(value, str) for value in metadata.values())
+
+
+def test_speed_is_by_the_clock_of_the_timer(ctx):
+    """Where a GPU has a clock of its own, what the driver and Python take is not the GPU's slowness."""
+
+    class Clock:
+        """Every draw takes 10 ms."""
+
+        seconds = 0.0
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_):
+            self.seconds += 0.01
+
+    settings = RenderSettings()
+    drawn = tracer.Tracer(ctx, pack(load("mirror"), settings, 64, 16))
+    film = Film(ctx, 64, 16)
+    drawn.timer = Clock()
+    for _ in drawn.bands(film, 1):
+        pass
+    assert drawn.pixel_samples_per_second == pytest.approx(64 * 16 / 0.01)
+    drawn.release()
+    film.release()

@@ -30,6 +30,12 @@ def display() -> Iterator[str]:
     server.wait()
 
 
+@pytest.fixture(autouse=True)
+def _settings_of_the_tests(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The tests leave the user's folder of settings alone."""
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+
+
 @pytest.fixture
 def play(display: str, tmp_path: Path) -> Callable[[str], str]:
     """Runs a scenario of scenarios.py, by its name, in a process and folder of its own."""

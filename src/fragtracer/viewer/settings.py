@@ -66,7 +66,7 @@ def remembered_viewpoints(path: Path | None) -> dict[int, Camera]:
 
 def remember_viewpoints(path: Path | None, viewpoints: Mapping[int, Camera]) -> None:
     """Keep the viewpoints of the scene in the file ``path``; where nothing can be written, nothing is said."""
-    if path is None:
+    if path is None or not viewpoints:
         return
     with suppress(OSError, ValueError, TypeError, AttributeError):
         known = _all_viewpoints()
