@@ -60,6 +60,8 @@ def cases() -> Iterator[tuple[str, str, Scene]]:
     for name in ("three-spheres", "roughness-grid", "mirror"):
         for geometry in ("schlick-beckmann", "karis"):
             yield name, f"geometry term {geometry}", _with(name, geometry=geometry)
+    for name in ("three-spheres", "roughness-grid"):
+        yield name, "multiple scattering", _with(name, multiple_scattering=True)
     for name in ("three-spheres", "three-spheres-ambient", "cornell-box"):
         for bounces in (0, 1, 2, 10):
             for light_samples in (1, 8) if bounces else (1,):

@@ -177,6 +177,7 @@ def test_develop_makes_the_picture_that_render_makes(tmp_path: Path) -> None:
     ("words", "message"),
     [
         (["missing.exr", "-o", "a.png"], "missing.exr: cannot read"),
+        (["a.png", "-o", "b.png"], "a.png: this is a picture already"),
         (["a.exr", "-o", "a.exr"], "cannot write .exr; choose from .png"),
         (["a.exr", "-o", "a.png", "--exposure", "bright"], "--exposure bright: give a number of stops, or auto"),
         (["a.exr", "-o", "a.png", "--bloom-alone"], "give its strength too"),

@@ -7,10 +7,11 @@ from typing import Annotated
 import typer
 
 from fragtracer.cli import options
+from fragtracer.errors import FragtracerError
 
 
 def develop(
-    image: Annotated[Path, typer.Argument(help="Image of linear radiance: .exr, .hdr or .npy; or a .png.")],
+    image: Annotated[Path, typer.Argument(help="Image of linear radiance: .exr, .hdr or .npy.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="Picture file: .png.")],
     exposure: options.Exposure = "0",
     tonemap: options.Tonemap = "linear",
@@ -25,6 +26,10 @@ def develop(
     from fragtracer.images.output import check_writable
 
     check_writable(output, {".png"})
+    if image.suffix.lower() == ".png":
+        raise FragtracerError(
+            f"{image}: this is a picture already; give the radiance it was made of: .exr, .hdr or .npy"
+        )
     look = (options.parse_exposure(exposure), tonemap, gamma, bloom, bloom_threshold, bloom_alone)
     Look(*look)
     pixels, metadata = read_content(image)
