@@ -47,9 +47,11 @@ class FakeFilm:
             texture.release()
 
 
-def shown(ctx: moderngl.Context, pixels: Pixels, settings: DisplaySettings) -> Pixels:
-    """What the window would show, as float32."""
-    height, width, _ = pixels.shape
+def shown(
+    ctx: moderngl.Context, pixels: Pixels, settings: DisplaySettings, size: tuple[int, int] | None = None
+) -> Pixels:
+    """What a window would show, of the size of the film or another, as float32."""
+    width, height = size or pixels.shape[1::-1]
     film, display = FakeFilm(ctx, pixels), Display(ctx)
     texture = ctx.texture((width, height), 4, dtype="f4")
     target = ctx.framebuffer([texture])
@@ -117,6 +119,17 @@ def test_a_film_smaller_than_the_window_glares_as_widely(ctx: moderngl.Context) 
         glare.release()
         film.release()
     np.testing.assert_allclose(results[1], results[0], atol=1e-5 * results[0].max())
+
+
+def test_a_small_film_is_enlarged_with_its_glare(ctx: moderngl.Context) -> None:
+    """As while something moves: nearly what a film of the size of the window shows."""
+    coarse = picture((64, 40), bad=False)
+    fine = coarse.repeat(4, axis=0).repeat(4, axis=1)
+    settings = DisplaySettings(view="bloom", bloom_strength=0.2, bloom_threshold=0.1)
+    expected = shown(ctx, fine, settings)
+    found = shown(ctx, coarse, settings, (256, 160))
+    assert expected.std() > 0.05
+    assert np.abs(found - expected).mean() < 0.01 * expected.mean()
 
 
 def test_exposure_follows_a_change_in_a_moment(ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch) -> None:
