@@ -25,6 +25,7 @@ SUFFIXES = tuple(_READERS)
 _Stamps = tuple[tuple[int, int] | None, ...]
 _MOST_KEPT = 8
 _kept: OrderedDict[Path, tuple[_Stamps, Model]] = OrderedDict()
+_files: dict[Path, tuple[Path, ...]] = {}
 
 
 def read_model(file: str | Path) -> Model:
@@ -56,7 +57,7 @@ def read_model(file: str | Path) -> Model:
         model = replace(model, mesh=replace(model.mesh, file=str(path), name=path.stem))
         stamps = _stamps(model)
     assert stamps is not None
-    _kept[path] = stamps, model
+    _kept[path], _files[path] = (stamps, model), model.files
     while len(_kept) > _MOST_KEPT:
         _kept.popitem(last=False)
     if model.ignored:
@@ -99,8 +100,7 @@ def qualified(model: Model, prefix: str) -> Model:
 def files_of(file: str | Path) -> tuple[Path, ...]:
     """The files that a model was read from, as far as that is known: at least ``file`` itself."""
     path = Path(os.path.abspath(file))
-    kept = _kept.get(path)
-    return kept[1].files if kept else (path,)
+    return _files.get(path, (path,))
 
 
 def _stamps(model: Model) -> _Stamps:
