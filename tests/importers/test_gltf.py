@@ -109,7 +109,7 @@ def test_materials(tmp_path: Path) -> None:
     material: dict[str, Any] = {
         "name": "all",
         "pbrMetallicRoughness": {
-            "baseColorFactor": [0.1, 0.2, 0.3, 0.4],
+            "baseColorFactor": [0.1, 0.2, 1.0000001, 0.4],
             "baseColorTexture": {"index": 0, "extensions": transform},
             "metallicFactor": 0.6,
             "roughnessFactor": 0.7,
@@ -143,7 +143,7 @@ def test_materials(tmp_path: Path) -> None:
     gltf.content |= {"meshes": [{"primitives": primitives}], "nodes": [{"mesh": 0}], "scenes": [{"nodes": [0]}]}
     model = read(tmp_path, gltf)
     made = model.materials["all"]
-    assert (made.albedo, made.opacity, made.metallic, made.roughness) == ((0.1, 0.2, 0.3), 0.4, 0.6, 0.7)
+    assert (made.albedo, made.opacity, made.metallic, made.roughness) == ((0.1, 0.2, 1), 0.4, 0.6, 0.7)
     assert (made.emission, made.ior, made.unlit, made.double_sided) == ((10, 5, 0), 1.33, True, True)
     assert (made.alpha_mode, made.alpha_cutoff, made.normal_scale) == ("mask", 0.3, -2)
     assert made.occlusion_strength == 0.5

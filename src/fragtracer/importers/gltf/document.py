@@ -3,14 +3,15 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from fragtracer.scene.fields import LARGEST
 
 Index = Annotated[int, Field(ge=0, le=2**31)]
 Count = Annotated[int, Field(ge=0, le=2**53)]
 Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
-Fraction = Annotated[float, Field(ge=0, le=1)]
+# Exporters round: 1.0000001 is 1.
+Fraction = Annotated[float, Field(ge=-1e-4, le=1.0001), AfterValidator(lambda value: min(max(value, 0.0), 1.0))]
 Positive = Annotated[float, Field(ge=0, le=LARGEST)]
 Color = tuple[Fraction, Fraction, Fraction]
 Vector = tuple[Number, Number, Number]
