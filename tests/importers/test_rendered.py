@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: MIT
+"""A picture on a square looks the same from every format: none is upside down, mirrored or in other colours."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import PIL.Image
+import pytest
+from rendering import rendered
+
+from fragtracer import Camera, Scene, load_mesh
+
+from .data import Gltf
+
+# Red, green, blue and grey, from the upper left to the lower right; sRGB 188 is 0.5 in linear light.
+PICTURE = np.array([[[255, 0, 0], [0, 255, 0]], [[0, 0, 255], [188, 188, 188]]], np.uint8)
+LINEAR = np.array([[[1, 0, 0], [0, 1, 0]], [[0, 0, 1], [0.502886, 0.502886, 0.502886]]])
+CORNERS = [(-1, -1), (1, -1), (1, 1), (-1, 1)]
+
+
+def obj(folder: Path) -> Path:
+    (folder / "x.mtl").write_text("newmtl a\nKd 1 1 1\nmap_Kd p.png\n")
+    points = "".join(f"v {x} {y} 0\nvt {(x + 1) / 2} {(y + 1) / 2}\n" for x, y in CORNERS)
+    (folder / "x.obj").write_text(f"mtllib x.mtl\n{points}usemtl a\nf 1/1 2/2 3/3 4/4\n")
+    return folder / "x.obj"
+
+
+def ply(folder: Path) -> Path:
+    header = "ply\nformat ascii 1.0\ncomment TextureFile p.png\nelement vertex 4\n"
+    header += "".join(f"property float {name}\n" for name in "xyzst")
+    header += "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+    points = "".join(f"{x} {y} 0 {(x + 1) / 2} {(y + 1) / 2}\n" for x, y in CORNERS)
+    (folder / "x.ply").write_text(f"{header}{points}4 0 1 2 3\n")
+    return folder / "x.ply"
+
+
+def colored_ply(folder: Path) -> Path:
+    """A square for each texel, its colour on its vertices."""
+    header = "ply\nformat ascii 1.0\nelement vertex 16\n" + "".join(f"property float {name}\n" for name in "xyz")
+    header += "".join(f"property uchar {name}\n" for name in ("red", "green", "blue"))
+    header += "element face 4\nproperty list uchar int vertex_indices\nend_header\n"
+    points, faces = "", ""
+    for index, (row, column) in enumerate(np.ndindex(2, 2)):
+        red, green, blue = PICTURE[row, column]
+        points += "".join(
+            f"{column - 1 + (x + 1) / 2} {-row + (y + 1) / 2} 0 {red} {green} {blue}\n" for x, y in CORNERS
+        )
+        faces += f"4 {4 * index} {4 * index + 1} {4 * index + 2} {4 * index + 3}\n"
+    (folder / "x.ply").write_text(header + points + faces)
+    return folder / "x.ply"
+
+
+def gltf(folder: Path) -> Path:
+    made = Gltf(images=[{"uri": "p.png"}], textures=[{"source": 0}])
+    made.content["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}]
+    position = made.array([(x / 2, y / 2, 0) for x, y in CORNERS])
+    uv = made.array([((x + 1) / 2, (1 - y) / 2) for x, y in CORNERS])
+    primitive = {"attributes": {"POSITION": position, "TEXCOORD_0": uv}, "material": 0, "mode": 6}
+    made.content |= {"meshes": [{"primitives": [primitive]}], "nodes": [{"mesh": 0, "scale": [2, 2, 2]}]}
+    return made.write(folder / "x.glb")
+
+
+@pytest.mark.parametrize("write", [obj, ply, colored_ply, gltf])
+def test_the_picture_is_the_same(ctx, tmp_path: Path, write) -> None:
+    PIL.Image.fromarray(PICTURE).save(tmp_path / "p.png")
+    mesh, materials = load_mesh(write(tmp_path))
+    unlit = {}
+    for name, material in materials.items():
+        texture = material.albedo_texture
+        near = None if texture is None else replace(texture, filter="nearest")
+        unlit[name] = replace(material, unlit=True, albedo_texture=near)
+    camera = Camera((0, 0, 4), (0, 0, 0), fov_degrees=2 * np.degrees(np.arctan(0.25)))
+    image = rendered(ctx, Scene(camera, unlit, meshes=[mesh]), 16, (16, 16), bounces=0)
+    expected = LINEAR.repeat(8, axis=0).repeat(8, axis=1)
+    inside = np.ix_([1, 2, 3, 4, 5, 6, 9, 10, 11, 12, 13, 14], [1, 2, 3, 4, 5, 6, 9, 10, 11, 12, 13, 14])
+    np.testing.assert_allclose(image[inside], expected[inside], atol=1e-4)
