@@ -276,7 +276,7 @@ SWITCHES = {
     "PATH_REGENERATION": [1, 1, 0],
     "COUNT_WORK": [0, 0, 1],
     "SINGLE_LIGHT_EVALUATION": [0, 0, 1],
-    "SPLIT_SUM_STEP": [8, 8, 8, 1, 2, 3, 4, 5, 6, 7],
+    "SPLIT_SUM_STEP": [9, 9, 9, 1, 2, 3, 4, 5, 6, 7, 8],
     "AUXILIARY": [0, 0, 0, 0, 0, 1, 2, 3],
 }
 

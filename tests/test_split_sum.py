@@ -21,6 +21,7 @@ from fragtracer.shader_composer import CONSTANTS
 WHITE = Environment(radiance=(1.0, 1.0, 1.0))
 GRADIENT = Environment(gradient=Gradient(zenith=(0.2, 0.5, 1.0), horizon=(1.0, 0.9, 0.7), ground=(0.2, 0.1, 0.1)))
 PICTURE = Environment(image=Panorama(oracle.picture(128)), rotation_degrees=70.0, strength=0.5, tint=(1.0, 0.8, 1.5))
+LOOKED_UP = ("LOOKUPS", "OCCLUSION_MAP")
 STEPS = [name.removeprefix("SPLIT_SUM_") for name in CONSTANTS if name.startswith("SPLIT_SUM_")]
 
 
@@ -138,7 +139,7 @@ def test_first_step_is_direct_light(ctx: moderngl.Context, sun: float) -> None:
 def test_last_step_is_what_the_maps_say(ctx: moderngl.Context) -> None:
     """Lookups add no error of their own where the environment is smooth: all others have been made by then."""
     integrated = image(ctx, BALLS, 1, 2048, **at("FRESNEL"))
-    looked_up = image(ctx, BALLS, 2, 64, **at("MAPS"))
+    looked_up = image(ctx, BALLS, 2, 64, **at("LOOKUPS"))
     assert looked_up.mean() == pytest.approx(integrated.mean(), rel=2e-3)
     assert np.abs(looked_up / integrated - 1).max() < 0.02
 
@@ -152,18 +153,18 @@ def test_steps_under_white_light(ctx: moderngl.Context, cosine: float, step: str
     found = value(ctx, at_angle(cosine, metal, WHITE), 8192, **at(step))
     g1 = oracle.g1_smith if step in ("OCCLUDED", "UNOCCLUDED") else oracle.g1_environment
     scale, bias = oracle.brdf(cosine, roughness, g1)
-    f = f0 + (max(1 - roughness, f0) - f0) * (1 - cosine) ** 5 if step in ("FRESNEL", "MAPS") else f0
+    f = f0 + (max(1 - roughness, f0) - f0) * (1 - cosine) ** 5 if step in ("FRESNEL", *LOOKED_UP) else f0
     np.testing.assert_allclose(found, f * scale + bias, rtol=6e-3)
 
 
-@pytest.mark.parametrize("step", ["DIFFUSE", "FACTORS", "NORMAL_VIEW", "FRESNEL", "MAPS"])
+@pytest.mark.parametrize("step", ["DIFFUSE", "FACTORS", "NORMAL_VIEW", "FRESNEL", "LOOKUPS"])
 def test_diffuse_steps_under_white_light(ctx: moderngl.Context, step: str) -> None:
     cosine, roughness = 0.5, 0.7
     plastic = Material(albedo=0.8, roughness=roughness, f0=0.04)
     found = value(ctx, at_angle(cosine, plastic, WHITE), 8192, **at(step))
     scale, bias = oracle.brdf(cosine, roughness, oracle.g1_environment)
     f = 0.04 + (1 - roughness - 0.04) * (1 - cosine) ** 5
-    wanted = (1 - f) * 0.8 + (f if step in ("FRESNEL", "MAPS") else 0.04) * scale + bias
+    wanted = (1 - f) * 0.8 + (f if step in ("FRESNEL", *LOOKED_UP) else 0.04) * scale + bias
     np.testing.assert_allclose(found, wanted, rtol=3e-3)
 
 

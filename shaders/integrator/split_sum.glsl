@@ -25,7 +25,7 @@ vec3 split_sum_environment(Vertex vertex) {
     irradiance += u_ambient_radiance;
     prefiltered += u_ambient_radiance;
 #endif
-#if HAS_OCCLUSION_TEXTURE
+#if HAS_OCCLUSION_TEXTURE && SPLIT_SUM_STEP == SPLIT_SUM_OCCLUSION_MAP
     irradiance *= vertex.occlusion;
     prefiltered *= vertex.occlusion;
 #endif
@@ -87,7 +87,7 @@ vec3 split_sum_lights(Vertex vertex) {
 vec3 split_sum_value(Path path, ivec2 pixel, uint index) {
     Vertex vertex = path_extend(path);
     if (!vertex.scatters) return path.radiance;
-#if SPLIT_SUM_STEP == SPLIT_SUM_MAPS
+#if SPLIT_SUM_STEP >= SPLIT_SUM_LOOKUPS
     path.radiance += split_sum_environment(vertex);
 #else
     path.radiance += split_sum_step(vertex, pixel, index);

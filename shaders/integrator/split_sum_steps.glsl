@@ -2,7 +2,7 @@
 // From the light that really comes from the environment, step by step, to what the split-sum approximation says:
 // each step makes one more of its errors, and integrates instead of looking up. A step is the integral of the
 // radiance from wi times step_kernel(wi), taken with one sample by the material and one by the environment.
-#if SPLIT_SUM_STEP != SPLIT_SUM_MAPS
+#if SPLIT_SUM_STEP < SPLIT_SUM_LOOKUPS
 
 // The frame around the mirrored direction, local.
 Frame split_sum_mirrored(Vertex vertex) { return frame_from_normal(vec3(-vertex.wo.xy, vertex.wo.z)); }

@@ -18,7 +18,7 @@ CONSTANTS = {
     "GEOMETRY_KARIS_ENVIRONMENT": 3,
     "INTEGRATOR_PATH": 0,
     "INTEGRATOR_SPLIT_SUM": 1,
-    # Which of its errors the split-sum integrator makes, in this order; "maps" are all of them.
+    # How far the split-sum integrator goes from direct light to its approximation, one error after the other.
     "SPLIT_SUM_OCCLUDED": 1,
     "SPLIT_SUM_UNOCCLUDED": 2,
     "SPLIT_SUM_MASKING": 3,
@@ -26,7 +26,8 @@ CONSTANTS = {
     "SPLIT_SUM_FACTORS": 5,
     "SPLIT_SUM_NORMAL_VIEW": 6,
     "SPLIT_SUM_FRESNEL": 7,
-    "SPLIT_SUM_MAPS": 8,
+    "SPLIT_SUM_LOOKUPS": 8,
+    "SPLIT_SUM_OCCLUSION_MAP": 9,
     "BACKGROUND_ENVIRONMENT": 0,
     "BACKGROUND_PREFILTERED": 1,
     "BACKGROUND_IRRADIANCE": 2,
@@ -87,7 +88,7 @@ FEATURES = {
     "GEOMETRY_TERM": CONSTANTS["GEOMETRY_SMITH"],
     "MULTIPLE_SCATTERING": 0,  # its share of the specular lobe, for Smith's geometry term
     "INTEGRATOR": CONSTANTS["INTEGRATOR_PATH"],
-    "SPLIT_SUM_STEP": CONSTANTS["SPLIT_SUM_MAPS"],
+    "SPLIT_SUM_STEP": CONSTANTS["SPLIT_SUM_OCCLUSION_MAP"],
     "BACKGROUND": CONSTANTS["BACKGROUND_ENVIRONMENT"],
     "HAS_SPLIT_SUM_MAPS": 0,
     "ESTIMATOR": CONSTANTS["ESTIMATOR_MIS"],
