@@ -26,7 +26,7 @@ from fragtracer.shader_composer import CONSTANTS
 Floats = NDArray[np.float64]
 Texels = NDArray[np.float32]
 
-_BVH_VERSION = 1  # of fragtracer.bvh, for the files it leaves on disk
+_BVH_VERSION = 2  # of fragtracer.bvh, for the files it leaves on disk
 _TREES_KEPT = 64  # in memory
 # Copies of a geometry are packed one by one while they add fewer triangles than this: rays then need no matrix.
 MOST_COPIED = 100_000
