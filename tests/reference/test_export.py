@@ -10,11 +10,11 @@ import pytest
 
 from fragtracer.errors import OutputError
 from fragtracer.reference.export import export_mitsuba
+from fragtracer.reference.materials import exact_bsdf
 from fragtracer.reference.meshes import Traits
 from fragtracer.reference.nearest import nearest_bsdf
 from fragtracer.reference.render import render_reference
 from fragtracer.reference.textures import TextureFolder
-from fragtracer.reference.translate import exact_bsdf
 from fragtracer.scene import (
     Ambient,
     Camera,

@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fragtracer.errors import FragtracerError
 from fragtracer.reference.render import render_reference
 from fragtracer.reference.translate import scene_tree, to_mitsuba
 from fragtracer.scene import (
@@ -152,14 +151,24 @@ def test_a_normal_map_has_the_frame_of_gltf(mi, given, mirrored):
         np.testing.assert_allclose(found, expected * (sign, 1, 1) / np.linalg.norm(expected), atol=1e-5)
 
 
-def test_a_texture_may_use_either_set_of_coordinates_but_a_lamp_with_a_normal_map_one(mi):
-    textures = {
-        "normal_texture": Texture(Image(SPLIT, "linear"), coordinates=1),
-        "emission_texture": Texture(Image(SPLIT)),
-    }
-    geometry = Geometry(CORNERS, TRIANGLES, uvs=UVS, uvs_1=UVS)
-    with pytest.raises(FragtracerError, match="different coordinates"):
-        to_mitsuba(scene_of(Material(emission=1.0, **textures), geometry))
+def test_near_an_outline_the_shading_normal_is_bent_to_the_viewer(mi):
+    leaning = Geometry(CORNERS, TRIANGLES, normals=[[0.995, 0.0, 0.1]] * 4)
+    scene = scene_of(Material(), leaning, Placement(rotation_degrees=(0.0, 20.0, 0.0)))
+    normal = frame_at(mi, scene)
+    assert normal == pytest.approx([0.99995, 0, 0.01], abs=1e-3)
+
+
+def test_light_fades_towards_the_surface_and_is_none_below(mi):
+    """White light from all around on a plane whose normals lean by 60°, against a sum over directions."""
+    leaning = np.array([np.sin(np.radians(60)), 0, 0.5])
+    geometry = Geometry(CORNERS, TRIANGLES, normals=[leaning] * 4)
+    scene = scene_of(Material(albedo=0.8, specular=0.0), geometry, ambient=Ambient(1.0))
+    found = picture(scene, (8, 8), 16384, bounces=1).mean()
+    z, phi = np.meshgrid((np.arange(1000) + 0.5) / 1000, (np.arange(1000) + 0.5) / 1000 * 2 * np.pi)
+    sine = np.sqrt(1 - z**2)
+    cosine = np.maximum(sine * np.cos(phi) * leaning[0] + z * leaning[2], 0)
+    g = np.minimum(1, z / np.maximum(cosine * leaning[2], 1e-9))
+    assert found == pytest.approx(0.8 * 2 * np.mean(cosine * (g + g**2 - g**3)), rel=0.002)
 
 
 def seen_through(mi, material, geometry=QUAD, light=1.0, **settings):

@@ -11,15 +11,16 @@ import numpy as np
 
 from fragtracer.errors import OutputError
 from fragtracer.reference import bsdf
-from fragtracer.reference.meshes import Traits
+from fragtracer.reference.materials import exact_bsdf, geometry_term
+from fragtracer.reference.meshes import Traits, dressed
 from fragtracer.reference.nearest import nearest_bsdf, note
 from fragtracer.reference.shapes import Tree
-from fragtracer.reference.translate import exact_bsdf, geometry_term, scene_tree
+from fragtracer.reference.translate import scene_tree
 from fragtracer.scene import Scene
 
 _TAGS = {
     **dict.fromkeys(("sphere", "disk", "rectangle", "ply"), "shape"),
-    **dict.fromkeys(("area", "point", "constant", "envmap"), "emitter"),
+    **dict.fromkeys(("area", "point", "constant", bsdf.UNLIT, "envmap"), "emitter"),
     **dict.fromkeys(("perspective", "thinlens"), "sensor"),
     **dict.fromkeys(("box", "tent", "gaussian"), "rfilter"),
     **dict.fromkeys(("diffuse", "twosided", "blendbsdf", "mask", "normalmap", bsdf.NAME, bsdf.SURFACE), "bsdf"),
@@ -74,7 +75,7 @@ def export_mitsuba(scene: Scene, folder: Path | str, plugin: bool = False) -> li
 def _notes(scene: Scene, plugin: bool) -> list[str]:
     """One for each material, for all that meshes bring to it."""
     brought = {
-        name: Traits.of(part.geometry, scene.materials[name])
+        name: Traits.of(dressed(part.geometry, scene.materials[name]), scene.materials[name])
         for mesh in scene.meshes
         for part, name in ((part, mesh.material_of(part)) for part in mesh.parts)
     }

@@ -11,14 +11,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from fragtracer.errors import FragtracerError
 from fragtracer.reference.shapes import Columns, Tree, write_ply
 from fragtracer.scene import Geometry, Material
+from fragtracer.scene.tangents import with_tangents
 
 
 @dataclass(frozen=True)
 class Traits:
-    """What a mesh brings to its material: attributes, and the set of coordinates that Mitsuba calls uv."""
+    """What a mesh brings to its material: attributes, and the set of coordinates that Mitsuba calls uv, which is
+    that of the light it sends out."""
 
     shading: bool = False
     tangent: bool = False
@@ -28,27 +29,15 @@ class Traits:
 
     @classmethod
     def of(cls, geometry: Geometry, material: Material) -> "Traits":
-        """Those that ``material`` looks at.
-
-        Raises
-        ------
-        FragtracerError
-            If Mitsuba cannot have it: its light needs one set of coordinates, our normal map another.
-        """
-        masked = material.alpha_mode != "opaque" and not material.unlit
-        alpha = geometry.colors is not None and geometry.colors.shape[1] == 4
-        normal, emission = material.normal_texture, material.emission_texture if material.is_emissive else None
-        if normal and emission and normal.coordinates != emission.coordinates:
-            raise FragtracerError(
-                "Mitsuba cannot show a material whose normal_texture and emission_texture use different coordinates"
-            )
-        main = normal or emission
+        """Those that ``material`` looks at."""
+        alpha = geometry.colors is not None and geometry.colors.shape[1] == 4 and material.alpha_mode != "opaque"
+        lamp = material.emission_texture if material.is_emissive else None
         return cls(
             geometry.normals is not None,
-            normal is not None and geometry.tangents is not None,
+            material.normal_texture is not None and geometry.tangents is not None,
             geometry.colors is not None,
-            alpha and masked,
-            main.coordinates if main else 0,
+            alpha,
+            lamp.coordinates if lamp else 0,
         )
 
     @property
@@ -60,6 +49,11 @@ class Traits:
     def set_of(self, coordinates: int) -> str:
         """Where the plugin finds one of the model's two sets of coordinates."""
         return "uv" if coordinates == self.uv else "vertex_other"
+
+
+def dressed(geometry: Geometry, material: Material) -> Geometry:
+    """The geometry with the tangents that a normal map needs."""
+    return with_tangents(geometry, material.normal_texture.coordinates) if material.normal_texture else geometry
 
 
 def world_mesh(path: Path, geometry: Geometry, matrix: NDArray[np.float64], traits: Traits, smooth: bool) -> Tree:

@@ -5,11 +5,11 @@ import math
 from typing import Any
 
 from fragtracer.materials import METAL_F0
-from fragtracer.reference.bsdf import DELTA_ALPHA, NAME, SURFACE
+from fragtracer.reference.bsdf import DELTA_ALPHA, NAME, SURFACE, UNLIT
+from fragtracer.reference.materials import dielectric_f0, is_lambert, is_plain, lambert, passes, rgb
 from fragtracer.reference.meshes import Traits
 from fragtracer.reference.shapes import Tree
 from fragtracer.reference.textures import TextureFolder
-from fragtracer.reference.translate import dielectric_f0, is_lambert, is_plain, lambert, passes, rgb
 from fragtracer.scene import Material
 
 
@@ -19,7 +19,9 @@ def nearest_bsdf(material: Material, geometry: str, traits: Traits, textures: Te
     Rough dielectrics become ``principled``, since ``roughplastic`` loses light as it gets rougher: at
     alpha = 1 its base is less than half as bright as ours.
     """
-    if is_textured(material, traits):
+    if material.unlit:
+        inner = {"type": "diffuse", "reflectance": rgb((0, 0, 0))}
+    elif is_textured(material, traits):
         inner = _textured(material, traits, textures)
     elif is_lambert(material):
         inner = lambert(material)["bsdf"]
@@ -100,6 +102,8 @@ def _dielectric(material: Material) -> Tree:
 
 def note(material: Material, geometry: str, plugin: bool, traits: Traits) -> str:
     """What a material becomes in an exported scene, and how near that is."""
+    if material.unlit:
+        return f"{UNLIT}, the same" if plugin else "area, nearly the same: shines from its front only, and is a light"
     if plugin and not is_plain(material, traits):
         return f"{SURFACE}, the same"
     if not (plugin or is_plain(material, traits)) and (is_textured(material, traits) or passes(material)):

@@ -12,8 +12,9 @@ scene. To use it::
     scene = mi.load_file("scene.xml")
 
 The plugins: ``fragtracer_cooktorrance`` (plain.py), a material alike all over; ``fragtracer_surface``
-(surface.py), one with textures, shading normals, alpha or a single side, for meshes; and
-``fragtracer_texture`` (texture.py), the image of one of those.
+(surface.py), one with textures, shading normals, alpha or a single side, for meshes;
+``fragtracer_texture`` (texture.py), the image of one of those; and ``fragtracer_unlit`` (unlit.py), an
+emitter for what is shown as it is.
 """
 
 from functools import lru_cache
@@ -23,8 +24,9 @@ from .lobes import DELTA_ALPHA
 NAME = "fragtracer_cooktorrance"
 SURFACE = "fragtracer_surface"
 TEXTURE = "fragtracer_texture"
+UNLIT = "fragtracer_unlit"
 
-__all__ = ["DELTA_ALPHA", "NAME", "SURFACE", "TEXTURE", "register"]
+__all__ = ["DELTA_ALPHA", "NAME", "SURFACE", "TEXTURE", "UNLIT", "register"]
 
 
 def register() -> None:
@@ -42,9 +44,11 @@ def _register(variant: str) -> tuple[type, ...]:
     from .plain import plain_class
     from .surface import surface_class
     from .texture import texture_class
+    from .unlit import unlit_class
 
-    plugins = plain_class(mi, dr), surface_class(mi, dr), texture_class(mi, dr)
+    plugins = plain_class(mi, dr), surface_class(mi, dr), texture_class(mi, dr), unlit_class(mi, dr)
     mi.register_bsdf(NAME, plugins[0])
     mi.register_bsdf(SURFACE, plugins[1])
     mi.register_texture(TEXTURE, plugins[2])
+    mi.register_emitter(UNLIT, plugins[3])
     return plugins

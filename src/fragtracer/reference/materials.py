@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: MIT
+"""Says fragtracer's materials in the words of our own plugins, and what shines in those of Mitsuba's lights."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from fragtracer.errors import FragtracerError
+from fragtracer.materials import METAL_F0, reflectance_from_ior
+from fragtracer.reference.bsdf import NAME, SURFACE, UNLIT
+from fragtracer.reference.meshes import Traits
+from fragtracer.reference.shapes import Tree
+from fragtracer.reference.textures import TextureFolder
+from fragtracer.scene import Material, RenderSettings, Texture
+
+Translator = Callable[[Material, str, Traits, TextureFolder], Tree]
+
+
+def rgb(color: Any) -> Tree:
+    """A colour, linear Rec. 709."""
+    return {"type": "rgb", "value": [float(c) for c in color]}
+
+
+def is_lambert(material: Material) -> bool:
+    """Whether the material has no specular lobe at all."""
+    return max(*material.specular_f0, *material.specular_f90) == 0
+
+
+def dielectric_f0(material: Material) -> tuple[float, float, float]:
+    """Reflectance at normal incidence of the dielectric part."""
+    return material.f0 or (reflectance_from_ior(1.5 if material.ior is None else material.ior),) * 3
+
+
+def lambert(material: Material) -> Tree:
+    """Mitsuba's own diffuse material."""
+    return {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": rgb(material.diffuse_albedo)}}
+
+
+def is_plain(material: Material, traits: Traits) -> bool:
+    """Whether the material is alike at all points of a mesh, opaque, and without shading normals."""
+    textures = (material.albedo_texture, material.roughness_texture, material.metallic_texture, material.normal_texture)
+    varies = any(textures) or traits != Traits(uv=traits.uv)
+    return not varies and not passes(material)
+
+
+def passes(material: Material) -> bool:
+    """Whether rays may pass the surface as if it was not there."""
+    return material.alpha_mode != "opaque" or not material.double_sided
+
+
+def geometry_term(settings: RenderSettings) -> str:
+    """What the plugins call the geometry term, and what it does with light scattered more than once."""
+    return "smith-multiple-scattering" if settings.multiple_scattering else settings.geometry
+
+
+def exact_bsdf(material: Material, geometry: str, traits: Traits, textures: TextureFolder) -> Tree:
+    """The same material: Mitsuba's ``diffuse`` where that is exact, our plugins elsewhere."""
+    if material.unlit:
+        black = replace(material, albedo=(0.0, 0.0, 0.0), metal=None, metallic=0.0, specular=0.0)
+        return surface(black, geometry, traits, textures) if passes(material) else lambert(black)
+    if not is_plain(material, traits):
+        return surface(material, geometry, traits, textures)
+    if is_lambert(material):
+        return lambert(material)
+    return {
+        "type": NAME,
+        "diffuse_albedo": list(material.diffuse_albedo),
+        "specular_f0": list(material.specular_f0),
+        "specular_f90": list(material.specular_f90),
+        "alpha": float(material.alpha),
+        "geometry": geometry,
+    }
+
+
+def surface(material: Material, geometry: str, traits: Traits, textures: TextureFolder) -> Tree:
+    """The plugin for what varies over a mesh; a metal of a name is one whose albedo is its reflectance."""
+    tree: Tree = {
+        "type": SURFACE,
+        "albedo": list(METAL_F0[material.metal] if material.metal else material.albedo),
+        "metallic": 1.0 if material.metal else float(material.metallic),
+        "roughness": float(material.roughness),
+        "specular": float(material.specular),
+        "dielectric_f0": list(dielectric_f0(material)),
+        "geometry": geometry,
+        "opacity": float(material.opacity),
+        "alpha_mode": material.alpha_mode,
+        "alpha_cutoff": float(material.alpha_cutoff),
+        "double_sided": material.double_sided,
+        "normal_scale": float(material.normal_scale),
+    }
+    images: dict[str, tuple[Texture | None, Any]] = {
+        "albedo": (material.albedo_texture, "color"),
+        "alpha": (material.albedo_texture if material.alpha_mode != "opaque" else None, "a"),
+        "roughness": (t := material.roughness_texture, t and t.channel),
+        "metallic": (t := material.metallic_texture, t and t.channel),
+        "normal": (material.normal_texture, "color"),
+    }
+    for name, (texture, use) in images.items():
+        if texture:
+            tree[f"{name}_texture"] = textures.exact(texture, use)
+            tree[f"{name}_set"] = traits.set_of(texture.coordinates)
+    return tree | {f"has_{name}": True for name in ("shading", "tangent", "color", "alpha") if getattr(traits, name)}
+
+
+def emitter_of(material: Material, traits: Traits, textures: TextureFolder, exact: bool) -> Tree | None:
+    """What makes a surface shine. Mitsuba's own area light, the nearest to one that is unlit, shines to the front."""
+    if material.unlit and exact:
+        return surface(material, "smith", traits, textures) | {"type": UNLIT}
+    if material.unlit:
+        color = METAL_F0[material.metal] if material.metal else material.albedo
+        texture = material.albedo_texture
+        return {"type": "area", "radiance": textures.nearest(texture, "color", color) if texture else rgb(color)}
+    return {"type": "area", "radiance": _radiance(material, textures, exact)} if material.is_emissive else None
+
+
+def _radiance(material: Material, textures: TextureFolder, exact: bool) -> Tree:
+    """What an emissive surface sends out; of one that is partly there, what its points send out on average.
+
+    Raises
+    ------
+    FragtracerError
+        If the surface has holes: Mitsuba's lights have none.
+    """
+    if material.alpha_mode != "opaque" and material.albedo_texture:
+        raise FragtracerError("Mitsuba cannot show a material that emits light and has holes (alpha_mode, emission)")
+    opacity = material.opacity if material.alpha_mode == "blend" else 1.0
+    if material.alpha_mode == "mask" and material.opacity < material.alpha_cutoff:
+        opacity = 0.0
+    emission = np.multiply(material.emission, opacity)
+    if material.emission_texture is None:
+        return rgb(emission)
+    return (textures.exact if exact else textures.nearest)(material.emission_texture, "color", emission)

@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: MIT
+"""Meshes, textures and alpha agree with their twins in Mitsuba, each by itself on a small picture.
+
+There intersection, light sampling and the filtering of images are Mitsuba's own; shading normals, normal
+maps and alpha are those of our plugin (reference/bsdf/surface.py).
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from mesh_shapes import ball, field, geometry, grid, smooth
+
+from fragtracer.compare.sides import render_ours, render_reference
+from fragtracer.compare.verdict import judge
+from fragtracer.scene import (
+    Ambient,
+    Camera,
+    Geometry,
+    Image,
+    Light,
+    Material,
+    Mesh,
+    Part,
+    Placement,
+    Plane,
+    RenderSettings,
+    Scene,
+    Texture,
+)
+
+pytest.importorskip("mitsuba", reason="Mitsuba is not installed: there is no twin")
+pytestmark = pytest.mark.slow
+
+MATT = Material(albedo=0.5, specular=0.0)
+UNLIT_BY_OTHERS = {"lights": [], "ambient": Ambient(0.0)}
+HERE = Placement((0.0, 0.7, 0.0), scale=(0.7, 0.7, 0.7))
+
+
+def scene(material, shape, places=(HERE,), **changes):
+    """A mesh on a floor, under a lamp and a sky."""
+    parts = {
+        "camera": Camera((0.0, 1.6, 4.2), (0.0, 0.6, 0.0), fov_degrees=30.0),
+        "materials": {"m": material, "floor": MATT},
+        "planes": [Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), "floor")],
+        "meshes": [Mesh([Part(shape, "m")], list(places))],
+        "lights": [Light((-2.0, 4.0, 3.0), 0.6, power=300.0)],
+        "ambient": Ambient(0.2),
+        "render": RenderSettings(bounces=4),
+    }
+    return Scene(**(parts | changes))
+
+
+def globe(columns=32, rows=16):
+    """A sphere with normals, a seam, and an image around it."""
+    u, v = np.meshgrid(np.linspace(0, 1, columns + 1), np.linspace(0, 1, rows + 1), indexing="ij")
+    theta, phi = np.pi * v, 2 * np.pi * u
+    points = np.stack([np.sin(theta) * np.sin(phi), np.cos(theta), np.sin(theta) * np.cos(phi)], -1).reshape(-1, 3)
+    uvs = np.stack([u, v], -1).reshape(-1, 2)
+    triangles = grid(columns, rows)[:, ::-1]
+    a, b, c = points[triangles].swapaxes(0, 1)
+    proper = np.linalg.norm(np.cross(b - a, c - a), axis=1) > 1e-9
+    return Geometry(points, triangles[proper], normals=points, uvs=uvs)
+
+
+def flat(shape):
+    return Geometry(shape.positions, shape.triangles, uvs=shape.uvs)
+
+
+ROWS, COLUMNS = np.mgrid[0:32, 0:64]
+WAVE = np.sin(COLUMNS / 64 * 2 * np.pi * 5)
+CHECKER = (ROWS // 8 + COLUMNS // 8) % 2
+PICTURE = Image(np.where(CHECKER[..., None], [220, 80, 40], [240, 230, 210]).astype(np.uint8))
+NUMBERS = Image((40 + 200 * CHECKER).astype(np.uint8), "linear")
+BUMPS = Image(np.stack([0.5 + 0.35 * WAVE, np.full(WAVE.shape, 0.6), np.ones(WAVE.shape)], -1), "linear")
+
+GOLD = Material(metal="gold", roughness=0.5)
+PLASTIC = Material(albedo=(0.7, 0.3, 0.2), roughness=0.3)
+LAMP = Material(albedo=0.2, specular=0.0, emission=(3.0, 2.0, 1.0))
+PICTURED = Material(
+    albedo=0.9,
+    roughness=0.9,
+    metallic=0.6,
+    albedo_texture=Texture(PICTURE, "mirror", "clamp", scale=(1.5, 0.8), rotation=0.3),
+    roughness_texture=Texture(NUMBERS),
+    metallic_texture=Texture(NUMBERS, filter="nearest", offset=(0.1, 0.2)),
+)
+COLORS = np.random.default_rng(0).random((len(globe().positions), 3))
+CROWD = [
+    Placement((x, 0.5, z), (30 * x, 20.0, 10 * z), (0.5, 0.4 if x < 0.5 else -0.4, 0.3))
+    for x in (-1.0, 0.0, 1.0)
+    for z in (-0.6, 0.6)
+]
+
+CASES: dict[str, Callable[[], Scene]] = {
+    "flat triangles": lambda: scene(MATT, flat(globe(12, 6))),
+    "smooth normals": lambda: scene(MATT, globe(12, 6)),
+    "smooth plastic": lambda: scene(PLASTIC, globe(12, 6)),
+    "smooth gold": lambda: scene(GOLD, smooth(ball())),
+    "a texture on everything": lambda: scene(PICTURED, globe()),
+    "a normal map": lambda: scene(Material(normal_texture=Texture(BUMPS), normal_scale=0.5), globe()),
+    "a normal map far too strong": lambda: scene(
+        Material(specular=0.0, normal_texture=Texture(BUMPS, rotation=0.5), normal_scale=2.0), globe(12, 6)
+    ),
+    "vertex colours": lambda: scene(
+        Material(albedo=0.9), Geometry(globe().positions, globe().triangles, globe().normals, colors=COLORS)
+    ),
+    "an emissive mesh": lambda: scene(LAMP, globe(12, 6), **UNLIT_BY_OTHERS),
+    "an emissive texture": lambda: scene(
+        Material(albedo=0.2, specular=0.0, emission=(3.0, 2.0, 1.0), emission_texture=Texture(PICTURE)),
+        globe(),
+        **UNLIT_BY_OTHERS,
+    ),
+    "unlit": lambda: scene(Material(albedo=0.9, unlit=True, albedo_texture=Texture(PICTURE)), globe()),
+    "a single side": lambda: scene(Material(double_sided=False), geometry((ball()[0], ball()[1][::2]))),
+    "copies, some mirrored": lambda: scene(PLASTIC, globe(), CROWD),
+    "70k triangles": lambda: scene(
+        PLASTIC, smooth(field(187)), [Placement((0.0, 0.5, 0.0), (20.0, 30.0, 0.0), (1.2, 2.0, 1.2))]
+    ),
+}
+
+SIZE, BATCHES, SPP = (40, 30), 16, 1024
+LEVEL = 0.01 / len(CASES)
+RESOLUTION = 0.02  # a bias of the whole picture that would be seen in each case
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_mesh_agrees_with_its_twin(ctx, name):
+    reference = render_reference(CASES[name](), SIZE, SPP, BATCHES)
+    ours = render_ours(CASES[name](), SIZE, SPP, BATCHES, context=ctx)
+    verdict = judge(ours.pictures, reference.pictures, alpha=LEVEL, non_finite=ours.non_finite)
+    assert verdict.outcome != "disagreement", (verdict.differing, verdict.image.pair.relative_difference)
+    assert verdict.detectable_bias.max() < RESOLUTION
