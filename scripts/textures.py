@@ -150,7 +150,51 @@ def glow() -> dict[str, Floats]:
     return {"glow": color * smooth((0.42 - away) / 0.12)[..., None]}
 
 
-MAKERS: tuple[Callable[[], dict[str, Floats]], ...] = (checker, wood, tiles, hammered, grille, leaf, glow)
+def fruit() -> dict[str, Floats]:
+    """Skins of an apple and a pear, from the stalk down, and the pores of an orange."""
+    u, v = grid(256)
+    fade = 1 - smooth(v / 0.05) * smooth((1 - v) / 0.05)  # to one colour at the poles
+    streaks = noise(u, v, (56, 3), 9, 2)
+    blush = smooth((0.8 * noise(u, v, (2, 2), 10, 2) + 0.5 * streaks + 0.5 * smooth((v - 0.05) / 0.3) - 0.62) / 0.45)
+    apple = blend((0.80, 0.62, 0.22), (0.62, 0.07, 0.08), blush) * (0.8 + 0.3 * streaks[..., None])
+    apple = blend_maps(apple, (0.45, 0.36, 0.14), fade)
+    apple = blend_maps(apple, (0.86, 0.66, 0.42), 0.5 * specks(u, v, 260, 0.0045, 11))
+    pear = blend((0.58, 0.60, 0.17), (0.80, 0.70, 0.25), noise(u, v, (4, 3), 12, 3))
+    pear = blend_maps(pear, (0.72, 0.34, 0.16), 0.55 * smooth((noise(u, v, (2, 2), 13, 3) - 0.52) / 0.25))
+    pear = blend_maps(pear, (0.42, 0.30, 0.12), np.maximum(0.6 * specks(u, v, 700, 0.0035, 14), 0.8 * fade))
+    pores = specks(u, v, 900, 0.016, 15)
+    return {"apple": apple, "pear": pear, "peel_normal": normals(-pores, 0.0035)}
+
+
+def linen() -> dict[str, Floats]:
+    """A plain weave of 16 x 16 threads, of uneven width."""
+    u, v = grid(256)
+    warp, weft = (
+        16 * (u + 0.012 * (noise(u, v, (4, 16), 16) - 0.5)),
+        16 * (v + 0.012 * (noise(u, v, (16, 4), 17) - 0.5)),
+    )
+    over = np.cos(np.pi * warp) * np.cos(np.pi * weft) > 0
+    thread = np.where(over, np.abs(np.sin(np.pi * (warp + 0.5))), np.abs(np.sin(np.pi * (weft + 0.5))))
+    return {"linen_normal": normals(np.sqrt(np.clip(thread, 0, 1)), 0.012)}
+
+
+def specks(u: Floats, v: Floats, count: int, radius: float, seed: int) -> Floats:
+    """Round spots from 0 at the rim to 1, scattered so that they repeat."""
+    rng = np.random.default_rng(seed)
+    found = np.zeros_like(u)
+    for x, y, size in zip(*rng.random((2, count)), radius * rng.uniform(0.6, 1.4, count), strict=True):
+        du, dv = np.abs(u - x), np.abs(v - y)
+        away = np.hypot(np.minimum(du, 1 - du), np.minimum(dv, 1 - dv)) / size
+        found = np.maximum(found, smooth(1 - away))
+    return found
+
+
+def blend_maps(colors: Floats, other: tuple[float, ...], t: Floats) -> Floats:
+    """``colors`` (h, w, 3), and where ``t`` is 1 the colour ``other``."""
+    return colors * (1 - t[..., None]) + np.asarray(other) * t[..., None]
+
+
+MAKERS: tuple[Callable[[], dict[str, Floats]], ...] = (checker, wood, tiles, hammered, grille, leaf, glow, fruit, linen)
 
 
 def textures() -> dict[str, NDArray[np.uint8]]:

@@ -27,7 +27,8 @@ CASES += [(name, {"multiple_scattering": True}) for name in ("three-spheres", "r
 CASES += [("furnace", {"estimator": "bsdf"}), ("cornell-box", {"estimator": "nee"})]
 CASES += [("red-bounce", {"pixel_filter": kind}) for kind in ("tent", "gaussian")]
 
-SIZE, BATCHES, SPP = (48, 36), 16, 4096
+SIZE, BATCHES = (48, 36), 16
+SPP, SPP_OF_MESHES = 4096, 1024
 LEVEL = 0.01 / len(CASES)
 RESOLUTION = 0.04  # a bias of the whole picture that would be seen in each case, most likely a much smaller one
 
@@ -36,8 +37,9 @@ RESOLUTION = 0.04  # a bias of the whole picture that would be seen in each case
 def test_a_scene_agrees_with_its_twin(ctx, name, settings):
     scene = load(name)
     scene = replace(scene, render=replace(scene.render, **settings))
-    reference = render_reference(scene, SIZE, SPP, BATCHES)
-    ours = render_ours(scene, SIZE, SPP, BATCHES, context=ctx)
+    spp = SPP_OF_MESHES if scene.meshes else SPP
+    reference = render_reference(scene, SIZE, spp, BATCHES)
+    ours = render_ours(scene, SIZE, spp, BATCHES, context=ctx)
     verdict = judge(ours.pictures, reference.pictures, alpha=LEVEL, non_finite=ours.non_finite)
     assert verdict.outcome != "disagreement", (verdict.differing, verdict.image.pair.relative_difference)
     assert verdict.detectable_bias.max() < RESOLUTION

@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: MIT
+"""The bundled meshes are what scripts/make_scene_meshes.py makes, small, and face outwards."""
+
+import importlib.util
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fragtracer.importers import read_model
+from fragtracer.resources import folder
+
+SCRIPT = Path(__file__).parents[1] / "scripts" / "make_scene_meshes.py"
+BUNDLED = folder("scenes") / "meshes"
+
+
+@pytest.fixture(scope="module")
+def makers():
+    pytest.importorskip("scipy", reason="scipy is not installed: the meshes cannot be made again")
+    spec = importlib.util.spec_from_file_location("meshes_script", SCRIPT)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return {make.__name__.replace("_", "-"): make for make in module.MAKERS}
+
+
+def test_they_are_what_the_script_makes(makers):
+    assert {path.stem for path in BUNDLED.glob("*.glb")} == set(makers)
+    for name, make in makers.items():
+        (part,) = read_model(BUNDLED / f"{name}.glb").mesh.parts
+        positions, normals, uvs, triangles = make()
+        np.testing.assert_allclose(part.geometry.positions, positions, atol=1e-6, err_msg=name)
+        np.testing.assert_allclose(part.geometry.normals, normals, atol=1e-3, err_msg=name)
+        np.testing.assert_allclose(part.geometry.uvs, uvs, atol=1e-6, err_msg=name)
+        assert np.array_equal(part.geometry.triangles, triangles), name
+
+
+def test_they_are_small():
+    assert sum(path.stat().st_size for path in BUNDLED.iterdir()) < 2_500_000
+
+
+def test_normals_and_triangles_agree_on_the_front(makers):
+    for name in makers:
+        geometry = read_model(BUNDLED / f"{name}.glb").mesh.parts[0].geometry
+        a, b, c = geometry.positions[geometry.triangles].swapaxes(0, 1)
+        faces = np.cross(b - a, c - a)
+        normals = geometry.normals[geometry.triangles].sum(axis=1)
+        assert ((faces * normals).sum(axis=1) > 0).mean() > 0.995, name
+
+
+@pytest.mark.parametrize("name", ["knot", "teapot", "apple", "vase"])
+def test_bodies_have_their_front_outside(name):
+    """The volume by the divergence theorem is positive."""
+    geometry = read_model(BUNDLED / f"{name}.glb").mesh.parts[0].geometry
+    a, b, c = geometry.positions[geometry.triangles].swapaxes(0, 1)
+    assert (a * np.cross(b, c)).sum() / 6 > 0
