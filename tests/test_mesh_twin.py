@@ -71,6 +71,8 @@ ROWS, COLUMNS = np.mgrid[0:32, 0:64]
 WAVE = np.sin(COLUMNS / 64 * 2 * np.pi * 5)
 CHECKER = (ROWS // 8 + COLUMNS // 8) % 2
 PICTURE = Image(np.where(CHECKER[..., None], [220, 80, 40], [240, 230, 210]).astype(np.uint8))
+ALPHA = np.clip(127 + 120 * WAVE, 0, 255)[..., None].astype(np.uint8)
+LACE = Texture(Image(np.concatenate([PICTURE.pixels, ALPHA], axis=2)))
 NUMBERS = Image((40 + 200 * CHECKER).astype(np.uint8), "linear")
 BUMPS = Image(np.stack([0.5 + 0.35 * WAVE, np.full(WAVE.shape, 0.6), np.ones(WAVE.shape)], -1), "linear")
 
@@ -112,6 +114,15 @@ CASES: dict[str, Callable[[], Scene]] = {
         **UNLIT_BY_OTHERS,
     ),
     "unlit": lambda: scene(Material(albedo=0.9, unlit=True, albedo_texture=Texture(PICTURE)), globe()),
+    "an alpha mask": lambda: scene(Material(albedo=0.9, albedo_texture=LACE, alpha_mode="mask"), globe()),
+    "an alpha blend": lambda: scene(
+        Material(albedo=0.9, albedo_texture=LACE, alpha_mode="blend", opacity=0.8), globe()
+    ),
+    "a lamp half there": lambda: scene(
+        Material(albedo=0.2, specular=0.0, emission=3.0, alpha_mode="blend", opacity=0.5),
+        globe(12, 6),
+        **UNLIT_BY_OTHERS,
+    ),
     "a single side": lambda: scene(Material(double_sided=False), geometry((ball()[0], ball()[1][::2]))),
     "copies, some mirrored": lambda: scene(PLASTIC, globe(), CROWD),
     "70k triangles": lambda: scene(
