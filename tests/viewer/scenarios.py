@@ -243,7 +243,11 @@ def survives_sizes() -> None:
                 lambda: not viewer.refiner.is_moving and viewer.renderer.size == viewer.refiner.size, "a picture"
             )
             assert width < 100 or picture(viewer).mean() > 0.05, "not black, before the first pass is done either"
-            assert max(list(viewer.times.recent)[-3:]) < 3.0, "no frame waits for the whole picture"
+            turns = 0
+            while width == 3840 and viewer.renderer.spp == 0 and turns < 4:
+                viewer.frame()
+                turns += 1
+            assert width != 3840 or turns == 4, "a pass over so many pixels takes several turns of the loop"
         hand.until(lambda: viewer.renderer.spp >= 1, "samples")
         assert viewer.context.error == "GL_NO_ERROR"
 
