@@ -263,6 +263,44 @@ def test_skins_are_posed(tmp_path: Path) -> None:
     np.testing.assert_allclose(part.geometry.normals, [[0, 1, 0]] * 3, atol=1e-6)
 
 
+def test_primitives_keep_the_vertices_that_they_use(tmp_path: Path) -> None:
+    gltf = Gltf(nodes=[{"mesh": 0}], materials=[{"name": name} for name in ("a", "a (2)", "a")])
+    attributes = {"POSITION": gltf.array(np.arange(300).reshape(100, 3)), "TEXCOORD_0": gltf.array(np.eye(100)[:, :2])}
+    rows = ([7, 8, 9], [99, 1, 7], [0, 1, 2])
+    gltf.content["meshes"] = [
+        {"primitives": [{"attributes": attributes, "indices": gltf.array(row, "<u2")} for row in rows]}
+    ]
+    for index, primitive in enumerate(gltf.content["meshes"][0]["primitives"]):
+        primitive["material"] = index
+    model = read(tmp_path, gltf)
+    for part, row in zip(model.mesh.parts, rows, strict=True):
+        assert len(part.geometry.positions) == 3
+        assert part.geometry.uvs is not None
+        np.testing.assert_array_equal(part.geometry.positions[part.geometry.triangles[0], 0], np.multiply(row, 3))
+        np.testing.assert_array_equal(part.geometry.uvs[part.geometry.triangles[0]], np.eye(100)[row, :2])
+    assert list(model.materials) == ["a", "a (2)", "a (2) (2)"]
+
+
+def test_a_small_file_does_not_become_a_large_model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("fragtracer.importers.gltf.geometry._MOST_TRIANGLES", 5)
+    monkeypatch.setattr("fragtracer.importers.gltf.materials._MOST_PIXELS", 11)
+    gltf = Gltf(nodes=[{"mesh": 0}])
+    gltf.content["images"] = [{"bufferView": gltf.view(PNG.getvalue())} for _ in range(3)]
+    gltf.content["textures"] = [{"source": index} for index in range(3)]
+    gltf.content["materials"] = [{"normalTexture": {"index": index}} for index in range(3)]
+    primitives = [{"attributes": {"POSITION": gltf.array(TRIANGLE)}, "material": index % 3} for index in range(6)]
+    gltf.content["meshes"] = [{"primitives": primitives[:2]}]
+    read(tmp_path, gltf)
+    gltf.content["meshes"] = [{"primitives": primitives[:3]}]
+    with pytest.raises(SceneError, match="images: more than 11 pixels together; make them smaller"):
+        read(tmp_path, gltf)
+    for primitive in primitives:
+        del primitive["material"]
+    gltf.content["meshes"] = [{"primitives": primitives}]
+    with pytest.raises(SceneError, match=r"primitives\[5\]: with it the model has more than 5 triangles"):
+        read(tmp_path, gltf)
+
+
 def broken(change: Any) -> Gltf:
     gltf = Gltf()
     gltf.triangle(indices=gltf.array([0, 1, 2], "<u2"))

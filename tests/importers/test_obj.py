@@ -186,6 +186,13 @@ def test_libraries_with_spaces_and_several_in_a_line(tmp_path: Path) -> None:
     assert [model.materials[name].albedo for name in "abc"] == [(1, 0, 0), (0, 1, 0), (0.25, 0.25, 0.25)]
 
 
+def test_many_groups(tmp_path: Path) -> None:
+    faces = "".join(f"usemtl {i}\nf 1 2 3\n" for i in range(3000))
+    with pytest.warns(UserWarning, match="and 2992 more$"):
+        model = read(tmp_path, SQUARE + faces)
+    assert len(model.mesh.parts) == 3000
+
+
 def test_vertex_colors_are_srgb(tmp_path: Path) -> None:
     model = read(tmp_path, "v 0 0 0 1 0 0.5\nv 1 0 0 1 0 0.5\nv 0 1 0 1 0 0.5\nf 1 2 3\n")
     colors = model.mesh.parts[0].geometry.colors

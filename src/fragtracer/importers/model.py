@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from fragtracer.errors import SceneError
 from fragtracer.scene import Camera, Geometry, Light, Material, Mesh, Part
+from fragtracer.scene.fields import Triple
 from fragtracer.scene.mesh import Matrix
 
 _FARTHEST = 1e15  # metres
@@ -56,6 +57,12 @@ def matrix_rows(matrix: NDArray[Any]) -> Matrix:
     """A (4, 4) array as :class:`Part` keeps it."""
     a, b, c, d = (tuple(row) for row in matrix.astype(np.float64).tolist())
     return (a, b, c, d)
+
+
+def triple(values: NDArray[np.float64]) -> Triple:
+    """Three numbers of an array as the scene model keeps them."""
+    x, y, z = (float(value) for value in values)
+    return (x, y, z)
 
 
 def points_of(part: Part) -> NDArray[np.float64]:

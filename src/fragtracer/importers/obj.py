@@ -168,17 +168,19 @@ def _is_corner(word: str) -> bool:
         return False
 
 
-def _groups(lines: _Lines, corners: Ints, triangles: Ints, sources: Ints) -> Iterator[tuple[str, NDArray[np.bool_]]]:
-    """Triangles that have the same material and the same kinds of attributes."""
+def _groups(lines: _Lines, corners: Ints, triangles: Ints, sources: Ints) -> Iterator[tuple[str, Ints]]:
+    """Names of materials, and the triangles that have one and the same kinds of attributes."""
     starts = np.array([0, *(face for face, _ in lines.materials)])
     names = [DEFAULT, *(name for _, name in lines.materials)]
-    numbers = {name: number for number, name in enumerate(dict.fromkeys(names))}
+    different = list(dict.fromkeys(names))
+    numbers = {name: number for number, name in enumerate(different)}
     number_of = np.array([numbers[name] for name in names])
     material = number_of[np.searchsorted(starts, sources, side="right") - 1]
     has = np.all(corners[triangles][:, :, 1:] >= 0, axis=1).astype(np.int64)
     group = material * 4 + has[:, 0] * 2 + has[:, 1]
-    for value in np.unique(group).tolist():
-        yield list(numbers)[value // 4], np.equal(group, value)
+    order = np.argsort(group, kind="stable")
+    for rows in np.split(order, np.nonzero(np.diff(group[order]))[0] + 1):
+        yield different[int(material[rows[0]])], rows
 
 
 def _part(where: str, corners: NDArray[np.int64], v: Floats, vt: Floats, vn: Floats) -> Geometry:

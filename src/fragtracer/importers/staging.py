@@ -4,7 +4,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from fragtracer.importers.model import Model, bounds, points_of
+from fragtracer.importers.model import Model, bounds, points_of, triple
 from fragtracer.scene import Ambient, Camera, Light, Material, Mesh, RenderSettings, Scene
 
 Floats = NDArray[np.float64]
@@ -54,7 +54,7 @@ def _camera(mesh: Mesh, low: Floats, high: Floats) -> Camera:
         x, y, z = ((points - center) @ axes).T
         reach = np.maximum(np.abs(x) / horizontal, np.abs(y) / vertical) + z
         distance = max(distance, _MARGIN * float(reach.max(initial=0.0)))
-    return Camera(_triple(center + distance * towards), _triple(center), fov_degrees=_FOV)
+    return Camera(triple(center + distance * towards), triple(center), fov_degrees=_FOV)
 
 
 def _key_light(low: Floats, high: Floats) -> Light:
@@ -63,9 +63,4 @@ def _key_light(low: Floats, high: Floats) -> Light:
     distance = _KEY_DISTANCE * radius
     position = center + distance * np.divide(_KEY, np.linalg.norm(_KEY))
     power = 4 * np.pi * distance**2 * _KEY_IRRADIANCE
-    return Light(_triple(position), _KEY_RADIUS * radius, power=(power, power, power))
-
-
-def _triple(values: Floats) -> tuple[float, float, float]:
-    x, y, z = (float(value) for value in values)
-    return (x, y, z)
+    return Light(triple(position), _KEY_RADIUS * radius, power=(power, power, power))

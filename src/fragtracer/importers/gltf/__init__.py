@@ -6,7 +6,6 @@ either trust their input or lose samplers, transforms and sets of coordinates.
 """
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -15,10 +14,11 @@ from fragtracer.importers.gltf import document as gltf
 from fragtracer.importers.gltf.container import Container
 from fragtracer.importers.gltf.geometry import Primitives
 from fragtracer.importers.gltf.materials import Materials, parse
-from fragtracer.importers.gltf.nodes import Matrix, placed_nodes
+from fragtracer.importers.gltf.nodes import PlacedNode, placed_nodes
 from fragtracer.importers.gltf.skins import Skins
-from fragtracer.importers.model import Model, bounds, check_size, listed, matrix_rows
-from fragtracer.scene import Camera, Light, Mesh, Part
+from fragtracer.importers.model import Model, bounds, check_size, listed, matrix_rows, triple
+from fragtracer.importers.polygons import Floats
+from fragtracer.scene import Camera, Light, Material, Mesh, Part
 from fragtracer.scene.fields import LARGEST
 
 _SUPPORTED = {
@@ -53,15 +53,27 @@ def read_gltf(path: Path) -> Model:
     _refuse(container)
     notes = [*(name for name in document.extensionsUsed if name not in _SUPPORTED)]
     notes += ["animations"] if document.animations else []
-    primitives, materials = Primitives(container, notes), Materials(container, notes)
-    parts, used = [], {}
     placed = list(placed_nodes(container))
+    parts, used = _parts(container, placed, notes)
+    if not parts:
+        raise SceneError(f"{path}: the scene of this file has no triangles")
+    mesh = Mesh(parts=tuple(parts))
+    check_size(path, mesh)
+    low, high = bounds(mesh)
+    cameras = _cameras(container, placed, low, high, notes)
+    lights = _lights(container, placed, low, high, notes)
+    return Model(mesh, used, cameras, lights, listed(notes), tuple(dict.fromkeys(container.files)))
+
+
+def _parts(container: Container, placed: list[PlacedNode], notes: list[str]) -> tuple[list[Part], dict[str, Material]]:
+    """What the nodes show, in the world, and the materials of that."""
+    primitives, materials = Primitives(container, notes), Materials(container, notes)
     skins = Skins(container, primitives.accessors, {index: matrix for index, _, matrix in placed})
-    names = _names(document)
+    names, parts, used = _names(container.document), [], {}
     for index, node, matrix in placed:
         if node.mesh is None:
             continue
-        mesh: gltf.Mesh = container.item(document.meshes, node.mesh, f"nodes[{index}].mesh")
+        mesh: gltf.Mesh = container.item(container.document.meshes, node.mesh, f"nodes[{index}].mesh")
         for number, primitive in enumerate(mesh.primitives):
             place = f"meshes[{node.mesh}].primitives[{number}]"
             if (geometry := primitives.get(primitive, place)) is None:
@@ -73,13 +85,7 @@ def read_gltf(path: Path) -> Model:
             name = _DEFAULT if primitive.material is None else names[primitive.material]
             used[name] = material
             parts.append(Part(geometry, name, matrix_rows(at)))
-    if not parts:
-        raise SceneError(f"{path}: the scene of this file has no triangles")
-    mesh_of_all = Mesh(parts=tuple(parts))
-    check_size(path, mesh_of_all)
-    cameras = _cameras(container, placed, mesh_of_all, notes)
-    lights = _lights(container, placed, mesh_of_all, notes)
-    return Model(mesh_of_all, used, cameras, lights, listed(notes), tuple(dict.fromkeys(container.files)))
+    return parts, used
 
 
 def _refuse(container: Container) -> None:
@@ -91,14 +97,19 @@ def _refuse(container: Container) -> None:
 def _names(document: gltf.Document) -> list[str]:
     """A name for each material that no other has."""
     names: list[str] = []
+    taken = {_DEFAULT}
     for index, material in enumerate(document.materials):
         name = material.name or f"material {index}"
-        names.append(name if name not in (*names, _DEFAULT) else f"{name} ({index})")
+        while name in taken:
+            name += f" ({index})"
+        taken.add(name)
+        names.append(name)
     return names
 
 
-def _cameras(container: Container, placed: list[Any], mesh: Mesh, notes: list[str]) -> tuple[Camera, ...]:
-    low, high = bounds(mesh)
+def _cameras(
+    container: Container, placed: list[PlacedNode], low: Floats, high: Floats, notes: list[str]
+) -> tuple[Camera, ...]:
     center, found = (low + high) / 2, []
     for index, node, matrix in placed:
         if node.camera is None:
@@ -112,14 +123,23 @@ def _cameras(container: Container, placed: list[Any], mesh: Mesh, notes: list[st
         depth = float((center - position) @ forward)
         depth = depth if depth > 0 else float(np.linalg.norm(high - low)) or 1.0
         try:
-            found.append(Camera(position, position + depth * forward, up, float(np.degrees(item.perspective.yfov))))
+            found.append(
+                Camera(
+                    triple(position),
+                    triple(position + depth * forward),
+                    triple(up),
+                    float(np.degrees(item.perspective.yfov)),
+                )
+            )
         except ValueError as error:
             raise container.error(f"cameras[{node.camera}]", "its node gives it no direction to look in") from error
     notes += ["cameras after the first"] if len(found) > 1 else []
     return tuple(found)
 
 
-def _lights(container: Container, placed: list[Any], mesh: Mesh, notes: list[str]) -> tuple[Light, ...]:
+def _lights(
+    container: Container, placed: list[PlacedNode], low: Floats, high: Floats, notes: list[str]
+) -> tuple[Light, ...]:
     given = parse(container, gltf.PunctualLights, container.document, _LIGHTS, "the document")
     found = []
     for index, node, matrix in placed:
@@ -131,18 +151,16 @@ def _lights(container: Container, placed: list[Any], mesh: Mesh, notes: list[str
         if light.type == "spot":
             notes.append("spot lights")
             continue
-        found.append(_light(light, matrix, mesh))
+        found.append(_light(light, matrix, low, high))
     return tuple(found)
 
 
-def _light(light: gltf.PunctualLight, matrix: Matrix, mesh: Mesh) -> Light:
+def _light(light: gltf.PunctualLight, matrix: Floats, low: Floats, high: Floats) -> Light:
     """A point light of ``intensity`` in W/sr, or one far away that gives ``intensity`` in W/m² at the model."""
     position, strength = matrix[:3, 3], 4 * np.pi * light.intensity
     if light.type == "directional":
-        low, high = bounds(mesh)
         distance = _FAR * float(np.linalg.norm(high - low) or 1.0)
         towards = matrix[:3, 2] / (np.linalg.norm(matrix[:3, 2]) or 1.0)
         position, strength = (low + high) / 2 + distance * towards, strength * distance**2
-    x, y, z = position.tolist()
     r, g, b = (min(strength * channel, LARGEST) for channel in light.color)
-    return Light((x, y, z), power=(r, g, b))
+    return Light(triple(position), power=(r, g, b))

@@ -35,6 +35,7 @@ class Container:
         if data[:4] == b"glTF" or path.suffix.lower() == ".glb":
             text, self._chunk = _chunks(data, path)
         self.document = _parse(text, path)
+        self._fetched: dict[str, bytes] = {}
         self._buffers = [self._buffer(index) for index in range(len(self.document.buffers))]
 
     def error(self, place: str, problem: str) -> SceneError:
@@ -57,9 +58,12 @@ class Container:
         return memoryview(buffer)[view.byteOffset : view.byteOffset + view.byteLength]
 
     def fetch(self, uri: str, place: str) -> bytes:
-        """The bytes that a URI stands for; only data and files beside the model are fetched."""
-        if uri.startswith("data:"):
-            return self._data(uri, place)
+        """The bytes that a URI stands for; only data and files beside the model are fetched, each once."""
+        if uri not in self._fetched:
+            self._fetched[uri] = self._data(uri, place) if uri.startswith("data:") else self._file(uri, place)
+        return self._fetched[uri]
+
+    def _file(self, uri: str, place: str) -> bytes:
         try:
             return read_file(self.beside(uri, place))
         except SceneError as error:

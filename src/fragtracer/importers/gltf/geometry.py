@@ -14,6 +14,7 @@ from fragtracer.importers.strips import fan_triangles, strip_triangles
 from fragtracer.scene import Geometry
 
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
+_MOST_TRIANGLES = 2**25  # a small file can name one list of triangles many times over
 # Attribute in the file, its types there, and its name in the scene model.
 _ATTRIBUTES = (
     ("NORMAL", ("VEC3",), "normals"),
@@ -32,6 +33,7 @@ class Primitives:
         self._container, self._notes = container, notes
         self.accessors = Accessors(container)
         self._made: dict[Any, Geometry] = {}
+        self._triangles = 0
 
     def get(self, primitive: gltf.Primitive, place: str) -> Geometry | None:
         """The triangles of a primitive; None, with a note, where it has none."""
@@ -46,7 +48,10 @@ class Primitives:
         self._notes += sorted(primitive.attributes.keys() - _KNOWN)
         key = primitive.mode, primitive.indices, *sorted(primitive.attributes.items())
         if key not in self._made:
-            self._made[key] = self._make(primitive, place)
+            made = self._made[key] = self._make(primitive, place)
+            self._triangles += len(made.triangles)
+            if self._triangles > _MOST_TRIANGLES:
+                raise self._container.error(place, f"with it the model has more than {_MOST_TRIANGLES} triangles")
         return self._made[key] if len(self._made[key].triangles) else None
 
     def _make(self, primitive: gltf.Primitive, place: str) -> Geometry:
@@ -65,7 +70,25 @@ class Primitives:
             if found.dtype.kind != "u":
                 raise self._container.error(f"{place}.indices", "must be whole numbers without a sign")
             indices = found[:, 0].astype(np.int64)
-        return geometry(f"{self._container.path}: {place}", triangles=_triangles(indices, primitive.mode), **arrays)
+        triangles = _triangles(indices, primitive.mode)
+        if "JOINTS_0" not in primitive.attributes:
+            arrays, triangles = _used(arrays, triangles)
+        return geometry(f"{self._container.path}: {place}", triangles=triangles, **arrays)
+
+
+def _used(
+    arrays: dict[str, NDArray[Any]], triangles: NDArray[np.int64]
+) -> tuple[dict[str, NDArray[Any]], NDArray[np.int64]]:
+    """The vertices that there are triangles of: many primitives may share one long list."""
+    count = len(arrays["positions"])
+    if not triangles.size or triangles.max() >= count or any(len(array) != count for array in arrays.values()):
+        return arrays, triangles
+    is_used = np.zeros(count, bool)
+    is_used[triangles] = True
+    if is_used.all():
+        return arrays, triangles
+    numbers = np.cumsum(is_used) - 1
+    return {name: array[is_used] for name, array in arrays.items()}, numbers[triangles]
 
 
 def _triangles(indices: NDArray[np.int64], mode: int) -> NDArray[np.int64]:

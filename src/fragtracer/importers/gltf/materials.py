@@ -19,6 +19,7 @@ from fragtracer.textures import read_texture
 T = TypeVar("T", bound=gltf.Item)
 _WRAPS: dict[int, Wrap] = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
 _NEAREST = 9728
+_MOST_PIXELS = 2**29  # of all images together
 
 
 class Materials:
@@ -26,7 +27,8 @@ class Materials:
 
     def __init__(self, container: Container, notes: list[str]) -> None:
         self._container, self.notes = container, notes
-        self._images: dict[tuple[int, ColorSpace], Image | None] = {}
+        self._images: dict[tuple[str | None, int | None, ColorSpace], Image | None] = {}
+        self._pixels = 0
 
     def get(self, index: int | None, place: str) -> Material:
         """The material of that number, the default one of the specification for None."""
@@ -131,10 +133,13 @@ class Materials:
         if source is None:
             self.notes.append(f"{place} (without an image that can be read)")
             return None
-        key = source, color_space
+        item: gltf.Image = self._container.item(self._container.document.images, source, f"{place}.source")
+        key = item.uri, item.bufferView, color_space
         if key not in self._images:
-            item: gltf.Image = self._container.item(self._container.document.images, source, f"{place}.source")
-            self._images[key] = self._read(item, f"images[{source}]", color_space)
+            image = self._images[key] = self._read(item, f"images[{source}]", color_space)
+            self._pixels += 0 if image is None else image.pixels.shape[0] * image.pixels.shape[1]
+            if self._pixels > _MOST_PIXELS:
+                raise self._container.error("images", f"more than {_MOST_PIXELS} pixels together; make them smaller")
         return self._images[key]
 
     def _read(self, item: gltf.Image, place: str, color_space: ColorSpace) -> Image | None:

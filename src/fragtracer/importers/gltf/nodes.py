@@ -11,9 +11,10 @@ from fragtracer.importers.gltf.container import Container
 from fragtracer.scene.fields import LARGEST
 
 Matrix = NDArray[np.float64]
+PlacedNode = tuple[int, gltf.Node, Matrix]
 
 
-def placed_nodes(container: Container) -> Iterator[tuple[int, gltf.Node, Matrix]]:
+def placed_nodes(container: Container) -> Iterator[PlacedNode]:
     """Number, node and (4, 4) matrix to the world of all nodes of the scene that the file shows first.
 
     Raises SceneError where a node does not exist, or is met twice, as in a circle.
