@@ -44,7 +44,7 @@ def rectangle(
     return np.where(inside, distance, np.inf)
 
 
-def triangle(vertices: ArrayLike, origin: Floats, direction: Floats, grow: float = 0.0) -> Floats:
+def triangle(vertices: ArrayLike, origin: Floats, direction: Floats, grow: float | Floats = 0.0) -> Floats:
     """Inside where the point lies to the left of all three sides."""
     a, b, c = np.moveaxis(np.asarray(vertices, np.float64), -2, 0)
     normal = np.cross(b - a, c - a)
