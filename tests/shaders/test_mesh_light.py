@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: MIT
+"""emitter/mesh_light.glsl and its table: triangles drawn as often as their density says, and points evenly on them."""
+
+from dataclasses import replace
+
+import moderngl
+import numpy as np
+import pytest
+from mesh_shapes import ball, field, geometry, mesh_scene, soup
+from scipy import stats
+
+from fragtracer.packing import PackedScene, pack
+from fragtracer.packing.alias import alias_table
+from fragtracer.scene import Light, Material, Mesh, Part, Placement, Rectangle, Scene, Sphere
+
+from .chi_square import assert_likely, chi_square
+from .directions import random_directions
+from .includes import EMITTER
+from .scene_probe import camera_on, scene_probe
+
+SAMPLE = """
+    LightSample s = light_sample(o, u);
+    wi = vec4(s.wi, s.distance);
+    radiance = vec4(s.radiance, s.pdf);
+    Hit hit = scene_intersect(Ray(o, s.wi), INFINITE_DISTANCE, NO_PRIMITIVE, false);
+    Surface surface = surface_at(Ray(o, s.wi), hit);
+    float cosine = -dot(surface.normal, s.wi);
+    met = vec4(float(s.primitive - FIRST_MESH), float(hit.primitive - FIRST_MESH), hit.distance, 0.0);
+    if (surface.light >= 0) met.w = light_pdf(surface.light, o, hit.distance, cosine, surface_light_density(surface));
+"""
+OUTPUTS = {"wi": 4, "radiance": 4, "met": 4}
+POINT = "MeshLightSample s = mesh_light_sample(u); point = vec4(s.position, float(s.record)); normal = s.normal;"
+
+
+def glowing(arrays: tuple[np.ndarray, np.ndarray]) -> Scene:
+    """All of it emits, front and inside a ball alike, next to something that does not."""
+    dark = Mesh((Part(geometry(ball(6, 3)), "dark"),), (Placement((9.0, 0.0, 0.0)),))
+    glow = mesh_scene(geometry(arrays), material=Material(emission=(1.0, 2.0, 3.0)))
+    return replace(glow, materials=glow.materials | {"dark": Material()}, meshes=(dark, *glow.meshes))
+
+
+def packed_of(scene: Scene) -> PackedScene:
+    return pack(replace(scene, camera=camera_on(1.0, 0.0)), scene.render, 64, 64)
+
+
+def inside_out(columns: int, rows: int) -> tuple[np.ndarray, np.ndarray]:
+    points, triangles = ball(columns, rows)
+    return points, triangles[:, ::-1]
+
+
+@pytest.mark.parametrize("count", [1, 3, 200, 5000])
+def test_triangles_are_drawn_by_density(ctx: moderngl.Context, count: int) -> None:
+    packed = packed_of(glowing(soup(count, size=1.0)))
+    assert packed.meshes
+    assert packed.defines["MESH_LIGHT_COUNT"] == count
+    records = packed.meshes.records.astype(np.float64)
+    emitting = np.flatnonzero((records[:, 1, 3] > 0) & (records[:, 2, 3] > 0))
+    assert len(emitting) == count
+    a, b, c = records[emitting, :3, :3].swapaxes(0, 1)
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+    probability = records[emitting, 2, 3] * area
+    np.testing.assert_allclose(probability.sum(), 1, rtol=1e-6)
+    np.testing.assert_allclose(probability, 0.9 * area / area.sum() + 0.1 / count, rtol=1e-5)
+
+    samples = 1 << 18
+    u = np.random.default_rng(1).random((samples, 2)).astype(np.float32)
+    u = np.minimum(u, np.float32(1 - 2**-23))
+    found = scene_probe(ctx, packed, EMITTER, POINT, {"u": u}, {"point": 4, "normal": 3})
+    row = np.searchsorted(emitting, found["point"][:, 3])
+    np.testing.assert_array_equal(emitting[row], found["point"][:, 3])
+    p_values = {"choice": chi_square(np.bincount(row, minlength=count), samples * probability)} if count > 1 else {}
+
+    # The weights of all three vertices, each with the density 2 (1 - w) over an even triangle.
+    place = found["point"][:, :3] - a[row]
+    edges = np.stack([b - a, c - a, np.cross(b - a, c - a)], axis=-1)[row]
+    weights = np.linalg.solve(edges, place[..., None])[..., 0]
+    assert np.abs(weights[:, 2]).max() < 1e-2 / area.min() ** 0.5
+    for name, weight in zip("abc", (1 - weights[:, 0] - weights[:, 1], *weights[:, :2].T), strict=True):
+        p_values[name] = stats.kstest((1 - np.clip(weight, 0, 1)) ** 2, "uniform").pvalue
+    assert_likely(p_values)
+
+
+@pytest.mark.parametrize("others", [False, True])
+def test_the_density_of_a_sample_is_that_of_its_hit(ctx: moderngl.Context, others: bool) -> None:
+    scene = glowing(inside_out(16, 8))
+    if others:
+        shapes = {"spheres": (Sphere((0.0, 0.0, 4.0), 0.5, "mesh"),), "lights": (Light((0.0, 3.0, 0.0), power=1.0),)}
+        panel = Rectangle((3.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), "mesh")
+        scene = replace(scene, rectangles=(panel,), **shapes)
+    packed = packed_of(scene)
+    assert packed.defines["LIGHT_COUNT"] == (4 if others else 1)
+    rng = np.random.default_rng(1)
+    count = 1 << 14
+    origin = 0.5 * random_directions(rng, count) - packed.origin
+    u = np.minimum(rng.random((count, 2)).astype(np.float32), np.float32(1 - 2**-23))
+    found = scene_probe(ctx, packed, EMITTER, SAMPLE, {"o": origin, "u": u}, OUTPUTS)
+    of_mesh = found["met"][:, 0] >= 0
+    assert of_mesh.mean() > 0.2
+    same = of_mesh & (found["met"][:, 0] == found["met"][:, 1])
+    assert same.sum() > 0.98 * of_mesh.sum()  # the rest are on edges, and the neighbour is met
+    np.testing.assert_allclose(found["met"][same, 3], found["radiance"][same, 3], rtol=2e-4)
+    np.testing.assert_allclose(found["met"][same, 2], found["wi"][same, 3], rtol=1e-4)
+    assert (found["radiance"][of_mesh, :3] == [1, 2, 3]).all()
+
+
+def test_the_density_integrates_to_one(ctx: moderngl.Context) -> None:
+    """Over all directions from within a closed mesh that shines inwards; and it is 0 from outside."""
+    packed = packed_of(glowing(inside_out(32, 16)))
+    body = """
+        Hit hit = scene_intersect(Ray(o, d), INFINITE_DISTANCE, NO_PRIMITIVE, false);
+        Surface s = surface_at(Ray(o, d), hit);
+        pdf = s.light < 0 ? 0.0 : light_pdf(s.light, o, hit.distance, -dot(s.normal, d), surface_light_density(s));
+    """
+    rng = np.random.default_rng(1)
+    count = 1 << 17
+    direction = random_directions(rng, count)
+    origin = np.array([0.3, -0.4, 0.2]) - packed.origin
+    inputs = {"o": np.broadcast_to(origin, (count, 3)), "d": direction}
+    pdf = 4 * np.pi * scene_probe(ctx, packed, EMITTER, body, inputs, {"pdf": 1})["pdf"]
+    assert abs(pdf.mean() - 1) < 4 * pdf.std() / np.sqrt(count)
+    assert pdf.std() < 1.5  # so that the test can see a few thousandths
+    outside = {"o": 3.0 * direction - packed.origin, "d": -direction}
+    assert not scene_probe(ctx, packed, EMITTER, body, outside, {"pdf": 1})["pdf"].any()
+
+
+@pytest.mark.parametrize("count", [1, 2, 7, 1000, 100_000])
+def test_alias_table(count: int) -> None:
+    rng = np.random.default_rng(count)
+    for power in (0, 1, 8):
+        probability = rng.random(count) ** power
+        probability /= probability.sum()
+        threshold, other = alias_table(probability)
+        assert (threshold >= 0).all()
+        assert (threshold <= 1).all()
+        drawn = (threshold + np.bincount(other, 1 - threshold, count)) / count
+        np.testing.assert_allclose(drawn, probability, atol=1e-9 / count)
+
+
+def test_a_height_field_has_its_area(ctx: moderngl.Context) -> None:
+    """The power of all triangles is what decides how often meshes are drawn among other lights."""
+    points, triangles = field(8)
+    scene = glowing((points * [1, 0, 1], triangles))
+    packed = packed_of(scene)
+    assert packed.meshes
+    assert packed.meshes.power == pytest.approx(np.pi * 4 * 6)
