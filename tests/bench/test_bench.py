@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fragtracer.bench import ablations, convergence, memory, scaling, speed, suite, sweep
+from fragtracer.bench import ablations, convergence, memory, meshes, scaling, speed, suite, sweep
 from fragtracer.bench.cases import case, with_settings
 from fragtracer.bench.error import Reference
 from fragtracer.bench.frames import frame_time
@@ -192,3 +192,23 @@ def test_frames_are_timed_by_the_wall_clock_of_a_software_renderer() -> None:
 def test_impossible_numbers_are_refused(numbers: dict[str, tuple[int, ...]]) -> None:
     with pytest.raises(FragtracerError, match="give whole numbers from"):
         Plan(**numbers)
+
+
+@needs_mitsuba
+def test_meshes_have_a_row_for_each_count(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(meshes, "TRIANGLES", (100, 1000, 5000))
+    rows = _run(meshes.BENCHMARK, Plan(size=TINY, runs=1, seconds=0.01)).rows
+    np.testing.assert_allclose([row["triangles"] for row in rows], meshes.TRIANGLES, rtol=0.1)
+    for row in rows:
+        assert all(_value(row[name]) > 0 for name in ("build", "rate", "ns", "fragtracer", "mitsuba"))
+        assert float(str(row["ratio"])) > 0
+    assert "±" in str(rows[-1]["exponent"])
+
+
+def test_the_knot_is_closed_and_faces_outwards() -> None:
+    geometry = meshes.knot(2000)
+    corners = geometry.positions[geometry.triangles]
+    sides = np.sort(np.concatenate([geometry.triangles[:, [i, (i + 1) % 3]] for i in range(3)]), axis=1)
+    assert (np.unique(sides, axis=0, return_counts=True)[1] == 2).all()
+    volume = np.einsum("nx,nx->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
+    assert 10 < volume < 40

@@ -18,6 +18,13 @@ COUNT = 1 << 12
 MISS = 1e30
 # Triangles, and whether baked: the three ways a scene is stored.
 STORAGES = {"uniform block": (12, False), "baked": (12, True), "texture": (300, False)}
+
+
+@pytest.fixture(autouse=True)
+def _triangles_stay_single(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("fragtracer.packing.gather.MOST_TRIANGLES", 10**6)
+
+
 SCALES = [1e-3, 1.0, 1e4]
 INTERSECT = (
     "Hit hit = scene_intersect(Ray(o, d), farthest, int(skipped), false); t = hit.distance; k = float(hit.primitive);"

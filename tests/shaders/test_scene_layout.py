@@ -24,6 +24,11 @@ Table = dict[str, Floats]
 STORAGES = {"uniform block": (12, False), "baked": (12, True), "texture": (1100, False)}
 
 
+@pytest.fixture(autouse=True)
+def _triangles_stay_single(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("fragtracer.packing.gather.MOST_TRIANGLES", 10**6)
+
+
 @pytest.fixture(params=STORAGES)
 def stored(request: pytest.FixtureRequest) -> tuple[Scene, PackedScene]:
     triangles, baked = STORAGES[request.param]

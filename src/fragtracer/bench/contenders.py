@@ -52,6 +52,11 @@ class Ours:
         self.seconds += time.perf_counter() - start
         self.spp += spp
 
+    @property
+    def gpu_bytes(self) -> int:
+        """Size of what is held on the GPU."""
+        return self._renderer.gpu_bytes
+
     def image(self) -> Image:
         return self._renderer.image().astype(np.float64)
 

@@ -54,8 +54,8 @@ def _row(scene: Scene, plan: Plan, result: Table, part: Progress) -> Row:
         runs = plan.runs or _RUNS
         for number in range(runs):
             part(number / runs, "")
-            seconds[0].append(_seconds_per_sample(ours, plan.seconds or _SECONDS) / pixels)
-            seconds[1].append(_seconds_per_sample(mitsuba, plan.seconds or _SECONDS) / pixels)
+            seconds[0].append(seconds_per_sample(ours, plan.seconds or _SECONDS) / pixels)
+            seconds[1].append(seconds_per_sample(mitsuba, plan.seconds or _SECONDS) / pixels)
     ratio = median([theirs / mine for mine, theirs in zip(*seconds, strict=True)])
     rates: list[Estimate] = [inverse(median(times), 1e-6) for times in seconds]
     settings = scene.render
@@ -63,7 +63,7 @@ def _row(scene: Scene, plan: Plan, result: Table, part: Progress) -> Row:
     return key | {"fragtracer": rates[0], "mitsuba": rates[1], "ratio": ratio}
 
 
-def _seconds_per_sample(contender: Contender, seconds: float) -> float:
+def seconds_per_sample(contender: Contender, seconds: float) -> float:
     """Seconds for one sample of every pixel, over about ``seconds``."""
     contender.seconds, contender.spp = 0.0, 0
     while contender.seconds < seconds:

@@ -3,7 +3,7 @@
 
 from collections.abc import Sequence
 
-from fragtracer.bench import ablations, convergence, memory, scaling, speed, sweep
+from fragtracer.bench import ablations, convergence, memory, meshes, scaling, speed, sweep
 from fragtracer.bench.machine import describe_machine
 from fragtracer.bench.plan import Benchmark, Plan, Progress
 from fragtracer.bench.tables import Results
@@ -15,6 +15,7 @@ BENCHMARKS: dict[str, Benchmark] = {
     "error": convergence.BENCHMARK,
     "ablations": ablations.BENCHMARK,
     "scaling": scaling.BENCHMARK,
+    "meshes": meshes.BENCHMARK,
     "memory": memory.BENCHMARK,
 }
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from fragtracer.bench.plan import Plan, Progress
     from fragtracer.bench.tables import Results
 
-NAMES = ("sweep", "speed", "error", "ablations", "scaling", "memory")  # of bench/suite.py, slow to import
+NAMES = ("sweep", "speed", "error", "ablations", "scaling", "meshes", "memory")  # of bench/suite.py, slow to import
 
 
 def bench(

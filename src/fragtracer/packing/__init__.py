@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from pyglm import glm
 
 from fragtracer.packing.environment import EnvironmentTables, pack_environment
+from fragtracer.packing.gather import gather_triangles
 from fragtracer.packing.materials import (
     MATERIAL_RECORDS,
     apart,
@@ -78,6 +79,7 @@ def pack(
     ``home`` is where it began: the origin is chosen with that one, and the camera stays in uniforms
     (:func:`camera_uniforms`), so that nothing but these changes on its way.
     """
+    scene = gather_triangles(scene)
     points = _points(scene if home is None else replace(scene, camera=home))
     origin = _middle(points)
     extent = float(max(np.abs(points - origin).max(), np.finfo(np.float32).tiny))

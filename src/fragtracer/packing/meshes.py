@@ -116,7 +116,7 @@ def _tree(geometry: Geometry) -> Bvh:
 
     def make() -> dict[str, NDArray[np.generic]]:
         positions = (geometry.positions - _middle(geometry)).astype(np.float32)
-        bvh = build(_boxes(positions[geometry.triangles]))
+        bvh = build(triangle_boxes(positions[geometry.triangles]))
         return {"children": bvh.children, "order": bvh.order, "last": bvh.last, "depth": np.array(bvh.depth)}
 
     arrays = cached("bvh", f"{_BVH_VERSION}-{geometry.digest}", make)
@@ -128,7 +128,7 @@ def _middle(geometry: Geometry) -> Floats:
     return middle
 
 
-def _boxes(corners: Texels) -> Texels:
+def triangle_boxes(corners: Texels) -> Texels:
     """Boxes (6, n) of triangles (n, 3, 3), as :mod:`fragtracer.bvh` wants them."""
     return np.concatenate([corners.min(axis=1).T, -corners.max(axis=1).T])
 
@@ -197,7 +197,7 @@ class _Packer:
             triangles = triangles[:, [0, 2, 1]]
         positions = (copy.geometry.positions @ linear.T + move).astype(np.float32)
         corners = positions[triangles]
-        boxes, root_box = bvh.child_boxes(_boxes(corners))
+        boxes, root_box = bvh.child_boxes(triangle_boxes(corners))
         boxes -= np.float32(growth)
 
         first_node = self._record_count

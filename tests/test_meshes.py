@@ -1,0 +1,244 @@
+# SPDX-License-Identifier: MIT
+"""Images of meshes: the same as of the shapes they are made of, whatever estimates the light; and what
+an edit costs."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import moderngl
+import numpy as np
+import pytest
+from mesh_shapes import ball, field, geometry, grid, mesh_scene, smooth
+from rendering import ESTIMATORS, batches, rendered
+from scene_builders import lambert, triangles_of
+from scipy import stats
+
+from fragtracer import bvh
+from fragtracer.packing import meshes, pack
+from fragtracer.renderer import Renderer
+from fragtracer.scene import (
+    Ambient,
+    Camera,
+    Geometry,
+    Light,
+    Material,
+    Mesh,
+    Part,
+    Placement,
+    Rectangle,
+    RenderSettings,
+    Scene,
+    Sphere,
+)
+
+BATCHES = 8
+LEVEL = 1e-3
+
+
+def tiled(rectangle: Rectangle, side: int) -> Mesh:
+    """A rectangle as a mesh of 2 side² triangles."""
+    s, t = np.meshgrid(*[np.linspace(0, 1, side + 1)] * 2, indexing="ij")
+    corner, u, v = (np.asarray(x) for x in (rectangle.corner, rectangle.edge_u, rectangle.edge_v))
+    points = corner + s.reshape(-1, 1) * u + t.reshape(-1, 1) * v
+    return Mesh((Part(Geometry(points, grid(side, side)), rectangle.material),))
+
+
+def lit_corner() -> Scene:
+    """A floor, a wall, a ball, and two panels that shine, one of them to a side where nothing is."""
+    panel = Rectangle((-0.5, 1.5, -0.5), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), "panel")
+    away = Rectangle((1.0, 0.0, -1.0), (0.0, 0.0, 1.0), (0.0, 0.7, 0.0), "dim")
+    floor = Rectangle((-2.0, 0.0, -2.0), (0.0, 0.0, 4.0), (4.0, 0.0, 0.0), "floor")
+    wall = Rectangle((-2.0, 0.0, -1.0), (4.0, 0.0, 0.0), (0.0, 2.0, 0.0), "wall")
+    return Scene(
+        camera=Camera((0.3, 1.0, 3.0), (0.0, 0.6, 0.0)),
+        materials={
+            "floor": lambert((0.6, 0.5, 0.4)),
+            "wall": Material(albedo=(0.3, 0.5, 0.7), roughness=0.3),
+            "panel": lambert(0.2, (4.0, 3.0, 2.0)),
+            "dim": lambert(0.5, 0.5),
+            "ball": Material(metal="gold", roughness=0.5),
+        },
+        rectangles=(floor, wall, panel, away),
+        spheres=(Sphere((0.2, 0.4, 0.3), 0.3, "ball"),),
+        lights=(Light((1.5, 1.5, 1.5), power=5.0),),
+        ambient=Ambient(0.1),
+        render=RenderSettings(bounces=3),
+    )
+
+
+def agree(first: np.ndarray, second: np.ndarray) -> None:
+    """Independent images (batches, h, w, 3) have the same means: Welch's test of 4 x 4 pixels each, Šidák."""
+    blocks = [x.reshape(len(x), 8, 4, 8, 4, 3).mean(axis=(2, 4)).reshape(len(x), -1) for x in (first, second)]
+    p = stats.ttest_ind(*blocks, equal_var=False).pvalue
+    p = p[np.isfinite(p)]
+    assert len(p) > 100
+    assert p.min() > 1 - (1 - LEVEL) ** (1 / len(p))
+    assert np.mean(p < 0.05) < 0.15
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_rectangles_as_meshes_give_the_same_image(ctx: moderngl.Context, estimator: str) -> None:
+    scene = lit_corner()
+    as_meshes = replace(scene, rectangles=(), meshes=tuple(tiled(r, 5) for r in scene.rectangles))
+    one = batches(ctx, scene, 256, range(BATCHES), estimator="mis")
+    other = batches(ctx, as_meshes, 256 if estimator == "mis" else 1024, range(100, 100 + BATCHES), estimator=estimator)
+    agree(one, other)
+
+
+def test_many_triangles_become_a_mesh_of_the_same_image(ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = lit_corner()
+    triangles = tuple(t for r in scene.rectangles for t in triangles_of(r))
+    scene = replace(scene, rectangles=(), triangles=triangles)
+    one = batches(ctx, scene, 256, range(BATCHES))
+    monkeypatch.setattr("fragtracer.packing.gather.MOST_TRIANGLES", 0)
+    packed = pack(scene, scene.render, 32, 32)
+    assert packed.defines["TRIANGLE_COUNT"] == 0
+    assert packed.defines["MESH_LIGHT_COUNT"] == 4
+    agree(one, batches(ctx, scene, 256, range(100, 100 + BATCHES)))
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_furnace_in_a_closed_flat_mesh(ctx: moderngl.Context, estimator: str) -> None:
+    """Le (1 - albedo^(n + 1)) / (1 - albedo) everywhere within a ball that shines inwards."""
+    points, triangles = ball(16, 8)
+    camera = Camera((0.0, 0.0, 0.4), (0.0, 0.0, 0.0), fov_degrees=90.0)
+    settings = RenderSettings(bounces=4, russian_roulette=False)
+    inward = geometry((points, triangles[:, ::-1]))
+    scene = mesh_scene(inward, material=lambert(0.5, 1.0), camera=camera, render=settings)
+    image = rendered(ctx, scene, 1024, estimator=estimator)
+    # By BSDF sampling each sample is the answer. Light sampling alone has no finite variance where triangles meet.
+    tolerance = {"bsdf": 1e-5, "mis": 0.2, "nee": 10.0}[estimator]
+    np.testing.assert_allclose(image, 2 * (1 - 0.5**5), rtol=tolerance)
+    np.testing.assert_allclose(np.median(image), 2 * (1 - 0.5**5), rtol=1e-5 if estimator == "bsdf" else 0.01)
+
+
+def test_furnace_around_a_smooth_mesh(ctx: moderngl.Context) -> None:
+    """Interpolated normals make no light, and lose little: a white ball in even light is hardly seen."""
+    scene = mesh_scene(
+        smooth(ball(48, 24)),
+        material=lambert(1.0),
+        ambient=Ambient(1.0),
+        camera=Camera((0.0, 0.0, 4.0), (0.0, 0.0, 0.0)),
+        render=RenderSettings(bounces=32, russian_roulette=False),
+    )
+    image = rendered(ctx, scene, 512)
+    assert image.max() < 1 + 1e-5
+    assert image.mean() > 0.99
+    assert image.min() > 0.85  # no black rim
+
+
+def test_a_smooth_ball_is_lit_like_a_sphere(ctx: moderngl.Context) -> None:
+    """No black terminator: a coarse ball with normals differs from the sphere by far less than a flat one."""
+    light = Light((3.0, 2.0, 2.0), power=100.0)
+    camera = Camera((0.0, 0.0, 6.0), (0.0, 0.0, 0.0), fov_degrees=18.0)
+    settings = RenderSettings(bounces=1)
+
+    def image(**shapes: object) -> np.ndarray:
+        materials = {"mesh": lambert(0.8)}
+        scene = Scene(camera=camera, materials=materials, lights=(light,), render=settings, **shapes)
+        return rendered(ctx, scene, 64)
+
+    true = image(spheres=(Sphere((0.0, 0.0, 0.0), 1.0, "mesh"),))
+    rounded, flat = (image(meshes=mesh_scene(g).meshes) for g in (smooth(ball(32, 16)), geometry(ball(32, 16))))
+    error = [np.abs(x - true)[true > 0].mean() / true.mean() for x in (rounded, flat)]
+    assert error[0] < 0.05
+    assert error[0] < 0.6 * error[1]
+
+
+def test_no_light_leaks_through_a_smooth_wall(ctx: moderngl.Context) -> None:
+    """A light behind a thin wavy wall whose normals lean far over is not seen in front of it."""
+    points, triangles = field(24)
+    lean = np.random.default_rng(1).normal((0.0, 0.7, 0.0), 1.0, points.shape)
+    wall = Geometry(20 * points, triangles, normals=lean)
+    scene = mesh_scene(
+        wall, material=Material(albedo=0.8, roughness=0.4), lights=(Light((0.0, -30.0, 0.0), power=1e5),)
+    )
+    scene = replace(scene, camera=Camera((0.0, 8.0, 6.0), (0.0, 0.0, 0.0)), render=RenderSettings(bounces=6))
+    assert rendered(ctx, scene, 64).max() == 0
+
+
+@pytest.mark.parametrize("most_copied", [10**6, 0], ids=["one space", "instances"])
+def test_copies_are_where_their_matrices_put_them(
+    ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch, most_copied: int
+) -> None:
+    """Against the points moved by hand, with a mirror, and lit."""
+    placements = (Placement((-0.8, 0.3, 0.0), (20, 30, 40)), Placement((0.7, 0.4, 0.2), (0, 50, 0), (-0.5, 0.3, 0.6)))
+    shape = geometry(ball(8, 4))
+    scene = replace(lit_corner(), spheres=())
+    copied = replace(scene, meshes=(Mesh((Part(shape, "ball"),), placements),))
+    by_hand = []
+    for placement in placements:
+        matrix = placement.matrix
+        moved = shape.positions @ matrix[:3, :3].T + matrix[:3, 3]
+        by_hand.append(Mesh((Part(Geometry(moved, shape.triangles), "ball"),)))
+    expected = batches(ctx, replace(scene, meshes=tuple(by_hand)), 128, range(BATCHES))
+    monkeypatch.setattr(meshes, "MOST_COPIED", most_copied)
+    meshes.pack_meshes.cache_clear()
+    agree(expected, batches(ctx, copied, 128, range(100, 100 + BATCHES)))
+    meshes.pack_meshes.cache_clear()
+
+
+def fails(*_: object, **__: object) -> None:
+    raise AssertionError("a tree was built")
+
+
+def edits() -> dict[str, Callable[[Scene], Scene]]:
+    def colored(scene: Scene) -> Scene:
+        return replace(scene, materials=scene.materials | {"mesh": Material(albedo=(0.1, 0.2, 0.3))})
+
+    def moved(scene: Scene) -> Scene:
+        mesh = scene.meshes[0]
+        return replace(scene, meshes=(replace(mesh, instances=(Placement((1.0, 2.0, 3.0), (10.0, 0.0, 0.0)),)),))
+
+    return {"colour": colored, "place": moved}
+
+
+@pytest.mark.parametrize("name", edits())
+def test_an_edit_builds_no_tree(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    scene = mesh_scene(smooth(ball()))
+    before = pack(scene, scene.render, 64, 64)
+    monkeypatch.setattr(meshes, "build", lambda boxes, **options: fails() if boxes.shape[1] > 1 else bvh.build(boxes))
+    after = pack(edits()[name](scene), scene.render, 64, 64)
+    assert (after.meshes is before.meshes) == (name == "colour")
+    assert after.defines == before.defines
+    assert after.layout == before.layout
+
+
+def test_a_tree_is_found_on_disk(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = mesh_scene(geometry(field(30, seed=5)))
+    first = pack(scene, scene.render, 64, 64)
+    meshes.pack_meshes.cache_clear()
+    meshes._tree.cache_clear()
+    monkeypatch.setattr(meshes, "build", lambda boxes, **options: fails() if boxes.shape[1] > 1 else bvh.build(boxes))
+    again = pack(scene, scene.render, 64, 64)
+    assert again.meshes is not first.meshes
+    np.testing.assert_array_equal(again.meshes.records, first.meshes.records)
+
+
+def test_a_hundred_copies_of_a_large_mesh_take_the_memory_of_one() -> None:
+    shape = geometry(field(60))
+    places = tuple(Placement((3.0 * i, 0.0, 0.0)) for i in range(100))
+    one, many = (
+        pack(replace(mesh_scene(shape), meshes=(Mesh((Part(shape, "mesh"),), p),)), RenderSettings(), 64, 64)
+        for p in (places[:1], places)
+    )
+    assert many.defines["HAS_INSTANCES"]
+    assert len(many.meshes.records) < len(one.meshes.records) + 200
+
+
+@pytest.mark.slow
+def test_a_million_triangles(ctx: moderngl.Context) -> None:
+    scene = mesh_scene(
+        geometry(field(708)),
+        ambient=Ambient(1.0),
+        camera=Camera((1.5, 1.5, 1.5), (0.0, 0.0, 0.0)),
+        material=lambert(0.5),
+    )
+    assert len(scene.meshes[0].parts[0].geometry.triangles) > 1_000_000
+    with Renderer(scene, (64, 48), context=ctx, bounces=1) as renderer:
+        renderer.sample(2)
+        image = renderer.image()
+        assert renderer.non_finite_samples() == 0
+        assert renderer.gpu_bytes > 1_000_000 * 64
+    middle = image[20:28, 24:40]
+    assert 0.3 < middle.mean() < 0.51  # half of what comes, less what other hills hide
