@@ -296,8 +296,8 @@ def random_program(rng: random.Random) -> tuple[PackedScene, dict[str, int]]:
         if kind != "planes" and rng.random() < 0.3:
             materials["lamp"] = Material(emission=1.0)
             shapes[kind].append(SHAPES[kind]("lamp"))
-    if "triangles" in shapes and rng.random() < 0.05:
-        shapes["triangles"] *= 300  # too many for a uniform block
+    if "rectangles" in shapes and rng.random() < 0.05:
+        shapes["rectangles"] *= 300  # too many for a uniform block
     meshes = []
     if rng.random() < 0.5:
         shared = rng.random() < 0.3
