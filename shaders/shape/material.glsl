@@ -10,13 +10,17 @@ Material material_with_maps(Material material, Maps maps, vec4 uv, vec3 color) {
 #if HAS_ALBEDO_TEXTURE
     if (maps.albedo_texture >= 0) albedo *= texture_value(texture_select(maps.albedo_texture), uv).rgb;
 #endif
-#if HAS_METALLIC_TEXTURE
+#if HAS_METALLIC_TEXTURE && !HAS_METALLIC_ROUGHNESS
     if (maps.metallic_texture >= 0) metallic *= texture_channel(texture_select(maps.metallic_texture), uv);
 #endif
 #if HAS_ROUGHNESS_TEXTURE
     if (maps.roughness_texture >= 0) {
-        float roughness = maps.roughness * texture_channel(texture_select(maps.roughness_texture), uv);
-        material.alpha = square(clamp(roughness, 0.0, 1.0));
+        Texture t = texture_select(maps.roughness_texture);
+        vec4 value = texture_value(t, uv);
+        material.alpha = square(clamp(maps.roughness * texture_pick(t, value), 0.0, 1.0));
+#if HAS_METALLIC_ROUGHNESS
+        metallic *= texture_pick(texture_select(maps.metallic_texture), value);
+#endif
     }
 #endif
     albedo = clamp(albedo, 0.0, 1.0);

@@ -70,10 +70,11 @@ vec4 texture_value(Texture t, vec4 uv) {
     return texture_lookup(t, vec2(dot(t.u_row, set), dot(t.v_row, set)));
 }
 
-// The one channel that the texture is wanted for.
-float texture_channel(Texture t, vec4 uv) {
-    vec4 value = texture_value(t, uv);
+// The one channel of a value that the texture is wanted for.
+float texture_pick(Texture t, vec4 value) {
     return t.channel == 0 ? value.r : (t.channel == 1 ? value.g : (t.channel == 2 ? value.b : value.a));
 }
+
+float texture_channel(Texture t, vec4 uv) { return texture_pick(t, texture_value(t, uv)); }
 
 #endif

@@ -112,6 +112,7 @@ FEATURES = {
     "HAS_ALBEDO_TEXTURE": 0,
     "HAS_ROUGHNESS_TEXTURE": 0,
     "HAS_METALLIC_TEXTURE": 0,
+    "HAS_METALLIC_ROUGHNESS": 0,  # one lookup serves both, in two channels
     "HAS_NORMAL_TEXTURE": 0,
     "HAS_EMISSION_TEXTURE": 0,
     "HAS_OCCLUSION_TEXTURE": 0,

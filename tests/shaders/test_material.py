@@ -148,6 +148,23 @@ def test_each_map_at_its_own_coordinates(ctx: moderngl.Context) -> None:
         np.testing.assert_allclose(found[name], [getattr(m, attribute) for m in expected], atol=3e-5)
 
 
+@pytest.mark.parametrize("both", [True, False])
+def test_one_lookup_for_two_channels(ctx: moderngl.Context, both: bool) -> None:
+    """Roughness and metallic in one image; with another material that has them apart, in two lookups."""
+    image = Image(RNG.integers(0, 256, (4, 5, 3), np.uint8), "linear")
+    rough, metal = Texture(image, channel="g"), Texture(image, channel="b")
+    apart = Material(metallic=1.0, metallic_texture=metal)
+    one = Material(roughness=0.8, metallic=0.9, roughness_texture=rough, metallic_texture=metal)
+    materials = [one, Material()] if both else [one, apart]
+    assert pack_materials(materials, False).defines["HAS_METALLIC_ROUGHNESS"] == both
+    uv = RNG.uniform(-1, 2, (50, 4)).astype(np.float32)
+    inputs = {"index": np.zeros(50), "uv": uv, "color": np.ones((50, 3))}
+    found = run(ctx, materials, BODY, inputs, OUTPUTS)
+    values = lookup(rough, uv[:, :2].astype(np.float64))
+    np.testing.assert_allclose(found["alpha"], (0.8 * values[:, 1]) ** 2, atol=1e-5)
+    np.testing.assert_allclose(found["diffuse"][:, 0], 0.5 * (1 - 0.9 * values[:, 2]), atol=1e-5)
+
+
 def test_unlit_shows_its_albedo(ctx: moderngl.Context) -> None:
     material = Material(albedo=(0.5, 0.6, 0.7), emission=3.0, unlit=True, albedo_texture=constant(0.5, 0.5, 1.0))
     assert not material.is_emissive

@@ -102,6 +102,12 @@ def test_a_bad_file_is_one_clear_error(data: bytes, reason: str) -> None:
         read_texture(data, name="wood.png")
 
 
+def test_numbers_that_are_none_are_refused(tmp_path: Path) -> None:
+    np.save(tmp_path / "a.npy", np.full((2, 2, 3), np.nan, np.float32))
+    with pytest.raises(FragtracerError, match=r"a\.npy: cannot read this texture: .*must be finite"):
+        read_texture(tmp_path / "a.npy")
+
+
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
     with pytest.raises(FragtracerError, match=r"none\.png: cannot read this texture: No such file"):
         read_texture(tmp_path / "none.png")

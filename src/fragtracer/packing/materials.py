@@ -99,9 +99,18 @@ def pack_materials(materials: Iterable[Material], colored: bool) -> PackedMateri
         "HAS_BYTE_TEXTURES": int(len(atlas.bytes) > 0),
         "HAS_FLOAT_TEXTURES": int(len(atlas.floats) > 0),
         **{f"HAS_{name.upper()}_TEXTURE": int(name in used) for name in MAPS},
+        "HAS_METALLIC_ROUGHNESS": int("metallic" in used and all(_share_texture(m) for m in materials)),
         **_lobes(materials),
     }
     return PackedMaterials(records, defines, atlas)
+
+
+def _share_texture(material: Material) -> bool:
+    """Whether roughness and metallic are channels of one texture, as in glTF, or neither has one."""
+    rough, metal = material.roughness_texture, material.metallic_texture
+    return rough == metal or (
+        rough is not None and metal is not None and replace(rough, channel=metal.channel) == metal
+    )
 
 
 def _lobes(materials: Iterable[Material]) -> dict[str, int]:

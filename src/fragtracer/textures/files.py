@@ -43,10 +43,10 @@ def read_texture(source: str | Path | bytes, color_space: ColorSpace = "srgb", n
     FragtracerError
         If the file is missing, damaged, not an image, or claims more than :data:`MOST_PIXELS` pixels.
     """
-    if not isinstance(source, bytes) and Path(source).suffix.lower() in _FLOAT_SUFFIXES:
-        return Image(read_image(source), "linear", name or str(source))
     name = name or ("this texture" if isinstance(source, bytes) else str(source))
     try:
+        if not isinstance(source, bytes) and Path(source).suffix.lower() in _FLOAT_SUFFIXES:
+            return Image(read_image(source), "linear", name)
         data = source if isinstance(source, bytes) else Path(source).read_bytes()
         return Image(_pixels(data), color_space, name)
     except (OSError, ValueError, SyntaxError, EOFError, zlib.error) as error:
