@@ -255,6 +255,17 @@ def lantern() -> Mesh:
     return patch(surface, 96, 32)
 
 
+def leaf() -> Mesh:
+    """A bent square of side 1 from its foot in the origin along +x; the outline of a leaf is left to the texture."""
+
+    def surface(u: Array, v: Array) -> Array:
+        across = 0.5 - u
+        lift = 0.25 * np.sin(0.75 * np.pi * v) + 0.3 * np.abs(across) * (1 - 0.4 * v) + 0.012 * np.sin(19 * v + 5 * u)
+        return np.stack([v, lift, -across], -1)
+
+    return patch(surface, 16, 24)
+
+
 def sheet() -> Mesh:
     """A flat square of side 1 that stands on y = 0 and faces +z."""
     return patch(lambda u, v: np.stack([u - 0.5, v, 0 * u], -1), 1, 1)
@@ -297,7 +308,7 @@ def write_glb(path: Path, mesh: Mesh) -> None:
 
 
 MAKERS: Sequence[Callable[[], Mesh]] = (
-    *(knot, height_field, teapot, bowl, goblet, vase, apple, pear, lemon, orange, stem, cloth, lantern, sheet),
+    *(knot, height_field, teapot, bowl, goblet, vase, apple, pear, lemon, orange, stem, cloth, lantern, leaf, sheet),
 )
 
 
