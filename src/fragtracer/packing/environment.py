@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """An environment for the shader: its map, and the tree that texels are chosen by (emitter/environment.glsl)."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
@@ -47,15 +47,14 @@ def environment_tables(source: Source) -> EnvironmentTables:
     pixels = source.pixels
     height, width, _ = pixels.shape
     unit = 2.0 ** np.ceil(np.log2(max(float(pixels.max()), 2.0**-100))) / _HALF_TOP
-    scaled = pixels * np.float32(1 / unit)
-    half = scaled.astype(np.float16)
-    texels = np.empty((height, width, 4), np.float16 if np.array_equal(half, scaled) else np.float32)
-    texels[..., :3] = scaled
-    del half, scaled
     sines = np.sin(np.pi * (np.arange(height) + 0.5) / height)
-    weights = (texels[..., :3].astype(np.float32) @ _LUMINANCE) * sines[:, None].astype(np.float32)
-    # No weight is rounded to 0 where there is light.
-    texels[..., 3] = np.where(weights > 0, np.maximum(weights, np.finfo(texels.dtype).tiny), 0)
+    exact = all(np.array_equal(row.astype(np.float16), row) for row in map(_scaled_by(unit), pixels))
+    texels = np.empty((height, width, 4), np.float16 if exact else np.float32)
+    for texel, row, sine in zip(texels, map(_scaled_by(unit), pixels), sines, strict=True):
+        texel[:, :3] = row
+        weights = (texel[:, :3].astype(np.float32) @ _LUMINANCE) * np.float32(sine)
+        # No weight is rounded to 0 where there is light.
+        texel[:, 3] = np.where(weights > 0, np.maximum(weights, np.finfo(texels.dtype).tiny), 0)
     # The sums are of the weights as the shader reads them: what is interpolated is what is sampled.
     levels, total = _sums(texels[..., 3].astype(np.float64))
     solid_angle = 2 * np.pi**2 / (width * height)
@@ -71,17 +70,23 @@ def environment_tables(source: Source) -> EnvironmentTables:
     )
 
 
+def _scaled_by(unit: float) -> Callable[[NDArray[np.float32]], NDArray[np.float32]]:
+    return lambda row: row * np.float32(1 / unit)
+
+
 def _sums(weights: NDArray[np.float64]) -> tuple[list[NDArray[np.float32]], float]:
     """The levels of the tree, the root first, each (rows, columns, 4), and the sum of all weights."""
     levels: list[NDArray[np.float32]] = []
     total = max(float(weights.sum()), np.finfo(np.float64).tiny)
     while not levels or weights.size > 1:
         height, width = weights.shape
-        even = np.pad(weights, ((0, height % 2), (0, width % 2)))
-        rows, columns = (side // 2 for side in even.shape)
-        four = even.reshape(rows, 2, columns, 2).swapaxes(1, 2).reshape(rows, columns, 4)
-        levels.insert(0, (four / total).astype(np.float32))
-        weights = four.sum(axis=-1)
+        even = np.pad(weights, ((0, height % 2), (0, width % 2))) if height % 2 or width % 2 else weights
+        quarters = [even[row::2, column::2] for row, column in ((0, 0), (0, 1), (1, 0), (1, 1))]
+        four = np.empty((*quarters[0].shape, 4), np.float32)
+        for i, quarter in enumerate(quarters):
+            np.divide(quarter, total, out=four[..., i], casting="same_kind")
+        levels.insert(0, four)
+        weights = (quarters[0] + quarters[1]) + (quarters[2] + quarters[3])
     return levels, float(weights.sum())
 
 
