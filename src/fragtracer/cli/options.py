@@ -100,6 +100,8 @@ StrengthOption = Annotated[
 def with_environment(scene: "Scene", file: str | None, rotation: float | None, strength: float | None) -> "Scene":
     """``scene`` with the environment that the options ask for; its other lights stay.
 
+    A bare model is to be loaded without the light that it would get otherwise.
+
     Raises
     ------
     FragtracerError

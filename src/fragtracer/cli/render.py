@@ -70,7 +70,8 @@ def render(
         "pixel_filter": pixel_filter,
         "integrator": integrator,
     }
-    lit = options.with_environment(load(scene), environment, environment_rotation, environment_strength)
+    loaded = load(scene, light_models=environment in (None, "none"))
+    lit = options.with_environment(loaded, environment, environment_rotation, environment_strength)
     with Renderer(options.with_settings(lit, **settings), options.parse_size(size)) as renderer:
         finished = _sample(renderer, spp, time, None if until is None else until / 100)
         write_image(output, renderer.image(), renderer.metadata(), *look)

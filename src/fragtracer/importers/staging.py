@@ -17,18 +17,18 @@ _KEY_IRRADIANCE = 2.4  # W/m² at the centre: with the ambient light, a white su
 _AMBIENT = 0.3  # W/m²/sr
 
 
-def stage(model: Model, name: str) -> Scene:
+def stage(model: Model, name: str, light: bool = True) -> Scene:
     """Make a scene of a model.
 
     The camera is the file's first, or looks at the model from the front, the right and above. A file without lights
     and without materials that glow all over is lit by a large sphere on the left above and by ambient
-    light. All lengths go with the size of the model, so that its unit does not matter.
+    light, unless ``light`` is false. All lengths go with the size of the model, so that its unit does not matter.
     """
     missing = {model.mesh.material_of(part) for part in model.mesh.parts} - model.materials.keys()
     materials = {**model.materials, **{name: Material() for name in sorted(missing)}}
     low, high = bounds(model.mesh)
     glows = any(item.is_emissive and item.emission_texture is None for item in materials.values())
-    lit = bool(model.lights) or glows
+    lit = bool(model.lights) or glows or not light
     return Scene(
         camera=model.cameras[0] if model.cameras else _camera(model.mesh, low, high),
         materials=materials,

@@ -28,14 +28,16 @@ from fragtracer.scene_file.textures import TEXTURES
 _MOST_MISTAKES = 10
 
 
-def load(name_or_path: str | Path) -> Scene:
+def load(name_or_path: str | Path, light_models: bool = True) -> Scene:
     """Read a scene.
 
     Parameters
     ----------
     name_or_path
         The name of a bundled scene, as "three-spheres", or the path of a .toml file or of a model (.obj, .ply, .gltf,
-        .glb, .npz). A model without a camera is framed, and one without lights is lit.
+        .glb, .npz). A model without a camera is framed.
+    light_models
+        Whether a model without lights is lit: not, where an environment will be added.
 
     Raises
     ------
@@ -45,7 +47,7 @@ def load(name_or_path: str | Path) -> Scene:
     path = _bundled_files().get(str(name_or_path), Path(name_or_path))
     try:
         if path.suffix.lower() in SUFFIXES:
-            return staging.stage(with_qualified_names(read_model(path), path.stem), path.stem)
+            return staging.stage(with_qualified_names(read_model(path), path.stem), path.stem, light_models)
         if path.suffix.lower() != ".toml" and path.is_file():
             raise SceneError(f"{path}: a scene file ends in .toml, a model in {', '.join(SUFFIXES)}")
         text = path.read_bytes().decode("utf-8-sig")
