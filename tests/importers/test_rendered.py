@@ -51,17 +51,22 @@ def colored_ply(folder: Path) -> Path:
     return folder / "x.ply"
 
 
-def gltf(folder: Path) -> Path:
+def gltf(folder: Path, scale: float = 2) -> Path:
     made = Gltf(images=[{"uri": "p.png"}], textures=[{"source": 0}])
     made.content["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}]
     position = made.array([(x / 2, y / 2, 0) for x, y in CORNERS])
     uv = made.array([((x + 1) / 2, (1 - y) / 2) for x, y in CORNERS])
     primitive = {"attributes": {"POSITION": position, "TEXCOORD_0": uv}, "material": 0, "mode": 6}
-    made.content |= {"meshes": [{"primitives": [primitive]}], "nodes": [{"mesh": 0, "scale": [2, 2, 2]}]}
+    made.content |= {"meshes": [{"primitives": [primitive]}], "nodes": [{"mesh": 0, "scale": [scale, 2, 2]}]}
     return made.write(folder / "x.glb")
 
 
-@pytest.mark.parametrize("write", [obj, ply, colored_ply, gltf])
+def mirrored_gltf(folder: Path) -> Path:
+    """One side of it is seen; a node that mirrors turns the triangles with it (glTF 2.0, section 3.7.4)."""
+    return gltf(folder, -2)
+
+
+@pytest.mark.parametrize("write", [obj, ply, colored_ply, gltf, mirrored_gltf])
 def test_the_picture_is_the_same(ctx, tmp_path: Path, write) -> None:
     PIL.Image.fromarray(PICTURE).save(tmp_path / "p.png")
     mesh, materials = load_mesh(write(tmp_path))
@@ -72,6 +77,7 @@ def test_the_picture_is_the_same(ctx, tmp_path: Path, write) -> None:
         unlit[name] = replace(material, unlit=True, albedo_texture=near)
     camera = Camera((0, 0, 4), (0, 0, 0), fov_degrees=2 * np.degrees(np.arctan(0.25)))
     image = rendered(ctx, Scene(camera, unlit, meshes=[mesh]), 16, (16, 16), bounces=0)
-    expected = LINEAR.repeat(8, axis=0).repeat(8, axis=1)
+    shown = LINEAR[:, ::-1] if write is mirrored_gltf else LINEAR
+    expected = shown.repeat(8, axis=0).repeat(8, axis=1)
     inside = np.ix_([1, 2, 3, 4, 5, 6, 9, 10, 11, 12, 13, 14], [1, 2, 3, 4, 5, 6, 9, 10, 11, 12, 13, 14])
     np.testing.assert_allclose(image[inside], expected[inside], atol=1e-4)
