@@ -35,10 +35,11 @@ means that no part differs and that the image mean and every region measured wel
 
 A difference counts from 0.02 % of the image mean on, which is what Mitsuba's own single precision was seen to add or
 lose: its sphere emitter takes 1 - cos of the light's cone by subtraction (22 % too much on a plane 340 m away in
-red-bounce, where a closed form says that ours is right to 0.05 %), and its rays appear to start some tenths of a
-millimetre off a surface (0.03 % at the shadow's edge in light-size-0, against float64 ray casting). `tests/reference/test_precision.py` measures
-the causes of both. Without this allowance, at the default size and samples of `compare`, three scenes have parts that
-differ: red-bounce 41 of 483, light-size-small 4, light-size-0 3.
+red-bounce, where a closed form says that ours is right to 0.05 %), and its rays start some tenths of a millimetre off
+a surface (0.03 % at the shadow's edge in light-size-0, against float64 ray casting). What they did to these two
+pictures was measured once, by hand; `tests/reference/test_precision.py` measures the causes. Without this allowance, at
+the default size and samples of `compare`, three scenes have parts that differ: red-bounce 41 of 483,
+light-size-small 4, light-size-0 3.
 
 Of meshes, Mitsuba's own are the intersection, the sampling of what emits, and the filtering of images; shading
 normals, normal maps, alpha and what is unlit follow rules of ours (`reference/bsdf/surface.py`), written twice from the
