@@ -12,7 +12,6 @@ from pathlib import Path
 
 from fragtracer.errors import SceneError
 from fragtracer.importers.arrays import read_arrays
-from fragtracer.importers.gltf import read_gltf
 from fragtracer.importers.model import Model, bounds, check_size
 from fragtracer.importers.obj import read_obj
 from fragtracer.importers.ply import read_ply
@@ -20,7 +19,15 @@ from fragtracer.scene import Material, Mesh, Part
 
 __all__ = ["SUFFIXES", "Model", "bounds", "files_of", "load_mesh", "qualified", "read_model"]
 
-_READERS = {".obj": read_obj, ".ply": read_ply, ".gltf": read_gltf, ".glb": read_gltf, ".npz": read_arrays}
+
+def _read_gltf(path: Path) -> Model:
+    """Imported when used: its validators take time to make."""
+    from fragtracer.importers.gltf import read_gltf
+
+    return read_gltf(path)
+
+
+_READERS = {".obj": read_obj, ".ply": read_ply, ".gltf": _read_gltf, ".glb": _read_gltf, ".npz": read_arrays}
 SUFFIXES = tuple(_READERS)
 _Stamps = tuple[tuple[int, int] | None, ...]
 _MOST_KEPT = 8
