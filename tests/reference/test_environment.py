@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: MIT
+"""Environments in Mitsuba: the same radiance from every direction."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fragtracer.errors import FragtracerError
+from fragtracer.reference.environment import witness_rows
+from fragtracer.reference.export import export_mitsuba
+from fragtracer.reference.render import render_reference
+from fragtracer.reference.translate import to_mitsuba
+from fragtracer.scene import Ambient, Camera, Environment, Light, Panorama, Scene, Sky
+from fragtracer.scene.environment import lookup
+
+PIXELS = np.random.default_rng(0).random((5, 8, 3)).astype(np.float32)
+TURNED = Environment(image=Panorama(PIXELS), rotation_degrees=35.0, strength=2.0, tint=(1.0, 0.5, 0.25))
+
+
+def test_every_direction_has_the_same_radiance(mi, tmp_path: Path) -> None:
+    scene = Scene(environment=TURNED, ambient=Ambient(0.125))
+    emitter = mi.load_dict(to_mitsuba(scene, tmp_path)["environment"])
+    directions = np.random.default_rng(1).normal(size=(2000, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    expected = lookup(PIXELS, directions @ TURNED.rotation) * TURNED.scale + 0.125
+    si = mi.SurfaceInteraction3f()
+    found = []
+    for direction in directions[:200]:
+        si.wi = mi.Vector3f(*(-direction).tolist())
+        found.append(np.array(emitter.eval(si, True)).ravel())
+    np.testing.assert_allclose(found, expected[:200], atol=1e-5)
+
+
+def test_rows_for_mitsuba_interpolate_to_the_same_values() -> None:
+    """Its rows lie at v = k / 2 h; ours at the odd k."""
+    rows = witness_rows(PIXELS)
+    assert rows.shape == (11, 8, 3)
+    np.testing.assert_array_equal(rows[1::2], PIXELS)
+    np.testing.assert_allclose(rows[2], (PIXELS[0] + PIXELS[1]) / 2)
+    np.testing.assert_array_equal(rows[[0, -1]], PIXELS[[0, -1]])
+
+
+def test_sun_is_where_it_should_be(mi) -> None:
+    """Its sphere fills the middle of a narrow view, with the radiance that it has here."""
+    environment = Environment(sky=Sky(sun_elevation_degrees=30.0, sun_azimuth_degrees=110.0), rotation_degrees=20.0)
+    sun = environment.sun
+    assert sun is not None
+    scene = Scene(Camera((0.0, 0.0, 0.0), sun.direction, fov_degrees=2.0), environment=environment)
+    picture = render_reference(scene, (21, 21), 16)[0]
+    np.testing.assert_allclose(picture[10, 10], sun.radiance, rtol=1e-3)
+    seen = (picture[..., 0] > 0.5 * sun.radiance[0]).mean() * (2.0 * 60) ** 2  # square arc minutes
+    assert seen == pytest.approx(np.pi * (0.2666 * 60) ** 2, rel=0.15)
+
+
+def test_hiding_alone_cannot_be_said() -> None:
+    hidden = Environment(radiance=1.0, visible=False)
+    for scene in (
+        Scene(environment=hidden, lights=[Light((0.0, 3.0, 0.0), 0.5, power=1.0)]),
+        Scene(environment=Environment(radiance=1.0, visible=False, background=1.0)),
+    ):
+        with pytest.raises(FragtracerError, match="cannot hide the environment alone"):
+            to_mitsuba(scene)
+
+
+def test_exported_environment_is_opened(mi, tmp_path: Path) -> None:
+    scene = Scene(Camera((0.0, 0.0, 0.0), (0.3, 0.2, -1.0)), environment=TURNED)
+    export_mitsuba(scene, tmp_path)
+    world = mi.load_file(str(tmp_path / "scene.xml"), parallel=False)
+    expected = render_reference(scene, (16, 12), 64)[0]
+    found = np.array(mi.render(world, spp=64))
+    assert found.mean() == pytest.approx(expected.mean(), rel=0.02)
