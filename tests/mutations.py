@@ -126,6 +126,24 @@ MUTATIONS = [
         "normalize(vec3(wo.xy, wo.z))",
     ),
     Mutation("inverse square forgotten", "emitter/light.glsl", "        s.radiance /= square(s.distance);\n", ""),
+    Mutation(
+        "emitting triangle without its cosine",
+        "emitter/mesh_light.glsl",
+        "density * square(distance) / cos_theta : 0.0",
+        "density * square(distance) : 0.0",
+    ),
+    Mutation(
+        "second triangle of a place never drawn",
+        "emitter/mesh_light.glsl",
+        "< entry.threshold ? entry.record : entry.other",
+        "< 2.0 ? entry.record : entry.other",
+    ),
+    Mutation(
+        "interpolated normal not made unit",
+        "shape/surface.glsl",
+        "size > 1e-6 ? shading_normal / size :",
+        "size > 1e-6 ? shading_normal :",
+    ),
     Mutation("area light without its cosine", "emitter/area_light.glsl", "(cos_theta * area)", "area"),
     Mutation(
         "triangle sampled with a folded corner",

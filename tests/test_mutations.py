@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from mesh_checks import choice_rejects, furnace_rejects, normals_reject
 from mutations import MUTATIONS
 from rendering import Planter, rendered
 from scipy import stats
@@ -135,6 +136,8 @@ def rejecting(ctx, reference, plant) -> list[str]:
     """The names of the checks that find something."""
     checks = {"comparison with Mitsuba": twin_rejects(ctx, reference), "spread of light samples": samplers_reject(ctx)}
     checks["textures"] = textures_reject(ctx)
+    checks |= {"furnace of a mesh": furnace_rejects(ctx), "interpolated normals": normals_reject(ctx)}
+    checks["choice of triangles"] = choice_rejects(ctx)
     checks["count of samples that are not finite"] = count_rejects(ctx, plant)
     return [name for name, found in checks.items() if found]
 
