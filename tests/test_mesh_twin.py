@@ -76,6 +76,8 @@ LACE = Texture(Image(np.concatenate([PICTURE.pixels, ALPHA], axis=2)))
 NUMBERS = Image((40 + 200 * CHECKER).astype(np.uint8), "linear")
 BUMPS = Image(np.stack([0.5 + 0.35 * WAVE, np.full(WAVE.shape, 0.6), np.ones(WAVE.shape)], -1), "linear")
 
+STEEP = Image(np.stack([0.5 + 0.5 * WAVE, np.full(WAVE.shape, 0.5), np.full(WAVE.shape, 0.55)], -1), "linear")
+
 GOLD = Material(metal="gold", roughness=0.5)
 PLASTIC = Material(albedo=(0.7, 0.3, 0.2), roughness=0.3)
 LAMP = Material(albedo=0.2, specular=0.0, emission=(3.0, 2.0, 1.0))
@@ -94,6 +96,20 @@ CROWD = [
     for z in (-0.6, 0.6)
 ]
 
+# Enough that their triangles are packed once, in a space of their own.
+TERRACES = [
+    Placement((0.0, 0.2, 1.0), (10.0, 30.0, 0.0), (1.2, 1.5, 0.7)),
+    Placement((0.3, 0.6, 0.0), (15.0, 0.0, 5.0), (-1.2, 1.0, 0.6)),
+    Placement((-0.2, 1.1, -1.0), (40.0, -40.0, 0.0), (1.0, 2.0, 1.0)),
+]
+
+
+def hills():
+    """70k triangles with normals and an image on them."""
+    shape = smooth(field(187))
+    return Geometry(shape.positions, shape.triangles, shape.normals, uvs=shape.positions[:, ::2])
+
+
 CASES: dict[str, Callable[[], Scene]] = {
     "flat triangles": lambda: scene(MATT, flat(globe(12, 6))),
     "smooth normals": lambda: scene(MATT, globe(12, 6)),
@@ -101,8 +117,8 @@ CASES: dict[str, Callable[[], Scene]] = {
     "smooth gold": lambda: scene(GOLD, smooth(ball())),
     "a texture on everything": lambda: scene(PICTURED, globe()),
     "a normal map": lambda: scene(Material(normal_texture=Texture(BUMPS), normal_scale=0.5), globe()),
-    "a normal map far too strong": lambda: scene(
-        Material(specular=0.0, normal_texture=Texture(BUMPS, rotation=0.5), normal_scale=2.0), globe(12, 6)
+    "a normal map far too steep": lambda: scene(
+        Material(albedo=0.9, specular=0.0, normal_texture=Texture(STEEP, rotation=0.5)), globe(12, 6)
     ),
     "vertex colours": lambda: scene(
         Material(albedo=0.9), Geometry(globe().positions, globe().triangles, globe().normals, colors=COLORS)
@@ -125,6 +141,9 @@ CASES: dict[str, Callable[[], Scene]] = {
     ),
     "a single side": lambda: scene(Material(double_sided=False), geometry((ball()[0], ball()[1][::2]))),
     "copies, some mirrored": lambda: scene(PLASTIC, globe(), CROWD),
+    "copies of 70k triangles": lambda: scene(
+        Material(albedo_texture=Texture(PICTURE), normal_texture=Texture(BUMPS), normal_scale=0.5), hills(), TERRACES
+    ),
     "70k triangles": lambda: scene(
         PLASTIC, smooth(field(187)), [Placement((0.0, 0.5, 0.0), (20.0, 30.0, 0.0), (1.2, 2.0, 1.2))]
     ),
