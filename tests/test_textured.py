@@ -15,6 +15,7 @@ from textured_scenes import facing, mesh, quad, texture, under_sheets
 from fragtracer.scene import (
     Light,
     Material,
+    Rectangle,
     Scene,
     Sphere,
 )
@@ -88,6 +89,14 @@ def test_mask_cuts_out(ctx: moderngl.Context) -> None:
     material = Material(specular=0.0, alpha_mode="mask", alpha_cutoff=0.5, albedo_texture=texture(pixels))
     image = rendered(ctx, facing({"m": material}, mesh(quad(), "m")), 16, (2, 2))
     np.testing.assert_allclose(image[..., 0], alpha < 0.5, atol=1e-6)
+
+
+def test_shapes_of_one_side_are_there_for_rays_from_the_front(ctx: moderngl.Context) -> None:
+    black = Material(albedo=0.0, specular=0.0, double_sided=False)
+    for turned, expected in ((1.0, 0.0), (-1.0, 1.0)):
+        wall = Rectangle((-turned, -1.0, 0.0), (2.0 * turned, 0.0, 0.0), (0.0, 2.0, 0.0), "black")
+        image = rendered(ctx, facing({"black": black}, rectangles=(wall,)), 4, (4, 4))
+        np.testing.assert_allclose(image, expected, atol=1e-6)
 
 
 def test_spheres_are_there_in_part_too(ctx: moderngl.Context) -> None:

@@ -23,7 +23,7 @@ vec3 mesh_light_radiance(int record, int material, vec2 weights) {
     Surface surface;
     surface_set_mesh(surface, hit);
 #if HAS_ALPHA
-    return material_opacity_at(surface) * material_at(surface).emission;
+    return material_opacity_at(surface, -surface.normal) * material_at(surface).emission;
 #else
     return material_at(surface).emission;
 #endif

@@ -18,7 +18,7 @@ Hit alpha_intersect(Ray ray, float max_distance, int skipped, uint seed) {
         if (hit.primitive != NO_PRIMITIVE) {
             Surface surface = surface_at(ray, hit);
             seed = hash_uint(seed + 0x9e3779b9u);
-            goes_on = hash_to_unit(seed) >= material_opacity_at(surface);
+            goes_on = hash_to_unit(seed) >= material_opacity_at(surface, ray.direction);
             hit.distance += passed;
             if (goes_on) {
                 vec3 beyond = dot(surface.normal, ray.direction) < 0.0 ? -surface.normal : surface.normal;

@@ -105,7 +105,9 @@ float material_occlusion(Surface surface) {
 #endif
 
 #if HAS_ALPHA
-float material_opacity_at(Surface surface) {
+// As a ray of this direction meets it.
+float material_opacity_at(Surface surface, vec3 direction) {
+    if (opacity_select(surface.material).one_sided != 0 && dot(surface.normal, direction) > 0.0) return 0.0;
     float vertex_alpha = 1.0;
 #if HAS_COLORS
     vertex_alpha = surface.color.a;

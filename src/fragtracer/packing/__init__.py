@@ -21,6 +21,7 @@ from fragtracer.packing.materials import (
     MATERIAL_RECORDS,
     apart,
     has_colors,
+    has_one_sided_shapes,
     mean_emission,
     pack_materials,
     plain_emission,
@@ -85,7 +86,7 @@ def pack(
     extent = float(max(np.abs(points - origin).max(), np.finfo(np.float32).tiny))
     spheres, materials = _spheres_with_lights(scene)
     materials, on_meshes = apart(scene, materials)
-    surfaces = pack_materials(materials.values(), has_colors(scene))
+    surfaces = pack_materials(materials.values(), has_colors(scene), has_one_sided_shapes(scene))
     index = {name: i for i, name in enumerate(materials)}
     surroundings = pack_environment(scene.environment, extent)
     meshes = _meshes(scene, {name: index[packed] for name, packed in on_meshes.items()}, origin, extent)

@@ -31,11 +31,20 @@ def has_colors(scene: Scene) -> bool:
     return any(part.geometry.colors is not None for mesh in scene.meshes for part in mesh.parts)
 
 
+def has_one_sided_shapes(scene: Scene) -> bool:
+    """Whether a shape other than a mesh is not there for rays from behind."""
+    return any(not scene.materials[name].double_sided for name in _of_shapes(scene))
+
+
+def _of_shapes(scene: Scene) -> set[str]:
+    return {s.material for kind in (scene.spheres, scene.planes, scene.rectangles, scene.triangles) for s in kind}
+
+
 def apart(scene: Scene, materials: Mapping[str, Material]) -> tuple[dict[str, Material], dict[str, str]]:
     """The materials to pack, those of shapes that have no texture coordinates without their textures; and
     for each material that meshes use the name of the one to pack, which is another where shapes use it too."""
     meshes = {mesh.material_of(part) for mesh in scene.meshes for part in mesh.parts}
-    shapes = {s.material for kind in (scene.spheres, scene.planes, scene.rectangles, scene.triangles) for s in kind}
+    shapes = _of_shapes(scene)
     packed = {name: m if name in meshes - shapes else without_textures(m) for name, m in materials.items()}
     names = {name: name for name in meshes}
     for name in meshes & shapes:
@@ -76,14 +85,15 @@ def plain_emission(material: Material) -> tuple[float, float, float]:
     return (r, g, b)
 
 
-def pack_materials(materials: Iterable[Material], colored: bool) -> PackedMaterials:
-    """Pack ``materials``; ``colored`` says that there are vertices with colours, which change them as well."""
+def pack_materials(materials: Iterable[Material], colored: bool, one_sided: bool = False) -> PackedMaterials:
+    """Pack ``materials``. ``colored`` says that there are vertices with colours, which change them as well;
+    ``one_sided`` that shapes are seen from one side alone, which only meshes see to themselves."""
     materials = list(materials)
     textures = list(dict.fromkeys(t for m in materials for t in textures_of(m).values()))
     atlas = build_atlas(texture.image for texture in textures)
     index = {texture: i for i, texture in enumerate(textures)}
     has_maps = bool(textures) or colored
-    has_alpha = any(m.alpha_mode != "opaque" for m in materials)
+    has_alpha = one_sided or any(m.alpha_mode != "opaque" for m in materials)
     records = {
         "Material": [_material(m) for m in materials],
         "Maps": [_maps(m, index) for m in materials] if has_maps else [],
@@ -174,4 +184,5 @@ def _opacity(material: Material, index: Mapping[Texture, int]) -> dict[str, Any]
         "mode": CONSTANTS[f"ALPHA_{material.alpha_mode.upper()}"],
         "cutoff": material.alpha_cutoff,
         "texture_index": index[material.albedo_texture] if material.albedo_texture else -1,
+        "one_sided": int(not material.double_sided),
     }

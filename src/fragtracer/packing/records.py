@@ -26,7 +26,10 @@ RECORDS: dict[str, Record] = {
         *(("normal_texture", "int"), ("emission_texture", "int"), ("occlusion_texture", "int")),
         ("occlusion_strength", "float"),
     ),
-    "Opacity": (("opacity", "float"), ("mode", "int"), ("cutoff", "float"), ("texture_index", "int")),
+    "Opacity": (
+        *(("opacity", "float"), ("mode", "int"), ("cutoff", "float"), ("texture_index", "int")),
+        ("one_sided", "int"),
+    ),
     "Texture": (
         *(("u_row", "vec3"), ("coordinates", "int")),  # u = u_row . (u, v, 1) of the set `coordinates`
         *(("v_row", "vec3"), ("channel", "int")),
