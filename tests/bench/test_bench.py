@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fragtracer.bench import ablations, convergence, memory, meshes, scaling, speed, suite, sweep
+from fragtracer.bench import ablations, convergence, environment, memory, meshes, scaling, speed, suite, sweep
 from fragtracer.bench.cases import case, with_settings
 from fragtracer.bench.error import Reference
 from fragtracer.bench.frames import frame_time
@@ -133,6 +133,21 @@ def test_scaling_has_a_curve_for_each_quantity() -> None:
     curves = dict.fromkeys(row["quantity"] for row in rows)
     assert list(curves) == ["rays", "bounces", "light samples", "image side", "spheres", "triangles"]
     assert [row["exponent"] is not None for row in rows if row["quantity"] == "rays"] == [False, False, True]
+
+
+def test_environment_is_measured_empty_and_full_by_both_integrators() -> None:
+    pytest.importorskip("psutil")
+    rows = _run(environment.BENCHMARK, Plan(scenes=("overcast",), size=TINY, runs=1)).rows
+    cases = [(row["objects"], row["integrator"]) for row in rows]
+    assert cases[:2] == [(0, "path"), (0, "split-sum")]
+    assert [integrator for _, integrator in cases[2:]] == ["path", "split-sum"]
+    assert cases[2][0] == cases[3][0] > 0
+    for row in rows:
+        assert row["fps"].value > 0
+        assert row["gpu_mib"] > 0
+    assert {row["document_fps"] for row in rows[:2]} == {environment.DOCUMENT["empty"][0]}
+    scene = case(environment.SCENE)
+    assert f"{len(scene.spheres) + len(scene.meshes)} objects" in environment.DOCUMENT
 
 
 def test_memory_is_reported_over_time() -> None:

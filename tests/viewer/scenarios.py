@@ -30,8 +30,8 @@ from fragtracer.images.tone import TONE_CURVES
 from fragtracer.viewer import app, display, run
 from fragtracer.viewer.app import Viewer
 from fragtracer.viewer.display import DisplaySettings
+from fragtracer.viewer.panels import difference, widgets
 from fragtracer.viewer.panels import significance as panel
-from fragtracer.viewer.panels import widgets
 from fragtracer.viewer.session import path_of
 from fragtracer.viewer.window import Window
 
@@ -492,6 +492,45 @@ def compares_with_mitsuba() -> None:
         assert not viewer.wipe.is_on
         assert not viewer.display.compares
         assert slowest < 2.0, "the window did not wait for Mitsuba"
+
+
+def compares_split_sum_with_the_truth() -> None:
+    """The approximation left of the line, the path-traced picture right of it, then the map of its error."""
+    with opened("overcast", (560, 340)) as viewer:
+        hand = Hand(viewer)
+        scene = viewer.session.document.scene
+        settings = replace(scene.render, integrator="split-sum", background="irradiance")
+        viewer.session.edit(replace(viewer.session.document, scene=replace(scene, render=settings)), "integrator")
+        viewer.session.max_samples = 16
+        hand.until(lambda: viewer.is_done and viewer.renderer.spp >= 16, "the maps", 120)
+        smooth = picture(viewer)
+        settings = replace(settings, background="environment")
+        viewer.session.edit(replace(viewer.session.document, scene=replace(scene, render=settings)), "background")
+        hand.frames(2)
+        refined(viewer, hand, 16)
+        assert np.abs(picture(viewer) - smooth)[:60].mean() > 0.01, "the background is another one"
+        ours = viewer.renderer.image()
+        hand.key("m")
+        hand.until(lambda: viewer.display.compares, "the truth", 60)
+        hand.until(lambda: viewer.wipe._shown >= 64, "samples", 60)
+        truth = viewer.wipe.image
+        assert truth is not None
+        expected = ft.render(viewer.session.shown, truth.shape[1::-1], 64, integrator="path")
+        assert truth.mean() == pytest.approx(expected.mean(), rel=0.01)
+        assert abs(ours.mean() / truth.mean() - 1) > 0.01
+        hand.key("m")
+        hand.until(lambda: viewer.wipe._batches is not None and len(viewer.wipe._batches.means) >= 4, "pictures", 60)
+        assert viewer.wipe._batches is not None
+        assert viewer.wipe._reference is not None
+        values = difference.relative(viewer.wipe._batches.means, viewer.wipe._reference.means)
+        assert values.max() > 0.05, "the approximation sees the sky through the balls"
+        hand.frames(2)
+        if "SHOT" in os.environ:
+            from PIL import Image
+
+            Image.fromarray(viewer.grab()).save(os.environ["SHOT"])
+        hand.key("m")
+        assert not viewer.wipe.is_on
 
 
 if __name__ == "__main__":

@@ -29,6 +29,7 @@ NAMES = (
     "drags_a_gizmo",
     "is_lit_by_a_dropped_picture",
     "compares_with_mitsuba",
+    "compares_split_sum_with_the_truth",
 )
 
 

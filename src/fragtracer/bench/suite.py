@@ -3,7 +3,7 @@
 
 from collections.abc import Sequence
 
-from fragtracer.bench import ablations, convergence, memory, meshes, scaling, speed, sweep
+from fragtracer.bench import ablations, convergence, environment, memory, meshes, scaling, speed, sweep
 from fragtracer.bench.machine import describe_machine
 from fragtracer.bench.plan import Benchmark, Plan, Progress
 from fragtracer.bench.tables import Results
@@ -17,6 +17,7 @@ BENCHMARKS: dict[str, Benchmark] = {
     "scaling": scaling.BENCHMARK,
     "meshes": meshes.BENCHMARK,
     "memory": memory.BENCHMARK,
+    "environment": environment.BENCHMARK,
 }
 
 

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from fragtracer.bench.plan import Plan, Progress
     from fragtracer.bench.tables import Results
 
-NAMES = ("sweep", "speed", "error", "ablations", "scaling", "meshes", "memory")  # of bench/suite.py, slow to import
+# Of bench/suite.py, which is slow to import.
+NAMES = ("sweep", "speed", "error", "ablations", "scaling", "meshes", "memory", "environment")
 
 
 def bench(

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Mitsuba's picture of what is on the screen, from a process of its own: the window never waits for it.
+For the split-sum approximation it is the path-traced one, by fragtracer itself.
 
 Run as a module this is that process: it reads a pickled (scene, size) from its input and writes one
 picture after another, each the mean of some samples of its own, and the means of its parts, to its output.
@@ -10,6 +11,7 @@ import pickle
 import subprocess
 import sys
 import threading
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -60,7 +62,7 @@ class LiveReference:
         except (EOFError, OSError, pickle.UnpicklingError):
             if process.wait() > 0 or self.image is None:
                 text = process.stderr.read().decode(errors="replace").strip()
-                self.problem = text.splitlines()[-1] if text else "Mitsuba ended without a picture"
+                self.problem = text.splitlines()[-1] if text else "it ended without a picture"
 
     def _add(self, batch: Image, means: Means) -> None:
         done = self.spp // BATCH
@@ -69,10 +71,27 @@ class LiveReference:
         self.means.append(means)
 
 
+def _reference(scene: Scene, size: tuple[int, int]) -> Iterator[Image]:
+    from fragtracer.reference.render import ReferenceRenderer
+
+    with ReferenceRenderer(scene, size) as renderer:
+        for seed in range(_MOST):
+            yield renderer.sample(BATCH, seed).astype(np.float32)
+
+
+def _truth(scene: Scene, size: tuple[int, int]) -> Iterator[Image]:
+    from fragtracer.renderer import Renderer
+
+    with Renderer(scene, size, integrator="path", rays=BATCH) as renderer:
+        for seed in range(_MOST):
+            renderer.reset(seed=seed)
+            renderer.sample(BATCH)
+            yield renderer.image()
+
+
 def main() -> None:
     """Render what comes in on the standard input."""
     from fragtracer.errors import FragtracerError
-    from fragtracer.reference.render import ReferenceRenderer
 
     if hasattr(os, "nice"):
         os.nice(10)  # the window's frames go first
@@ -80,13 +99,11 @@ def main() -> None:
     output: Any = sys.stdout.buffer
     sys.stdout = sys.stderr  # nothing else may write among the pictures
     try:
-        with ReferenceRenderer(scene, size) as renderer:
-            for seed in range(_MOST):
-                picture = renderer.sample(BATCH, seed).astype(np.float32)
-                if not np.isfinite(picture).all():
-                    sys.exit("its picture has NaN or infinite pixels")
-                pickle.dump((picture, scale_means(picture[None])), output)
-                output.flush()
+        for picture in _truth(scene, size) if scene.render.integrator == "split-sum" else _reference(scene, size):
+            if not np.isfinite(picture).all():
+                sys.exit("its picture has NaN or infinite pixels")
+            pickle.dump((picture, scale_means(picture[None])), output)
+            output.flush()
     except FragtracerError as error:
         sys.exit(str(error))
 

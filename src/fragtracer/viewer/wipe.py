@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The comparison with Mitsuba on the screen: a line to drag, ours on its left; on its right Mitsuba's
-picture, or the map of where the two differ by more than noise."""
+picture, or the map of where the two differ by more than noise. With the split-sum approximation on the
+left, the right is the path-traced truth, or the map of the error."""
 
 from dataclasses import replace
 from typing import Literal
@@ -13,6 +14,7 @@ from fragtracer.viewer.display import Display, DisplaySettings
 from fragtracer.viewer.finding import LOOKS
 from fragtracer.viewer.layout import Area
 from fragtracer.viewer.live import LiveRenderer
+from fragtracer.viewer.panels import difference
 from fragtracer.viewer.panels import significance as panel
 from fragtracer.viewer.reference import BATCH, Image, LiveReference
 from fragtracer.viewer.significance import SPP, Batches, Significance
@@ -90,11 +92,11 @@ class Wipe:
         if reference.spp != self._shown and reference.image is not None:
             self._shown = reference.spp
             display.compare_with(reference.image)
-        if self._batches is not None:
+        if self._batches is not None and self._name == "Mitsuba":
             self._significance.look(self._batches.means, reference.means, self._batches.non_finite)
         if reference.problem:
             self.stop()
-            return f"Mitsuba: {reference.problem}"
+            return f"{self._name}: {reference.problem}"
         return ""
 
     @property
@@ -119,18 +121,32 @@ class Wipe:
             return settings
         x = area.x + settings.wipe * area.width
         if self.mode == "significance":
-            panel.draw(area, x, self._significance.finding, self._progress())
+            self._draw_map(area, x)
         draw = imgui.get_background_draw_list()
         if compares:
             white = imgui.get_color_u32(imgui.ImVec4(1, 1, 1, 0.85))
             draw.add_line(imgui.ImVec2(x, area.y), imgui.ImVec2(x, area.y + area.height), white, 1.5)
             draw.add_circle_filled(imgui.ImVec2(x, area.y + area.height / 2), 6.0, white)
-            panel.label(x - 12, area.y + 10, "fragtracer", to_the_left=True)
+            ours = "fragtracer" if self._name == "Mitsuba" else "Split sum"
+            panel.label(x - 12, area.y + 10, ours, to_the_left=True)
         if self.mode == "significance":
-            panel.label(x + 12, area.y + 10, "Significance of the difference")
+            title = "Significance of the difference" if self._name == "Mitsuba" else "Error of the split sum"
+            panel.label(x + 12, area.y + 10, title)
         else:
-            panel.label(x + 12, area.y + 10, f"Mitsuba, {self._shown} spp" if compares else "Mitsuba …")
+            panel.label(x + 12, area.y + 10, f"{self._name}, {self._shown} spp" if compares else f"{self._name} …")
         return self._follow(area, settings, x) if compares else settings
+
+    @property
+    def _name(self) -> str:
+        """Whose picture lies beyond the line."""
+        is_split_sum = self._of is not None and self._of[0].render.integrator == "split-sum"
+        return "Path traced" if is_split_sum else "Mitsuba"
+
+    def _draw_map(self, area: Area, x: float) -> None:
+        if self._name == "Mitsuba":
+            panel.draw(area, x, self._significance.finding, self._progress())
+        elif self._batches is not None and self._reference is not None:
+            difference.draw(area, x, self._batches.means, self._reference.means)
 
     def _progress(self) -> str:
         """What the map rests on, or still waits for."""

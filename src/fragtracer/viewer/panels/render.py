@@ -10,14 +10,20 @@ from fragtracer.viewer.panels import widgets
 from fragtracer.viewer.session import Session
 
 _HINTS = get_type_hints(RenderSettings)
-GEOMETRY, ESTIMATOR, SAMPLER, FILTER = (
-    get_args(_HINTS[name]) for name in ("geometry", "estimator", "sampler", "pixel_filter")
+GEOMETRY, ESTIMATOR, SAMPLER, FILTER, INTEGRATOR, BACKGROUND = (
+    get_args(_HINTS[name]) for name in ("geometry", "estimator", "sampler", "pixel_filter", "integrator", "background")
 )
 
 
 def edit(settings: RenderSettings) -> RenderSettings:
     """Controls for all that changes the picture."""
     new: dict[str, object] = {}
+    if widgets.header("Integrator"):
+        new["integrator"] = widgets.choice("Light by", settings.integrator, INTEGRATOR, "Paths, or the split sum.")
+        new["background"] = widgets.choice("Background", settings.background, BACKGROUND, "What camera rays see.")
+        if settings.background == "prefiltered":
+            roughness = settings.background_roughness
+            new["background_roughness"] = widgets.slider("  for roughness", roughness, 0.0, 1.0, "%.2f")
     if widgets.header("Paths"):
         new["bounces"] = widgets.whole("Bounces", settings.bounces, 0, 64, "Scattering events on a path.")
         new["rays"] = widgets.whole("Rays a pass", settings.rays, 1, 64, "Paths per pixel, at most, in one pass.")
