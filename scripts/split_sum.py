@@ -3,7 +3,7 @@
 
 usage: python scripts/split_sum.py [--quick]
 
-Takes about ten minutes on two cores; --quick takes a sixteenth of the samples and writes to a temporary folder.
+Takes some minutes on two cores; --quick takes a sixteenth of the samples and writes to a temporary folder.
 """
 
 import sys
@@ -22,7 +22,7 @@ from fragtracer.scene import Camera, Scene
 from fragtracer.scene_file import load
 
 DOCS = Path(__file__).parents[1] / "docs"
-SPHERES, WHOLE = ((336, 336), 512), ((360, 240), 192)  # size and samples per pixel of each estimator
+SPHERES, WHOLE = ((280, 280), 256), ((300, 200), 96)  # size and samples per pixel of each estimator
 
 HEAD = """\
 # The split-sum approximation, held against the truth
