@@ -6,6 +6,7 @@ maps and alpha are those of our plugin (reference/bsdf/surface.py).
 """
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -28,6 +29,7 @@ from fragtracer.scene import (
     Scene,
     Texture,
 )
+from fragtracer.scene_file import load
 
 pytest.importorskip("mitsuba", reason="Mitsuba is not installed: there is no twin")
 pytestmark = pytest.mark.slow
@@ -159,5 +161,27 @@ def test_a_mesh_agrees_with_its_twin(ctx, name):
     reference = render_reference(CASES[name](), SIZE, SPP, BATCHES)
     ours = render_ours(CASES[name](), SIZE, SPP, BATCHES, context=ctx)
     verdict = judge(ours.pictures, reference.pictures, alpha=LEVEL, non_finite=ours.non_finite)
+    assert verdict.outcome != "disagreement", (verdict.differing, verdict.image.pair.relative_difference)
+    assert verdict.detectable_bias.max() < RESOLUTION
+
+
+SHARED = Path(__file__).parents[2] / "shared" / "data"
+MODELS = (
+    "gltf/BoxTextured/glTF/BoxTextured.gltf",
+    "gltf/TextureCoordinateTest/glTF/TextureCoordinateTest.gltf",
+    "gltf/SimpleMeshes/glTF/SimpleMeshes.gltf",
+    "mesh/stanford-bunny.obj",
+    "mesh/cube_binary.ply",
+)
+
+
+@pytest.mark.parametrize("file", MODELS)
+def test_a_model_by_others_agrees_with_its_twin(ctx, file):
+    if not (SHARED / file).exists():
+        pytest.skip(f"{file} of the shared test data is not here")
+    model = load(SHARED / file)
+    reference = render_reference(model, SIZE, SPP // 4, BATCHES)
+    ours = render_ours(model, SIZE, SPP // 4, BATCHES, context=ctx)
+    verdict = judge(ours.pictures, reference.pictures, alpha=0.01 / len(MODELS), non_finite=ours.non_finite)
     assert verdict.outcome != "disagreement", (verdict.differing, verdict.image.pair.relative_difference)
     assert verdict.detectable_bias.max() < RESOLUTION
