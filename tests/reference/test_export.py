@@ -119,6 +119,27 @@ def test_meshes_and_textures_are_written_beside_the_scene(mi, tmp_path, plugin, 
     assert str(tmp_path) not in (tmp_path / "scene.xml").read_text()
 
 
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_mitsubas_own_normal_map_leans_as_its_note_says(mi, tmp_path, mirrored):
+    """Red along u; green up the image, and down where the image is mirrored."""
+    corners = np.array([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]])
+    uvs = np.array([[0, 1], [1, 1], [1, 0], [0, 0]]) * [-1 if mirrored else 1, 1]
+    quad = Geometry(corners, [[0, 1, 2], [0, 2, 3]], [[0, 0, 1]] * 4, uvs)
+    bumps = Texture(Image(np.array([[[0.7, 0.8, 0.9]]]), "linear"))
+    scene = Scene(materials={"m": Material(normal_texture=bumps)}, meshes=[Mesh([Part(quad, "m")])])
+    assert "green is turned round where the image is mirrored" in export_mitsuba(scene, tmp_path)[0]
+    world = mi.load_file(str(tmp_path / "scene.xml"))
+    si = world.ray_intersect(mi.Ray3f(mi.Point3f(0, 0, 5), mi.Vector3f(0, 0, -1)))
+
+    def seen(x, y):
+        light = si.to_local(mi.Vector3f(x, y, 0.8))
+        return si.bsdf().eval(mi.BSDFContext(), si, light).numpy().sum()
+
+    sign = -1 if mirrored else 1
+    assert seen(0.6 * sign, 0) > 1.5 * seen(-0.6 * sign, 0)
+    assert seen(0, 0.6 * sign) > 1.5 * seen(0, -0.6 * sign)
+
+
 @pytest.mark.parametrize("name", list(MATERIALS)[1:8])
 def test_each_nearest_material_reflects_nearly_as_much(mi, tmp_path, name):
     shares = []

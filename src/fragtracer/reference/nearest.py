@@ -129,7 +129,7 @@ def note(material: Material, geometry: str, plugin: bool, traits: Traits) -> str
 def _textured_note(material: Material, geometry: str) -> str:
     differs = ["a base brighter towards grazing"]
     if material.normal_texture:
-        differs.append("a normal map in Mitsuba's tangent frame, green the other way")
+        differs.append("a normal map whose green is turned round where the image is mirrored")
     if material.alpha_mode == "mask":
         differs.append("edges of holes by unfiltered opacity")
     if material.alpha_mode != "opaque":
