@@ -14,6 +14,7 @@ from scene_builders import lambert, triangles_of
 from scipy import stats
 
 from fragtracer import bvh
+from fragtracer.errors import SceneError
 from fragtracer.packing import meshes, pack
 from fragtracer.renderer import Renderer
 from fragtracer.scene import (
@@ -242,3 +243,9 @@ def test_a_million_triangles(ctx: moderngl.Context) -> None:
         assert renderer.gpu_bytes > 1_000_000 * 64
     middle = image[20:28, 24:40]
     assert 0.3 < middle.mean() < 0.51  # half of what comes, less what other hills hide
+
+
+def test_a_mesh_beyond_what_can_be_traced_is_an_error() -> None:
+    scene = mesh_scene(geometry((1e16 * ball()[0], ball()[1])))
+    with pytest.raises(SceneError, match="smaller scale"):
+        pack(scene, scene.render, 64, 64)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pyglm import glm
 
+from fragtracer.errors import SceneError
 from fragtracer.packing.environment import EnvironmentTables, pack_environment
 from fragtracer.packing.gather import gather_triangles
 from fragtracer.packing.materials import (
@@ -44,6 +45,8 @@ _UNIFORM_LIGHT_CHOICE = 0.1
 _MAX_BAKED = 256
 # The backgrounds that are looked up in maps of the split-sum approximation.
 _MAPS = ("prefiltered", "irradiance")
+# Areas, and products of them, must be float32.
+_MOST_EXTENT = 1e15
 # The limit that every OpenGL 3.3 and WebGL2 driver grants a uniform block.
 _MAX_UNIFORM_TEXELS = 1024
 
@@ -137,6 +140,11 @@ def _meshes(scene: Scene, index: Mapping[str, int], origin: Floats, extent: floa
     placed = [(mesh.material_of(part), part.geometry) for mesh in scene.meshes for _, part in mesh.placed()]
     if not placed:
         return None
+    if extent > _MOST_EXTENT:
+        raise SceneError(
+            f"meshes reach {extent:.3g} m from the middle of the scene, more than the {_MOST_EXTENT:.0e} m "
+            "that can be traced; use a smaller scale"
+        )
     used, materials = {name for name, _ in placed}, scene.materials
     of_meshes = tuple(
         (name, MeshMaterial(index[name], sum(mean_emission(m)), 0 if m.double_sided else CULLED))
