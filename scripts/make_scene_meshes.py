@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Makes the meshes of the bundled scenes, ``scenes/meshes/*.glb``, from formulas; the same files at every run.
 
+usage: python scripts/make_scene_meshes.py
+
 Each mesh is one or more patches: a grid over the unit square, bent in space by a function of u
 and v, with normals from its derivatives. The files are binary glTF 2.0, in metres, y up, standing on y = 0.
 """

@@ -141,6 +141,23 @@ CASES: dict[str, Callable[[], Scene]] = {
         globe(12, 6),
         **UNLIT_BY_OTHERS,
     ),
+    "a lamp with holes": lambda: scene(
+        Material(albedo=0.2, specular=0.0, emission=3.0, albedo_texture=LACE, alpha_mode="mask"),
+        globe(),
+        **UNLIT_BY_OTHERS,
+    ),
+    "a lamp of lace": lambda: scene(
+        Material(
+            specular=0.0,
+            emission=3.0,
+            emission_texture=Texture(PICTURE),
+            albedo_texture=LACE,
+            alpha_mode="blend",
+            opacity=0.8,
+        ),
+        globe(),
+        **UNLIT_BY_OTHERS,
+    ),
     "a single side": lambda: scene(Material(double_sided=False), geometry((ball()[0], ball()[1][::2]))),
     "copies, some mirrored": lambda: scene(PLASTIC, globe(), CROWD),
     "copies of 70k triangles": lambda: scene(

@@ -13,7 +13,9 @@ from fragtracer.reference.bsdf import NAME, SURFACE, UNLIT
 from fragtracer.reference.meshes import Traits
 from fragtracer.reference.shapes import Tree
 from fragtracer.reference.textures import TextureFolder
-from fragtracer.scene import Material, RenderSettings, Texture
+from fragtracer.scene import Image, Material, RenderSettings, Texture
+
+_WHITE = Image([[1.0]], "linear")
 
 Translator = Callable[[Material, str, Traits, TextureFolder], Tree]
 
@@ -112,23 +114,30 @@ def emitter_of(material: Material, traits: Traits, textures: TextureFolder, exac
         color = METAL_F0[material.metal] if material.metal else material.albedo
         texture = material.albedo_texture
         return {"type": "area", "radiance": textures.nearest(texture, "color", color) if texture else rgb(color)}
-    return {"type": "area", "radiance": _radiance(material, textures, exact)} if material.is_emissive else None
+    return {"type": "area", "radiance": _radiance(material, traits, textures, exact)} if material.is_emissive else None
 
 
-def _radiance(material: Material, textures: TextureFolder, exact: bool) -> Tree:
+def _radiance(material: Material, traits: Traits, textures: TextureFolder, exact: bool) -> Tree:
     """What an emissive surface sends out; of one that is partly there, what its points send out on average.
 
     Raises
     ------
     FragtracerError
-        If the surface has holes: Mitsuba's lights have none.
+        If points of a light do not know how much of it is there.
     """
-    if material.alpha_mode != "opaque" and material.albedo_texture:
-        raise FragtracerError("Mitsuba cannot show a material that emits light and has holes (alpha_mode, emission)")
-    opacity = material.opacity if material.alpha_mode == "blend" else 1.0
-    if material.alpha_mode == "mask" and material.opacity < material.alpha_cutoff:
-        opacity = 0.0
-    emission = np.multiply(material.emission, opacity)
-    if material.emission_texture is None:
-        return rgb(emission)
-    return (textures.exact if exact else textures.nearest)(material.emission_texture, "color", emission)
+    texture, lace = material.emission_texture, material.albedo_texture
+    if material.alpha_mode == "opaque" or not (lace or traits.alpha):
+        opacity = {"opaque": 1.0, "blend": material.opacity, "mask": float(material.opacity >= material.alpha_cutoff)}
+        emission = np.multiply(material.emission, opacity[material.alpha_mode])
+        if texture is None:
+            return rgb(emission)
+        return (textures.exact if exact else textures.nearest)(texture, "color", emission)
+    if traits.alpha or not exact or (texture and lace and texture.coordinates != lace.coordinates):
+        raise FragtracerError(
+            "Mitsuba cannot show a material that emits light and has holes (alpha_mode) unless by fragtracer's plugin, "
+            "its alpha in a texture with the coordinates of emission_texture and none in the colours of vertices"
+        )
+    assert lace is not None
+    tree = textures.exact(texture or Texture(_WHITE), "color", material.emission)
+    names = ("opacity", "alpha_mode", "alpha_cutoff")
+    return tree | {"alpha": textures.exact(lace, "a")} | {name: getattr(material, name) for name in names}

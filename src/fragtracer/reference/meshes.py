@@ -31,7 +31,7 @@ class Traits:
     def of(cls, geometry: Geometry, material: Material) -> "Traits":
         """Those that ``material`` looks at."""
         alpha = geometry.colors is not None and geometry.colors.shape[1] == 4 and material.alpha_mode != "opaque"
-        lamp = material.emission_texture if material.is_emissive else None
+        lamp = material.emission_texture or material.albedo_texture if material.is_emissive else None
         return cls(
             geometry.normals is not None,
             material.normal_texture is not None and geometry.tangents is not None,

@@ -3,8 +3,9 @@
 
 Its parameters: the child ``image``, a ``bitmap`` whose ``wrap_mode`` is "repeat"; ``wrap_u`` and
 ``wrap_v`` ("repeat", "mirror" or "clamp"), which may differ, as they cannot in Mitsuba; ``uv_offset``
-and ``uv_scale`` (two numbers) and ``uv_rotation`` (radians) of KHR_texture_transform; and
-``factor`` (three numbers), which multiplies the colour.
+and ``uv_scale`` (two numbers) and ``uv_rotation`` (radians) of KHR_texture_transform;
+``factor`` (three numbers), which multiplies the colour; and for the light of a surface with holes the child
+``alpha``, another such texture, with ``opacity``, ``alpha_mode`` and ``alpha_cutoff`` as of ``fragtracer_surface``.
 """
 
 import math
@@ -23,10 +24,18 @@ def texture_class(mi: Any, dr: Any) -> type:
             self.offset = [float(x) for x in props.get("uv_offset", [0.0, 0.0])][:2]
             self.scale = [float(x) for x in props.get("uv_scale", [1.0, 1.0])][:2]
             self.rotation = float(props.get("uv_rotation", 0.0))
+            self.alpha = props.get("alpha", None)
+            self.opacity = float(props.get("opacity", 1.0))
+            cutoff, is_mask = float(props.get("alpha_cutoff", 0.5)), props.get("alpha_mode", "blend") == "mask"
+            self.cutoff = cutoff if is_mask else None
 
         def at(self, si: Any, uv: Any, active: Any = True) -> Any:
             """The colour at texture coordinates ``uv``, Color3f."""
-            return self.image.eval_3(self._moved(si, uv), active) * self.factor
+            color = self.image.eval_3(self._moved(si, uv), active) * self.factor
+            if self.alpha is None:
+                return color
+            alpha = self.opacity * self.alpha.number_at(si, uv, active)
+            return color * (alpha if self.cutoff is None else dr.select(alpha >= self.cutoff, mi.Float(1), 0))
 
         def number_at(self, si: Any, uv: Any, active: Any = True) -> Any:
             """The value of an image of one channel at texture coordinates ``uv``."""
