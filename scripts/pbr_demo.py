@@ -4,7 +4,8 @@
 usage: python scripts/pbr_demo.py
 
 Seven by seven spheres over roughness and metallic, a sphere with textures, and three models, made here: a knot, a
-turned vase and a shell. The sky is clear; its sun is 6° in radius, so that pictures of all this polish do not take millions of samples.
+turned vase and a shell. The sky is clear; its sun is 6° in radius, so that pictures of all this polish do not take
+millions of samples.
 """
 
 from pathlib import Path
@@ -136,7 +137,7 @@ def scene() -> Scene:
         spheres=tuple(spheres),
         meshes=tuple(meshes),
         environment=Environment(
-            sky=Sky(turbidity=3.0, sun_elevation_degrees=35.0, sun_azimuth_degrees=150.0, sun_radius_degrees=6.0), strength=0.02
+            sky=Sky(sun_elevation_degrees=35.0, sun_azimuth_degrees=150.0, sun_radius_degrees=6.0), strength=0.02
         ),
         render=RenderSettings(width=960, height=640),
         name=NAME,
