@@ -15,6 +15,8 @@ from importlib.metadata import version
 from itertools import pairwise
 from pathlib import Path
 
+from PIL import Image
+
 from fragtracer.compare import words
 from fragtracer.compare.approximation import Approximation, by_roughness_and_angle, measure_approximation
 from fragtracer.compare.approximation_report import ANGLES, write_error_maps, write_pictures
@@ -65,8 +67,8 @@ BRDF map within 0.005. Closed forms hold the integrator, and each step below (`t
 ## One error at a time
 
 Between the truth and the approximation lie estimators that make one more error each. The first are the path tracer:
-with facets that reflect light more than once (`multiple_scattering`), without, and with one bounce. From there on, the
-same program as the approximation's *integrates* ∫ L(wi) g(wi) dwi with samples by the material and by the environment
+with facets that reflect light more than once (`multiple_scattering`, a published fit: material.md), without, and with
+one bounce. From there on, the same program as the approximation's *integrates* ∫ L(wi) g(wi) dwi with samples by the material and by the environment
 (multiple importance sampling) instead of looking up, g changing by one thing each time:
 
 | step | g |
@@ -121,6 +123,12 @@ def angle_table(found: Approximation, metallic: float, error: str = "") -> Itera
             yield f"| {roughness:.2f} | {' | '.join(cells)} |"
 
 
+def shrink(path: Path) -> None:
+    """Keep 256 colours of a picture: a page wants it small."""
+    with Image.open(path) as picture:
+        picture.quantize(256, Image.Quantize.FASTOCTREE).save(path, optimize=True)
+
+
 def main(quick: bool) -> None:
     target = Path(tempfile.mkdtemp()) if quick else DOCS
     (target / "images").mkdir(exist_ok=True)
@@ -133,6 +141,8 @@ def main(quick: bool) -> None:
         write_error_maps(target / "images" / "split-sum-errors.png", spheres),
         write_pictures(target / "images" / "split-sum-demonstration.png", whole),
     ]
+    for path in (target / "images").glob("split-sum-*.png"):
+        shrink(path)
     text = [HEAD.format(**facts), "### 49 spheres under a clear sky, its sun left out\n"]
     text += ["Roughness grows to the right, metallic upwards.\n", "![](images/split-sum-spheres.png)\n"]
     text += [*term_table(spheres), ""]
