@@ -68,8 +68,8 @@ BRDF map within 0.005. Closed forms hold the integrator, and each step below (`t
 
 Between the truth and the approximation lie estimators that make one more error each. The first are the path tracer:
 with facets that reflect light more than once (`multiple_scattering`, a published fit: material.md), without, and with
-one bounce. From there on, the same program as the approximation's *integrates* ∫ L(wi) g(wi) dwi with samples by the material and by the environment
-(multiple importance sampling) instead of looking up, g changing by one thing each time:
+one bounce. From there on, the same program as the approximation's *integrates* ∫ L(wi) g(wi) dwi with samples by the
+material and by the environment (multiple importance sampling) instead of looking up, g changing by one thing each time:
 
 | step | g |
 |---|---|
@@ -124,7 +124,7 @@ def angle_table(found: Approximation, metallic: float, error: str = "") -> Itera
 
 
 def shrink(path: Path) -> None:
-    """Keep 256 colours of a picture: a page wants it small."""
+    """Keep 256 colours of a picture that has one scale of colours: a page wants it small."""
     with Image.open(path) as picture:
         picture.quantize(256, Image.Quantize.FASTOCTREE).save(path, optimize=True)
 
@@ -141,8 +141,7 @@ def main(quick: bool) -> None:
         write_error_maps(target / "images" / "split-sum-errors.png", spheres),
         write_pictures(target / "images" / "split-sum-demonstration.png", whole),
     ]
-    for path in (target / "images").glob("split-sum-*.png"):
-        shrink(path)
+    shrink(target / "images" / "split-sum-errors.png")
     text = [HEAD.format(**facts), "### 49 spheres under a clear sky, its sun left out\n"]
     text += ["Roughness grows to the right, metallic upwards.\n", "![](images/split-sum-spheres.png)\n"]
     text += [*term_table(spheres), ""]
