@@ -15,8 +15,6 @@ from importlib.metadata import version
 from itertools import pairwise
 from pathlib import Path
 
-from PIL import Image
-
 from fragtracer.compare import words
 from fragtracer.compare.approximation import Approximation, by_roughness_and_angle, measure_approximation
 from fragtracer.compare.approximation_report import ANGLES, write_error_maps, write_pictures
@@ -123,12 +121,6 @@ def angle_table(found: Approximation, metallic: float, error: str = "") -> Itera
             yield f"| {roughness:.2f} | {' | '.join(cells)} |"
 
 
-def shrink(path: Path) -> None:
-    """Keep 256 colours of a picture that has one scale of colours: a page wants it small."""
-    with Image.open(path) as picture:
-        picture.quantize(256, Image.Quantize.FASTOCTREE).save(path, optimize=True)
-
-
 def main(quick: bool) -> None:
     target = Path(tempfile.mkdtemp()) if quick else DOCS
     (target / "images").mkdir(exist_ok=True)
@@ -141,7 +133,6 @@ def main(quick: bool) -> None:
         write_error_maps(target / "images" / "split-sum-errors.png", spheres),
         write_pictures(target / "images" / "split-sum-demonstration.png", whole),
     ]
-    shrink(target / "images" / "split-sum-errors.png")
     text = [HEAD.format(**facts), "### 49 spheres under a clear sky, its sun left out\n"]
     text += ["Roughness grows to the right, metallic upwards.\n", "![](images/split-sum-spheres.png)\n"]
     text += [*term_table(spheres), ""]
