@@ -23,6 +23,8 @@ NOUNS = {
     "sampler/sampler.glsl": {"dimension"},
     "shape/intersect.glsl": {"hit", "scene"},
     "integrator/split_sum_steps.glsl": {"split_sum"},
+    "display/tone.glsl": {"srgb"},
+    "display/picture.glsl": None,  # what each step from the film to the window does
 }
 # Samplers whose density no estimator asks for.
 WITHOUT_PDF = {
