@@ -250,3 +250,13 @@ def test_occlusion_maps_are_for_shading_that_traces_no_rays(ctx: moderngl.Contex
             for m in (plain, mapped)
         )
         np.testing.assert_allclose(b, factor * a, rtol=1e-4)
+
+
+def test_a_material_of_meshes_and_other_shapes_has_its_textures_on_meshes_alone(ctx: moderngl.Context) -> None:
+    half = texture(np.full((1, 1, 3), 0.5, np.float32))
+    material = Material(albedo=0.5, specular=0.0, albedo_texture=half)
+    wall = Rectangle((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 2.0, 0.0), "m")
+    left = mesh(quad(edge_u=(1.0, 0.0, 0.0)), "m")
+    image = rendered(ctx, facing({"m": material}, left, rectangles=(wall,)), 4, (4, 4))
+    np.testing.assert_allclose(image[:, :2], 0.25, rtol=1e-4)
+    np.testing.assert_allclose(image[:, 2:], 0.5, rtol=1e-4)
