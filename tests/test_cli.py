@@ -74,7 +74,11 @@ def test_time_stops_early(tmp_path):
 def test_an_interrupted_render_keeps_what_it_has(tmp_path, signum):
     output = tmp_path / "f.exr"
     command = [*FRAGTRACER, "render", "furnace", "-o", str(output), "--size", "64x64", "--spp", str(2**24)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    # Whoever runs the tests in the background may have them ignore Ctrl-C, and a child inherits that.
+    with subprocess.Popen(
+        command, text=True, preexec_fn=lambda: signal.signal(signum, signal.SIG_DFL), **pipes
+    ) as process:
         time.sleep(4)
         process.send_signal(signum)
         out, err = process.communicate(timeout=60)
