@@ -206,6 +206,8 @@ TWINS = {
     ),
     "gradient": spheres_under(ENVIRONMENTS["gradient"]),
     "sun": spheres_under(Environment(sky=Sky(sun_elevation_degrees=50.0), rotation_degrees=60.0, strength=0.02)),
+    # A sun this broad hides a good deal of sky: a witness that forgets it is wrong by 2.5 %.
+    "broad sun": spheres_under(Environment(sky=Sky(sun_radius_degrees=6.0), rotation_degrees=60.0, strength=0.02)),
 }
 
 

@@ -7,7 +7,8 @@ What differs between the two worlds:
 - Mitsuba's first and last rows lie at the poles, ours half a row from them. So it gets a row for each of ours,
   one for the middle between two, and one for each pole: 2 h + 1, which interpolate to the very same values.
 - Mitsuba takes one emitter at infinity, so ambient light is added to the picture.
-- The sun is a sphere so far away that its direction is the same all over the scene.
+- The sun is a sphere so far away that its direction is the same all over the scene. It hides the picture behind
+  it, to which ours adds: so it shines by the mean of what it hides besides its own radiance.
 - An environment that is not visible hides every emitter from Mitsuba's camera (``hide_emitters``).
 """
 
@@ -20,6 +21,7 @@ from fragtracer.errors import FragtracerError
 from fragtracer.images import write_image
 from fragtracer.reference.shapes import Tree, reach
 from fragtracer.scene import Environment, Scene
+from fragtracer.scene.environment import Sun, lookup
 
 _SUN_DISTANCE = 1e6  # in units of the scene's reach
 
@@ -37,14 +39,29 @@ def environment_emitters(scene: Scene, folder: Path) -> dict[str, Tree]:
     emitters: dict[str, Tree] = {"environment": {"type": "envmap", "filename": str(path), "to_world": turn}}
     if (sun := environment.sun) is not None:
         distance = sun_distance(scene)
+        hidden = _mean_over(sun, radiance, environment.rotation)
         emitters["sun"] = {
             "type": "sphere",
             "center": [float(distance * x) for x in sun.direction],
             "radius": float(distance * np.sqrt(sun.one_minus_cos * (2 - sun.one_minus_cos))),
             "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": [0.0, 0.0, 0.0]}},
-            "emitter": {"type": "area", "radiance": {"type": "rgb", "value": [float(c) for c in sun.radiance]}},
+            "emitter": {"type": "area", "radiance": {"type": "rgb", "value": (sun.radiance + hidden).tolist()}},
         }
     return emitters
+
+
+def _mean_over(sun: Sun, radiance: NDArray[np.floating], rotation: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The mean over the sun's disc of a map that is turned by ``rotation``."""
+    steps = (np.arange(64) + 0.5) / 64
+    cosine, phi = np.meshgrid(1 - sun.one_minus_cos * steps, 2 * np.pi * steps)
+    sine = np.sqrt(1 - cosine**2)
+    z = np.array(sun.direction)
+    x = np.cross(z, np.eye(3)[np.argmin(np.abs(z))])
+    x /= np.linalg.norm(x)
+    around = np.cos(phi)[..., None] * x + np.sin(phi)[..., None] * np.cross(z, x)
+    directions = sine[..., None] * around + cosine[..., None] * z
+    mean: NDArray[np.float64] = lookup(radiance, directions @ rotation).mean((0, 1))
+    return mean
 
 
 def sun_distance(scene: Scene) -> float:
