@@ -12,6 +12,7 @@ import pytest
 from fragtracer.errors import SceneError
 from fragtracer.importers import Model, bounds, read_model
 from fragtracer.scene import Material
+from fragtracer.scene_file import load
 
 from .data import Gltf, shared
 
@@ -214,6 +215,36 @@ def test_cameras_and_lights(tmp_path: Path) -> None:
     np.testing.assert_allclose(np.array(sun.intensity) / (towards @ towards), 2)
 
 
+@pytest.mark.parametrize(("mode", "cutoff", "opacity"), [("MASK", 1, 1), ("MASK", 1.01, 0), ("BLEND", 2, 1)])
+def test_a_mask_that_no_alpha_reaches_is_not_there(tmp_path: Path, mode: str, cutoff: float, opacity: float) -> None:
+    gltf = Gltf(materials=[{"alphaMode": mode, "alphaCutoff": cutoff}])
+    gltf.triangle(material=0)
+    material = read(tmp_path, gltf).materials["material 0"]
+    assert (material.opacity, material.alpha_cutoff) == (opacity, 1)
+
+
+@pytest.mark.parametrize(
+    ("aspect", "size"),
+    [(None, (640, 480)), (1, (480, 480)), (16 / 9, (640, 360)), (0.5, (240, 480)), (1e30, (640, 1)), (1e-30, (1, 480))],
+)
+def test_the_picture_has_the_shape_that_the_first_camera_gives_it(
+    tmp_path: Path, aspect: float | None, size: tuple[int, int]
+) -> None:
+    perspectives = [{"yfov": 1.0, "znear": 0.1}, {"yfov": 1.0, "znear": 0.1, "aspectRatio": 3}]
+    if aspect is not None:
+        perspectives[0]["aspectRatio"] = aspect
+    gltf = Gltf(
+        cameras=[{"type": "perspective", "perspective": item} for item in perspectives],
+        nodes=[{"mesh": 0}, {"camera": 0, "translation": [0, 0, 3]}, {"camera": 1, "translation": [0, 0, 5]}],
+        scenes=[{"nodes": [0, 1, 2]}],
+    )
+    gltf.triangle()
+    with pytest.warns(UserWarning, match="ignored: cameras after the first$"):
+        scene = load(gltf.write(tmp_path / "x.glb"))
+    assert scene.camera.position == (0, 0, 3)
+    assert (scene.render.width, scene.render.height) == size
+
+
 def test_what_is_not_shown_is_listed(tmp_path: Path) -> None:
     gltf = Gltf(
         extensionsUsed=["KHR_draco_mesh_compression", "KHR_materials_unlit", "KHR_materials_clearcoat"],
@@ -385,6 +416,14 @@ MISTAKES: dict[str, tuple[Any, str]] = {
             d["meshes"][0]["primitives"][0]["attributes"].update(JOINTS_0=1, WEIGHTS_0=1),
         ),
         "skins[0]: its joint 3 is no node of the scene",
+    ),
+    "joints": (
+        lambda d: (
+            d.update(nodes=[{"mesh": 0, "skin": 0}], skins=[{"joints": [0]}]),
+            d["accessors"].append({"componentType": 5126, "count": 3, "type": "VEC4"}),
+            d["meshes"][0]["primitives"][0]["attributes"].update(JOINTS_0=2, WEIGHTS_0=2),
+        ),
+        "meshes[0].primitives[0]: its JOINTS_0 and WEIGHTS_0 do not fit",
     ),
     "far": (
         lambda d: d.update(nodes=[{"scale": [1e30, 1, 1], "children": [1]}, {"mesh": 0, "scale": [1e30, 1, 1]}]),

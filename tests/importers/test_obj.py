@@ -213,7 +213,9 @@ def test_degenerate_triangles_and_short_faces(tmp_path: Path) -> None:
         (SQUARE, "there are no faces"),
         ("f 1 2 3\n", "line 1: v 1 does not exist; there are 0, counted from 1"),
         (SQUARE + "f 1 2 5\n", "line 5: v 5 does not exist; there are 4"),
-        (SQUARE + "f 1 2 -5\n", "line 5: v 0 does not exist"),
+        (SQUARE + "f 1 2 -5\n", "line 5: v -5 does not exist; there are 4"),
+        (SQUARE + "vt 0 0\nf 1/-1 2/-1 3/-2\n", "line 6: vt -2 does not exist; there are 1"),
+        (SQUARE + "vn 0 0 1\nf 1//-1 2//-1 3//-2\n", "line 6: vn -2 does not exist; there are 1"),
         (SQUARE + "f 0 1 2\n", "line 5: v 0 does not exist"),
         (SQUARE + "f 1/1 2/1 3/1\n", "line 5: vt 1 does not exist; there are 0"),
         (SQUARE + "f 1 2 x\n", "line 5: these are no vertices of a face: 1 2 x"),
@@ -233,6 +235,44 @@ def test_mistakes_are_named(tmp_path: Path, text: str, message: str) -> None:
     assert str(raised.value).startswith(f"{tmp_path / 'x.obj'}: ")
     assert message in str(raised.value)
     assert "\n" not in str(raised.value)
+
+
+def test_comments_behind_numbers(tmp_path: Path) -> None:
+    text = "v 0 0 0 # first\nv 1 0 0 #\nv 0 1 0# third\nvt 0 0 # 1\nusemtl a#1\nf 1/1 2/1 3/1 # the only one\n"
+    with pytest.warns(UserWarning, match='material "a#1"'):
+        [part] = read(tmp_path, text).mesh.parts
+    np.testing.assert_array_equal(part.geometry.positions, [[0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    assert part.material == "a#1"
+
+
+def test_text_of_old_programs(tmp_path: Path) -> None:
+    """Names in Latin-1 find their files, names in UTF-8 too; UTF-16 is told."""
+    PIL.Image.new("RGB", (1, 1), (255, 0, 0)).save(tmp_path / "Töne.png")
+    (tmp_path / "Möbel.mtl").write_bytes("newmtl Tür\nmap_Kd Töne.png\n".encode("latin-1"))
+    for encoding in ("latin-1", "utf-8", "utf-8-sig"):
+        text = SQUARE + f"# {encoding}\r\nmtllib Möbel.mtl\r\nusemtl Tür\r\nf 1 2 3\r\n"
+        (tmp_path / "x.obj").write_bytes(text.encode(encoding))
+        model = read_model(tmp_path / "x.obj")
+        assert model.materials["Tür"].albedo_texture is not None
+    (tmp_path / "x.obj").write_bytes(text.encode("utf-16"))
+    with pytest.raises(SceneError, match="this is UTF-16 text; save it as UTF-8"):
+        read_model(tmp_path / "x.obj")
+
+
+@pytest.mark.parametrize("picture", ["L", "LA", "RGB", "RGBA"])
+@pytest.mark.parametrize("mask", ["L", "LA", "RGB", "RGBA"])
+def test_masks_of_every_kind(tmp_path: Path, picture: str, mask: str) -> None:
+    for name, mode, first in (("p.png", picture, 10), ("m.png", mask, 50)):
+        pixel = tuple(range(first, first + 10 * len(mode), 10))
+        PIL.Image.fromarray(np.full((2, 2, len(mode)), pixel, np.uint8).squeeze()).save(tmp_path / name)
+    (tmp_path / "x.mtl").write_text("newmtl a\nmap_Kd p.png\nmap_d m.png\n")
+    model = read(tmp_path, SQUARE + "mtllib x.mtl\nusemtl a\nf 1 2 3\n")
+    texture = model.materials["a"].albedo_texture
+    assert texture is not None
+    colors = (10, 20, 30) if picture.startswith("RGB") else (10, 10, 10)
+    alpha = {"L": 50, "LA": 60, "RGB": 50, "RGBA": 80}[mask]
+    np.testing.assert_array_equal(texture.image.pixels[0, 0], [*colors, alpha])
+    assert model.materials["a"].alpha_mode == "blend"
 
 
 @pytest.mark.parametrize(

@@ -82,6 +82,19 @@ def test_corner_coordinates_and_texture(tmp_path: Path) -> None:
     assert texture.image.pixels.shape == (2, 2, 3)
 
 
+def test_faces_with_and_without_coordinates(tmp_path: Path) -> None:
+    text = (
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+        "element face 3\nproperty list uchar int vertex_index\nproperty list uchar float texcoord\nend_header\n"
+        "0 0 0\n1 0 0\n0 1 0\n0 0\n3 0 2 1 0\n"
+    )
+    (tmp_path / "x.ply").write_text(f"{text}3 0 1 2 0\n")
+    assert read_model(tmp_path / "x.ply").mesh.parts[0].geometry.uvs is None
+    (tmp_path / "x.ply").write_text(f"{text}3 0 1 2 6 1 1 0 1 1 0\n")
+    uvs = read_model(tmp_path / "x.ply").mesh.parts[0].geometry.uvs
+    np.testing.assert_array_equal(uvs, [[0, 0], [0, 0], [0, 0], [1, 0], [0, 0], [1, 1]])
+
+
 def test_strips(tmp_path: Path) -> None:
     text = (
         "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n"
@@ -122,6 +135,25 @@ BINARY = "ply\nformat binary_little_endian 1.0\n"
         (
             f"ply\nformat ascii 1.0\nelement vertex 1\n{VERTEX}element face 1\n{FACE}end_header\n0 0 0\n3 0 0 1\n",
             "a face has vertex 1; the 1 vertices count from 0 to 0",
+        ),
+        (
+            f"ply\nformat ascii 1.0\nelement vertex 1\n{VERTEX}element face 1\n{FACE}end_header\n0 0 0\ninf 0 0 0\n",
+            "a list of vertex_indices is longer",
+        ),
+        (
+            f"ply\nformat ascii 1.0\nelement vertex 2\n{VERTEX}element face 1\n{FACE}end_header\n"
+            "0 0 0\n1 1 1\n3 0 0 .5\n",
+            "vertex_indices must hold whole numbers",
+        ),
+        (
+            f"ply\nformat ascii 1.0\nelement vertex 1\n{VERTEX}element face 1\n"
+            "property list uchar float vertex_indices\nend_header\n0 0 0\n3 0 0 0\n",
+            "types the vertices of a face as fractions",
+        ),
+        (
+            f"ply\nformat ascii 1.0\nelement vertex 4\n{VERTEX.replace('float', 'double')}element face 1\n{FACE}"
+            "end_header\n1e300 0 0\n-1e300 0 0\n0 1e300 0\n0 0 0\n4 0 1 2 3\n",
+            "positions must be finite, and none beyond",
         ),
         (
             f"ply\nformat ascii 1.0\nelement vertex 1\n{VERTEX}element face 1\n{FACE}end_header\n0 0 nan\n3 0 0 0\n",

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What a model file holds, and the errors that reading one raises."""
 
+import codecs
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,13 +22,15 @@ _FARTHEST = 1e15  # metres
 class Model:
     """The content of one file.
 
-    ``materials`` has those that the parts of ``mesh`` name. ``ignored`` names what the file holds and
-    fragtracer does not show; ``files`` are all that were read for it.
+    ``materials`` has those that the parts of ``mesh`` name. ``aspect`` is the width over the height of the picture
+    that the first of ``cameras`` takes, where its file says so. ``ignored`` names what the file holds and fragtracer
+    does not show; ``files`` are all that were read for it.
     """
 
     mesh: Mesh
     materials: dict[str, Material]
     cameras: tuple[Camera, ...] = ()
+    aspect: float | None = None
     lights: tuple[Light, ...] = ()
     ignored: tuple[str, ...] = ()
     files: tuple[Path, ...] = ()
@@ -43,6 +46,19 @@ def read_file(path: Path) -> bytes:
         raise SceneError(f"{path}: no such file") from error
     except (OSError, ValueError) as error:
         raise SceneError(f"{path}: cannot read: {getattr(error, 'strerror', None) or error}") from error
+
+
+def decoded(path: Path, data: bytes) -> str:
+    """The text of a file: UTF-8, or Latin-1 where it is not, as old programs write the names of images.
+
+    Raises SceneError for UTF-16.
+    """
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        raise SceneError(f"{path}: this is UTF-16 text; save it as UTF-8")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return data.decode("latin-1")
 
 
 def geometry(where: str, **arrays: Any) -> Geometry:

@@ -10,7 +10,7 @@ import numpy as np
 
 from fragtracer.errors import SceneError
 from fragtracer.importers.images import ImageFiles
-from fragtracer.importers.model import read_file
+from fragtracer.importers.model import decoded, read_file
 from fragtracer.scene import Image, Material, Texture
 from fragtracer.scene.texture import ColorSpace
 
@@ -39,7 +39,7 @@ def read_materials(obj: Path, libraries: Iterable[str]) -> tuple[dict[str, Mater
         path = obj.parent / library.replace("\\", "/")
         files.append(path)
         try:
-            text = read_file(path).decode("utf-8-sig", "replace")
+            text = decoded(path, read_file(path))
         except SceneError as error:
             images.notes.append(f"{library} ({str(error).rpartition(': ')[2]}; its materials are grey)")
             continue
@@ -52,7 +52,7 @@ def read_materials(obj: Path, libraries: Iterable[str]) -> tuple[dict[str, Mater
 def _each(folder: Path, libraries: Iterable[str]) -> Iterator[str]:
     """One name for each library: a line may have several, or one with spaces."""
     for line in libraries:
-        yield from [line] if os.path.exists(folder / line) else line.split()
+        yield from [line] if "\0" not in line and os.path.exists(folder / line) else line.split()
 
 
 def _tables(text: str) -> dict[str, dict[str, str]]:
@@ -119,7 +119,7 @@ def _alpha(values: dict[str, str], albedo: Texture | None, images: ImageFiles) -
         return made
     merged = _with_alpha(albedo, mask)
     if merged is None:
-        images.notes.append("map_d in .mtl (of another size than map_Kd)")
+        images.notes.append("map_d in .mtl (of another size or kind than map_Kd)")
         return made
     return made | {"albedo_texture": merged, "alpha_mode": "blend"}
 
@@ -134,7 +134,8 @@ def _with_alpha(albedo: Texture | None, mask: Texture) -> Texture | None:
         albedo = mask
         colors = np.full((*alpha.shape, 3), 255, np.uint8)
     else:
-        colors = np.broadcast_to(albedo.image.pixels[..., :3], (*albedo.image.pixels.shape[:2], 3))
+        pixels = albedo.image.pixels
+        colors = np.broadcast_to(pixels[..., :3] if pixels.shape[2] > 2 else pixels[..., :1], (*pixels.shape[:2], 3))
     if colors.shape[:2] != alpha.shape or colors.dtype != np.uint8:
         return None
     image = Image(np.dstack([colors, alpha]), "srgb")

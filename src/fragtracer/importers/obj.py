@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from fragtracer.errors import SceneError
 from fragtracer.images.tone import srgb_decode
-from fragtracer.importers.model import Model, geometry, listed, read_file
+from fragtracer.importers.model import Model, decoded, geometry, listed, read_file
 from fragtracer.importers.mtl import read_materials
 from fragtracer.importers.polygons import Floats, Ints, triangulate
 from fragtracer.scene import Geometry, Material, Mesh, Part
@@ -23,6 +23,7 @@ from fragtracer.scene import Geometry, Material, Mesh, Part
 DEFAULT = "default"
 _CURVES = {"l", "p", "curv", "curv2", "surf", "vp", "call", "csh"}
 _LEAST = {"v": 3, "vt": 1, "vn": 3}
+_NUMERIC = {*_LEAST, "f", "fo"}
 
 
 @dataclass
@@ -48,7 +49,7 @@ def read_obj(path: Path) -> Model:
     SceneError
         If the file is missing or damaged; the message has the line.
     """
-    lines = _split(read_file(path).decode("utf-8-sig", "replace"))
+    lines = _split(decoded(path, read_file(path)))
     where = str(path)
     v, vt, vn = (_numbers(lines, kind, where) for kind in ("v", "vt", "vn"))
     counts, corners = _corners(lines, (len(v), len(vt), len(vn)), where)
@@ -60,6 +61,8 @@ def read_obj(path: Path) -> Model:
         raise SceneError(f"{path}: {error}") from error
     if short := int((counts < 3).sum()):
         lines.ignored.append(f"faces of fewer than three vertices ({short})")
+    if v.shape[1] < 6 <= max(map(len, lines.vertices["v"])):
+        lines.ignored.append("colours of vertices (some have none)")
     library, files, notes = read_materials(path, lines.libraries)
     parts, used = [], {}
     for name, rows in _groups(lines, corners, triangles, sources):
@@ -79,6 +82,8 @@ def _split(text: str) -> _Lines:
         if not words:
             continue
         kind = words[0]
+        if "#" in line and kind in _NUMERIC:
+            words = line.partition("#")[0].split()
         if kind in found.vertices:
             found.vertices[kind].append(words[1:])
             found.numbers[kind].append(number)
@@ -110,7 +115,7 @@ def _numbered(text: str) -> Iterator[tuple[int, str]]:
 
 
 def _numbers(lines: _Lines, kind: str, where: str) -> Floats:
-    """(n, width) of all rows of one kind, as wide as the first; texture coordinates are at least two wide."""
+    """(n, width) of all rows of one kind, as wide as the shortest, but at least three wide."""
     rows = lines.vertices[kind]
     width = min(map(len, rows), default=0)
     try:
@@ -149,7 +154,7 @@ def _corners(lines: _Lines, totals: tuple[int, int, int], where: str) -> tuple[I
     starts = np.cumsum(counts) - counts
     for face, before in lines.counts.items():
         rows = corners[starts[face] : starts[face] + counts[face]]
-        rows += np.where(rows < 0, np.add(before, 1), 0)
+        rows += np.where((rows < 0) & (rows >= np.negative(before)), np.add(before, 1), 0)
     bad_corners = (corners < [1, 0, 0]) | (corners > totals)
     if bad_corners.any():
         corner, kind = (int(i[0]) for i in np.nonzero(bad_corners))

@@ -125,23 +125,26 @@ def _fraction(column: NDArray[Any]) -> NDArray[np.float32]:
 
 
 def _check(where: str, indices: Ints, count: int) -> None:
+    if indices.dtype.kind == "f":
+        raise SceneError(f"{where}: its header types the vertices of a face as fractions; they must be whole numbers")
     bad = indices[(indices < 0) | (indices >= count)]
     if len(bad):
         raise SceneError(f"{where}: a face has vertex {bad[0]}; the {count} vertices count from 0 to {count - 1}")
 
 
 def _corner_uvs(faces: Table, counts: Ints, rows: Ints, sources: Ints) -> NDArray[np.float64] | None:
-    """(corners of triangles, 2) of faces that have texture coordinates of their own."""
+    """(corners of triangles, 2) of faces that have texture coordinates of their own; 0 of those that have none."""
     if "texcoord" not in faces.lists:
         return None
     numbers, values = faces.lists["texcoord"]
     has = numbers == 2 * counts
-    if not has.any():
+    if not (has & (counts > 2)).any():
         return None
     starts, uv_starts = np.cumsum(counts) - counts, np.cumsum(numbers) - numbers
     places = uv_starts[sources, None] + 2 * (rows - starts[sources, None])
     places = np.where(has[sources, None], places, 0).reshape(-1)
-    return np.column_stack([values[places], 1 - values[places + 1]])
+    uvs = np.column_stack([values[places], 1 - values[places + 1]])
+    return np.where(np.repeat(has[sources], 3)[:, None], uvs, 0.0)
 
 
 def _cut_at(indices: Ints, counts: Ints) -> list[Ints]:

@@ -150,7 +150,7 @@ def _one_length(order: str, p: Property, body: NDArray[Any], at: int) -> tuple[i
     if len(raw) == size:
         length = float(raw.view(order + p.count)[0]) if order else float(raw[0])
     item = np.dtype(p.type).itemsize if order else 1
-    if not (0 <= length == int(length) and length * item <= len(body) - at - size):
+    if not (0 <= length <= len(body) and length == int(length) and length * item <= len(body) - at - size):
         raise ValueError(f"a list of {p.name} is longer than the rest of the file")
     return int(length), at + size
 
@@ -181,8 +181,9 @@ def _read_rows(order: str, element: Element, body: NDArray[Any]) -> tuple[Table,
 def _typed(values: NDArray[Any], p: Property) -> NDArray[Any]:
     """Numbers of an ascii file as its header types them, those of a binary file in the order of this machine."""
     if p.count and p.type[0] != "f":
-        with np.errstate(invalid="ignore"):
-            return np.asarray(values, np.int64)
+        if values.dtype.kind == "f" and not ((np.abs(values) < 2**62) & (values == np.rint(values))).all():
+            raise ValueError(f"{p.name} must hold whole numbers")
+        return np.asarray(values, np.int64)
     if values.dtype.kind == "f" and p.type[0] != "f":
         info = np.iinfo(p.type)
         return np.asarray(np.nan_to_num(np.clip(values, info.min, info.max)), p.type)

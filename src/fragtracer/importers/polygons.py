@@ -12,6 +12,7 @@ Floats = NDArray[np.float64]
 MOST_CORNERS = 4096  # of a concave polygon: clipping ears takes time that grows with the square
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def triangulate(counts: Ints, points: Floats) -> tuple[Ints, Ints]:
     """Cut polygons, concave ones too, into triangles of the same orientation.
 

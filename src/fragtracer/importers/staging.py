@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """A scene about a bare model: a camera that shows all of it, and light, where its file has none."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,9 +22,10 @@ _AMBIENT = 0.3  # W/m²/sr
 def stage(model: Model, name: str, light: bool = True) -> Scene:
     """Make a scene of a model.
 
-    The camera is the file's first, or looks at the model from the front, the right and above. A file without lights
-    and without materials that glow all over is lit by a large sphere on the left above and by ambient
-    light, unless ``light`` is false. All lengths go with the size of the model, so that its unit does not matter.
+    The camera is the file's first, with the shape of its picture, or looks at the model from the front, the right and
+    above. A file without lights and without materials that glow all over is lit by a large sphere on the left
+    above and by ambient light, unless ``light`` is false. All lengths go with the size of the model, so that its unit
+    does not matter.
     """
     missing = {model.mesh.material_of(part) for part in model.mesh.parts} - model.materials.keys()
     materials = {**model.materials, **{name: Material() for name in sorted(missing)}}
@@ -31,12 +34,22 @@ def stage(model: Model, name: str, light: bool = True) -> Scene:
     lit = bool(model.lights) or glows or not light
     return Scene(
         camera=model.cameras[0] if model.cameras else _camera(model.mesh, low, high),
+        render=_settings(model.aspect),
         materials=materials,
         meshes=(model.mesh,),
         lights=model.lights if lit else (_key_light(low, high),),
         ambient=Ambient() if lit else Ambient((_AMBIENT,) * 3),
         name=name,
     )
+
+
+def _settings(aspect: float | None) -> RenderSettings:
+    """For a picture of the width over height ``aspect``, as high as usual or, where that is wide, as wide."""
+    usual = RenderSettings()
+    if aspect is None:
+        return usual
+    width = max(1, round(min(usual.width, aspect * usual.height)))
+    return replace(usual, width=width, height=max(1, round(min(usual.height, usual.width / aspect))))
 
 
 def _camera(mesh: Mesh, low: Floats, high: Floats) -> Camera:

@@ -60,9 +60,10 @@ def read_gltf(path: Path) -> Model:
     mesh = Mesh(parts=tuple(parts))
     check_size(path, mesh)
     low, high = bounds(mesh)
-    cameras = _cameras(container, placed, low, high, notes)
+    cameras, aspects = _cameras(container, placed, low, high, notes)
     lights = _lights(container, placed, low, high, notes)
-    return Model(mesh, used, cameras, lights, listed(notes), tuple(dict.fromkeys(container.files)))
+    aspect = aspects[0] if aspects else None
+    return Model(mesh, used, cameras, aspect, lights, listed(notes), tuple(dict.fromkeys(container.files)))
 
 
 def _parts(container: Container, placed: list[PlacedNode], notes: list[str]) -> tuple[list[Part], dict[str, Material]]:
@@ -109,8 +110,9 @@ def _names(document: gltf.Document) -> list[str]:
 
 def _cameras(
     container: Container, placed: list[PlacedNode], low: Floats, high: Floats, notes: list[str]
-) -> tuple[Camera, ...]:
-    center, found = (low + high) / 2, []
+) -> tuple[tuple[Camera, ...], list[float | None]]:
+    """The cameras, and the shapes of their pictures."""
+    center, found, aspects = (low + high) / 2, [], []
     for index, node, matrix in placed:
         if node.camera is None:
             continue
@@ -133,8 +135,9 @@ def _cameras(
             )
         except ValueError as error:
             raise container.error(f"cameras[{node.camera}]", "its node gives it no direction to look in") from error
+        aspects.append(item.perspective.aspectRatio)
     notes += ["cameras after the first"] if len(found) > 1 else []
-    return tuple(found)
+    return tuple(found), aspects
 
 
 def _lights(

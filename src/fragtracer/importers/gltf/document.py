@@ -172,6 +172,7 @@ class Skin(Item):
 
 class Perspective(Item):
     yfov: Annotated[float, Field(gt=0, lt=3.14159)]
+    aspectRatio: Annotated[float, Field(gt=0, le=LARGEST)] | None = None
 
 
 class Camera(Item):

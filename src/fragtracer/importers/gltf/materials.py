@@ -62,6 +62,8 @@ class Materials:
         }
         old = self._extension(gltf.SpecularGlossiness, item, "KHR_materials_pbrSpecularGlossiness", place)
         made |= self._reflectance(item, place) if old is None else self._specular_glossiness(old, place)
+        if item.alphaMode == "MASK" and item.alphaCutoff > 1:  # no alpha reaches it
+            made["opacity"] = 0.0
         return Material(**made)
 
     def _specular_glossiness(self, old: gltf.SpecularGlossiness, place: str) -> dict[str, Any]:

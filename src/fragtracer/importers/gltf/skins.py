@@ -25,9 +25,9 @@ class Skins:
         if joints is None or weights is None:
             return None
         bones = self._bones(skin)
-        numbers = self._accessors.get(joints, f"{place}.attributes.JOINTS_0", ("VEC4",)).astype(np.int64)
+        numbers = self._accessors.get(joints, f"{place}.attributes.JOINTS_0", ("VEC4",))
         shares = self._accessors.get(weights, f"{place}.attributes.WEIGHTS_0", ("VEC4",)).astype(np.float64)
-        named = numbers.size == 0 or 0 <= numbers.min() <= numbers.max() < len(bones)
+        named = numbers.dtype.kind == "u" and (numbers.size == 0 or numbers.max() < len(bones))
         if not (named and len(numbers) == len(shares) == len(flat.positions)):
             raise self._container.error(place, f"its JOINTS_0 and WEIGHTS_0 do not fit its vertices and skins[{skin}]")
         with np.errstate(all="ignore"):
