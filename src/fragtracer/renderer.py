@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fragtracer.errors import DeviceError
 from fragtracer.gpu.context import create_context, describe, is_software
-from fragtracer.gpu.film import Film
+from fragtracer.gpu.film import Film, standard_error
 from fragtracer.gpu.tracer import Tracer
 from fragtracer.packing import PackedScene, pack
 from fragtracer.scene import RenderSettings, Scene
@@ -163,11 +163,7 @@ class Renderer:
         it this is an upper bound; for the hash sampler it is the standard error. Infinite where a
         pixel has fewer than two samples.
         """
-        mean, variance = self._read()
-        degrees = mean[..., 3:] - 1
-        with np.errstate(divide="ignore", invalid="ignore"):
-            error = np.sqrt(np.maximum(variance[..., :3], 0) / degrees)
-        return np.where(degrees > 0, error, np.inf).astype(np.float32)
+        return standard_error(*self._read())
 
     def relative_error(self) -> float:
         """Mean standard error over mean radiance of the whole image; 0 for a black one."""

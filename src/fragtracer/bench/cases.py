@@ -19,8 +19,7 @@ def case(name: str) -> Scene:
 
 
 def _lambert(material: Material) -> Material:
-    albedo = material.specular_f0 if material.metal else material.albedo
-    return Material(albedo=albedo, specular=0.0, emission=material.emission)
+    return Material(albedo=material.base_color, specular=0.0, emission=material.emission)
 
 
 def with_settings(scene: Scene, size: tuple[int, int], **settings: Any) -> Scene:

@@ -15,7 +15,6 @@ Time = Annotated[float | None, typer.Option(min=0.0, metavar="SECONDS", help="St
 Until = Annotated[
     float | None, typer.Option(min=0.0, metavar="PERCENT", help="Stop at this mean relative standard error.")
 ]
-Count = typer.Option(min=1, max=1024)
 
 
 def render(

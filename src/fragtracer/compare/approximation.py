@@ -205,7 +205,7 @@ def by_roughness_and_angle(
 
 def _kind(scene: Scene, sphere: int) -> tuple[float, float]:
     material = scene.materials[scene.spheres[sphere].material]
-    return (1.0 if material.metal else material.metallic, material.roughness)
+    return material.metalness, material.roughness
 
 
 def sphere_angles(found: Approximation) -> tuple[NDArray[np.int64], Floats]:

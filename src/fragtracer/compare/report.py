@@ -2,14 +2,12 @@
 """A comparison as one HTML page that needs nothing but itself."""
 
 from pathlib import Path
-from statistics import NormalDist
 from typing import Any
 
 import numpy as np
 
 from fragtracer.compare import charts, numbers, pictures, statistics, words
 from fragtracer.compare.run import Comparison
-from fragtracer.compare.verdict import Scale
 from fragtracer.errors import FragtracerError
 from fragtracer.images import output
 
@@ -83,14 +81,9 @@ def _pictures(comparison: Comparison) -> dict[str, Any]:
         "difference_legend": charts.legend(100 * limit, " %"),
         "z_pictures": [pictures.data_uri(picture) for picture in maps],
         "z_legend": charts.legend(_Z_LIMIT, ""),
-        "histogram": charts.histogram(blocks.z[blocks.pair.error > 0], _critical(blocks)),
-        "critical": _critical(blocks),
+        "histogram": charts.histogram(blocks.z[blocks.pair.error > 0], blocks.critical),
+        "critical": blocks.critical,
     }
-
-
-def _critical(scale: Scale) -> float:
-    """The magnitude of z from which on a test of ``scale`` finds a difference."""
-    return -NormalDist().inv_cdf(scale.level / 2)
 
 
 def _image_rows(comparison: Comparison) -> list[dict[str, Any]]:

@@ -18,6 +18,7 @@ everything shows, does not pay for the number of blocks, where a large error in 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from statistics import NormalDist
 from typing import Literal
 
 import numpy as np
@@ -57,6 +58,11 @@ class Scale:
     def z(self) -> Floats:
         """The difference as a standard normal deviate, positive where ours is brighter."""
         return statistics.z_scores(self.pair, self.p)
+
+    @property
+    def critical(self) -> float:
+        """The magnitude of ``z`` from which on one test finds a difference."""
+        return -NormalDist().inv_cdf(self.level / 2)
 
     @property
     def differs(self) -> NDArray[np.bool_]:

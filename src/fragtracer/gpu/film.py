@@ -9,6 +9,14 @@ from fragtracer.errors import DeviceError
 from fragtracer.gpu.context import max_size
 
 
+def standard_error(mean: NDArray[np.float32], variance: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Standard error of the mean, (..., 3), of what :meth:`Film.read` gives; infinite below two samples."""
+    degrees = mean[..., 3:] - 1
+    with np.errstate(divide="ignore", invalid="ignore"):
+        error = np.sqrt(np.maximum(variance[..., :3], 0) / degrees)
+    return np.where(degrees > 0, error, np.inf).astype(np.float32)
+
+
 class Film:
     """Two sets of float textures that take turns: a pass reads the front and draws the back.
 

@@ -5,12 +5,11 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 import moderngl
-import numpy as np
 
 from fragtracer.errors import DeviceError
 from fragtracer.gpu.atlas import SAMPLERS, AtlasTextures
 from fragtracer.gpu.context import is_software
-from fragtracer.gpu.environment import EnvironmentTextures
+from fragtracer.gpu.environment import EnvironmentTextures, folded_texture
 from fragtracer.gpu.film import Film
 from fragtracer.gpu.map_textures import MapTextures
 from fragtracer.gpu.meshes import MeshTextures
@@ -61,10 +60,9 @@ class Tracer:
 
         Raises :class:`ShaderError` if the program does not compile; the last one stays in use.
         """
-        source = (packed.defines, packed.layout, packed.constants)
-        if recompile or self._program is None or source != self._source:
-            self._use_program(self._compiled(packed, source, recompile))
-            self._source = source
+        if recompile or self._program is None or packed.program != self._source:
+            self._use_program(self._compiled(packed, recompile))
+            self._source = packed.program
             self._pixel_samples_per_second = 0.0
         self._upload_scene(packed)
         self._environment.load(packed.environment)
@@ -79,8 +77,7 @@ class Tracer:
 
     def knows(self, packed: PackedScene) -> bool:
         """Whether :meth:`load` need not compile a program for it."""
-        source = (packed.defines, packed.layout, packed.constants)
-        return any(known == source for known, _ in self._kept)
+        return any(known == packed.program for known, _ in self._kept)
 
     def set(self, uniforms: Mapping[str, Any]) -> None:
         """Change uniforms alone, by name: those of the camera, when nothing else has moved."""
@@ -184,10 +181,10 @@ class Tracer:
         before = max(self._pixel_samples_per_second, _FIRST_BAND / DRAW_BUDGET)
         self._pixel_samples_per_second = min(pixel_samples / max(seconds, 1e-6), _MAX_GROWTH * before)
 
-    def _compiled(self, packed: PackedScene, source: object, recompile: bool) -> FullscreenProgram:
+    def _compiled(self, packed: PackedScene, recompile: bool) -> FullscreenProgram:
         """The program for ``packed``, from those that are kept or new."""
         for known, program in [] if recompile else self._kept:
-            if known == source:
+            if known == packed.program:
                 return program
         generated = {"generated/scene_layout.glsl": packed.layout}
         program = FullscreenProgram(
@@ -195,7 +192,7 @@ class Tracer:
         )
         if recompile:
             self._forget(0)
-        self._kept.insert(0, (source, program))
+        self._kept.insert(0, (packed.program, program))
         return program
 
     def _use_program(self, program: FullscreenProgram) -> None:
@@ -219,11 +216,7 @@ class Tracer:
         if packed.defines["SCENE_IN_UNIFORMS"]:
             self._scene = self._ctx.buffer(packed.texels.tobytes())
             return
-        rows = -(-len(packed.texels) // 4096)
-        texels = np.zeros((rows * 4096, 4), np.float32)
-        texels[: len(packed.texels)] = packed.texels
-        self._scene = self._ctx.texture((4096, rows), 4, texels.tobytes(), dtype="f4")
-        self._scene.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self._scene = folded_texture(self._ctx, packed.texels)
 
     def release(self) -> None:
         self._forget(0)

@@ -8,7 +8,6 @@ relative to the middle of the scene, so that a scene far from the origin keeps i
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -66,6 +65,11 @@ class PackedScene:
     atlas: Atlas  # of the images of textures
     path_rounds: int  # of all loops along one path, at most; with meshes, mostly
     origin: Floats  # the point of the world that is the shader's (0, 0, 0)
+
+    @property
+    def program(self) -> tuple[object, ...]:
+        """What decides over the program: scenes with equal values share one."""
+        return self.defines, self.layout, self.constants
 
 
 def pack(
@@ -190,9 +194,7 @@ def _points(scene: Scene) -> Floats:
     for t in scene.triangles:
         points += t.vertices
     for mesh in scene.meshes:
-        for matrix, part in mesh.placed():
-            corners = np.array(list(product(*part.geometry.bounds.T)))
-            points += list(corners @ matrix[:3, :3].T + matrix[:3, 3])
+        points += list(mesh.box_corners())
     return np.asarray(points, np.float64)
 
 

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from fragtracer.materials import METAL_F0
 from fragtracer.packing.textures import texture_record
 from fragtracer.scene import Material, Scene, Texture
 from fragtracer.shader_composer import CONSTANTS
@@ -139,7 +138,7 @@ _ALPHA_DELTA = 1e-4  # of bsdf/cook_torrance.glsl
 
 
 def _diffuse_from(material: Material) -> float:
-    return max(_albedo(material) if material.metallic_texture else material.diffuse_albedo)
+    return max(material.base_color if material.metallic_texture else material.diffuse_albedo)
 
 
 def _specular_from(material: Material) -> float:
@@ -149,7 +148,7 @@ def _specular_from(material: Material) -> float:
 
 def _material(material: Material) -> dict[str, Any]:
     if material.unlit:
-        return {"emission": _albedo(material), "unlit": 1}
+        return {"emission": material.base_color, "unlit": 1}
     return {
         "diffuse": material.diffuse_albedo,
         "alpha": material.alpha,
@@ -159,18 +158,14 @@ def _material(material: Material) -> dict[str, Any]:
     }
 
 
-def _albedo(material: Material) -> tuple[float, float, float]:
-    return METAL_F0[material.metal] if material.metal else material.albedo
-
-
 def _maps(material: Material, index: Mapping[Texture, int]) -> dict[str, Any]:
     textures = textures_of(material)
     dielectric = replace(material, metal=None, metallic=0.0)
     return {
-        "albedo": _albedo(material),
+        "albedo": material.base_color,
         "roughness": material.roughness,
         "dielectric_f0": dielectric.specular_f0,
-        "metallic": 1.0 if material.metal else material.metallic,
+        "metallic": material.metalness,
         "dielectric_f90": dielectric.specular_f90,
         "normal_scale": material.normal_scale,
         "occlusion_strength": material.occlusion_strength,

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from fragtracer.errors import FragtracerError
-from fragtracer.materials import METAL_F0, reflectance_from_ior
 from fragtracer.reference.bsdf import NAME, SURFACE, UNLIT
 from fragtracer.reference.meshes import Traits
 from fragtracer.reference.shapes import Tree
@@ -28,11 +27,6 @@ def rgb(color: Any) -> Tree:
 def is_lambert(material: Material) -> bool:
     """Whether the material has no specular lobe at all."""
     return max(*material.specular_f0, *material.specular_f90) == 0
-
-
-def dielectric_f0(material: Material) -> tuple[float, float, float]:
-    """Reflectance at normal incidence of the dielectric part."""
-    return material.f0 or (reflectance_from_ior(1.5 if material.ior is None else material.ior),) * 3
 
 
 def lambert(material: Material) -> Tree:
@@ -80,11 +74,11 @@ def surface(material: Material, geometry: str, traits: Traits, textures: Texture
     """The plugin for what varies over a mesh; a metal of a name is one whose albedo is its reflectance."""
     tree: Tree = {
         "type": SURFACE,
-        "albedo": list(METAL_F0[material.metal] if material.metal else material.albedo),
-        "metallic": 1.0 if material.metal else float(material.metallic),
+        "albedo": list(material.base_color),
+        "metallic": float(material.metalness),
         "roughness": float(material.roughness),
         "specular": float(material.specular),
-        "dielectric_f0": list(dielectric_f0(material)),
+        "dielectric_f0": list(material.dielectric_f0),
         "geometry": geometry,
         "opacity": float(material.opacity),
         "alpha_mode": material.alpha_mode,
@@ -111,8 +105,7 @@ def emitter_of(material: Material, traits: Traits, textures: TextureFolder, exac
     if material.unlit and exact:
         return surface(material, "smith", traits, textures) | {"type": UNLIT}
     if material.unlit:
-        color = METAL_F0[material.metal] if material.metal else material.albedo
-        texture = material.albedo_texture
+        color, texture = material.base_color, material.albedo_texture
         return {"type": "area", "radiance": textures.nearest(texture, "color", color) if texture else rgb(color)}
     return {"type": "area", "radiance": _radiance(material, traits, textures, exact)} if material.is_emissive else None
 

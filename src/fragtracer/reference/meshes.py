@@ -62,6 +62,7 @@ def world_mesh(path: Path, geometry: Geometry, matrix: NDArray[np.float64], trai
     ``smooth`` gives the normals to Mitsuba. Otherwise it has face normals, and the normals are an
     attribute for our own plugin.
     """
+    mirrored = np.linalg.det(matrix[:3, :3]) < 0
     positions = geometry.positions @ matrix[:3, :3].T + matrix[:3, 3]
     columns: Columns = dict(zip("xyz", positions.T, strict=True))
     if geometry.normals is not None:
@@ -75,15 +76,13 @@ def world_mesh(path: Path, geometry: Geometry, matrix: NDArray[np.float64], trai
         columns |= dict(zip(_names("other"), [*other.T, np.zeros(len(other))], strict=True))
     if traits.tangent and geometry.tangents is not None and not smooth:
         tangents = geometry.tangents.astype(np.float64)
-        mirrored = np.linalg.det(matrix[:3, :3]) < 0
         columns |= dict(zip(_names("tangent"), _unit(tangents[:, :3] @ matrix[:3, :3].T).T, strict=True))
         columns["handed_x"] = -tangents[:, 3] if mirrored else tangents[:, 3]
     if geometry.colors is not None:
         columns |= dict(zip("rgb", geometry.colors.T[:3], strict=True))
         if traits.alpha:
             columns["alpha_x"] = geometry.colors[:, 3]
-    turned = np.linalg.det(matrix[:3, :3]) < 0
-    write_ply(path, columns, geometry.triangles[:, ::-1] if turned else geometry.triangles)
+    write_ply(path, columns, geometry.triangles[:, ::-1] if mirrored else geometry.triangles)
     return {"type": "ply", "filename": str(path), "face_normals": not (smooth and geometry.normals is not None)}
 
 

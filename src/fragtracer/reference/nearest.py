@@ -4,9 +4,8 @@
 import math
 from typing import Any
 
-from fragtracer.materials import METAL_F0
 from fragtracer.reference.bsdf import DELTA_ALPHA, NAME, SURFACE, UNLIT
-from fragtracer.reference.materials import dielectric_f0, is_lambert, is_plain, lambert, passes, rgb
+from fragtracer.reference.materials import is_lambert, is_plain, lambert, passes, rgb
 from fragtracer.reference.meshes import Traits
 from fragtracer.reference.shapes import Tree
 from fragtracer.reference.textures import TextureFolder
@@ -45,27 +44,29 @@ def is_textured(material: Material, traits: Traits) -> bool:
 
 
 def _untextured(material: Material) -> Tree:
-    metallic = 1.0 if material.metal else material.metallic
-    if metallic == 1:
+    if material.metalness == 1:
         return _metal(material)
-    if metallic == 0:
+    if material.metalness == 0:
         return _dielectric(material)
-    return {"type": "blendbsdf", "weight": metallic, "bsdf_0": _dielectric(material), "bsdf_1": _metal(material)}
+    return {
+        "type": "blendbsdf",
+        "weight": material.metallic,
+        "bsdf_0": _dielectric(material),
+        "bsdf_1": _metal(material),
+    }
 
 
 def _textured(material: Material, traits: Traits, textures: TextureFolder) -> Tree:
     """``principled``, its textures made of ours and the values that they multiply."""
-    albedo = METAL_F0[material.metal] if material.metal else material.albedo
-    color: Tree = rgb(albedo)
+    color: Tree = rgb(material.base_color)
     if material.albedo_texture:
-        color = textures.nearest(material.albedo_texture, "color", albedo)
+        color = textures.nearest(material.albedo_texture, "color", material.base_color)
     elif traits.color:
         color = {"type": "mesh_attribute", "name": "vertex_color"}
-    mean = min(max(material.specular * sum(dielectric_f0(material)) / 3, 1e-6), 0.99)
-    tree: Tree = {"type": "principled", "base_color": color, "eta": (1 + math.sqrt(mean)) / (1 - math.sqrt(mean))}
+    tree: Tree = {"type": "principled", "base_color": color, "eta": _index(_mean_f0(material))}
     numbers = {
         "roughness": (material.roughness_texture, material.roughness),
-        "metallic": (material.metallic_texture, 1.0 if material.metal else material.metallic),
+        "metallic": (material.metallic_texture, material.metalness),
     }
     for name, (texture, value) in numbers.items():
         tree[name] = textures.nearest(texture, texture.channel, value) if texture else float(value)
@@ -75,8 +76,7 @@ def _textured(material: Material, traits: Traits, textures: TextureFolder) -> Tr
 
 
 def _metal(material: Material) -> Tree:
-    f0 = material.specular_f0 if material.metal else material.albedo
-    metal: Tree = {"type": "conductor", "material": "none", "specular_reflectance": rgb(f0)}
+    metal: Tree = {"type": "conductor", "material": "none", "specular_reflectance": rgb(material.base_color)}
     if material.alpha >= DELTA_ALPHA:
         metal |= {"type": "roughconductor", "distribution": "ggx", "alpha": float(material.alpha)}
     return metal
@@ -89,8 +89,8 @@ def _dielectric(material: Material) -> Tree:
     F = F0 + (F90 - F0) / 21, Schlick's mean over the hemisphere. The base of ``principled`` loses next to
     nothing, that of ``plastic`` (1 - F)² / (1 - F) for its own F.
     """
-    mean = min(max(material.specular * sum(dielectric_f0(material)) / 3, 1e-6), 0.99)  # Mitsuba wants an index above 1
-    ior = (1 + math.sqrt(mean)) / (1 - math.sqrt(mean))
+    mean = _mean_f0(material)
+    ior = _index(mean)
     passed = [1 - (f0 + (f90 - f0) / 21) for f0, f90 in zip(material.specular_f0, material.specular_f90, strict=True)]
     base = [c * p**2 for c, p in zip(material.albedo, passed, strict=True)]
     if material.alpha >= DELTA_ALPHA:
@@ -98,6 +98,16 @@ def _dielectric(material: Material) -> Tree:
     lost = 1 - (mean + (1 - mean) / 21)
     base = [min(1.0, b / lost) for b in base]
     return {"type": "plastic", "int_ior": ior, "ext_ior": 1.0, "diffuse_reflectance": rgb(base)}
+
+
+def _mean_f0(material: Material) -> float:
+    """Reflectance at normal incidence of the dielectric part, all colours together, as Mitsuba can show it."""
+    return min(max(material.specular * sum(material.dielectric_f0) / 3, 1e-6), 0.99)  # its index is to be above 1
+
+
+def _index(f0: float) -> float:
+    """The index of refraction whose reflectance at normal incidence is ``f0``."""
+    return (1 + math.sqrt(f0)) / (1 - math.sqrt(f0))
 
 
 def note(material: Material, geometry: str, plugin: bool, traits: Traits) -> str:

@@ -5,7 +5,6 @@ The dictionaries are those of :func:`fragtracer.reference.translate.scene_tree`.
 """
 
 from collections.abc import Iterator
-from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -48,12 +47,10 @@ def reach(scene: Scene) -> float:
 
 def _balls(mesh: Mesh) -> Iterator[tuple[Matrix, float]]:
     """Centre and radius of a ball around each part of each copy."""
-    for part, placement in product(mesh.parts, mesh.instances):
-        if len(part.geometry.positions):
-            low, high = part.geometry.positions.min(axis=0), part.geometry.positions.max(axis=0)
-            to_world = placement.matrix @ np.asarray(part.matrix)
-            radius = float(np.linalg.norm(to_world[:3, :3], 2) * np.linalg.norm(high - low) / 2)
-            yield to_world[:3, :3] @ ((low + high) / 2) + to_world[:3, 3], radius
+    for to_world, part in mesh.placed():
+        low, high = part.geometry.bounds
+        radius = float(np.linalg.norm(to_world[:3, :3], 2) * np.linalg.norm(high - low) / 2)
+        yield to_world[:3, :3] @ ((low + high) / 2) + to_world[:3, 3], radius
 
 
 def plane_radius(scene: Scene, plane: Plane) -> float:

@@ -72,11 +72,26 @@ class Material:
         return self.roughness**2
 
     @property
+    def base_color(self) -> Triple:
+        """The albedo, or the reflectance of the metal that takes its place."""
+        return METAL_F0[self.metal] if self.metal else self.albedo
+
+    @property
+    def metalness(self) -> float:
+        """``metallic``, or 1 where ``metal`` takes its place."""
+        return 1.0 if self.metal else self.metallic
+
+    @property
     def diffuse_albedo(self) -> Triple:
         """Albedo of the Lambert base."""
-        base = 0.0 if self.metal else 1.0 - self.metallic
-        r, g, b = self.albedo
+        base = 1.0 - self.metalness
+        r, g, b = self.base_color
         return (base * r, base * g, base * b)
+
+    @property
+    def dielectric_f0(self) -> Triple:
+        """Reflectance at normal incidence of the dielectric part, before ``specular``."""
+        return self.f0 or (reflectance_from_ior(1.5 if self.ior is None else self.ior),) * 3
 
     @property
     def specular_f0(self) -> Triple:
@@ -84,12 +99,8 @@ class Material:
         if self.metal:
             return METAL_F0[self.metal]
         dielectric, metallic = (1 - self.metallic) * self.specular, self.metallic
-        r, g, b = (dielectric * d + metallic * a for d, a in zip(self._dielectric_f0, self.albedo, strict=True))
+        r, g, b = (dielectric * d + metallic * a for d, a in zip(self.dielectric_f0, self.albedo, strict=True))
         return (r, g, b)
-
-    @property
-    def _dielectric_f0(self) -> Triple:
-        return self.f0 or (reflectance_from_ior(1.5 if self.ior is None else self.ior),) * 3
 
     @property
     def specular_f90(self) -> Triple:
@@ -98,7 +109,7 @@ class Material:
             return (1.0, 1.0, 1.0)
         dielectric = (1 - self.metallic) * self.specular
         metallic = self.metallic * grazing_reflectance(max(self.albedo))
-        r, g, b = (dielectric * grazing_reflectance(d) + metallic for d in self._dielectric_f0)
+        r, g, b = (dielectric * grazing_reflectance(d) + metallic for d in self.dielectric_f0)
         return (r, g, b)
 
     @property

@@ -3,6 +3,7 @@
 
 from collections.abc import Iterator
 from functools import cached_property
+from itertools import product
 from typing import Annotated, Any, Self
 
 import numpy as np
@@ -159,6 +160,14 @@ class Mesh:
             for part in self.parts:
                 if len(part.geometry.triangles):
                     yield placement.matrix @ np.asarray(part.matrix), part
+
+    def box_corners(self) -> NDArray[np.float64]:
+        """The corners of the boxes of all parts at all places, in the world, (n, 3); n is 0 without triangles."""
+        found = [np.zeros((0, 3))]
+        for matrix, part in self.placed():
+            corners = np.array(list(product(*part.geometry.bounds.T)))
+            found.append(corners @ matrix[:3, :3].T + matrix[:3, 3])
+        return np.concatenate(found)
 
     def material_of(self, part: Part) -> str:
         """The name of the material that ``part`` has in the scene."""

@@ -11,7 +11,6 @@ import subprocess
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
-from statistics import NormalDist
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,9 +45,8 @@ def judged(ours: Sequence[Means], reference: Sequence[Means], non_finite: int = 
     """Test as many pictures of ours as of the reference, at one of the looks."""
     verdict = judge_means(_stacked(ours), _stacked(reference), alpha=_ALPHA, non_finite=non_finite)
     blocks = verdict.blocks
-    critical = -NormalDist().inv_cdf(blocks.level / 2)
     numbers = verdict.margin, verdict.comparisons, verdict.differing
-    return Finding(len(ours), verdict.outcome, *numbers, blocks.z, blocks.differs, critical)
+    return Finding(len(ours), verdict.outcome, *numbers, blocks.z, blocks.differs, blocks.critical)
 
 
 def _stacked(means: Sequence[Means]) -> dict[str, NDArray[np.float64]]:

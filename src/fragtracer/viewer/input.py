@@ -70,10 +70,6 @@ class Navigator:
             camera = _walked(camera, io)
         return camera, click
 
-    @property
-    def is_dragging(self) -> bool:
-        return bool(self._drag) and self._travel >= _CLICK
-
     def _follow_buttons(self, over: bool, area: Area) -> Click | None:
         io = imgui.get_io()
         click = None

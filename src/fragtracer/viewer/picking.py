@@ -3,13 +3,11 @@
 
 import math
 from collections.abc import Iterator
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fragtracer.scene import Geometry, Mesh, Plane, Rectangle, Scene, Sphere, Triangle
-from fragtracer.scene import Part as MeshPart
+from fragtracer.scene import Geometry, Light, Mesh, Plane, Rectangle, Scene, Sphere, Triangle
 from fragtracer.viewer.document import KINDS, Document, Part
 
 Vector = NDArray[np.float64]
@@ -31,10 +29,13 @@ def pick(document: Document, origin: Vector, direction: Vector) -> tuple[Part, f
 
 
 def bounds(part: object) -> tuple[tuple[float, float, float], float] | None:
-    """Centre and radius of a ball around an object or light; None for what is infinite."""
+    """Centre and radius of a ball around an object or light; None for what is infinite, and for a mesh
+    without triangles."""
     match part:
-        case Plane():
-            return None
+        case Sphere():
+            return part.center, part.radius
+        case Light():
+            return part.position, max(part.radius, 0.1)
         case Rectangle():
             corners = np.asarray([part.corner, np.add(np.add(part.corner, part.edge_u), part.edge_v)])
             center = corners.mean(axis=0)
@@ -44,13 +45,13 @@ def bounds(part: object) -> tuple[tuple[float, float, float], float] | None:
             center = vertices.mean(axis=0)
             radius = float(np.linalg.norm(vertices - center, axis=1).max())
         case Mesh():
-            corners = np.concatenate([_box_corners(p.geometry) @ m[:3, :3].T + m[:3, 3] for p, m in _copies(part)])
+            corners = part.box_corners()
+            if not len(corners):
+                return None
             center = (corners.min(axis=0) + corners.max(axis=0)) / 2
             radius = float(np.linalg.norm(corners - center, axis=1).max())
-        case Sphere():
-            return part.center, part.radius
         case _:
-            return getattr(part, "position"), max(getattr(part, "radius"), 0.1)  # noqa: B009
+            return None
     return (float(center[0]), float(center[1]), float(center[2])), radius
 
 
@@ -105,15 +106,8 @@ def _parallelogram(
     return distance if inside else None
 
 
-def _copies(mesh: Mesh) -> Iterator[tuple[MeshPart, Vector]]:
-    """Each part with each matrix (4, 4) by which a copy of it stands in the world."""
-    for placement in mesh.instances:
-        for part in mesh.parts:
-            yield part, placement.matrix @ np.asarray(part.matrix)
-
-
 def _mesh(mesh: Mesh, origin: Vector, direction: Vector) -> float | None:
-    found = [_copy(part.geometry, matrix, origin, direction) for part, matrix in _copies(mesh)]
+    found = [_copy(part.geometry, matrix, origin, direction) for matrix, part in mesh.placed()]
     return min((distance for distance in found if distance is not None), default=None)
 
 
@@ -123,7 +117,8 @@ def _copy(geometry: Geometry, matrix: Vector, origin: Vector, direction: Vector)
         return None
     inverse = np.linalg.inv(matrix)
     local, along = inverse[:3, :3] @ origin + inverse[:3, 3], inverse[:3, :3] @ direction
-    if not len(geometry.triangles) or not _meets_box(*_box(geometry), local, along):
+    low, high = geometry.bounds
+    if not _meets_box(low, high, local, along):
         return None
     a, b, c = (geometry.positions[geometry.triangles[:, k]] for k in range(3))
     u, v, to_a = b - a, c - a, local - a
@@ -135,18 +130,6 @@ def _copy(geometry: Geometry, matrix: Vector, origin: Vector, direction: Vector)
         s, t = (v * turned).sum(axis=1) * scale, -(u * turned).sum(axis=1) * scale
         inside = (s >= 0) & (t >= 0) & (s + t <= 1) & (distance > _NEAR)
     return float(distance[inside].min()) if inside.any() else None
-
-
-@lru_cache(maxsize=1024)
-def _box(geometry: Geometry) -> tuple[Vector, Vector]:
-    """The least and the largest coordinates."""
-    return geometry.positions.min(axis=0), geometry.positions.max(axis=0)
-
-
-def _box_corners(geometry: Geometry) -> Vector:
-    """(8, 3)."""
-    axes = np.stack(_box(geometry), axis=1)
-    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(8, 3)
 
 
 def _meets_box(low: Vector, high: Vector, origin: Vector, direction: Vector) -> bool:

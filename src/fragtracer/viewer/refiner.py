@@ -111,7 +111,7 @@ class Refiner:
         if self._compiler is None or self.renderer.knows(plan):
             self._waiting = None
             self._adopt(plan)
-        elif self._waiting is not None and _source(self._waiting[0]) == _source(plan):
+        elif self._waiting is not None and self._waiting[0].packed.program == plan.packed.program:
             self._waiting = plan, self._waiting[1]
         else:
             self._waiting = plan, self._ask(plan)
@@ -214,8 +214,3 @@ class Refiner:
             self._compiler.close()
         self._drop_held()
         self.renderer.close()
-
-
-def _source(plan: Plan) -> tuple[object, ...]:
-    """What decides over the program of ``plan``."""
-    return plan.packed.defines, plan.packed.layout, plan.packed.constants

@@ -7,7 +7,7 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from fragtracer.gpu.film import Film
+from fragtracer.gpu.film import Film, standard_error
 
 _FRAMES = 160  # that are plotted
 _SLICES = 16  # in which the film is read, so that no frame waits for all of it
@@ -42,11 +42,8 @@ class FilmStatistics:
             self._slice, self._mean, self._error, self._faults = 0, 0.0, 0.0, 0
 
     def _add(self, mean: NDArray[np.float32], variance: NDArray[np.float32]) -> None:
-        degrees = mean[..., 3:] - 1
-        with np.errstate(divide="ignore", invalid="ignore"):
-            error = np.where(degrees > 0, np.sqrt(np.maximum(variance[..., :3], 0) / degrees), np.inf)
         self._mean += float(mean[..., :3].sum(dtype=np.float64))
-        self._error += float(error.sum(dtype=np.float64))
+        self._error += float(standard_error(mean, variance).sum(dtype=np.float64))
         self._faults += int(variance[..., 3].sum(dtype=np.float64))
 
 

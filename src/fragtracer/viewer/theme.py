@@ -8,7 +8,6 @@ from imgui_bundle import imgui, implot
 FONT_SIZE = 15.0
 ACCENT = (0.98, 0.62, 0.22)
 MUTED = imgui.ImVec4(0.56, 0.58, 0.62, 1.0)
-GOOD = imgui.ImVec4(0.45, 0.80, 0.50, 1.0)
 BAD = imgui.ImVec4(0.98, 0.45, 0.40, 1.0)
 
 _BACKGROUND = (0.105, 0.110, 0.122)

@@ -81,7 +81,7 @@ def with_preset(material: Material, preset: str) -> Material:
     made = {name: getattr(default, name) for name in names}
     if preset in METAL_F0:
         return replace(material, **made | {"metal": preset})
-    made["albedo"] = METAL_F0[material.metal] if material.metal else material.albedo
+    made["albedo"] = material.base_color
     if preset in DIELECTRIC_F0:
         return replace(material, **made | {"f0": (DIELECTRIC_F0[preset],) * 3})
     if preset == _MATTE:

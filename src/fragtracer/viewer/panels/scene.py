@@ -6,7 +6,7 @@ from typing import Any
 
 from imgui_bundle import imgui
 
-from fragtracer.scene import Ambient, Light, Mesh
+from fragtracer.scene import Ambient, Light, Mesh, Scene
 from fragtracer.viewer.document import KINDS, Document, Part
 from fragtracer.viewer.panels import camera, environment, lights, materials, objects, widgets
 from fragtracer.viewer.session import Session
@@ -33,9 +33,8 @@ def draw(session: Session) -> None:
     if widgets.header("Ambient light"):
         scene = session.document.scene
         radiance = widgets.color("Radiance", scene.ambient.radiance, hdr=True)
-        _edit(
-            session, replace(scene, ambient=Ambient(radiance)), "ambient"
-        ) if radiance != scene.ambient.radiance else None
+        if radiance != scene.ambient.radiance:
+            _edit(session, replace(scene, ambient=Ambient(radiance)), "ambient")
 
 
 def _contents(session: Session) -> None:
@@ -121,5 +120,5 @@ def _shapes(document: Document) -> list[Any]:
     return [*scene.spheres, *scene.planes, *scene.rectangles, *scene.triangles, *scene.meshes]
 
 
-def _edit(session: Session, scene: Any, label: str) -> None:
+def _edit(session: Session, scene: Scene, label: str) -> None:
     session.edit(replace(session.document, scene=scene), label)
