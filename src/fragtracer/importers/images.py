@@ -12,7 +12,7 @@ from fragtracer.textures import read_texture
 
 
 @dataclass
-class ImageFiles:
+class ModelImages:
     """Images relative to ``folder``. ``notes`` says which could not be read, and why."""
 
     folder: Path

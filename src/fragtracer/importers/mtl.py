@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from fragtracer.errors import SceneError
-from fragtracer.importers.images import ImageFiles
+from fragtracer.importers.images import ModelImages
 from fragtracer.importers.model import decoded, read_file
 from fragtracer.scene import Image, Material, Texture
 from fragtracer.scene.texture import ColorSpace
@@ -33,7 +33,7 @@ def read_materials(obj: Path, libraries: Iterable[str]) -> tuple[dict[str, Mater
         What is missing, or not supported.
     """
     materials: dict[str, Material] = {}
-    images = ImageFiles(obj.parent)
+    images = ModelImages(obj.parent)
     files: list[Path] = []
     for library in _each(obj.parent, libraries):
         path = obj.parent / library.replace("\\", "/")
@@ -67,7 +67,7 @@ def _tables(text: str) -> dict[str, dict[str, str]]:
     return tables
 
 
-def _material(values: dict[str, str], images: ImageFiles) -> Material:
+def _material(values: dict[str, str], images: ModelImages) -> Material:
     made: dict[str, Any] = {"albedo": _color(values, "kd", 1.0 if "map_kd" in values else 0.5, 1.0)}
     if "map_kd" in values:
         made["albedo_texture"] = _texture(values["map_kd"], "srgb", images)
@@ -97,7 +97,7 @@ def _shine(values: dict[str, str]) -> dict[str, Any]:
     return made | ({"ior": ior} if ior > 1 else {})
 
 
-def _normal_map(values: dict[str, str], images: ImageFiles) -> dict[str, Any]:
+def _normal_map(values: dict[str, str], images: ModelImages) -> dict[str, Any]:
     """``norm`` is one; ``map_bump`` is one where it is not grey, as grey is a height."""
     line = values.get("norm") or values.get("map_bump") or values.get("bump")
     texture = _texture(line, "linear", images) if line else None
@@ -111,7 +111,7 @@ def _normal_map(values: dict[str, str], images: ImageFiles) -> dict[str, Any]:
     return {"normal_texture": texture, "normal_scale": _float(scale[0], 1.0) if scale and "norm" not in values else 1.0}
 
 
-def _alpha(values: dict[str, str], albedo: Texture | None, images: ImageFiles) -> dict[str, Any]:
+def _alpha(values: dict[str, str], albedo: Texture | None, images: ModelImages) -> dict[str, Any]:
     opacity = _number(values, "d", 1.0, 1) if "d" in values else 1 - _number(values, "tr", 0.0, 1)
     made: dict[str, Any] = {"opacity": opacity, "alpha_mode": "blend"} if opacity < 1 else {}
     mask = _texture(values["map_d"], "linear", images) if "map_d" in values else None
@@ -142,7 +142,7 @@ def _with_alpha(albedo: Texture | None, mask: Texture) -> Texture | None:
     return Texture(image, albedo.wrap_u, albedo.wrap_v, albedo.filter, albedo.offset, scale=albedo.scale)
 
 
-def _texture(line: str, color_space: ColorSpace, images: ImageFiles) -> Texture | None:
+def _texture(line: str, color_space: ColorSpace, images: ModelImages) -> Texture | None:
     options, file = _options(line)
     image = images.get(file.replace("\\", "/"), color_space)
     if image is None:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from fragtracer.errors import SceneError
 from fragtracer.images.tone import srgb_decode
-from fragtracer.importers.images import ImageFiles
+from fragtracer.importers.images import ModelImages
 from fragtracer.importers.model import Model, geometry, listed, read_file
 from fragtracer.importers.ply_elements import Element, Table, read_header, read_table
 from fragtracer.importers.polygons import Ints, triangulate
@@ -52,7 +52,7 @@ def read_ply(path: Path) -> Model:
     faces = tables.get("face")
     if vertices is None or not vertices.columns.keys() >= set(_POSITION) or not (faces or strips):
         raise SceneError(f"{path}: this file has no vertices with x, y and z, or no faces")
-    images = ImageFiles(path.parent)
+    images = ModelImages(path.parent)
     part = Part(_geometry(str(path), vertices, faces, strips), path.stem)
     material = Material(albedo=(1, 1, 1)) if part.geometry.colors is not None else Material()
     textures = [comment.split(None, 1)[1] for comment in header.comments if comment.lower().startswith("texturefile ")]

@@ -156,7 +156,7 @@ def _meshes(scene: Scene, index: Mapping[str, int], origin: Floats, extent: floa
         if name in used
     )
     geometries = [geometry for _, geometry in placed]
-    textures = [texture for name in used for texture in materials[name].textures]
+    textures = [texture for name in used for texture in materials[name].textures.values()]
     bumpy = any(materials[name].normal_texture is not None for name in used)
     needed = {
         "normal": bumpy or any(g.normals is not None for g in geometries),

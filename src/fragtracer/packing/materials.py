@@ -9,11 +9,11 @@ import numpy as np
 
 from fragtracer.packing.textures import texture_record
 from fragtracer.scene import Material, Scene, Texture
+from fragtracer.scene.material import TEXTURED
 from fragtracer.shader_composer import CONSTANTS
 from fragtracer.textures.atlas import Atlas, build_atlas, mean_color
 
 MATERIAL_RECORDS = ("Material", "Maps", "Opacity", "Texture")
-MAPS = ("albedo", "roughness", "metallic", "normal", "emission", "occlusion")
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,21 +47,15 @@ def apart(scene: Scene, materials: Mapping[str, Material]) -> tuple[dict[str, Ma
     packed = {name: m if name in meshes - shapes else without_textures(m) for name, m in materials.items()}
     names = {name: name for name in meshes}
     for name in meshes & shapes:
-        if textures_of(materials[name]):
+        if materials[name].textures:
             names[name] = f"{name} on meshes"
             packed[names[name]] = materials[name]
     return packed, names
 
 
-def textures_of(material: Material) -> dict[str, Texture]:
-    """The textures that a material has, by the name of what they change."""
-    found = {name: getattr(material, f"{name}_texture") for name in MAPS}
-    return {name: texture for name, texture in found.items() if texture is not None}
-
-
 def without_textures(material: Material) -> Material:
     """What a surface without texture coordinates is made of."""
-    none: dict[str, Any] = {f"{name}_texture": None for name in textures_of(material)}
+    none: dict[str, Any] = {f"{name}_texture": None for name in material.textures}
     return replace(material, **none) if none else material
 
 
@@ -88,7 +82,7 @@ def pack_materials(materials: Iterable[Material], colored: bool, one_sided: bool
     """Pack ``materials``. ``colored`` says that there are vertices with colours, which change them as well;
     ``one_sided`` that shapes are seen from one side alone, which only meshes see to themselves."""
     materials = list(materials)
-    textures = list(dict.fromkeys(t for m in materials for t in textures_of(m).values()))
+    textures = list(dict.fromkeys(t for m in materials for t in m.textures.values()))
     atlas = build_atlas(texture.image for texture in textures)
     index = {texture: i for i, texture in enumerate(textures)}
     has_maps = bool(textures) or colored
@@ -99,7 +93,7 @@ def pack_materials(materials: Iterable[Material], colored: bool, one_sided: bool
         "Opacity": [_opacity(m, index) for m in materials] if has_alpha else [],
         "Texture": [texture_record(t, atlas.regions[t.image]) for t in textures],
     }
-    used = {name for m in materials for name in textures_of(m)}
+    used = {name for m in materials for name in m.textures}
     defines = {
         "HAS_MAPS": int(has_maps),
         "HAS_ALPHA": int(has_alpha),
@@ -107,7 +101,7 @@ def pack_materials(materials: Iterable[Material], colored: bool, one_sided: bool
         "HAS_TEXTURES": int(bool(textures)),
         "HAS_BYTE_TEXTURES": int(len(atlas.bytes) > 0),
         "HAS_FLOAT_TEXTURES": int(len(atlas.floats) > 0),
-        **{f"HAS_{name.upper()}_TEXTURE": int(name in used) for name in MAPS},
+        **{f"HAS_{name.upper()}_TEXTURE": int(name in used) for name in TEXTURED},
         "HAS_METALLIC_ROUGHNESS": int("metallic" in used and all(_share_texture(m) for m in materials)),
         **_lobes(materials),
     }
@@ -159,7 +153,7 @@ def _material(material: Material) -> dict[str, Any]:
 
 
 def _maps(material: Material, index: Mapping[Texture, int]) -> dict[str, Any]:
-    textures = textures_of(material)
+    textures = material.textures
     dielectric = replace(material, metal=None, metallic=0.0)
     return {
         "albedo": material.base_color,
@@ -169,7 +163,7 @@ def _maps(material: Material, index: Mapping[Texture, int]) -> dict[str, Any]:
         "dielectric_f90": dielectric.specular_f90,
         "normal_scale": material.normal_scale,
         "occlusion_strength": material.occlusion_strength,
-        **{f"{name}_texture": index[textures[name]] if name in textures else -1 for name in MAPS},
+        **{f"{name}_texture": index[textures[name]] if name in textures else -1 for name in TEXTURED},
     }
 
 

@@ -10,6 +10,9 @@ from fragtracer.materials import METAL_F0, grazing_reflectance, reflectance_from
 from fragtracer.scene.fields import CONFIG, Fraction, Number, Reflectance, Strength, Triple
 from fragtracer.scene.texture import Texture
 
+# What a texture can change: NAME of the fields NAME_texture.
+TEXTURED = ("albedo", "roughness", "metallic", "normal", "occlusion", "emission")
+
 
 @dataclass(frozen=True, config=CONFIG)
 class Material:
@@ -113,11 +116,10 @@ class Material:
         return (r, g, b)
 
     @property
-    def textures(self) -> tuple[Texture, ...]:
-        """All its textures."""
-        fields: list[Texture | None] = [self.albedo_texture, self.roughness_texture, self.metallic_texture]
-        fields += [self.normal_texture, self.occlusion_texture, self.emission_texture]
-        return tuple(texture for texture in fields if texture is not None)
+    def textures(self) -> dict[str, Texture]:
+        """Those it has, by what they change, a name of :data:`TEXTURED`."""
+        found = {name: getattr(self, f"{name}_texture") for name in TEXTURED}
+        return {name: texture for name, texture in found.items() if texture is not None}
 
     @property
     def is_emissive(self) -> bool:

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Scene files: a TOML file, by its path or as the name of a bundled one, to a :class:`Scene` and back.
 
-The tables are ``[camera]``, ``[render]``, ``[ambient]``, ``[material.NAME]``, ``[[light]]``, ``[[sphere]]``,
-``[[plane]]``, ``[[rectangle]]`` and ``[[triangle]]``, under a ``description``; their keys are the fields of the
-dataclasses of :mod:`fragtracer.scene`. The ``f0`` of a material may also name a dielectric of ``DIELECTRIC_F0``.
+The tables are ``[camera]``, ``[render]``, ``[ambient]``, ``[environment]``, ``[material.NAME]``, ``[[light]]``,
+``[[sphere]]``, ``[[plane]]``, ``[[rectangle]]``, ``[[triangle]]`` and ``[[mesh]]``, under a ``description``; their
+keys are the fields of the dataclasses of :mod:`fragtracer.scene`, with the name of a file where these hold pixels or
+triangles. The ``f0`` of a material may also name a dielectric of ``DIELECTRIC_F0``.
 """
 
 import re
@@ -23,7 +24,6 @@ from fragtracer.scene.environment import Panorama
 from fragtracer.scene_file.beside import with_files
 from fragtracer.scene_file.document import from_document, to_document
 from fragtracer.scene_file.tables import show, suggest, too_large
-from fragtracer.scene_file.textures import TEXTURES
 
 _MOST_MISTAKES = 10
 
@@ -63,8 +63,8 @@ def load(name_or_path: str | Path, light_models: bool = True) -> Scene:
 def files_behind(scene: Scene) -> set[Path]:
     """The files that a scene needs besides its own: of its meshes, with what those name, and of its textures."""
     files = {path for mesh in scene.meshes if mesh.file for path in files_of(mesh.file)}
-    textures = (getattr(material, key) for material in scene.materials.values() for key in TEXTURES)
-    images: list[Image | Panorama] = [texture.image for texture in textures if texture]
+    textures = (texture for material in scene.materials.values() for texture in material.textures.values())
+    images: list[Image | Panorama] = [texture.image for texture in textures]
     if scene.environment is not None and scene.environment.image is not None:
         images.append(scene.environment.image)
     return files | {Path(image.file) for image in images if image.file}

@@ -12,10 +12,9 @@ import numpy as np
 from fragtracer.images import output, write_image
 from fragtracer.importers import read_model
 from fragtracer.importers.arrays import write_arrays
-from fragtracer.scene import Environment, Image, Material, Mesh, Panorama, Scene, Texture
+from fragtracer.scene import Environment, Image, Material, Mesh, Panorama, Scene
 from fragtracer.scene.content import content_digest
 from fragtracer.scene_file.meshes import Models, is_stored
-from fragtracer.scene_file.textures import TEXTURES
 
 
 def with_files(scene: Scene, path: Path) -> Scene:
@@ -57,10 +56,9 @@ def _write_mesh(mesh: Mesh, path: Path) -> Mesh:
 
 def _with_images(material: Material, path: Path) -> Material:
     changes: dict[str, Any] = {}
-    for key in TEXTURES:
-        texture: Texture | None = getattr(material, key)
-        if texture is not None and texture.image.file is None:
-            changes[key] = replace(texture, image=_write_image(texture.image, key.removesuffix("_texture"), path))
+    for name, texture in material.textures.items():
+        if texture.image.file is None:
+            changes[f"{name}_texture"] = replace(texture, image=_write_image(texture.image, name, path))
     return replace(material, **changes)
 
 

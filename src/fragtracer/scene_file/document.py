@@ -2,7 +2,6 @@
 """The tables of a scene file, as a TOML parser returns them, to a :class:`Scene` and back."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any
 
@@ -23,8 +22,8 @@ from fragtracer.scene import (
 )
 from fragtracer.scene_file.environments import environment, plain_environment
 from fragtracer.scene_file.meshes import plain_meshes, read_meshes
-from fragtracer.scene_file.tables import build, join, show, suggest
-from fragtracer.scene_file.textures import TEXTURES, ImageFiles, plain_texture, texture
+from fragtracer.scene_file.tables import build, join, plain, show, suggest
+from fragtracer.scene_file.textures import TEXTURES, SceneImages, plain_texture, texture
 
 _TABLES = {"camera": Camera, "render": RenderSettings, "ambient": Ambient}
 _SHAPES = {"sphere": Sphere, "plane": Plane, "rectangle": Rectangle, "triangle": Triangle}
@@ -51,7 +50,7 @@ def from_document(document: Mapping[str, Any], name: str, folder: Path, mistakes
     Scene or None
         None if there is a mistake.
     """
-    images = ImageFiles(folder)
+    images = SceneImages(folder)
     values = {key: _section(key, value, images, mistakes) for key, value in document.items() if key != "mesh"}
     values["mesh"], found = read_meshes(document.get("mesh", []), folder, mistakes)
     mistakes += _missing_materials(document, found)
@@ -62,7 +61,7 @@ def from_document(document: Mapping[str, Any], name: str, folder: Path, mistakes
     return _scene({plurals.get(key, key): value for key, value in values.items()} | {"name": name}, mistakes)
 
 
-def _section(key: str, value: Any, images: ImageFiles, mistakes: list[str]) -> Any:
+def _section(key: str, value: Any, images: SceneImages, mistakes: list[str]) -> Any:
     if key in _ARRAYS:
         return _array(_ARRAYS[key], value, key, mistakes)
     if key in _TABLES and isinstance(value, Mapping):
@@ -93,7 +92,7 @@ def _array(cls: type, value: Any, path: str, mistakes: list[str]) -> list[Any]:
     return [build(cls, table, f"{path}[{index}]", mistakes) for index, table in enumerate(value)]
 
 
-def _material(table: Any, path: str, images: ImageFiles, mistakes: list[str]) -> Material | None:
+def _material(table: Any, path: str, images: SceneImages, mistakes: list[str]) -> Material | None:
     if not isinstance(table, Mapping):
         mistakes.append(f"{path}: a material is a table with a name, written [material.NAME], got {show(table)}")
         return None
@@ -142,22 +141,17 @@ def _scene(values: dict[str, Any], mistakes: list[str]) -> Scene | None:
 def to_document(scene: Scene, folder: Path) -> dict[str, Any]:
     """The tables of a file in ``folder`` for a scene, without what has its default value."""
     document: dict[str, Any] = {"description": scene.description} if scene.description else {}
-    document |= {key: table for key in _TABLES if (table := _plain(getattr(scene, key)))}
+    document |= {key: table for key in _TABLES if (table := plain(getattr(scene, key)))}
     if scene.environment is not None:
         document["environment"] = plain_environment(scene.environment, folder)
     meshes, found = plain_meshes(scene, folder)
     own = {name: item for name, item in scene.materials.items() if found.get(name) != item}
     if own:
         document["material"] = {name: _plain_material(item, folder) for name, item in own.items()}
-    arrays = {"mesh": meshes, **{key: [_plain(item) for item in getattr(scene, f"{key}s")] for key in _ARRAYS}}
+    arrays = {"mesh": meshes, **{key: [plain(item) for item in getattr(scene, f"{key}s")] for key in _ARRAYS}}
     return document | {key: items for key, items in arrays.items() if items}
 
 
 def _plain_material(material: Material, folder: Path) -> dict[str, Any]:
-    values = _plain(material)
-    return {key: plain_texture(key, item, folder) if key in TEXTURES else item for key, item in values.items()}
-
-
-def _plain(item: Any) -> dict[str, Any]:
-    values = {field.name: (getattr(item, field.name), field.default) for field in fields(item)}
-    return {key: value for key, (value, default) in values.items() if default is MISSING or value != default}
+    values = plain(material).items()
+    return {key: plain_texture(key, item, folder) if key in TEXTURES else item for key, item in values}

@@ -3,7 +3,6 @@
 
 import os
 import warnings
-from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,7 @@ import numpy as np
 from fragtracer.errors import FragtracerError, OutputError
 from fragtracer.images import read_image
 from fragtracer.scene import Environment, Gradient, Panorama, Sky
-from fragtracer.scene_file.tables import build, join, show, suggest
+from fragtracer.scene_file.tables import build, join, plain, show, suggest
 from fragtracer.scene_file.textures import relative
 
 _SOURCES = {"gradient": Gradient, "sky": Sky}
@@ -84,16 +83,11 @@ def plain_environment(environment: Environment, folder: Path) -> dict[str, Any]:
     OutputError
         If its picture is in no file.
     """
-    table = _plain(environment)
+    table = plain(environment)
     for key in _SOURCES.keys() & table.keys():
-        table[key] = _plain(table[key])
+        table[key] = plain(table[key])
     if (image := table.pop("image", None)) is not None:
         if image.file is None:
             raise OutputError("environment: its picture is in no file; fragtracer.save writes one beside the scene")
         table = {"file": relative(image.file, folder)} | table
     return table
-
-
-def _plain(item: Environment | Gradient | Sky) -> dict[str, Any]:
-    values: Mapping[str, tuple[Any, Any]] = {f.name: (getattr(item, f.name), f.default) for f in fields(item)}
-    return {key: value for key, (value, default) in values.items() if value != default}

@@ -10,7 +10,7 @@ from typing import Any
 from fragtracer.errors import OutputError, SceneError
 from fragtracer.importers import Model, qualified, read_model
 from fragtracer.scene import Material, Mesh, Placement, Scene
-from fragtracer.scene_file.tables import build, join, show, suggest
+from fragtracer.scene_file.tables import build, join, plain, show, suggest
 from fragtracer.scene_file.textures import relative
 
 _PLACEMENT = tuple(item.name for item in fields(Placement))
@@ -153,5 +153,4 @@ def _plain_mesh(mesh: Mesh, folder: Path) -> dict[str, Any]:
 
 def _plain_placement(placement: Placement) -> dict[str, Any]:
     """What is not the default, and the translation in any case: tomli_w would write an inline table without."""
-    values = [(item.name, getattr(placement, item.name), item.default) for item in fields(placement)]
-    return {name: value for name, value, default in values if value != default or name == "translation"}
+    return {"translation": placement.translation} | plain(placement)

@@ -7,7 +7,7 @@ import math
 import re
 import types
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import fields
+from dataclasses import MISSING, fields
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
 from pydantic import ValidationError
@@ -77,6 +77,12 @@ def build(cls: type[T], table: Any, path: str, mistakes: list[str]) -> T | None:
         return None
     mistakes += unknown
     return None if unknown else made
+
+
+def plain(item: Any) -> dict[str, Any]:
+    """The fields of a dataclass that have not their default value, by name: the inverse of :func:`build`."""
+    values = {field.name: (getattr(item, field.name), field.default) for field in fields(item)}
+    return {name: value for name, (value, default) in values.items() if default is MISSING or value != default}
 
 
 def suggest(name: str, allowed: Iterable[str]) -> str:

@@ -11,11 +11,12 @@ import numpy as np
 
 from fragtracer.errors import FragtracerError, OutputError
 from fragtracer.scene import Image, Texture
+from fragtracer.scene.material import TEXTURED
 from fragtracer.scene.texture import ColorSpace
-from fragtracer.scene_file.tables import build, join, show, suggest
+from fragtracer.scene_file.tables import build, join, plain, show, suggest
 from fragtracer.textures import read_texture
 
-TEXTURES = tuple(f"{name}_texture" for name in ("albedo", "roughness", "metallic", "normal", "occlusion", "emission"))
+TEXTURES = tuple(f"{name}_texture" for name in TEXTURED)
 _LINEAR_SUFFIXES = (".exr", ".hdr", ".npy")
 _COLORS = ("albedo_texture", "emission_texture")
 _SPACES: tuple[ColorSpace, ...] = get_args(ColorSpace)
@@ -23,7 +24,7 @@ KEYS = ("file", "color_space", *(item.name for item in fields(Texture) if item.n
 
 
 @dataclass
-class ImageFiles:
+class SceneImages:
     """The image files of one scene file, each read once; their paths are relative to ``folder``."""
 
     folder: Path
@@ -49,7 +50,7 @@ def _array(path: Path, color_space: ColorSpace) -> Image:
         ) from error
 
 
-def texture(key: str, value: Any, path: str, images: ImageFiles, mistakes: list[str]) -> Texture | None:
+def texture(key: str, value: Any, path: str, images: SceneImages, mistakes: list[str]) -> Texture | None:
     """Make the texture that ``value`` describes.
 
     Parameters
@@ -112,10 +113,7 @@ def plain_texture(key: str, texture: Texture, folder: Path) -> str | dict[str, A
     table: dict[str, Any] = {"file": file}
     if texture.image.color_space != implied_space(key, file):
         table["color_space"] = texture.image.color_space
-    for item in fields(texture):
-        value = getattr(texture, item.name)
-        if item.name != "image" and value != item.default:
-            table[item.name] = value
+    table |= {name: value for name, value in plain(texture).items() if name != "image"}
     return table if len(table) > 1 else file
 
 

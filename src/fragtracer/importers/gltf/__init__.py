@@ -13,7 +13,7 @@ from fragtracer.errors import SceneError
 from fragtracer.importers.gltf import document as gltf
 from fragtracer.importers.gltf.container import Container
 from fragtracer.importers.gltf.geometry import Primitives
-from fragtracer.importers.gltf.materials import Materials, parse
+from fragtracer.importers.gltf.materials import Materials
 from fragtracer.importers.gltf.nodes import PlacedNode, placed_nodes
 from fragtracer.importers.gltf.skins import Skins
 from fragtracer.importers.model import Model, bounds, check_size, listed, matrix_rows, triple
@@ -51,7 +51,7 @@ def read_gltf(path: Path) -> Model:
     container = Container(path)
     document = container.document
     _refuse(container)
-    notes = [*(name for name in document.extensionsUsed if name not in _SUPPORTED)]
+    notes = [name for name in document.extensionsUsed if name not in _SUPPORTED]
     notes += ["animations"] if document.animations else []
     placed = list(placed_nodes(container))
     parts, used = _parts(container, placed, notes)
@@ -143,11 +143,11 @@ def _cameras(
 def _lights(
     container: Container, placed: list[PlacedNode], low: Floats, high: Floats, notes: list[str]
 ) -> tuple[Light, ...]:
-    given = parse(container, gltf.PunctualLights, container.document, _LIGHTS, "the document")
+    given = container.extension(gltf.PunctualLights, container.document, _LIGHTS, "the document")
     found = []
     for index, node, matrix in placed:
         place = f"nodes[{index}]"
-        link = parse(container, gltf.NodeLight, node, _LIGHTS, place)
+        link = container.extension(gltf.NodeLight, node, _LIGHTS, place)
         if link is None:
             continue
         light: gltf.PunctualLight = container.item(given.lights if given else [], link.light, f"{place}.light")

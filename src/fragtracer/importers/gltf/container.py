@@ -8,15 +8,16 @@ import os
 import re
 import struct
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 from urllib.parse import unquote, unquote_to_bytes
 
 from pydantic import ValidationError
 
 from fragtracer.errors import SceneError
-from fragtracer.importers.gltf.document import Document, first_mistake
+from fragtracer.importers.gltf.document import Document, Item, first_mistake
 from fragtracer.importers.model import read_file
 
+T = TypeVar("T", bound=Item)
 _JSON, _BIN = 0x4E4F534A, 0x004E4942
 
 
@@ -47,6 +48,15 @@ class Container:
         if index >= len(items):
             raise self.error(place, f"there is no number {index}, only {len(items)} of them")
         return items[index]
+
+    def extension(self, cls: type[T], item: Item, name: str, place: str) -> T | None:
+        """The extension ``name`` of ``item``, as a ``cls``; None where it has none."""
+        if name not in item.extensions:
+            return None
+        try:
+            return cls.model_validate(item.extensions[name])
+        except ValidationError as error:
+            raise self.error(f"{place}.extensions.{name}", first_mistake(error)) from error
 
     def view(self, index: int, place: str) -> memoryview:
         """The bytes of a buffer view."""

@@ -2,10 +2,7 @@
 """Materials of glTF 2.0 (section 3.9) and their extensions to materials of the scene model."""
 
 import os
-from collections.abc import Callable
-from typing import Any, TypeVar
-
-from pydantic import ValidationError
+from typing import Any
 
 from fragtracer.errors import FragtracerError
 from fragtracer.importers.gltf import document as gltf
@@ -16,7 +13,6 @@ from fragtracer.scene.fields import LARGEST
 from fragtracer.scene.texture import ColorSpace, Wrap
 from fragtracer.textures import read_texture
 
-T = TypeVar("T", bound=gltf.Item)
 _WRAPS: dict[int, Wrap] = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
 _NEAREST = 9728
 _MOST_PIXELS = 2**29  # of all images together
@@ -39,7 +35,7 @@ class Materials:
         base = pbr.baseColorFactor
         shared = pbr.metallicRoughnessTexture
         occlusion, normal = item.occlusionTexture, item.normalTexture
-        strength = self._extension(gltf.EmissiveStrength, item, "KHR_materials_emissive_strength", place)
+        strength = self._container.extension(gltf.EmissiveStrength, item, "KHR_materials_emissive_strength", place)
         scale = strength.emissiveStrength if strength else 1.0
         made: dict[str, Any] = {
             "albedo": base[:3],
@@ -60,7 +56,7 @@ class Materials:
             "double_sided": item.doubleSided,
             "unlit": "KHR_materials_unlit" in item.extensions,
         }
-        old = self._extension(gltf.SpecularGlossiness, item, "KHR_materials_pbrSpecularGlossiness", place)
+        old = self._container.extension(gltf.SpecularGlossiness, item, "KHR_materials_pbrSpecularGlossiness", place)
         made |= self._reflectance(item, place) if old is None else self._specular_glossiness(old, place)
         if item.alphaMode == "MASK" and item.alphaCutoff > 1:  # no alpha reaches it
             made["opacity"] = 0.0
@@ -82,8 +78,8 @@ class Materials:
         }
 
     def _reflectance(self, item: gltf.Material, place: str) -> dict[str, Any]:
-        ior = self._extension(gltf.Ior, item, "KHR_materials_ior", place)
-        specular = self._extension(gltf.Specular, item, "KHR_materials_specular", place)
+        ior = self._container.extension(gltf.Ior, item, "KHR_materials_ior", place)
+        specular = self._container.extension(gltf.Specular, item, "KHR_materials_specular", place)
         # An index of 0 asks for no refraction at all; one between 0 and 1 is not valid.
         index = 1.5 if ior is None else ior.ior
         f0 = reflectance_from_ior(max(index, 1.0)) if index else 1.0
@@ -94,9 +90,6 @@ class Materials:
         color = tuple(min(f0 * channel, 1.0) for channel in specular.specularColorFactor)
         return {"specular": specular.specularFactor, "f0": color}
 
-    def _extension(self, cls: type[T], item: gltf.Item, name: str, place: str) -> T | None:
-        return parse(self._container, cls, item, name, place)
-
     def _texture(
         self, info: gltf.TextureInfo | None, place: str, color_space: ColorSpace, channel: str = "r"
     ) -> Texture | None:
@@ -105,7 +98,7 @@ class Materials:
         document = self._container.document
         item: gltf.Texture = self._container.item(document.textures, info.index, f"{place}: texture")
         image = self._image(item, f"textures[{info.index}]", color_space)
-        moved = parse(self._container, gltf.TextureTransform, info, "KHR_texture_transform", place)
+        moved = self._container.extension(gltf.TextureTransform, info, "KHR_texture_transform", place)
         moved = moved or gltf.TextureTransform()
         coordinates = info.texCoord if moved.texCoord is None else moved.texCoord
         if coordinates > 1:
@@ -166,17 +159,3 @@ class Materials:
 def _embedded(data: bytes, color_space: ColorSpace, name: str) -> Image:
     """An image that is in no file of its own."""
     return Image(read_texture(data, color_space, name).pixels, color_space)
-
-
-def parse(container: Container, cls: type[T], item: gltf.Item, name: str, place: str) -> T | None:
-    """The extension ``name`` of ``item``, None where it has none."""
-    if name not in item.extensions:
-        return None
-    return _valid(lambda: cls.model_validate(item.extensions[name]), container, f"{place}.extensions.{name}")
-
-
-def _valid(make: Callable[[], T], container: Container, place: str) -> T:
-    try:
-        return make()
-    except ValidationError as error:
-        raise container.error(place, gltf.first_mistake(error)) from error

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: MIT
 """A material: presets, and every number of it."""
 
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import get_args, get_type_hints
 
 from fragtracer.materials import DIELECTRIC_F0, METAL_F0
-from fragtracer.scene import Material, Texture
+from fragtracer.scene import Material
 from fragtracer.viewer.panels import widgets
 
 CUSTOM = "custom"
@@ -55,12 +55,10 @@ def _surface(material: Material) -> dict[str, object]:
 
 def _textures(material: Material) -> None:
     """What images lie on it, to be read."""
-    for field in fields(material):
-        texture = getattr(material, field.name)
-        if isinstance(texture, Texture):
-            height, width = texture.image.pixels.shape[:2]
-            name = Path(texture.image.file).name if texture.image.file else "not from a file"
-            widgets.pair(f"{field.name.removesuffix('_texture')} map".capitalize(), f"{name}, {width} × {height}")
+    for name, texture in material.textures.items():
+        height, width = texture.image.pixels.shape[:2]
+        file = Path(texture.image.file).name if texture.image.file else "not from a file"
+        widgets.pair(f"{name} map".capitalize(), f"{file}, {width} × {height}")
 
 
 def preset_of(material: Material) -> str:
