@@ -522,7 +522,7 @@ def compares_split_sum_with_the_truth() -> None:
         hand.until(lambda: viewer.wipe._batches is not None and len(viewer.wipe._batches.means) >= 4, "pictures", 60)
         assert viewer.wipe._batches is not None
         assert viewer.wipe._reference is not None
-        values = difference.relative(viewer.wipe._batches.means, viewer.wipe._reference.means)
+        values = difference.relative_blocks(viewer.wipe._batches.means, viewer.wipe._reference.means)
         assert values.max() > 0.05, "the approximation sees the sky through the balls"
         hand.frames(2)
         if "SHOT" in os.environ:

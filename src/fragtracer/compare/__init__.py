@@ -3,7 +3,7 @@
 
 ::
 
-    from fragtracer.compare import compare_scene, to_json, write_report
+    from fragtracer.compare import compare_scene, summary, to_json, write_report
 
     comparison = compare_scene(ft.load("three-spheres"))
     print(summary(comparison))

@@ -6,7 +6,7 @@ differences of neighbours add up to the whole difference, pixel by pixel: nothin
 order, and what an error is worth depends on those that were made before it.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
@@ -15,12 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.compare.machine import describe_machine
+from fragtracer.compare.measures import relative
+from fragtracer.compare.sides import Progress, part_of
 from fragtracer.renderer import Renderer
 from fragtracer.scene import Scene
 from fragtracer.shader_composer import CONSTANTS
 
 Floats = NDArray[np.float64]
-Progress = Callable[[str, float, int], None]
 
 SPP = 1024
 BOUNCES = 8  # of the truth, at least
@@ -134,8 +135,7 @@ class Approximation:
     def relative(self, stage: int = -1, against: int = 0) -> Floats:
         """(stage - another) / truth of each pixel's mean of the colours, (height, width)."""
         change = (self.pictures[stage] - self.pictures[against]).mean(axis=2)
-        truth = self.truth.mean(axis=2)
-        return np.asarray(change / np.maximum(truth, max(0.01 * truth.mean(), 1e-30)))
+        return relative(change, self.truth.mean(axis=2))
 
 
 def measure_approximation(
@@ -160,15 +160,11 @@ def measure_approximation(
             pictures = []
             for number, half_seed in enumerate(np.random.SeedSequence(seed).generate_state(2)):
                 renderer.reset(seed=int(half_seed))
-                renderer.sample(each, _part(progress, stage.name, number * each, 2 * each))
+                renderer.sample(each, part_of(progress, stage.name, number * each, 2 * each))
                 pictures.append(renderer.image())
         halves.append(pictures)
     surfaces, depth = _surfaces(scene, size, context)
     return Approximation(scene, tuple(found), np.asarray(halves, np.float64), surfaces, depth, 2 * each, device)
-
-
-def _part(progress: Progress | None, name: str, before: int, spp: int) -> Callable[[float], None] | None:
-    return None if progress is None else lambda done: progress(name, done % spp or spp if before else done, spp)
 
 
 def _surfaces(scene: Scene, size: tuple[int, int] | None, context: Any) -> tuple[NDArray[np.bool_], Floats]:

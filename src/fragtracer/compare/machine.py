@@ -16,11 +16,11 @@ def describe_machine() -> dict[str, str]:
     """Date, processor, system and versions, as text by name."""
     facts = {
         "date": datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
-        "processor": f"{processor()}, {_cores()} cores",
+        "processor": f"{processor()}, {cores()} cores",
         "system": f"{platform.system()} {platform.release()}",
         "python": platform.python_version(),
     }
-    return facts | {name: _version(name) for name in _PACKAGES}
+    return facts | {name: package_version(name) or "not installed" for name in _PACKAGES}
 
 
 def processor() -> str:
@@ -37,13 +37,14 @@ def processor() -> str:
     return platform.processor() or platform.machine()
 
 
-def _cores() -> int:
-    """That this process may use."""
+def cores() -> int:
+    """How many cores this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _version(package: str) -> str:
+def package_version(package: str) -> str | None:
+    """The version of a Python package; None where it is not installed."""
     try:
         return version(package)
     except PackageNotFoundError:
-        return "not installed"
+        return None

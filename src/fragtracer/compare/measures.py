@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from fragtracer.compare.sides import Side
 from fragtracer.images.tone import srgb_encode
 
+_DARK = 0.01  # of the mean radiance
 _WHITE_QUANTILE, _WHITE = 0.9, 0.8  # the quantile of the pixels' brightest channels that is shown as 0.8
 
 
@@ -60,6 +61,11 @@ def measure(ours: Side, reference: Side) -> Measures:
 def _noise(side: Side) -> float:
     """Root mean square error of ``side.picture``."""
     return float(np.sqrt(side.pictures.var(axis=0, ddof=1, dtype=np.float64).mean() / len(side.pictures)))
+
+
+def relative(change: NDArray[np.floating], truth: NDArray[np.floating]) -> NDArray[np.float64]:
+    """``change`` over ``truth``, which counts as 1 % of its mean where it is darker."""
+    return np.asarray(change / np.maximum(truth, max(_DARK * truth.mean(), 1e-30)))
 
 
 def auto_exposure(picture: NDArray[np.float32]) -> float:

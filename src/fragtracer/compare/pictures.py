@@ -3,13 +3,14 @@
 
 import base64
 import io
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from fragtracer.compare.measures import displayed
+from fragtracer.compare.measures import displayed, relative
 from fragtracer.compare.run import Comparison
 from fragtracer.images import output
 
@@ -18,7 +19,6 @@ Bytes = NDArray[np.uint8]
 # ColorBrewer's RdBu, from blue through white to red (Harrower and Brewer 2003, "ColorBrewer.org").
 DIVERGING = ("#2166ac", "#4393c3", "#92c5de", "#d1e5f0", "#f7f7f7", "#fddbc7", "#f4a582", "#d6604d", "#b2182b")
 _ANCHORS = np.array([[int(colour[i : i + 2], 16) for i in (1, 3, 5)] for colour in DIVERGING])
-_DARK = 0.01  # of the mean radiance: darker pixels' differences are shown relative to this
 _CAPTION, _GAP = 22, 8  # pixels
 
 
@@ -29,17 +29,21 @@ def diverging(values: NDArray[np.floating], limit: float) -> Bytes:
     return np.stack(channels, axis=-1).round().astype(np.uint8)
 
 
+def developed(radiance: NDArray[np.floating], exposure: float) -> Bytes:
+    """8-bit sRGB of linear ``radiance``, after ``exposure`` stops."""
+    return (displayed(radiance.astype(np.float32), exposure) * 255).round().astype(np.uint8)
+
+
 def shown(comparison: Comparison) -> tuple[Bytes, Bytes]:
     """Ours and Mitsuba's picture as 8-bit sRGB, under one exposure."""
     exposure = comparison.measures.exposure
-    ours, reference = (displayed(side.picture, exposure) for side in (comparison.ours, comparison.reference))
-    return (ours * 255).round().astype(np.uint8), (reference * 255).round().astype(np.uint8)
+    return developed(comparison.ours.picture, exposure), developed(comparison.reference.picture, exposure)
 
 
 def relative_difference(comparison: Comparison) -> NDArray[np.float64]:
     """(ours - Mitsuba's) / Mitsuba's of each pixel's mean of the colours, (height, width)."""
     ours, reference = (side.picture.mean(axis=2, dtype=np.float64) for side in (comparison.ours, comparison.reference))
-    return np.asarray((ours - reference) / np.maximum(reference, max(_DARK * reference.mean(), 1e-30)))
+    return relative(ours - reference, reference)
 
 
 def round_limit(values: NDArray[np.floating]) -> float:
@@ -77,17 +81,35 @@ def write_side_by_side(path: str | Path, comparison: Comparison) -> None:
     OutputError
         If the file cannot be written.
     """
-    output.check_writable(path, [".png"])
     difference = relative_difference(comparison)
     limit = round_limit(difference)
     panels = [*shown(comparison), diverging(difference, limit)]
-    captions = ["fragtracer", "Mitsuba", f"difference, blue -{limit:.0%} to red +{limit:.0%}"]
-    width, height = comparison.size
-    canvas = Image.new("RGBA", (3 * width + 2 * _GAP, height + _CAPTION), (0, 0, 0, 0))
+    write_panels(path, panels, ["fragtracer", "Mitsuba", difference_caption(limit)])
+
+
+def difference_caption(limit: float) -> str:
+    """What to write below the colours of :func:`diverging`."""
+    return f"difference, blue -{limit:.0%} to red +{limit:.0%}"
+
+
+def write_panels(path: str | Path, panels: Sequence[Bytes], captions: Sequence[str], columns: int = 3) -> None:
+    """Write pictures of one size to a .png file, in rows of ``columns``, each over its caption.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+    """
+    output.check_writable(path, [".png"])
+    height, width, _ = panels[0].shape
+    across, down = width + _GAP, height + _CAPTION + _GAP
+    rows = -(-len(panels) // columns)
+    canvas = Image.new("RGBA", (columns * across - _GAP, rows * down - _GAP), (0, 0, 0, 0))
     draw = ImageDraw.Draw(canvas)
     for i, (panel, caption) in enumerate(zip(panels, captions, strict=True)):
-        left = i * (width + _GAP)
-        canvas.paste(Image.fromarray(panel), (left, 0))
-        draw.text((left + width / 2, height + _CAPTION / 2), caption, (128, 128, 128), ImageFont.load_default(13), "mm")
+        left, top = i % columns * across, i // columns * down
+        canvas.paste(Image.fromarray(panel), (left, top))
+        place = (left + width / 2, top + height + _CAPTION / 2)
+        draw.text(place, caption, (128, 128, 128), ImageFont.load_default(13), "mm")
     with output.replacing(path) as part:
         canvas.save(part, "PNG", optimize=True)

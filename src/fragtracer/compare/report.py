@@ -6,45 +6,24 @@ from typing import Any
 
 import numpy as np
 
-from fragtracer.compare import charts, numbers, pictures, statistics, words
+from fragtracer.compare import charts, numbers, page, pictures, statistics, words
 from fragtracer.compare.run import Comparison
-from fragtracer.errors import FragtracerError
-from fragtracer.images import output
 
-_FOLDER = Path(__file__).parent
+_TEMPLATE = "report.html.jinja"
 _Z_LIMIT = 5.0
 
 
 def write_report(path: str | Path, comparison: Comparison) -> None:
-    """Write the report of ``comparison`` to an .html file.
+    """Write the report of ``comparison`` to an .html file; errors as of :func:`.page.write_page`.
 
     Pictures, charts and styles are inside, so the file can be mailed or printed as it is.
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written.
-    FragtracerError
-        If Jinja is not installed.
     """
-    output.check_writable(path, [".html"])
-    text = render_report(comparison)
-    with output.replacing(path) as part:
-        part.write_text(text, "utf-8", newline="\n")
+    page.write_page(path, _TEMPLATE, _facts(comparison) | _pictures(comparison))
 
 
 def render_report(comparison: Comparison) -> str:
     """The text of the report."""
-    try:
-        from jinja2 import Environment, FileSystemLoader, StrictUndefined
-    except ImportError as error:
-        raise FragtracerError("Jinja is not installed; pip install 'fragtracer[reference]'") from error
-    loader = FileSystemLoader(_FOLDER)
-    environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True)
-    environment.filters |= {"percent": words.percent, "exact": words.exact, "minus": words.minus}
-    environment.globals |= {"with_error": words.with_error}
-    facts = _facts(comparison) | _pictures(comparison) | {"style": (_FOLDER / "report.css").read_text("utf-8")}
-    return environment.get_template("report.html.jinja").render(facts)
+    return page.rendered(_TEMPLATE, _facts(comparison) | _pictures(comparison))
 
 
 def _facts(comparison: Comparison) -> dict[str, Any]:

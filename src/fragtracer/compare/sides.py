@@ -67,7 +67,7 @@ def render_ours(
         device = renderer.context_info["GL renderer"]
         for batch_seed in np.random.SeedSequence((seed, 0)).generate_state(batches):
             renderer.reset(seed=int(batch_seed))
-            report = _part(progress, OURS, each * len(pictures), spp)
+            report = part_of(progress, OURS, each * len(pictures), spp)
             start = time.perf_counter()
             renderer.sample(each, report)
             pictures.append(renderer.image())
@@ -77,9 +77,9 @@ def render_ours(
     return Side(OURS, np.stack(pictures), spp, starting, rendering, device, non_finite)
 
 
-def _part(progress: Progress | None, side: str, before: int, spp: int) -> Callable[[float], None] | None:
-    """A report of one batch, made a part of that of all."""
-    return None if progress is None else lambda done: progress(side, before + done, spp)
+def part_of(progress: Progress | None, name: str, before: int, spp: int) -> Callable[[float], None] | None:
+    """A report of one batch, made a part of that of all ``spp`` samples, ``before`` of which are done."""
+    return None if progress is None else lambda done: progress(name, before + done, spp)
 
 
 def render_reference(

@@ -7,26 +7,25 @@ import numpy as np
 from imgui_bundle import imgui
 from numpy.typing import NDArray
 
+from fragtracer.compare.measures import relative
 from fragtracer.compare.pictures import diverging, round_limit
 from fragtracer.compare.verdict import Means
 from fragtracer.viewer.layout import Area
 from fragtracer.viewer.panels import significance
 from fragtracer.viewer.panels.widgets import units
 
-_DARK = 0.01  # of the mean radiance: darker blocks' differences are shown relative to this
 
-
-def relative(ours: Sequence[Means], truth: Sequence[Means]) -> NDArray[np.float64]:
+def relative_blocks(ours: Sequence[Means], truth: Sequence[Means]) -> NDArray[np.float64]:
     """(ours - truth) / truth of the blocks' means over all colours, (rows, columns)."""
     a, b = (np.mean([means["blocks"].mean(axis=(0, 3)) for means in side], axis=0) for side in (ours, truth))
-    return np.asarray((a - b) / np.maximum(b, max(_DARK * b.mean(), 1e-30)))
+    return relative(a - b, b)
 
 
 def draw(area: Area, x: float, ours: Sequence[Means], truth: Sequence[Means]) -> None:
     """Cover what lies right of ``x`` with the blocks, in the colour of their difference, and say the scale."""
     if not ours or not truth:
         return
-    values = relative(ours, truth)
+    values = relative_blocks(ours, truth)
     limit = round_limit(values)
     colors = diverging(values, limit) / 255
     rows, columns = values.shape
