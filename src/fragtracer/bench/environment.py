@@ -7,7 +7,7 @@ from typing import Literal
 
 from fragtracer.bench.cases import case
 from fragtracer.bench.frames import RUNS, frame_time
-from fragtracer.bench.memory import resident_mib
+from fragtracer.bench.memory import GPU_NOTE, resident_mib
 from fragtracer.bench.plan import Benchmark, Plan, Progress, steps
 from fragtracer.bench.statistics import inverse
 from fragtracer.bench.tables import Column, Row, Table
@@ -44,8 +44,7 @@ def table(plan: Plan) -> Table:
             "A frame is one path, or one lookup, for each pixel. The document's engine rasterises, at a size that it "
             "does not say, on a laptop's RTX 2060, a GTX 1060 and a GTX 550 Ti, in this order; its 53 objects are 49 "
             "spheres, a textured sphere and three models, as are those here, but other models.",
-            "The GPU's share is the size of textures and buffers, without the program and what the driver adds; "
-            "with a software renderer it is part of the process.",
+            GPU_NOTE,
         ],
     )
 

@@ -15,6 +15,10 @@ _SIZE = (640, 360)
 _SECONDS = 60.0
 _POINTS = 6
 _MIB = 2**20
+GPU_NOTE = (
+    "The GPU's share is the size of textures and buffers, without the program and what the driver adds; "
+    "with a software renderer it is part of the process."
+)
 
 
 def table(plan: Plan) -> Table:
@@ -31,10 +35,7 @@ def table(plan: Plan) -> Table:
         ),
         keys=("scene", "size", "seconds"),
         plots=(Plot("seconds", ("host_mib",), ("scene",), "seconds", "MiB of this process", "linear", "linear"),),
-        notes=[
-            "The GPU's share is the size of textures and buffers, without the program and what the driver adds; "
-            "with a software renderer it is part of the process."
-        ],
+        notes=[GPU_NOTE],
     )
 
 

@@ -3,11 +3,11 @@
 
 import json as json_format
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fragtracer.cli.options import MultipleScattering, SceneArgument, SizeOption, parse_size, with_settings
+from fragtracer.cli import options
 from fragtracer.errors import FragtracerError
 
 if TYPE_CHECKING:
@@ -15,18 +15,16 @@ if TYPE_CHECKING:
 
 
 def compare(
-    scene: SceneArgument,
-    size: SizeOption = None,
+    scene: options.SceneArgument,
+    size: options.SizeOption = None,
     spp: Annotated[int | None, typer.Option(min=2, help="Samples per pixel of each side.  [default: 1024]")] = None,
     batches: Annotated[int, typer.Option(min=2, max=1024, help="Independent pictures of each side.")] = 16,
     margin: Annotated[float, typer.Option(min=0.001, max=99.0, help="Largest difference that is equal, %.")] = 1.0,
     seed: Annotated[int, typer.Option(min=0, max=2**32 - 1, help="Other random numbers on both sides.")] = 0,
-    bounces: Annotated[int | None, typer.Option(min=0, max=10000, help="Scattering events on a path.")] = None,
-    light_samples: Annotated[int | None, typer.Option(min=1, max=1024, help="Shadow rays at each vertex.")] = None,
-    geometry: Annotated[
-        Literal["smith", "schlick-beckmann", "karis"] | None, typer.Option(help="Geometry term of the material.")
-    ] = None,
-    multiple_scattering: MultipleScattering = None,
+    bounces: options.Bounces = None,
+    light_samples: options.LightSamples = None,
+    geometry: options.GeometryTerm = None,
+    multiple_scattering: options.MultipleScattering = None,
     variant: Annotated[str | None, typer.Option(help="Mitsuba variant.  [default: llvm_ad_rgb]")] = None,
     split_sum: Annotated[
         bool, typer.Option("--split-sum", help="Hold the split-sum approximation, not Mitsuba, against the truth.")
@@ -46,18 +44,19 @@ def compare(
     for path, suffixes in ((report, {".html"}), (json, {".json"})):
         if path is not None:
             check_writable(path, suffixes)
-    options = {"bounces": bounces, "light_samples": light_samples, "geometry": geometry}
-    loaded = with_settings(load(scene), multiple_scattering=multiple_scattering, **options)
+    settings = {"bounces": bounces, "light_samples": light_samples, "geometry": geometry}
+    loaded = options.with_settings(load(scene), multiple_scattering=multiple_scattering, **settings)
+    pixels = options.parse_size(size)
     numbers: dict[str, Any] = {} if spp is None else {"spp": spp}
     if split_sum:
-        _compare_split_sum(loaded, parse_size(size), numbers | {"seed": seed}, report, json)
+        _compare_split_sum(loaded, pixels, numbers | {"seed": seed}, report, json)
         return
     if loaded.render.integrator != "path":
         raise FragtracerError(f"{scene}: only the path integrator has a twin in Mitsuba; compare with --split-sum")
     with comparison_progress() as progress:
         comparison = compare_scene(
             loaded,
-            parse_size(size),
+            pixels,
             batches=batches,
             seed=seed,
             margin=margin / 100,
@@ -69,7 +68,7 @@ def compare(
     if report is not None:
         write_report(report, comparison)
     if json is not None:
-        json.write_text(json_format.dumps(to_json(comparison), indent=2) + "\n", encoding="utf-8")
+        _write_json(json, to_json(comparison))
     raise typer.Exit(comparison.exit_status)
 
 
@@ -86,11 +85,18 @@ def _compare_split_sum(
     if report is not None:
         approximation_report.write_report(report, found)
     if json is not None:
-        json.write_text(json_format.dumps(approximation_report.to_json(found), indent=2) + "\n", encoding="utf-8")
+        _write_json(json, approximation_report.to_json(found))
+
+
+def _write_json(path: Path, numbers: dict[str, Any]) -> None:
+    from fragtracer.images.output import replacing
+
+    with replacing(path) as part:
+        part.write_text(json_format.dumps(numbers, indent=2) + "\n", encoding="utf-8")
 
 
 def export_mitsuba(
-    scene: SceneArgument,
+    scene: options.SceneArgument,
     folder: Annotated[Path, typer.Argument(help="Folder to write scene.xml into.")],
     plugin: Annotated[
         bool, typer.Option(help="Materials as fragtracer's own plugin, not the nearest built-in.")

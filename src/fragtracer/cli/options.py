@@ -14,6 +14,39 @@ if TYPE_CHECKING:
 
 SCENE_HELP = "Name of a bundled scene, or path of a .toml scene or a model: .obj, .ply, .gltf, .glb, .npz."
 SceneArgument = Annotated[str, typer.Argument(help=SCENE_HELP)]
+SizeOption = Annotated[
+    str | None, typer.Option("--size", metavar="WxH", help="Image size in pixels.  [default: the scene's]")
+]
+Bounces = Annotated[int | None, typer.Option(min=0, max=10000, help="Scattering events on a path.")]
+LightSamples = Annotated[int | None, typer.Option(min=1, max=1024, help="Shadow rays at each vertex.")]
+GeometryTerm = Annotated[
+    Literal["smith", "schlick-beckmann", "karis"] | None, typer.Option(help="Geometry term of the material.")
+]
+MultipleScattering = Annotated[
+    bool | None, typer.Option(help="Give rough lobes what their facets reflect more than once.")
+]
+EnvironmentOption = Annotated[
+    str | None,
+    typer.Option(
+        "--environment", metavar="FILE", help='Light the scene by this .hdr or .exr instead; "none" for none.'
+    ),
+]
+RotationOption = Annotated[
+    float | None,
+    typer.Option(
+        "--environment-rotation", metavar="DEGREES", help="Turn the environment, counter-clockwise from above."
+    ),
+]
+StrengthOption = Annotated[
+    float | None, typer.Option("--environment-strength", min=0.0, metavar="FACTOR", help="Times its radiance.")
+]
+
+Exposure = Annotated[str, typer.Option(metavar="auto|STOPS", help="Brightness of a .png.")]
+Tonemap = Annotated[Literal["linear", "reinhard", "aces", "agx"], typer.Option(help="Tone curve of a .png.")]
+Gamma = Annotated[float, typer.Option(help="Bends a .png after the sRGB curve; 1 leaves it.")]
+Bloom = Annotated[float, typer.Option(metavar="STRENGTH", help="Glare around bright parts of a .png; 0 for none.")]
+BloomThreshold = Annotated[float, typer.Option(metavar="X", help="What is bright, after exposure; 1 is white.")]
+BloomAlone = Annotated[bool, typer.Option("--bloom-alone", help="Show the glare and nothing else.")]
 
 
 def parse_size(text: str | None) -> tuple[int, int] | None:
@@ -49,14 +82,6 @@ def with_settings(scene: "Scene", **settings: Any) -> "Scene":
         raise FragtracerError(error.errors()[0]["msg"].removeprefix("Value error, ")) from None
 
 
-Exposure = Annotated[str, typer.Option(metavar="auto|STOPS", help="Brightness of a .png.")]
-Tonemap = Annotated[Literal["linear", "reinhard", "aces", "agx"], typer.Option(help="Tone curve of a .png.")]
-Gamma = Annotated[float, typer.Option(help="Bends a .png after the sRGB curve; 1 leaves it.")]
-Bloom = Annotated[float, typer.Option(metavar="STRENGTH", help="Glare around bright parts of a .png; 0 for none.")]
-BloomThreshold = Annotated[float, typer.Option(metavar="X", help="What is bright, after exposure; 1 is white.")]
-BloomAlone = Annotated[bool, typer.Option("--bloom-alone", help="Show the glare and nothing else.")]
-
-
 def parse_exposure(text: str) -> float | Literal["auto"]:
     """Stops, or "auto" as it is.
 
@@ -71,30 +96,6 @@ def parse_exposure(text: str) -> float | Literal["auto"]:
         return float(text)
     except ValueError:
         raise FragtracerError(f"--exposure {text}: give a number of stops, or auto") from None
-
-
-MultipleScattering = Annotated[
-    bool | None, typer.Option(help="Give rough lobes what their facets reflect more than once.")
-]
-SizeOption = Annotated[
-    str | None, typer.Option("--size", metavar="WxH", help="Image size in pixels.  [default: the scene's]")
-]
-
-EnvironmentOption = Annotated[
-    str | None,
-    typer.Option(
-        "--environment", metavar="FILE", help='Light the scene by this .hdr or .exr instead; "none" for none.'
-    ),
-]
-RotationOption = Annotated[
-    float | None,
-    typer.Option(
-        "--environment-rotation", metavar="DEGREES", help="Turn the environment, counter-clockwise from above."
-    ),
-]
-StrengthOption = Annotated[
-    float | None, typer.Option("--environment-strength", min=0.0, metavar="FACTOR", help="Times its radiance.")
-]
 
 
 def with_environment(scene: "Scene", file: str | None, rotation: float | None, strength: float | None) -> "Scene":

@@ -24,14 +24,12 @@ def render(
     spp: Spp = None,
     time: Time = None,
     until: Until = None,
-    bounces: Annotated[int | None, typer.Option(min=0, max=10000, help="Scattering events on a path.")] = None,
+    bounces: options.Bounces = None,
     rays: Annotated[int | None, typer.Option(min=1, max=1024, help="Paths per pixel in one pass.")] = None,
-    light_samples: Annotated[int | None, typer.Option(min=1, max=1024, help="Shadow rays at each vertex.")] = None,
+    light_samples: options.LightSamples = None,
     seed: Annotated[int | None, typer.Option(min=0, max=2**32 - 1, help="Another seed, other noise.")] = None,
     russian_roulette: Annotated[bool | None, typer.Option(help="End weak paths early, without bias.")] = None,
-    geometry: Annotated[
-        Literal["smith", "schlick-beckmann", "karis"] | None, typer.Option(help="Geometry term of the material.")
-    ] = None,
+    geometry: options.GeometryTerm = None,
     multiple_scattering: options.MultipleScattering = None,
     estimator: Annotated[Literal["mis", "nee", "bsdf"] | None, typer.Option(help="How light is sampled.")] = None,
     sampler: Annotated[Literal["texture", "hash"] | None, typer.Option(help="Source of random numbers.")] = None,

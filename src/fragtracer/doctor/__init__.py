@@ -12,7 +12,7 @@ from typing import Any
 
 from fragtracer.errors import FragtracerError
 
-# Module and function of each check, and what it means if it fails.
+# The module of each check, and what it means if it fails.
 CHECKS = {
     "compile": "the driver's GLSL compiler rejects a program: report it, with the message",
     "numbers": "integer or bit operations differ from the standard: images are noise, or biased",

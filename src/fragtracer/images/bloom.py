@@ -23,14 +23,11 @@ picture of twice the size it looks half as wide.
 """
 
 import numpy as np
-import numpy.typing as npt
 
-FloatImage = npt.NDArray[np.float32]
+from fragtracer.images.tone import BRIGHTEST, REC_709, FloatImage
 
 BLOCK = 16  # pixels of a texel of the coarsest level
 TAPS = (11, 9, 5)  # at 1/16, 1/8 and 1/4
-BRIGHTEST = np.float32(1e30)
-REC_709 = np.array([0.2126, 0.7152, 0.0722], np.float32)
 
 
 def weights(taps: int) -> list[float]:
@@ -43,8 +40,8 @@ def weights(taps: int) -> list[float]:
 
 def bright_parts(image: FloatImage, threshold: float) -> FloatImage:
     """What of an exposed, finite (h, w, 3) image is above ``threshold``."""
-    x = np.clip(image, 0, BRIGHTEST)
-    luminance = x @ REC_709
+    x = np.clip(image, 0, np.float32(BRIGHTEST))
+    luminance = x @ REC_709.astype(np.float32)
     above = np.maximum(1 - np.float32(threshold) / np.maximum(luminance, np.float32(1e-30)), 0)
     bright: FloatImage = x * above[..., None].astype(np.float32)
     return bright

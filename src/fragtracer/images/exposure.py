@@ -4,31 +4,31 @@
 The image is metered in cells of 4 x 4 pixels from the lower left corner, those at the right and top edges
 smaller: the mean luminance (Rec. 709) of the pixels of a cell that are finite, with values clipped to between 0
 and 1e30. Black cells, and those without a finite pixel, do not count. A histogram is made of the others' log2 of
-luminance, with bins of 1/16 stop; the
-darkest and the brightest tenth of the cells are left out, as the Unreal Engine does by default (Epic Games,
-"Auto exposure in Unreal Engine"), and the mean of the rest is brought to middle grey, 0.18 (Reinhard et al. 2002,
-"Photographic tone reproduction for digital images", section 2). shaders/display_meter.frag computes the cells.
+luminance, with bins of 1/16 stop; the darkest and the brightest tenth of the cells are left out, as the Unreal Engine
+does by default (Epic Games, "Auto exposure in Unreal Engine"), and the mean of the rest is brought to middle grey, 0.18
+(Reinhard et al. 2002, "Photographic tone reproduction for digital images", section 2). shaders/display_meter.frag
+computes the cells.
 """
 
 import numpy as np
 import numpy.typing as npt
+
+from fragtracer.images.tone import BRIGHTEST, REC_709
 
 CELL = 4  # pixels a side
 MIDDLE_GREY = 0.18
 TRIMMED = 0.1  # of the cells, at each end
 MOST_STOPS = 64
 _BINS_PER_STOP = 16
-_BRIGHTEST = 1e30
 _LARGEST = 128  # stops from 1 that the histogram reaches
-_REC_709 = np.array([0.2126, 0.7152, 0.0722])
 
 
 def cells(image: npt.NDArray[np.float32]) -> npt.NDArray[np.float64]:
     """The mean luminance of each cell of a linear (h, w, 3) image, -1 where no pixel is finite."""
     height, width, _ = image.shape
     good = np.asarray(np.isfinite(image[::-1]).all(axis=2, keepdims=True))
-    seen = np.clip(np.where(good, image[::-1], 0), 0, _BRIGHTEST)
-    luminance = seen.astype(np.float64) @ _REC_709
+    seen = np.clip(np.where(good, image[::-1], 0), 0, BRIGHTEST)
+    luminance = seen.astype(np.float64) @ REC_709
     rows, columns = np.arange(0, height, CELL), np.arange(0, width, CELL)
     total, count = (
         np.add.reduceat(np.add.reduceat(values, rows, axis=0), columns, axis=1)

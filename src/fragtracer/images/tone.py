@@ -8,6 +8,9 @@ import numpy.typing as npt
 
 FloatImage = npt.NDArray[np.float32]
 
+BRIGHTEST = 1e30  # that bloom and metering reckon with
+REC_709 = np.array([0.2126, 0.7152, 0.0722])  # luminance of red, green and blue (core/math.glsl)
+
 
 def linear(x: FloatImage) -> FloatImage:
     """Keep ``x``; the clip to [0, 1] that every curve ends in is all that happens."""

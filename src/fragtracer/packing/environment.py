@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fragtracer.images.tone import REC_709
 from fragtracer.scene import Environment
 from fragtracer.scene.environment import Source
 from fragtracer.shader_composer import CONSTANTS
 
 Array = NDArray[Any]
 
-_LUMINANCE = np.array((0.2126, 0.7152, 0.0722), np.float32)  # core/math.glsl
 _HALF_TOP = 2.0**15  # what the largest value of a map is brought to, or half of it: half floats end at 65504
 
 
@@ -52,7 +52,7 @@ def environment_tables(source: Source) -> EnvironmentTables:
     texels = np.empty((height, width, 4), np.float16 if exact else np.float32)
     for texel, row, sine in zip(texels, map(_scaled_by(unit), pixels), sines, strict=True):
         texel[:, :3] = row
-        weights = (texel[:, :3].astype(np.float32) @ _LUMINANCE) * np.float32(sine)
+        weights = (texel[:, :3].astype(np.float32) @ REC_709.astype(np.float32)) * np.float32(sine)
         # No weight is rounded to 0 where there is light.
         texel[:, 3] = np.where(weights > 0, np.maximum(weights, np.finfo(texels.dtype).tiny), 0)
     # The sums are of the weights as the shader reads them: what is interpolated is what is sampled.
