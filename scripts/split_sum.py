@@ -51,7 +51,8 @@ For a surface of normal n, seen from v, with r the mirrored direction:
   lobe, so that a small sun does not show as dots. Between roughnesses two levels are mixed.
 - **scale** and **bias**, 512² over n·v and roughness: the lobe's reflectance for F0 and F90, with Schlick's masking and
   k = roughness²/2.
-- Lights are points without shadows, with k = (roughness + 1)²/8; the sun of a sky is one of them.
+- Lights are points without shadows, with k = (roughness + 1)²/8; the sun of a sky is one of them. Meshes that emit are
+  seen, and give no light.
 
 The maps are computed on the GPU (`shaders/split_sum/`) and kept on disk under a digest of all they depend on: a second
 start reads them. They lie in the system's folder for caches, or in the one that `FRAGTRACER_CACHE` names; a damaged

@@ -14,7 +14,7 @@ from scene_builders import lambert, stare
 
 from fragtracer.gpu.cube_maps import MapSizes
 from fragtracer.renderer import Renderer
-from fragtracer.scene import Ambient, Camera, Light, Material, Rectangle, Scene, Sphere
+from fragtracer.scene import Ambient, Camera, Geometry, Light, Material, Mesh, Part, Rectangle, Scene, Sphere
 from fragtracer.scene.environment import Environment, Gradient, Panorama, lookup
 from fragtracer.shader_composer import CONSTANTS
 
@@ -201,6 +201,18 @@ def test_small_lights_are_points(ctx: moderngl.Context) -> None:
     scenes.append(replace(base, materials=both, rectangles=(*base.rectangles, rectangle)))
     found = [value(ctx, scene, integrator="split-sum") for scene in scenes]
     np.testing.assert_allclose(found, 0.5 / np.pi * power / (4 * np.pi) / 4, rtol=1e-3)
+
+
+def test_meshes_that_emit_are_seen_and_give_no_light(ctx: moderngl.Context) -> None:
+    """The surface under one, which is at the middle of the scene, is black."""
+    lamp = Geometry([(-1, 1, -1), (1, 1, -1), (0, 1, 1)], [(0, 1, 2)])
+    above = Mesh((Part(lamp, "lamp"),))
+    both = {"floor": lambert(0.5), "lamp": lambert(0.0, emission=5.0)}
+    scene = replace(at_angle(0.7, lambert(0.5), None), materials=both, meshes=(above,))
+    assert value(ctx, scene, 64, bounces=1).min() > 0.1
+    assert value(ctx, scene, integrator="split-sum").max() == 0
+    seen = replace(scene, camera=stare((0.0, 1.0, 0.0), (0.0, 0.2, 0.5)))
+    np.testing.assert_allclose(value(ctx, seen, integrator="split-sum"), 5.0, rtol=1e-6)
 
 
 @pytest.mark.parametrize("integrator", ["path", "split-sum"])

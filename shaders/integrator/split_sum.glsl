@@ -75,7 +75,9 @@ vec3 split_sum_lights(Vertex vertex) {
 #if LIGHT_COUNT
     for (int i = 0; i < LIGHT_COUNT; i++) {
         Light light = light_load(i);
-        if (light.kind != LIGHT_ENVIRONMENT) radiance += split_sum_light(vertex, light);
+        // Meshes that emit have no one place, and give no light, as in a game engine.
+        bool is_point = light.kind != LIGHT_ENVIRONMENT && light.kind != LIGHT_MESH;
+        if (is_point) radiance += split_sum_light(vertex, light);
     }
 #endif
     return radiance;

@@ -4,8 +4,10 @@
 import subprocess
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import glfw
+from x11 import dropping
 
 from fragtracer.viewer.app import Viewer
 from fragtracer.viewer.camera import project
@@ -64,6 +66,14 @@ class Hand:
         """As "F1" or "ctrl+z"."""
         self._do("key", chord)
         self.frames(2)
+
+    def drop(self, file: Path) -> None:
+        """Drop a file on the middle of the window, as a file manager does."""
+        window = glfw.get_x11_window(self._handle)
+        with dropping(window, file) as answer:
+            while not answer():
+                self.frames(1)
+            self.frames(2)
 
     def place_of(self, point: tuple[float, float, float]) -> tuple[float, float]:
         """Where a point of the world is in the window."""

@@ -5,6 +5,7 @@ Each function is run by test_viewer.py in a process of its own, in an empty fold
 """
 
 import os
+import shlex
 import shutil
 import subprocess
 import sys
@@ -18,6 +19,7 @@ import numpy as np
 import pytest
 from hand import Hand
 from imgui_bundle import imgui
+from PIL import Image
 from x11 import say_density, say_state
 
 import fragtracer as ft
@@ -27,7 +29,7 @@ from fragtracer.errors import FragtracerError
 from fragtracer.images import read_image, read_metadata
 from fragtracer.images.look import Look
 from fragtracer.images.tone import TONE_CURVES
-from fragtracer.viewer import app, display, run
+from fragtracer.viewer import app, display, picking, run
 from fragtracer.viewer.app import Viewer
 from fragtracer.viewer.display import DisplaySettings
 from fragtracer.viewer.panels import difference, widgets
@@ -55,6 +57,18 @@ def refined(viewer: Viewer, hand: Hand, spp: int) -> None:
     viewer.session.max_samples = spp
     hand.until(lambda: viewer.is_done and viewer.renderer.spp >= spp, f"{spp} samples")
     hand.until(lambda: viewer.refiner.held is None, "the fade")
+
+
+def set_scene(viewer: Viewer, **fields: Any) -> None:
+    """Edit the scene."""
+    document = viewer.session.document
+    viewer.session.edit(replace(document, scene=replace(document.scene, **fields)), f"{fields.keys()}")
+    viewer.session.history.close()
+
+
+def set_render(viewer: Viewer, **fields: Any) -> None:
+    """Edit the settings of the scene."""
+    set_scene(viewer, render=replace(viewer.session.document.scene.render, **fields))
 
 
 def converges() -> None:
@@ -460,6 +474,95 @@ def is_lit_by_a_dropped_picture() -> None:
         assert viewer.session.document.scene.environment is None
 
 
+def works_with_meshes() -> None:
+    """A model that is dropped is opened, picked, moved, undone, lit by a dropped picture and saved; the command that is
+    copied makes the picture of the window: of the model as it is, and as it was edited."""
+    folder, mesh = Path("my models"), ("meshes", 0)
+    folder.mkdir()
+    model = folder / "a knot.glb"
+    shutil.copy(resources.folder("scenes") / "meshes" / "knot.glb", model)
+    ft.write_image(folder / "sky ü.exr", np.tile(np.float32((0.2, 0.5, 0.9)), (8, 16, 1)))
+    with opened(size=(700, 420)) as viewer:
+        hand = Hand(viewer)
+        hand.click(*hand.place_of(viewer.session.document.part(GOLD).center))
+        assert viewer.session.selected == GOLD
+        hand.drop(model)
+        hand.until(lambda: bool(viewer.renderer.scene.meshes), "the model")
+        assert not viewer.problem
+        assert viewer.session.selected is None, "what was selected is gone"
+        assert "/my models/a knot.glb'" in the_command_makes_the_picture(viewer, hand)
+        before = viewer.session.document.part(mesh)
+        corners = before.parts[0].geometry.positions[before.parts[0].geometry.triangles]
+        middles = corners.mean(axis=1) @ before.instances[0].matrix[:3, :3].T + before.instances[0].matrix[:3, 3]
+        nearest = np.linalg.norm(middles - viewer.session.camera.position, axis=1).argmin()
+        hand.click(*hand.place_of(tuple(middles[nearest])))
+        assert viewer.session.selected == mesh
+        ball = picking.bounds(before)
+        assert ball is not None
+        x, y = hand.place_of(ball[0])
+        hand.drag((x + 30, y), (x + 70, y))
+        hand.frames(3)
+        moved = viewer.session.document.part(mesh)
+        assert moved.instances != before.instances
+        assert len(viewer.session.history.past) == 1
+        hand.drop(folder / "sky ü.exr")
+        hand.until(lambda: viewer.renderer.scene.environment is not None, "the picture of it")
+        assert "'a knot.toml'" in the_command_makes_the_picture(viewer, hand)
+        hand.key("ctrl+z")
+        hand.key("ctrl+z")
+        assert viewer.session.document.part(mesh) == before
+        assert viewer.session.document.scene.environment is None
+        hand.key("ctrl+shift+z")
+        hand.until(lambda: viewer.renderer.scene.meshes == (moved,), "the moved one again")
+        hand.key("ctrl+s")
+        assert viewer.session.path is not None
+        assert ft.load(viewer.session.path).meshes == (moved,)
+
+
+def the_command_makes_the_picture(viewer: Viewer, hand: Hand) -> str:
+    """Copy the command, run it, and compare; returns it."""
+    refined(viewer, hand, 8)
+    viewer.do("copy command")
+    assert not viewer.problem
+    command = imgui.get_clipboard_text()
+    words = shlex.split(command)
+    subprocess.run([sys.executable, "-m", *words], check=True, capture_output=True)
+    with Image.open(words[words.index("-o") + 1]) as image:
+        made = np.asarray(image) / 255.0
+    free = slice(0, len(made) - 60)  # above the status bar
+    assert np.abs(picture(viewer)[free] - made[free]).mean() < 0.02, command
+    viewer.session.max_samples = 0
+    return command
+
+
+def answers_while_a_sky_is_made() -> None:
+    """The sun is moved step by step: no frame waits for the sky, nor for the maps of the split sum, and the state
+    says so; the picture ends as that of the last step."""
+    with opened("sun-sky", (560, 340)) as viewer:
+        hand = Hand(viewer)
+        for integrator in ("path", "split-sum"):
+            set_render(viewer, integrator=integrator)
+            hand.until(lambda: not viewer.refiner.is_preparing, integrator, 60)
+            states, slowest = set(), 0.0
+            for step in range(40):
+                environment = viewer.session.document.scene.environment
+                assert environment is not None
+                sky = replace(environment.sky, sun_elevation_degrees=20.0 + 0.5 * step + (integrator == "path"))
+                set_scene(viewer, environment=replace(environment, sky=sky))
+                viewer.frame()
+                states.add(viewer.figures.state)
+                slowest = max(slowest, viewer.times.recent[-1])
+            assert "preparing" in states
+            assert slowest < 0.4, "making a sky takes twice as long, its maps six times"
+            hand.until(lambda: not viewer.refiner.is_preparing, "the last sky", 60)
+            assert viewer.renderer.scene.environment == viewer.session.document.scene.environment
+            refined(viewer, hand, 16)
+            ours = viewer.renderer.image()
+            wanted = ft.render(viewer.session.shown, ours.shape[1::-1], 16)
+            assert ours.mean() == pytest.approx(wanted.mean(), rel=0.01)
+            viewer.session.max_samples = 0
+
+
 def compares_with_mitsuba() -> None:
     """Mitsuba's picture of the scene comes up beyond the wipe, and goes when the scene changes."""
     pytest.importorskip("mitsuba")
@@ -526,8 +629,6 @@ def compares_split_sum_with_the_truth() -> None:
         assert values.max() > 0.05, "the approximation sees the sky through the balls"
         hand.frames(2)
         if "SHOT" in os.environ:
-            from PIL import Image
-
             Image.fromarray(viewer.grab()).save(os.environ["SHOT"])
         hand.key("m")
         assert not viewer.wipe.is_on

@@ -12,7 +12,19 @@ import fragtracer as ft
 from fragtracer.compare.verdict import Means, scale_means
 from fragtracer.errors import FragtracerError
 from fragtracer.materials import DIELECTRIC_F0, METAL_F0
-from fragtracer.scene import Camera, Geometry, Image, Light, Material, Mesh, Placement, Scene, Sphere, Texture
+from fragtracer.scene import (
+    Camera,
+    Environment,
+    Geometry,
+    Image,
+    Light,
+    Material,
+    Mesh,
+    Placement,
+    Scene,
+    Sphere,
+    Texture,
+)
 from fragtracer.scene import Part as MeshPart
 from fragtracer.viewer import actions, camera, picking, run, settings
 from fragtracer.viewer.display import DisplaySettings
@@ -238,6 +250,13 @@ def test_render_command_takes_an_edited_scene_along(tmp_path: Path, monkeypatch:
     written = ft.load("ball.toml")
     assert written.render == edited
     assert written.camera == session.camera
+
+
+def test_another_scene_begins_with_nothing_selected_and_no_environment_of_before() -> None:
+    session = Session.of(ft.load("three-spheres"))
+    session.selected, session.environment, session.material = ("spheres", 1), Environment(radiance=1.0), "gold"
+    session.open("mirror")
+    assert (session.selected, session.environment, session.material) == (None, None, "")
 
 
 class FakeFilm:

@@ -28,6 +28,8 @@ NAMES = (
     "shows_help_and_hides",
     "drags_a_gizmo",
     "is_lit_by_a_dropped_picture",
+    "works_with_meshes",
+    "answers_while_a_sky_is_made",
     "compares_with_mitsuba",
     "compares_split_sum_with_the_truth",
 )

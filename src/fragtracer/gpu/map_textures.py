@@ -38,6 +38,10 @@ class MapTextures:
             self._put(f"u_{name}_map", pixels)
         self._tables = tables
 
+    def has(self, tables: EnvironmentTables | None) -> bool:
+        """Whether :meth:`load` has nothing to do."""
+        return bool(self._textures) and tables is self._tables
+
     def _put(self, name: str, pixels: Any) -> None:
         if name in self._textures:
             self._textures[name].release()

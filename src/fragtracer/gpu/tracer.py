@@ -79,6 +79,10 @@ class Tracer:
         """Whether :meth:`load` need not compile a program for it."""
         return any(known == packed.program for known, _ in self._kept)
 
+    def has_maps(self, packed: PackedScene) -> bool:
+        """Whether :meth:`load` need not make the maps of an environment for it."""
+        return not packed.defines["HAS_SPLIT_SUM_MAPS"] or self._maps.has(packed.environment)
+
     def set(self, uniforms: Mapping[str, Any]) -> None:
         """Change uniforms alone, by name: those of the camera, when nothing else has moved."""
         assert self._program is not None

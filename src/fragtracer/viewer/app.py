@@ -345,6 +345,7 @@ class Viewer:
     def figures(self) -> Figures:
         """What is known about the picture."""
         state = "moving" if self.refiner.is_moving else "paused" if self.session.paused else "refining"
+        state = "preparing" if self.refiner.is_preparing else state
         return Figures(
             spp=self.renderer.spp,
             samples_per_second=self.renderer.samples_per_second,
@@ -356,7 +357,7 @@ class Viewer:
             gpu_bytes=self.renderer.gpu_bytes,
             pass_seconds=self.renderer.pass_seconds,
             baked=self.renderer.is_baked,
-            state="done" if self.is_done and not self.session.paused else state,
+            state="done" if state == "refining" and self.is_done else state,
         )
 
     def _draw(self, target: Any) -> None:

@@ -91,6 +91,10 @@ class LiveRenderer(Renderer):
         """Whether :meth:`adopt` need not compile."""
         return self._tracer.knows(plan.packed)
 
+    def has_maps(self, plan: Plan) -> bool:
+        """Whether :meth:`adopt` need not make the maps of an environment."""
+        return self._tracer.has_maps(plan.packed)
+
     def adopt(self, plan: Plan, recompile: bool = False) -> None:
         """Go on with ``plan``; samples stay, for :meth:`restart` to forget.
 

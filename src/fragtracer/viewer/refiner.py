@@ -11,6 +11,7 @@ from fragtracer.scene import Camera, Scene
 from fragtracer.viewer.compiler import BackgroundCompiler
 from fragtracer.viewer.governor import Governor
 from fragtracer.viewer.live import LiveRenderer, Plan
+from fragtracer.viewer.preparer import Preparer
 
 _SETTLED = 0.15  # seconds without a change until the picture is made in full size
 _BAKE_AFTER = 0.3  # seconds without an edit until it is worth compiling the scene into the program
@@ -23,8 +24,8 @@ _REST = 3.0  # seconds without any change after which such a driver may take its
 class Refiner:
     """Decides what ``renderer`` does in each frame; ``size`` is that of the picture on the screen.
 
-    On a software renderer programs are compiled by ``compiler`` first; until one is ready, the
-    picture stays as it was.
+    On a software renderer programs are compiled, and the maps of the split sum made, by ``compiler`` first;
+    until they are ready, the picture stays as it was.
     """
 
     def __init__(self, renderer: LiveRenderer, governor: Governor, compiler: BackgroundCompiler | None = None) -> None:
@@ -35,7 +36,10 @@ class Refiner:
         self.held_weight = 0.0
         self.problem = ""  # why the program that is wanted cannot be had
         self._scene, self._view = renderer.scene, ""  # what is wanted
-        self._waiting: tuple[Plan, int] | None = None  # for a program
+        self._preparer = Preparer(renderer.scene.environment)
+        self._is_behind = False  # of what is wanted, until the tables of its environment are made
+        self._waiting: tuple[Plan, int] | None = None  # for a program, or maps
+        self._next: Plan | None = None  # what is wanted instead by now, but not yet asked for
         self._bake: tuple[Plan, int] | None = None
         software = is_software(renderer.context)
         self._bakes = software
@@ -47,7 +51,16 @@ class Refiner:
     @property
     def is_moving(self) -> bool:
         """Whether the picture is, for the moment, made to be quick rather than fine."""
-        return self._moving or self._waiting is not None
+        return self._moving or self.is_preparing
+
+    @property
+    def is_preparing(self) -> bool:
+        """Whether the picture that is wanted cannot be begun yet."""
+        return self._waiting is not None or self._is_behind
+
+    @property
+    def _wants_to_bake(self) -> bool:
+        return self._bakes and not (self.renderer.is_baked or self._is_behind)
 
     @property
     def camera(self) -> Camera:
@@ -67,7 +80,8 @@ class Refiner:
     def look(self, camera: Camera) -> None:
         """Show the scene from another camera."""
         self._scene = replace(self._scene, camera=camera)
-        if self._waiting is None and self.renderer.follows(camera):
+        waits = self._waiting is not None and not self.renderer.knows(self._waiting[0])
+        if not waits and self.renderer.follows(camera):
             self._begin_change()
             self.renderer.look(camera)
         else:
@@ -90,7 +104,8 @@ class Refiner:
         self.renderer.adopt(self.renderer.plan(self._scene, self._view), recompile=True)
         self.renderer.restart()
         self.problem = ""
-        self._waiting = self._bake = None
+        self._waiting = self._next = self._bake = None
+        self._is_behind = False
         self._bakes = self._compiler is not None
         self._begin_change()
 
@@ -98,6 +113,7 @@ class Refiner:
         """Trace for about as long as a frame may take, up to ``limit`` samples per pixel; returns the seconds."""
         now = time.perf_counter()
         self.fade(limit)
+        self._take_prepared()
         self._take_compiled(now)
         if self._moving and now - self._changed_at > _SETTLED:
             self._settle()
@@ -107,31 +123,48 @@ class Refiner:
         """Go on with what is wanted now: at once, or when its program has been compiled elsewhere."""
         self._edited_at = time.perf_counter()
         self._bake = None
-        plan = self.renderer.plan(self._scene, self._view)
-        if self._compiler is None or self.renderer.knows(plan):
-            self._waiting = None
+        self._is_behind = not self._preparer.begin(self._scene.environment)
+        if not self._is_behind:
+            self._go_on(self._scene)
+
+    def _go_on(self, scene: Scene) -> None:
+        plan = self.renderer.plan(scene, self._view)
+        if self._compiler is None or (self.renderer.knows(plan) and self.renderer.has_maps(plan)):
+            self._waiting = self._next = None
             self._adopt(plan)
-        elif self._waiting is not None and self._waiting[0].packed.program == plan.packed.program:
-            self._waiting = plan, self._waiting[1]
-        else:
+        elif self._waiting is None:
             self._waiting = plan, self._ask(plan)
+        elif _source(self._waiting[0]) == _source(plan):
+            self._waiting, self._next = (plan, self._waiting[1]), None
+        else:
+            self._next = plan
 
     def _ask(self, plan: Plan) -> int:
         assert self._compiler is not None
         return self._compiler.ask(plan.packed, (self.size, self.renderer.size))
 
+    def _take_prepared(self) -> None:
+        """Go on with an environment whose tables are there, and after it with the one that is wanted by now."""
+        environment = self._preparer.take()
+        if environment is None or not self._is_behind:
+            return
+        self._is_behind = not self._preparer.begin(self._scene.environment)
+        self._go_on(replace(self._scene, environment=environment) if self._is_behind else self._scene)
+
     def _take_compiled(self, now: float) -> None:
-        """Use what the other process has compiled meanwhile."""
+        """Use what the other process has made meanwhile."""
         if self._compiler is None:
             return
         if self._waiting is not None:
             plan, number = self._waiting
             if self._compiler.is_done(number):
-                self._waiting = None
-                self._adopt(plan)
+                later, self._waiting, self._next = self._next, None, None
+                self._adopt(replace(plan, scene=replace(plan.scene, camera=self._scene.camera)))
+                if later is not None:
+                    self._go_on(replace(later.scene, camera=self._scene.camera))
         elif self._bake is not None:
             self._bake_when_ready(now, *self._bake)
-        elif self._bakes and not self.renderer.is_baked and now - self._edited_at > _BAKE_AFTER:
+        elif self._wants_to_bake and now - self._edited_at > _BAKE_AFTER:
             plan = self.renderer.plan(self._scene, self._view, baked=True)
             self._bake = plan, self._ask(plan)
 
@@ -214,3 +247,9 @@ class Refiner:
             self._compiler.close()
         self._drop_held()
         self.renderer.close()
+
+
+def _source(plan: Plan) -> tuple[object, ...]:
+    """What decides over the program of ``plan``, and its maps."""
+    packed = plan.packed
+    return packed.program, packed.environment if packed.defines["HAS_SPLIT_SUM_MAPS"] else None

@@ -96,6 +96,7 @@ class Session:
         self.saved = self.document
         self.camera = self.home = scene.camera
         self.viewpoints = remembered_viewpoints(self.path)
+        self.selected, self.environment, self.material = None, None, ""
         self._changed()
         self.say(f"Opened {scene.name}")
 
