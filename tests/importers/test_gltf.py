@@ -215,6 +215,16 @@ def test_cameras_and_lights(tmp_path: Path) -> None:
     np.testing.assert_allclose(np.array(sun.intensity) / (towards @ towards), 2)
 
 
+@pytest.mark.parametrize("normalized", [True, False])
+@pytest.mark.parametrize("dtype", ["<u1", "<u2"])
+def test_colors_of_vertices_are_fractions(tmp_path: Path, dtype: str, normalized: bool) -> None:
+    most = np.iinfo(dtype).max
+    gltf = Gltf()
+    gltf.triangle(attributes={"COLOR_0": gltf.array([[0, most, 0, most]] * 3, dtype, normalized=normalized)})
+    [part] = read(tmp_path, gltf).mesh.parts
+    np.testing.assert_array_equal(part.geometry.colors, [[0, 1, 0, 1]] * 3)
+
+
 @pytest.mark.parametrize(("mode", "cutoff", "opacity"), [("MASK", 1, 1), ("MASK", 1.01, 0), ("BLEND", 2, 1)])
 def test_a_mask_that_no_alpha_reaches_is_not_there(tmp_path: Path, mode: str, cutoff: float, opacity: float) -> None:
     gltf = Gltf(materials=[{"alphaMode": mode, "alphaCutoff": cutoff}])

@@ -1,11 +1,21 @@
 # SPDX-License-Identifier: MIT
-"""Large arrays are told apart by what they hold."""
+"""Large arrays, which nobody changes, are told apart by what they hold."""
 
 import hashlib
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, DTypeLike, NDArray
+
+
+def kept(values: ArrayLike, dtype: DTypeLike) -> NDArray[Any]:
+    """``values`` in an array that cannot be written; a copy, if the caller could still write in his own."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        array = np.ascontiguousarray(values, dtype)
+    if array.flags.writeable and isinstance(values, np.ndarray) and np.may_share_memory(array, values):
+        array = array.copy()
+    array.setflags(write=False)
+    return array
 
 
 def content_digest(*parts: NDArray[Any] | str | None) -> str:

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from fragtracer.scene.content import content_digest
+from fragtracer.scene.content import content_digest, kept
 from fragtracer.scene.fields import CONFIG, Fraction, NonNegative, Strength, Triple
 from fragtracer.scene.sky import sky_pixels, sun_irradiance
 
@@ -34,13 +34,12 @@ class Panorama:
     """
 
     def __init__(self, pixels: ArrayLike, file: str | None = None) -> None:
-        array = np.ascontiguousarray(pixels, np.float32)
+        array = kept(pixels, np.float32)
         if array.ndim != 3 or array.shape[2] != 3 or array.size == 0:
             raise ValueError(f"the pixels of an environment are (height, width, 3) numbers, got {array.shape}")
         if not (np.isfinite(array).all() and array.min() >= 0):
             raise ValueError("the pixels of an environment must be finite and not negative")
         self.pixels: NDArray[np.float32] = array
-        self.pixels.setflags(write=False)
         self.file = file
         self.digest = content_digest(self.pixels)
 

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import BeforeValidator
 from pydantic.dataclasses import dataclass
 
-from fragtracer.scene.content import content_digest
-from fragtracer.scene.fields import CONFIG, LARGEST, Number, Scale, Vector, as_tuple
+from fragtracer.scene.content import content_digest, kept
+from fragtracer.scene.fields import CONFIG, LARGEST, Number, Scale, Vector, as_triple, as_tuple
 
 
 class Geometry:
@@ -37,7 +37,7 @@ class Geometry:
     Raises
     ------
     ValueError
-        If an array has another shape, a position is not finite, or an index has no vertex.
+        If an array has another shape or kind, a number is not finite, or an index has no vertex.
     """
 
     def __init__(
@@ -52,15 +52,17 @@ class Geometry:
     ) -> None:
         self.positions = _frozen(positions, np.float64, (3,), "positions")
         count = len(self.positions)
-        indices = np.asarray(triangles)
+        indices = _table(triangles, (3,), "triangles")
         if indices.size and not (indices.dtype.kind in "iu" and indices.min() >= 0 and indices.max() < count):
             raise ValueError(f"triangles must hold whole numbers from 0 to {count - 1}, the last of the vertices")
-        self.triangles = _frozen(indices, np.int32, (3,), "triangles")
+        self.triangles = kept(indices, np.int32)
         self.normals = _attribute(normals, (3,), "normals", count)
         self.uvs = _attribute(uvs, (2,), "uvs", count)
         self.uvs_1 = _attribute(uvs_1, (2,), "uvs_1", count)
         self.tangents = _attribute(tangents, (4,), "tangents", count)
         self.colors = _attribute(colors, (3, 4), "colors", count)
+        if isinstance(colors, np.ndarray) and colors.dtype == np.uint8:
+            raise ValueError("colors must be linear, from 0 to 1, not bytes; divide by 255 and decode sRGB")
         attributes = (self.normals, self.uvs, self.uvs_1, self.tangents, self.colors)
         self.digest = content_digest(self.positions, self.triangles, *attributes)
 
@@ -89,19 +91,33 @@ def _attribute(values: ArrayLike | None, widths: tuple[int, ...], name: str, cou
     return array
 
 
+def _table(values: ArrayLike, widths: tuple[int, ...], name: str) -> NDArray[Any]:
+    """``values`` as they are, if they are rows of numbers."""
+    shape = f"{name} must be an array of (n, {' or '.join(map(str, widths))})"
+    try:
+        given = np.asarray(values)
+    except ValueError as error:
+        raise ValueError(f"{shape}, its rows all of a length") from error
+    if given.ndim != 2 or given.shape[1] not in widths:
+        raise ValueError(f"{shape}, got {given.shape}")
+    if given.dtype.kind not in "iuf":
+        raise ValueError(f"{name} must hold numbers, got {given.dtype}")
+    return given
+
+
 def _frozen(values: ArrayLike, dtype: Any, widths: tuple[int, ...], name: str) -> NDArray[Any]:
-    with np.errstate(over="ignore", invalid="ignore"):
-        array = np.ascontiguousarray(values, dtype)
-    if array.ndim != 2 or array.shape[1] not in widths:
-        raise ValueError(f"{name} must be an array of (n, {' or '.join(map(str, widths))}), got {array.shape}")
+    array = kept(_table(values, widths, name), dtype)
     if not (np.isfinite(array).all() and np.abs(array).max(initial=0) <= LARGEST):
         raise ValueError(f"{name} must be finite, and none beyond {LARGEST}")
-    array.setflags(write=False)
     return array
 
 
+def _as_rows(value: Any) -> Any:
+    return tuple(map(as_triple, value)) if isinstance(value, list | np.ndarray) else value
+
+
 Row = tuple[Number, Number, Number, Number]
-Matrix = tuple[Row, Row, Row, Row]
+Matrix = Annotated[tuple[Row, Row, Row, Row], BeforeValidator(_as_rows)]
 IDENTITY: Matrix = ((1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
 
 

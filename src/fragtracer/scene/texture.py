@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: MIT
 """Images over surfaces."""
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import BeforeValidator, Field
 from pydantic.dataclasses import dataclass
 
-from fragtracer.scene.content import content_digest
+from fragtracer.scene.content import content_digest, kept
 from fragtracer.scene.fields import CONFIG, Number, as_triple
 
 ColorSpace = Literal["srgb", "linear"]
@@ -33,10 +33,11 @@ class Image:
             raise ValueError(f"the pixels of a texture are (height, width, 1 to 4) numbers, got {array.shape}")
         if array.dtype != np.uint8 and array.dtype.kind != "f":
             raise ValueError(f"the pixels of a texture are uint8 or float32, got {array.dtype}")
-        if array.dtype != np.uint8 and not np.isfinite(array).all():
-            raise ValueError("the pixels of a texture must be finite")
-        self.pixels: NDArray[Any] = np.ascontiguousarray(array, np.uint8 if array.dtype == np.uint8 else np.float32)
-        self.pixels.setflags(write=False)
+        if color_space not in get_args(ColorSpace):
+            raise ValueError(f"color_space must be one of {', '.join(get_args(ColorSpace))}, got {color_space!r}")
+        self.pixels: NDArray[Any] = kept(array, np.uint8 if array.dtype == np.uint8 else np.float32)
+        if not np.isfinite(self.pixels).all():
+            raise ValueError("the pixels of a texture must be finite, as float32")
         self.color_space: ColorSpace = color_space
         self.file = file
         self.digest = content_digest(self.pixels, color_space)

@@ -61,6 +61,8 @@ class Primitives:
         for name, types, key in _ATTRIBUTES:
             if name in primitive.attributes:
                 arrays[key] = self.accessors.get(primitive.attributes[name], f"{where}.{name}", types)
+        if "colors" in arrays and arrays["colors"].dtype.kind == "u":  # not marked as normalized, which they must be
+            arrays["colors"] = arrays["colors"] / np.float32(np.iinfo(arrays["colors"].dtype).max)
         if "normals" not in arrays:
             arrays.pop("tangents", None)
         if primitive.indices is None:
