@@ -85,8 +85,8 @@ material and by the environment (multiple importance sampling) instead of lookin
 
 Neighbours differ by exactly what their row says, and the changes add up to the whole difference. Their order is part of
 the measurement: another would give other shares. Bias is the mean change of the surfaces in the picture, relative to
-their mean radiance in truth, with its standard error from two independent halves; rms is the root mean square of
-pixels, with noise taken out by multiplying the halves. The truth has 8 bounces.
+their mean radiance in truth, with its standard error from what two independent halves differ by in each pixel; rms is
+the root mean square of pixels, with noise taken out by multiplying the halves. The truth has 8 bounces.
 
 Written by `python scripts/split_sum.py` on {date} with fragtracer {fragtracer} and {renderer}.
 

@@ -112,6 +112,14 @@ def test_bad_input_gets_one_message(tmp_path, arguments, words):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize("option", ["--variant", "--batches", "--margin", "--geometry", "--multiple-scattering"])
+def test_split_sum_refuses_what_it_would_pass_over(option):
+    value = {"--variant": ["scalar_rgb"], "--geometry": ["karis"], "--multiple-scattering": []}.get(option, ["4"])
+    done = run("compare", "overcast", "--split-sum", option, *value)
+    assert done.returncode == 2
+    assert f"--split-sum measures without {option}: leave that out" in done.stderr
+
+
 def test_a_broken_scene_file_names_file_and_key(tmp_path):
     scene = tmp_path / "mine.toml"
     scene.write_text('[[sphere]]\ncenter = [0, 0, 0]\nradius = -1\nmaterial = "a"\n[material.a]\n')

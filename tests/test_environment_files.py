@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fragtracer.errors import OutputError, SceneError
+from fragtracer.errors import FragtracerError, OutputError, SceneError
 from fragtracer.images import read_image, write_image
 from fragtracer.scene import Environment, Gradient, Panorama, Scene, Sky
 from fragtracer.scene_file import dump, load, parse, save
@@ -60,7 +60,10 @@ def test_a_picture_without_a_file_cannot_be_written():
         ("[environment]\nradiance = 1\nrotatoin_degrees = 3", "rotatoin_degrees: there is no such key; did you mean"),
         ('[environment]\nradiance = 1\nstrength = "a"', 'environment.strength: must be a number, got "a"'),
         ("[environment]\nradiance = 1\nstrength = -1", "environment.strength: must be at least 0, got -1"),
-        ("[environment]\nradiance = 1\n[environment.sky]", "environment: give exactly one of image, radiance"),
+        (
+            "[environment]\nradiance = 1\n[environment.sky]",
+            "environment: say one of these alone, not radiance and sky: file",
+        ),
         ("[environment.sky]\nturbidity = 0", "environment.sky.turbidity: must be at least 1, got 0"),
         ("[environment.gradient]\nzenith = 1\nground = 1", "environment.gradient.horizon: is missing"),
         ("environment = 3", "environment: must be a table, written [environment], got 3"),
@@ -107,6 +110,25 @@ def test_the_command_line_names_an_environment(picture, tmp_path):
     turned = sky("--environment", str(picture), "--environment-rotation", "120")
     assert not np.array_equal(mine, turned)
     assert not sky("--environment", "none").any()
+
+
+def test_a_picture_beside_another_light_is_named_as_the_file_names_it(picture, tmp_path):
+    with pytest.raises(SceneError, match="say one of these alone, not file and radiance: file, radiance,"):
+        parse(f'[environment]\nfile = "{picture}"\nradiance = 1', tmp_path / "scene.toml")
+
+
+@pytest.mark.parametrize(("option", "value"), [("strength", "1e39"), ("rotation", "nan"), ("rotation", "-inf")])
+def test_a_number_that_is_no_float32_is_refused_by_the_name_of_its_option(picture, option, value):
+    given = (f"--environment-{option}", value)
+    done = run("render", "furnace", "-o", "a.npy", "--environment", str(picture), *given)
+    assert done.returncode == 2
+    assert f"--environment-{option} {float(value):g}: give a finite number, at most 3.4e+38" in done.stderr
+
+
+def test_a_file_of_another_kind_is_no_exr(tmp_path):
+    (tmp_path / "a.exr").write_text("hello")
+    with pytest.raises(FragtracerError, match="does not begin as an OpenEXR file"):
+        read_panorama(tmp_path / "a.exr")
 
 
 def test_an_environment_that_is_not_there_cannot_be_turned(tmp_path):

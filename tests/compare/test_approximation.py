@@ -46,6 +46,16 @@ def test_errors_add_up(two: Approximation) -> None:
     np.testing.assert_allclose(sum(two.relative(i, i - 1) for i in range(1, len(two.stages))), two.relative())
 
 
+def test_standard_error_is_that_of_the_noise() -> None:
+    """Each time, not only in the mean, for noise of a known size in every pixel."""
+    rng = np.random.default_rng(5)
+    surfaces = np.ones((20, 25), bool)
+    for _ in range(20):
+        halves = np.ones((2, 2, 20, 25, 3)) + 0.3 * rng.standard_normal((2, 2, 20, 25, 1))
+        found = Approximation(TWO, tuple(stages(TWO)[:2]), halves, surfaces, np.ones((20, 25)), 2, "none")
+        assert found.terms()[0].bias_error == pytest.approx(0.3 / np.sqrt(500), rel=0.15)
+
+
 def test_signs_that_are_known(two: Approximation) -> None:
     """Light that is lost darkens, occlusion that is forgotten brightens."""
     bias = {term.error: term.bias for term in two.terms()}

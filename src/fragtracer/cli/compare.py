@@ -18,8 +18,12 @@ def compare(
     scene: options.SceneArgument,
     size: options.SizeOption = None,
     spp: Annotated[int | None, typer.Option(min=2, help="Samples per pixel of each side.  [default: 1024]")] = None,
-    batches: Annotated[int, typer.Option(min=2, max=1024, help="Independent pictures of each side.")] = 16,
-    margin: Annotated[float, typer.Option(min=0.001, max=99.0, help="Largest difference that is equal, %.")] = 1.0,
+    batches: Annotated[
+        int | None, typer.Option(min=2, max=1024, help="Independent pictures of each side.  [default: 16]")
+    ] = None,
+    margin: Annotated[
+        float | None, typer.Option(min=0.001, max=99.0, help="Largest difference that is equal, %.  [default: 1]")
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, max=2**32 - 1, help="Other random numbers on both sides.")] = 0,
     bounces: options.Bounces = None,
     light_samples: options.LightSamples = None,
@@ -49,6 +53,10 @@ def compare(
     pixels = options.parse_size(size)
     numbers: dict[str, Any] = {} if spp is None else {"spp": spp}
     if split_sum:
+        mitsuba = {"--batches": batches, "--margin": margin, "--variant": variant, "--geometry": geometry}
+        mitsuba["--multiple-scattering"] = multiple_scattering
+        if given := [name for name, value in mitsuba.items() if value is not None]:
+            raise FragtracerError(f"--split-sum measures without {' and '.join(given)}: leave that out")
         _compare_split_sum(loaded, pixels, numbers | {"seed": seed}, report, json)
         return
     if loaded.render.integrator != "path":
@@ -57,9 +65,9 @@ def compare(
         comparison = compare_scene(
             loaded,
             pixels,
-            batches=batches,
+            batches=16 if batches is None else batches,
             seed=seed,
-            margin=margin / 100,
+            margin=(1.0 if margin is None else margin) / 100,
             variant=variant,
             progress=progress,
             **numbers,

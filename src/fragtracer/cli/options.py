@@ -106,9 +106,10 @@ def with_environment(scene: "Scene", file: str | None, rotation: float | None, s
     Raises
     ------
     FragtracerError
-        If the file cannot be read, or there is no environment to turn.
+        If the file cannot be read, a number is no float32, or there is no environment to turn.
     """
     from fragtracer.scene import Environment
+    from fragtracer.scene.fields import LARGEST
     from fragtracer.scene_file.environments import read_panorama
 
     environment = scene.environment
@@ -118,7 +119,8 @@ def with_environment(scene: "Scene", file: str | None, rotation: float | None, s
     changed: dict[str, Any] = {name: value for name, value in changes.items() if value is not None}
     if environment is None and changed:
         raise FragtracerError("this scene has no environment to change; name one with --environment FILE.hdr")
-    try:
-        return replace(scene, environment=replace(environment, **changed) if environment else None)
-    except ValueError as error:
-        raise FragtracerError("rotation and strength of the environment must be finite numbers") from error
+    for name, value in changed.items():
+        if not abs(value) <= LARGEST:
+            option = "--environment-" + name.removesuffix("_degrees")
+            raise FragtracerError(f"{option} {value:g}: give a finite number, at most {LARGEST:g}")
+    return replace(scene, environment=replace(environment, **changed) if environment else None)

@@ -76,8 +76,9 @@ def _step(name: str, error: str, explanation: str) -> Stage:
 class Term:
     """What one error does to the surfaces in the picture, relative to their mean radiance in truth.
 
-    ``bias`` is the mean of the change, ``bias_error`` its standard error; ``rms`` the root mean square over
-    pixels with the noise taken out, by multiplying two independent halves.
+    ``bias`` is the mean of the change, ``bias_error`` its standard error, from what two independent halves of the
+    samples differ by in each pixel; ``rms`` the root mean square over pixels with the noise taken out, by multiplying
+    the halves.
     """
 
     error: str
@@ -129,7 +130,8 @@ class Approximation:
         level = max(float(self.truth[self.surfaces].mean()), 1e-30)
         first, second = (self.halves[after] - self.halves[before])[:, self.surfaces] / level
         bias = float((first + second).mean() / 2)
-        error = float(abs(first.mean() - second.mean()) / 2)
+        noise = (first - second).mean(axis=1) / 2
+        error = float(np.linalg.norm(noise) / len(noise))
         return bias, error, float(np.sqrt(max(0.0, (first * second).mean())))
 
     def relative(self, stage: int = -1, against: int = 0) -> Floats:

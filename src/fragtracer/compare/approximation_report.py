@@ -52,11 +52,7 @@ def write_report(path: str | Path, found: Approximation) -> None:
 def _facts(found: Approximation) -> dict[str, Any]:
     total = found.relative()
     limit = pictures.round_limit(total[found.surfaces]) if found.surfaces.any() else 1.0
-    maps = [
-        (stage.error, pictures.data_uri(pictures.diverging(found.relative(i, i - 1), limit)))
-        for i, stage in enumerate(found.stages)
-        if i
-    ]
+    maps = [_map(found, i) for i in range(1, len(found.stages))]
     width, height = found.size
     return {
         "found": found,
@@ -71,6 +67,14 @@ def _facts(found: Approximation) -> dict[str, Any]:
         "settings": {"width": width, "height": height, "spp of each stage": found.spp},
         "machine": {"gl_renderer": found.device} | found.machine,
     }
+
+
+def _map(found: Approximation, stage: int) -> tuple[str, str]:
+    """The caption and the picture of what one error changes, its colours as wide as it needs."""
+    change = found.relative(stage, stage - 1)
+    limit = pictures.round_limit(change[found.surfaces]) if found.surfaces.any() else 1.0
+    caption = f"{found.stages[stage].error}, ±{words.exact(limit)}"
+    return caption, pictures.data_uri(pictures.diverging(change, limit))
 
 
 def shown(found: Approximation, stage: int) -> pictures.Bytes:

@@ -36,6 +36,9 @@ def read(path: str) -> tuple[NDArray[Any], dict[str, str]]:
     """
     import OpenEXR
 
+    with open(path, "rb") as beginning:
+        if beginning.read(4) != b"\x76\x2f\x31\x01":
+            raise ValueError("it does not begin as an OpenEXR file does")
     with OpenEXR.File(path, header_only=True) as file:
         data, display = (_window(file.header(), name) for name in ("dataWindow", "displayWindow"))
     with OpenEXR.File(path, separate_channels=True) as file:

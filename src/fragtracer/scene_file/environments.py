@@ -69,8 +69,10 @@ def environment(table: Any, folder: Path, mistakes: list[str]) -> Environment | 
         values[key] = build(_SOURCES[key], values[key], f"environment.{key}", mistakes)
     if len(mistakes) > before:
         return None
-    if not {"image", "radiance", *_SOURCES} & values.keys():
-        mistakes.append("environment: say what it is: file, radiance, [environment.gradient] or [environment.sky]")
+    given = [key for key in ("file", "radiance", *_SOURCES) if key in table]
+    if len(given) != 1:
+        mistake = f"say one of these alone, not {' and '.join(given)}" if given else "say what it is"
+        mistakes.append(f"environment: {mistake}: file, radiance, [environment.gradient] or [environment.sky]")
         return None
     return build(Environment, values, "environment", mistakes)
 

@@ -11,7 +11,7 @@ PRESETS = {
     "Even light": Environment(radiance=(1.0, 1.0, 1.0)),
     "Overcast": Environment(gradient=Gradient((1.2, 1.23, 1.29), (0.4, 0.41, 0.43), (0.1, 0.09, 0.08))),
     "Studio": Environment(gradient=Gradient((2.0, 2.0, 2.0), (0.15, 0.15, 0.16), (0.05, 0.05, 0.05))),
-    "Clear sky": Environment(sky=Sky(), strength=0.02),
+    "Clear sky": Environment(sky=Sky(), strength=0.03),
     "Low sun": Environment(sky=Sky(turbidity=4.0, sun_elevation_degrees=6.0, sun_azimuth_degrees=110.0), strength=0.06),
 }
 _STRONGEST = 1e6
