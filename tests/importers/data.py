@@ -2,14 +2,19 @@
 """Models made by the tests, and files by others where there are any."""
 
 import base64
+import io
 import json
 import struct
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import PIL.Image
 import pytest
 
+from fragtracer.importers import Model, read_model
+
+TRIANGLE = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
 SHARED = Path(__file__).parents[3] / "shared" / "data"
 
 
@@ -19,6 +24,15 @@ def shared(*parts: str) -> Path:
     if not path.exists():
         pytest.skip(f"there is no shared data {Path(*parts)}")
     return path
+
+
+def _png() -> bytes:
+    file = io.BytesIO()
+    PIL.Image.fromarray(np.arange(16, dtype=np.uint8).reshape(2, 2, 4)).save(file, "PNG")
+    return file.getvalue()
+
+
+PNG = _png()  # 2 x 2 pixels, from 0 to 15
 
 
 class Gltf:
@@ -47,7 +61,7 @@ class Gltf:
 
     def triangle(self, **primitive: Any) -> None:
         """One triangle in a mesh, a node and a scene of its own."""
-        position = self.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]])
+        position = self.array(TRIANGLE)
         attributes = {"POSITION": position, **primitive.pop("attributes", {})}
         self.content.setdefault("meshes", []).append({"primitives": [{"attributes": attributes, **primitive}]})
         self.content.setdefault("nodes", [{"mesh": 0}])
@@ -67,3 +81,7 @@ class Gltf:
             self.content["buffers"] = [{"byteLength": len(self.data), "uri": uri}]
             path.write_text(json.dumps(self.content))
         return path
+
+    def read(self, tmp_path: Path, name: str = "x.gltf") -> Model:
+        """The model, by way of a file."""
+        return read_model(self.write(tmp_path / name))

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-SCENARIOS = Path(__file__).with_name("scenarios.py")
+SCENARIOS = Path(__file__).with_name("scenarios")
 
 
 @pytest.fixture(scope="session")
@@ -38,7 +38,7 @@ def _settings_of_the_tests(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
 
 @pytest.fixture
 def play(display: str, tmp_path: Path) -> Callable[[str], str]:
-    """Runs a scenario of scenarios.py, by its name, in a process and folder of its own."""
+    """Runs a scenario, as "looking.orbits", in a process and folder of its own."""
 
     def run(name: str) -> str:
         environment = os.environ | {"DISPLAY": display, "XDG_CONFIG_HOME": str(tmp_path / "config")}

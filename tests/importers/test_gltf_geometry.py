@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: MIT
+"""Geometry of glTF files: arrays of all kinds, strips and fans, what is used of them, skins."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fragtracer.scene import Material
+
+from .data import TRIANGLE, Gltf
+
+
+@pytest.mark.parametrize("name", ["x.gltf", "x.glb"])
+def test_triangle(tmp_path: Path, name: str) -> None:
+    gltf = Gltf()
+    gltf.triangle()
+    model = gltf.read(tmp_path, name)
+    [part] = model.mesh.parts
+    np.testing.assert_array_equal(part.geometry.positions, TRIANGLE)
+    assert part.geometry.triangles.tolist() == [[0, 1, 2]]
+    assert part.geometry.normals is None
+    assert model.materials == {"default": Material(albedo=(1, 1, 1), metallic=1, roughness=1, double_sided=False)}
+    assert not model.ignored
+
+
+@pytest.mark.parametrize(
+    ("mode", "indices", "expected"),
+    [
+        (4, [0, 1, 2, 2, 1, 3, 0], [[0, 1, 2], [2, 1, 3]]),
+        (5, [0, 1, 2, 3, 4], [[0, 1, 2], [1, 3, 2], [2, 3, 4]]),
+        (6, [0, 1, 2, 3], [[1, 2, 0], [2, 3, 0]]),
+    ],
+)
+@pytest.mark.parametrize("dtype", ["<u1", "<u2", "<u4"])
+def test_modes_and_types_of_indices(
+    tmp_path: Path, mode: int, indices: list[int], expected: list[list[int]], dtype: str
+) -> None:
+    gltf = Gltf(nodes=[{"mesh": 0}], scenes=[{"nodes": [0]}])
+    position = gltf.array(np.random.default_rng(1).random((5, 3)))
+    primitive = {"attributes": {"POSITION": position}, "indices": gltf.array(indices, dtype), "mode": mode}
+    gltf.content["meshes"] = [{"primitives": [primitive]}]
+    assert gltf.read(tmp_path).mesh.parts[0].geometry.triangles.tolist() == expected
+
+
+def test_strides_offsets_sparse_and_normalized(tmp_path: Path) -> None:
+    gltf = Gltf(nodes=[{"mesh": 0}], scenes=[{"nodes": [0]}])
+    table = np.zeros(3, [("pad", "<u4"), ("position", "<f4", 3), ("uv", "<u2", 2)])
+    table["position"], table["uv"] = TRIANGLE, [[0, 65535], [65535, 0], [32768, 0]]
+    view = gltf.view(table.tobytes(), stride=table.dtype.itemsize)
+    rows, moved = gltf.view(np.array([1], "<u2").tobytes()), gltf.view(np.array([5, 6, 7], "<f4").tobytes())
+    sparse = {"count": 1, "indices": {"bufferView": rows, "componentType": 5123}, "values": {"bufferView": moved}}
+    shared_parts = {"bufferView": view, "count": 3}
+    gltf.content["accessors"] += [
+        {**shared_parts, "byteOffset": 4, "componentType": 5126, "type": "VEC3", "sparse": sparse},
+        {**shared_parts, "byteOffset": 16, "componentType": 5123, "type": "VEC2", "normalized": True},
+        {"count": 3, "componentType": 5126, "type": "VEC3", "sparse": sparse},
+    ]
+    color = gltf.array([[255, 0, 51, 127]] * 3, "<u1", normalized=True)
+    normal = gltf.array([[0, 0, -128]] * 3, "<i1", normalized=True)
+    attributes = {"POSITION": 0, "TEXCOORD_0": 1, "COLOR_0": color, "NORMAL": normal}
+    gltf.content["meshes"] = [{"primitives": [{"attributes": attributes}, {"attributes": {"POSITION": 2}}]}]
+    first, second = (part.geometry for part in gltf.read(tmp_path).mesh.parts)
+    np.testing.assert_array_equal(first.positions, [[0, 0, 0], [5, 6, 7], [0, 1, 0]])
+    np.testing.assert_allclose(first.uvs, [[0, 1], [1, 0], [32768 / 65535, 0]])
+    np.testing.assert_allclose(first.colors, [[1, 0, 0.2, 127 / 255]] * 3, rtol=1e-6)
+    np.testing.assert_allclose(first.normals, [[0, 0, -1]] * 3)
+    np.testing.assert_array_equal(second.positions, [[0, 0, 0], [5, 6, 7], [0, 0, 0]])
+
+
+def test_skins_are_posed(tmp_path: Path) -> None:
+    """Vertex 0 on a bone that has moved, 1 on one that has turned about z and was bound elsewhere, 2 between."""
+    half = np.sqrt(0.5)
+    gltf = Gltf(
+        nodes=[
+            {"mesh": 0, "skin": 0, "translation": [100, 100, 100]},
+            {"translation": [0, 0, 3]},
+            {"rotation": [0, 0, half, half], "children": [1]},
+        ],
+        scenes=[{"nodes": [0, 2]}],
+    )
+    bind = np.eye(4)
+    bind[3, :3] = [1, 0, 0]  # the last column, as the file has columns
+    inverse = gltf.view(np.array([np.eye(4), bind], "<f4").tobytes())
+    gltf.content["accessors"].append({"bufferView": inverse, "componentType": 5126, "count": 2, "type": "MAT4"})
+    gltf.content["skins"] = [{"joints": [1, 2], "inverseBindMatrices": 0}]
+    joints = gltf.array([[0, 0, 0, 0], [1, 0, 0, 0], [0, 1, 0, 0]], "<u1")
+    weights = gltf.array([[1, 0, 0, 0], [1, 0, 0, 0], [0.5, 0.5, 0, 0]])
+    normals = gltf.array([[1, 0, 0]] * 3)
+    gltf.triangle(attributes={"JOINTS_0": joints, "WEIGHTS_0": weights, "NORMAL": normals})
+    [part] = gltf.read(tmp_path).mesh.parts
+    np.testing.assert_array_equal(part.matrix, np.eye(4))
+    np.testing.assert_allclose(part.geometry.positions, [[0, 0, 3], [0, 2, 0], [-1, 0.5, 1.5]], atol=1e-6)
+    np.testing.assert_allclose(part.geometry.normals, [[0, 1, 0]] * 3, atol=1e-6)
+
+
+def test_primitives_keep_the_vertices_that_they_use(tmp_path: Path) -> None:
+    gltf = Gltf(nodes=[{"mesh": 0}], materials=[{"name": name} for name in ("a", "a (2)", "a")])
+    attributes = {"POSITION": gltf.array(np.arange(300).reshape(100, 3)), "TEXCOORD_0": gltf.array(np.eye(100)[:, :2])}
+    rows = ([7, 8, 9], [99, 1, 7], [0, 1, 2])
+    gltf.content["meshes"] = [
+        {"primitives": [{"attributes": attributes, "indices": gltf.array(row, "<u2")} for row in rows]}
+    ]
+    for index, primitive in enumerate(gltf.content["meshes"][0]["primitives"]):
+        primitive["material"] = index
+    model = gltf.read(tmp_path)
+    for part, row in zip(model.mesh.parts, rows, strict=True):
+        assert len(part.geometry.positions) == 3
+        assert part.geometry.uvs is not None
+        np.testing.assert_array_equal(part.geometry.positions[part.geometry.triangles[0], 0], np.multiply(row, 3))
+        np.testing.assert_array_equal(part.geometry.uvs[part.geometry.triangles[0]], np.eye(100)[row, :2])
+    assert list(model.materials) == ["a", "a (2)", "a (2) (2)"]
+
+
+@pytest.mark.parametrize("normalized", [True, False])
+@pytest.mark.parametrize("dtype", ["<u1", "<u2"])
+def test_colors_of_vertices_are_fractions(tmp_path: Path, dtype: str, normalized: bool) -> None:
+    most = np.iinfo(dtype).max
+    gltf = Gltf()
+    gltf.triangle(attributes={"COLOR_0": gltf.array([[0, most, 0, most]] * 3, dtype, normalized=normalized)})
+    [part] = gltf.read(tmp_path).mesh.parts
+    np.testing.assert_array_equal(part.geometry.colors, [[0, 1, 0, 1]] * 3)
