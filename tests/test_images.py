@@ -13,6 +13,7 @@ from fragtracer import images
 from fragtracer.errors import FragtracerError, OutputError
 from fragtracer.images import check_writable, read_image, read_metadata, rgbe, tone, write_image
 from fragtracer.images.look import Look
+from fragtracer.textures import read_texture
 
 METADATA = {"spp": "256", "scene": "three spheres", "note": 'naïve = "€"\nsecond line'}
 FORMATS = [".exr", ".hdr", ".npy", ".png"]
@@ -244,6 +245,13 @@ def test_images_and_settings_are_checked(
     assert not list(tmp_path.iterdir())
 
 
+def npy(shape: str, dtype: str = "<f4") -> bytes:
+    """A .npy file of four pixels that says that it has others."""
+    header = f"{{'descr': '{dtype}', 'fortran_order': False, 'shape': {shape}, }}"
+    header += " " * (-(len(header) + 11) % 64) + "\n"
+    return b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header.encode() + bytes(48)
+
+
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
@@ -256,17 +264,32 @@ def test_images_and_settings_are_checked(
         ("a.hdr", b"#?RADIANCE\n\n-Y 1 +X 9\n\x02\x02\x00\x09\x89\x01", "run-length"),
         ("a.hdr", b"#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\n" + bytes(4), "32-bit_rle_xyze"),
         ("a.hdr", b"#?RADIANCE\nEXPOSURE=0\n\n-Y 1 +X 1\n" + bytes(4), "EXPOSURE"),
-        ("a.npy", b"no image", "not one"),
+        ("a.npy", b"no image", "does not open with the header of an array"),
+        ("a.npy", b"PK\3\4" + bytes(100), "does not open with the header of an array"),
+        ("a.npy", npy("(100000, 100000, 3)"), "its header says (100000, 100000, 3) of float32, more than it has"),
+        ("a.npy", npy("(1" + "0" * 19 + ", 1, 3)"), "more than it has"),
+        ("a.npy", npy("(-1, 4, 3)"), "more than it has"),
+        ("a.npy", npy("(1, 1, 3)", "|O"), "it holds Python objects"),
         ("a.png", b"no image", "not one"),
     ],
 )
 def test_what_cannot_be_read_is_said(tmp_path: Path, name: str, content: bytes | None, message: str) -> None:
     if content is not None:
         (tmp_path / name).write_bytes(content)
-    with pytest.raises(FragtracerError) as raised:
-        read_image(tmp_path / name)
-    assert str(tmp_path / name) in str(raised.value)
-    assert message in str(raised.value)
+    for read in (read_image, read_texture):
+        with pytest.raises(FragtracerError) as raised:
+            read(tmp_path / name)
+        assert str(tmp_path / name) in str(raised.value)
+        assert message in str(raised.value) or name in ("a.jpg", "a.png")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes")
+@pytest.mark.parametrize("suffix", [*FORMATS, ".jpg"])
+def test_nobody_waits_for_a_pipe(tmp_path: Path, suffix: str) -> None:
+    os.mkfifo(tmp_path / f"a{suffix}")
+    for read in (read_image, read_texture):
+        with pytest.raises(FragtracerError, match=r"it is no file|choose from"):
+            read(tmp_path / f"a{suffix}")
 
 
 @pytest.mark.parametrize("suffix", FORMATS)

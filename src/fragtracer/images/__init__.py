@@ -133,11 +133,18 @@ def read_content(path: str | Path) -> Content:
     return pixels, {k.removeprefix(_PREFIX): value for k, value in entries.items() if k.startswith(_PREFIX)}
 
 
+def check_regular(path: str | Path) -> None:
+    """Raise OSError for what is there and no file: the end of a pipe or a device may never come."""
+    if Path(path).exists() and not Path(path).is_file():
+        raise OSError("it is no file")
+
+
 def _read(path: str | Path) -> Content:
     reader = _READERS.get(Path(path).suffix.lower())
     if reader is None:
         raise FragtracerError(f"{path}: cannot read this kind of image; choose from {', '.join(_READERS)}")
     try:
+        check_regular(path)
         Path(path).open("rb").close()
         return reader(Path(path))
     except (OSError, RuntimeError, ValueError, EOFError) as error:

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fragtracer.images import exr_child, rgbe
+from fragtracer.images import exr_child, npy, rgbe
 from fragtracer.images.tone import FloatImage, srgb_decode
 
 Content = tuple[FloatImage, dict[str, str]]
@@ -74,10 +74,11 @@ def write_npy(path: Path, pixels: FloatImage, metadata: Mapping[str, str]) -> No
 
 def read_npy(path: Path) -> Content:
     """Any array of (h, w, 3) numbers."""
-    array = np.load(path, allow_pickle=False)
-    if not isinstance(array, np.ndarray) or array.ndim != 3 or array.shape[2] != 3 or array.dtype.kind not in "fiu":
+    array = npy.decode(path.read_bytes())
+    if array.ndim != 3 or array.shape[2] != 3 or array.dtype.kind not in "fiu":
         raise ValueError("it does not hold an array of (height, width, 3) numbers")
-    return array.astype(np.float32), {}
+    with np.errstate(over="ignore"):
+        return array.astype(np.float32), {}
 
 
 def write_png(path: Path, pixels: FloatImage, metadata: Mapping[str, str]) -> None:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.errors import SceneError
+from fragtracer.images import npy
 from fragtracer.importers.model import Model, geometry, matrix_rows, read_file
 from fragtracer.scene import Mesh, Part
 
@@ -38,7 +39,7 @@ def read_arrays(path: Path) -> Model:
     data = read_file(path)
     try:
         arrays = _unpack(data)
-    except (zipfile.BadZipFile, ValueError, OSError, EOFError, SyntaxError, RuntimeError, NotImplementedError) as error:
+    except (zipfile.BadZipFile, ValueError, OSError, EOFError, RuntimeError, NotImplementedError) as error:
         reason = ascii(str(error)[:80])[1:-1]
         raise SceneError(f"{path}: this .npz file is damaged or not one: {reason}") from error
     parts: list[Part] = []
@@ -66,20 +67,11 @@ def _part(path: Path, prefix: str, arrays: dict[str, NDArray[Any]]) -> Part:
 
 
 def _unpack(data: bytes) -> dict[str, NDArray[Any]]:
-    """The arrays of an uncompressed archive, each a view of its bytes: nothing is taken on trust from its header."""
+    """The arrays of an uncompressed archive, each a view of its bytes."""
     arrays = {}
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         for entry in archive.infolist():
             if entry.compress_type != zipfile.ZIP_STORED:
                 raise ValueError("its arrays are compressed; write it with numpy.savez")
-            file = io.BytesIO(archive.read(entry))
-            version = np.lib.format.read_magic(file)
-            read_header = (
-                np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-            )
-            shape, fortran, dtype = read_header(file)
-            if dtype.hasobject:
-                raise ValueError("it holds Python objects")
-            flat = np.frombuffer(file.getvalue()[file.tell() :], dtype) if dtype.itemsize else np.zeros(0, dtype)
-            arrays[entry.filename.removesuffix(".npy")] = flat.reshape(shape, order="F" if fortran else "C")
+            arrays[entry.filename.removesuffix(".npy")] = npy.decode(archive.read(entry))
     return arrays

@@ -7,8 +7,6 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, cast, get_args
 
-import numpy as np
-
 from fragtracer.errors import FragtracerError, OutputError
 from fragtracer.scene import Image, Texture
 from fragtracer.scene.material import TEXTURED
@@ -34,20 +32,10 @@ class SceneImages:
         """The image in ``file``; raises FragtracerError where there is none."""
         path = Path(os.path.abspath(self.folder / file))
         if (path, color_space) not in self._read:
-            image = _array(path, color_space) if path.suffix == ".npy" else read_texture(path, color_space)
+            image = read_texture(path, color_space)
             same = image.color_space == color_space
             self._read[path, color_space] = image if same else Image(image.pixels, color_space, str(path))
         return self._read[path, color_space]
-
-
-def _array(path: Path, color_space: ColorSpace) -> Image:
-    """The array in a .npy file, of any number of channels."""
-    try:
-        return Image(np.load(path, mmap_mode="r", allow_pickle=False), color_space, str(path))
-    except (OSError, ValueError, EOFError, SyntaxError) as error:
-        raise FragtracerError(
-            f"{path}: cannot read this texture: {getattr(error, 'strerror', None) or error}"
-        ) from error
 
 
 def texture(key: str, value: Any, path: str, images: SceneImages, mistakes: list[str]) -> Texture | None:

@@ -11,13 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.errors import FragtracerError
-from fragtracer.images import read_image
+from fragtracer.images import check_regular, npy, read_image
 from fragtracer.scene import Image
 from fragtracer.scene.texture import ColorSpace
 
 # What a file may claim before anything of it is unpacked; Pillow itself warns from 89 million on.
 MOST_PIXELS = 8192 * 8192
-_FLOAT_SUFFIXES = (".exr", ".hdr", ".npy")
 _FORMATS = ["PNG", "JPEG", "BMP", "TGA", "WEBP"]
 _PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _SIXTEEN_BIT_PNG = {(16, color_type) for color_type in (0, 2, 4, 6)}  # bytes 24 and 25 of the file
@@ -30,7 +29,8 @@ def read_texture(source: str | Path | bytes, color_space: ColorSpace = "srgb", n
     ----------
     source
         A .png, .jpg, .bmp, .tga, .webp, .exr, .hdr or .npy file, or the bytes of one of the first five. Alpha is
-        kept, palettes are resolved, a PNG of 16 bits a channel becomes float32. Profiles, gamma chunks and
+        kept, palettes are resolved, a PNG of 16 bits a channel becomes float32; .npy is an array as :class:`Image`
+        takes it. Profiles, gamma chunks and
         the orientation of a photograph are ignored, as glTF 2.0 asks (section 3.8.2).
     color_space
         How the colours are meant: "srgb" for colours that are seen, "linear" for everything else, as
@@ -45,9 +45,15 @@ def read_texture(source: str | Path | bytes, color_space: ColorSpace = "srgb", n
     """
     name = name or ("this texture" if isinstance(source, bytes) else str(source))
     try:
-        if not isinstance(source, bytes) and Path(source).suffix.lower() in _FLOAT_SUFFIXES:
+        if isinstance(source, bytes):
+            return Image(_pixels(source), color_space, name)
+        check_regular(source)
+        suffix = Path(source).suffix.lower()
+        if suffix in (".exr", ".hdr"):
             return Image(read_image(source), "linear", name)
-        data = source if isinstance(source, bytes) else Path(source).read_bytes()
+        data = Path(source).read_bytes()
+        if suffix == ".npy":
+            return Image(npy.decode(data), "linear", name)
         return Image(_pixels(data), color_space, name)
     except (OSError, ValueError, SyntaxError, EOFError, zlib.error) as error:
         reason = getattr(error, "strerror", None) or str(error).replace(repr(source), "it")
