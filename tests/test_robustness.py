@@ -193,6 +193,6 @@ def test_planted_error_is_found(ctx, monkeypatch, tmp_path, file, text, replacem
 
 def test_cracks_between_shapes_are_found(ctx, monkeypatch):
     """The planted error: shapes end where they should, to the last bit, and so neighbours do not meet."""
-    monkeypatch.setattr("fragtracer.packing._EDGE_GROWTH", 0.0)
+    monkeypatch.setattr("fragtracer.packing.shapes._EDGE_GROWTH", 0.0)
     with pytest.raises(AssertionError):
         test_closed_box_stays_black_inside(ctx, "mis", rotation(), (30.0, 0.0, 0.0), True)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fragtracer.gpu.probe import probe
-from fragtracer.packing import camera_uniforms
+from fragtracer.packing.camera import camera_uniforms
 from fragtracer.scene import Camera
 
 from . import Floats

@@ -8,7 +8,8 @@ import moderngl
 import numpy as np
 import pytest
 
-from fragtracer.packing import RECORDS, PackedScene, pack
+from fragtracer.packing import PackedScene, pack
+from fragtracer.packing.records import RECORDS
 from fragtracer.scene import Scene
 from fragtracer.shader_composer import CONSTANTS
 

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from fragtracer.gpu.film import Film
-from fragtracer.packing import PackedScene, camera_uniforms, pack
+from fragtracer.packing import PackedScene, pack
+from fragtracer.packing.camera import camera_uniforms
 from fragtracer.renderer import Renderer
 from fragtracer.scene import Camera, RenderSettings, Scene
 from fragtracer.shader_composer import CONSTANTS
