@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The bundled meshes are what scripts/make_scene_meshes.py makes, small, and face outwards."""
 
-import importlib.util
-import sys
+import importlib
 from pathlib import Path
 
 import numpy as np
@@ -11,18 +10,17 @@ import pytest
 from fragtracer.importers import read_model
 from fragtracer.resources import folder
 
-SCRIPT = Path(__file__).parents[1] / "scripts" / "make_scene_meshes.py"
+SCRIPTS = Path(__file__).parents[1] / "scripts"
 BUNDLED = folder("scenes") / "meshes"
 
 
 @pytest.fixture(scope="module")
 def makers():
     pytest.importorskip("scipy", reason="scipy is not installed: the meshes cannot be made again")
-    spec = importlib.util.spec_from_file_location("meshes_script", SCRIPT)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return {make.__name__.replace("_", "-"): make for make in module.MAKERS}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(SCRIPTS)
+        makers = importlib.import_module("make_scene_meshes").MAKERS
+    return {make.__name__.replace("_", "-"): make for make in makers}
 
 
 def test_they_are_what_the_script_makes(makers):
