@@ -99,15 +99,6 @@ def test_integrals_have_converged(monkeypatch):
     assert difference.max() < 0.015
 
 
-def test_sun_painted_into_the_map_keeps_its_irradiance():
-    environment = Environment(sky=Sky(sun_elevation_degrees=20.0, sun_azimuth_degrees=-140.0))
-    disc = environment.sky.disc
-    cosine = np.maximum(0, direction_of(U, V) @ disc.direction)
-    painted = environment.pixels_with_sun.astype(np.float64) - environment.pixels
-    found = (painted * (SOLID_ANGLE * cosine)[..., None]).sum((0, 1))
-    np.testing.assert_allclose(found, sun_irradiance(3.0, np.radians(20.0)), rtol=1e-3)
-
-
 def test_a_sun_below_the_horizon_or_switched_off_is_none():
     assert Environment(sky=Sky(sun_elevation_degrees=-5.0)).sun is None
     assert Environment(sky=Sky(sun=False)).sun is None

@@ -11,10 +11,11 @@ float ggx_d(float alpha, vec3 wh) {
     return a2 * INVERSE_PI / (t * t);
 }
 
-// Exact Smith masking of GGX (Walter et al. 2007, eq. 34).
+// Exact Smith masking of GGX (Walter et al. 2007, eq. 34). The root is not below cos_theta, but its square may be
+// too small for a float32.
 float ggx_g1_smith(float alpha, float cos_theta) {
     float a2 = alpha * alpha;
-    return 2.0 * cos_theta / (cos_theta + sqrt(a2 + (1.0 - a2) * cos_theta * cos_theta));
+    return 2.0 * cos_theta / (cos_theta + max(cos_theta, sqrt(a2 + (1.0 - a2) * cos_theta * cos_theta)));
 }
 
 // Masking with a width k (Schlick 1994, eq. 19).

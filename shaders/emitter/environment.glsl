@@ -39,7 +39,7 @@ vec4 environment_bilinear(vec2 place) {
     ivec2 last = u_environment_size - 1;
     int left = int(corner.x);
     int right = left + 1;
-    left += left < 0 ? u_environment_size.x : 0;
+    left += left < 0 ? u_environment_size.x : left > last.x ? -u_environment_size.x : 0;
     right -= right > last.x ? u_environment_size.x : 0;
     int upper = max(int(corner.y), 0);
     int lower = min(int(corner.y) + 1, last.y);

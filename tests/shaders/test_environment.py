@@ -214,6 +214,16 @@ def test_extreme_numbers_choose_texels_that_shine(ctx: moderngl.Context) -> None
         assert np.isfinite(got["pdf"]).all()
 
 
+@pytest.mark.parametrize("width", [1, 3, 8192])
+def test_one_texel_beyond_either_end_is_the_other_end(ctx: moderngl.Context, width: int) -> None:
+    """The farthest place that a sample has, rounded: in a map this wide its tent reaches a whole texel out."""
+    pixels = noise(2, width)
+    places = np.array([(-0.5, 0.5), (width + 0.5, 0.5), (width + 0.5, 1.5)], np.float32)
+    body = "radiance = environment_bilinear(place).rgb * u_environment_scale;"
+    got = scene_probe(ctx, packed_map(pixels), EMITTER, body, {"place": places}, {"radiance": 3})["radiance"]
+    np.testing.assert_allclose(got, pixels[[0, 0, 1], [-1, 0, 0]], rtol=1e-5)
+
+
 def test_angles_in_turns(ctx: moderngl.Context) -> None:
     angle = np.linspace(-np.pi, np.pi, 10001)
     v = np.stack([np.cos(angle), np.sin(angle)], -1).astype(np.float32)

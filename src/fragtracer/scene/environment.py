@@ -188,25 +188,6 @@ class Environment:
         return self.source.pixels
 
     @property
-    def pixels_with_sun(self) -> NDArray[np.float32]:
-        """:attr:`pixels` with the light of the sun in the four texels around its middle: the same irradiance,
-        from a disc as wide as a texel."""
-        disc = self.sky.disc if self.sky else None
-        if disc is None:
-            return self.pixels
-        pixels = self.pixels.copy()
-        height, width, _ = pixels.shape
-        x, y = place_of(disc.direction) * (width, height) - 0.5
-        column, row = int(np.floor(x)), int(np.floor(y))
-        light = np.array(disc.radiance) * 2 * np.pi * disc.one_minus_cos
-        for below, right in np.ndindex(2, 2):
-            share = (1 - abs(x - column - right)) * (1 - abs(y - row - below))
-            line = min(max(row + below, 0), height - 1)
-            solid_angle = 2 * np.pi**2 / (width * height) * np.sin(np.pi * (line + 0.5) / height)
-            pixels[line, (column + right) % width] += share * light / solid_angle
-        return pixels
-
-    @property
     def rotation(self) -> Floats:
         """(3, 3) matrix that takes directions of the map to the world."""
         angle = np.radians(self.rotation_degrees)
