@@ -57,9 +57,9 @@ ENVIRONMENTS = {
 
 
 def irradiance(environment: Environment) -> NDArray[np.float64]:
-    """On a floor, by the midpoint rule, 8 places a texel or more in both directions."""
+    """On a floor, by the midpoint rule, 8 places a texel or more in both directions; 2 in a smooth sky."""
     pixels = environment.pixels
-    height, width = (max(8 * side, 256) for side in pixels.shape[:2])
+    height, width = (max((2 if environment.sky else 8) * side, 256) for side in pixels.shape[:2])
     v, u = np.meshgrid((np.arange(height) + 0.5) / height, (np.arange(width) + 0.5) / width, indexing="ij")
     wi = direction_of(u, v)
     weight = np.sin(np.pi * v) * np.maximum(0, wi @ environment.rotation.T @ NORMAL) * 2 * np.pi**2 / (height * width)
@@ -71,7 +71,7 @@ def floor_under(environment: Environment, **more: object) -> Scene:
     materials = {"floor": lambert(FLOOR_ALBEDO)}
     floor = Plane((0.0, 0.0, 0.0), NORMAL, "floor")
     camera = stare((0.0, 0.0, 0.0), (5.0, 1.0, -2.0))
-    return Scene(camera, materials, planes=[floor], environment=environment, **more)
+    return Scene(**({"camera": camera, "materials": materials, "planes": [floor], "environment": environment} | more))
 
 
 @pytest.mark.parametrize("name", ENVIRONMENTS)
@@ -110,6 +110,52 @@ def test_sun_has_the_irradiance_that_it_says(ctx):
     assert_mean(image, expected, 0.01, 2e-4)
     without = rendered(ctx, floor_under(replace(environment, sky=replace(environment.sky, sun=False))), 1024, bounces=1)
     assert_mean(without, np.multiply(FLOOR_ALBEDO, irradiance(environment)) / np.pi, 0.01, 2e-4)
+
+
+BROAD = Sky(sun_elevation_degrees=50.0, sun_azimuth_degrees=40.0, sun_radius_degrees=15.0)
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_broad_sun_has_the_irradiance_that_it_says(ctx, estimator):
+    """So broad that chance meets it: its rim, too."""
+    environment = Environment(sky=BROAD, strength=0.02)
+    sun = environment.sun
+    disc = np.array(sun.radiance) * np.pi * sun.one_minus_cos * (2 - sun.one_minus_cos) * np.dot(sun.direction, NORMAL)
+    image = rendered(ctx, floor_under(environment), 1024, estimator=estimator, bounces=1)
+    assert_mean(image, np.multiply(FLOOR_ALBEDO, disc + irradiance(environment)) / np.pi, 0.012, 2e-4)
+
+
+def glossy_under_a_broad_sun(ctx, estimator):
+    """A floor that mirrors the rim of the sun to the camera, by a lobe about as wide as the sun."""
+    environment = Environment(sky=BROAD, strength=0.02)
+    normal, sun = np.array(NORMAL), np.array(environment.sun.direction)
+    mirrored = 2 * (normal @ sun) * normal - sun
+    scene = floor_under(environment, camera=stare((0.0, 0.0, 0.0), tuple(5 * mirrored + (0.6, 0.0, 0.6))))
+    metal = {"floor": Material(albedo=1.0, metallic=1.0, roughness=0.5)}
+    return rendered(ctx, replace(scene, materials=metal), 1024, estimator=estimator, bounces=1)
+
+
+def test_estimators_agree_on_a_glossy_floor_under_a_broad_sun(ctx):
+    expected = glossy_under_a_broad_sun(ctx, "nee").mean((0, 1), dtype=np.float64)
+    for estimator in ("mis", "bsdf"):
+        assert_mean(glossy_under_a_broad_sun(ctx, estimator), expected, 0.012, 2e-4)
+
+
+SUN_MUTATIONS = {
+    "rim cut off": ("emitter/sun_light.glsl", "<= 2.0 * one_minus_cos", "<= 1.9 * one_minus_cos"),
+    "chance of the sun forgotten": (
+        "integrator/path.glsl",
+        "path.ray.direction) * sun.probability",
+        "path.ray.direction)",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SUN_MUTATIONS)
+def test_a_planted_error_of_the_sun_is_found(ctx, monkeypatch, tmp_path, name):
+    Planter(monkeypatch, tmp_path)(*SUN_MUTATIONS[name])
+    with pytest.raises(AssertionError):
+        test_estimators_agree_on_a_glossy_floor_under_a_broad_sun(ctx)
 
 
 @pytest.mark.parametrize("estimator", ESTIMATORS)
