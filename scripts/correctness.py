@@ -47,7 +47,7 @@ same description. `tests/test_mesh_twin.py` compares each of these things by its
 
 What else is proved, without Mitsuba: every function of the shader library by itself (`tests/shaders/`), closed forms
 (`tests/test_furnace.py`, `tests/test_direct_light.py`), convergence to 65,536 samples per pixel without a floor
-(`tests/test_convergence.py`). And the checks are checked: `tests/test_mutations.py` plants the {mutations} errors of
+(`tests/test_convergence.py`). And the checks are checked: `tests/test_mutations.py` plants each of the errors of
 `tests/mutations.py`, one at a time, and every one is rejected.
 
 Written by `python scripts/correctness.py` on {date} with fragtracer {fragtracer},
@@ -100,9 +100,7 @@ def main(quick: bool) -> None:
         comparison = compare_scene(scene, SIZE, spp, BATCHES, margin=MARGIN)
         rows.append(row(name, special, comparison))
         print(rows[-1], flush=True)
-    mutations = (OUTPUT.parents[1] / "tests" / "mutations.py").read_text("utf-8").count("    Mutation(")
     facts = {
-        "mutations": mutations,
         "batches": BATCHES,
         "size": f"{SIZE[0]} x {SIZE[1]}",
         "spp": SPP,

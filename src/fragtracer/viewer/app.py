@@ -10,24 +10,17 @@ import numpy as np
 from imgui_bundle import imgui
 from numpy.typing import NDArray
 
-from fragtracer import scene_file
 from fragtracer.errors import DeviceError, FragtracerError, ShaderError
 from fragtracer.gpu.context import attach_context
 from fragtracer.images import write_image
 from fragtracer.resources import folder
 from fragtracer.scene import Scene
-from fragtracer.viewer import actions, layout
+from fragtracer.viewer import actions
 from fragtracer.viewer.display import AUXILIARY, Display, Rectangle
-from fragtracer.viewer.gizmo import Gizmo
 from fragtracer.viewer.governor import Governor
-from fragtracer.viewer.input import Navigator
+from fragtracer.viewer.interface import Interface
 from fragtracer.viewer.layout import Area
 from fragtracer.viewer.live import LiveRenderer
-from fragtracer.viewer.panels import display as display_panel
-from fragtracer.viewer.panels import menu, objects, overlay, widgets
-from fragtracer.viewer.panels import render as render_panel
-from fragtracer.viewer.panels import scene as scene_panel
-from fragtracer.viewer.panels import statistics as statistics_panel
 from fragtracer.viewer.panels.statistics import Figures
 from fragtracer.viewer.refiner import Refiner
 from fragtracer.viewer.session import Session
@@ -62,21 +55,17 @@ class Viewer:
         self.refiner = Refiner(renderer, Governor())
         self.film_statistics = FilmStatistics()
         self.times = FrameTimes()
-        self.navigator, self.gizmo, self.wipe = Navigator(), Gizmo(), Wipe()
-        self.panels_shown, self.help_shown = True, False
-        self.before_frame: Callable[[Viewer], None] | None = None
+        self.wipe = Wipe()
+        self.interface = Interface(self.session, self.wipe)
         self.rectangle: Rectangle = (0, 0, 1, 1)
-        self._scenes = list(scene_file.bundled())
         self._shaders = Watch(lambda: shader_files(folder("shaders")), whole_folder=True)
         self._file = Watch(lambda: scene_files(self.session.document.scene, self.session.path))
         self._seen_version = self.session.version
-        self._reset_layout = False
         self._title = ""
         self._frames = 0
         self._gathered_before = ""
         self._gl_renderer = renderer.context_info["GL renderer"]
         self._shader_problem = ""
-        self._active_at = time.perf_counter()
         self._presented: tuple[object, ...] = ()
         self._presented_at = 0.0
 
@@ -104,7 +93,8 @@ class Viewer:
 
     def frame(self) -> None:
         """One turn of the loop; sleeps for a while where nothing changes."""
-        idle = self.is_done and not self._gathers_for_comparison and time.perf_counter() - self._active_at > _AWAKE
+        asleep = time.perf_counter() - self.interface.used_at > _AWAKE
+        idle = asleep and self.is_done and not self._gathers_for_comparison
         self.window.poll(_NAP if idle else 0.0)
         start = time.perf_counter()
         if self.window.is_minimised:
@@ -113,11 +103,11 @@ class Viewer:
         if self._shows_nothing_new(start):
             self._refine()
             return
-        if self.before_frame is not None:
-            self.before_frame(self)
         self._watch()
         with self.window.panels():
-            area = self._panels()
+            area, action = self.interface.describe(self.figures, self.times, self.display.compares, self.problem)
+            if action:
+                self.do(action)
         self._sync(area)
         self._compare()
         traced = self._refine()
@@ -213,88 +203,12 @@ class Viewer:
         except FragtracerError as error:
             self.session.problem = str(error)
 
-    def _panels(self) -> Area:
-        chosen = menu.keys()
-        area = layout.whole_window()
-        if self.panels_shown:
-            if imgui.begin_main_menu_bar():
-                chosen = menu.draw(self.session, self._scenes, self.panels_shown) or chosen
-                imgui.end_main_menu_bar()
-            area = layout.dock_panels(self._reset_layout)
-            self._reset_layout = False
-            self._docked()
-        self._overlay(area)
-        if chosen:
-            self.do(chosen)
-        self._navigate(area)
-        if not (imgui.is_any_item_active() or imgui.is_mouse_down(0)):
-            self.session.history.close()
-        return area
-
-    def _docked(self) -> None:
-        panels: dict[str, Callable[[], None]] = {
-            "Scene": lambda: scene_panel.draw(self.session),
-            "Render": self._render_panel,
-            "Display": self._display_panel,
-            "Statistics": lambda: statistics_panel.draw(self.figures, self.times),
-        }
-        for name, draw in panels.items():
-            if imgui.begin(name)[0]:
-                draw()
-            imgui.end()
-
-    def _render_panel(self) -> None:
-        scene = self.session.document.scene
-        settings = render_panel.edit(scene.render)
-        document = self.session.document
-        edited = widgets.edited(scene, render=settings)
-        self.session.edit(widgets.edited(document, scene=edited), "render settings")
-        render_panel.limits(self.session)
-
-    def _display_panel(self) -> None:
-        self.session.display = display_panel.edit(self.session.display, self.display.compares)
-
-    def _overlay(self, area: Area) -> None:
-        overlay.status(area, self.figures, self.times.fps)
-        overlay.messages(area, self.session.toast, self.problem)
-        if self.help_shown:
-            overlay.help_window(area)
-
-    def _navigate(self, area: Area) -> None:
-        session = self.session
-        session.display = self.wipe.drag(area, session.display, self.display.compares)
-        self._drag_selected(area)
-        blocked = self.gizmo.takes_mouse or self.wipe.takes_mouse
-        session.camera, click = self.navigator.navigate(session.camera, area, blocked)
-        if click is not None:
-            actions.click(session, click, area.width / area.height)
-        io = imgui.get_io()
-        if (
-            any(io.mouse_down[:3])
-            or io.mouse_delta.x
-            or io.mouse_delta.y
-            or io.mouse_wheel
-            or imgui.is_any_item_active()
-        ):
-            self._active_at = time.perf_counter()
-
-    def _drag_selected(self, area: Area) -> None:
-        session, place = self.session, self.session.selected
-        part = None if place is None or place in session.document.hidden else session.document.part(place)
-        step = self.gizmo.drag(session.camera, area, part)
-        if step is not None and place is not None:
-            session.edit(session.document.with_part(place, objects.moved(part, step)), f"drag {place}")
-
     def do(self, action: str) -> None:
         """Carry out what a menu item or a key is called (:data:`fragtracer.viewer.panels.menu.KEYS`)."""
-        self._active_at = time.perf_counter()
+        self.interface.used_at = time.perf_counter()
         match action:
-            case "panels":
-                self.panels_shown = not self.panels_shown
-            case "help":
-                self.help_shown = not self.help_shown
-            case "layout":
-                self._reset_layout = True
+            case "panels" | "help" | "layout":
+                self.interface.show(action)
             case "close":
                 self.window.request_close()
             case "image png" | "image exr":

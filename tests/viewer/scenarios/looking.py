@@ -88,7 +88,7 @@ def shows_help_and_hides() -> None:
     with opened() as viewer:
         hand = Hand(viewer)
         hand.key("F1")
-        assert viewer.help_shown
+        assert viewer.interface.help_shown
         hand.key("F1")
         hand.click(*hand.place_of(viewer.session.document.part(GOLD).center))
         hand.key("f")
