@@ -120,6 +120,22 @@ def test_files_cut_off_or_changed(tmp_path: Path) -> None:
     assert "model" in outcomes
 
 
+@pytest.mark.parametrize("dtype", ["<f4", "<i2"])
+def test_bytes_that_are_named_many_times(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, dtype: str) -> None:
+    """A file of 2 MB whose 300 accessors all lie in the same bytes: as they are, or each as other numbers."""
+    monkeypatch.setattr("fragtracer.importers.gltf.accessors._MOST_BYTES", 2**24)
+    gltf = Gltf(nodes=[{"mesh": 0}])
+    points = gltf.array(np.random.default_rng(1).integers(0, 100, (150_000, 3)), dtype)
+    accessor = gltf.content["accessors"][points]
+    gltf.content["accessors"] += [accessor | {"normalized": dtype != "<f4"} for _ in range(300)]
+    indices = gltf.array([0, 1, 2], "<u1")
+    gltf.content["meshes"] = [
+        {"primitives": [{"attributes": {"POSITION": 1 + i}, "indices": indices} for i in range(300)]}
+    ]
+    message = outcome(gltf.write(tmp_path / "x.glb"))
+    assert message == "model" if dtype == "<f4" else "with it all arrays take more than 16777216 bytes" in message
+
+
 @pytest.mark.parametrize(
     ("name", "message"),
     [

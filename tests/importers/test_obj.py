@@ -259,6 +259,19 @@ def test_text_of_old_programs(tmp_path: Path) -> None:
         read_model(tmp_path / "x.obj")
 
 
+@pytest.mark.parametrize("name", ["C:\\\\me\\\\maps\\\\p.png", "/home/nobody/maps/p.png", "maps/p.png", "../p.png"])
+def test_pictures_of_another_machine_are_found_beside(tmp_path: Path, name: str) -> None:
+    (tmp_path / "obj").mkdir()
+    PIL.Image.new("RGB", (1, 1)).save(tmp_path / "obj" / "p.png")
+    model = read(tmp_path / "obj", SQUARE + "mtllib x.mtl\nusemtl a\nf 1 2 3\n", f"newmtl a\nmap_Kd {name}\n")
+    assert model.materials["a"].albedo_texture is not None
+    PIL.Image.new("RGB", (2, 2)).save(tmp_path / "p.png")  # a path that leads somewhere is followed
+    (tmp_path / "obj" / "x.obj").touch()
+    texture = read_model(tmp_path / "obj" / "x.obj").materials["a"].albedo_texture
+    assert texture is not None
+    assert texture.image.pixels.shape[0] == (2 if name == "../p.png" else 1)
+
+
 @pytest.mark.parametrize("picture", ["L", "LA", "RGB", "RGBA"])
 @pytest.mark.parametrize("mask", ["L", "LA", "RGB", "RGBA"])
 def test_masks_of_every_kind(tmp_path: Path, picture: str, mask: str) -> None:

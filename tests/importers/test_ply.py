@@ -61,6 +61,10 @@ def test_attributes(tmp_path: Path, order: str) -> None:
     np.testing.assert_allclose(geometry.normals, [[0, 0, 1]] * 3)
     np.testing.assert_allclose(geometry.uvs, [[0.25, 0.25]] * 3)
     np.testing.assert_allclose(geometry.colors, [[1, 0, 0.215861, 0.2]] * 3, atol=1e-5)
+    assert model.materials["x"].alpha_mode == "blend"
+    rows[:, -1] = 255
+    model = read_model(write(tmp_path / "y.ply", order, vertex, rows, [[0, 1, 2]]))
+    assert model.materials["y"].alpha_mode == "opaque"
 
 
 def test_corner_coordinates_and_texture(tmp_path: Path) -> None:

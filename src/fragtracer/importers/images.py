@@ -22,7 +22,7 @@ class ModelImages:
 
     def get(self, file: str, color_space: ColorSpace) -> Image | None:
         """The image in ``file``; None, with a note, where there is none."""
-        path = Path(os.path.abspath(self.folder / file))
+        path = self._path(file)
         key = path, color_space
         if key not in self._read:
             self.files.append(path)
@@ -32,3 +32,9 @@ class ModelImages:
                 self._read[key] = None
                 self.notes.append(str(error).replace(f"{path}: ", f"image {file}: "))
         return self._read[key]
+
+    def _path(self, file: str) -> Path:
+        """``file``; where there is none, as of another machine's folders, the one of its name beside the model."""
+        path = Path(os.path.abspath(self.folder / file))
+        beside = path if path.exists() else Path(os.path.abspath(self.folder / path.name))
+        return beside if beside.is_file() else path

@@ -6,6 +6,7 @@ would bind the users of fragtracer.
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -54,13 +55,19 @@ def read_ply(path: Path) -> Model:
         raise SceneError(f"{path}: this file has no vertices with x, y and z, or no faces")
     images = ModelImages(path.parent)
     part = Part(_geometry(str(path), vertices, faces, strips), path.stem)
-    material = Material(albedo=(1, 1, 1)) if part.geometry.colors is not None else Material()
+    material = Material() if part.geometry.colors is None else _colored(part.geometry.colors)
     textures = [comment.split(None, 1)[1] for comment in header.comments if comment.lower().startswith("texturefile ")]
     if textures and (image := images.get(textures[0], "srgb")):
-        material = Material(albedo=(1, 1, 1), albedo_texture=Texture(image))
+        material = replace(material, albedo=(1.0, 1.0, 1.0), albedo_texture=Texture(image))
     notes = [*images.notes, *(["textures after the first"] if textures[1:] else []), *_ignored(header.elements)]
     mesh = Mesh(parts=(part,))
     return Model(mesh, {path.stem: material}, ignored=listed(notes), files=(path, *images.files))
+
+
+def _colored(colors: NDArray[Any]) -> Material:
+    """What shows the colours of vertices, and their alpha where there is any."""
+    is_clear = colors.shape[1] == 4 and bool((colors[:, 3] < 1).any())
+    return Material(albedo=(1, 1, 1), alpha_mode="blend" if is_clear else "opaque")
 
 
 def _ignored(elements: list[Element]) -> list[str]:

@@ -11,14 +11,16 @@ from fragtracer.importers.gltf.container import Container
 _TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 _MOST_ZEROS = 2**24  # elements without any bytes in the file
+_MOST_BYTES = 2**32  # of all arrays that do not lie in the file as they are; it can name the same bytes many times
 
 
 class Accessors:
-    """The arrays of one model, each read once."""
+    """The arrays of one model, each read once; as far as possible they are views of the file."""
 
     def __init__(self, container: Container) -> None:
         self._container = container
         self._read: dict[int, NDArray[Any]] = {}
+        self._bytes = 0
 
     def get(self, index: int, place: str, types: tuple[str, ...]) -> NDArray[Any]:
         """(count, width) numbers, in the type of the file, or as fractions where it says that they are normalized.
@@ -34,6 +36,9 @@ class Accessors:
                 array = self._sparse(index, accessor, array)
             if accessor.normalized and array.dtype.kind != "f":
                 array = np.maximum(array / np.float32(np.iinfo(array.dtype).max), np.float32(-1))
+            self._bytes += array.nbytes if array.flags.owndata else 0
+            if self._bytes > _MOST_BYTES:
+                raise self._container.error(place, f"with it all arrays take more than {_MOST_BYTES} bytes")
             self._read[index] = array
         return self._read[index]
 
@@ -75,5 +80,4 @@ class Accessors:
             raise self._container.error(place, f"{count} elements end behind the buffer view of {len(data)} bytes")
         if not count:
             return np.zeros((0, width), dtype)
-        rows = np.ndarray((count, width), dtype, data, offset, (stride, dtype.itemsize))
-        return np.ascontiguousarray(rows)
+        return np.ndarray((count, width), dtype, data, offset, (stride, dtype.itemsize))

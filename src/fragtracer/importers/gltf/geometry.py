@@ -75,7 +75,8 @@ class Primitives:
         triangles = _triangles(indices, primitive.mode)
         if "JOINTS_0" not in primitive.attributes:
             arrays, triangles = _used(arrays, triangles)
-        return geometry(f"{self._container.path}: {place}", triangles=triangles, **arrays)
+        copies = {name: array.copy() for name, array in arrays.items()}  # which do not keep the whole file in memory
+        return geometry(f"{self._container.path}: {place}", triangles=triangles, **copies)
 
 
 def _used(
