@@ -3,6 +3,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import moderngl
 import numpy as np
@@ -149,25 +150,19 @@ def test_no_seam_shows_at_the_edges_of_faces(ctx: moderngl.Context, roughness: f
     corner = rng.choice([-1.0, 1.0], (40, 3))
     points = np.concatenate([edge, corner])
     step = rng.normal(size=points.shape) * 1e-5
-    texture = cube_maps.texture_of(ctx, found)
-    body = f"c = cube_lookup(u_cube, 32, 4, d, {roughness * 3});"
-    sides = [
-        probe(
-            ctx,
-            ["split_sum/cube.glsl", "probe_sampler"],
-            body,
-            {"d": d},
-            {"c": 3},
-            generated=SAMPLER,
-            resources={"u_cube": texture},
-        )["c"]
-        for d in (points + step, points - step)
-    ]
-    texture.release()
+    sides = [looked_up(ctx, found, d, f"32, 4, d, {roughness * 3}") for d in (points + step, points - step)]
     assert np.abs(sides[0] / sides[1] - 1).max() < 2e-3
 
 
-SAMPLER = {"probe_sampler": "uniform highp sampler2D u_cube;"}
+def looked_up(ctx: moderngl.Context, cube: NDArray[np.float32], d: NDArray[np.float64], rest: str) -> Any:
+    """What cube_lookup finds in a cube map, of whose arguments ``rest`` are the others, in directions ``d``."""
+    texture = cube_maps.texture_of(ctx, cube)
+    includes = ["split_sum/cube.glsl", "probe_sampler"]
+    sampler = {"probe_sampler": "uniform highp sampler2D u_cube;"}
+    body = f"c = cube_lookup(u_cube, {rest});"
+    found = probe(ctx, includes, body, {"d": d}, {"c": 3}, generated=sampler, resources={"u_cube": texture})["c"]
+    texture.release()
+    return found
 
 
 def test_lookup_finds_its_direction(ctx: moderngl.Context) -> None:
@@ -175,18 +170,7 @@ def test_lookup_finds_its_direction(ctx: moderngl.Context) -> None:
     rng = np.random.default_rng(6)
     d = rng.normal(size=(2000, 3))
     fine = MapSizes(prefiltered=128, levels=2, samples=16, irradiance=16)
-    texture = cube_maps.texture_of(ctx, environment_maps(ctx, pixels, fine)["prefiltered"])
-    body = "c = cube_lookup(u_cube, 128, 2, d, 0.0);"
-    found = probe(
-        ctx,
-        ["split_sum/cube.glsl", "probe_sampler"],
-        body,
-        {"d": d},
-        {"c": 3},
-        generated=SAMPLER,
-        resources={"u_cube": texture},
-    )["c"]
-    texture.release()
+    found = looked_up(ctx, environment_maps(ctx, pixels, fine)["prefiltered"], d, "128, 2, d, 0.0")
     np.testing.assert_allclose(found, lookup(pixels, d), rtol=1e-3)
 
 

@@ -2,6 +2,7 @@
 """bsdf/cook_torrance.glsl: its values, against the formulas in float64, and what physics asks of them."""
 
 from dataclasses import replace
+from typing import Any
 
 import moderngl
 import numpy as np
@@ -122,23 +123,31 @@ def white_materials() -> list[Material]:
     return [Material(m.diffuse_albedo, 1.0, m.specular_f0, m.specular_f90) for m in chosen]
 
 
-@pytest.mark.parametrize("term", TERMS)
-def test_no_material_reflects_more_than_it_receives(ctx: moderngl.Context, term: str) -> None:
-    """Reflected share of light from every side, by quadrature, over fine steps of angle and roughness."""
-    angles = [0, 20, 40, 55, 65, 72, 77, 81, 84, 86.5, 88, 89, 89.6, 89.95]
-    alphas = [1e-3, 0.01, 0.03, 0.06, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0]
-    places = [(alpha, direction(degrees)) for alpha in alphas for degrees in angles]
-    grids = [nodes(Reflections(alpha, wo), (4, 8), (12, 10)) for alpha, wo in places]
+EVAL = "b.alpha = width; value = bsdf_eval(b, view, wi);"
+
+
+def quadrature(places: Any, pieces: tuple[int, int]) -> tuple[dict[str, Floats], Floats]:
+    """What :data:`EVAL` reads, to reflect light from every side at ``places`` (alpha, wo), and weights (places, n)."""
+    grids = [nodes(Reflections(alpha, wo), pieces, (12, 10)) for alpha, wo in places]
     count = len(grids[0][1])
     inputs = {
         "wi": np.concatenate([wi for wi, _ in grids]),
         "view": np.repeat([wo for _, wo in places], count, axis=0),
         "width": np.repeat([alpha for alpha, _ in places], count),
     }
-    weights = np.stack([w for _, w in grids])
+    return inputs, np.stack([w for _, w in grids])
+
+
+@pytest.mark.parametrize("term", TERMS)
+def test_no_material_reflects_more_than_it_receives(ctx: moderngl.Context, term: str) -> None:
+    """Reflected share of light from every side, by quadrature, over fine steps of angle and roughness."""
+    angles = [0, 20, 40, 55, 65, 72, 77, 81, 84, 86.5, 88, 89, 89.6, 89.95]
+    alphas = [1e-3, 0.01, 0.03, 0.06, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0]
+    places = [(alpha, direction(degrees)) for alpha in alphas for degrees in angles]
+    inputs, weights = quadrature(places, (4, 8))
     for material in white_materials():
-        value = run(ctx, "b.alpha = width; value = bsdf_eval(b, view, wi);", inputs, {"value": 3}, material, term=term)
-        albedo = np.einsum("pn,pnc->pc", weights, value["value"].reshape(len(places), count, 3))
+        value = run(ctx, EVAL, inputs, {"value": 3}, material, term=term)["value"]
+        albedo = np.einsum("pn,pnc->pc", weights, value.reshape(*weights.shape, 3))
         worst = places[albedo.max(1).argmax()]
         assert albedo.max() <= 1 + 1e-4, f"{albedo.max():.5f} at alpha, wo = {worst}, {material}"
 
@@ -173,17 +182,9 @@ def test_multiple_scattering_scales_the_specular_lobe(ctx: moderngl.Context) -> 
 def albedos(ctx: moderngl.Context, material: Material) -> Floats:
     """What is reflected with multiple scattering, of light from every side, (alphas, viewers, 3)."""
     places = [(alpha, direction(degrees)) for alpha in WIDE for degrees in VIEWERS]
-    grids = [nodes(Reflections(alpha, wo), (8, 8), (12, 10)) for alpha, wo in places]
-    count = len(grids[0][1])
-    inputs = {
-        "wi": np.concatenate([wi for wi, _ in grids]),
-        "view": np.repeat([wo for _, wo in places], count, axis=0),
-        "width": np.repeat([alpha for alpha, _ in places], count),
-    }
-    body = "b.alpha = width; value = bsdf_eval(b, view, wi);"
-    value = run(ctx, body, inputs, {"value": 3}, material, MULTIPLE_SCATTERING=1)["value"]
-    weights = np.stack([w for _, w in grids])
-    albedo = np.einsum("pn,pnc->pc", weights, value.reshape(len(places), count, 3))
+    inputs, weights = quadrature(places, (8, 8))
+    value = run(ctx, EVAL, inputs, {"value": 3}, material, MULTIPLE_SCATTERING=1)["value"]
+    albedo = np.einsum("pn,pnc->pc", weights, value.reshape(*weights.shape, 3))
     return albedo.reshape(len(WIDE), len(VIEWERS), 3)
 
 
