@@ -14,8 +14,7 @@ from fragtracer.viewer.display import Display, DisplaySettings
 from fragtracer.viewer.finding import LOOKS
 from fragtracer.viewer.layout import Area
 from fragtracer.viewer.live import LiveRenderer
-from fragtracer.viewer.panels import difference
-from fragtracer.viewer.panels import significance as panel
+from fragtracer.viewer.panels import difference, maps, significance
 from fragtracer.viewer.reference import BATCH, Image, LiveReference
 from fragtracer.viewer.significance import SPP, Batches, Significance
 
@@ -128,12 +127,12 @@ class Wipe:
             draw.add_line(imgui.ImVec2(x, area.y), imgui.ImVec2(x, area.y + area.height), white, 1.5)
             draw.add_circle_filled(imgui.ImVec2(x, area.y + area.height / 2), 6.0, white)
             ours = "fragtracer" if self._name == "Mitsuba" else "Split sum"
-            panel.label(x - 12, area.y + 10, ours, to_the_left=True)
+            maps.label(x - 12, area.y + 10, ours, to_the_left=True)
         if self.mode == "significance":
             title = "Significance of the difference" if self._name == "Mitsuba" else "Error of the split sum"
-            panel.label(x + 12, area.y + 10, title)
+            maps.label(x + 12, area.y + 10, title)
         else:
-            panel.label(x + 12, area.y + 10, f"{self._name}, {self._shown} spp" if compares else f"{self._name} …")
+            maps.label(x + 12, area.y + 10, f"{self._name}, {self._shown} spp" if compares else f"{self._name} …")
         return self._follow(area, settings, x) if compares else settings
 
     @property
@@ -144,7 +143,7 @@ class Wipe:
 
     def _draw_map(self, area: Area, x: float) -> None:
         if self._name == "Mitsuba":
-            panel.draw(area, x, self._significance.finding, self._progress())
+            significance.draw(area, x, self._significance.finding, self._progress())
         elif self._batches is not None and self._reference is not None:
             difference.draw(area, x, self._batches.means, self._reference.means)
 

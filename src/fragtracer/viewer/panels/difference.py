@@ -4,14 +4,13 @@
 from collections.abc import Sequence
 
 import numpy as np
-from imgui_bundle import imgui
 from numpy.typing import NDArray
 
 from fragtracer.compare.measures import relative
 from fragtracer.compare.pictures import diverging, round_limit
 from fragtracer.compare.verdict import Means
 from fragtracer.viewer.layout import Area
-from fragtracer.viewer.panels import significance
+from fragtracer.viewer.panels import maps
 from fragtracer.viewer.panels.widgets import units
 
 
@@ -27,20 +26,9 @@ def draw(area: Area, x: float, ours: Sequence[Means], truth: Sequence[Means]) ->
         return
     values = relative_blocks(ours, truth)
     limit = round_limit(values)
-    colors = diverging(values, limit) / 255
-    rows, columns = values.shape
-    canvas = imgui.get_background_draw_list()
-    canvas.push_clip_rect(imgui.ImVec2(x, area.y), imgui.ImVec2(area.x + area.width, area.y + area.height), True)
-    for row in range(rows):
-        top, bottom = (round(area.y + area.height * k / rows) for k in (row, row + 1))
-        for column in range(columns):
-            left, right = (round(area.x + area.width * k / columns) for k in (column, column + 1))
-            r, g, b = map(float, colors[row, column])
-            color = imgui.get_color_u32(imgui.ImVec4(r, g, b, 1.0))
-            canvas.add_rect_filled(imgui.ImVec2(left, top), imgui.ImVec2(right, bottom), color)
-    canvas.pop_clip_rect()
+    maps.draw_blocks(area, x, diverging(values, limit))
     text = f"blue −{limit:.0%}, red +{limit:.0%} of the truth; all in all {of_picture(ours, truth):+.1%}"
-    significance.label(x + units(12), area.y + units(34), text)
+    maps.label(x + units(12), area.y + units(34), text)
 
 
 def of_picture(ours: Sequence[Means], truth: Sequence[Means]) -> float:
