@@ -182,6 +182,29 @@ def test_a_texture_of_one_value_emits_as_without(ctx: moderngl.Context) -> None:
     np.testing.assert_allclose(a, b, rtol=1e-4, atol=1e-6)
 
 
+def test_what_an_image_has_below_zero_gives_no_light(ctx: moderngl.Context) -> None:
+    """Pictures of floats that were made smaller with a sharp filter have such texels."""
+    plain = Material(albedo=0.0, specular=0.0, emission=2.0)
+    a, b = (
+        rendered(ctx, lit_by(replace(plain, emission_texture=texture([[[3.0], [least]]]))), 64, (8, 8), bounces=1)
+        for least in (0.0, -1.0)
+    )
+    np.testing.assert_array_equal(a, b)
+    assert a.min() > 0
+
+
+def test_floats_above_one_make_a_mirror_rough(ctx: moderngl.Context) -> None:
+    plain = Material(metal="gold", roughness=0.4)
+    raised = replace(plain, roughness=0.004, roughness_texture=texture(np.full((1, 1, 1), 100, np.float32)))
+    a, b = (
+        rendered(
+            ctx, facing({"m": m}, mesh(quad(), "m"), lights=[Light((0, 3, 3), 1.0, power=50.0)]), 64, (8, 8), bounces=1
+        )
+        for m in (plain, raised)
+    )
+    np.testing.assert_allclose(a, b, rtol=1e-3)
+
+
 def test_what_is_unlit_is_seen_as_it_is(ctx: moderngl.Context) -> None:
     pixels = np.random.default_rng(2).random((4, 4, 3)).astype(np.float32)
     material = Material(albedo=(1.0, 0.5, 0.25), unlit=True, albedo_texture=texture(pixels))

@@ -117,13 +117,13 @@ def _share_texture(material: Material) -> bool:
 
 
 def _lobes(materials: Iterable[Material]) -> dict[str, int]:
-    """What the reflection can consist of anywhere, as textures lower the values they multiply."""
+    """What the reflection can consist of anywhere; textures lower the values they multiply, or raise them if floats."""
     lit = [m for m in materials if not m.unlit]
     specular = [m for m in lit if _specular_from(m) > 0]
     return {
         "HAS_DIFFUSE": int(any(_diffuse_from(m) > 0 for m in lit) or not specular),
         "HAS_SPECULAR": int(bool(specular)),
-        "HAS_GLOSSY": int(any(m.alpha >= _ALPHA_DELTA for m in specular)),
+        "HAS_GLOSSY": int(any(m.alpha >= _ALPHA_DELTA or (m.alpha and m.roughness_texture) for m in specular)),
         "HAS_DELTA": int(any(m.alpha < _ALPHA_DELTA or m.roughness_texture for m in specular)),
     }
 

@@ -20,8 +20,9 @@ class Image:
     """Pixels of a texture, equal to another where their content is.
 
     ``pixels`` is (h, w, c) with 1 to 4 channels (grey, grey and alpha, RGB, RGB and alpha), row 0 at
-    the top, uint8 from 0 to 255 or float32. The colours of ``srgb`` pixels are encoded by the curve
-    of IEC 61966-2-1, alpha never is. ``file`` is where the pixels come from, if from a file.
+    the top, uint8 from 0 to 255 or float32, where what is below 0 becomes 0. The colours of ``srgb``
+    pixels are encoded by the curve of IEC 61966-2-1, alpha never is. ``file`` is where the pixels come
+    from, if from a file.
 
     Raises ``ValueError`` for an array of another kind.
     """
@@ -35,6 +36,8 @@ class Image:
             raise ValueError(f"the pixels of a texture are uint8 or float32, got {array.dtype}")
         if color_space not in get_args(ColorSpace):
             raise ValueError(f"color_space must be one of {', '.join(get_args(ColorSpace))}, got {color_space!r}")
+        if array.dtype.kind == "f":
+            array = np.maximum(array, 0) if (array < 0).any() else array
         self.pixels: NDArray[Any] = kept(array, np.uint8 if array.dtype == np.uint8 else np.float32)
         if not np.isfinite(self.pixels).all():
             raise ValueError("the pixels of a texture must be finite, as float32")
