@@ -11,6 +11,10 @@ from fragtracer.scene import Camera, Material, Rectangle, Scene, Triangle
 
 Vector = tuple[float, float, float]
 
+# In scene files.
+RED = "\n[material.red]\n"
+SPHERE = '[[sphere]]\ncenter = [0, 1, 2]\nradius = 1\nmaterial = "red"\n'
+
 
 def lambert(albedo: Any, emission: Any = 0.0) -> Material:
     return Material(albedo=albedo, specular=0.0, emission=emission)
