@@ -9,7 +9,7 @@ import PIL.Image
 import pytest
 from rendering import rendered
 
-from fragtracer import Camera, Scene, load_mesh
+from fragtracer import Camera, Scene, load, load_mesh
 
 from .data import Gltf
 
@@ -81,3 +81,37 @@ def test_the_picture_is_the_same(ctx, tmp_path: Path, write) -> None:
     expected = shown.repeat(8, axis=0).repeat(8, axis=1)
     inside = np.ix_([1, 2, 3, 4, 5, 6, 9, 10, 11, 12, 13, 14], [1, 2, 3, 4, 5, 6, 9, 10, 11, 12, 13, 14])
     np.testing.assert_allclose(image[inside], expected[inside], atol=1e-4)
+
+
+@pytest.mark.parametrize("kind", ["directional", "point"])
+@pytest.mark.parametrize("scale", [1e-4, 1e5])
+def test_light_of_gltf_arrives(ctx, tmp_path: Path, kind: str, scale: float) -> None:
+    """2 lx that fall at 60 degrees, or 2 cd at a distance of 2: albedo / pi times the irradiance is seen, at any size
+    of the model and however far from the origin."""
+    lights = [{"type": kind, "intensity": 2.0 if kind == "directional" else 2 * scale**2, "color": [1, 0.5, 0.25]}]
+    made = Gltf(
+        extensions={"KHR_lights_punctual": {"lights": lights}},
+        cameras=[{"type": "perspective", "perspective": {"yfov": 0.02}}],
+        materials=[
+            {
+                "pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.5, 0.5, 1], "metallicFactor": 0},
+                "extensions": {"KHR_materials_specular": {"specularFactor": 0}},
+            }
+        ],
+    )
+    position = made.array(np.column_stack([np.array(CORNERS) * scale, np.zeros(4)]))
+    light = {"rotation": [0.5, 0, 0, np.sqrt(0.75)], "extensions": {"KHR_lights_punctual": {"light": 0}}}
+    made.content |= {
+        "meshes": [{"primitives": [{"attributes": {"POSITION": position}, "material": 0, "mode": 6}]}],
+        "nodes": [
+            {"translation": [1e3 * scale, 0, 0], "children": [1, 2, 3]},
+            {"mesh": 0},
+            {"camera": 0, "translation": [0, 0, 3 * scale]},
+            {"translation": [0, 0, 2 * scale], **light},
+        ],
+    }
+    image = rendered(ctx, load(made.write(tmp_path / "x.glb")), 4, (4, 4), bounces=1)
+    irradiance = 1.0 if kind == "directional" else 0.5
+    np.testing.assert_allclose(
+        image, np.full((4, 4, 3), np.multiply((1, 0.5, 0.25), irradiance * 0.5 / np.pi)), rtol=1e-3
+    )
