@@ -178,6 +178,8 @@ class Viewer:
         if self._file.changed():
             self.session.reload()
         if self._shaders.changed():
+            self.refiner.prepare_shaders()
+        if self.refiner.take_shaders():
             self._reload_shaders()
 
     def _reload_shaders(self) -> None:

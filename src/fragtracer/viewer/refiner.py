@@ -41,6 +41,7 @@ class Refiner:
         self._waiting: tuple[Plan, int] | None = None  # for a program, or maps
         self._next: Plan | None = None  # what is wanted instead by now, but not yet asked for
         self._bake: tuple[Plan, int] | None = None
+        self._shaders: int | None = None  # what the shader files were given to the compiler as
         software = is_software(renderer.context)
         self._bakes = software
         self._bakes_slowly = False
@@ -92,6 +93,18 @@ class Refiner:
         if size != self.size:
             self.size = size
             self._begin_change()
+
+    def prepare_shaders(self) -> None:
+        """Have the shader files as they are now compiled, for :meth:`reload_shaders` to find."""
+        plan = self.renderer.plan(self._scene, self._view)
+        self._shaders = 0 if self._compiler is None else self._ask(plan)
+
+    def take_shaders(self) -> bool:
+        """Whether it is time for :meth:`reload_shaders`."""
+        if self._shaders is None or (self._compiler is not None and not self._compiler.is_done(self._shaders)):
+            return False
+        self._shaders = None
+        return True
 
     def reload_shaders(self) -> None:
         """Go on with the shader files as they are now.

@@ -43,9 +43,18 @@ def reloads_shaders() -> None:
         assert dark != good
         file.write_text(dark, "utf-8")
         hand.until(lambda: not viewer.problem, "recovery")
-        viewer.session.max_samples = 0
         refined(viewer, hand, 8)
+        viewer.session.max_samples = 0
         assert picture(viewer)[100:-60].mean() < 0.5 * before[100:-60].mean(), "the new program is in use"
+        compiler = viewer.refiner._compiler
+        assert compiler is not None
+        done, compiler.is_done = compiler.is_done, lambda _: False  # type: ignore[method-assign]
+        file.write_text(good, "utf-8")
+        hand.until(lambda: viewer.refiner._shaders is not None, "the change")
+        spp = viewer.renderer.spp
+        hand.until(lambda: viewer.renderer.spp > spp + 8, "samples by the program of before")
+        compiler.is_done = done  # type: ignore[method-assign]
+        hand.until(lambda: viewer.renderer.spp < spp, "the program that was compiled elsewhere")
 
 
 def opens_and_reloads_files() -> None:
