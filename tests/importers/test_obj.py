@@ -62,6 +62,20 @@ def outline(radii: np.ndarray) -> str:
     return "\n".join([*lines, "f " + " ".join(map(str, range(1, len(radii) + 1)))])
 
 
+@pytest.mark.parametrize("doubled", range(5))
+@pytest.mark.parametrize("scale", [1e-6, 1, 1e6])
+def test_concave_polygons_with_a_corner_given_twice(tmp_path: Path, doubled: int, scale: float) -> None:
+    points = [(0, 0), (4, 0), (4, 4), (2, 1), (0, 4)]
+    points.insert(doubled, points[doubled])
+    text = "".join(f"v {scale * x} {scale * y} {scale * 3}\n" for x, y in points)
+    [part] = read(tmp_path, f"{text}f {' '.join(map(str, range(1, 7)))}\n").mesh.parts
+    a, b, c = (part.geometry.positions[part.geometry.triangles[:, i]] / scale for i in range(3))
+    areas = np.cross(b - a, c - a)[:, 2] / 2
+    assert (areas >= 0).all()
+    x, y = np.transpose(points)
+    assert areas.sum() == pytest.approx(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)) / 2)
+
+
 def test_large_polygons(tmp_path: Path) -> None:
     """Convex ones of any size; concave ones up to where cutting them would take long."""
     assert area(read(tmp_path, outline(np.ones(20000)))) == pytest.approx(np.pi, rel=1e-6)
