@@ -91,7 +91,7 @@ def _flattened(local: Floats) -> Floats:
 def _are_convex(flat: Floats) -> NDArray[np.bool_]:
     """Whether each outline turns left at every corner, and once about itself; a corner given twice hides its turn."""
     edges = np.roll(flat, -1, axis=1) - flat
-    distinct = edges.any(axis=2).all(axis=1)
+    distinct = (edges != 0).any(axis=2).all(axis=1)
     after = np.roll(edges, -1, axis=1)
     turns = np.arctan2(_cross(edges, after), (edges * after).sum(axis=2))
     convex: NDArray[np.bool_] = distinct & (turns >= 0).all(axis=1) & (turns.sum(axis=1) < 3 * np.pi)
