@@ -22,7 +22,7 @@ def lambert(albedo: Any, emission: Any = 0.0) -> Material:
 
 def all_lambert(scene: Scene) -> Scene:
     """The scene with a Lambert surface in place of every material, of the colour that most tells it apart."""
-    changed = {name: lambert(m.specular_f0 if m.metal else m.albedo, m.emission) for name, m in scene.materials.items()}
+    changed = {name: lambert(m.base_color, m.emission) for name, m in scene.materials.items()}
     return replace(scene, materials=changed)
 
 
