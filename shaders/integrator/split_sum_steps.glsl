@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // From the light that really comes from the environment, step by step, to what the split-sum approximation says:
 // each step makes one more of its errors, and integrates instead of looking up. A step is the integral of the
-// radiance from wi times step_kernel(wi), taken with one sample by the material and one by the environment.
+// radiance from wi times split_sum_kernel_pdf(wi).rgb, by one sample of the material and one of the environment.
 #if SPLIT_SUM_STEP < SPLIT_SUM_LOOKUPS
 
 // The frame around the mirrored direction, local.

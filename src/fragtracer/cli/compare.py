@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 def compare(
     scene: options.SceneArgument,
-    size: options.SizeOption = None,
+    size: options.Size = None,
     spp: Annotated[int | None, typer.Option(min=2, help="Samples per pixel of each side.  [default: 1024]")] = None,
     batches: Annotated[
         int | None, typer.Option(min=2, max=1024, help="Independent pictures of each side.  [default: 16]")

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 SCENE_HELP = "Name of a bundled scene, or path of a .toml scene or a model: .obj, .ply, .gltf, .glb, .npz."
 SceneArgument = Annotated[str, typer.Argument(help=SCENE_HELP)]
-SizeOption = Annotated[
+Size = Annotated[
     str | None, typer.Option("--size", metavar="WxH", help="Image size in pixels.  [default: the scene's]")
 ]
 Bounces = Annotated[int | None, typer.Option(min=0, max=10000, help="Scattering events on a path.")]
@@ -25,19 +25,19 @@ GeometryTerm = Annotated[
 MultipleScattering = Annotated[
     bool | None, typer.Option(help="Give rough lobes what their facets reflect more than once.")
 ]
-EnvironmentOption = Annotated[
+EnvironmentFile = Annotated[
     str | None,
     typer.Option(
         "--environment", metavar="FILE", help='Light the scene by this .hdr or .exr instead; "none" for none.'
     ),
 ]
-RotationOption = Annotated[
+EnvironmentRotation = Annotated[
     float | None,
     typer.Option(
         "--environment-rotation", metavar="DEGREES", help="Turn the environment, counter-clockwise from above."
     ),
 ]
-StrengthOption = Annotated[
+EnvironmentStrength = Annotated[
     float | None, typer.Option("--environment-strength", min=0.0, metavar="FACTOR", help="Times its radiance.")
 ]
 

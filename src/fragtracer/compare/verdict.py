@@ -44,7 +44,6 @@ class Scale:
     """The tests of one grid of parts; arrays are (rows, columns, 3). ``level`` is that of one test and
     ``slack`` the radiance up to which a difference may be the reference's own error."""
 
-    name: str
     pair: Pair
     level: float
     slack: float = 0.0
@@ -195,5 +194,5 @@ def judge_means(
     for name in ours:
         pair = Pair.of(ours[name], reference[name])
         level = statistics.sidak(statistics.sidak(alpha, len(ours)), pair.ours.size)
-        scales[name] = Scale(name, pair, level, WITNESS * float(reference["image"].mean()))
+        scales[name] = Scale(pair, level, WITNESS * float(reference["image"].mean()))
     return Verdict(**scales, margin=margin, alpha=alpha, non_finite=non_finite)

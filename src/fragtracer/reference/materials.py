@@ -36,9 +36,12 @@ def lambert(material: Material) -> Tree:
 
 def is_plain(material: Material, traits: Traits) -> bool:
     """Whether the material is alike at all points of a mesh, opaque, and without shading normals."""
-    textures = (material.albedo_texture, material.roughness_texture, material.metallic_texture, material.normal_texture)
-    varies = any(textures) or traits != Traits(uv=traits.uv)
-    return not varies and not passes(material)
+    return not (has_images(material) or traits != Traits(uv=traits.uv) or passes(material))
+
+
+def has_images(material: Material) -> bool:
+    """Whether images change how the material scatters."""
+    return not material.textures.keys().isdisjoint(("albedo", "roughness", "metallic", "normal"))
 
 
 def passes(material: Material) -> bool:

@@ -5,7 +5,7 @@ import math
 from typing import Any
 
 from fragtracer.reference.bsdf import DELTA_ALPHA, NAME, SURFACE, UNLIT
-from fragtracer.reference.materials import is_lambert, is_plain, lambert, passes, rgb
+from fragtracer.reference.materials import has_images, is_lambert, is_plain, lambert, passes, rgb
 from fragtracer.reference.meshes import Traits
 from fragtracer.reference.shapes import Tree
 from fragtracer.reference.textures import TextureFolder
@@ -39,8 +39,7 @@ def nearest_bsdf(material: Material, geometry: str, traits: Traits, textures: Te
 
 def is_textured(material: Material, traits: Traits) -> bool:
     """Whether it looks different at different points."""
-    images = (material.albedo_texture, material.roughness_texture, material.metallic_texture, material.normal_texture)
-    return any(images) or traits.color
+    return has_images(material) or traits.color
 
 
 def _untextured(material: Material) -> Tree:

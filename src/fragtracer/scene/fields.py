@@ -13,20 +13,24 @@ _HUGE = 10**300  # an int beyond it stays too large as a float
 
 
 def as_number(value: Any) -> Any:
+    """A whole number, or one of numpy's, as a float; what is no number stays, for the field to refuse."""
     if isinstance(value, int) and not isinstance(value, bool):
         return float(max(min(value, _HUGE), -_HUGE))
     return float(value) if isinstance(value, np.integer | np.floating) else value
 
 
-def as_triple(value: Any) -> Any:
+def as_vector(value: Any) -> Any:
+    """Several values, in whatever they come, as a tuple."""
     return value if isinstance(value, str) or not isinstance(value, Iterable) else tuple(value)
 
 
 def as_color(value: Any) -> Any:
-    return (value,) * 3 if isinstance(value, int | float | np.number) else as_triple(value)
+    """One number stands for all three."""
+    return (value,) * 3 if isinstance(value, int | float | np.number) else as_vector(value)
 
 
 def as_tuple(value: Any) -> Any:
+    """A list as a tuple."""
     return tuple(value) if isinstance(value, list) else value
 
 
@@ -36,7 +40,7 @@ Triple = tuple[Number, Number, Number]
 NonNegative = Annotated[float, BeforeValidator(as_number), Field(ge=0, le=LARGEST)]
 Positive = Annotated[float, BeforeValidator(as_number), Field(gt=0, le=LARGEST)]
 Fraction = Annotated[float, BeforeValidator(as_number), Field(ge=0, le=1)]
-Vector = Annotated[Triple, BeforeValidator(as_triple)]
+Vector = Annotated[Triple, BeforeValidator(as_vector)]
 Reflectance = Annotated[tuple[Fraction, Fraction, Fraction], BeforeValidator(as_color)]
 Scale = Annotated[Triple, BeforeValidator(as_color)]
 Strength = Annotated[tuple[NonNegative, NonNegative, NonNegative], BeforeValidator(as_color)]

@@ -12,7 +12,7 @@ from pydantic import BeforeValidator
 from pydantic.dataclasses import dataclass
 
 from fragtracer.scene.content import content_digest, kept
-from fragtracer.scene.fields import CONFIG, LARGEST, Number, Scale, Vector, as_triple, as_tuple
+from fragtracer.scene.fields import CONFIG, LARGEST, Number, Scale, Vector, as_tuple, as_vector
 
 
 class Geometry:
@@ -113,7 +113,7 @@ def _frozen(values: ArrayLike, dtype: Any, widths: tuple[int, ...], name: str) -
 
 
 def _as_rows(value: Any) -> Any:
-    return tuple(map(as_triple, value)) if isinstance(value, list | np.ndarray) else value
+    return tuple(map(as_vector, value)) if isinstance(value, list | np.ndarray) else value
 
 
 Row = tuple[Number, Number, Number, Number]

@@ -9,11 +9,11 @@ from pydantic import BeforeValidator, Field
 from pydantic.dataclasses import dataclass
 
 from fragtracer.scene.content import content_digest, kept
-from fragtracer.scene.fields import CONFIG, Number, as_triple
+from fragtracer.scene.fields import CONFIG, Number, as_vector
 
 ColorSpace = Literal["srgb", "linear"]
 Wrap = Literal["repeat", "mirror", "clamp"]
-Pair = Annotated[tuple[Number, Number], BeforeValidator(as_triple)]
+Pair = Annotated[tuple[Number, Number], BeforeValidator(as_vector)]
 
 
 class Image:
