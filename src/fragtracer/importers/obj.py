@@ -59,6 +59,8 @@ def read_obj(path: Path) -> Model:
         triangles, sources = triangulate(counts, v[corners[:, 0], :3])
     except ValueError as error:
         raise SceneError(f"{path}: {error}") from error
+    if not len(triangles):
+        raise SceneError(f"{path}: no face in this file has an area")
     if short := int((counts < 3).sum()):
         lines.ignored.append(f"faces of fewer than three vertices ({short})")
     if v.shape[1] < 6 <= max(map(len, lines.vertices["v"])):
