@@ -2,13 +2,16 @@
 """Broken files give one clear message or a model: no traceback, no hang, no runaway memory."""
 
 import io
+import json
 import subprocess
 import sys
 import time
 import tracemalloc
 import warnings
 from collections.abc import Iterator
+from functools import reduce
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import PIL.Image
@@ -116,6 +119,52 @@ def test_files_cut_off_or_changed(tmp_path: Path) -> None:
                 changed[places] = rng.integers(0, 256, len(places)) if round_ % 3 == 1 else rng.choice(list(b"019-/.e"))
             broken.write_bytes(changed.tobytes())
             outcomes.add(outcome(broken).replace(str(broken), ""))
+    assert len(outcomes) > 50
+    assert "model" in outcomes
+
+
+WRONG: list[Any] = [
+    None,
+    -1,
+    0,
+    1,
+    7,
+    2**31,
+    2**70,
+    0.5,
+    -1e30,
+    1e300,
+    "",
+    "x",
+    "data:,",
+    [],
+    [0],
+    [1e30] * 3,
+    {},
+    True,
+]
+
+
+def places(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    """The way to each value of a JSON document."""
+    items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for key, item in items:
+        yield (*path, key)
+        yield from places(item, (*path, key))
+
+
+def test_documents_with_other_values(tmp_path: Path) -> None:
+    rng = np.random.default_rng(6)
+    good = next(path for path in good_files(tmp_path) if path.suffix == ".gltf").read_text()
+    ways = list(places(json.loads(good)))
+    outcomes = set()
+    for _ in range(400):
+        document = json.loads(good)
+        *way, last = ways[rng.integers(len(ways))]
+        holder = reduce(lambda value, key: value[key], way, document)
+        holder[last] = WRONG[rng.integers(len(WRONG))]
+        (tmp_path / "x.gltf").write_text(json.dumps(document))
+        outcomes.add(outcome(tmp_path / "x.gltf"))
     assert len(outcomes) > 50
     assert "model" in outcomes
 

@@ -116,9 +116,8 @@ def _stack(columns: Mapping[str, NDArray[Any]], names: tuple[str, ...], dtype: A
 
 
 def _colors(columns: Mapping[str, NDArray[Any]], names: tuple[str, ...]) -> NDArray[np.float32]:
-    channels = [_fraction(columns[name]) for name in names]
-    is_integer = columns[names[0]].dtype.kind in "iu"
-    channels = [srgb_decode(channel) if is_integer else channel for channel in channels]
+    found = [columns[name] for name in names]
+    channels = [srgb_decode(_fraction(c)) if c.dtype.kind in "iu" else _fraction(c) for c in found]
     alpha = next((_fraction(columns[name]) for name in _ALPHAS if name in columns), None)
     return np.column_stack(channels if alpha is None else [*channels, alpha])
 
