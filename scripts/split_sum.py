@@ -16,8 +16,8 @@ from itertools import pairwise
 from pathlib import Path
 
 from fragtracer.compare import words
-from fragtracer.compare.approximation import Approximation, by_roughness_and_angle, measure_approximation
-from fragtracer.compare.approximation_report import ANGLES, write_error_maps, write_pictures
+from fragtracer.compare.approximation import ANGLES, Approximation, by_roughness_and_angle, measure_approximation
+from fragtracer.compare.approximation_report import write_error_maps, write_pictures
 from fragtracer.scene import Camera, Scene
 from fragtracer.scene_file import load
 

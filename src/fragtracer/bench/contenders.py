@@ -16,6 +16,7 @@ from fragtracer.scene import Scene
 
 Image = NDArray[np.float64]
 _MOST_SPP = 64  # of one step of Mitsuba
+_MOST_PATHS = 2**22  # of it in flight at once
 
 
 class Contender(Protocol):
@@ -70,16 +71,16 @@ class Ours:
 
 
 class Mitsuba:
-    """Mitsuba on ``scene``, compiled and warm; a ``with`` block. ``paths`` are in flight at once."""
+    """Mitsuba on ``scene``, compiled and warm; a ``with`` block."""
 
     name = "Mitsuba"
 
-    def __init__(self, scene: Scene, seed: int = 0, variant: str | None = None, paths: int = 2**22) -> None:
+    def __init__(self, scene: Scene, seed: int = 0, variant: str | None = None) -> None:
         self._stack = ExitStack()
         self._renderer = self._stack.enter_context(ReferenceRenderer(scene, variant=variant))
         self.variant = self._renderer.variant
         pixels = scene.render.width * scene.render.height
-        self.step = max(1, min(_MOST_SPP, paths // pixels))
+        self.step = max(1, min(_MOST_SPP, _MOST_PATHS // pixels))
         self._renderer.passes_of = self.step
         self._seeds = np.random.default_rng(seed)
         self.restart()

@@ -2,7 +2,7 @@
 """How long one frame takes: a pass of ``rays`` paths for every pixel."""
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
@@ -33,16 +33,15 @@ def frame_time(
     scene: Scene,
     runs: int = RUNS,
     limit: float = 20.0,
-    defines: Mapping[str, int] | None = None,
     progress: Callable[[float], None] = lambda share: None,
     **options: Any,
 ) -> FrameTime:
     """Measure frames of ``scene`` by the GPU's clock where it has one, else by the wall clock.
 
-    ``limit`` is in seconds for one frame, and 10 times that for all of them. ``defines`` and
-    ``options`` are those of :class:`Renderer`; ``progress`` hears the share that is done.
+    ``limit`` is in seconds for one frame, and 10 times that for all of them. ``options`` are those of
+    :class:`Renderer`; ``progress`` hears the share that is done.
     """
-    with Renderer(scene, defines=defines, **options) as renderer:
+    with Renderer(scene, **options) as renderer:
         first = _first_frame(renderer, limit)
         if first > limit:
             return FrameTime(None, first, renderer.gpu_clock)

@@ -25,6 +25,7 @@ Floats = NDArray[np.float64]
 
 SPP = 1024
 BOUNCES = 8  # of the truth, at least
+ANGLES = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0)  # degrees, of view to normal
 
 
 @dataclass(frozen=True)
@@ -181,11 +182,11 @@ def _surfaces(scene: Scene, size: tuple[int, int] | None, context: Any) -> tuple
 
 
 def by_roughness_and_angle(
-    found: Approximation, stage: int = -1, against: int = 0, edges: tuple[float, ...] = (0, 15, 30, 45, 60, 75, 90)
+    found: Approximation, stage: int = -1, against: int = 0
 ) -> Iterator[tuple[float, float, list[float]]]:
     """On the spheres of the scene: the mean relative difference of two stages by the angle of view.
 
-    Yields (metallic, roughness, [for each bin of ``edges`` in degrees]), NaN where no pixel falls in.
+    Yields (metallic, roughness, [for each bin between two :data:`ANGLES`]), NaN where no pixel falls in.
     """
     radiance = found.pictures.mean(axis=3)
     index, angle = sphere_angles(found)
@@ -194,7 +195,7 @@ def by_roughness_and_angle(
     for kind in kinds:
         of_kind = np.isin(index, [i for i in range(len(spheres)) if _kind(found.scene, i) == kind])
         row = []
-        for low, high in pairwise(edges):
+        for low, high in pairwise(ANGLES):
             here = of_kind & (angle >= low) & (angle < high)
             change = (radiance[stage] - radiance[against])[here].sum()
             row.append(float(change / radiance[0][here].sum()) if here.any() else float("nan"))

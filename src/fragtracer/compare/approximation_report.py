@@ -8,11 +8,9 @@ from typing import Any
 import numpy as np
 
 from fragtracer.compare import charts, pictures, words
-from fragtracer.compare.approximation import Approximation, by_roughness_and_angle
+from fragtracer.compare.approximation import ANGLES, Approximation, by_roughness_and_angle
 from fragtracer.compare.measures import auto_exposure
 from fragtracer.compare.page import write_page
-
-ANGLES = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0)  # degrees
 
 
 def summary(found: Approximation) -> str:
@@ -98,10 +96,10 @@ def write_pictures(path: str | Path, found: Approximation) -> float:
     return limit
 
 
-def write_error_maps(path: str | Path, found: Approximation, columns: int = 3) -> float:
+def write_error_maps(path: str | Path, found: Approximation) -> float:
     """Write a .png of what each error changes, relative to the truth; returns the end of the scale."""
     maps = [found.relative(i, i - 1) for i in range(1, len(found.stages))]
     limit = pictures.round_limit(np.stack(maps)[:, found.surfaces]) if found.surfaces.any() else 1.0
     panels = [pictures.diverging(values, limit) for values in maps]
-    pictures.write_panels(path, panels, [stage.error for stage in found.stages[1:]], columns)
+    pictures.write_panels(path, panels, [stage.error for stage in found.stages[1:]])
     return limit

@@ -20,6 +20,7 @@ Bytes = NDArray[np.uint8]
 DIVERGING = ("#2166ac", "#4393c3", "#92c5de", "#d1e5f0", "#f7f7f7", "#fddbc7", "#f4a582", "#d6604d", "#b2182b")
 _ANCHORS = np.array([[int(colour[i : i + 2], 16) for i in (1, 3, 5)] for colour in DIVERGING])
 _CAPTION, _GAP = 22, 8  # pixels
+_COLUMNS = 3
 
 
 def diverging(values: NDArray[np.floating], limit: float) -> Bytes:
@@ -92,8 +93,8 @@ def difference_caption(limit: float) -> str:
     return f"difference, blue -{limit:.0%} to red +{limit:.0%}"
 
 
-def write_panels(path: str | Path, panels: Sequence[Bytes], captions: Sequence[str], columns: int = 3) -> None:
-    """Write pictures of one size to a .png file, in rows of ``columns``, each over its caption.
+def write_panels(path: str | Path, panels: Sequence[Bytes], captions: Sequence[str]) -> None:
+    """Write pictures of one size to a .png file, in rows of three, each over its caption.
 
     Raises
     ------
@@ -103,11 +104,11 @@ def write_panels(path: str | Path, panels: Sequence[Bytes], captions: Sequence[s
     output.check_writable(path, [".png"])
     height, width, _ = panels[0].shape
     across, down = width + _GAP, height + _CAPTION + _GAP
-    rows = -(-len(panels) // columns)
-    canvas = Image.new("RGBA", (columns * across - _GAP, rows * down - _GAP), (0, 0, 0, 0))
+    rows = -(-len(panels) // _COLUMNS)
+    canvas = Image.new("RGBA", (_COLUMNS * across - _GAP, rows * down - _GAP), (0, 0, 0, 0))
     draw = ImageDraw.Draw(canvas)
     for i, (panel, caption) in enumerate(zip(panels, captions, strict=True)):
-        left, top = i % columns * across, i // columns * down
+        left, top = i % _COLUMNS * across, i // _COLUMNS * down
         canvas.paste(Image.fromarray(panel), (left, top))
         place = (left + width / 2, top + height + _CAPTION / 2)
         draw.text(place, caption, (128, 128, 128), ImageFont.load_default(13), "mm")

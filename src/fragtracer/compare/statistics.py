@@ -149,9 +149,9 @@ def _upper_tail(distance: Floats, error: Floats, degrees: Floats, at_zero: float
     return np.asarray(np.where(error > 0, tail, exact))
 
 
-def detectable_bias(pair: Pair, level: float, power: float = POWER, rounding: float = ROUNDING) -> Floats:
-    """The smallest relative bias that :func:`difference_p` falls below ``level`` for with ``power``."""
-    return _noncentrality(pair, level / 2, 1 - power) * pair.relative_error + rounding
+def detectable_bias(pair: Pair, level: float) -> Floats:
+    """The smallest relative bias that :func:`difference_p` falls below ``level`` for with :data:`POWER`."""
+    return _noncentrality(pair, level / 2, 1 - POWER) * pair.relative_error + ROUNDING
 
 
 def provable_margin(pair: Pair, level: float, power: float | Floats = POWER) -> Floats:

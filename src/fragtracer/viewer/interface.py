@@ -53,7 +53,7 @@ class Interface:
         area = layout.whole_window()
         if self.panels_shown:
             if imgui.begin_main_menu_bar():
-                chosen = menu.draw(self.session, self._scenes, self.panels_shown) or chosen
+                chosen = menu.draw(self.session, self._scenes) or chosen
                 imgui.end_main_menu_bar()
             area = layout.dock_panels(self._reset_layout)
             self._reset_layout = False

@@ -24,11 +24,11 @@ _REST = 3.0  # seconds without any change after which such a driver may take its
 class Refiner:
     """Decides what ``renderer`` does in each frame; ``size`` is that of the picture on the screen.
 
-    On a software renderer programs are compiled, and the maps of the split sum made, by ``compiler`` first;
+    On a software renderer programs are compiled, and the maps of the split sum made, in a process of their own first;
     until they are ready, the picture stays as it was.
     """
 
-    def __init__(self, renderer: LiveRenderer, governor: Governor, compiler: BackgroundCompiler | None = None) -> None:
+    def __init__(self, renderer: LiveRenderer, governor: Governor) -> None:
         self.renderer = renderer
         self.governor = governor
         self.size = renderer.size
@@ -45,7 +45,7 @@ class Refiner:
         software = is_software(renderer.context)
         self._bakes = software
         self._bakes_slowly = False
-        self._compiler = (compiler or BackgroundCompiler()) if software else None
+        self._compiler = BackgroundCompiler() if software else None
         self._changed_at = self._edited_at = self._frame_at = time.perf_counter()
         self._moving = False
 

@@ -42,7 +42,7 @@ def keys() -> str:
     return ""
 
 
-def draw(session: Session, scenes: Sequence[str], panels: bool) -> str:
+def draw(session: Session, scenes: Sequence[str]) -> str:
     """The menu bar; returns the action that was chosen, "" for none."""
     chosen = ""
 
@@ -75,7 +75,7 @@ def draw(session: Session, scenes: Sequence[str], panels: bool) -> str:
         item("Remove selected", "remove", "Del", session.selected is not None)
         imgui.end_menu()
     if imgui.begin_menu("View"):
-        item("Panels", "panels", "Tab", ticked=panels)
+        item("Panels", "panels", "Tab", ticked=True)
         item("Default layout", "layout")
         item("Home", "home", "Home")
         item("Mitsuba, significance, neither", "reference", "M")

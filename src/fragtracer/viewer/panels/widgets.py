@@ -88,9 +88,9 @@ def pair(text: str, shown: str) -> None:
     imgui.text(shown)
 
 
-def header(text: str, is_open: bool = True) -> bool:
-    flags = imgui.TreeNodeFlags_.default_open if is_open else 0
-    return imgui.collapsing_header(text, flags)
+def header(text: str) -> bool:
+    """The title of a section, open at first; whether it is open."""
+    return imgui.collapsing_header(text, imgui.TreeNodeFlags_.default_open)
 
 
 def units(count: float) -> float:
