@@ -136,6 +136,14 @@ def test_shading_normals_are_interpolated_and_stand_on_the_surface_wherever_it_i
     np.testing.assert_allclose(found, expected / np.linalg.norm(expected), atol=1e-5)
 
 
+@pytest.mark.parametrize(("mirror", "flat"), [(1.0, 0.5), (-1.0, 0.5), (1.0, 0.0)])
+def test_normals_follow_a_node_that_has_no_inverse_too(mi, mirror, flat):
+    geometry = Geometry(CORNERS, TRIANGLES, normals=[[0.6, 0, 0.8]] * 4)
+    part = Part(geometry, "m", np.diag([mirror, 1.0, flat, 1.0]))
+    normal = frame_at(mi, Scene(AHEAD, {"m": Material()}, meshes=[Mesh([part])], ambient=Ambient(1.0)))
+    np.testing.assert_allclose(normal, np.divide([mirror * flat * 0.6, 0, 0.8], np.hypot(flat * 0.6, 0.8)), atol=1e-6)
+
+
 @pytest.mark.parametrize("given", [False, True])
 @pytest.mark.parametrize("mirrored", [False, True])
 def test_a_normal_map_has_the_frame_of_gltf(mi, given, mirrored):

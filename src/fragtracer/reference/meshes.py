@@ -66,7 +66,9 @@ def world_mesh(path: Path, geometry: Geometry, matrix: NDArray[np.float64], trai
     positions = geometry.positions @ matrix[:3, :3].T + matrix[:3, 3]
     columns: Columns = dict(zip("xyz", positions.T, strict=True))
     if geometry.normals is not None:
-        normals = _unit(geometry.normals.astype(np.float64) @ np.linalg.inv(matrix[:3, :3]))
+        # The inverse transposed, but for its length; there is none for a node that is flat.
+        cofactors = np.cross(matrix[[1, 2, 0], :3], matrix[[2, 0, 1], :3]) * (-1 if mirrored else 1)
+        normals = _unit(geometry.normals.astype(np.float64) @ cofactors.T)
         columns |= dict(zip(("nx", "ny", "nz") if smooth else _names("shading"), normals.T, strict=True))
     sets = [geometry.uvs, geometry.uvs_1]
     main, other = sets[traits.uv], sets[1 - traits.uv]
