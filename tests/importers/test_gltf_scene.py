@@ -25,7 +25,8 @@ def test_nodes_multiply_from_the_root(tmp_path: Path) -> None:
         scene=1,
     )
     gltf.triangle()
-    model = gltf.read(tmp_path)
+    with pytest.warns(UserWarning, match="ignored: scenes but one$"):
+        model = gltf.read(tmp_path)
     assert model.mesh.parts[0].geometry is model.mesh.parts[1].geometry
     points = [
         part.geometry.positions @ np.array(part.matrix)[:3, :3].T + np.array(part.matrix)[:3, 3]
@@ -180,6 +181,7 @@ def test_what_is_not_shown_is_listed(tmp_path: Path) -> None:
         extensionsUsed=["KHR_draco_mesh_compression", "KHR_materials_unlit", "KHR_materials_clearcoat"],
         animations=[{}],
         nodes=[{"mesh": 0}],
+        scenes=[{"nodes": [0]}, {"nodes": []}],
         images=[{"uri": "none.png"}],
         textures=[{"source": 0}],
         materials=[{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
@@ -191,7 +193,7 @@ def test_what_is_not_shown_is_listed(tmp_path: Path) -> None:
         model = gltf.read(tmp_path)
     assert len(caught) == 1
     assert str(caught[0].message).endswith(
-        "x.gltf: ignored: KHR_draco_mesh_compression, KHR_materials_clearcoat, animations, "
+        "x.gltf: ignored: KHR_draco_mesh_compression, KHR_materials_clearcoat, animations, scenes but one, "
         "morph targets (shown without), COLOR_1, _ID, "
         "images[0]: none.png: no such file, points and lines"
     )

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """OBJ and MTL files: what they can hold is read right, and what is wrong with them is said with its line."""
 
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -250,6 +251,20 @@ def test_mistakes_are_named(tmp_path: Path, text: str, message: str) -> None:
     assert str(raised.value).startswith(f"{tmp_path / 'x.obj'}: ")
     assert message in str(raised.value)
     assert "\n" not in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("group", "face", "is_said"),
+    [("1", "1 2 3", True), ("off", "1 2 3", False), ("0", "1 2 3", False), ("1", "1//1 2//1 3//1", False)],
+)
+def test_smoothing_groups_are_not_dropped_silently(tmp_path: Path, group: str, face: str, is_said: bool) -> None:
+    (tmp_path / "x.obj").write_text(f"{SQUARE}vn 0 0 1\ns {group}\nf {face}\n")
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        read_model(tmp_path / "x.obj")
+    assert [str(w.message).partition("ignored: ")[2] for w in caught] == [
+        "smoothing groups (what has no normals is flat)"
+    ] * is_said
 
 
 def test_comments_behind_numbers(tmp_path: Path) -> None:

@@ -30,7 +30,8 @@ def _read_gltf(path: Path) -> Model:
 _READERS = {".obj": read_obj, ".ply": read_ply, ".gltf": _read_gltf, ".glb": _read_gltf, ".npz": read_arrays}
 SUFFIXES = tuple(_READERS)
 _Stamps = tuple[tuple[int, int] | None, ...]
-_MOST_KEPT = 8
+_MOST_KEPT = 8  # models
+_MOST_NOTES = 12  # in one line
 _kept: OrderedDict[Path, tuple[_Stamps, Model]] = OrderedDict()
 _files: dict[Path, tuple[Path, ...]] = {}
 
@@ -68,7 +69,7 @@ def read_model(file: str | Path) -> Model:
     while len(_kept) > _MOST_KEPT:
         _kept.popitem(last=False)
     if model.ignored:
-        shown, rest = model.ignored[:_MOST_KEPT], len(model.ignored) - _MOST_KEPT
+        shown, rest = model.ignored[:_MOST_NOTES], len(model.ignored) - _MOST_NOTES
         more = f", and {rest} more" if rest > 0 else ""
         warnings.warn(f"{path}: ignored: {', '.join(shown)}{more}", stacklevel=2)
     return model

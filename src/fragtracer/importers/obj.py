@@ -36,6 +36,7 @@ class _Lines:
     counts: dict[int, tuple[int, int, int]] = field(default_factory=dict)  # before a face with negative indices
     materials: list[tuple[int, str]] = field(default_factory=list)  # the first face of each, and its name
     libraries: list[str] = field(default_factory=list)
+    is_smoothed: bool = False
     ignored: list[str] = field(default_factory=list)
 
 
@@ -63,6 +64,8 @@ def read_obj(path: Path) -> Model:
         raise SceneError(f"{path}: no face in this file has an area")
     if short := int((counts < 3).sum()):
         lines.ignored.append(f"faces of fewer than three vertices ({short})")
+    if lines.is_smoothed and (corners[triangles, 2] < 0).any():
+        lines.ignored.append("smoothing groups (what has no normals is flat)")
     if v.shape[1] < 6 <= max(map(len, lines.vertices["v"])):
         lines.ignored.append("colours of vertices (some have none)")
     library, files, notes = read_materials(path, lines.libraries)
@@ -98,6 +101,8 @@ def _split(text: str) -> _Lines:
             found.materials.append((len(found.faces), line.strip()[7:].strip() or DEFAULT))
         elif kind == "mtllib":
             found.libraries.append(line.strip()[7:].strip())
+        elif kind == "s":
+            found.is_smoothed |= words[1:] not in ([], ["0"], ["off"])
         elif kind in _CURVES:
             found.ignored.append("points, lines and curves")
     return found

@@ -53,6 +53,7 @@ def read_gltf(path: Path) -> Model:
     _refuse(container)
     notes = [name for name in document.extensionsUsed if name not in _SUPPORTED]
     notes += ["animations"] if document.animations else []
+    notes += ["scenes but one"] if len(document.scenes) > 1 else []
     placed = list(placed_nodes(container))
     parts, used = _parts(container, placed, notes)
     if not parts:
