@@ -15,7 +15,6 @@ from .data import shared
 
 ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 POSITIONS = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 2, 0]]
-HEADER = "ply\nformat {}\ncomment made by a test\n"
 
 
 def write(path: Path, order: str, vertex: list[tuple[str, str]], rows: np.ndarray, lists: list[list[int]]) -> Path:

@@ -61,11 +61,6 @@ def brdf_map(ctx: moderngl.Context, geometry: str, sizes: MapSizes = MapSizes())
     return cached("brdf", key, lambda: {"map": _brdf_map(ctx, geometry, sizes)})["map"]
 
 
-def cube_rows(size: int, levels: int) -> int:
-    """The rows of a cube map whose faces are ``size`` wide at level 0."""
-    return sum((size >> level) + 2 for level in range(levels))
-
-
 def stacked(levels: list[Floats]) -> Floats:
     """A cube map of its levels, the widest first."""
     rows = [np.pad(level, ((0, 0), (0, levels[0].shape[1] - level.shape[1]), (0, 0))) for level in levels]
