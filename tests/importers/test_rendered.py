@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import PIL.Image
 import pytest
-from rendering import rendered
+from rendering import ESTIMATORS, rendered
 
-from fragtracer import Camera, Scene, load, load_mesh
+from fragtracer import Ambient, Camera, Scene, load, load_mesh
 
 from .data import Gltf
 
@@ -115,3 +115,37 @@ def test_light_of_gltf_arrives(ctx, tmp_path: Path, kind: str, scale: float) -> 
     np.testing.assert_allclose(
         image, np.full((4, 4, 3), np.multiply((1, 0.5, 0.25), irradiance * 0.5 / np.pi)), rtol=1e-3
     )
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+@pytest.mark.parametrize("is_double", [True, False])
+def test_what_is_double_sided_shines_to_both_sides(ctx, tmp_path: Path, is_double: bool, estimator: str) -> None:
+    """A lamp between two walls, seen from either side, and the light on the walls."""
+    glowing = {"emissiveFactor": [1, 0.5, 0.25], "doubleSided": is_double}
+    plain = {"pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.5, 0.5, 1], "metallicFactor": 0}, "doubleSided": True}
+    black = {"pbrMetallicRoughness": {"baseColorFactor": [0, 0, 0, 1], "metallicFactor": 0}}
+    matt = {"extensions": {"KHR_materials_specular": {"specularFactor": 0}}}
+    made = Gltf(materials=[glowing | black | matt, plain | matt])
+    position = made.array(np.column_stack([CORNERS, np.zeros(4)]))
+    made.content |= {
+        "meshes": [{"primitives": [{"attributes": {"POSITION": position}, "material": m, "mode": 6}]} for m in (0, 1)],
+        "nodes": [{"mesh": 0}, *({"mesh": 1, "translation": [0, 0, z]} for z in (-1, 1))],
+    }
+    scene = replace(load(made.write(tmp_path / "x.glb")), lights=(), ambient=Ambient())
+
+    def seen(start: float, end: float) -> np.ndarray:
+        camera = Camera((0.0, 0.0, start), (0.0, 0.0, end), fov_degrees=1.0)
+        return rendered(ctx, replace(scene, camera=camera), 1024, (4, 4), bounces=1, estimator=estimator).mean(
+            axis=(0, 1)
+        )
+
+    # Of a square over the centre of another, both of side 2 and 1 apart (Howell, A Catalog of Radiation Heat Transfer
+    # Configuration Factors, B-3, four times).
+    factor = 4 / (2 * np.pi) * 2 * np.sqrt(0.5) * np.arctan(np.sqrt(0.5))
+    glow = np.array([1, 0.5, 0.25])
+    np.testing.assert_allclose(seen(0.5, 0), glow, rtol=1e-6)
+    wall = 0.5 * factor * glow
+    np.testing.assert_allclose(seen(0.5, 1), wall, rtol=0.02)
+    # What has one side is not there from behind, where the other wall is seen instead.
+    np.testing.assert_allclose(seen(-0.5, 0), glow if is_double else wall, rtol=0.02)
+    np.testing.assert_allclose(seen(-0.5, -1), is_double * wall, rtol=0.02)

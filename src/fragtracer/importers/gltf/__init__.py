@@ -15,6 +15,7 @@ from fragtracer.importers.gltf.container import Container
 from fragtracer.importers.gltf.geometry import Primitives
 from fragtracer.importers.gltf.materials import Materials
 from fragtracer.importers.gltf.nodes import PlacedNode, placed_nodes
+from fragtracer.importers.gltf.sides import shining_from_both
 from fragtracer.importers.gltf.skins import Skins
 from fragtracer.importers.model import Model, bounds, check_size, listed, matrix_rows, triple
 from fragtracer.importers.polygons import Floats
@@ -87,7 +88,7 @@ def _parts(container: Container, placed: list[PlacedNode], notes: list[str]) -> 
             name = _DEFAULT if primitive.material is None else names[primitive.material]
             used[name] = material
             parts.append(Part(geometry, name, matrix_rows(at)))
-    return parts, used
+    return shining_from_both(parts, used)
 
 
 def _refuse(container: Container) -> None:
