@@ -39,6 +39,10 @@ UNLIT_BY_OTHERS = {"lights": [], "ambient": Ambient(0.0)}
 HERE = Placement((0.0, 0.7, 0.0), scale=(0.7, 0.7, 0.7))
 
 
+SHEET = geometry(([(-1.0, -1.0, 0.0), (1.0, -1.0, 0.0), (1.0, 1.0, 0.0), (-1.0, 1.0, 0.0)], [(0, 1, 2), (0, 2, 3)]))
+TURNED = [Placement((0.0, 0.8, 0.0), (0.0, 60.0, 20.0), (0.5, 0.5, 0.5))]
+
+
 def scene(material, shape, places=(HERE,), **changes):
     """A mesh on a floor, under a lamp and a sky."""
     parts = {
@@ -159,6 +163,12 @@ CASES: dict[str, Callable[[], Scene]] = {
         **UNLIT_BY_OTHERS,
     ),
     "a single side": lambda: scene(Material(double_sided=False), geometry((ball()[0], ball()[1][::2]))),
+    "a lamp that shines to both sides": lambda: scene(
+        Material(albedo=0.5, specular=0.0, emission=(2.0, 1.0, 0.5), double_sided=False),
+        SHEET,
+        meshes=[Mesh([Part(SHEET, "m"), Part(geometry((SHEET.positions, SHEET.triangles[:, ::-1])), "m")], TURNED)],
+        **UNLIT_BY_OTHERS,
+    ),
     "copies, some mirrored": lambda: scene(PLASTIC, globe(), CROWD),
     "copies of 70k triangles": lambda: scene(
         Material(albedo_texture=Texture(PICTURE), normal_texture=Texture(BUMPS), normal_scale=0.5), hills(), TERRACES

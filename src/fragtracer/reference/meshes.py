@@ -15,6 +15,8 @@ from fragtracer.reference.shapes import Columns, Tree, write_ply
 from fragtracer.scene import Geometry, Material
 from fragtracer.scene.tangents import with_tangents
 
+_AHEAD = 1e-5  # of the largest coordinate
+
 
 @dataclass(frozen=True)
 class Traits:
@@ -56,14 +58,20 @@ def dressed(geometry: Geometry, material: Material) -> Geometry:
     return with_tangents(geometry, material.normal_texture.coordinates) if material.normal_texture else geometry
 
 
-def world_mesh(path: Path, geometry: Geometry, matrix: NDArray[np.float64], traits: Traits, smooth: bool) -> Tree:
+def world_mesh(
+    path: Path, geometry: Geometry, matrix: NDArray[np.float64], traits: Traits, smooth: bool, ahead: bool = False
+) -> Tree:
     """The triangles of ``geometry``, moved by ``matrix`` (4, 4) to the world, as a PLY file and its shape.
 
     ``smooth`` gives the normals to Mitsuba. Otherwise it has face normals, and the normals are an
-    attribute for our own plugin.
+    attribute for our own plugin. ``ahead`` moves the surface to its front, by less than a ray starts above it: of two
+    that have one side each and lie in one another (a lamp that shines to both), the one that a ray meets is before
+    the one that it does not.
     """
     mirrored = np.linalg.det(matrix[:3, :3]) < 0
     positions = geometry.positions @ matrix[:3, :3].T + matrix[:3, 3]
+    if ahead:
+        positions = positions + _AHEAD * np.abs(positions).max() * _fronts(positions, geometry.triangles, mirrored)
     columns: Columns = dict(zip("xyz", positions.T, strict=True))
     if geometry.normals is not None:
         # The inverse transposed, but for its length; there is none for a node that is flat.
@@ -86,6 +94,14 @@ def world_mesh(path: Path, geometry: Geometry, matrix: NDArray[np.float64], trai
             columns["alpha_x"] = geometry.colors[:, 3]
     write_ply(path, columns, geometry.triangles[:, ::-1] if mirrored else geometry.triangles)
     return {"type": "ply", "filename": str(path), "face_normals": not (smooth and geometry.normals is not None)}
+
+
+def _fronts(positions: NDArray[np.float64], triangles: NDArray[np.int32], mirrored: bool) -> NDArray[np.float64]:
+    """Unit normals at vertices, the means of those of their triangles."""
+    a, b, c = (positions[triangles[:, k]] for k in range(3))
+    sums = np.zeros_like(positions)
+    np.add.at(sums, triangles, np.cross(b - a, c - a)[:, None] * (-1 if mirrored else 1))
+    return _unit(sums)
 
 
 def _names(attribute: str) -> tuple[str, str, str]:

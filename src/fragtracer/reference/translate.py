@@ -149,11 +149,13 @@ def _shapes(scene: Scene, folder: Path, smooth: bool) -> dict[str, tuple[Tree, s
     for i, mesh in enumerate(scene.meshes):
         for (j, part), (k, placement) in product(enumerate(mesh.parts), enumerate(mesh.instances)):
             name, key = mesh.material_of(part), f"mesh_{i}_{j}_{k}"
-            geometry = dressed(part.geometry, scene.materials[name])
-            traits = Traits.of(geometry, scene.materials[name])
+            material = scene.materials[name]
+            geometry = dressed(part.geometry, material)
+            traits = Traits.of(geometry, material)
             matrix = placement.matrix @ np.asarray(part.matrix)
             if len(geometry.triangles):
-                tree = world_mesh(folder / f"{key}.ply", geometry, matrix, traits, smooth)
+                ahead = material.is_emissive and not material.double_sided
+                tree = world_mesh(folder / f"{key}.ply", geometry, matrix, traits, smooth, ahead)
                 found[key] = (tree, name, traits)
     return found
 
