@@ -105,6 +105,12 @@ def test_materials(tmp_path: Path) -> None:
     assert model.materials["material 3"].f0 == (1, 1, 1)
 
 
+def test_emission_above_one_is_read(tmp_path: Path) -> None:
+    gltf = Gltf(materials=[{"emissiveFactor": [7, 0, 2.5]}])
+    gltf.triangle(material=0)
+    assert gltf.read(tmp_path).materials["material 0"].emission == (7, 0, 2.5)
+
+
 @pytest.mark.parametrize(("mode", "cutoff", "opacity"), [("MASK", 1, 1), ("MASK", 1.01, 0), ("BLEND", 2, 1)])
 def test_a_mask_that_no_alpha_reaches_is_not_there(tmp_path: Path, mode: str, cutoff: float, opacity: float) -> None:
     gltf = Gltf(materials=[{"alphaMode": mode, "alphaCutoff": cutoff}])

@@ -128,7 +128,8 @@ class Material(Item):
     normalTexture: TextureInfo | None = None
     occlusionTexture: TextureInfo | None = None
     emissiveTexture: TextureInfo | None = None
-    emissiveFactor: Color = (0.0, 0.0, 0.0)
+    # At most 1 by the specification; what exporters wrote before there was KHR_materials_emissive_strength is not.
+    emissiveFactor: tuple[Positive, Positive, Positive] = (0.0, 0.0, 0.0)
     alphaMode: Literal["OPAQUE", "MASK", "BLEND"] = "OPAQUE"
     alphaCutoff: Positive = 0.5
     doubleSided: bool = False
