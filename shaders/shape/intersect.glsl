@@ -41,51 +41,48 @@ bool scene_is_cut_short = false;
 void hit_meshes(inout Hit hit, Ray ray, int skipped, bool any) {
     if (any && hit.primitive != NO_PRIMITIVE) return;
     MeshRay local = mesh_ray(ray.origin, ray.direction);
-    vec2 stack[MESH_STACK];  // what is left to do: records, and the distances at which the ray enters them
-    stack[0] = vec2(-1.0);
+    // What is left to do: records, and the distances at which the ray enters them, as bits, which are in the same order.
+    ivec2 stack[MESH_STACK];
+    stack[0] = ivec2(-1);
     int top = 1;
     int record = 0;
 #if HAS_INSTANCES
     int instance = -1;
     int instance_top = 0;   // entries of the stack that do not belong to the instance
-    int instance_flags = 0;
+    uint instance_kind = 0u;
 #endif
     do {
-        vec4 t0 = mesh_texel(record, 0);
-        vec4 t1 = mesh_texel(record, 1);
-        vec4 t2 = mesh_texel(record, 2);
-        vec4 t3 = mesh_texel(record, 3);
-        int kind = int(t1.w);
+        uvec4 t0 = mesh_texel(3 * record);
+        uvec4 t1 = mesh_texel(3 * record + 1);
+        uvec4 t2 = mesh_texel(3 * record + 2);
+        uint kind = t0.w >> 24u;
         int next = -1;
-        if (kind == MESH_NODE) {
-            MeshNode node = mesh_node_of(t0, t1, t2, t3);
-            float distance_0 = mesh_box_intersect(node.low_0, node.high_0, local, hit.distance);
-            float distance_1 = mesh_box_intersect(node.low_1, node.high_1, local, hit.distance);
-            bool first = distance_0 <= distance_1;
-            float farther = max(distance_0, distance_1);
-            if (farther < INFINITE_DISTANCE) {
-                stack[top] = vec2(first ? node.child_1 : node.child_0, farther);
-                top++;
-            }
-            if (min(distance_0, distance_1) < INFINITE_DISTANCE) next = first ? node.child_0 : node.child_1;
+        if (kind == uint(MESH_NODE)) {
+            MeshNode node = mesh_node_of(t0, t1, t2);
+            ivec4 keys = mesh_node_intersect(node, local, hit.distance);
+            if (keys.w != MESH_NO_CHILD) stack[top++] = ivec2(mesh_child(node, keys.w), keys.w);
+            if (keys.z != MESH_NO_CHILD) stack[top++] = ivec2(mesh_child(node, keys.z), keys.z);
+            if (keys.y != MESH_NO_CHILD) stack[top++] = ivec2(mesh_child(node, keys.y), keys.y);
+            if (keys.x != MESH_NO_CHILD) next = mesh_child(node, keys.x);
 #if HAS_INSTANCES
-        } else if (kind == MESH_INSTANCE) {
-            MeshInstance space = mesh_instance_of(t0, t1, t2, t3);
+        } else if (kind == uint(MESH_INSTANCE)) {
+            MeshInstance space = mesh_instance_of(t0, t1, t2);
+            vec3 translation = mesh_instance_detail_of(mesh_detail_texel(space.detail)).translation;
             instance = record;
             instance_top = top;
-            instance_flags = space.flags;
-            local = mesh_ray(mesh_to_instance(space, ray.origin - space.translation), mesh_to_instance(space, ray.direction));
-            next = space.root;
+            instance_kind = space.kind;
+            local = mesh_ray(mesh_to_instance(space, ray.origin - translation), mesh_to_instance(space, ray.direction));
+            next = int(space.root);
 #endif
         } else {
-            MeshTriangle triangle = mesh_triangle_of(t0, t1, t2, t3);
+            MeshTriangle triangle = mesh_triangle_of(t0, t1, t2);
             vec4 found = mesh_triangle_intersect(triangle.a, triangle.b, triangle.c, local);
             bool is_met = found.x < hit.distance && FIRST_MESH + record != skipped;
 #if HAS_CULLING
 #if HAS_INSTANCES
-            if (instance >= 0) triangle.flags = instance_flags;
+            if (instance >= 0) triangle.kind = instance_kind;
 #endif
-            is_met = is_met && (triangle.flags == 0 || found.w > 0.0);
+            is_met = is_met && ((triangle.kind & 255u) == 0u || found.w > 0.0);
 #endif
             if (is_met) {
                 hit.distance = found.x;
@@ -96,15 +93,15 @@ void hit_meshes(inout Hit hit, Ray ray, int skipped, bool any) {
 #endif
             }
             if (is_met && any) top = 1;
-            else if (kind == MESH_TRIANGLE) next = record + 1;
+            else if (kind == uint(MESH_TRIANGLE)) next = record + 1;
         }
         if (next < 0) {
-            vec2 entry;
+            ivec2 entry;
             do {
                 top--;
                 entry = stack[top];
-            } while (entry.y >= hit.distance);
-            next = int(entry.x);
+            } while (entry.y >= floatBitsToInt(hit.distance));
+            next = entry.x;
 #if HAS_INSTANCES
             if (instance >= 0 && top < instance_top) {
                 instance = -1;

@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: MIT
-// Triangles of meshes below a tree of boxes, all in one texture: records of four texels, of which the first is the
+// Triangles of meshes below a tree of boxes, all in one texture: records of three texels, of which the first is the
 // root. A step of the traversal reads one record, whatever it is, since what costs is the reading.
 #if HAS_MESHES
 
-uniform highp sampler2D u_mesh;           // records
+uniform highp usampler2D u_mesh;          // records
+uniform highp sampler2D u_mesh_details;   // of triangles and instances, a texel each
 uniform highp sampler2D u_mesh_vertices;  // normals and the like, MESH_VERTEX_TEXELS each
 uniform highp sampler2D u_mesh_lights;
 
-vec4 mesh_texel(int record, int texel) {
-    return texelFetch(u_mesh, ivec2((record & 1023) << 2 | texel, record >> 10), 0);
-}
+uvec4 mesh_texel(int index) { return texelFetch(u_mesh, ivec2(index & 4095, index >> 12), 0); }
+
+vec4 mesh_detail_texel(uint index) { return texelFetch(u_mesh_details, ivec2(index & 4095u, index >> 12u), 0); }
 
 MeshTriangle mesh_triangle_load(int record) {
-    return mesh_triangle_of(mesh_texel(record, 0), mesh_texel(record, 1), mesh_texel(record, 2), mesh_texel(record, 3));
+    return mesh_triangle_of(mesh_texel(3 * record), mesh_texel(3 * record + 1), mesh_texel(3 * record + 2));
 }
 
 // A ray as boxes and triangles want it. Distances are in units of `direction`, which need not be a unit.
@@ -30,16 +31,36 @@ MeshRay mesh_ray(vec3 origin, vec3 direction) {
     return MeshRay(origin, 1.0 / finite, frame.tangent, frame.bitangent, direction / dot(direction, direction));
 }
 
-// Distance at which the ray enters the box, INFINITE_DISTANCE where it misses it or enters beyond `max_distance`.
-// The far side is moved away by what rounding may have brought it nearer (Ize 2013, Robust BVH Ray Traversal).
-float mesh_box_intersect(vec3 low, vec3 high, MeshRay ray, float max_distance) {
-    vec3 to_low = (low - ray.origin) * ray.inverse;
-    vec3 to_high = (high - ray.origin) * ray.inverse;
-    vec3 enter = min(to_low, to_high);
-    vec3 leave = max(to_low, to_high);
-    float near = max(max(enter.x, enter.y), max(enter.z, 0.0));
-    float far = min(min(leave.x, leave.y), min(leave.z, max_distance)) * 1.0000005;
-    return near <= far ? near : INFINITE_DISTANCE;
+vec4 mesh_bytes(uint word) { return vec4(ivec4(uvec4(word, word >> 8u, word >> 16u, word >> 24u) & 255u)); }
+
+const int MESH_NO_CHILD = 0x7fffffff;
+
+// The children whose boxes the ray enters before max_distance, the nearest first, MESH_NO_CHILD for the others: bits of
+// the distance, the last two of which number the child. The far sides are moved away by what rounding may have
+// brought them nearer (Ize 2013, Robust BVH Ray Traversal).
+ivec4 mesh_node_intersect(MeshNode node, MeshRay ray, float max_distance) {
+    uvec3 exponents = uvec3(node.kind, node.kind >> 8u, node.kind >> 16u) & 255u;
+    vec3 step = uintBitsToFloat(exponents << 23u) * ray.inverse;
+    vec3 start = (node.origin - ray.origin) * ray.inverse;
+    bvec3 backward = lessThan(ray.inverse, vec3(0.0));
+    vec4 near = max(max(start.x + step.x * mesh_bytes(backward.x ? node.x.y : node.x.x),
+                        start.y + step.y * mesh_bytes(backward.y ? node.y.y : node.y.x)),
+                    max(start.z + step.z * mesh_bytes(backward.z ? node.z.y : node.z.x), 0.0));
+    vec4 far = min(min(start.x + step.x * mesh_bytes(backward.x ? node.x.x : node.x.y),
+                       start.y + step.y * mesh_bytes(backward.y ? node.y.x : node.y.y)),
+                   min(start.z + step.z * mesh_bytes(backward.z ? node.z.x : node.z.y), max_distance)) * 1.0000005;
+    ivec4 keys = (floatBitsToInt(near) & ~3) | ivec4(0, 1, 2, 3);
+    keys = ivec4(near.x <= far.x ? keys.x : MESH_NO_CHILD, near.y <= far.y ? keys.y : MESH_NO_CHILD,
+                 near.z <= far.z ? keys.z : MESH_NO_CHILD, near.w <= far.w ? keys.w : MESH_NO_CHILD);
+    ivec2 low = min(keys.xz, keys.yw);
+    ivec2 high = max(keys.xz, keys.yw);
+    int second = max(low.x, low.y);
+    int third = min(high.x, high.y);
+    return ivec4(min(low.x, low.y), min(second, third), max(second, third), max(high.x, high.y));
+}
+
+int mesh_child(MeshNode node, int key) {
+    return int(node.first + (node.offsets >> uint((key & 3) << 3) & 255u));
 }
 
 // Distance to the triangle in x, INFINITE_DISTANCE where the ray misses it, the weights of b and c in yz, and a number
@@ -105,7 +126,7 @@ vec3 mesh_to_instance(MeshInstance space, vec3 v) {
 }
 
 MeshInstance mesh_instance_load(int record) {
-    return mesh_instance_of(mesh_texel(record, 0), mesh_texel(record, 1), mesh_texel(record, 2), mesh_texel(record, 3));
+    return mesh_instance_of(mesh_texel(3 * record), mesh_texel(3 * record + 1), mesh_texel(3 * record + 2));
 }
 
 // From the space of its triangles to the scene, but for the translation.

@@ -44,15 +44,18 @@ void surface_set_mesh(inout Surface surface, Hit hit) {
     surface.position = weights.x * t.a + weights.y * t.b + weights.z * t.c;
     surface.normal = mesh_triangle_normal(t.a, t.b, t.c);
     vec3 reach = max(abs(t.a), max(abs(t.b), abs(t.c)));
-    surface.material = t.material;
+    surface.material = int(t.material);
+#if HAS_MESH_LIGHT || MESH_VERTEX_TEXELS
+    MeshTriangleDetail detail = mesh_triangle_detail_of(mesh_detail_texel(t.detail));
+#endif
 #if HAS_MESH_LIGHT
-    surface.light = t.density > 0.0 ? 0 : -1;
-    surface.light_density = t.density;
+    surface.light = detail.density > 0.0 ? 0 : -1;
+    surface.light_density = detail.density;
 #endif
 #if MESH_VERTEX_TEXELS
-    MeshVertex a = mesh_vertex_load(t.vertices.x);
-    MeshVertex b = mesh_vertex_load(t.vertices.y);
-    MeshVertex c = mesh_vertex_load(t.vertices.z);
+    MeshVertex a = mesh_vertex_load(detail.vertices.x);
+    MeshVertex b = mesh_vertex_load(detail.vertices.y);
+    MeshVertex c = mesh_vertex_load(detail.vertices.z);
 #endif
 #if HAS_SHADING_NORMALS
     vec3 shading_normal = weights.x * a.normal + weights.y * b.normal + weights.z * c.normal;
@@ -72,11 +75,12 @@ void surface_set_mesh(inout Surface surface, Hit hit) {
 #if HAS_INSTANCES
     if (hit.instance >= 0) {
         MeshInstance space = mesh_instance_load(hit.instance);
+        MeshInstanceDetail place = mesh_instance_detail_of(mesh_detail_texel(space.detail));
         mat3 to_world = mesh_instance_matrix(space);
-        surface.position = to_world * surface.position + space.translation;
+        surface.position = to_world * surface.position + place.translation;
         surface.normal = normalize(mesh_normal_to_world(space, surface.normal));
-        reach = abs(space.translation) + abs(to_world[0]) * reach.x + abs(to_world[1]) * reach.y + abs(to_world[2]) * reach.z;
-        surface.material = space.material;
+        reach = abs(place.translation) + abs(to_world[0]) * reach.x + abs(to_world[1]) * reach.y + abs(to_world[2]) * reach.z;
+        surface.material = place.material;
 #if HAS_SHADING_NORMALS
         shading_normal = mesh_normal_to_world(space, shading_normal);
 #endif

@@ -51,10 +51,10 @@ class EnvironmentTextures:
 
 
 def folded_texture(ctx: moderngl.Context, texels: NDArray[Any]) -> moderngl.Texture:
-    """A texture of ``texels``, float16 or float32 (n, 4), in rows of WIDTH."""
+    """A texture of ``texels``, float16, float32 or uint32 (n, 4), in rows of WIDTH."""
     whole = len(texels) // WIDTH
     rows = -(-len(texels) // WIDTH)
-    texture = ctx.texture((WIDTH, rows), 4, dtype=f"f{texels.dtype.itemsize}")
+    texture = ctx.texture((WIDTH, rows), 4, dtype=f"{texels.dtype.kind}{texels.dtype.itemsize}")
     texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
     if whole:
         texture.write(texels[: whole * WIDTH].data, (0, 0, WIDTH, whole))

@@ -15,18 +15,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fragtracer.bvh import Bvh, build
+from fragtracer.bvh import NONE, WIDTH, Bvh, Layout, build
 from fragtracer.cache import cached
 from fragtracer.errors import SceneError
 from fragtracer.packing.alias import alias_table
-from fragtracer.packing.records import MESH_RECORDS, texels_of_columns, vertex_record
+from fragtracer.packing.records import (
+    MESH_RECORDS,
+    MESH_TREE_RECORDS,
+    texels_of_columns,
+    vertex_record,
+    words_of_columns,
+)
 from fragtracer.scene import Geometry, Mesh
 from fragtracer.shader_composer import CONSTANTS
 
 Floats = NDArray[np.float64]
 Texels = NDArray[np.float32]
+Words = NDArray[np.uint32]
 
-_BVH_VERSION = 2  # of fragtracer.bvh, for the files it leaves on disk
+_BVH_VERSION = 3  # of fragtracer.bvh, for the files it leaves on disk
 _TREES_KEPT = 64  # in memory
 # Copies of a geometry are packed one by one while they add fewer triangles than this: rays then need no matrix.
 MOST_COPIED = 100_000
@@ -48,10 +55,11 @@ class MeshMaterial:
 
 @dataclass(frozen=True, eq=False)
 class PackedMeshes:
-    """Texels (records, texels of each, 4) float32 for the shader, the power of all that emits, the fields
-    of a vertex, and defines."""
+    """Tables for the shader, (n, texels of a record, 4), the power of all that emits, the fields of a vertex, and
+    defines. ``tree`` is uint32, the others float32."""
 
-    records: Texels
+    tree: Words
+    details: Texels
     vertices: Texels
     lights: Texels
     power: float
@@ -61,12 +69,13 @@ class PackedMeshes:
     @property
     def usual_rounds(self) -> int:
         """How many steps few rays take more than: what is met grows with the depth of the tree."""
-        return 16 + 6 * int(np.log2(len(self.records)))
+        return 16 + 4 * int(np.log2(len(self.tree)))
 
     @property
-    def textures(self) -> dict[str, Texels]:
+    def textures(self) -> dict[str, Texels | Words]:
         """(n, 4) texels, by the sampler that reads them."""
-        tables = {"u_mesh": self.records, "u_mesh_vertices": self.vertices, "u_mesh_lights": self.lights}
+        tables = {"u_mesh": self.tree, "u_mesh_details": self.details}
+        tables |= {"u_mesh_vertices": self.vertices, "u_mesh_lights": self.lights}
         return {name: table.reshape(-1, 4) for name, table in tables.items()}
 
 
@@ -83,6 +92,21 @@ class _Copy:
         """Whether it can be met through its matrix. One that emits has triangles of its own: lights are
         drawn by triangle, and each has its own area."""
         return not self.material.power and abs(np.linalg.det(self.matrix[:, :3])) > 0
+
+    @property
+    def is_mirrored(self) -> bool:
+        return bool(np.linalg.det(self.matrix[:, :3]) < 0)
+
+    @property
+    def middle(self) -> Floats:
+        """(3,): where the middle of the geometry is."""
+        middle: Floats = self.matrix[:, :3] @ _middle(self.geometry) + self.matrix[:, 3]
+        return middle
+
+    def triangles(self, bvh: Bvh) -> NDArray[np.integer]:
+        """(n, 3) vertices by the order of the tree, turned if need be so that the front stays the front."""
+        triangles = self.geometry.triangles[bvh.order]
+        return triangles[:, [0, 2, 1]] if self.is_mirrored else triangles
 
 
 @lru_cache(maxsize=2)
@@ -133,96 +157,162 @@ def triangle_boxes(corners: Texels) -> Texels:
     return np.concatenate([corners.min(axis=1).T, -corners.max(axis=1).T])
 
 
+@dataclass(frozen=True, eq=False)
+class _Fitted:
+    """A copy with its tree around it. The first ``root`` of its ``count`` records may lie apart from the others."""
+
+    copy: _Copy
+    bvh: Bvh
+    layout: Layout
+    corners: Texels  # (n, 3, 3), by the order of the tree
+    child_boxes: Texels
+    box: Texels  # (6,)
+
+    @property
+    def depth(self) -> int:
+        return self.bvh.depth
+
+    @property
+    def root(self) -> int:
+        return self.layout.root
+
+    @property
+    def count(self) -> int:
+        return self.layout.count
+
+
+@dataclass(frozen=True, eq=False)
+class _Emitter:
+    """The triangles of a copy that emits: their records, details and areas, (n,), and the power of a square metre."""
+
+    records: NDArray[np.int64]
+    details: Texels
+    areas: Floats
+    strength: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Instance:
+    """A copy that is a record with the way to a tree that it shares."""
+
+    copy: _Copy
+    tree: _Fitted
+    box: Texels
+
+    root = count = 1
+
+    @property
+    def depth(self) -> int:
+        return self.tree.depth + 1
+
+
 class _Packer:
     """Puts records one behind the other; the first is the root of all."""
 
     def __init__(self, vertex_fields: tuple[str, ...], extent: float) -> None:
         self._fields = vertex_fields
         self._growth = _BOX_GROWTH * extent
-        self._records: list[Texels] = []
+        self._tree: Words = np.empty((0, 0, 4), np.uint32)
+        self._details: list[Texels] = []
         self._vertices: list[Texels] = []
-        self._emitters: list[tuple[int, Floats, float]] = []  # first record, areas, power of a square metre
-        self._record_count = self._vertex_count = 0
+        self._emitters: list[_Emitter] = []
+        self._detail_count = self._vertex_count = 0
 
     def pack(self, copies: Sequence[_Copy]) -> PackedMeshes:
-        shared = _shared(copies)
-        # A node of the tree on top has two children; with one copy there is none.
-        self._record_count = len(copies) - 1
-        roots: dict[Geometry, tuple[int, Texels, int]] = {}
-        placed = []
-        depth = 0
-        for copy in copies:
-            if copy.geometry in shared and copy.is_sharing:
-                if copy.geometry not in roots:
-                    same = [c for c in copies if c.is_sharing and c.geometry == copy.geometry]
-                    reach = max(np.linalg.norm(np.linalg.inv(c.matrix[:, :3]), 2) for c in same)
-                    roots[copy.geometry] = self._add_triangles(_in_own_space(copy), self._growth * float(reach))
-                root, box, below = roots[copy.geometry]
-                placed.append(self._add_instance(copy, root, box))
-                below += 1
-            else:
-                root, box, below = self._add_triangles(copy, self._growth)
-                placed.append((root, box))
-            depth = max(depth, below)
-        depth += self._add_top([root for root, _ in placed], np.stack([box for _, box in placed], axis=1))
-        records = np.concatenate(self._records)
-        if len(records) > _MOST_RECORDS:
+        trees, placed = self._fit(copies)
+        # The tree on top: its leaves are the roots of all copies.
+        boxes = np.stack([fitted.box for fitted in placed], axis=1)
+        top = build(boxes, max_leaf=1)
+        layout = top.layout(np.array([placed[i].root for i in top.order]))
+        count = layout.count + sum(fitted.count - fitted.root for fitted in placed)
+        total = count + sum(tree.count for tree in trees)
+        if total > _MOST_RECORDS:
             raise SceneError(
-                f"the meshes have too many triangles: their tree takes {len(records):,} records of at most "
+                f"the meshes have too many triangles: their tree takes {total:,} records of at most "
                 f"{_MOST_RECORDS:,}; use simpler meshes"
             )
-        density, lights, power = self._lights()
-        for first, values in density:
-            records[first : first + len(values), 2, 3] = values
+        self._tree = np.zeros((total, 3, 4), np.uint32)
+        self._tree[layout.nodes] = _nodes(top, layout, layout.first, top.child_boxes(boxes[:, top.order])[0])
+        root_of = {}
+        for tree in trees:
+            root_of[tree] = count
+            self._add(tree, count, count + tree.root)
+            count += tree.count
+        place = layout.count
+        for item, i in zip(layout.items, top.order, strict=True):
+            fitted = placed[i]
+            if isinstance(fitted, _Instance):
+                self._add_instance(fitted, item, root_of[fitted.tree])
+            else:
+                self._add(fitted, item, place)
+                place += fitted.count - fitted.root
+
+        lights, power = self._lights()
         vertices = np.concatenate(self._vertices) if self._vertices else np.zeros((1, 1, 4), np.float32)
+        depth = top.depth + max(fitted.depth for fitted in placed)
         defines = {
             "HAS_MESHES": 1,
-            "HAS_INSTANCES": int(bool(roots)),
+            "HAS_INSTANCES": int(bool(trees)),
             "HAS_MESH_LIGHT": int(power > 0),
             "HAS_CULLING": int(any(copy.material.flags & CULLED for copy in copies)),
-            "MESH_STACK": -(-(depth + 2) // 8) * 8,  # in steps, so that few edits compile
+            "MESH_STACK": -(-((WIDTH - 1) * depth + 2) // 8) * 8,  # in steps, so that few edits compile
             "MESH_LIGHT_COUNT": len(lights),
             "MESH_VERTEX_TEXELS": vertices.shape[1] if self._vertices else 0,
         }
         defines |= {_FEATURES[name]: int(name in self._fields) for name in _FEATURES}
-        return PackedMeshes(records, vertices, lights, power, self._fields, defines)
+        details = np.concatenate(self._details) if self._details else np.zeros((1, 1, 4), np.float32)
+        return PackedMeshes(self._tree, details, vertices, lights, power, self._fields, defines)
 
-    def _add_triangles(self, copy: _Copy, growth: float) -> tuple[int, Texels, int]:
-        """The root, its box (6,) and the depth of the tree of a copy, which is added."""
-        bvh = _tree(copy.geometry)
-        linear, move = copy.matrix[:, :3], copy.matrix[:, 3]
-        mirrored = np.linalg.det(linear) < 0
-        triangles = copy.geometry.triangles[bvh.order]
-        if mirrored:  # so that the front stays the front
-            triangles = triangles[:, [0, 2, 1]]
-        positions = (copy.geometry.positions @ linear.T + move).astype(np.float32)
-        corners = positions[triangles]
-        boxes, root_box = bvh.child_boxes(triangle_boxes(corners))
-        boxes -= np.float32(growth)
+    def _fit(self, copies: Sequence[_Copy]) -> tuple[list[_Fitted], list[_Fitted | _Instance]]:
+        """The trees that are shared, and all copies."""
+        shared = _shared(copies)
+        trees: dict[Geometry, _Fitted] = {}
+        placed: list[_Fitted | _Instance] = []
+        for copy in copies:
+            if copy.geometry in shared and copy.is_sharing:
+                if copy.geometry not in trees:
+                    same = [c for c in copies if c.is_sharing and c.geometry == copy.geometry]
+                    reach = max(np.linalg.norm(np.linalg.inv(c.matrix[:, :3]), 2) for c in same)
+                    trees[copy.geometry] = _fitted(_in_own_space(copy), self._growth * float(reach))
+                tree = trees[copy.geometry]
+                placed.append(_Instance(copy, tree, _instance_box(copy, tree.box, self._growth)))
+            else:
+                placed.append(_fitted(copy, self._growth))
+        return list(trees.values()), placed
 
-        first_node = self._record_count
-        first_triangle = first_node + len(bvh.children)
-        children = np.where(bvh.children < 0, first_triangle + ~bvh.children, first_node + bvh.children)
-        self._add(_nodes(boxes, children))
-        columns = {
-            **{name: corners[:, i] for i, name in enumerate("abc")},
-            "kind": np.where(bvh.last, CONSTANTS["MESH_LAST_TRIANGLE"], CONSTANTS["MESH_TRIANGLE"]),
-            "material": copy.material.index,
-            "flags": copy.material.flags,
-        }
+    def _add(self, fitted: _Fitted, root: int, rest: int) -> None:
+        """Write the records of a copy: its root to ``root``, the others from ``rest`` on."""
+        bvh, layout, copy = fitted.bvh, fitted.layout, fitted.copy
+
+        def moved(records: NDArray[np.int64]) -> NDArray[np.int64]:
+            return np.where(records < layout.root, root + records, rest - layout.root + records)
+
+        self._tree[moved(layout.nodes)] = _nodes(bvh, layout, moved(layout.first), fitted.child_boxes)
+        triangles = copy.triangles(bvh)
+        kind = np.where(bvh.last, CONSTANTS["MESH_LAST_TRIANGLE"], CONSTANTS["MESH_TRIANGLE"])
+        columns: dict[str, Any] = {name: fitted.corners[:, i] for i, name in enumerate("abc")}
+        columns |= {"kind": kind << 24 | copy.material.flags, "material": copy.material.index}
+        details: dict[str, Any] = {}
         if self._fields:
-            columns["vertices"] = triangles + self._vertex_count
-            self._add_vertices(copy, -1.0 if mirrored else 1.0)
-        self._add(texels_of_columns(MESH_RECORDS["MeshTriangle"], columns, len(triangles)))
+            details["vertices"] = triangles + self._vertex_count
+            self._add_vertices(copy)
+        place = moved(layout.items)
+        if details or copy.material.power:
+            columns["detail"] = self._detail_count + np.arange(len(triangles))
+            self._add_details(texels_of_columns(MESH_RECORDS["MeshTriangleDetail"], details, len(triangles)))
         if copy.material.power:
-            edges = corners[:, 1:].astype(np.float64) - corners[:, :1]
+            edges = fitted.corners[:, 1:].astype(np.float64) - fitted.corners[:, :1]
             areas = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1) / 2
-            self._emitters.append((first_triangle, areas, np.pi * copy.material.power))
-        return first_node, root_box - np.float32(growth), bvh.depth
+            self._emitters.append(_Emitter(place, self._details[-1], areas, np.pi * copy.material.power))
+        self._tree[place] = words_of_columns(MESH_TREE_RECORDS["MeshTriangle"], columns, len(triangles))
 
-    def _add_vertices(self, copy: _Copy, handedness: float) -> None:
+    def _add_details(self, details: Texels) -> None:
+        self._details.append(details)
+        self._detail_count += len(details)
+
+    def _add_vertices(self, copy: _Copy) -> None:
         geometry, count = copy.geometry, len(copy.geometry.positions)
-        linear = copy.matrix[:, :3]
+        linear, handedness = copy.matrix[:, :3], -1.0 if copy.is_mirrored else 1.0
         cofactors = handedness * np.cross(
             linear[[1, 2, 0]], linear[[2, 0, 1]]
         )  # the inverse transposed, but for its length
@@ -242,52 +332,36 @@ class _Packer:
         if self._vertex_count > _MOST_RECORDS:
             raise SceneError(f"the meshes have more than {_MOST_RECORDS:,} vertices; use simpler meshes")
 
-    def _add_instance(self, copy: _Copy, root: int, box: Texels) -> tuple[int, Texels]:
-        """The record of an instance and its box in the space of the shader."""
-        linear = copy.matrix[:, :3]
-        move = linear @ _middle(copy.geometry) + copy.matrix[:, 3]
-        inverse = np.linalg.inv(linear)
-        columns = dict(zip(("row_x", "row_y", "row_z"), inverse, strict=True))
-        columns |= {"translation": move, "root": root, "kind": CONSTANTS["MESH_INSTANCE"]}
-        columns |= {"material": copy.material.index, "flags": copy.material.flags}
-        place = self._record_count
-        self._add(texels_of_columns(MESH_RECORDS["MeshInstance"], columns, 1))
-        low, high = box[:3].astype(np.float64), -box[3:].astype(np.float64)
-        middle, half = linear @ ((low + high) / 2) + move, np.abs(linear) @ ((high - low) / 2) + self._growth
-        return place, np.concatenate([middle - half, -(middle + half)]).astype(np.float32)
+    def _add_instance(self, instance: _Instance, place: int, root: int) -> None:
+        copy = instance.copy
+        inverse = np.linalg.inv(copy.matrix[:, :3])
+        columns: dict[str, Any] = dict(zip(("row_x", "row_y", "row_z"), inverse, strict=True))
+        columns |= {"kind": CONSTANTS["MESH_INSTANCE"] << 24 | copy.material.flags}
+        columns |= {"root": root, "detail": self._detail_count}
+        self._tree[place] = words_of_columns(MESH_TREE_RECORDS["MeshInstance"], columns, 1)
+        detail = {"translation": copy.middle, "material": copy.material.index}
+        self._add_details(texels_of_columns(MESH_RECORDS["MeshInstanceDetail"], detail, 1))
 
-    def _add_top(self, roots: Sequence[int], boxes: Texels) -> int:
-        """The tree over all copies, in the place that was left for it; returns its depth."""
-        bvh = build(boxes, max_leaf=1)
-        child_boxes, _ = bvh.child_boxes(boxes[:, bvh.order])
-        leaves = np.asarray(roots)[bvh.order]
-        children = np.where(bvh.children < 0, leaves[~np.minimum(bvh.children, -1)], bvh.children)
-        self._records.insert(0, _nodes(child_boxes, children))
-        return bvh.depth
-
-    def _add(self, records: Texels) -> None:
-        self._records.append(records)
-        self._record_count += len(records)
-
-    def _lights(self) -> tuple[list[tuple[int, Floats]], Texels, float]:
-        """The density per area of each emitting triangle, by first record; the table they are drawn from;
-        and the power of all."""
+    def _lights(self) -> tuple[Texels, float]:
+        """The table that emitting triangles are drawn from, and the power of all; writes their densities per area."""
+        nothing = np.zeros((1, 1, 4), np.float32), 0.0
         if not self._emitters:
-            return [], np.zeros((1, 1, 4), np.float32), 0.0
-        areas = np.concatenate([areas for _, areas, _ in self._emitters])
-        power = np.concatenate([areas * strength for _, areas, strength in self._emitters])
-        record = np.concatenate([first + np.arange(len(areas)) for first, areas, _ in self._emitters])
+            return nothing
+        areas = np.concatenate([emitter.areas for emitter in self._emitters])
+        power = np.concatenate([emitter.areas * emitter.strength for emitter in self._emitters])
+        record = np.concatenate([emitter.records for emitter in self._emitters])
         there = np.flatnonzero(areas > 0)
         if not there.size:
-            return [], np.zeros((1, 1, 4), np.float32), 0.0
+            return nothing
         probability = (1 - _UNIFORM_CHOICE) * power[there] / power.sum() + _UNIFORM_CHOICE / len(there)
         threshold, other = alias_table(probability)
         density = np.zeros(len(areas))
         density[there] = probability / areas[there]
-        ends = np.cumsum([len(areas) for _, areas, _ in self._emitters])[:-1]
-        densities = list(zip([first for first, _, _ in self._emitters], np.split(density, ends), strict=True))
+        ends = np.cumsum([len(emitter.areas) for emitter in self._emitters])[:-1]
+        for emitter, values in zip(self._emitters, np.split(density, ends), strict=True):
+            emitter.details[:, 0, 3] = values
         columns = {"threshold": threshold, "record": record[there], "other": record[there][other]}
-        return densities, texels_of_columns(MESH_RECORDS["MeshLight"], columns, len(there)), float(power.sum())
+        return texels_of_columns(MESH_RECORDS["MeshLight"], columns, len(there)), float(power.sum())
 
 
 _FEATURES = {
@@ -310,12 +384,52 @@ def _in_own_space(copy: _Copy) -> _Copy:
     return _Copy(copy.geometry, copy.material, np.column_stack([np.eye(3), -_middle(copy.geometry)]))
 
 
-def _nodes(boxes: Texels, children: NDArray[np.int64]) -> Texels:
-    """Records of inner nodes with the boxes (n, 2, 6) of their ``children`` (n, 2)."""
-    columns: dict[str, NDArray[Any]] = {f"low_{side}": boxes[:, side, :3] for side in (0, 1)}
-    columns |= {f"high_{side}": -boxes[:, side, 3:] for side in (0, 1)}
-    columns |= {f"child_{side}": children[:, side] for side in (0, 1)}
-    return texels_of_columns(MESH_RECORDS["MeshNode"], columns | {"kind": CONSTANTS["MESH_NODE"]}, len(children))
+def _fitted(copy: _Copy, growth: float) -> _Fitted:
+    """A copy and its tree, boxes grown by so much."""
+    bvh = _tree(copy.geometry)
+    positions = (copy.geometry.positions @ copy.matrix[:, :3].T + copy.matrix[:, 3]).astype(np.float32)
+    corners = positions[copy.triangles(bvh)]
+    boxes, box = bvh.child_boxes(triangle_boxes(corners))
+    layout = bvh.layout(np.ones(len(corners), np.int64))
+    return _Fitted(copy, bvh, layout, corners, boxes - np.float32(growth), box - np.float32(growth))
+
+
+def _instance_box(copy: _Copy, box: Texels, growth: float) -> Texels:
+    """The box (6,) of a copy whose triangles have ``box`` in their own space."""
+    low, high = box[:3].astype(np.float64), -box[3:].astype(np.float64)
+    linear = copy.matrix[:, :3]
+    middle, half = linear @ ((low + high) / 2) + copy.middle, np.abs(linear) @ ((high - low) / 2) + growth
+    return np.concatenate([middle - half, -(middle + half)]).astype(np.float32)
+
+
+def _nodes(bvh: Bvh, layout: Layout, first: NDArray[np.int64], boxes: Texels) -> Words:
+    """Records of inner nodes; ``first`` (n,) are the records where their children begin, ``boxes`` (n, WIDTH, 6)
+    those of the children.
+
+    Bounds are rounded outwards to a byte each (Ylitie, Karras and Laine 2017, Efficient Incoherent Ray Traversal on
+    GPUs Through Compressed Wide BVHs). Where there is no child the lower bounds are above the upper ones; if
+    rounding should let a ray through, it finds the first child once more.
+    """
+    low, high = boxes[..., :3].astype(np.float64), -boxes[..., 3:].astype(np.float64)
+    origin = low.min(axis=1)
+    exponent = np.clip(np.frexp((high.max(axis=1) - origin) / 255)[1], -126, 127)
+    step = np.ldexp(1.0, exponent)[:, None]
+    is_there = (bvh.children != NONE)[..., None]
+    lower = np.where(is_there, np.floor((low - origin[:, None]) / step), 255).clip(0, 255)
+    upper = np.where(is_there, np.ceil((high - origin[:, None]) / step), 0).clip(0, 255)
+    bounds = {
+        axis: np.stack([_bytes(lower[..., i]), _bytes(upper[..., i])], axis=1) for i, axis in enumerate("xyz")
+    }
+    kind = CONSTANTS["MESH_NODE"] << 24 | _bytes(np.pad(exponent + 127, ((0, 0), (0, 1))))
+    offsets = _bytes(np.where(is_there[..., 0], layout.offsets, 0))
+    columns = {"origin": origin, "kind": kind, **bounds, "first": first, "offsets": offsets}
+    return words_of_columns(MESH_TREE_RECORDS["MeshNode"], columns, len(origin))
+
+
+def _bytes(values: NDArray[Any]) -> NDArray[np.int64]:
+    """Words of four bytes (n, 4), the first one lowest."""
+    words: NDArray[np.int64] = (values.astype(np.int64) << np.arange(0, 32, 8)).sum(axis=1)
+    return words
 
 
 def _unit(vectors: NDArray[np.floating]) -> Texels:

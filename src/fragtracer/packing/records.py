@@ -44,27 +44,34 @@ RECORDS: dict[str, Record] = {
         *(("normal", "vec3"), ("kind", "int"), ("primitive", "int")),
     ),
 }
-# Of meshes (packing/meshes.py). The first three share a texture, four texels each, told apart by `kind`.
-MESH_RECORDS: dict[str, Record] = {
-    "MeshNode": (
-        *(("low_0", "vec3"), ("child_0", "int")),  # a record
-        *(("high_0", "vec3"), ("kind", "int")),
-        *(("low_1", "vec3"), ("child_1", "int"), ("high_1", "vec3")),
+# Of meshes (packing/meshes.py): words of 32 bits, told apart by the last one of their first texel.
+MESH_TREE_RECORDS: dict[str, Record] = {
+    "MeshNode": (  # bounds of children in steps of 2^exponent from the origin, a byte for each child
+        *(("origin", "vec3"), ("kind", "uint")),  # the kind in the highest byte, biased exponents of x, y, z below it
+        *(("x", "uvec2"), ("y", "uvec2"), ("z", "uvec2")),  # lower bounds, upper bounds
+        *(("first", "uint"), ("offsets", "uint")),  # the record of a child is `first` and its byte of `offsets`
     ),
     "MeshTriangle": (
-        *(("a", "vec3"), ("material", "int"), ("b", "vec3"), ("kind", "int"), ("c", "vec3")),
-        ("density", "float"),  # per area, of a light sample of all meshes; 0: no light
-        *(("vertices", "vec3"), ("flags", "int")),
+        *(("a", "vec3"), ("kind", "uint")),  # flags in the lower bytes
+        *(("b", "vec3"), ("material", "uint"), ("c", "vec3"), ("detail", "uint")),
     ),
     "MeshInstance": (  # to its own space: rows * (p - translation)
-        *(("row_x", "vec3"), ("root", "int"), ("row_y", "vec3"), ("kind", "int"), ("row_z", "vec3")),
-        *(("material", "int"), ("translation", "vec3"), ("flags", "int")),
+        *(("row_x", "vec3"), ("kind", "uint")),
+        *(("row_y", "vec3"), ("root", "uint"), ("row_z", "vec3"), ("detail", "uint")),
     ),
+}
+# Floats; a detail is the one or the other.
+MESH_RECORDS: dict[str, Record] = {
+    "MeshTriangleDetail": (
+        ("vertices", "vec3"),
+        ("density", "float"),  # per area, of a light sample of all meshes; 0: no light
+    ),
+    "MeshInstanceDetail": (("translation", "vec3"), ("material", "int")),
     "MeshLight": (("threshold", "float"), ("record", "int"), ("other", "int")),
     # Only the fields that a scene needs.
     "MeshVertex": (("normal", "vec3"), ("uv", "vec2"), ("uv_1", "vec2"), ("tangent", "vec4"), ("color", "vec4")),
 }
-_SIZES = {"int": 1, "float": 1, "vec2": 2, "vec3": 3, "vec4": 4}
+_SIZES = {"int": 1, "uint": 1, "float": 1, "vec2": 2, "uvec2": 2, "vec3": 3, "vec4": 4}
 SHAPES = ("Sphere", "Plane", "Rectangle", "Triangle")
 
 # Above this, code made for each record grows faster than it gains.
@@ -97,13 +104,26 @@ def texels_of_columns(record: Record, columns: Mapping[str, Any], count: int) ->
     return texels.reshape(count, _stride(record), 4)
 
 
+def words_of_columns(record: Record, columns: Mapping[str, Any], count: int) -> NDArray[np.uint32]:
+    """As :func:`texels_of_columns`, but uint32, with the bits of what is a float."""
+    words = np.zeros((count, _stride(record) * 4), np.uint32)
+    for field, kind, place in _places(record):
+        if field in columns:
+            size = _SIZES[kind]
+            values = np.asarray(columns[field])
+            values = values.astype(np.uint32) if kind.startswith("u") else values.astype(np.float32).view(np.uint32)
+            words[:, place if size == 1 else slice(place, place + size)] = values
+    return words.reshape(count, _stride(record), 4)
+
+
 def mesh_layout(vertex_fields: Sequence[str]) -> str:
     """GLSL structs for the records of meshes, and functions that make them of their texels.
 
     ``vertex_fields`` are those of MeshVertex that are packed.
     """
     records = MESH_RECORDS | {"MeshVertex": vertex_record(vertex_fields)}
-    return "\n".join(_texel_glsl(name, record) for name, record in records.items() if record)
+    parts = [_texel_glsl(name, record, "uvec4") for name, record in MESH_TREE_RECORDS.items()]
+    return "\n".join(parts + [_texel_glsl(name, record, "vec4") for name, record in records.items() if record])
 
 
 def vertex_record(fields: Sequence[str]) -> Record:
@@ -111,11 +131,12 @@ def vertex_record(fields: Sequence[str]) -> Record:
     return tuple(field for field in MESH_RECORDS["MeshVertex"] if field[0] in fields)
 
 
-def _texel_glsl(name: str, record: Record) -> str:
+def _texel_glsl(name: str, record: Record, texel: str) -> str:
     noun = "".join("_" + c.lower() if c.isupper() else c for c in name).removeprefix("_")
     fields = "".join(f" {kind} {field};" for field, kind in record)
-    texels = ", ".join(f"vec4 t{i}" for i in range(_stride(record)))
-    values = ", ".join(_glsl_value(kind, place) for _, kind, place in _places(record))
+    texels = ", ".join(f"{texel} t{i}" for i in range(_stride(record)))
+    value = _glsl_value if texel == "vec4" else _glsl_value_of_words
+    values = ", ".join(value(kind, place) for _, kind, place in _places(record))
     return f"struct {name} {{{fields} }};\n{name} {noun}_of({texels}) {{ return {name}({values}); }}\n"
 
 
@@ -196,9 +217,18 @@ def _loop(count: int) -> str:
 
 
 def _glsl_value(kind: str, place: int) -> str:
-    texel, lane = divmod(place, 4)
-    value = f"t{texel}.{'xyzw'[lane : lane + _SIZES[kind]]}"
+    value = _glsl_lanes(kind, place)
     return f"int({value})" if kind == "int" else value
+
+
+def _glsl_value_of_words(kind: str, place: int) -> str:
+    value = _glsl_lanes(kind, place)
+    return value if kind.startswith("u") else f"uintBitsToFloat({value})"
+
+
+def _glsl_lanes(kind: str, place: int) -> str:
+    texel, lane = divmod(place, 4)
+    return f"t{texel}.{'xyzw'[lane : lane + _SIZES[kind]]}"
 
 
 _STORAGE = """\
