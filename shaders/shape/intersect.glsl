@@ -41,40 +41,43 @@ bool scene_is_cut_short = false;
 void hit_meshes(inout Hit hit, Ray ray, int skipped, bool any) {
     if (any && hit.primitive != NO_PRIMITIVE) return;
     MeshRay local = mesh_ray(ray.origin, ray.direction);
-    // What is left to do: records, and the distances at which the ray enters them, as bits, which are in the same order.
-    ivec2 stack[MESH_STACK];
-    stack[0] = ivec2(-1);
-    int top = 1;
-    int record = 0;
+    // What is left to do: records that lie side by side, from `first` on, in the order of their slots in `rest`.
+    uint first = 0u, rest = 4u;
+    uint stack[MESH_STACK];  // of such groups
+    int top = 0;
+    bool goes_on;
 #if HAS_INSTANCES
     int instance = -1;
     int instance_top = 0;   // entries of the stack that do not belong to the instance
     uint instance_kind = 0u;
 #endif
     do {
+        int record = int(first + (rest & 3u));
+        rest >>= 2u;
         uvec4 t0 = mesh_texel(3 * record);
         uvec4 t1 = mesh_texel(3 * record + 1);
         uvec4 t2 = mesh_texel(3 * record + 2);
         uint kind = t0.w >> 24u;
-        int next = -1;
+        uint below = 1u;
+        uint below_first = 0u;
         if (kind == uint(MESH_NODE)) {
             MeshNode node = mesh_node_of(t0, t1, t2);
-            ivec4 keys = mesh_node_intersect(node, local, hit.distance);
-            if (keys.w != MESH_NO_CHILD) stack[top++] = ivec2(mesh_child(node, keys.w), keys.w);
-            if (keys.z != MESH_NO_CHILD) stack[top++] = ivec2(mesh_child(node, keys.z), keys.z);
-            if (keys.y != MESH_NO_CHILD) stack[top++] = ivec2(mesh_child(node, keys.y), keys.y);
-            if (keys.x != MESH_NO_CHILD) next = mesh_child(node, keys.x);
+            below = mesh_node_intersect(node, local, hit.distance);
+            below_first = node.first;
+        }
 #if HAS_INSTANCES
-        } else if (kind == uint(MESH_INSTANCE)) {
+        if (kind == uint(MESH_INSTANCE)) {
             MeshInstance space = mesh_instance_of(t0, t1, t2);
             vec3 translation = mesh_instance_detail_of(mesh_detail_texel(space.detail)).translation;
             instance = record;
-            instance_top = top;
+            instance_top = top + int(rest > 1u);
             instance_kind = space.kind;
             local = mesh_ray(mesh_to_instance(space, ray.origin - translation), mesh_to_instance(space, ray.direction));
-            next = int(space.root);
+            below = 4u;
+            below_first = space.root;
+        }
 #endif
-        } else {
+        if (kind == uint(MESH_TRIANGLE)) {
             MeshTriangle triangle = mesh_triangle_of(t0, t1, t2);
             vec4 found = mesh_triangle_intersect(triangle.a, triangle.b, triangle.c, local);
             bool is_met = found.x < hit.distance && FIRST_MESH + record != skipped;
@@ -91,17 +94,24 @@ void hit_meshes(inout Hit hit, Ray ray, int skipped, bool any) {
 #if HAS_INSTANCES
                 hit.instance = instance;
 #endif
+                if (any) {
+                    top = 0;
+                    rest = 1u;
+                }
             }
-            if (is_met && any) top = 1;
-            else if (kind == uint(MESH_TRIANGLE)) next = record + 1;
         }
-        if (next < 0) {
-            ivec2 entry;
-            do {
-                top--;
-                entry = stack[top];
-            } while (entry.y >= floatBitsToInt(hit.distance));
-            next = entry.x;
+        stack[top] = first << 7u | rest;
+        if (below > 1u) {
+            top += int(rest > 1u);
+            first = below_first;
+            rest = below;
+        }
+        goes_on = rest > 1u || top > 0;
+        if (rest == 1u) {
+            top = max(top - 1, 0);
+            uint group = stack[top];
+            first = group >> 7u;
+            rest = group & 127u;
 #if HAS_INSTANCES
             if (instance >= 0 && top < instance_top) {
                 instance = -1;
@@ -109,9 +119,8 @@ void hit_meshes(inout Hit hit, Ray ray, int skipped, bool any) {
             }
 #endif
         }
-        record = next;
-    } while (record >= 0);
-    if (record >= 0) scene_is_cut_short = true;
+    } while (goes_on);
+    if (goes_on) scene_is_cut_short = true;
 }
 #endif
 

@@ -33,34 +33,36 @@ MeshRay mesh_ray(vec3 origin, vec3 direction) {
 
 vec4 mesh_bytes(uint word) { return vec4(ivec4(uvec4(word, word >> 8u, word >> 16u, word >> 24u) & 255u)); }
 
-const int MESH_NO_CHILD = 0x7fffffff;
-
-// The children whose boxes the ray enters before max_distance, the nearest first, MESH_NO_CHILD for the others: bits of
-// the distance, the last two of which number the child. The far sides are moved away by what rounding may have
-// brought them nearer (Ize 2013, Robust BVH Ray Traversal).
-ivec4 mesh_node_intersect(MeshNode node, MeshRay ray, float max_distance) {
+// The children whose boxes the ray enters before max_distance: their slots, two bits each, the nearest lowest, and
+// above them a 1. Distances are compared as bits, which have the order of floats that are not negative: below 0 any will
+// do, since the box is behind. Far sides are moved away by what rounding may have brought them nearer
+// (Ize 2013, Robust BVH Ray Traversal).
+uint mesh_node_intersect(MeshNode node, MeshRay ray, float max_distance) {
     uvec3 exponents = uvec3(node.kind, node.kind >> 8u, node.kind >> 16u) & 255u;
     vec3 step = uintBitsToFloat(exponents << 23u) * ray.inverse;
     vec3 start = (node.origin - ray.origin) * ray.inverse;
     bvec3 backward = lessThan(ray.inverse, vec3(0.0));
-    vec4 near = max(max(start.x + step.x * mesh_bytes(backward.x ? node.x.y : node.x.x),
-                        start.y + step.y * mesh_bytes(backward.y ? node.y.y : node.y.x)),
-                    max(start.z + step.z * mesh_bytes(backward.z ? node.z.y : node.z.x), 0.0));
-    vec4 far = min(min(start.x + step.x * mesh_bytes(backward.x ? node.x.x : node.x.y),
-                       start.y + step.y * mesh_bytes(backward.y ? node.y.x : node.y.y)),
-                   min(start.z + step.z * mesh_bytes(backward.z ? node.z.x : node.z.y), max_distance)) * 1.0000005;
-    ivec4 keys = (floatBitsToInt(near) & ~3) | ivec4(0, 1, 2, 3);
-    keys = ivec4(near.x <= far.x ? keys.x : MESH_NO_CHILD, near.y <= far.y ? keys.y : MESH_NO_CHILD,
-                 near.z <= far.z ? keys.z : MESH_NO_CHILD, near.w <= far.w ? keys.w : MESH_NO_CHILD);
+    ivec4 near_x = floatBitsToInt(start.x + step.x * mesh_bytes(backward.x ? node.x.y : node.x.x));
+    ivec4 near_y = floatBitsToInt(start.y + step.y * mesh_bytes(backward.y ? node.y.y : node.y.x));
+    ivec4 near_z = floatBitsToInt(start.z + step.z * mesh_bytes(backward.z ? node.z.y : node.z.x));
+    ivec4 far_x = floatBitsToInt(start.x + step.x * mesh_bytes(backward.x ? node.x.x : node.x.y));
+    ivec4 far_y = floatBitsToInt(start.y + step.y * mesh_bytes(backward.y ? node.y.x : node.y.y));
+    ivec4 far_z = floatBitsToInt(start.z + step.z * mesh_bytes(backward.z ? node.z.x : node.z.y));
+    ivec4 near = max(max(near_x, near_y), max(near_z, 0));
+    ivec4 far = min(min(far_x, far_y), min(far_z, floatBitsToInt(max_distance))) + 6;
+    bvec4 is_met = lessThanEqual(near, far);
+
+    const int none = 0x7fffffff;
+    ivec4 keys = (near & ~3) | ivec4(0, 1, 2, 3);
+    keys = ivec4(is_met.x ? keys.x : none, is_met.y ? keys.y : none, is_met.z ? keys.z : none, is_met.w ? keys.w : none);
     ivec2 low = min(keys.xz, keys.yw);
     ivec2 high = max(keys.xz, keys.yw);
     int second = max(low.x, low.y);
     int third = min(high.x, high.y);
-    return ivec4(min(low.x, low.y), min(second, third), max(second, third), max(high.x, high.y));
-}
-
-int mesh_child(MeshNode node, int key) {
-    return int(node.first + (node.offsets >> uint((key & 3) << 3) & 255u));
+    ivec4 slots = ivec4(min(low.x, low.y), min(second, third), max(second, third), max(high.x, high.y)) & 3;
+    ivec4 count = ivec4(is_met);
+    uint end = 1u << uint((count.x + count.y + count.z + count.w) << 1);
+    return (uint(slots.x | slots.y << 2 | slots.z << 4 | slots.w << 6) & (end - 1u)) | end;
 }
 
 // Distance to the triangle in x, INFINITE_DISTANCE where the ray misses it, the weights of b and c in yz, and a number
@@ -83,11 +85,10 @@ vec4 mesh_triangle_intersect(vec3 a, vec3 b, vec3 c, MeshRay ray) {
     vec3 edges = first - second;
     edges = mix(edges, vec3(0.0), lessThanEqual(abs(edges), 2.4e-7 * (abs(first) + abs(second))));
     float sum = edges.x + edges.y + edges.z;
-    float least = min(edges.x, min(edges.y, edges.z));
-    float most = max(edges.x, max(edges.y, edges.z));
-    vec3 weights = edges / sum;
+    vec3 weights = edges * (1.0 / sum);
     float distance = dot(weights, z);
-    bool is_met = (least >= 0.0 || most <= 0.0) && sum != 0.0 && distance > 0.0;
+    bool is_within = !any(lessThan(edges, vec3(0.0))) || !any(greaterThan(edges, vec3(0.0)));
+    bool is_met = is_within && sum != 0.0 && distance > 0.0;
     return vec4(is_met ? distance : INFINITE_DISTANCE, weights.yz, sum);
 }
 

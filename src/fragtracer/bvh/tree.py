@@ -125,7 +125,7 @@ class Layout:
     items: NDArray[np.int64]
 
 
-def build(boxes: Boxes, max_leaf: int = 4) -> Bvh:
+def build(boxes: Boxes, max_leaf: int = 1) -> Bvh:
     """Build a tree over ``boxes`` (6, n) float32: lower corners, and upper ones negated; n > 0.
 
     A leaf holds at most ``max_leaf`` boxes, and more than one only where that makes rays cheaper.

@@ -33,7 +33,7 @@ Floats = NDArray[np.float64]
 Texels = NDArray[np.float32]
 Words = NDArray[np.uint32]
 
-_BVH_VERSION = 3  # of fragtracer.bvh, for the files it leaves on disk
+_BVH_VERSION = 4  # of fragtracer.bvh, for the files it leaves on disk
 _TREES_KEPT = 64  # in memory
 # Copies of a geometry are packed one by one while they add fewer triangles than this: rays then need no matrix.
 MOST_COPIED = 100_000
@@ -255,7 +255,7 @@ class _Packer:
             "HAS_INSTANCES": int(bool(trees)),
             "HAS_MESH_LIGHT": int(power > 0),
             "HAS_CULLING": int(any(copy.material.flags & CULLED for copy in copies)),
-            "MESH_STACK": -(-((WIDTH - 1) * depth + 2) // 8) * 8,  # in steps, so that few edits compile
+            "MESH_STACK": -(-(depth + 2) // 8) * 8,  # in steps, so that few edits compile
             "MESH_LIGHT_COUNT": len(lights),
             "MESH_VERTEX_TEXELS": vertices.shape[1] if self._vertices else 0,
         }
@@ -289,7 +289,7 @@ class _Packer:
 
         self._tree[moved(layout.nodes)] = _nodes(bvh, layout, moved(layout.first), fitted.child_boxes)
         triangles = copy.triangles(bvh)
-        kind = np.where(bvh.last, CONSTANTS["MESH_LAST_TRIANGLE"], CONSTANTS["MESH_TRIANGLE"])
+        kind = CONSTANTS["MESH_TRIANGLE"]
         columns: dict[str, Any] = {name: fitted.corners[:, i] for i, name in enumerate("abc")}
         columns |= {"kind": kind << 24 | copy.material.flags, "material": copy.material.index}
         details: dict[str, Any] = {}
