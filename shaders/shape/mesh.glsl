@@ -50,7 +50,7 @@ uint mesh_node_intersect(MeshNode node, MeshRay ray, float max_distance) {
     ivec4 far_z = floatBitsToInt(start.z + step.z * mesh_bytes(backward.z ? node.z.x : node.z.y));
     ivec4 near = max(max(near_x, near_y), max(near_z, 0));
     ivec4 far = min(min(far_x, far_y), min(far_z, floatBitsToInt(max_distance))) + 6;
-    bvec4 is_met = lessThanEqual(near, far);
+    bvec4 is_met = bvec4(near.x <= far.x, near.y <= far.y, near.z <= far.z && node.count > 2u, near.w <= far.w && node.count > 3u);
 
     const int none = 0x7fffffff;
     ivec4 keys = (near & ~3) | ivec4(0, 1, 2, 3);

@@ -49,8 +49,7 @@ CONSTANTS = {
     "LIGHT_MESH": 6,  # all triangles of meshes that emit
     "MESH_NODE": 0,
     "MESH_TRIANGLE": 1,
-    "MESH_LAST_TRIANGLE": 2,  # of a leaf
-    "MESH_INSTANCE": 3,
+    "MESH_INSTANCE": 2,
     "ALPHA_OPAQUE": 0,
     "ALPHA_MASK": 1,
     "ALPHA_BLEND": 2,

@@ -12,6 +12,7 @@ from fragtracer.gpu.meshes import mesh_textures
 from fragtracer.gpu.probe import probe
 from fragtracer.packing import PackedScene
 from fragtracer.scene import Camera, Light, Material, Plane, Rectangle, Scene, Sphere, Triangle
+from fragtracer.shader_composer import CONSTANTS
 
 from . import Floats
 
@@ -45,6 +46,14 @@ def scene_probe(
         for used in resources.values():
             used.release()
     return {key: values.astype(np.float64) for key, values in result.items()}
+
+
+def triangles_of(packed: PackedScene) -> tuple[Floats, Floats]:
+    """The records that are triangles, and their vertices (n, 3, 3)."""
+    assert packed.meshes
+    tree = packed.meshes.tree
+    place = np.flatnonzero(tree[:, 0, 3] >> 24 == CONSTANTS["MESH_TRIANGLE"])
+    return place, tree.view(np.float32)[place, :, :3].astype(np.float64)
 
 
 def camera_on(scale: float, shift: float) -> Camera:

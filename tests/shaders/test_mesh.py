@@ -14,7 +14,7 @@ from fragtracer.scene import Geometry, Material, Mesh, Part, Placement, Plane, S
 from . import Floats, shape_oracle
 from .directions import random_directions
 from .includes import SHAPE
-from .scene_probe import camera_on, scene_probe
+from .scene_probe import camera_on, scene_probe, triangles_of
 
 MISS = 1e30
 TRACE = """
@@ -27,7 +27,7 @@ SEARCH = """
     k = -1.0;
     MeshRay ray = mesh_ray(o, d);
     for (int record = 0; record < int(count); record++) {
-        if (mesh_texel(record, 1).w < float(MESH_TRIANGLE)) continue;
+        if (mesh_texel(3 * record).w >> 24u != uint(MESH_TRIANGLE)) continue;
         MeshTriangle other = mesh_triangle_load(record);
         float found = mesh_triangle_intersect(other.a, other.b, other.c, ray).x;
         if (found < t && FIRST_MESH + record != int(skipped)) { t = found; k = float(record); }
@@ -44,14 +44,6 @@ def packed_mesh(arrays: Arrays, scale: float = 1.0, shift: float = 0.0, **fields
     return pack(scene, scene.render, 64, 64)
 
 
-def triangles_of(packed: PackedScene) -> tuple[Floats, Floats]:
-    """The records that are triangles, and their vertices (n, 3, 3)."""
-    assert packed.meshes
-    records = packed.meshes.records
-    place = np.flatnonzero(records[:, 1, 3] > 0)
-    return place, records[place, :3, :3].astype(np.float64)
-
-
 def trace(
     ctx: moderngl.Context,
     packed: PackedScene,
@@ -66,7 +58,7 @@ def trace(
     assert packed.meshes
     rows = np.ones(len(origin))
     inputs = {"o": origin, "d": direction, "farthest": farthest * rows, "skipped": skipped * rows}
-    inputs |= {"any_hit": any_hit * rows, "count": len(packed.meshes.records) * rows}
+    inputs |= {"any_hit": any_hit * rows, "count": len(packed.meshes.tree) * rows}
     result = scene_probe(ctx, packed, SHAPE, body, inputs, {"t": 1, "k": 1})
     return result["t"], result["k"].astype(int)
 
@@ -255,7 +247,7 @@ def test_huge_and_tiny_triangles_together(ctx: moderngl.Context) -> None:
     origin = np.broadcast_to(np.array([0, 2e-3, 0]) - packed.origin, (4096, 3)).astype(np.float32).astype(np.float64)
     t, k = trace(ctx, packed, origin, direction)
     assert (k >= 0).all()
-    reach = np.abs(packed.meshes.records[:, :3, :3]).max() * 3e-7  # what float32 knows of places that far off
+    reach = np.abs(triangles_of(packed)[1]).max() * 3e-7  # what float32 knows of places that far off
     assert (np.abs(t - 1e-3) < 1e-3 + reach).all()
 
 

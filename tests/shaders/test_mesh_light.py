@@ -16,7 +16,7 @@ from fragtracer.scene import Light, Material, Mesh, Part, Placement, Rectangle, 
 from .chi_square import assert_likely, chi_square
 from .directions import random_directions
 from .includes import EMITTER
-from .scene_probe import camera_on, scene_probe
+from .scene_probe import camera_on, scene_probe, triangles_of
 
 SAMPLE = """
     LightSample s = light_sample(o, u);
@@ -53,12 +53,15 @@ def test_triangles_are_drawn_by_density(ctx: moderngl.Context, count: int) -> No
     packed = packed_of(glowing(soup(count, size=1.0)))
     assert packed.meshes
     assert packed.defines["MESH_LIGHT_COUNT"] == count
-    records = packed.meshes.records.astype(np.float64)
-    emitting = np.flatnonzero((records[:, 1, 3] > 0) & (records[:, 2, 3] > 0))
+    record, vertices = triangles_of(packed)
+    glows = packed.meshes.tree[record, 2, 3] > 0
+    emitting, vertices = record[glows], vertices[glows]
+    density = packed.meshes.details[packed.meshes.tree[emitting, 2, 3], 0, 3].astype(np.float64)
     assert len(emitting) == count
-    a, b, c = records[emitting, :3, :3].swapaxes(0, 1)
+    assert (density > 0).all()
+    a, b, c = vertices.swapaxes(0, 1)
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
-    probability = records[emitting, 2, 3] * area
+    probability = density * area
     np.testing.assert_allclose(probability.sum(), 1, rtol=1e-6)
     np.testing.assert_allclose(probability, 0.9 * area / area.sum() + 0.1 / count, rtol=1e-5)
 

@@ -22,6 +22,7 @@ from fragtracer.resources import folder
 # No draw is meant to last longer: operating systems reset a GPU that is silent for about 2 s.
 DRAW_BUDGET = 0.05  # seconds
 _FIRST_BAND = 4096  # pixel samples
+_BLOCK_ROWS = 4  # pixels are shaded in blocks (of four by four on llvmpipe); a band should not cut them
 _MAX_GROWTH = 4.0  # of a band over the one before, while its cost is not known well
 _MOST_KEPT = 3  # programs, so that going back to a kind of scene does not compile
 _MAX_ROUNDS = 65000  # of all loops in a draw; llvmpipe stops a shader after 65,535
@@ -179,7 +180,8 @@ class Tracer:
 
     def _rows(self, pixel_samples_per_row: int, budget: float) -> int:
         pixel_samples = max(_FIRST_BAND, self._pixel_samples_per_second * budget)
-        return max(1, int(pixel_samples / pixel_samples_per_row))
+        rows = max(1, int(pixel_samples / pixel_samples_per_row))
+        return rows if rows < _BLOCK_ROWS else rows - rows % _BLOCK_ROWS
 
     def _learn(self, pixel_samples: int, seconds: float) -> None:
         before = max(self._pixel_samples_per_second, _FIRST_BAND / DRAW_BUDGET)

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fragtracer.bvh import NONE, WIDTH, Bvh, Layout, build
+from fragtracer.bvh import Bvh, Layout, build
 from fragtracer.cache import cached
 from fragtracer.errors import SceneError
 from fragtracer.packing.alias import alias_table
@@ -33,7 +33,7 @@ Floats = NDArray[np.float64]
 Texels = NDArray[np.float32]
 Words = NDArray[np.uint32]
 
-_BVH_VERSION = 4  # of fragtracer.bvh, for the files it leaves on disk
+_BVH_VERSION = 6  # of fragtracer.bvh, for the files it leaves on disk
 _TREES_KEPT = 64  # in memory
 # Copies of a geometry are packed one by one while they add fewer triangles than this: rays then need no matrix.
 MOST_COPIED = 100_000
@@ -74,7 +74,7 @@ class PackedMeshes:
     @property
     def textures(self) -> dict[str, Texels | Words]:
         """(n, 4) texels, by the sampler that reads them."""
-        tables = {"u_mesh": self.tree, "u_mesh_details": self.details}
+        tables: dict[str, Texels | Words] = {"u_mesh": self.tree, "u_mesh_details": self.details}
         tables |= {"u_mesh_vertices": self.vertices, "u_mesh_lights": self.lights}
         return {name: table.reshape(-1, 4) for name, table in tables.items()}
 
@@ -103,9 +103,10 @@ class _Copy:
         middle: Floats = self.matrix[:, :3] @ _middle(self.geometry) + self.matrix[:, 3]
         return middle
 
-    def triangles(self, bvh: Bvh) -> NDArray[np.integer]:
-        """(n, 3) vertices by the order of the tree, turned if need be so that the front stays the front."""
-        triangles = self.geometry.triangles[bvh.order]
+    @property
+    def triangles(self) -> NDArray[np.integer]:
+        """(n, 3) vertices, turned if need be so that the front stays the front."""
+        triangles = self.geometry.triangles
         return triangles[:, [0, 2, 1]] if self.is_mirrored else triangles
 
 
@@ -141,10 +142,10 @@ def _tree(geometry: Geometry) -> Bvh:
     def make() -> dict[str, NDArray[np.generic]]:
         positions = (geometry.positions - _middle(geometry)).astype(np.float32)
         bvh = build(triangle_boxes(positions[geometry.triangles]))
-        return {"children": bvh.children, "order": bvh.order, "last": bvh.last, "depth": np.array(bvh.depth)}
+        return {"children": bvh.children, "depth": np.array(bvh.depth)}
 
     arrays = cached("bvh", f"{_BVH_VERSION}-{geometry.digest}", make)
-    return Bvh(arrays["children"], arrays["order"], arrays["last"], int(arrays["depth"]))
+    return Bvh(arrays["children"], int(arrays["depth"]))
 
 
 def _middle(geometry: Geometry) -> Floats:
@@ -159,26 +160,14 @@ def triangle_boxes(corners: Texels) -> Texels:
 
 @dataclass(frozen=True, eq=False)
 class _Fitted:
-    """A copy with its tree around it. The first ``root`` of its ``count`` records may lie apart from the others."""
+    """A copy with its tree around it."""
 
     copy: _Copy
     bvh: Bvh
     layout: Layout
-    corners: Texels  # (n, 3, 3), by the order of the tree
+    corners: Texels  # (n, 3, 3)
     child_boxes: Texels
     box: Texels  # (6,)
-
-    @property
-    def depth(self) -> int:
-        return self.bvh.depth
-
-    @property
-    def root(self) -> int:
-        return self.layout.root
-
-    @property
-    def count(self) -> int:
-        return self.layout.count
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,12 +188,6 @@ class _Instance:
     tree: _Fitted
     box: Texels
 
-    root = count = 1
-
-    @property
-    def depth(self) -> int:
-        return self.tree.depth + 1
-
 
 class _Packer:
     """Puts records one behind the other; the first is the root of all."""
@@ -213,46 +196,44 @@ class _Packer:
         self._fields = vertex_fields
         self._growth = _BOX_GROWTH * extent
         self._tree: Words = np.empty((0, 0, 4), np.uint32)
-        self._details: list[Texels] = []
+        self._details: list[Texels] = [np.zeros((1, 1, 4), np.float32)]  # the first is that of triangles without any
         self._vertices: list[Texels] = []
         self._emitters: list[_Emitter] = []
-        self._detail_count = self._vertex_count = 0
+        self._detail_count, self._vertex_count = 1, 0
 
     def pack(self, copies: Sequence[_Copy]) -> PackedMeshes:
-        trees, placed = self._fit(copies)
-        # The tree on top: its leaves are the roots of all copies.
+        shared, placed = self._fit(copies)
         boxes = np.stack([fitted.box for fitted in placed], axis=1)
-        top = build(boxes, max_leaf=1)
-        layout = top.layout(np.array([placed[i].root for i in top.order]))
-        count = layout.count + sum(fitted.count - fitted.root for fitted in placed)
-        total = count + sum(tree.count for tree in trees)
-        if total > _MOST_RECORDS:
+        top = build(boxes)  # its boxes are the roots of all copies
+        layout = top.layout()
+        fitted = [*shared, *(copy for copy in placed if isinstance(copy, _Fitted))]
+        count = layout.count + sum(tree.layout.count for tree in fitted)
+        if count > _MOST_RECORDS:
             raise SceneError(
-                f"the meshes have too many triangles: their tree takes {total:,} records of at most "
+                f"the meshes have too many triangles: their tree takes {count:,} records of at most "
                 f"{_MOST_RECORDS:,}; use simpler meshes"
             )
-        self._tree = np.zeros((total, 3, 4), np.uint32)
-        self._tree[layout.nodes] = _nodes(top, layout, layout.first, top.child_boxes(boxes[:, top.order])[0])
+        self._tree = np.zeros((count, 3, 4), np.uint32)
+        self._tree[layout.nodes] = _nodes(top, layout.first, top.child_boxes(boxes)[0])
+        end = layout.count
         root_of = {}
-        for tree in trees:
-            root_of[tree] = count
-            self._add(tree, count, count + tree.root)
-            count += tree.count
-        place = layout.count
-        for item, i in zip(layout.items, top.order, strict=True):
-            fitted = placed[i]
-            if isinstance(fitted, _Instance):
-                self._add_instance(fitted, item, root_of[fitted.tree])
+        for tree in shared:
+            root_of[tree] = end
+            self._add(tree, end, end + 1)
+            end += tree.layout.count
+        for root, copy in zip(layout.boxes, placed, strict=True):
+            if isinstance(copy, _Instance):
+                self._add_instance(copy, root, root_of[copy.tree])
             else:
-                self._add(fitted, item, place)
-                place += fitted.count - fitted.root
+                self._add(copy, root, end)
+                end += copy.layout.count - 1
 
         lights, power = self._lights()
         vertices = np.concatenate(self._vertices) if self._vertices else np.zeros((1, 1, 4), np.float32)
-        depth = top.depth + max(fitted.depth for fitted in placed)
+        depth = top.depth + max(tree.bvh.depth for tree in fitted)
         defines = {
             "HAS_MESHES": 1,
-            "HAS_INSTANCES": int(bool(trees)),
+            "HAS_INSTANCES": int(bool(shared)),
             "HAS_MESH_LIGHT": int(power > 0),
             "HAS_CULLING": int(any(copy.material.flags & CULLED for copy in copies)),
             "MESH_STACK": -(-(depth + 2) // 8) * 8,  # in steps, so that few edits compile
@@ -260,8 +241,8 @@ class _Packer:
             "MESH_VERTEX_TEXELS": vertices.shape[1] if self._vertices else 0,
         }
         defines |= {_FEATURES[name]: int(name in self._fields) for name in _FEATURES}
-        details = np.concatenate(self._details) if self._details else np.zeros((1, 1, 4), np.float32)
-        return PackedMeshes(self._tree, details, vertices, lights, power, self._fields, defines)
+        details = np.concatenate(self._details)
+        return PackedMeshes(self._tree[:end], details, vertices, lights, power, self._fields, defines)
 
     def _fit(self, copies: Sequence[_Copy]) -> tuple[list[_Fitted], list[_Fitted | _Instance]]:
         """The trees that are shared, and all copies."""
@@ -282,21 +263,20 @@ class _Packer:
 
     def _add(self, fitted: _Fitted, root: int, rest: int) -> None:
         """Write the records of a copy: its root to ``root``, the others from ``rest`` on."""
-        bvh, layout, copy = fitted.bvh, fitted.layout, fitted.copy
+        layout, copy = fitted.layout, fitted.copy
 
         def moved(records: NDArray[np.int64]) -> NDArray[np.int64]:
-            return np.where(records < layout.root, root + records, rest - layout.root + records)
+            return np.where(records == 0, root, rest - 1 + records)
 
-        self._tree[moved(layout.nodes)] = _nodes(bvh, layout, moved(layout.first), fitted.child_boxes)
-        triangles = copy.triangles(bvh)
-        kind = CONSTANTS["MESH_TRIANGLE"]
+        self._tree[moved(layout.nodes)] = _nodes(fitted.bvh, moved(layout.first), fitted.child_boxes)
+        triangles = copy.triangles
         columns: dict[str, Any] = {name: fitted.corners[:, i] for i, name in enumerate("abc")}
-        columns |= {"kind": kind << 24 | copy.material.flags, "material": copy.material.index}
+        columns |= {"kind": CONSTANTS["MESH_TRIANGLE"] << 24 | copy.material.flags, "material": copy.material.index}
         details: dict[str, Any] = {}
         if self._fields:
             details["vertices"] = triangles + self._vertex_count
             self._add_vertices(copy)
-        place = moved(layout.items)
+        place = moved(layout.boxes)
         if details or copy.material.power:
             columns["detail"] = self._detail_count + np.arange(len(triangles))
             self._add_details(texels_of_columns(MESH_RECORDS["MeshTriangleDetail"], details, len(triangles)))
@@ -388,10 +368,9 @@ def _fitted(copy: _Copy, growth: float) -> _Fitted:
     """A copy and its tree, boxes grown by so much."""
     bvh = _tree(copy.geometry)
     positions = (copy.geometry.positions @ copy.matrix[:, :3].T + copy.matrix[:, 3]).astype(np.float32)
-    corners = positions[copy.triangles(bvh)]
+    corners = positions[copy.triangles]
     boxes, box = bvh.child_boxes(triangle_boxes(corners))
-    layout = bvh.layout(np.ones(len(corners), np.int64))
-    return _Fitted(copy, bvh, layout, corners, boxes - np.float32(growth), box - np.float32(growth))
+    return _Fitted(copy, bvh, bvh.layout(), corners, boxes - np.float32(growth), box - np.float32(growth))
 
 
 def _instance_box(copy: _Copy, box: Texels, growth: float) -> Texels:
@@ -402,27 +381,24 @@ def _instance_box(copy: _Copy, box: Texels, growth: float) -> Texels:
     return np.concatenate([middle - half, -(middle + half)]).astype(np.float32)
 
 
-def _nodes(bvh: Bvh, layout: Layout, first: NDArray[np.int64], boxes: Texels) -> Words:
-    """Records of inner nodes; ``first`` (n,) are the records where their children begin, ``boxes`` (n, WIDTH, 6)
+def _nodes(bvh: Bvh, first: NDArray[np.int64], boxes: Texels) -> Words:
+    """Records of nodes; ``first`` (nodes,) are the records where their children begin, ``boxes`` (nodes, WIDTH, 6)
     those of the children.
 
     Bounds are rounded outwards to a byte each (Ylitie, Karras and Laine 2017, Efficient Incoherent Ray Traversal on
-    GPUs Through Compressed Wide BVHs). Where there is no child the lower bounds are above the upper ones; if
-    rounding should let a ray through, it finds the first child once more.
+    GPUs Through Compressed Wide BVHs).
     """
     low, high = boxes[..., :3].astype(np.float64), -boxes[..., 3:].astype(np.float64)
     origin = low.min(axis=1)
     exponent = np.clip(np.frexp((high.max(axis=1) - origin) / 255)[1], -126, 127)
     step = np.ldexp(1.0, exponent)[:, None]
-    is_there = (bvh.children != NONE)[..., None]
-    lower = np.where(is_there, np.floor((low - origin[:, None]) / step), 255).clip(0, 255)
-    upper = np.where(is_there, np.ceil((high - origin[:, None]) / step), 0).clip(0, 255)
-    bounds = {
+    lower = np.floor((low - origin[:, None]) / step).clip(0, 255)
+    upper = np.ceil((high - origin[:, None]) / step).clip(0, 255)
+    columns: dict[str, Any] = {
         axis: np.stack([_bytes(lower[..., i]), _bytes(upper[..., i])], axis=1) for i, axis in enumerate("xyz")
     }
     kind = CONSTANTS["MESH_NODE"] << 24 | _bytes(np.pad(exponent + 127, ((0, 0), (0, 1))))
-    offsets = _bytes(np.where(is_there[..., 0], layout.offsets, 0))
-    columns = {"origin": origin, "kind": kind, **bounds, "first": first, "offsets": offsets}
+    columns |= {"origin": origin, "kind": kind, "first": first, "count": bvh.is_there.sum(axis=1)}
     return words_of_columns(MESH_TREE_RECORDS["MeshNode"], columns, len(origin))
 
 

@@ -49,7 +49,7 @@ MESH_TREE_RECORDS: dict[str, Record] = {
     "MeshNode": (  # bounds of children in steps of 2^exponent from the origin, a byte for each child
         *(("origin", "vec3"), ("kind", "uint")),  # the kind in the highest byte, biased exponents of x, y, z below it
         *(("x", "uvec2"), ("y", "uvec2"), ("z", "uvec2")),  # lower bounds, upper bounds
-        *(("first", "uint"), ("offsets", "uint")),  # the record of a child is `first` and its byte of `offsets`
+        *(("first", "uint"), ("count", "uint")),  # of the children, which are side by side
     ),
     "MeshTriangle": (
         *(("a", "vec3"), ("kind", "uint")),  # flags in the lower bytes
