@@ -8,7 +8,10 @@ uniform highp sampler2D u_mesh_details;   // of triangles and instances, a texel
 uniform highp sampler2D u_mesh_vertices;  // normals and the like, MESH_VERTEX_TEXELS each
 uniform highp sampler2D u_mesh_lights;
 
-uvec4 mesh_texel(int index) { return texelFetch(u_mesh, ivec2(index & 4095, index >> 12), 0); }
+uvec4 mesh_texel(int index) {
+    vec2 place = vec2(index & 4095, index >> 12) + 0.5;
+    return textureLod(u_mesh, place / vec2(textureSize(u_mesh, 0)), 0.0);
+}
 
 vec4 mesh_detail_texel(uint index) { return texelFetch(u_mesh_details, ivec2(index & 4095u, index >> 12u), 0); }
 
