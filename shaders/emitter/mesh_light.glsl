@@ -47,8 +47,7 @@ MeshLightSample mesh_light_sample(vec2 u) {
     vec2 weights = square_to_triangle(u);
     vec3 position = (1.0 - weights.x - weights.y) * t.a + weights.x * t.b + weights.y * t.c;
     vec3 normal = mesh_triangle_normal(t.a, t.b, t.c);
-    float density = mesh_triangle_detail_of(mesh_detail_texel(t.detail)).density;
-    return MeshLightSample(record, mesh_light_radiance(record, int(t.material), weights), position, normal, density);
+    return MeshLightSample(record, mesh_light_radiance(record, int(t.material), weights), position, normal, t.density);
 }
 
 // Density over solid angle at `distance` under the angle `cos_theta` to the normal, where it is `density` over area;

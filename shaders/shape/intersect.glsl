@@ -54,9 +54,9 @@ void hit_meshes(inout Hit hit, Ray ray, int skipped, bool any) {
     do {
         int record = int(first + (rest & 3u));
         rest >>= 2u;
-        uvec4 t0 = mesh_texel(3 * record);
-        uvec4 t1 = mesh_texel(3 * record + 1);
-        uvec4 t2 = mesh_texel(3 * record + 2);
+        uvec4 t0 = mesh_texel(record, 0);
+        uvec4 t1 = mesh_texel(record, 1);
+        uvec4 t2 = mesh_texel(record, 2);
         uint kind = t0.w >> 24u;
         uint below = 1u;
         uint below_first = 0u;
@@ -67,18 +67,17 @@ void hit_meshes(inout Hit hit, Ray ray, int skipped, bool any) {
         }
 #if HAS_INSTANCES
         if (kind == uint(MESH_INSTANCE)) {
-            MeshInstance space = mesh_instance_of(t0, t1, t2);
-            vec3 translation = mesh_instance_detail_of(mesh_detail_texel(space.detail)).translation;
+            MeshInstance space = mesh_instance_of(t0, t1, t2, mesh_texel(record, 3));
             instance = record;
             instance_top = top + int(rest > 1u);
             instance_kind = space.kind;
-            local = mesh_ray(mesh_to_instance(space, ray.origin - translation), mesh_to_instance(space, ray.direction));
+            local = mesh_ray(mesh_to_instance(space, ray.origin - space.translation), mesh_to_instance(space, ray.direction));
             below = 4u;
             below_first = space.root;
         }
 #endif
         if (kind == uint(MESH_TRIANGLE)) {
-            MeshTriangle triangle = mesh_triangle_of(t0, t1, t2);
+            MeshTriangle triangle = mesh_triangle_of(t0, t1, t2, uvec4(0u));
             vec4 found = mesh_triangle_intersect(triangle.a, triangle.b, triangle.c, local);
             bool is_met = found.x < hit.distance && FIRST_MESH + record != skipped;
 #if HAS_CULLING

@@ -1,22 +1,20 @@
 // SPDX-License-Identifier: MIT
-// Triangles of meshes below a tree of boxes, all in one texture: records of three texels, of which the first is the
+// Triangles of meshes below a tree of boxes, all in one texture: records of four texels, of which the first is the
 // root. A step of the traversal reads one record, whatever it is, since what costs is the reading.
 #if HAS_MESHES
 
 uniform highp usampler2D u_mesh;          // records
-uniform highp sampler2D u_mesh_details;   // of triangles and instances, a texel each
 uniform highp sampler2D u_mesh_vertices;  // normals and the like, MESH_VERTEX_TEXELS each
 uniform highp sampler2D u_mesh_lights;
 
-uvec4 mesh_texel(int index) {
-    vec2 place = vec2(index & 4095, index >> 12) + 0.5;
+// Read at a texel's centre without filter or level: for texelFetch llvmpipe looks up the level for each of its lanes.
+uvec4 mesh_texel(int record, int texel) {
+    vec2 place = vec2((record & 1023) << 2 | texel, record >> 10) + 0.5;
     return textureLod(u_mesh, place / vec2(textureSize(u_mesh, 0)), 0.0);
 }
 
-vec4 mesh_detail_texel(uint index) { return texelFetch(u_mesh_details, ivec2(index & 4095u, index >> 12u), 0); }
-
 MeshTriangle mesh_triangle_load(int record) {
-    return mesh_triangle_of(mesh_texel(3 * record), mesh_texel(3 * record + 1), mesh_texel(3 * record + 2));
+    return mesh_triangle_of(mesh_texel(record, 0), mesh_texel(record, 1), mesh_texel(record, 2), mesh_texel(record, 3));
 }
 
 // A ray as boxes and triangles want it. Distances are in units of `direction`, which need not be a unit.
@@ -106,7 +104,7 @@ vec3 mesh_triangle_normal(vec3 a, vec3 b, vec3 c) {
 #if MESH_VERTEX_TEXELS
 vec4 mesh_vertex_texel(int index) { return texelFetch(u_mesh_vertices, ivec2(index & 4095, index >> 12), 0); }
 
-MeshVertex mesh_vertex_load(float vertex) {
+MeshVertex mesh_vertex_load(uint vertex) {
     int first = MESH_VERTEX_TEXELS * int(vertex);
     return mesh_vertex_of(
         mesh_vertex_texel(first)
@@ -130,7 +128,7 @@ vec3 mesh_to_instance(MeshInstance space, vec3 v) {
 }
 
 MeshInstance mesh_instance_load(int record) {
-    return mesh_instance_of(mesh_texel(3 * record), mesh_texel(3 * record + 1), mesh_texel(3 * record + 2));
+    return mesh_instance_of(mesh_texel(record, 0), mesh_texel(record, 1), mesh_texel(record, 2), mesh_texel(record, 3));
 }
 
 // From the space of its triangles to the scene, but for the translation.

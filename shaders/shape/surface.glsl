@@ -45,17 +45,14 @@ void surface_set_mesh(inout Surface surface, Hit hit) {
     surface.normal = mesh_triangle_normal(t.a, t.b, t.c);
     vec3 reach = max(abs(t.a), max(abs(t.b), abs(t.c)));
     surface.material = int(t.material);
-#if HAS_MESH_LIGHT || MESH_VERTEX_TEXELS
-    MeshTriangleDetail detail = mesh_triangle_detail_of(mesh_detail_texel(t.detail));
-#endif
 #if HAS_MESH_LIGHT
-    surface.light = detail.density > 0.0 ? 0 : -1;
-    surface.light_density = detail.density;
+    surface.light = t.density > 0.0 ? 0 : -1;
+    surface.light_density = t.density;
 #endif
 #if MESH_VERTEX_TEXELS
-    MeshVertex a = mesh_vertex_load(detail.vertices.x);
-    MeshVertex b = mesh_vertex_load(detail.vertices.y);
-    MeshVertex c = mesh_vertex_load(detail.vertices.z);
+    MeshVertex a = mesh_vertex_load(t.vertices.x);
+    MeshVertex b = mesh_vertex_load(t.vertices.y);
+    MeshVertex c = mesh_vertex_load(t.vertices.z);
 #endif
 #if HAS_SHADING_NORMALS
     vec3 shading_normal = weights.x * a.normal + weights.y * b.normal + weights.z * c.normal;
@@ -75,12 +72,11 @@ void surface_set_mesh(inout Surface surface, Hit hit) {
 #if HAS_INSTANCES
     if (hit.instance >= 0) {
         MeshInstance space = mesh_instance_load(hit.instance);
-        MeshInstanceDetail place = mesh_instance_detail_of(mesh_detail_texel(space.detail));
         mat3 to_world = mesh_instance_matrix(space);
-        surface.position = to_world * surface.position + place.translation;
+        surface.position = to_world * surface.position + space.translation;
         surface.normal = normalize(mesh_normal_to_world(space, surface.normal));
-        reach = abs(place.translation) + abs(to_world[0]) * reach.x + abs(to_world[1]) * reach.y + abs(to_world[2]) * reach.z;
-        surface.material = place.material;
+        reach = abs(space.translation) + abs(to_world[0]) * reach.x + abs(to_world[1]) * reach.y + abs(to_world[2]) * reach.z;
+        surface.material = int(space.material);
 #if HAS_SHADING_NORMALS
         shading_normal = mesh_normal_to_world(space, shading_normal);
 #endif

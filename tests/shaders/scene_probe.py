@@ -53,7 +53,7 @@ def triangles_of(packed: PackedScene) -> tuple[Floats, Floats]:
     assert packed.meshes
     tree = packed.meshes.tree
     place = np.flatnonzero(tree[:, 0, 3] >> 24 == CONSTANTS["MESH_TRIANGLE"])
-    return place, tree.view(np.float32)[place, :, :3].astype(np.float64)
+    return place, tree.view(np.float32)[place, :3, :3].astype(np.float64)
 
 
 def camera_on(scale: float, shift: float) -> Camera:

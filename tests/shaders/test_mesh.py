@@ -27,7 +27,7 @@ SEARCH = """
     k = -1.0;
     MeshRay ray = mesh_ray(o, d);
     for (int record = 0; record < int(count); record++) {
-        if (mesh_texel(3 * record).w >> 24u != uint(MESH_TRIANGLE)) continue;
+        if (mesh_texel(record, 0).w >> 24u != uint(MESH_TRIANGLE)) continue;
         MeshTriangle other = mesh_triangle_load(record);
         float found = mesh_triangle_intersect(other.a, other.b, other.c, ray).x;
         if (found < t && FIRST_MESH + record != int(skipped)) { t = found; k = float(record); }

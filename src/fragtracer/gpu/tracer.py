@@ -29,8 +29,8 @@ _MAX_ROUNDS = 65000  # of all loops in a draw; llvmpipe stops a shader after 65,
 _BLOCK_BINDING = 0
 _SCENE_UNIT, _RANDOM_UNIT, _FILM_UNIT = 0, 1, 2  # the film has two
 _ENVIRONMENT_UNIT, _TREE_UNIT = 4, 5
-_MESH_UNITS = {"u_mesh": 6, "u_mesh_details": 7, "u_mesh_vertices": 8, "u_mesh_lights": 9}
-_ATLAS_UNIT = 10  # and 11
+_MESH_UNITS = {"u_mesh": 6, "u_mesh_vertices": 7, "u_mesh_lights": 8}
+_ATLAS_UNIT = 9  # and 10
 _MAPS_UNIT = 13  # and the two after it
 
 

@@ -22,6 +22,7 @@ from fragtracer.packing.alias import alias_table
 from fragtracer.packing.records import (
     MESH_RECORDS,
     MESH_TREE_RECORDS,
+    MESH_TREE_TEXELS,
     texels_of_columns,
     vertex_record,
     words_of_columns,
@@ -59,7 +60,6 @@ class PackedMeshes:
     defines. ``tree`` is uint32, the others float32."""
 
     tree: Words
-    details: Texels
     vertices: Texels
     lights: Texels
     power: float
@@ -74,7 +74,7 @@ class PackedMeshes:
     @property
     def textures(self) -> dict[str, Texels | Words]:
         """(n, 4) texels, by the sampler that reads them."""
-        tables: dict[str, Texels | Words] = {"u_mesh": self.tree, "u_mesh_details": self.details}
+        tables: dict[str, Texels | Words] = {"u_mesh": self.tree}
         tables |= {"u_mesh_vertices": self.vertices, "u_mesh_lights": self.lights}
         return {name: table.reshape(-1, 4) for name, table in tables.items()}
 
@@ -172,10 +172,9 @@ class _Fitted:
 
 @dataclass(frozen=True, eq=False)
 class _Emitter:
-    """The triangles of a copy that emits: their records, details and areas, (n,), and the power of a square metre."""
+    """The triangles of a copy that emits: their records and areas, (n,), and the power of a square metre."""
 
     records: NDArray[np.int64]
-    details: Texels
     areas: Floats
     strength: float
 
@@ -195,11 +194,10 @@ class _Packer:
     def __init__(self, vertex_fields: tuple[str, ...], extent: float) -> None:
         self._fields = vertex_fields
         self._growth = _BOX_GROWTH * extent
-        self._tree: Words = np.empty((0, 0, 4), np.uint32)
-        self._details: list[Texels] = [np.zeros((1, 1, 4), np.float32)]  # the first is that of triangles without any
+        self._tree: Words = np.empty((0, MESH_TREE_TEXELS, 4), np.uint32)
         self._vertices: list[Texels] = []
         self._emitters: list[_Emitter] = []
-        self._detail_count, self._vertex_count = 1, 0
+        self._vertex_count = 0
 
     def pack(self, copies: Sequence[_Copy]) -> PackedMeshes:
         shared, placed = self._fit(copies)
@@ -213,7 +211,7 @@ class _Packer:
                 f"the meshes have too many triangles: their tree takes {count:,} records of at most "
                 f"{_MOST_RECORDS:,}; use simpler meshes"
             )
-        self._tree = np.zeros((count, 3, 4), np.uint32)
+        self._tree = np.zeros((count, MESH_TREE_TEXELS, 4), np.uint32)
         self._tree[layout.nodes] = _nodes(top, layout.first, top.child_boxes(boxes)[0])
         end = layout.count
         root_of = {}
@@ -241,8 +239,7 @@ class _Packer:
             "MESH_VERTEX_TEXELS": vertices.shape[1] if self._vertices else 0,
         }
         defines |= {_FEATURES[name]: int(name in self._fields) for name in _FEATURES}
-        details = np.concatenate(self._details)
-        return PackedMeshes(self._tree[:end], details, vertices, lights, power, self._fields, defines)
+        return PackedMeshes(self._tree[:end], vertices, lights, power, self._fields, defines)
 
     def _fit(self, copies: Sequence[_Copy]) -> tuple[list[_Fitted], list[_Fitted | _Instance]]:
         """The trees that are shared, and all copies."""
@@ -272,23 +269,15 @@ class _Packer:
         triangles = copy.triangles
         columns: dict[str, Any] = {name: fitted.corners[:, i] for i, name in enumerate("abc")}
         columns |= {"kind": CONSTANTS["MESH_TRIANGLE"] << 24 | copy.material.flags, "material": copy.material.index}
-        details: dict[str, Any] = {}
         if self._fields:
-            details["vertices"] = triangles + self._vertex_count
+            columns["vertices"] = triangles + self._vertex_count
             self._add_vertices(copy)
         place = moved(layout.boxes)
-        if details or copy.material.power:
-            columns["detail"] = self._detail_count + np.arange(len(triangles))
-            self._add_details(texels_of_columns(MESH_RECORDS["MeshTriangleDetail"], details, len(triangles)))
+        self._tree[place] = words_of_columns(MESH_TREE_RECORDS["MeshTriangle"], columns, len(triangles))
         if copy.material.power:
             edges = fitted.corners[:, 1:].astype(np.float64) - fitted.corners[:, :1]
             areas = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1) / 2
-            self._emitters.append(_Emitter(place, self._details[-1], areas, np.pi * copy.material.power))
-        self._tree[place] = words_of_columns(MESH_TREE_RECORDS["MeshTriangle"], columns, len(triangles))
-
-    def _add_details(self, details: Texels) -> None:
-        self._details.append(details)
-        self._detail_count += len(details)
+            self._emitters.append(_Emitter(place, areas, np.pi * copy.material.power))
 
     def _add_vertices(self, copy: _Copy) -> None:
         geometry, count = copy.geometry, len(copy.geometry.positions)
@@ -317,10 +306,8 @@ class _Packer:
         inverse = np.linalg.inv(copy.matrix[:, :3])
         columns: dict[str, Any] = dict(zip(("row_x", "row_y", "row_z"), inverse, strict=True))
         columns |= {"kind": CONSTANTS["MESH_INSTANCE"] << 24 | copy.material.flags}
-        columns |= {"root": root, "detail": self._detail_count}
+        columns |= {"root": root, "material": copy.material.index, "translation": copy.middle}
         self._tree[place] = words_of_columns(MESH_TREE_RECORDS["MeshInstance"], columns, 1)
-        detail = {"translation": copy.middle, "material": copy.material.index}
-        self._add_details(texels_of_columns(MESH_RECORDS["MeshInstanceDetail"], detail, 1))
 
     def _lights(self) -> tuple[Texels, float]:
         """The table that emitting triangles are drawn from, and the power of all; writes their densities per area."""
@@ -337,9 +324,7 @@ class _Packer:
         threshold, other = alias_table(probability)
         density = np.zeros(len(areas))
         density[there] = probability / areas[there]
-        ends = np.cumsum([len(emitter.areas) for emitter in self._emitters])[:-1]
-        for emitter, values in zip(self._emitters, np.split(density, ends), strict=True):
-            emitter.details[:, 0, 3] = values
+        self._tree.view(np.float32)[record, 2, 3] = density
         columns = {"threshold": threshold, "record": record[there], "other": record[there][other]}
         return texels_of_columns(MESH_RECORDS["MeshLight"], columns, len(there)), float(power.sum())
 

@@ -53,25 +53,24 @@ MESH_TREE_RECORDS: dict[str, Record] = {
     ),
     "MeshTriangle": (
         *(("a", "vec3"), ("kind", "uint")),  # flags in the lower bytes
-        *(("b", "vec3"), ("material", "uint"), ("c", "vec3"), ("detail", "uint")),
+        *(("b", "vec3"), ("material", "uint"), ("c", "vec3")),
+        ("density", "float"),  # per area, of a light sample of all meshes; 0: no light
+        ("vertices", "uvec3"),
     ),
     "MeshInstance": (  # to its own space: rows * (p - translation)
         *(("row_x", "vec3"), ("kind", "uint")),
-        *(("row_y", "vec3"), ("root", "uint"), ("row_z", "vec3"), ("detail", "uint")),
+        *(("row_y", "vec3"), ("root", "uint"), ("row_z", "vec3"), ("material", "uint")),
+        ("translation", "vec3"),
     ),
 }
-# Floats; a detail is the one or the other.
+# Floats.
 MESH_RECORDS: dict[str, Record] = {
-    "MeshTriangleDetail": (
-        ("vertices", "vec3"),
-        ("density", "float"),  # per area, of a light sample of all meshes; 0: no light
-    ),
-    "MeshInstanceDetail": (("translation", "vec3"), ("material", "int")),
     "MeshLight": (("threshold", "float"), ("record", "int"), ("other", "int")),
     # Only the fields that a scene needs.
     "MeshVertex": (("normal", "vec3"), ("uv", "vec2"), ("uv_1", "vec2"), ("tangent", "vec4"), ("color", "vec4")),
 }
-_SIZES = {"int": 1, "uint": 1, "float": 1, "vec2": 2, "uvec2": 2, "vec3": 3, "vec4": 4}
+MESH_TREE_TEXELS = 4  # of each record of a tree; what a traversal needs is in the first three
+_SIZES = {"int": 1, "uint": 1, "float": 1, "vec2": 2, "uvec2": 2, "vec3": 3, "uvec3": 3, "vec4": 4}
 SHAPES = ("Sphere", "Plane", "Rectangle", "Triangle")
 
 # Above this, code made for each record grows faster than it gains.
@@ -105,15 +104,15 @@ def texels_of_columns(record: Record, columns: Mapping[str, Any], count: int) ->
 
 
 def words_of_columns(record: Record, columns: Mapping[str, Any], count: int) -> NDArray[np.uint32]:
-    """As :func:`texels_of_columns`, but uint32, with the bits of what is a float."""
-    words = np.zeros((count, _stride(record) * 4), np.uint32)
+    """As :func:`texels_of_columns`, but uint32 (count, MESH_TREE_TEXELS, 4), with the bits of what is a float."""
+    words = np.zeros((count, MESH_TREE_TEXELS * 4), np.uint32)
     for field, kind, place in _places(record):
         if field in columns:
             size = _SIZES[kind]
             values = np.asarray(columns[field])
             values = values.astype(np.uint32) if kind.startswith("u") else values.astype(np.float32).view(np.uint32)
             words[:, place if size == 1 else slice(place, place + size)] = values
-    return words.reshape(count, _stride(record), 4)
+    return words.reshape(count, MESH_TREE_TEXELS, 4)
 
 
 def mesh_layout(vertex_fields: Sequence[str]) -> str:
