@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """The atlas: every image whole, at its own place, and made smaller only with a warning and by means over areas."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
@@ -92,3 +94,17 @@ def test_what_takes_too_much_memory_is_made_smaller() -> None:
     with pytest.warns(UserWarning, match="from 64x64 to 32x32: textures may take"):
         atlas = build_atlas(images, max_bytes=10000)
     assert np.array_equal(region_of(atlas, images[1]), images[1].pixels)
+
+
+@pytest.mark.parametrize("max_side", [512, 500])
+def test_a_large_image_is_made_smaller_in_little_memory(max_side: int) -> None:
+    """A .glb of a megabyte can hold several of 8192 x 8192; all at once as floats they would take 4 GiB each."""
+    pixels = np.broadcast_to(np.uint8(100), (4096, 4096, 3)).copy()
+    image = Image(pixels)
+    tracemalloc.start()
+    with pytest.warns(UserWarning, match=f"from 4096x4096 to {max_side}x{max_side}"):
+        atlas = build_atlas([image], max_side=max_side)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 3 * 4096 * 4096 * 4
+    assert (atlas.bytes[..., :3] == 100).all()

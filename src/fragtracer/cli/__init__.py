@@ -40,6 +40,9 @@ def main() -> None:
     except FragtracerError as error:
         print(f"fragtracer: {error}", file=sys.stderr)
         sys.exit(2)
+    except MemoryError as error:
+        print(f"fragtracer: there is not enough memory for this: {error}", file=sys.stderr)
+        sys.exit(2)
     except KeyboardInterrupt:
         print("fragtracer: interrupted", file=sys.stderr)
         sys.exit(130)

@@ -21,6 +21,7 @@ from fragtracer.shader_composer import CONSTANTS
 
 MAX_SIDE = 4096  # every driver has textures of this size
 MAX_BYTES = 2**30
+_STRIP = 64  # rows or columns that are computed at once, which bounds the memory
 _KEPT = 2  # scenes whose atlas is not made again at every edit
 
 
@@ -59,8 +60,11 @@ def build_atlas(images: Iterable[Image], max_side: int = MAX_SIDE, max_bytes: in
 
 @lru_cache(_KEPT)
 def _build(images: tuple[Image, ...], max_side: int, max_bytes: int) -> Atlas:
-    pixels = {image: _rgba(image) for image in images}
-    _reduce(pixels, max_side, max_bytes)
+    pixels: dict[Image, NDArray[Any]] = {}
+    for image in images:
+        pixels[image] = _rgba(image)
+        _limit_side(pixels, image, max_side)
+    _limit_bytes(pixels, max_bytes)
     regions: dict[Image, Region] = {}
     arrays = []
     for dtype in (np.uint8, np.float32):
@@ -95,11 +99,13 @@ def _rgba(image: Image) -> NDArray[Any]:
     return rgba
 
 
-def _reduce(pixels: dict[Image, NDArray[Any]], max_side: int, max_bytes: int) -> None:
-    for image, p in pixels.items():
-        if max(p.shape) > max_side:
-            factor = max_side / max(p.shape)
-            _shrink(pixels, image, factor, f"a texture may be {max_side} texels wide or high")
+def _limit_side(pixels: dict[Image, NDArray[Any]], image: Image, max_side: int) -> None:
+    side = max(pixels[image].shape[:2])
+    if side > max_side:
+        _shrink(pixels, image, max_side / side, f"a texture may be {max_side} texels wide or high")
+
+
+def _limit_bytes(pixels: dict[Image, NDArray[Any]], max_bytes: int) -> None:
     while sum(p.nbytes for p in pixels.values()) > max_bytes:
         largest = max(pixels, key=lambda image: pixels[image].nbytes)
         _shrink(pixels, largest, 0.5, f"textures may take {max_bytes / 2**20:g} MiB together")
@@ -117,26 +123,40 @@ def _shrink(pixels: dict[Image, NDArray[Any]], image: Image, factor: float, why:
 
 def _resized(pixels: NDArray[Any], size: tuple[int, int], srgb: bool) -> NDArray[Any]:
     """Means over the area of each new texel, (height, width) = ``size``; bytes stay bytes."""
-    linear = _linear(pixels, srgb)
-    means = _area_means(_area_means(linear, size[0], 0), size[1], 1).astype(np.float32)
+    narrow = np.empty((pixels.shape[0], size[1], 4), np.float32)
+    for first in range(0, len(pixels), _STRIP):
+        rows = slice(first, first + _STRIP)
+        narrow[rows] = _area_means(_linear(pixels[rows], srgb), size[1], 1)
+    means = np.empty((*size, 4), np.float32)
+    for first in range(0, size[1], _STRIP):
+        columns = slice(first, first + _STRIP)
+        means[:, columns] = _area_means(narrow[:, columns], size[0], 0)
     if pixels.dtype == np.float32:
         return means
-    means[..., :3] = srgb_encode(means[..., :3]) if srgb else means[..., :3]
-    return np.rint(255 * means).astype(np.uint8)
+    reduced = np.empty(means.shape, np.uint8)
+    for row, values in enumerate(means):
+        values[:, :3] = srgb_encode(values[:, :3]) if srgb else values[:, :3]
+        reduced[row] = np.rint(255 * values)
+    return reduced
 
 
 def _linear(rgba: NDArray[Any], srgb: bool) -> NDArray[np.float32]:
     """What the shader makes of the texels of the atlas."""
     if rgba.dtype == np.float32:
         return rgba
-    linear = rgba.astype(np.float32) / np.float32(255)
-    linear[..., :3] = srgb_decode(linear[..., :3]) if srgb else linear[..., :3]
+    fractions = np.arange(256, dtype=np.float32) / np.float32(255)
+    linear: NDArray[np.float32] = fractions[rgba]
+    if srgb:
+        linear[..., :3] = srgb_decode(fractions)[rgba[..., :3]]
     return linear
 
 
 def _area_means(values: NDArray[Any], count: int, axis: int) -> NDArray[np.float64]:
     """``count`` means along ``axis``, from differences of the integral, which is linear in each texel."""
     values = np.moveaxis(values, axis, 0)
+    if len(values) % count == 0:
+        blocks = values.reshape(count, len(values) // count, *values.shape[1:])
+        return np.moveaxis(blocks.mean(axis=1, dtype=np.float64), 0, axis)
     integral = np.concatenate([np.zeros_like(values[:1], np.float64), np.cumsum(values, 0, np.float64)])
     places = np.linspace(0, len(values), count + 1)
     below = np.minimum(places.astype(int), len(values) - 1)
@@ -148,8 +168,11 @@ def _area_means(values: NDArray[Any], count: int, axis: int) -> NDArray[np.float
 @lru_cache(256)
 def mean_color(image: Image) -> tuple[float, float, float]:
     """The linear mean of the colours over the whole image."""
-    linear = _linear(_rgba(image), image.color_space == "srgb")
-    r, g, b = linear[..., :3].mean(axis=(0, 1), dtype=np.float64).tolist()
+    rgba, total = _rgba(image), np.zeros(3)
+    for first in range(0, len(rgba), _STRIP):
+        strip = _linear(rgba[first : first + _STRIP], image.color_space == "srgb")
+        total += strip[..., :3].sum(axis=(0, 1), dtype=np.float64)
+    r, g, b = (total / (rgba.shape[0] * rgba.shape[1])).tolist()
     return (r, g, b)
 
 
