@@ -5,10 +5,12 @@ import signal
 import subprocess
 import sys
 import time
+import warnings
 
 import numpy as np
 import pytest
 
+from fragtracer import cli
 from fragtracer.images import read_image, read_metadata
 
 FRAGTRACER = (sys.executable, "-m", "fragtracer")
@@ -68,6 +70,19 @@ def test_time_stops_early(tmp_path):
     assert done.returncode == 0, done.stderr
     assert time.monotonic() - start < 60
     assert int(read_metadata(tmp_path / "f.exr")["spp"]) < 2**24
+
+
+def test_no_memory_left_is_a_sentence(monkeypatch, capsys):
+    def need_too_much():
+        raise MemoryError("Unable to allocate 9 EiB")
+
+    monkeypatch.setattr(cli, "app", need_too_much)
+    monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)  # which main() changes
+    before = signal.getsignal(signal.SIGTERM)
+    with pytest.raises(SystemExit, match="2"):
+        cli.main()
+    signal.signal(signal.SIGTERM, before)
+    assert capsys.readouterr().err == "fragtracer: there is not enough memory for this: Unable to allocate 9 EiB\n"
 
 
 @pytest.mark.parametrize("signum", [signal.SIGINT, signal.SIGTERM])
