@@ -49,9 +49,9 @@ def test_bands_keep_the_budget(ctx, monkeypatch):
     bands = []
     with Renderer(load("three-spheres"), (64, 64), context=ctx) as renderer:
         renderer.sample(16)
-        monkeypatch.setattr(tracer, "DRAW_BUDGET", 1e-6)
+        for name in ("DRAW_BUDGET", "_SOFTWARE_DRAW_BUDGET"):
+            monkeypatch.setattr(tracer, name, 1e-6)
         monkeypatch.setattr(tracer, "_FIRST_BAND", 1)
-        monkeypatch.setattr(tracer.Tracer.bands, "__defaults__", (1e-6,))
         renderer.sample(1, bands.append)
     assert len(bands) > 32
     assert bands[-1] == 17

@@ -21,6 +21,8 @@ from fragtracer.resources import folder
 
 # No draw is meant to last longer: operating systems reset a GPU that is silent for about 2 s.
 DRAW_BUDGET = 0.05  # seconds
+# Nothing resets a software renderer, and at the end of each draw all its threads wait for the last.
+_SOFTWARE_DRAW_BUDGET = 0.25
 _FIRST_BAND = 4096  # pixel samples
 _BLOCK_ROWS = 4  # pixels are shaded in blocks (of four by four on llvmpipe); a band should not cut them
 _MAX_GROWTH = 4.0  # of a band over the one before, while its cost is not known well
@@ -42,6 +44,7 @@ class Tracer:
 
     def __init__(self, ctx: moderngl.Context, packed: PackedScene) -> None:
         self._ctx = ctx
+        self._is_software = is_software(ctx)
         self._random = _upload_random_texture(ctx)
         self.timer = DrawTimer(ctx)  # of all bands so far
         self._pixel_samples_per_second = 0.0
@@ -73,7 +76,7 @@ class Tracer:
             self._maps.load(packed.environment)
         self._max_rays = max(1, _MAX_ROUNDS // packed.path_rounds)
         has_long_loops = packed.meshes is not None or packed.defines["HAS_ALPHA"] == 1
-        self._is_limited = has_long_loops and is_software(self._ctx)
+        self._is_limited = has_long_loops and self._is_software
         self.set(packed.uniforms)
 
     def knows(self, packed: PackedScene) -> bool:
@@ -99,9 +102,9 @@ class Tracer:
         """Paths for each pixel that one draw is meant to finish."""
         return self._max_rays
 
-    def bands(self, film: Film, rays: int, budget: float = DRAW_BUDGET) -> Iterator[float]:
+    def bands(self, film: Film, rays: int, budget: float | None = None) -> Iterator[float]:
         """Draw one pass of ``rays`` paths for every pixel, a band of rows at a time, each meant to
-        take ``budget`` seconds.
+        take ``budget`` seconds, or as long as goes well with the device.
 
         Yields the share of the pass that is done after each band, when its draw has finished. The film is
         swapped after the last; abandoned before that, it keeps what it had. How long a ray's way through meshes
@@ -110,6 +113,8 @@ class Tracer:
 
         Raises :class:`DeviceError` if the driver does not even finish one path.
         """
+        if budget is None:
+            budget = _SOFTWARE_DRAW_BUDGET if self._is_software else DRAW_BUDGET
         done = 0
         while done < rays:
             part = min(rays - done, self._max_rays)
