@@ -20,8 +20,10 @@ vec4 sampler_vec4(ivec2 pixel, uint index, int dimension, out float spare) {
     spare = sampler_spare(bits, index);
     // The shift takes the upper 23 bits of each word, the index the lower 8 of two: independent.
     uint point = (index ^ bits.x ^ (bits.y << 8u)) % RANDOM_POINTS;
-    ivec3 texel = ivec3(point % RANDOM_WIDTH, point / RANDOM_WIDTH, uint(dimension) % RANDOM_LAYERS);
-    // The texture holds 1 + u, so the 23 bits of the mantissa are the digits of u.
-    uvec4 digits = floatBitsToUint(texelFetch(u_random_texture, texel, 0));
+    uvec3 texel = uvec3(point % RANDOM_WIDTH, point / RANDOM_WIDTH, uint(dimension) % RANDOM_LAYERS);
+    // The centre of a texel, exactly, without filter or level: texelFetch makes llvmpipe look up the level for each
+    // lane. The texture holds 1 + u, so the 23 bits of the mantissa are the digits of u.
+    vec3 place = (vec3(texel) + 0.5) / vec3(RANDOM_WIDTH, RANDOM_WIDTH, RANDOM_LAYERS);
+    uvec4 digits = floatBitsToUint(textureLod(u_random_texture, place, 0.0));
     return uintBitsToFloat(digits ^ (bits >> 9u)) - 1.0;
 }

@@ -7,7 +7,8 @@ uniform highp usampler2D u_mesh;          // records
 uniform highp sampler2D u_mesh_vertices;  // normals and the like, MESH_VERTEX_TEXELS each
 uniform highp sampler2D u_mesh_lights;
 
-// Read at a texel's centre without filter or level: for texelFetch llvmpipe looks up the level for each of its lanes.
+// Textures are read at the centres of texels, without filter or level: for texelFetch llvmpipe looks up the level for
+// each of its lanes.
 uvec4 mesh_texel(int record, int texel) {
     vec2 place = vec2((record & 1023) << 2 | texel, record >> 10) + 0.5;
     return textureLod(u_mesh, place / vec2(textureSize(u_mesh, 0)), 0.0);
@@ -102,7 +103,10 @@ vec3 mesh_triangle_normal(vec3 a, vec3 b, vec3 c) {
 }
 
 #if MESH_VERTEX_TEXELS
-vec4 mesh_vertex_texel(int index) { return texelFetch(u_mesh_vertices, ivec2(index & 4095, index >> 12), 0); }
+vec4 mesh_vertex_texel(int index) {
+    vec2 place = vec2(index & 4095, index >> 12) + 0.5;
+    return textureLod(u_mesh_vertices, place / vec2(textureSize(u_mesh_vertices, 0)), 0.0);
+}
 
 MeshVertex mesh_vertex_load(uint vertex) {
     int first = MESH_VERTEX_TEXELS * int(vertex);
