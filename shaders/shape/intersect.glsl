@@ -43,9 +43,9 @@ void hit_meshes(inout Hit hit, Ray ray, int skipped, bool any) {
     MeshRay local = mesh_ray(ray.origin, ray.direction);
     // What is left to do: records that lie side by side, from `first` on, in the order of their slots in `rest`.
     uint first = 0u, rest = 4u;
-    uint stack[MESH_STACK];  // of such groups
+    uint last = 1u;          // the group to go on with after this one, 1 if there is none
+    uint stack[MESH_STACK];  // those below it
     int top = 0;
-    bool goes_on;
 #if HAS_INSTANCES
     int instance = -1;
     int instance_top = 0;   // entries of the stack that do not belong to the instance
@@ -94,23 +94,25 @@ void hit_meshes(inout Hit hit, Ray ray, int skipped, bool any) {
                 hit.instance = instance;
 #endif
                 if (any) {
-                    top = 0;
+                    last = 1u;
                     rest = 1u;
                 }
             }
         }
-        stack[top] = first << 7u | rest;
+        stack[top] = last;
         if (below > 1u) {
-            top += int(rest > 1u);
+            if (rest > 1u) {
+                last = first << 7u | rest;
+                top++;
+            }
             first = below_first;
             rest = below;
         }
-        goes_on = rest > 1u || top > 0;
         if (rest == 1u) {
+            first = last >> 7u;
+            rest = last & 127u;
             top = max(top - 1, 0);
-            uint group = stack[top];
-            first = group >> 7u;
-            rest = group & 127u;
+            last = stack[top];
 #if HAS_INSTANCES
             if (instance >= 0 && top < instance_top) {
                 instance = -1;
@@ -118,8 +120,8 @@ void hit_meshes(inout Hit hit, Ray ray, int skipped, bool any) {
             }
 #endif
         }
-    } while (goes_on);
-    if (goes_on) scene_is_cut_short = true;
+    } while (rest > 1u);
+    if (rest > 1u) scene_is_cut_short = true;
 }
 #endif
 
