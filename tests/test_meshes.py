@@ -228,6 +228,23 @@ def test_a_hundred_copies_of_a_large_mesh_take_the_memory_of_one() -> None:
     assert len(many.meshes.tree) < len(one.meshes.tree) + 200
 
 
+@pytest.mark.parametrize("scale", [(1e-5, 1e-5, 1e-5), (1.0, 1e-8, 1.0)], ids=["tiny", "flat"])
+def test_a_tiny_or_flat_copy_has_triangles_of_its_own(ctx: moderngl.Context, scale: tuple[float, float, float]) -> None:
+    """Through its matrix the rounding of rays would be larger than the mesh, and so would all boxes of the tree."""
+    shape = geometry(field(60))
+    places = tuple(Placement((3.0 * i, 0.0, 0.0)) for i in range(40))
+    odd = Placement((0.0, 1.0, 0.0), (20.0, 0.0, 10.0), scale)
+    scene = replace(mesh_scene(shape), ambient=Ambient(1.0), camera=Camera((0.0, 3.0, 3.0), (0.0, 0.0, 0.0)))
+    alike, other = (replace(scene, meshes=(Mesh((Part(shape, "mesh"),), p),)) for p in (places, (*places, odd)))
+    one, both = (pack(s, s.render, 64, 64) for s in (alike, other))
+    assert one.defines["HAS_INSTANCES"]
+    assert both.defines["HAS_INSTANCES"]
+    assert len(shape.triangles) < len(both.meshes.tree) - len(one.meshes.tree) < 2 * len(shape.triangles)
+    image = batches(ctx, other, 16, range(1))[0]
+    assert np.isfinite(image).all()
+    assert image.mean() > 0.1
+
+
 @pytest.mark.slow
 def test_a_million_triangles(ctx: moderngl.Context) -> None:
     scene = mesh_scene(

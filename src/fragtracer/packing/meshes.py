@@ -6,7 +6,6 @@ small tree over all of them stands on top. So a mesh that moves costs no new tre
 copies would take much memory is packed once, in its own space, and met through a matrix.
 """
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -41,6 +40,8 @@ MOST_COPIED = 100_000
 _MOST_RECORDS = 2**24  # that a float32 can number
 # Boxes grow by this, relative to the scene: where a ray passes an edge is known no better.
 _BOX_GROWTH = 1e-6
+# Copies through whose matrices boxes would grow by more than this, relative to the mesh, do not share a tree.
+_MOST_BLUR = 1e-3
 _UNIFORM_CHOICE = 0.1  # the share of light choices that ignores power
 CULLED = 1  # a flag of triangles and instances: not there for rays from behind
 
@@ -86,12 +87,6 @@ class _Copy:
     geometry: Geometry
     material: MeshMaterial
     matrix: Floats  # (3, 4), to the space of the shader
-
-    @property
-    def is_sharing(self) -> bool:
-        """Whether it can be met through its matrix. One that emits has triangles of its own: lights are
-        drawn by triangle, and each has its own area."""
-        return not self.material.power and abs(np.linalg.det(self.matrix[:, :3])) > 0
 
     @property
     def is_mirrored(self) -> bool:
@@ -243,20 +238,34 @@ class _Packer:
 
     def _fit(self, copies: Sequence[_Copy]) -> tuple[list[_Fitted], list[_Fitted | _Instance]]:
         """The trees that are shared, and all copies."""
-        shared = _shared(copies)
-        trees: dict[Geometry, _Fitted] = {}
+        blurs: dict[Geometry, list[float]] = {}
+        for copy in copies:
+            if (blur := self._blur(copy)) < np.inf:
+                blurs.setdefault(copy.geometry, []).append(blur)
+        trees = {
+            geometry: _fitted(_in_own_space(geometry), max(found))
+            for geometry, found in blurs.items()
+            if (len(found) - 1) * len(geometry.triangles) > MOST_COPIED
+        }
         placed: list[_Fitted | _Instance] = []
         for copy in copies:
-            if copy.geometry in shared and copy.is_sharing:
-                if copy.geometry not in trees:
-                    same = [c for c in copies if c.is_sharing and c.geometry == copy.geometry]
-                    reach = max(np.linalg.norm(np.linalg.inv(c.matrix[:, :3]), 2) for c in same)
-                    trees[copy.geometry] = _fitted(_in_own_space(copy), self._growth * float(reach))
-                tree = trees[copy.geometry]
+            tree = trees.get(copy.geometry)
+            if tree is not None and self._blur(copy) < np.inf:
                 placed.append(_Instance(copy, tree, _instance_box(copy, tree.box, self._growth)))
             else:
                 placed.append(_fitted(copy, self._growth))
         return list(trees.values()), placed
+
+    def _blur(self, copy: _Copy) -> float:
+        """By how much boxes have to grow, in the space of its geometry, for rays that come through the copy's matrix.
+
+        Infinite for a copy that needs triangles of its own: one that emits, since lights are drawn by triangle, each
+        with its area; and one so small or flat that its boxes would overlap.
+        """
+        least = float(np.linalg.norm(copy.matrix[:, :3], -2))  # what a unit shrinks to at most
+        blur = self._growth / least if least > 0 else np.inf
+        size = float(np.ptp(copy.geometry.bounds, axis=0).max())
+        return np.inf if copy.material.power or blur > _MOST_BLUR * size else blur
 
     def _add(self, fitted: _Fitted, root: int, rest: int) -> None:
         """Write the records of a copy: its root to ``root``, the others from ``rest`` on."""
@@ -338,15 +347,10 @@ _FEATURES = {
 }
 
 
-def _shared(copies: Sequence[_Copy]) -> set[Geometry]:
-    """The geometries that are packed once, however many copies there are."""
-    uses = Counter(copy.geometry for copy in copies)
-    return {geometry for geometry, n in uses.items() if (n - 1) * len(geometry.triangles) > MOST_COPIED}
-
-
-def _in_own_space(copy: _Copy) -> _Copy:
-    """The copy where it is, but for its middle in the origin."""
-    return _Copy(copy.geometry, copy.material, np.column_stack([np.eye(3), -_middle(copy.geometry)]))
+def _in_own_space(geometry: Geometry) -> _Copy:
+    """The geometry for all its copies, its middle in the origin; they have the material."""
+    nothing = MeshMaterial(0, 0.0, 0)
+    return _Copy(geometry, nothing, np.column_stack([np.eye(3), -_middle(geometry)]))
 
 
 def _fitted(copy: _Copy, growth: float) -> _Fitted:
