@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from fragtracer.packing import PackedScene, pack
+from fragtracer.packing import copies as mesh_copies
 from fragtracer.packing import meshes as mesh_packing
 from fragtracer.scene import (
     Ambient,
@@ -107,7 +108,7 @@ def random_program(rng: random.Random) -> tuple[PackedScene, dict[str, int]]:
         geometry = Geometry(np.eye(3), [[0, 1, 2]], **{name: np.ones((3, ATTRIBUTES[name])) for name in attributes})
         places = (Placement(), Placement((2.0, 0.0, 0.0)))
         meshes = [Mesh((Part(geometry, name),), places) for name in names]
-        mesh_packing.MOST_COPIED = 0 if shared else 10
+        mesh_copies.MOST_COPIED = 0 if shared else 10
         mesh_packing.pack_meshes.cache_clear()
     scene = Scene(
         meshes=meshes,

@@ -13,9 +13,8 @@ from rendering import ESTIMATORS, batches, rendered
 from scene_builders import lambert, triangles_of
 from scipy import stats
 
-from fragtracer import bvh
 from fragtracer.errors import SceneError
-from fragtracer.packing import meshes, pack
+from fragtracer.packing import copies, meshes, pack
 from fragtracer.renderer import Renderer
 from fragtracer.scene import (
     Ambient,
@@ -174,7 +173,7 @@ def test_copies_are_where_their_matrices_put_them(
         moved = shape.positions @ matrix[:3, :3].T + matrix[:3, 3]
         by_hand.append(Mesh((Part(Geometry(moved, shape.triangles), "ball"),)))
     expected = batches(ctx, replace(scene, meshes=tuple(by_hand)), 128, range(BATCHES))
-    monkeypatch.setattr(meshes, "MOST_COPIED", most_copied)
+    monkeypatch.setattr(copies, "MOST_COPIED", most_copied)
     meshes.pack_meshes.cache_clear()
     agree(expected, batches(ctx, copied, 128, range(100, 100 + BATCHES)))
     meshes.pack_meshes.cache_clear()
@@ -199,7 +198,7 @@ def edits() -> dict[str, Callable[[Scene], Scene]]:
 def test_an_edit_builds_no_tree(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     scene = mesh_scene(smooth(ball()))
     before = pack(scene, scene.render, 64, 64)
-    monkeypatch.setattr(meshes, "build", lambda boxes, **options: fails() if boxes.shape[1] > 1 else bvh.build(boxes))
+    monkeypatch.setattr(copies, "build", fails)
     after = pack(edits()[name](scene), scene.render, 64, 64)
     assert (after.meshes is before.meshes) == (name == "colour")
     assert after.defines == before.defines
@@ -210,8 +209,8 @@ def test_a_tree_is_found_on_disk(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = mesh_scene(geometry(field(30, seed=5)))
     first = pack(scene, scene.render, 64, 64)
     meshes.pack_meshes.cache_clear()
-    meshes._tree.cache_clear()
-    monkeypatch.setattr(meshes, "build", lambda boxes, **options: fails() if boxes.shape[1] > 1 else bvh.build(boxes))
+    copies._tree.cache_clear()
+    monkeypatch.setattr(copies, "build", fails)
     again = pack(scene, scene.render, 64, 64)
     assert again.meshes is not first.meshes
     np.testing.assert_array_equal(again.meshes.tree, first.meshes.tree)

@@ -9,6 +9,7 @@ import pytest
 from mesh_shapes import Arrays, ball, field, geometry, mesh_scene, smooth, soup
 
 from fragtracer.packing import PackedScene, meshes, pack
+from fragtracer.packing import copies as mesh_copies
 from fragtracer.scene import Geometry, Material, Mesh, Part, Placement, Plane, Scene, Sphere
 
 from . import Floats, shape_oracle
@@ -302,7 +303,7 @@ def placed_scene() -> Scene:
 @pytest.mark.parametrize("most_copied", [10**6, 0], ids=["one space", "instances"])
 def test_surface(ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch, most_copied: int) -> None:
     """Attributes at a hit, against the matrices and weights of float64, through mirrors and shears."""
-    monkeypatch.setattr(meshes, "MOST_COPIED", most_copied)
+    monkeypatch.setattr(mesh_copies, "MOST_COPIED", most_copied)
     meshes.pack_meshes.cache_clear()
     scene = placed_scene()
     packed = pack(scene, scene.render, 64, 64)
@@ -352,7 +353,7 @@ def unit(vectors: np.ndarray) -> np.ndarray:
 def test_one_sided_triangles_are_not_there_from_behind(
     ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch, most_copied: int
 ) -> None:
-    monkeypatch.setattr(meshes, "MOST_COPIED", most_copied)
+    monkeypatch.setattr(mesh_copies, "MOST_COPIED", most_copied)
     meshes.pack_meshes.cache_clear()
     g = geometry(ball())
     materials = {"one": Material(double_sided=False), "two": Material()}

@@ -16,7 +16,7 @@ from fragtracer.bench.tables import Column, Plot, Row, Table
 from fragtracer.bench.work import count_work
 from fragtracer.bvh import build
 from fragtracer.errors import FragtracerError
-from fragtracer.packing.meshes import triangle_boxes
+from fragtracer.packing.copies import triangle_boxes
 from fragtracer.scene import (
     Ambient,
     Camera,

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from fragtracer.errors import SceneError
 from fragtracer.packing.camera import camera_uniforms
+from fragtracer.packing.copies import MeshMaterial
 from fragtracer.packing.environment import EnvironmentTables, pack_environment
 from fragtracer.packing.gather import gather_triangles
 from fragtracer.packing.lights import light_records
@@ -26,7 +27,7 @@ from fragtracer.packing.materials import (
     mean_emission,
     pack_materials,
 )
-from fragtracer.packing.meshes import CULLED, MeshMaterial, PackedMeshes, pack_meshes
+from fragtracer.packing.meshes import CULLED, PackedMeshes, pack_meshes
 from fragtracer.packing.records import MESH_RECORDS, RECORDS, SHAPES, loop_rounds, mesh_layout, scene_layout, texels_of
 from fragtracer.packing.settings import settings_defines, settings_uniforms
 from fragtracer.packing.shapes import shape_records

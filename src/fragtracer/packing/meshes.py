@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Meshes -> texels: one tree of boxes over all of them, their triangles, vertices, copies and lights.
 
-Each geometry has a tree of its own, kept on disk, which is fitted to where the geometry stands; a
-small tree over all of them stands on top. So a mesh that moves costs no new tree. A geometry whose
-copies would take much memory is packed once, in its own space, and met through a matrix.
+A small tree stands on top of those of :mod:`.copies`. So a mesh that moves costs no new tree.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,10 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fragtracer.bvh import Bvh, Layout, build
-from fragtracer.cache import cached
+from fragtracer.bvh import Bvh, build
 from fragtracer.errors import SceneError
 from fragtracer.packing.alias import alias_table
+from fragtracer.packing.copies import Copy, Fitted, Instance, MeshMaterial, copies_of, fit
 from fragtracer.packing.records import (
     MESH_RECORDS,
     MESH_TREE_RECORDS,
@@ -26,33 +24,18 @@ from fragtracer.packing.records import (
     vertex_record,
     words_of_columns,
 )
-from fragtracer.scene import Geometry, Mesh
+from fragtracer.scene import Mesh
 from fragtracer.shader_composer import CONSTANTS
 
 Floats = NDArray[np.float64]
 Texels = NDArray[np.float32]
 Words = NDArray[np.uint32]
 
-_BVH_VERSION = 6  # of fragtracer.bvh, for the files it leaves on disk
-_TREES_KEPT = 64  # in memory
-# Copies of a geometry are packed one by one while they add fewer triangles than this: rays then need no matrix.
-MOST_COPIED = 100_000
 _MOST_RECORDS = 2**24  # that a float32 can number
 # Boxes grow by this, relative to the scene: where a ray passes an edge is known no better.
 _BOX_GROWTH = 1e-6
-# Copies through whose matrices boxes would grow by more than this, relative to the mesh, do not share a tree.
-_MOST_BLUR = 1e-3
 _UNIFORM_CHOICE = 0.1  # the share of light choices that ignores power
 CULLED = 1  # a flag of triangles and instances: not there for rays from behind
-
-
-@dataclass(frozen=True)
-class MeshMaterial:
-    """What of a material decides how its triangles are packed."""
-
-    index: int
-    power: float  # emission, summed over the channels
-    flags: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,31 +63,6 @@ class PackedMeshes:
         return {name: table.reshape(-1, 4) for name, table in tables.items()}
 
 
-@dataclass(frozen=True, eq=False)
-class _Copy:
-    """A geometry at one of its places."""
-
-    geometry: Geometry
-    material: MeshMaterial
-    matrix: Floats  # (3, 4), to the space of the shader
-
-    @property
-    def is_mirrored(self) -> bool:
-        return bool(np.linalg.det(self.matrix[:, :3]) < 0)
-
-    @property
-    def middle(self) -> Floats:
-        """(3,): where the middle of the geometry is."""
-        middle: Floats = self.matrix[:, :3] @ _middle(self.geometry) + self.matrix[:, 3]
-        return middle
-
-    @property
-    def triangles(self) -> NDArray[np.integer]:
-        """(n, 3) vertices, turned if need be so that the front stays the front."""
-        triangles = self.geometry.triangles
-        return triangles[:, [0, 2, 1]] if self.is_mirrored else triangles
-
-
 @lru_cache(maxsize=2)
 def pack_meshes(
     meshes: tuple[Mesh, ...],
@@ -118,51 +76,7 @@ def pack_meshes(
     ``vertex_fields`` are those of MeshVertex that the shader needs. ``origin`` and ``extent`` are the middle and
     the half size of the scene.
     """
-    return _Packer(vertex_fields, extent).pack(_copies(meshes, dict(materials), np.asarray(origin)))
-
-
-def _copies(meshes: Sequence[Mesh], materials: Mapping[str, MeshMaterial], origin: Floats) -> list[_Copy]:
-    copies = []
-    for mesh in meshes:
-        for matrix, part in mesh.placed():
-            matrix[:3, 3] -= origin
-            copies.append(_Copy(part.geometry, materials[mesh.material_of(part)], matrix[:3]))
-    return copies
-
-
-@lru_cache(maxsize=_TREES_KEPT)
-def _tree(geometry: Geometry) -> Bvh:
-    """The tree of a geometry, from the disk if it was built before."""
-
-    def make() -> dict[str, NDArray[np.generic]]:
-        positions = (geometry.positions - _middle(geometry)).astype(np.float32)
-        bvh = build(triangle_boxes(positions[geometry.triangles]))
-        return {"children": bvh.children, "depth": np.array(bvh.depth)}
-
-    arrays = cached("bvh", f"{_BVH_VERSION}-{geometry.digest}", make)
-    return Bvh(arrays["children"], int(arrays["depth"]))
-
-
-def _middle(geometry: Geometry) -> Floats:
-    middle: Floats = geometry.bounds.mean(axis=0)
-    return middle
-
-
-def triangle_boxes(corners: Texels) -> Texels:
-    """Boxes (6, n) of triangles (n, 3, 3), as :mod:`fragtracer.bvh` wants them."""
-    return np.concatenate([corners.min(axis=1).T, -corners.max(axis=1).T])
-
-
-@dataclass(frozen=True, eq=False)
-class _Fitted:
-    """A copy with its tree around it."""
-
-    copy: _Copy
-    bvh: Bvh
-    layout: Layout
-    corners: Texels  # (n, 3, 3)
-    child_boxes: Texels
-    box: Texels  # (6,)
+    return _Packer(vertex_fields, extent).pack(copies_of(meshes, dict(materials), np.asarray(origin)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,15 +86,6 @@ class _Emitter:
     records: NDArray[np.int64]
     areas: Floats
     strength: float
-
-
-@dataclass(frozen=True, eq=False)
-class _Instance:
-    """A copy that is a record with the way to a tree that it shares."""
-
-    copy: _Copy
-    tree: _Fitted
-    box: Texels
 
 
 class _Packer:
@@ -194,12 +99,12 @@ class _Packer:
         self._emitters: list[_Emitter] = []
         self._vertex_count = 0
 
-    def pack(self, copies: Sequence[_Copy]) -> PackedMeshes:
-        shared, placed = self._fit(copies)
+    def pack(self, copies: Sequence[Copy]) -> PackedMeshes:
+        shared, placed = fit(copies, self._growth)
         boxes = np.stack([fitted.box for fitted in placed], axis=1)
         top = build(boxes)  # its boxes are the roots of all copies
         layout = top.layout()
-        fitted = [*shared, *(copy for copy in placed if isinstance(copy, _Fitted))]
+        fitted = [*shared, *(copy for copy in placed if isinstance(copy, Fitted))]
         count = layout.count + sum(tree.layout.count for tree in fitted)
         if count > _MOST_RECORDS:
             raise SceneError(
@@ -215,7 +120,7 @@ class _Packer:
             self._add(tree, end, end + 1)
             end += tree.layout.count
         for root, copy in zip(layout.boxes, placed, strict=True):
-            if isinstance(copy, _Instance):
+            if isinstance(copy, Instance):
                 self._add_instance(copy, root, root_of[copy.tree])
             else:
                 self._add(copy, root, end)
@@ -236,38 +141,7 @@ class _Packer:
         defines |= {_FEATURES[name]: int(name in self._fields) for name in _FEATURES}
         return PackedMeshes(self._tree[:end], vertices, lights, power, self._fields, defines)
 
-    def _fit(self, copies: Sequence[_Copy]) -> tuple[list[_Fitted], list[_Fitted | _Instance]]:
-        """The trees that are shared, and all copies."""
-        blurs: dict[Geometry, list[float]] = {}
-        for copy in copies:
-            if (blur := self._blur(copy)) < np.inf:
-                blurs.setdefault(copy.geometry, []).append(blur)
-        trees = {
-            geometry: _fitted(_in_own_space(geometry), max(found))
-            for geometry, found in blurs.items()
-            if (len(found) - 1) * len(geometry.triangles) > MOST_COPIED
-        }
-        placed: list[_Fitted | _Instance] = []
-        for copy in copies:
-            tree = trees.get(copy.geometry)
-            if tree is not None and self._blur(copy) < np.inf:
-                placed.append(_Instance(copy, tree, _instance_box(copy, tree.box, self._growth)))
-            else:
-                placed.append(_fitted(copy, self._growth))
-        return list(trees.values()), placed
-
-    def _blur(self, copy: _Copy) -> float:
-        """By how much boxes have to grow, in the space of its geometry, for rays that come through the copy's matrix.
-
-        Infinite for a copy that needs triangles of its own: one that emits, since lights are drawn by triangle, each
-        with its area; and one so small or flat that its boxes would overlap.
-        """
-        least = float(np.linalg.norm(copy.matrix[:, :3], -2))  # what a unit shrinks to at most
-        blur = self._growth / least if least > 0 else np.inf
-        size = float(np.ptp(copy.geometry.bounds, axis=0).max())
-        return np.inf if copy.material.power or blur > _MOST_BLUR * size else blur
-
-    def _add(self, fitted: _Fitted, root: int, rest: int) -> None:
+    def _add(self, fitted: Fitted, root: int, rest: int) -> None:
         """Write the records of a copy: its root to ``root``, the others from ``rest`` on."""
         layout, copy = fitted.layout, fitted.copy
 
@@ -288,7 +162,7 @@ class _Packer:
             areas = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1) / 2
             self._emitters.append(_Emitter(place, areas, np.pi * copy.material.power))
 
-    def _add_vertices(self, copy: _Copy) -> None:
+    def _add_vertices(self, copy: Copy) -> None:
         geometry, count = copy.geometry, len(copy.geometry.positions)
         linear, handedness = copy.matrix[:, :3], -1.0 if copy.is_mirrored else 1.0
         cofactors = handedness * np.cross(
@@ -310,7 +184,7 @@ class _Packer:
         if self._vertex_count > _MOST_RECORDS:
             raise SceneError(f"the meshes have more than {_MOST_RECORDS:,} vertices; use simpler meshes")
 
-    def _add_instance(self, instance: _Instance, place: int, root: int) -> None:
+    def _add_instance(self, instance: Instance, place: int, root: int) -> None:
         copy = instance.copy
         inverse = np.linalg.inv(copy.matrix[:, :3])
         columns: dict[str, Any] = dict(zip(("row_x", "row_y", "row_z"), inverse, strict=True))
@@ -345,29 +219,6 @@ _FEATURES = {
     "tangent": "HAS_TANGENTS",
     "color": "HAS_COLORS",
 }
-
-
-def _in_own_space(geometry: Geometry) -> _Copy:
-    """The geometry for all its copies, its middle in the origin; they have the material."""
-    nothing = MeshMaterial(0, 0.0, 0)
-    return _Copy(geometry, nothing, np.column_stack([np.eye(3), -_middle(geometry)]))
-
-
-def _fitted(copy: _Copy, growth: float) -> _Fitted:
-    """A copy and its tree, boxes grown by so much."""
-    bvh = _tree(copy.geometry)
-    positions = (copy.geometry.positions @ copy.matrix[:, :3].T + copy.matrix[:, 3]).astype(np.float32)
-    corners = positions[copy.triangles]
-    boxes, box = bvh.child_boxes(triangle_boxes(corners))
-    return _Fitted(copy, bvh, bvh.layout(), corners, boxes - np.float32(growth), box - np.float32(growth))
-
-
-def _instance_box(copy: _Copy, box: Texels, growth: float) -> Texels:
-    """The box (6,) of a copy whose triangles have ``box`` in their own space."""
-    low, high = box[:3].astype(np.float64), -box[3:].astype(np.float64)
-    linear = copy.matrix[:, :3]
-    middle, half = linear @ ((low + high) / 2) + copy.middle, np.abs(linear) @ ((high - low) / 2) + growth
-    return np.concatenate([middle - half, -(middle + half)]).astype(np.float32)
 
 
 def _nodes(bvh: Bvh, first: NDArray[np.int64], boxes: Texels) -> Words:
