@@ -8,10 +8,13 @@ What differs between the two worlds:
   one for the middle between two, and one for each pole: 2 h + 1, which interpolate to the very same values.
 - Mitsuba takes one emitter at infinity, so ambient light is added to the picture.
 - The sun is a sphere so far away that its direction is the same all over the scene. It hides the picture behind
-  it, to which ours adds: so it shines by the mean of what it hides besides its own radiance.
+  it, to which ours adds: so it shines by the mean of what it hides besides its own radiance. Mitsuba
+  takes 1 - cos of the sphere's cone by subtraction in float32: the sphere has the nearest size at which that is exact,
+  and shines so much less or more.
 - An environment that is not visible hides every emitter from Mitsuba's camera (``hide_emitters``).
 """
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -39,13 +42,15 @@ def environment_emitters(scene: Scene, folder: Path) -> dict[str, Tree]:
     emitters: dict[str, Tree] = {"environment": {"type": "envmap", "filename": str(path), "to_world": turn}}
     if (sun := environment.sun) is not None:
         distance = sun_distance(scene)
-        hidden = _mean_over(sun, radiance, environment.rotation)
+        exact = max(1.0, np.round(sun.one_minus_cos * 2**24)) / 2**24
+        own = np.array(sun.radiance) * (sun.one_minus_cos / exact)
+        hidden = _mean_over(replace(sun, one_minus_cos=exact), radiance, environment.rotation)
         emitters["sun"] = {
             "type": "sphere",
             "center": [float(distance * x) for x in sun.direction],
-            "radius": float(distance * np.sqrt(sun.one_minus_cos * (2 - sun.one_minus_cos))),
+            "radius": float(distance * np.sqrt(exact * (2 - exact))),
             "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": [0.0, 0.0, 0.0]}},
-            "emitter": {"type": "area", "radiance": {"type": "rgb", "value": (sun.radiance + hidden).tolist()}},
+            "emitter": {"type": "area", "radiance": {"type": "rgb", "value": (own + hidden).tolist()}},
         }
     return emitters
 
