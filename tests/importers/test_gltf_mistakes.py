@@ -24,6 +24,10 @@ MISTAKES: dict[str, tuple[Any, str]] = {
         lambda d: d.update(extensionsRequired=["KHR_x", "EXT_y"]),
         "this model needs KHR_x, EXT_y, which is not supp",
     ),
+    "least version": (
+        lambda d: d.update(asset={"version": "2.1", "minVersion": "2.1"}),
+        "asset.minVersion: it wants readers of glTF 2.1",
+    ),
     "version": (lambda d: d.update(asset={"version": "1.0"}), "this is glTF 1.0; only 2.0 is read"),
     "no asset": (lambda d: d.pop("asset"), "asset: Field required"),
     "type": (lambda d: d.update(meshes=3), "meshes: must be a valid list"),

@@ -7,9 +7,9 @@ import moderngl
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fragtracer.gpu.environment import folded_texture
 from fragtracer.gpu.meshes import mesh_textures
 from fragtracer.gpu.probe import probe
+from fragtracer.gpu.tables import folded_texture
 from fragtracer.packing import PackedScene
 from fragtracer.scene import Camera, Light, Material, Plane, Rectangle, Scene, Sphere, Triangle
 from fragtracer.shader_composer import CONSTANTS

@@ -11,7 +11,7 @@ from fragtracer.bench.contenders import Mitsuba, Ours
 from fragtracer.bench.memory import resident_mib
 from fragtracer.bench.plan import Benchmark, Plan, Progress, steps
 from fragtracer.bench.speed import seconds_per_sample
-from fragtracer.bench.statistics import Estimate, growth_exponent, inverse, median, scaled
+from fragtracer.bench.statistics import inverse, median, scaled, write_exponent
 from fragtracer.bench.tables import Column, Plot, Row, Table
 from fragtracer.bench.work import count_work
 from fragtracer.bvh import build
@@ -70,7 +70,7 @@ def table(plan: Plan) -> Table:
 def run(plan: Plan, result: Table, progress: Progress) -> None:
     for place, part in steps(progress, [f"{count} triangles" for count in TRIANGLES]):
         result.rows.append(_row(knot_scene(TRIANGLES[place], plan.size or _SIZE), plan, result, part))
-        _fit(result.rows)
+        write_exponent(result.rows, "triangles", "ns")
 
 
 def _row(scene: Scene, plan: Plan, result: Table, part: Progress) -> Row:
@@ -110,17 +110,6 @@ def _seconds_to_build(geometry: Geometry) -> float:
     start = time.perf_counter()
     build(boxes)
     return time.perf_counter() - start
-
-
-def _fit(rows: list[Row]) -> None:
-    """Write the exponent behind the last row so far."""
-    points = [(row["triangles"], row["ns"]) for row in rows]
-    measured = [(x, y.value) for x, y in points if isinstance(x, int) and isinstance(y, Estimate)]
-    fitted = growth_exponent([x for x, _ in measured], [y for _, y in measured])
-    for row in rows:
-        row["exponent"] = None
-    if fitted:
-        rows[-1]["exponent"] = f"{fitted[0]:.2f} ±{fitted[1]:.2f}"
 
 
 def knot_scene(triangles: int, size: tuple[int, int]) -> Scene:

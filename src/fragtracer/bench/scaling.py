@@ -11,7 +11,7 @@ import numpy as np
 from fragtracer.bench.cases import case, with_settings
 from fragtracer.bench.frames import frame_time
 from fragtracer.bench.plan import Benchmark, Plan, Progress, steps
-from fragtracer.bench.statistics import Estimate, growth_exponent, scaled
+from fragtracer.bench.statistics import scaled, write_exponent
 from fragtracer.bench.tables import Column, Plot, Row, Table
 from fragtracer.scene import Plane, Scene, Sphere, Triangle
 
@@ -54,18 +54,7 @@ def run(plan: Plan, result: Table, progress: Progress) -> None:
         row: Row = {"scene": scene.name, "quantity": quantity, "value": value}
         row["ms"] = None if frame.seconds is None else scaled(frame.seconds, 1e3)
         result.rows.append(row)
-        _fit([row for row in result.rows if row["quantity"] == quantity])
-
-
-def _fit(rows: list[Row]) -> None:
-    """Write the exponent of a curve behind its last point so far."""
-    points = [(row["value"], row["ms"]) for row in rows]
-    measured = [(x, y.value) for x, y in points if isinstance(x, int) and x > 0 and isinstance(y, Estimate)]
-    fitted = growth_exponent([x for x, _ in measured], [y for _, y in measured])
-    for row in rows:
-        row["exponent"] = None
-    if fitted:
-        rows[-1]["exponent"] = f"{fitted[0]:.2f} ±{fitted[1]:.2f}"
+        write_exponent([row for row in result.rows if row["quantity"] == quantity], "value", "ms")
 
 
 def _curves(

@@ -4,6 +4,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -76,3 +77,16 @@ def growth_exponent(x: ArrayLike, y: ArrayLike) -> tuple[float, float] | None:
     residual = log_y - log_y.mean() - slope * centred
     error = math.sqrt(float(residual @ residual) / (len(log_x) - 2) / float(centred @ centred))
     return slope, error
+
+
+def write_exponent(rows: Sequence[dict[str, Any]], x: str, y: str) -> None:
+    """Write the exponent of ``y`` ~ ``x`` ^ p into the last of ``rows``, its standard error behind it."""
+    points = [(row[x], row[y]) for row in rows]
+    measured = [
+        (at, found.value) for at, found in points if isinstance(at, int) and at > 0 and isinstance(found, Estimate)
+    ]
+    fitted = growth_exponent([at for at, _ in measured], [value for _, value in measured])
+    for row in rows:
+        row["exponent"] = None
+    if fitted:
+        rows[-1]["exponent"] = f"{fitted[0]:.2f} ±{fitted[1]:.2f}"

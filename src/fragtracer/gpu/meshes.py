@@ -4,7 +4,7 @@
 import moderngl
 
 from fragtracer.errors import DeviceError
-from fragtracer.gpu.environment import WIDTH, folded_texture
+from fragtracer.gpu.tables import WIDTH, folded_texture
 from fragtracer.packing.meshes import PackedMeshes
 
 

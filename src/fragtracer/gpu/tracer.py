@@ -9,11 +9,12 @@ import moderngl
 from fragtracer.errors import DeviceError
 from fragtracer.gpu.atlas import SAMPLERS, AtlasTextures
 from fragtracer.gpu.context import is_software
-from fragtracer.gpu.environment import EnvironmentTextures, folded_texture
+from fragtracer.gpu.environment import EnvironmentTextures
 from fragtracer.gpu.film import Film
 from fragtracer.gpu.map_textures import MapTextures
 from fragtracer.gpu.meshes import MeshTextures
 from fragtracer.gpu.program import FullscreenProgram
+from fragtracer.gpu.tables import folded_texture
 from fragtracer.gpu.timer import DrawTimer
 from fragtracer.packing import PackedScene
 from fragtracer.random_texture import random_texture

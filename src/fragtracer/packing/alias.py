@@ -1,9 +1,19 @@
 # SPDX-License-Identifier: MIT
-"""Tables that draw one of many in constant time (Walker 1977, An Efficient Method for Generating Discrete Random
-Variables with General Distributions)."""
+"""Choosing one of many lights: its chance, and tables that draw it in constant time (Walker 1977, An Efficient Method
+for Generating Discrete Random Variables with General Distributions)."""
 
 import numpy as np
 from numpy.typing import NDArray
+
+_UNIFORM_CHOICE = 0.1  # the share of light choices that ignores power: what is weak may be near
+
+
+def chances(power: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The probability with which each of n lights is chosen, by its ``power`` (n,), some of which is positive."""
+    probability: NDArray[np.float64] = (1 - _UNIFORM_CHOICE) * power / power.sum() + _UNIFORM_CHOICE / max(
+        1, len(power)
+    )
+    return probability
 
 
 def alias_table(probability: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:

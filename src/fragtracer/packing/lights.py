@@ -7,14 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fragtracer.packing.alias import chances
 from fragtracer.packing.materials import plain_emission
 from fragtracer.scene import Light, Material, Rectangle, Scene, Sphere, Triangle
 from fragtracer.shader_composer import CONSTANTS
 
 Floats = NDArray[np.float64]
-
-# The share of light choices that ignores power, so that a dim light nearby is never starved.
-_UNIFORM_LIGHT_CHOICE = 0.1
 
 
 def light_records(
@@ -39,7 +37,7 @@ def light_records(
     found += [_point_light(light, origin) for light in scene.lights if light.radius == 0 and max(light.intensity) > 0]
     found += distant
     power = np.array([light.pop("power") for light in found])
-    probability = (1 - _UNIFORM_LIGHT_CHOICE) * power / power.sum() + _UNIFORM_LIGHT_CHOICE / max(1, len(found))
+    probability = chances(power)
     for light, p, cumulative in zip(found, probability, np.cumsum(probability), strict=True):
         light |= {"probability": p, "cumulative": cumulative}
     return found

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from fragtracer.bvh import Bvh, build
 from fragtracer.errors import SceneError
-from fragtracer.packing.alias import alias_table
+from fragtracer.packing.alias import alias_table, chances
 from fragtracer.packing.copies import Copy, Fitted, Instance, MeshMaterial, copies_of, fit
 from fragtracer.packing.records import (
     MESH_RECORDS,
@@ -34,7 +34,6 @@ Words = NDArray[np.uint32]
 _MOST_RECORDS = 2**24  # that a float32 can number
 # Boxes grow by this, relative to the scene: where a ray passes an edge is known no better.
 _BOX_GROWTH = 1e-6
-_UNIFORM_CHOICE = 0.1  # the share of light choices that ignores power
 CULLED = 1  # a flag of triangles and instances: not there for rays from behind
 
 
@@ -203,7 +202,7 @@ class _Packer:
         there = np.flatnonzero(areas > 0)
         if not there.size:
             return nothing
-        probability = (1 - _UNIFORM_CHOICE) * power[there] / power.sum() + _UNIFORM_CHOICE / len(there)
+        probability = chances(power[there])
         threshold, other = alias_table(probability)
         density = np.zeros(len(areas))
         density[there] = probability / areas[there]

@@ -124,9 +124,13 @@ def _parse(text: bytes | memoryview, path: Path) -> Document:
         raise SceneError(f"{path}: not JSON: {error}") from error
     if not isinstance(found, dict):
         raise SceneError(f"{path}: a glTF document is a JSON object, not {type(found).__name__}")
-    version = found.get("asset", {}).get("version") if isinstance(found.get("asset"), dict) else None
-    if isinstance(version, str) and not version.startswith("2."):
-        raise SceneError(f"{path}: this is glTF {version[:20]}; only 2.0 is read")
+    asset = found.get("asset")
+    if isinstance(asset, dict):
+        version, least = asset.get("version"), asset.get("minVersion", "2.0")
+        if isinstance(version, str) and not version.startswith("2."):
+            raise SceneError(f"{path}: this is glTF {version[:20]}; only 2.0 is read")
+        if isinstance(least, str) and least != "2.0":
+            raise SceneError(f"{path}: asset.minVersion: it wants readers of glTF {least[:20]}; this one is of 2.0")
     try:
         return Document.model_validate(found)
     except ValidationError as error:

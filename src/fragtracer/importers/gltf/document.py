@@ -26,7 +26,7 @@ class Item(BaseModel):
 
 class Asset(Item):
     version: str
-    minVersion: str = "2.0"
+    minVersion: Literal["2.0"] = "2.0"
 
 
 class Buffer(Item):
