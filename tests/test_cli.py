@@ -32,6 +32,12 @@ def test_render_writes_every_format(tmp_path, suffix):
     assert image.mean() > 0
 
 
+def test_the_error_is_said_where_it_is_known(tmp_path):
+    for spp, expected in ((1, "1 samples per pixel, mean error not known"), (2, "% mean error")):
+        done = run("render", "cornell-box", "-o", tmp_path / "box.png", "--size", "16x16", "--spp", spp)
+        assert expected in done.stdout
+
+
 def test_an_exr_says_how_it_was_made(tmp_path):
     output = tmp_path / "box.exr"
     run("render", "cornell-box", "-o", output, "--size", "16x16", "--spp", 3, "--bounces", 2, "--seed", 7)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """``fragtracer render``: a scene into an image file."""
 
+import math
 import sys
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -93,6 +94,8 @@ def _sample(renderer: Any, spp: int | None, seconds: float | None, until: float 
 
 def _report(renderer: Any, output: Path, finished: bool) -> None:
     note = "" if finished else ", interrupted"
-    print(f"{output}: {renderer.spp} samples per pixel{note}, {100 * renderer.relative_error():.2g} % mean error")
+    error = renderer.relative_error()  # of one sample there is none, and where it is no float32
+    found = f"{100 * error:.2g} % mean error" if math.isfinite(error) else "mean error not known"
+    print(f"{output}: {renderer.spp} samples per pixel{note}, {found}")
     if bad := renderer.non_finite_samples():
         print(f"fragtracer: warning: {bad} samples were not finite and are left out of the image", file=sys.stderr)
