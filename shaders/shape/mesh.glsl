@@ -41,15 +41,15 @@ vec4 mesh_bytes(uint word) { return vec4(ivec4(uvec4(word, word >> 8u, word >> 1
 // (Ize 2013, Robust BVH Ray Traversal).
 uint mesh_node_intersect(MeshNode node, MeshRay ray, float max_distance) {
     uvec3 exponents = uvec3(node.kind, node.kind >> 8u, node.kind >> 16u) & 255u;
-    vec3 step = uintBitsToFloat(exponents << 23u) * ray.inverse;
+    vec3 grid = uintBitsToFloat(exponents << 23u) * ray.inverse;
     vec3 start = (node.origin - ray.origin) * ray.inverse;
     bvec3 backward = lessThan(ray.inverse, vec3(0.0));
-    ivec4 near_x = floatBitsToInt(start.x + step.x * mesh_bytes(backward.x ? node.x.y : node.x.x));
-    ivec4 near_y = floatBitsToInt(start.y + step.y * mesh_bytes(backward.y ? node.y.y : node.y.x));
-    ivec4 near_z = floatBitsToInt(start.z + step.z * mesh_bytes(backward.z ? node.z.y : node.z.x));
-    ivec4 far_x = floatBitsToInt(start.x + step.x * mesh_bytes(backward.x ? node.x.x : node.x.y));
-    ivec4 far_y = floatBitsToInt(start.y + step.y * mesh_bytes(backward.y ? node.y.x : node.y.y));
-    ivec4 far_z = floatBitsToInt(start.z + step.z * mesh_bytes(backward.z ? node.z.x : node.z.y));
+    ivec4 near_x = floatBitsToInt(start.x + grid.x * mesh_bytes(backward.x ? node.x.y : node.x.x));
+    ivec4 near_y = floatBitsToInt(start.y + grid.y * mesh_bytes(backward.y ? node.y.y : node.y.x));
+    ivec4 near_z = floatBitsToInt(start.z + grid.z * mesh_bytes(backward.z ? node.z.y : node.z.x));
+    ivec4 far_x = floatBitsToInt(start.x + grid.x * mesh_bytes(backward.x ? node.x.x : node.x.y));
+    ivec4 far_y = floatBitsToInt(start.y + grid.y * mesh_bytes(backward.y ? node.y.x : node.y.y));
+    ivec4 far_z = floatBitsToInt(start.z + grid.z * mesh_bytes(backward.z ? node.z.x : node.z.y));
     ivec4 near = max(max(near_x, near_y), max(near_z, 0));
     ivec4 far = min(min(far_x, far_y), min(far_z, floatBitsToInt(max_distance))) + 6;
     bvec4 is_met = bvec4(near.x <= far.x, near.y <= far.y, near.z <= far.z && node.count > 2u, near.w <= far.w && node.count > 3u);

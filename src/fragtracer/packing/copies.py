@@ -83,6 +83,7 @@ class Instance:
 
 
 def copies_of(meshes: Sequence[Mesh], materials: Mapping[str, MeshMaterial], origin: Floats) -> list[Copy]:
+    """Every part of ``meshes`` at every place, (0, 0, 0) at ``origin`` (3,)."""
     copies = []
     for mesh in meshes:
         for matrix, part in mesh.placed():
@@ -113,7 +114,7 @@ def fit(copies: Sequence[Copy], growth: float) -> tuple[list[Fitted], list[Fitte
 
 
 def _blur(copy: Copy, growth: float) -> float:
-    """By how much boxes have to grow, in the space of its geometry, for rays that come through the copy's matrix.
+    """By how much boxes have to grow, in units of its geometry, for rays that come through the copy's matrix.
 
     Infinite for a copy that needs triangles of its own: one that emits, since lights are drawn by triangle, each
     with its area; and one so small or flat that its boxes would overlap.
@@ -125,7 +126,7 @@ def _blur(copy: Copy, growth: float) -> float:
 
 
 def _in_own_space(geometry: Geometry) -> Copy:
-    """The geometry for all its copies, its middle in the origin; they have the material."""
+    """The geometry for all its copies to share, its middle in the origin; materials are theirs."""
     nothing = MeshMaterial(0, 0.0, 0)
     return Copy(geometry, nothing, np.column_stack([np.eye(3), -_middle(geometry)]))
 
