@@ -13,10 +13,10 @@ from datetime import date
 from importlib.metadata import version
 from pathlib import Path
 
-from fragtracer.compare import compare_scene
-from fragtracer.compare.run import Comparison
+from fragtracer.apps.compare import compare_scene
+from fragtracer.apps.compare.run import Comparison
+from fragtracer.io.toml import bundled, load
 from fragtracer.scene import Camera, Scene
-from fragtracer.scene_file import bundled, load
 
 OUTPUT = Path(__file__).parents[1] / "docs" / "correctness.md"
 SIZE, SPP, BATCHES, MARGIN = (320, 180), 512, 16, 0.005

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fragtracer.io.toml import save
 from fragtracer.scene import (
     Camera,
     Environment,
@@ -27,7 +28,6 @@ from fragtracer.scene import (
     Sphere,
     Texture,
 )
-from fragtracer.scene_file import save
 
 SCENES = Path(__file__).parents[1] / "scenes"
 NAME = "spheres-49"

@@ -15,11 +15,11 @@ from importlib.metadata import version
 from itertools import pairwise
 from pathlib import Path
 
-from fragtracer.compare import words
-from fragtracer.compare.approximation import ANGLES, Approximation, by_roughness_and_angle, measure_approximation
-from fragtracer.compare.approximation_report import write_error_maps, write_pictures
+from fragtracer.apps.compare import words
+from fragtracer.apps.compare.approximation import ANGLES, Approximation, by_roughness_and_angle, measure_approximation
+from fragtracer.apps.compare.approximation_report import write_error_maps, write_pictures
+from fragtracer.io.toml import load
 from fragtracer.scene import Camera, Scene
-from fragtracer.scene_file import load
 
 DOCS = Path(__file__).parents[1] / "docs"
 SPHERES, WHOLE = ((280, 280), 256), ((300, 200), 96)  # size and samples per pixel of each estimator

@@ -6,7 +6,7 @@ from typing import Any
 import moderngl
 from rendering import Image, rendered
 
-from fragtracer.scene_file import load
+from fragtracer.io.toml import load
 
 SIZE = (32, 24)
 SPP = 24

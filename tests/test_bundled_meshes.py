@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fragtracer.importers import read_model
+from fragtracer.io import read_model
 from fragtracer.resources import folder
 
 SCRIPTS = Path(__file__).parents[1] / "scripts"

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fragtracer.io.textures import read_texture
 from fragtracer.resources import folder
-from fragtracer.textures import read_texture
 
 SCRIPT = Path(__file__).parents[1] / "scripts" / "textures.py"
 BUNDLED = folder("scenes") / "textures"

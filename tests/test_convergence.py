@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from rendering import Planter, rendered
 from scene_builders import all_lambert, lambert, rectangle, stare
 
+from fragtracer.io.toml import load
 from fragtracer.renderer import Renderer
 from fragtracer.scene import Ambient, Camera, Light, Plane, Scene, Sphere
-from fragtracer.scene_file import load
 
 COUNTS = (16, 64, 256, 1024, 4096, 16384, 65536)
 # Number of seeds and size of the picture. The spheres have soft shadows and eight bounces, the box has

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from rendering import ESTIMATORS, Planter, batches, rendered
 from scene_builders import lambert, stare
 
-from fragtracer.compare.sides import render_ours, render_reference
-from fragtracer.compare.verdict import judge
+from fragtracer.apps.compare.sides import render_ours, render_reference
+from fragtracer.apps.compare.verdict import judge
+from fragtracer.io.toml import load
 from fragtracer.scene import (
     Ambient,
     Camera,
@@ -26,7 +27,6 @@ from fragtracer.scene import (
     Sphere,
 )
 from fragtracer.scene.environment import direction_of, lookup
-from fragtracer.scene_file import load
 
 FLOOR_ALBEDO = (0.2, 0.5, 0.9)
 NORMAL = (0.6, 0.64, 0.48)  # of the floor, tilted so that the rotation of an environment shows

@@ -11,9 +11,9 @@ from rendering import Image, Planter, batches, rendered
 from scene_builders import lambert, rectangle, stare
 from scipy import special
 
+from fragtracer.io.toml import load
 from fragtracer.renderer import Renderer
 from fragtracer.scene import Camera, Light, Plane, Scene
-from fragtracer.scene_file import load
 
 SCENES = ("three-spheres", "three-spheres-ambient", "cornell-box")
 SIZE = (48, 32)

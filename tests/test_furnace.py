@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from rendering import ESTIMATORS, Planter, rendered
 from scene_builders import Vector, box, lambert, rectangle, stare, triangles_of
 
-from fragtracer.materials import METAL_F0
 from fragtracer.scene import Ambient, Camera, Light, Material, Plane, Scene, Sphere
+from fragtracer.scene.reflectance import METAL_F0
 
 # One albedo and one emission per channel: a run tests three furnaces.
 ALBEDOS = ((0.3, 0.5, 0.8), (0.6, 0.9, 0.1))

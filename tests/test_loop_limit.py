@@ -8,9 +8,9 @@ import pytest
 from mesh_shapes import ball, geometry, mesh_scene
 
 from fragtracer.errors import DeviceError
+from fragtracer.io.toml import load
 from fragtracer.renderer import Renderer
 from fragtracer.scene import Camera, Material, RenderSettings, Scene
-from fragtracer.scene_file import load
 
 
 def crowd() -> Scene:

@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 from mesh_shapes import ball, field, geometry, grid, smooth
 
-from fragtracer.compare.sides import render_ours, render_reference
-from fragtracer.compare.verdict import judge
+from fragtracer.apps.compare.sides import render_ours, render_reference
+from fragtracer.apps.compare.verdict import judge
+from fragtracer.io.toml import load
 from fragtracer.scene import (
     Ambient,
     Camera,
@@ -29,7 +30,6 @@ from fragtracer.scene import (
     Scene,
     Texture,
 )
-from fragtracer.scene_file import load
 
 pytest.importorskip("mitsuba", reason="Mitsuba is not installed: there is no twin")
 pytestmark = pytest.mark.slow

@@ -11,8 +11,8 @@ from rendering import Planter, rendered
 from scipy import stats
 from textured_scenes import facing, mesh, quad, texture, under_sheets
 
-from fragtracer.compare.sides import Side, render_ours, render_reference
-from fragtracer.compare.verdict import judge
+from fragtracer.apps.compare.sides import Side, render_ours, render_reference
+from fragtracer.apps.compare.verdict import judge
 from fragtracer.errors import DeviceError
 from fragtracer.gpu.probe import probe
 from fragtracer.renderer import Renderer

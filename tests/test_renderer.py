@@ -13,10 +13,10 @@ from small_pictures import SCENES, SIZE, SPP, picture
 import fragtracer
 from fragtracer.gpu import tracer
 from fragtracer.gpu.film import Film
+from fragtracer.io.toml import load
 from fragtracer.packing import pack
 from fragtracer.renderer import Renderer, render
 from fragtracer.scene import Ambient, Camera, Light, Material, RenderSettings, Scene
-from fragtracer.scene_file import load
 
 
 def test_several_on_one_context(ctx):

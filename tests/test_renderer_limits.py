@@ -13,9 +13,9 @@ from small_pictures import SIZE, SPP, picture
 from fragtracer.errors import DeviceError
 from fragtracer.gpu import tracer
 from fragtracer.gpu.context import is_software
+from fragtracer.io.toml import load
 from fragtracer.renderer import Progress, Renderer
 from fragtracer.scene import Ambient, Camera, Scene
-from fragtracer.scene_file import load
 
 NAN, INF = "uintBitsToFloat(0x7fc00000u)", "uintBitsToFloat(0x7f800000u)"
 

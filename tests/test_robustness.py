@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from rendering import Image, Planter, rendered
 from scene_builders import Vector, box, lambert, moved, rectangle, scaled, triangles_of
 
+from fragtracer.io.toml import load
 from fragtracer.scene import Ambient, Camera, Light, Material, Plane, Rectangle, Scene, Sphere
-from fragtracer.scene_file import load
 
 SIZE = (48, 40)
 

@@ -8,9 +8,9 @@ from scene_builders import lambert
 from small_pictures import SCENES, SIZE, SPP, picture
 
 from fragtracer.gpu import tracer
+from fragtracer.io.toml import load
 from fragtracer.renderer import Renderer
 from fragtracer.scene import Ambient, Camera, Material, Scene, Sphere
-from fragtracer.scene_file import load
 
 
 @pytest.mark.parametrize("sampler", ["texture", "hash"])

@@ -8,9 +8,9 @@ from dataclasses import replace
 
 import pytest
 
-from fragtracer.compare.sides import render_ours, render_reference
-from fragtracer.compare.verdict import judge
-from fragtracer.scene_file import bundled, load
+from fragtracer.apps.compare.sides import render_ours, render_reference
+from fragtracer.apps.compare.verdict import judge
+from fragtracer.io.toml import bundled, load
 
 pytest.importorskip("mitsuba", reason="Mitsuba is not installed: there is no twin")
 pytestmark = pytest.mark.slow

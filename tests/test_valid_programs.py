@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 from random_programs import covering_programs
 
+from fragtracer.io.toml import load
 from fragtracer.packing import PackedScene, pack
 from fragtracer.resources import folder
-from fragtracer.scene_file import load
 from fragtracer.shader_composer import CONSTANTS, FEATURES, LANGUAGES, compose
 
 SHADERS = folder("shaders")

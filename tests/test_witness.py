@@ -8,10 +8,10 @@ from agreement import assert_agree
 from rendering import Image, Planter, batches
 from scene_builders import all_lambert
 
+from fragtracer.io.toml import load
 from fragtracer.reference.render import render_reference
 from fragtracer.reference.variant import find_llvm
 from fragtracer.scene import Scene
-from fragtracer.scene_file import load
 
 pytest.importorskip("mitsuba", reason="Mitsuba is not installed: there is no witness")
 pytestmark = pytest.mark.slow

@@ -15,7 +15,7 @@ import platformdirs
 from numpy.typing import NDArray
 
 from fragtracer.errors import OutputError
-from fragtracer.images.output import replacing
+from fragtracer.output import replacing
 
 Arrays = dict[str, NDArray[Any]]
 

@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
-from fragtracer.materials import grazing_reflectance
 from fragtracer.reference.variant import mitsuba_variant
+from fragtracer.scene.reflectance import grazing_reflectance
 
 GEOMETRIES = ("smith", "schlick-beckmann", "karis")
 MULTIPLE = "smith-multiple-scattering"

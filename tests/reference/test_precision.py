@@ -3,10 +3,10 @@
 
 import numpy as np
 
-from fragtracer.compare.verdict import WITNESS
+from fragtracer.apps.compare.verdict import WITNESS
+from fragtracer.io.toml import load
 from fragtracer.reference.translate import to_mitsuba
 from fragtracer.scene import Light, Scene
-from fragtracer.scene_file import load
 
 COUNT = 2**20
 

@@ -11,10 +11,10 @@ import pytest
 from numpy.typing import ArrayLike
 
 from fragtracer.gpu.probe import probe
-from fragtracer.materials import METAL_F0
 from fragtracer.packing.materials import mean_emission, pack_materials
 from fragtracer.packing.records import SHAPES, scene_layout, texels_of
 from fragtracer.scene import Image, Material, Texture
+from fragtracer.scene.reflectance import METAL_F0
 
 from . import Floats
 from .includes import SHAPE

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fragtracer.gpu.probe import probe
 from fragtracer.gpu.tracer import _upload_random_texture
-from fragtracer.random_texture import LAYERS, WIDTH
+from fragtracer.packing.random_texture import LAYERS, WIDTH
 from fragtracer.shader_composer import CONSTANTS
 
 from . import Floats

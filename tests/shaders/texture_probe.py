@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fragtracer.gpu.probe import probe
+from fragtracer.packing.atlas import Atlas, build_atlas
 from fragtracer.packing.records import scene_layout, texels_of
 from fragtracer.packing.textures import texture_record
 from fragtracer.scene import Texture
-from fragtracer.textures.atlas import Atlas, build_atlas
 
 from . import Floats
 

@@ -7,7 +7,7 @@ import moderngl
 from numpy.typing import NDArray
 
 from fragtracer.errors import DeviceError
-from fragtracer.textures.atlas import Atlas
+from fragtracer.packing.atlas import Atlas
 
 SAMPLERS = ("u_byte_texels", "u_float_texels")
 

@@ -17,7 +17,7 @@ from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.gpu.tables import folded_texture
 from fragtracer.gpu.timer import DrawTimer
 from fragtracer.packing import PackedScene
-from fragtracer.random_texture import random_texture
+from fragtracer.packing.random_texture import random_texture
 from fragtracer.resources import folder
 
 # No draw is meant to last longer: operating systems reset a GPU that is silent for about 2 s.

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.errors import SceneError
+from fragtracer.packing.atlas import Atlas
 from fragtracer.packing.camera import camera_uniforms
 from fragtracer.packing.copies import MeshMaterial
 from fragtracer.packing.environment import EnvironmentTables, pack_environment
@@ -34,7 +35,6 @@ from fragtracer.packing.shapes import shape_records
 from fragtracer.scene import Camera, Material, Mesh, RenderSettings, Scene, Sphere
 from fragtracer.scene.tangents import with_tangents
 from fragtracer.shader_composer import CONSTANTS
-from fragtracer.textures.atlas import Atlas
 
 Floats = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fragtracer.images.tone import REC_709
+from fragtracer.display.tone import REC_709
 from fragtracer.scene import Environment
 from fragtracer.scene.environment import Source
 from fragtracer.shader_composer import CONSTANTS

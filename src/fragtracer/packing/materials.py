@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from fragtracer.packing.atlas import Atlas, build_atlas, mean_color
 from fragtracer.packing.textures import texture_record
 from fragtracer.scene import Material, Scene, Texture
 from fragtracer.scene.material import TEXTURED
 from fragtracer.shader_composer import CONSTANTS
-from fragtracer.textures.atlas import Atlas, build_atlas, mean_color
 
 MATERIAL_RECORDS = ("Material", "Maps", "Opacity", "Texture")
 

@@ -3,7 +3,7 @@
 
 from typing import Any
 
-from fragtracer.random_texture import LAYERS, WIDTH
+from fragtracer.packing.random_texture import LAYERS, WIDTH
 from fragtracer.scene import RenderSettings
 from fragtracer.shader_composer import CONSTANTS
 

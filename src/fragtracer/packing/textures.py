@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from fragtracer.packing.atlas import Region
 from fragtracer.scene import Texture
 from fragtracer.shader_composer import CONSTANTS
-from fragtracer.textures.atlas import Region
 
 
 def texture_record(texture: Texture, region: Region) -> dict[str, Any]:

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.errors import FragtracerError
-from fragtracer.images import write_image
+from fragtracer.io.images import write_image
 from fragtracer.reference.shapes import Tree, reach
 from fragtracer.scene import Environment, Scene
 from fragtracer.scene.environment import Sun, lookup

@@ -12,7 +12,7 @@ import numpy as np
 import PIL.Image
 from numpy.typing import NDArray
 
-from fragtracer.images import write_image
+from fragtracer.io.images import write_image
 from fragtracer.reference.bsdf import TEXTURE
 from fragtracer.reference.shapes import Tree
 from fragtracer.scene import Image, Texture

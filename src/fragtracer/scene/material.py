@@ -6,8 +6,8 @@ from typing import Annotated, Literal
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from fragtracer.materials import METAL_F0, grazing_reflectance, reflectance_from_ior
 from fragtracer.scene.fields import CONFIG, Fraction, Number, Reflectance, Strength, Triple
+from fragtracer.scene.reflectance import METAL_F0, grazing_reflectance, reflectance_from_ior
 from fragtracer.scene.texture import Texture
 
 # What a texture can change: NAME of the fields NAME_texture.

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: MIT
+"""Error over time, and efficiency 1 / (error × time), against Mitsuba on the same scene by turns."""
+
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+
+from fragtracer.apps.bench.cases import case, with_settings
+from fragtracer.apps.bench.contenders import Contender, Mitsuba, Ours, race
+from fragtracer.apps.bench.error import Reference, make_reference
+from fragtracer.apps.bench.plan import Benchmark, Plan, Progress, steps
+from fragtracer.apps.bench.statistics import Estimate, inverse, median
+from fragtracer.apps.bench.tables import Column, Plot, Row, Table
+from fragtracer.scene import Scene
+
+_SIZES = {"three-spheres": (512, 512), "roughness-grid": (512, 512), "cornell-box": (256, 256)}
+_BOUNCES = 5
+_RUNS = 5
+_SECONDS = 16.0
+_REFERENCE_TIME = 2.0  # for each of its two images, in units of the longest time of a contender
+
+
+def table(plan: Plan) -> Table:
+    return Table(
+        "error",
+        "Relative mean squared error over time",
+        (
+            Column("scene", "scene"),
+            Column("size", "size"),
+            Column("bounces", "bounces"),
+            Column("seconds", "seconds"),
+            Column("fragtracer_spp", "fragtracer, spp", "more"),
+            Column("mitsuba_spp", "Mitsuba, spp"),
+            Column("fragtracer_error", "fragtracer, relMSE", "less"),
+            Column("mitsuba_error", "Mitsuba, relMSE"),
+            Column("fragtracer_efficiency", "fragtracer, 1/(relMSE·s)", "more"),
+            Column("mitsuba_efficiency", "Mitsuba, 1/(relMSE·s)"),
+            Column("efficiency_ratio", "efficiency ratio", "more"),
+            Column("trimmed_ratio", "of the best 99 % of pixels", "more"),
+        ),
+        keys=("scene", "size", "bounces", "seconds"),
+        plots=(
+            Plot("seconds", ("fragtracer_error", "mitsuba_error"), ("scene", "bounces"), "seconds", "relative MSE"),
+            Plot("seconds", ("efficiency_ratio",), ("scene", "bounces"), "seconds", "efficiency over Mitsuba's"),
+        ),
+        notes=[
+            "The last column leaves out the 1 % of pixels that are worst in each image, on both sides.",
+            "The clock starts when a renderer is compiled and warm, and stands while the other one works.",
+        ],
+    )
+
+
+@dataclass
+class _Log:
+    """What one renderer did by one time, in each run: samples, error, and ``cost``, error times the exact seconds."""
+
+    spp: list[float] = field(default_factory=list)
+    error: list[float] = field(default_factory=list)
+    cost: list[float] = field(default_factory=list)
+    trimmed: list[float] = field(default_factory=list)  # as cost, without the worst pixels
+
+    def add(self, contender: Contender, reference: Reference) -> None:
+        error = reference.relative_mse(contender.image())
+        self.spp.append(contender.spp)
+        self.error.append(error)
+        self.cost.append(error * contender.seconds)
+        self.trimmed.append(reference.trimmed_mse(contender.image()) * contender.seconds)
+
+
+def run(plan: Plan, result: Table, progress: Progress) -> None:
+    names = list(plan.scenes or _SIZES)
+    for place, part in steps(progress, names):
+        size = plan.size or _SIZES.get(names[place], (512, 512))
+        for bounces in plan.bounces or (_BOUNCES,):
+            scene = with_settings(case(names[place]), size, bounces=bounces)
+            _run_scene(scene, plan, result, part)
+
+
+def _run_scene(scene: Scene, plan: Plan, result: Table, part: Progress) -> None:
+    longest = plan.seconds or _SECONDS
+    runs = plan.runs or _RUNS
+    part(0.0, "reference")
+    reference = make_reference(scene, _REFERENCE_TIME * longest, plan.reference, plan.variant)
+    waited = _REFERENCE_TIME / (_REFERENCE_TIME + runs)
+    noise = f"its own relMSE {reference.noise:.1e} (taken off)"
+    result.notes.append(f"{scene.name}: reference by {plan.reference}, {noise}")
+    times = _times(longest)
+    logs: dict[float, tuple[_Log, _Log]] = {t: (_Log(), _Log()) for t in times}
+    settings = scene.render
+    key: Row = {"scene": scene.name, "size": f"{settings.width}x{settings.height}", "bounces": settings.bounces}
+    before = len(result.rows)
+    for number in range(runs):
+        with ExitStack() as stack:
+            ours, mitsuba = (
+                stack.enter_context(Ours(scene, number)),
+                stack.enter_context(Mitsuba(scene, number, plan.variant)),
+            )
+            for t in times:
+                part(waited + (1 - waited) * (number + t / longest) / runs, f"run {number + 1} of {runs}")
+                race((ours, mitsuba), t)
+                logs[t][0].add(ours, reference)
+                logs[t][1].add(mitsuba, reference)
+        result.rows[before:] = [key | _row(t, *logs[t]) for t in times]
+
+
+def _times(longest: float) -> list[float]:
+    """1, 2, 4, … up to ``longest``; a sixteenth of it and on where it is short."""
+    first = min(1.0, longest / 16)
+    times = []
+    while first < longest * 0.99:
+        times.append(first)
+        first *= 2
+    return [*times, longest]
+
+
+def _row(t: float, ours: _Log, mitsuba: _Log) -> Row:
+    row: Row = {"seconds": t}
+    for name, log in (("fragtracer", ours), ("mitsuba", mitsuba)):
+        row[f"{name}_spp"] = median(log.spp)
+        row[f"{name}_error"] = median(log.error)
+        row[f"{name}_efficiency"] = _efficiency(log.cost)
+    row["efficiency_ratio"] = _ratio(ours.cost, mitsuba.cost)
+    row["trimmed_ratio"] = _ratio(ours.trimmed, mitsuba.trimmed)
+    return row
+
+
+def _ratio(ours: list[float], mitsuba: list[float]) -> Estimate | None:
+    """How many times less ours costs."""
+    return median([m / o for o, m in zip(ours, mitsuba, strict=True)]) if min(*ours, *mitsuba) > 0 else None
+
+
+def _efficiency(cost: list[float]) -> Estimate | None:
+    """None where an error was too small against the reference's noise to be told from 0."""
+    return inverse(median(cost)) if min(cost) > 0 else None
+
+
+BENCHMARK = Benchmark(table, run)

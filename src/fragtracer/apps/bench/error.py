@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: MIT
+"""How far an image is from the truth, when the truth itself is a noisy image.
+
+The reference is two independent images r1 and r2. Their difference tells their noise, which is taken
+off the error of an image x that is independent of both:
+E[(x - r)²] = error of x + noise of r, r = (r1 + r2) / 2, noise of r = E[(r1 - r2)²] / 4.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from fragtracer.apps.bench.contenders import Contender, Image, Mitsuba, Ours
+from fragtracer.scene import Scene
+
+_REFERENCE_SEED = 1_000_003
+_DARK = 0.1  # of the mean: pixels darker than this count as if they were that bright
+_TRIMMED = 0.01  # of the pixels
+
+
+@dataclass(frozen=True)
+class Reference:
+    """Two independent images of the same scene, (height, width, 3)."""
+
+    first: Image
+    second: Image
+
+    @property
+    def weight(self) -> Image:
+        """One over the squared brightness that makes an error relative."""
+        mean = (self.first + self.second) / 2
+        brightness = np.maximum(mean.mean(axis=2, keepdims=True), _DARK * mean.mean())
+        weight: Image = 1 / brightness**2
+        return weight
+
+    def relative_mse(self, image: Image) -> float:
+        """Mean squared error relative to the brightness of each pixel, the reference's noise taken off."""
+        error = (image - (self.first + self.second) / 2) ** 2 - (self.first - self.second) ** 2 / 4
+        return float((error * self.weight).mean())
+
+    def trimmed_mse(self, image: Image) -> float:
+        """:meth:`relative_mse` without the 1 % of pixels that are worst in ``image``: the many, not the caustics."""
+        raw = ((image - (self.first + self.second) / 2) ** 2 * self.weight).mean(axis=2)
+        noise = ((self.first - self.second) ** 2 / 4 * self.weight).mean(axis=2)
+        kept = raw <= np.quantile(raw, 1 - _TRIMMED)
+        return float(raw[kept].mean() - noise[kept].mean())
+
+    @property
+    def noise(self) -> float:
+        """The relative mean squared error of the reference itself."""
+        return float(((self.first - self.second) ** 2 / 4 * self.weight).mean())
+
+    def relative_bias(self, first: Image, second: Image) -> float:
+        """Root of the mean squared difference in expectation between two independent images of a renderer and
+        this; 0 where noise alone makes a product negative."""
+        product = (first - self.first) * (second - self.second)
+        return float(np.sqrt(max(0.0, (product * self.weight).mean())))
+
+
+def make_reference(
+    scene: Scene, seconds: float, who: Literal["own", "mitsuba"] = "own", variant: str | None = None
+) -> Reference:
+    """Sample each of the two images for ``seconds``."""
+    images = []
+    for seed in (_REFERENCE_SEED, _REFERENCE_SEED + 1):
+        with Ours(scene, seed) if who == "own" else Mitsuba(scene, seed, variant) as contender:
+            sample_for(contender, seconds)
+            images.append(contender.image())
+    return Reference(images[0], images[1])
+
+
+def sample_for(contender: Contender, seconds: float) -> None:
+    """Sample until its clock shows ``seconds``."""
+    while contender.seconds < seconds:
+        contender.sample(contender.step)

@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: MIT
+"""``fragtracer compare`` and ``export-mitsuba``: the same scene in Mitsuba."""
+
+import json as json_format
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from fragtracer.apps.cli import options
+from fragtracer.errors import FragtracerError
+
+if TYPE_CHECKING:
+    from fragtracer.scene import Scene
+
+
+def compare(
+    scene: options.SceneArgument,
+    size: options.Size = None,
+    spp: Annotated[int | None, typer.Option(min=2, help="Samples per pixel of each side.  [default: 1024]")] = None,
+    batches: Annotated[
+        int | None, typer.Option(min=2, max=1024, help="Independent pictures of each side.  [default: 16]")
+    ] = None,
+    margin: Annotated[
+        float | None, typer.Option(min=0.001, max=99.0, help="Largest difference that is equal, %.  [default: 1]")
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, max=2**32 - 1, help="Other random numbers on both sides.")] = 0,
+    bounces: options.Bounces = None,
+    light_samples: options.LightSamples = None,
+    geometry: options.GeometryTerm = None,
+    multiple_scattering: options.MultipleScattering = None,
+    variant: Annotated[str | None, typer.Option(help="Mitsuba variant.  [default: llvm_ad_rgb]")] = None,
+    split_sum: Annotated[
+        bool, typer.Option("--split-sum", help="Hold the split-sum approximation, not Mitsuba, against the truth.")
+    ] = False,
+    report: Annotated[Path | None, typer.Option(help="Write a report with pictures, .html.")] = None,
+    json: Annotated[Path | None, typer.Option(help="Write all numbers, .json.")] = None,
+) -> None:
+    """Render SCENE here and in Mitsuba and test whether they agree: status 0 yes, 1 no, 2 cannot tell.
+
+    With --split-sum: measure what that approximation gets wrong, error by error; status 0.
+    """
+    from fragtracer.apps.cli.progress import comparison_progress
+    from fragtracer.apps.compare import compare_scene, summary, to_json, write_report
+    from fragtracer.io.toml import load
+    from fragtracer.output import check_writable
+
+    for path, suffixes in ((report, {".html"}), (json, {".json"})):
+        if path is not None:
+            check_writable(path, suffixes)
+    settings = {"bounces": bounces, "light_samples": light_samples, "geometry": geometry}
+    loaded = options.with_settings(load(scene), multiple_scattering=multiple_scattering, **settings)
+    pixels = options.parse_size(size)
+    numbers: dict[str, Any] = {} if spp is None else {"spp": spp}
+    if split_sum:
+        mitsuba = {"--batches": batches, "--margin": margin, "--variant": variant, "--geometry": geometry}
+        mitsuba["--multiple-scattering"] = multiple_scattering
+        if given := [name for name, value in mitsuba.items() if value is not None]:
+            raise FragtracerError(f"--split-sum measures without {' and '.join(given)}: leave that out")
+        _compare_split_sum(loaded, pixels, numbers | {"seed": seed}, report, json)
+        return
+    if loaded.render.integrator != "path":
+        raise FragtracerError(f"{scene}: only the path integrator has a twin in Mitsuba; compare with --split-sum")
+    with comparison_progress() as progress:
+        comparison = compare_scene(
+            loaded,
+            pixels,
+            batches=16 if batches is None else batches,
+            seed=seed,
+            margin=(1.0 if margin is None else margin) / 100,
+            variant=variant,
+            progress=progress,
+            **numbers,
+        )
+    print(summary(comparison))
+    if report is not None:
+        write_report(report, comparison)
+    if json is not None:
+        _write_json(json, to_json(comparison))
+    raise typer.Exit(comparison.exit_status)
+
+
+def _compare_split_sum(
+    scene: "Scene", size: tuple[int, int] | None, numbers: dict[str, Any], report: Path | None, json: Path | None
+) -> None:
+    from fragtracer.apps.cli.progress import comparison_progress
+    from fragtracer.apps.compare import approximation_report
+    from fragtracer.apps.compare.approximation import measure_approximation
+
+    with comparison_progress() as progress:
+        found = measure_approximation(scene, size or (320, 180), progress=progress, **numbers)
+    print(approximation_report.summary(found))
+    if report is not None:
+        approximation_report.write_report(report, found)
+    if json is not None:
+        _write_json(json, approximation_report.to_json(found))
+
+
+def _write_json(path: Path, numbers: dict[str, Any]) -> None:
+    from fragtracer.output import replacing
+
+    with replacing(path) as part:
+        part.write_text(json_format.dumps(numbers, indent=2) + "\n", encoding="utf-8")
+
+
+def export_mitsuba(
+    scene: options.SceneArgument,
+    folder: Annotated[Path, typer.Argument(help="Folder to write scene.xml into.")],
+    plugin: Annotated[
+        bool, typer.Option(help="Materials as fragtracer's own plugin, not the nearest built-in.")
+    ] = False,
+) -> None:
+    """Write SCENE as a Mitsuba XML file."""
+    from fragtracer.io.toml import load
+    from fragtracer.reference.export import export_mitsuba as export
+
+    for note in export(load(scene), folder, plugin):
+        print(note)
+    print(f"{folder / 'scene.xml'}: written")

@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: MIT
+"""``fragtracer develop``: an image of radiance into a picture, as ``render`` makes it of a scene."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fragtracer.apps.cli import options
+from fragtracer.errors import FragtracerError
+
+
+def develop(
+    image: Annotated[Path, typer.Argument(help="Image of linear radiance: .exr, .hdr or .npy.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="Picture file: .png.")],
+    exposure: options.Exposure = "0",
+    tonemap: options.Tonemap = "linear",
+    gamma: options.Gamma = 1.0,
+    bloom: options.Bloom = 0.0,
+    bloom_threshold: options.BloomThreshold = 1.0,
+    bloom_alone: options.BloomAlone = False,
+) -> None:
+    """Make a picture of IMAGE, with exposure, glare and tone curve."""
+    from fragtracer.display.look import Look
+    from fragtracer.io.images import read_content, write_image
+    from fragtracer.output import check_writable
+
+    check_writable(output, {".png"})
+    if image.suffix.lower() == ".png":
+        raise FragtracerError(
+            f"{image}: this is a picture already; give the radiance it was made of: .exr, .hdr or .npy"
+        )
+    look = (options.parse_exposure(exposure), tonemap, gamma, bloom, bloom_threshold, bloom_alone)
+    Look(*look)
+    pixels, metadata = read_content(image)
+    write_image(output, pixels, metadata, *look)
+    stops = Look(*look).stops(pixels)
+    print(f"{output}: exposure {stops:+.2f} stops")

@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: MIT
+"""``fragtracer info``: what this machine offers, and what is missing with the mend; or what a scene holds."""
+
+import platform
+from importlib.util import find_spec
+from typing import Annotated, Any
+
+import typer
+
+from fragtracer import __version__
+from fragtracer.apps.cli.options import SCENE_HELP
+from fragtracer.errors import FragtracerError
+
+_KINDS = ("spheres", "planes", "rectangles", "triangles", "meshes", "lights", "materials")
+
+
+def info(scene: Annotated[str | None, typer.Argument(help=SCENE_HELP)] = None) -> None:
+    """Print the OpenGL vendor, renderer, version and limits, and what is missing; with a SCENE, what is in it."""
+    if scene is not None:
+        _print_scene(scene)
+        return
+    print(f"fragtracer {__version__}, Python {platform.python_version()}, {platform.platform()}")
+    works = _print_opengl()
+    _print_mitsuba()
+    if not works:
+        raise typer.Exit(2)
+
+
+def _print_scene(name: str) -> None:
+    from fragtracer.io.toml import load
+
+    scene = load(name)
+    print(f"{scene.name}: {scene.description}" if scene.description else scene.name)
+    print(f"camera         at {_row(scene.camera.position)}, to {_row(scene.camera.target)}")
+    for kind in _KINDS:
+        if count := len(getattr(scene, kind)):
+            print(f"{kind:14} {count}")
+    for mesh in scene.meshes:
+        _print_mesh(mesh)
+
+
+def _print_mesh(mesh: Any) -> None:
+    from fragtracer.io import bounds
+
+    low, high = bounds(mesh)
+    triangles = sum(len(part.geometry.triangles) for part in mesh.parts)
+    copies = f", {len(mesh.instances)} copies" if len(mesh.instances) != 1 else ""
+    print(f"mesh           {mesh.name}: {triangles} triangles in {len(mesh.parts)} parts{copies}")
+    print(f"               from {_row(low)} to {_row(high)} m")
+
+
+def _row(values: Any) -> str:
+    return f"[{', '.join(f'{value:.4g}' for value in values)}]"
+
+
+def _print_opengl() -> bool:
+    from fragtracer.gpu.context import create_context, describe
+
+    try:
+        context = create_context()
+    except FragtracerError as error:
+        print(f"OpenGL         missing: {error}")
+        return False
+    for name, value in describe(context).items():
+        print(f"{name:14} {value}")
+    context.release()
+    return True
+
+
+def _print_mitsuba() -> None:
+    if find_spec("mitsuba") is None:
+        print("Mitsuba        missing: pip install 'fragtracer[reference]' (needed by compare alone)")
+        return
+    from importlib.metadata import version
+
+    from fragtracer.reference.variant import choose_variant
+
+    print(f"Mitsuba        {version('mitsuba')}, variant {choose_variant()}")

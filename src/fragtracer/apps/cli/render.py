@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: MIT
+"""``fragtracer render``: a scene into an image file."""
+
+import math
+import sys
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import typer
+
+from fragtracer.apps.cli import options
+
+Output = Annotated[Path, typer.Option("--output", "-o", help="Image file: .exr, .hdr, .npy (linear radiance) or .png.")]
+Spp = Annotated[int | None, typer.Option(min=1, max=2**24, help="Samples per pixel.  [default: the scene's]")]
+Time = Annotated[float | None, typer.Option(min=0.0, metavar="SECONDS", help="Stop after this time.")]
+Until = Annotated[
+    float | None, typer.Option(min=0.0, metavar="PERCENT", help="Stop at this mean relative standard error.")
+]
+
+
+def render(
+    scene: options.SceneArgument,
+    output: Output,
+    size: options.Size = None,
+    spp: Spp = None,
+    time: Time = None,
+    until: Until = None,
+    bounces: options.Bounces = None,
+    rays: Annotated[int | None, typer.Option(min=1, max=1024, help="Paths per pixel in one pass.")] = None,
+    light_samples: options.LightSamples = None,
+    seed: Annotated[int | None, typer.Option(min=0, max=2**32 - 1, help="Another seed, other noise.")] = None,
+    russian_roulette: Annotated[bool | None, typer.Option(help="End weak paths early, without bias.")] = None,
+    geometry: options.GeometryTerm = None,
+    multiple_scattering: options.MultipleScattering = None,
+    estimator: Annotated[Literal["mis", "nee", "bsdf"] | None, typer.Option(help="How light is sampled.")] = None,
+    sampler: Annotated[Literal["texture", "hash"] | None, typer.Option(help="Source of random numbers.")] = None,
+    pixel_filter: Annotated[Literal["box", "tent", "gaussian"] | None, typer.Option()] = None,
+    environment: options.EnvironmentFile = None,
+    environment_rotation: options.EnvironmentRotation = None,
+    environment_strength: options.EnvironmentStrength = None,
+    integrator: Annotated[Literal["path", "split-sum"] | None, typer.Option(help="How light is found.")] = None,
+    exposure: options.Exposure = "0",
+    tonemap: options.Tonemap = "linear",
+    gamma: options.Gamma = 1.0,
+    bloom: options.Bloom = 0.0,
+    bloom_threshold: options.BloomThreshold = 1.0,
+    bloom_alone: options.BloomAlone = False,
+) -> None:
+    """Render SCENE into an image file. Ctrl-C writes what there is."""
+    from fragtracer.display.look import Look
+    from fragtracer.io.images import check_writable, write_image
+    from fragtracer.io.toml import load
+    from fragtracer.renderer import Renderer
+
+    check_writable(output)
+    look = (options.parse_exposure(exposure), tonemap, gamma, bloom, bloom_threshold, bloom_alone)
+    Look(*look)  # refused here, not after the work
+    settings: dict[str, Any] = {
+        "bounces": bounces,
+        "rays": rays,
+        "light_samples": light_samples,
+        "seed": seed,
+        "russian_roulette": russian_roulette,
+        "geometry": geometry,
+        "multiple_scattering": multiple_scattering,
+        "estimator": estimator,
+        "sampler": sampler,
+        "pixel_filter": pixel_filter,
+        "integrator": integrator,
+    }
+    loaded = load(scene, light_models=environment in (None, "none"))
+    lit = options.with_environment(loaded, environment, environment_rotation, environment_strength)
+    with Renderer(options.with_settings(lit, **settings), options.parse_size(size)) as renderer:
+        finished = _sample(renderer, spp, time, None if until is None else until / 100)
+        write_image(output, renderer.image(), renderer.metadata(), *look)
+        _report(renderer, output, finished)
+    if not finished:
+        raise typer.Exit(130)
+
+
+def _sample(renderer: Any, spp: int | None, seconds: float | None, until: float | None) -> bool:
+    """Render under a progress bar; False if the user interrupted."""
+    from fragtracer.apps.cli.progress import render_progress
+
+    if spp is None and seconds is None and until is None:
+        spp = renderer.settings.spp
+    try:
+        with render_progress(spp, seconds, renderer.settings.width * renderer.settings.height) as report:
+            renderer.render(spp, seconds, until, report)
+    except KeyboardInterrupt:
+        return False
+    return True
+
+
+def _report(renderer: Any, output: Path, finished: bool) -> None:
+    note = "" if finished else ", interrupted"
+    error = renderer.relative_error()  # of one sample there is none, and where it is no float32
+    found = f"{100 * error:.2g} % mean error" if math.isfinite(error) else "mean error not known"
+    print(f"{output}: {renderer.spp} samples per pixel{note}, {found}")
+    if bad := renderer.non_finite_samples():
+        print(f"fragtracer: warning: {bad} samples were not finite and are left out of the image", file=sys.stderr)

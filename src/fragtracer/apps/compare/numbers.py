@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: MIT
+"""A comparison as numbers, for programs."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fragtracer.apps.compare import statistics
+from fragtracer.apps.compare.run import Comparison
+from fragtracer.apps.compare.verdict import Scale, Verdict
+from fragtracer.apps.compare.words import summary
+
+SCHEMA = 1
+
+
+def to_json(comparison: Comparison) -> dict[str, Any]:
+    """All numbers of a comparison, as ``json.dump`` takes them.
+
+    Colours are lists of three numbers (red, green, blue). Differences and errors are relative to
+    Mitsuba's mean (0.01 is 1 %), radiances linear, times in seconds. What is not finite is null.
+
+    - ``schema``: 1; it changes when a key changes its meaning or goes.
+    - ``scene``: its name.
+    - ``verdict``: ``outcome`` ("agreement", "disagreement" or "inconclusive"), ``exit_status``,
+      ``summary`` in words, ``margin``, ``alpha``, ``power``, the number of ``comparisons`` and of those
+      ``differing``, ``non_finite_samples``, and ``spp_needed`` for a conclusion.
+    - ``image``, ``regions``, ``blocks``: for each scale ``rows``, ``columns``, the ``level`` of one
+      test, and as [row][column][colour] ``ours``, ``reference``, ``relative_difference``,
+      ``relative_error`` (standard), ``degrees`` of freedom, ``p``, ``z``, ``differs``. The image also has
+      ``equivalent``, ``detectable_bias`` and ``provable_margin``, regions ``equivalent`` and ``judged``
+      (precise enough to be asked for equivalence).
+    - ``measures``: ``relative_rmse`` of the pixels, ``expected_relative_rmse`` by noise alone, ``flip``,
+      ``exposure`` in stops under which FLIP saw the pictures.
+    - ``time``: for ``ours`` and ``reference`` ``start``, ``render``, ``relative_error`` of the pixels and
+      ``relative_error_after_10_s``; ``equal_error_ratio`` is Mitsuba's time over ours for equal errors.
+    - ``settings``: ``width``, ``height``, ``spp``, ``batches``, ``seed``, and the scene's render settings.
+    - ``machine``: ``gl_renderer``, ``mitsuba_variant``, date, processor, system and versions.
+    """
+    verdict = comparison.verdict
+    image = _scale(verdict.image) | {"equivalent": _plain(verdict.equivalent_image[None, None])}
+    image |= {name: _plain(getattr(verdict, name)[None, None]) for name in ("detectable_bias", "provable_margin")}
+    judged = {"judged": _plain(verdict.judged_regions), "equivalent": _plain(verdict.equivalent_regions)}
+    return {
+        "schema": SCHEMA,
+        "scene": comparison.scene.name,
+        "verdict": _verdict(verdict) | {"summary": summary(comparison), "spp_needed": comparison.spp_needed},
+        "image": image,
+        "regions": _scale(verdict.regions) | judged,
+        "blocks": _scale(verdict.blocks),
+        "measures": _measures(comparison),
+        "time": _time(comparison),
+        "settings": settings(comparison),
+        "machine": machine(comparison),
+    }
+
+
+def settings(comparison: Comparison) -> dict[str, Any]:
+    """How both sides were rendered."""
+    width, height = comparison.size
+    used = {"width": width, "height": height, "spp": comparison.spp}
+    used |= {"batches": comparison.batches, "seed": comparison.seed}
+    scene = {key: value for key, value in vars(comparison.scene.render).items() if not key.startswith("_")}
+    return used | {key: value for key, value in scene.items() if key not in used}
+
+
+def machine(comparison: Comparison) -> dict[str, str]:
+    """On what both sides were rendered."""
+    devices = {"gl_renderer": comparison.ours.device, "mitsuba_variant": comparison.reference.device}
+    return devices | comparison.machine
+
+
+def _verdict(verdict: Verdict) -> dict[str, Any]:
+    names = ("outcome", "exit_status", "margin", "alpha", "comparisons", "differing")
+    found = {name: getattr(verdict, name) for name in names}
+    return found | {"power": statistics.POWER, "non_finite_samples": verdict.non_finite}
+
+
+def _scale(scale: Scale) -> dict[str, Any]:
+    rows, columns, _ = scale.p.shape
+    pair = scale.pair
+    arrays = {name: getattr(pair, name) for name in ("ours", "reference", "relative_difference", "relative_error")}
+    arrays |= {"degrees": pair.degrees(), "p": scale.p, "z": scale.z, "differs": scale.differs}
+    head: dict[str, Any] = {"rows": rows, "columns": columns, "level": scale.level}
+    return head | {name: _plain(array) for name, array in arrays.items()}
+
+
+def _measures(comparison: Comparison) -> dict[str, float | None]:
+    found = comparison.measures
+    errors = {"relative_rmse": found.rmse, "expected_relative_rmse": found.expected_rmse}
+    return errors | {"flip": found.flip, "exposure": found.exposure}
+
+
+def _time(comparison: Comparison) -> dict[str, Any]:
+    found = comparison.measures
+    sides = zip((comparison.ours, comparison.reference), found.error_after(10), strict=True)
+    noises = {"fragtracer": found.ours_noise, "Mitsuba": found.reference_noise}
+    ours, reference = (
+        {
+            "start": side.start_seconds,
+            "render": side.seconds,
+            "relative_error": noises[side.name],
+            "relative_error_after_10_s": after,
+        }
+        for side, after in sides
+    )
+    return {"ours": ours, "reference": reference, "equal_error_ratio": found.equal_time_ratio}
+
+
+def _plain(array: NDArray[Any]) -> Any:
+    """Nested lists, with None for what JSON has no number for."""
+    if array.dtype.kind == "f" and not np.isfinite(array).all():
+        return np.where(np.isfinite(array), array.astype(object), np.asarray(None)).tolist()
+    return array.tolist()

@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: MIT
+"""Every combination of features that scenes produce compiles and draws."""
+
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+from fragtracer.apps.doctor import Finding
+from fragtracer.errors import FragtracerError
+from fragtracer.io.toml import bundled, load
+from fragtracer.renderer import Renderer
+from fragtracer.scene import Camera, Scene, Triangle
+
+
+def findings(context: Any) -> Iterator[Finding]:
+    for name, scene in _scenes():
+        slowest, failures, count = 0.0, [], 0
+        for settings in _settings():
+            for baked in (False, True):
+                count += 1
+                start = time.perf_counter()
+                try:
+                    with Renderer(scene, (8, 8), context, baked=baked, **settings) as renderer:
+                        renderer.sample(1)
+                        renderer.image()
+                except FragtracerError as error:
+                    failures.append(f"{settings}: {error}")
+                slowest = max(slowest, time.perf_counter() - start)
+        detail = failures[0] if failures else f"{count} programs, the slowest {slowest:.2f} s"
+        yield Finding("compile", name, not failures, detail)
+
+
+def _scenes() -> Iterator[tuple[str, Scene]]:
+    scenes = {name: load(name) for name in bundled()}
+    yield from scenes.items()
+    lens = Camera(aperture_radius=0.05)
+    corners = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    sail = Triangle(corners, "lamp")
+    lamp = replace(next(iter(scenes["furnace"].materials.values())), emission=(1.0, 1.0, 1.0))
+    yield "lens, triangle light", Scene(camera=lens, materials={"lamp": lamp}, triangles=(sail,))
+    grid = scenes["roughness-grid"]
+    yield "more than a uniform block holds", replace(grid, spheres=grid.spheres * 20)
+
+
+def _settings() -> Iterator[dict[str, Any]]:
+    for geometry in ("smith", "schlick-beckmann", "karis"):
+        yield {"geometry": geometry}
+    yield {"multiple_scattering": True}
+    yield {"estimator": "nee", "sampler": "hash", "pixel_filter": "tent"}
+    yield {"estimator": "bsdf", "light_samples": 3, "pixel_filter": "gaussian"}

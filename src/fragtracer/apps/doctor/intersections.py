@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: MIT
+"""Rays meet shapes where float64 says."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fragtracer.apps.doctor import Finding
+from fragtracer.gpu.probe import probe
+
+_SHAPES = ["core/constants.glsl", "core/math.glsl", *(f"shape/{n}.glsl" for n in ("ray", "sphere", "plane"))]
+_ROWS = 2**18
+_TOLERANCE = 1e-4  # relative; rays that graze a sphere within this are left out
+
+
+def findings(context: Any) -> Iterator[Finding]:
+    rng = np.random.default_rng(3)
+    origin = rng.normal(size=(_ROWS, 3)).astype(np.float32) * 3
+    direction = rng.normal(size=(_ROWS, 3))
+    direction = (direction / np.linalg.norm(direction, axis=1, keepdims=True)).astype(np.float32)
+    center = rng.normal(size=(_ROWS, 3)).astype(np.float32)
+    radius = np.exp(rng.uniform(-5, 3, _ROWS)).astype(np.float32)
+    inputs = {"o": origin, "d": direction, "c": center, "r": radius}
+    body = "s = sphere_intersect(c, r, Ray(o, d)); p = plane_intersect(normalize(c), r, Ray(o, d));"
+    found = probe(context, _SHAPES, body, inputs, {"s": 1, "p": 1})
+    o, d, c = (a.astype(np.float64) for a in (origin, direction, center))
+    yield _compare("spheres", found["s"], *_sphere(o, d, c, radius.astype(np.float64)))
+    normal = c / np.linalg.norm(c, axis=1, keepdims=True)
+    slope = (normal * d).sum(1)
+    distance = (radius - (normal * o).sum(1)) / slope
+    yield _compare("planes", found["p"], np.where(distance > 0, distance, np.inf), np.abs(slope) < 1e-3)
+
+
+def _sphere(
+    o: NDArray[np.float64], d: NDArray[np.float64], c: NDArray[np.float64], r: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Distance, infinite for a miss, and whether rounding of the inputs could change it much."""
+    d = d / np.linalg.norm(d, axis=1, keepdims=True)
+    b = ((c - o) * d).sum(1)
+    off = np.linalg.norm(c - o - b[:, None] * d, axis=1)
+    half = np.sqrt(np.maximum(0, r**2 - off**2))
+    near = np.where(b - half > 0, b - half, b + half)
+    size = np.linalg.norm(c - o, axis=1) + r
+    grazing = (np.abs(off - r) < 1e-3 * size) | (np.minimum(np.abs(b - half), np.abs(b + half)) < 1e-3 * size)
+    return np.where((off < r) & (near > 0), near, np.inf), grazing
+
+
+def _compare(
+    name: str, found: NDArray[np.float32], expected: NDArray[np.float64], unclear: NDArray[np.bool_]
+) -> Finding:
+    hit = np.isfinite(expected)
+    wrong = (found < 1e29) != hit
+    both = hit & ~wrong
+    wrong[both] = np.abs(found[both] - expected[both]) > _TOLERANCE * np.maximum(1, expected[both])
+    count = int((wrong & ~unclear).sum())
+    return Finding("intersections", name, count == 0, f"{count} of {int((~unclear).sum())} rays wrong")

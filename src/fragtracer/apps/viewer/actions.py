@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: MIT
+"""What menu items and keys do to a session."""
+
+import shlex
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from fragtracer.apps.viewer import camera as cameras
+from fragtracer.apps.viewer import picking
+from fragtracer.apps.viewer.display import DisplaySettings
+from fragtracer.apps.viewer.input import Click
+from fragtracer.apps.viewer.panels import scene as scene_panel
+from fragtracer.apps.viewer.session import Session
+from fragtracer.io import toml
+from fragtracer.resources import folder
+
+
+def carry_out(session: Session, action: str) -> bool:
+    """Do what ``action`` says; False if it is not for the session."""
+    verb, _, rest = action.partition(" ")
+    match verb, rest:
+        case "undo", _:
+            session.undo()
+        case "redo", _:
+            session.redo()
+        case "save", _:
+            session.save(save_path(session))
+        case "reload", _:
+            session.reload()
+        case "open", name:
+            session.open(name)
+        case "pause", _:
+            session.paused = not session.paused
+        case "home", _:
+            session.camera = session.home
+        case "keep", slot:
+            session.keep_viewpoint(int(slot))
+        case "go", slot:
+            session.camera = session.viewpoints.get(int(slot), session.camera)
+        case "look", _:
+            look_at_selected(session)
+        case "hide", _ if session.selected is not None:
+            session.edit(session.document.with_hidden(session.selected, True), f"hide {session.selected}")
+            session.history.close()
+        case "show", _:
+            session.edit(replace(session.document, hidden=frozenset()), "show all")
+        case "remove", _ if session.selected is not None:
+            scene_panel.remove(session, session.selected)
+        case "add", _:
+            scene_panel.add_light(session)
+        case _:
+            return False
+    return True
+
+
+def take(session: Session, path: Path) -> None:
+    """Take a file that was dropped: a picture becomes the environment, all else is opened."""
+    if path.suffix.lower() in (".hdr", ".exr"):
+        session.light_by(path)
+    else:
+        session.open(path)
+
+
+def click(session: Session, where: Click, aspect: float) -> None:
+    """Select what was clicked, or put it in focus."""
+    origin, direction = cameras.ray(session.camera, where.x, where.y, aspect)
+    hit = picking.pick(session.document, origin, direction)
+    if not where.focuses:
+        session.selected = hit[0] if hit else None
+    elif hit:
+        _, _, forward = cameras.axes(session.camera)
+        distance = float(hit[1] * (direction @ forward))
+        session.camera = replace(session.camera, focus_distance=distance)
+        opened = "" if session.camera.aperture_radius > 0 else "; open the aperture to see it"
+        session.say(f"Focus at {distance:.3g} m{opened}")
+
+
+def look_at_selected(session: Session) -> None:
+    """Turn and move the camera to what is selected."""
+    if session.selected is None:
+        session.say("Select something to look at: click on it")
+        return
+    ball = picking.bounds(session.document.part(session.selected))
+    if ball is None:
+        session.say("This goes on for ever; it cannot be looked at as a whole")
+        return
+    session.camera = cameras.frame(session.camera, *ball)
+
+
+def save_path(session: Session) -> Path:
+    """Where Ctrl+S writes: the scene's own file, or for a bundled scene or a model a new one in the current folder."""
+    is_scene = session.path is not None and session.path.suffix.lower() == ".toml"
+    if is_scene and session.path is not None and session.path.parent != folder("scenes"):
+        return session.path
+    return fresh(Path.cwd() / f"{session.document.scene.name}.toml")
+
+
+def fresh(path: Path) -> Path:
+    """``path``, or with a number where there is such a file."""
+    number, free = 1, path
+    while free.exists():
+        number += 1
+        free = path.with_stem(f"{path.stem}-{number}")
+    return free
+
+
+def render_command(session: Session, size: tuple[int, int], spp: int) -> str:
+    """The command line that makes the picture in the window.
+
+    A scene that is in no file as it is now, seen from here, is written to a new one in the current folder.
+    """
+    scene = session.document.scene
+    if session.is_saved and session.path is not None and session.camera == session.home and not session.document.hidden:
+        name = scene.name if session.path.parent == folder("scenes") else str(session.path)
+    else:
+        path = fresh(Path.cwd() / f"{scene.name}.toml")
+        toml.save(session.shown, path)
+        name = path.name
+    words = ["fragtracer", "render", name, "-o", f"{scene.name}.png"]
+    words += ["--size", f"{size[0]}x{size[1]}", "--spp", str(max(spp, 1))]
+    usual = look(DisplaySettings())
+    for key, value in look(session.display).items():
+        option = f"--{key.replace('_', '-')}"
+        if value != usual[key]:
+            words += [option] if value is True else [option, value if isinstance(value, str) else f"{value:g}"]
+    return shlex.join(words)
+
+
+def look(shown: DisplaySettings) -> dict[str, Any]:
+    """How the window shows radiance, as :func:`fragtracer.write_image` takes it."""
+    return {
+        "exposure": "auto" if shown.auto_exposure else shown.exposure,
+        "tonemap": shown.tone_curve,
+        "gamma": shown.gamma,
+        "bloom": shown.bloom_strength if shown.has_bloom else 0.0,
+        "bloom_threshold": shown.bloom_threshold,
+        "bloom_alone": shown.view == "bloom",
+    }

@@ -1,0 +1,327 @@
+# SPDX-License-Identifier: MIT
+"""The viewer: a loop that takes input, edits the session, traces for a while, and shows what there is."""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from imgui_bundle import imgui
+from numpy.typing import NDArray
+
+from fragtracer.apps.viewer import actions
+from fragtracer.apps.viewer.display import AUXILIARY, Display, Rectangle
+from fragtracer.apps.viewer.governor import Governor
+from fragtracer.apps.viewer.interface import Interface
+from fragtracer.apps.viewer.layout import Area
+from fragtracer.apps.viewer.live import LiveRenderer
+from fragtracer.apps.viewer.panels.statistics import Figures
+from fragtracer.apps.viewer.refiner import Refiner
+from fragtracer.apps.viewer.session import Session
+from fragtracer.apps.viewer.statistics import FilmStatistics, FrameTimes
+from fragtracer.apps.viewer.watch import Watch, scene_files, shader_files
+from fragtracer.apps.viewer.window import Window
+from fragtracer.apps.viewer.wipe import Wipe
+from fragtracer.errors import DeviceError, FragtracerError, ShaderError
+from fragtracer.gpu.context import attach_context
+from fragtracer.io.images import write_image
+from fragtracer.resources import folder
+from fragtracer.scene import Scene
+
+_NAP = 0.1  # seconds to wait for events when there is nothing to do
+_BACKGROUND = (0.06, 0.06, 0.07)
+_CHECKED_EVERY = 60  # frames
+_FATAL = ("GL_OUT_OF_MEMORY", "GL_UNKNOWN_ERROR")
+_SHOWN_EVERY = 0.06  # seconds, while the picture is at rest and refines
+_FIRST = 16  # samples per pixel of the picture before others are drawn beside it
+_AWAKE = 0.5  # seconds after the last event before that
+
+
+class Viewer:
+    """A window on ``scene``; use it in a ``with`` block and call :meth:`frame` until ``is_open`` ends.
+
+    ``size`` is that of the window, ``path`` the scene's file, ``ini`` where the layout is kept.
+    """
+
+    def __init__(
+        self, scene: Scene, path: Path | None = None, size: tuple[int, int] = (1280, 720), ini: Path | None = None
+    ) -> None:
+        self.session = Session.of(scene, path)
+        self.window = Window("fragtracer", size, ini)
+        self.context = attach_context()
+        self.display = Display(self.context)
+        renderer = LiveRenderer(self.session.shown, (65, 37), self.context)
+        self.refiner = Refiner(renderer, Governor())
+        self.film_statistics = FilmStatistics()
+        self.times = FrameTimes()
+        self.wipe = Wipe()
+        self.interface = Interface(self.session, self.wipe)
+        self.rectangle: Rectangle = (0, 0, 1, 1)
+        self._shaders = Watch(lambda: shader_files(folder("shaders")), whole_folder=True)
+        self._file = Watch(lambda: scene_files(self.session.document.scene, self.session.path))
+        self._seen_version = self.session.version
+        self._title = ""
+        self._frames = 0
+        self._gathered_before = ""
+        self._gl_renderer = renderer.context_info["GL renderer"]
+        self._shader_problem = ""
+        self._presented: tuple[object, ...] = ()
+        self._presented_at = 0.0
+
+    @property
+    def is_open(self) -> bool:
+        return not self.window.should_close
+
+    @property
+    def renderer(self) -> LiveRenderer:
+        return self.refiner.renderer
+
+    @property
+    def problem(self) -> str:
+        """What is wrong, as the window shows it."""
+        return self._shader_problem or self.refiner.problem or self.session.problem
+
+    @property
+    def is_done(self) -> bool:
+        """Whether the picture is as fine as was asked for, or paused."""
+        session, error = self.session, self.film_statistics.relative_error
+        if self.refiner.is_moving:
+            return False
+        fine = session.target_error > 0 and error is not None and error <= session.target_error
+        return session.paused or fine or bool(session.max_samples and self.renderer.spp >= session.max_samples)
+
+    def frame(self) -> None:
+        """One turn of the loop; sleeps for a while where nothing changes."""
+        asleep = time.perf_counter() - self.interface.used_at > _AWAKE
+        idle = asleep and self.is_done and not self._gathers_for_comparison
+        self.window.poll(_NAP if idle else 0.0)
+        start = time.perf_counter()
+        if self.window.is_minimised:
+            time.sleep(0.05)
+            return
+        if self._shows_nothing_new(start):
+            self._refine()
+            return
+        self._watch()
+        with self.window.panels():
+            area, action = self.interface.describe(self.figures, self.times, self.display.compares, self.problem)
+            if action:
+                self.do(action)
+        self._sync(area)
+        self._compare()
+        traced = self._refine()
+        if self.refiner.is_moving:
+            self.film_statistics.forget()
+        elif self.renderer.spp > 1:
+            self.film_statistics.look(self.renderer.film)
+        self._draw(self.context.detect_framebuffer(0))
+        self._presented = self._on_screen()
+        self._presented_at = time.perf_counter()
+        self.window.present()
+        seconds = time.perf_counter() - start
+        self.refiner.governor.note_overhead(seconds - traced)
+        self._check_driver()
+        self.times.add(seconds, self.renderer.pass_seconds)
+
+    def _shows_nothing_new(self, now: float) -> bool:
+        """Whether the time is better spent on the picture: it is at rest, and was shown a moment ago."""
+        refiner = self.refiner
+        fades = refiner.held is not None and self.renderer.spp > 0
+        if refiner.is_moving or fades or self.is_done or self.window.was_touched:
+            return False
+        wait = max(_SHOWN_EVERY, 2 * refiner.governor.overhead)
+        return now - self._presented_at < wait and self._presented == self._on_screen()
+
+    def _on_screen(self) -> tuple[object, ...]:
+        """What decides over the next frame, apart from samples and events."""
+        session = self.session
+        return session.version, session.camera, session.display, session.toast, session.max_samples
+
+    def _compare(self) -> None:
+        if problem := self.wipe.update(self.session.shown, self.refiner.size, self.display):
+            self.session.problem = problem
+
+    def _check_driver(self) -> None:
+        """A driver that has lost the context, or memory, says so here, and a black window helps nobody."""
+        self._frames += 1
+        if self._frames % _CHECKED_EVERY == 0 and self.context.error in _FATAL:
+            raise DeviceError("the graphics driver ran out of memory or lost the window's context")
+
+    def _refine(self) -> float:
+        """Trace, if there is something to trace; returns for how many seconds."""
+        gathers = self._gathers_for_comparison
+        if gathers and (self.is_done or self._frames % 2):
+            return self._draw_for_comparison()
+        if self.is_done:
+            self.refiner.fade(limit=0)
+            return 0.0
+        return self.refiner.frame(self.session.max_samples or None)
+
+    @property
+    def _gathers_for_comparison(self) -> bool:
+        """Whether our own pictures for the significance map are wanted, and can be had now."""
+        at_rest = not (self.refiner.is_moving or self.session.paused or self._gathered())
+        return self.wipe.wants_pictures and at_rest and self.renderer.spp >= _FIRST
+
+    def _draw_for_comparison(self) -> float:
+        try:
+            return self.wipe.draw_ours(self.renderer, self.refiner.governor.rest_budget)
+        except DeviceError as error:
+            self.session.problem = str(error)
+            return 0.0
+
+    def _watch(self) -> None:
+        for path in self.window.take_dropped():
+            self.attempt(lambda path=path: actions.take(self.session, Path(path)))  # type: ignore[misc]
+            self._file.accept()
+        if self._file.changed():
+            self.session.reload()
+        if self._shaders.changed():
+            self.refiner.prepare_shaders()
+        if self.refiner.take_shaders():
+            self._reload_shaders()
+
+    def _reload_shaders(self) -> None:
+        try:
+            self.display.reload_shaders()
+            self.refiner.reload_shaders()
+        except ShaderError as error:
+            self._shader_problem = str(error)
+            return
+        if self._shader_problem:
+            self.session.say("The shaders compile again")
+        else:
+            self.session.say("Shaders reloaded")
+        self._shader_problem = ""
+        self.film_statistics.forget()
+        self.wipe.forget_ours()
+
+    def attempt(self, action: Callable[[], object]) -> None:
+        """Do something of which the user shall see why it failed."""
+        try:
+            action()
+            self.session.problem = ""
+        except FragtracerError as error:
+            self.session.problem = str(error)
+
+    def do(self, action: str) -> None:
+        """Carry out what a menu item or a key is called (:data:`fragtracer.apps.viewer.panels.menu.KEYS`)."""
+        self.interface.used_at = time.perf_counter()
+        match action:
+            case "panels" | "help" | "layout":
+                self.interface.show(action)
+            case "close":
+                self.window.request_close()
+            case "image png" | "image exr":
+                name = f"{self.session.document.scene.name}.{action.split()[1]}"
+                self.attempt(lambda: self.save_image(actions.fresh(Path.cwd() / name)))
+            case "reference":
+                self.wipe.step(self.session.shown, self.refiner.size)
+            case "copy command":
+                self.attempt(self._copy_command)
+            case _:
+                self.attempt(lambda: actions.carry_out(self.session, action))
+                if action == "save":
+                    self._file.accept()
+
+    def _copy_command(self) -> None:
+        command = actions.render_command(self.session, self.refiner.size, self.renderer.spp)
+        imgui.set_clipboard_text(command)
+        self.session.say(f"Copied: {command}")
+
+    def save_image(self, path: Path) -> None:
+        """Write the picture, without panels, with the metadata of ``fragtracer render``."""
+        shown = self.session.display
+        metadata = self.renderer.metadata() | {"view": self._gathered() or "radiance"}
+        write_image(path, self.renderer.image(), metadata, **actions.look(shown))
+        self.session.say(f"Saved {path}")
+
+    def _sync(self, area: Area) -> None:
+        """Tell the refiner what has changed since the last frame."""
+        scale, height = self.window.pixels_per_unit, self.window.pixels[1]
+        size = (max(1, round(area.width * scale)), max(1, round(area.height * scale)))
+        self.rectangle = (round(area.x * scale), height - round(area.y * scale) - size[1], *size)
+        self.refiner.resize(size)
+        session = self.session
+        if session.version != self._seen_version:
+            self._seen_version = session.version
+            self.refiner.change(session.shown)
+        elif self._gathered() != self._gathered_before:
+            self._gathered_before = self._gathered()
+            self.refiner.gather(self._gathered_before)
+        elif session.camera != self.refiner.camera:
+            self.refiner.look(session.camera)
+
+    def _gathered(self) -> str:
+        view = self.session.display.view
+        return view if view in AUXILIARY else ""
+
+    @property
+    def figures(self) -> Figures:
+        """What is known about the picture."""
+        state = "moving" if self.refiner.is_moving else "paused" if self.session.paused else "refining"
+        state = "preparing" if self.refiner.is_preparing else state
+        return Figures(
+            spp=self.renderer.spp,
+            samples_per_second=self.renderer.samples_per_second,
+            relative_error=self.film_statistics.relative_error,
+            non_finite=self.film_statistics.non_finite,
+            size=self.renderer.size,
+            full_size=self.refiner.size,
+            gl_renderer=self._gl_renderer,
+            gpu_bytes=self.renderer.gpu_bytes,
+            pass_seconds=self.renderer.pass_seconds,
+            baked=self.renderer.is_baked,
+            state="done" if state == "refining" and self.is_done else state,
+        )
+
+    def _draw(self, target: Any) -> None:
+        """Draw picture and panels into a framebuffer of the size of the window."""
+        everything = (0, 0, *self.window.pixels)
+        target.viewport = target.scissor = everything
+        target.clear(*_BACKGROUND)
+        shown, held = self.renderer.film, self.refiner.held
+        if held is not None and self.renderer.spp == 0:  # the new one has nothing yet, and mixing takes time
+            shown, held = held, None
+        self.display.draw(
+            target,
+            shown,
+            self.rectangle,
+            self.session.display,
+            self.renderer.spp,
+            held,
+            self.refiner.held_weight,
+        )
+        target.viewport = target.scissor = everything
+        self.window.draw_panels()
+        self._set_title()
+
+    def _set_title(self) -> None:
+        mark = "" if self.session.is_saved else " •"
+        title = f"{self.session.document.scene.name}{mark} – fragtracer"
+        if title != self._title:
+            self._title = title
+            self.window.set_title(title)
+
+    def grab(self) -> NDArray[np.uint8]:
+        """What the window shows, (height, width, 3) sRGB bytes, row 0 at the top."""
+        width, height = self.window.pixels
+        target: Any = self.context.simple_framebuffer((width, height), 3)
+        self._draw(target)
+        pixels = np.frombuffer(target.read((0, 0, width, height), 3, alignment=1), np.uint8)
+        self.context.detect_framebuffer(0).use()  # moderngl would bind the released one again
+        target.release()
+        return np.ascontiguousarray(pixels.reshape(height, width, 3)[::-1])
+
+    def close(self) -> None:
+        self.wipe.stop()
+        self.refiner.close()
+        self.display.release()
+        self.window.close()
+
+    def __enter__(self) -> "Viewer":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()

@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: MIT
+"""Programs are compiled in a process of their own first, so that no frame of the window waits for it.
+
+A driver keeps what it compiled in a cache on disk. After the other process has compiled a program and
+drawn with it, the window's own context finds all of it there, within some milliseconds. Run as a
+module this is that process: it reads pickled (packed scene, sizes of films) from its input, and
+answers each with a byte.
+"""
+
+import os
+import pickle
+import queue
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterable
+from typing import Any
+
+from fragtracer.packing import PackedScene
+
+Size = tuple[int, int]
+_PATIENCE = 20.0  # seconds; a process that takes longer is of no help any more
+
+
+class BackgroundCompiler:
+    """The other process, from the first request until :meth:`close`."""
+
+    def __init__(self) -> None:
+        self._process: subprocess.Popen[bytes] | None = None
+        self._requests: queue.SimpleQueue[tuple[PackedScene, list[Size]] | None] = queue.SimpleQueue()
+        self._asked = self._answered = 0
+        self._asked_at = 0.0
+
+    def ask(self, packed: PackedScene, sizes: Iterable[Size]) -> int:
+        """Have the program of ``packed`` compiled for films of ``sizes``; returns a number for :meth:`is_done`."""
+        if self._process is None:
+            self._start()
+        self._asked += 1
+        self._asked_at = time.monotonic()
+        self._requests.put((packed, sorted({(_like(w), _like(h)) for w, h in sizes})))
+        return self._asked
+
+    def is_done(self, number: int) -> bool:
+        """Whether there is nothing more to wait for, be it that the other process has failed."""
+        process = self._process
+        failed = process is None or process.poll() is not None or time.monotonic() - self._asked_at > _PATIENCE
+        return self._answered >= number or failed
+
+    def _start(self) -> None:
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "fragtracer.apps.viewer.compiler"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+        )
+        threading.Thread(target=self._serve, args=(self._process,), daemon=True).start()
+
+    def _serve(self, process: "subprocess.Popen[bytes]") -> None:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        try:
+            while (request := self._requests.get()) is not None:
+                pickle.dump(request, process.stdin)
+                process.stdin.flush()
+                if not process.stdout.read(1):
+                    return
+                self._answered += 1
+        except OSError:  # the process has ended; is_done sees it
+            return
+
+    def close(self) -> None:
+        self._requests.put(None)
+        if self._process is not None:
+            self._process.kill()
+            self._process.wait()
+
+
+def _like(side: int) -> int:
+    """A short side of the same kind: llvmpipe compiles powers of two apart."""
+    return 64 if side & (side - 1) == 0 else 65
+
+
+def main() -> None:
+    """Compile what comes in on the standard input, until that ends."""
+    from fragtracer.errors import FragtracerError
+    from fragtracer.gpu.context import create_context
+    from fragtracer.gpu.film import Film
+    from fragtracer.gpu.tracer import Tracer
+
+    if hasattr(os, "nice"):
+        os.nice(5)  # the window's frames go first
+    requests, answers = sys.stdin.buffer, sys.stdout.buffer
+    sys.stdout = sys.stderr  # nothing else may write among the answers
+    tracer: Any = None
+    with create_context() as context:
+        while True:
+            try:
+                packed, sizes = pickle.load(requests)
+            except EOFError:
+                return
+            try:
+                if tracer is None:
+                    tracer = Tracer(context, packed)
+                else:
+                    tracer.load(packed, recompile=True)
+                for size in sizes:
+                    film = Film(context, *size)
+                    tracer.warm_up(film)
+                    film.release()
+            except FragtracerError:  # the window will meet it too, and show it
+                pass
+            answers.write(b".")
+            answers.flush()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: MIT
+"""Automatic exposure of a film, through shaders/display_meter.frag; images/exposure.py defines it."""
+
+import math
+import time
+from typing import Any
+
+import numpy as np
+
+from fragtracer.display.exposure import CELL, stops_for
+from fragtracer.gpu.film import Film
+from fragtracer.gpu.program import FullscreenProgram
+from fragtracer.resources import folder
+
+_EVERY = 0.1  # seconds from one look at the film to the next
+_ADAPTATION = 0.2  # seconds in which the exposure goes 63 % of the way
+
+
+class Meter:
+    """Follows the exposure that a film should have."""
+
+    def __init__(self, context: Any) -> None:
+        self._context = context
+        self._program: FullscreenProgram | None = None
+        self._target: float | None = None
+        self._stops: float | None = None
+        self._looked_at = self._moved_at = -math.inf
+
+    def measure(self, film: Film) -> float | None:
+        """The exposure in stops for ``film`` as it is, whose mean is read back in cells; None if it is black."""
+        if self._program is None:
+            self._program = FullscreenProgram(self._context, folder("shaders"), "display_meter.frag")
+        width, height = (-(-side // CELL) for side in film.size)
+        texture = self._context.texture((width, height), 1, dtype="f4")
+        framebuffer = self._context.framebuffer([texture])
+        film.textures[0].use(0)
+        self._program.set({"u_film_mean": 0})
+        framebuffer.use()
+        self._program.draw()
+        cells = np.frombuffer(texture.read(alignment=1), np.float32)
+        self._context.detect_framebuffer(0).use()  # moderngl would bind the released one again
+        framebuffer.release()
+        texture.release()
+        return stops_for(cells) if cells.max() > 0 else None
+
+    def follow(self, film: Film) -> float:
+        """The exposure now: it takes a moment to adapt, as an eye does, but not at first, and stays in the dark."""
+        now = time.perf_counter()
+        if now - self._looked_at >= _EVERY:
+            self._looked_at = now
+            measured = self.measure(film)
+            self._target = self._target if measured is None else measured
+        if self._target is None:
+            return 0.0
+        if self._stops is None or abs(self._stops - self._target) < 1e-3:
+            self._stops = self._target
+        else:
+            self._stops += (self._target - self._stops) * -math.expm1((self._moved_at - now) / _ADAPTATION)
+        self._moved_at = now
+        return self._stops
+
+    def forget(self) -> None:
+        """Begin anew, with the exposure of the next film at once, and the shader file as it then is."""
+        self._target = self._stops = None
+        self._looked_at = -math.inf
+        if self._program is not None:
+            self._program.release()
+            self._program = None

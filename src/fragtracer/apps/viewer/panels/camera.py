@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: MIT
+"""The camera's lens, and viewpoints that are kept."""
+
+from collections.abc import Mapping
+
+from imgui_bundle import imgui
+
+from fragtracer.apps.viewer.panels import widgets
+from fragtracer.scene import Camera
+
+
+def edit(camera: Camera) -> Camera:
+    """Controls for ``camera``."""
+    new: dict[str, object] = {
+        "fov_degrees": widgets.slider("Field of view", camera.fov_degrees, 2.0, 140.0, "%.1f°"),
+        "aperture_radius": widgets.number("Aperture", camera.aperture_radius, 0.0005, 0.0, 10.0, "%.4f m"),
+    }
+    if camera.aperture_radius > 0:
+        before = camera.focal_distance
+        after = widgets.number("Focus", before, 0.005 * before, 1e-3, 1e6, "%.3f m", "Or Ctrl+click in the picture.")
+        new["focus_distance"] = after if after != before else camera.focus_distance
+    new["position"] = widgets.point("Position", camera.position)
+    new["target"] = widgets.point("Target", camera.target)
+    return widgets.edited(camera, **new)
+
+
+def viewpoints(camera: Camera, home: Camera, kept: Mapping[int, Camera]) -> tuple[Camera, int]:
+    """Buttons for home and for nine viewpoints; the camera after that, and which viewpoint to keep it in or 0."""
+    keep = 0
+    if imgui.small_button("Home"):
+        camera = home
+    imgui.set_item_tooltip("Click on a number to go to that viewpoint; Ctrl+click keeps the camera there.")
+    for slot in range(1, 10):
+        imgui.same_line(0, 3)
+        imgui.begin_disabled(slot not in kept and not imgui.get_io().key_ctrl)
+        if imgui.small_button(str(slot)):
+            if imgui.get_io().key_ctrl:
+                keep = slot
+            else:
+                camera = kept.get(slot, camera)
+        imgui.end_disabled()
+    return camera, keep

@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: MIT
+"""A material: presets, and every number of it."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import get_args, get_type_hints
+
+from fragtracer.apps.viewer.panels import widgets
+from fragtracer.scene import Material
+from fragtracer.scene.reflectance import DIELECTRIC_F0, METAL_F0
+
+CUSTOM = "custom"
+_MATTE = "matte"
+_ALPHA_MODES = get_args(get_type_hints(Material)["alpha_mode"])
+PRESETS = (CUSTOM, _MATTE, *DIELECTRIC_F0, *sorted(METAL_F0))
+
+
+def edit(material: Material, of_mesh: bool = False) -> Material:
+    """Controls for ``material``, with those for what only meshes have, if it is one's."""
+    preset = preset_of(material)
+    chosen = widgets.choice("Preset", preset, PRESETS, "Measured metals and dielectrics.")
+    if chosen != preset:
+        return with_preset(material, chosen)
+    new: dict[str, object] = {"roughness": widgets.slider("Roughness", material.roughness, 0.0, 1.0, "%.2f")}
+    if material.metal is None:
+        new["albedo"] = widgets.color("Albedo", material.albedo)
+        new["metallic"] = widgets.slider("Metallic", material.metallic, 0.0, 1.0, "%.2f")
+        new["specular"] = widgets.slider("Specular", material.specular, 0.0, 1.0, "%.2f")
+        if material.f0 is not None:
+            new["f0"] = widgets.color("F0", material.f0)
+        else:
+            before = 1.5 if material.ior is None else material.ior
+            after = widgets.slider("Index of refr.", before, 1.0, 3.0, "%.3f")
+            new["ior"] = after if after != before else material.ior
+    if material.is_emissive:
+        new["emission"] = widgets.color("Emission", material.emission, hdr=True)
+    if of_mesh:
+        new |= _surface(material)
+        _textures(material)
+    return widgets.edited(material, **new)
+
+
+def _surface(material: Material) -> dict[str, object]:
+    new: dict[str, object] = {"alpha_mode": widgets.choice("Alpha", material.alpha_mode, _ALPHA_MODES)}
+    if material.alpha_mode != "opaque":
+        new["opacity"] = widgets.slider("Opacity", material.opacity, 0.0, 1.0, "%.2f")
+    if material.alpha_mode == "mask":
+        new["alpha_cutoff"] = widgets.slider("Cutoff", material.alpha_cutoff, 0.0, 1.0, "%.2f")
+    if material.normal_texture is not None:
+        new["normal_scale"] = widgets.number("Normal scale", material.normal_scale, 0.01, -10.0, 10.0, "%.2f")
+    new["double_sided"] = widgets.check("Double-sided", material.double_sided)
+    new["unlit"] = widgets.check("Unlit", material.unlit)
+    return new
+
+
+def _textures(material: Material) -> None:
+    """What images lie on it, to be read."""
+    for name, texture in material.textures.items():
+        height, width = texture.image.pixels.shape[:2]
+        file = Path(texture.image.file).name if texture.image.file else "not from a file"
+        widgets.pair(f"{name} map".capitalize(), f"{file}, {width} × {height}")
+
+
+def preset_of(material: Material) -> str:
+    """The name of the preset that ``material`` is."""
+    if material.metal is not None:
+        return material.metal
+    if material.specular == 0 and material.metallic == 0:
+        return _MATTE
+    grey = material.f0 is not None and len(set(material.f0)) == 1
+    known = {value: name for name, value in reversed(DIELECTRIC_F0.items())}
+    return known.get(material.f0[0], CUSTOM) if material.f0 and grey else CUSTOM
+
+
+def with_preset(material: Material, preset: str) -> Material:
+    """``material`` made of something else; its roughness, emission and textures stay."""
+    default = Material()
+    names = ("albedo", "metallic", "ior", "f0", "metal", "specular")
+    made = {name: getattr(default, name) for name in names}
+    if preset in METAL_F0:
+        return replace(material, **made | {"metal": preset})
+    made["albedo"] = material.base_color
+    if preset in DIELECTRIC_F0:
+        return replace(material, **made | {"f0": (DIELECTRIC_F0[preset],) * 3})
+    if preset == _MATTE:
+        return replace(material, **made | {"specular": 0.0})
+    return replace(material, **made | {"metallic": 1.0 if material.metal else 0.0, "ior": 1.5})

@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: MIT
+"""The list of what is in the scene, and where one thing of it is."""
+
+from pathlib import Path
+from typing import Any
+
+from imgui_bundle import imgui
+
+from fragtracer.apps.viewer.document import KINDS, Document, Part
+from fragtracer.apps.viewer.panels import widgets
+from fragtracer.apps.viewer.theme import MUTED
+from fragtracer.scene import Light, Mesh, Placement, Plane, Rectangle, Scene, Sphere, Triangle
+
+_OWN = "its own"
+_MOST_COPIES = 8  # that are shown
+
+
+def choose(document: Document, selected: Part | None) -> tuple[Document, Part | None]:
+    """A list with a check box for each part, whether it is seen, and the one that is selected."""
+    places = [(kind, index) for kind in KINDS for index in range(len(getattr(document.scene, kind)))]
+    rows = imgui.ListClipper()
+    rows.begin(len(places))
+    while rows.step():
+        for place in places[rows.display_start : rows.display_end]:
+            imgui.push_id(f"{place}")
+            document, selected = _row(document, selected, place)
+            imgui.pop_id()
+    return document, selected
+
+
+def _row(document: Document, selected: Part | None, place: Part) -> tuple[Document, Part | None]:
+    part = document.part(place)
+    seen = place not in document.hidden
+    imgui.push_style_var(imgui.StyleVar_.frame_padding, imgui.ImVec2(1, 1))
+    changed, seen = imgui.checkbox("##seen", seen)
+    imgui.pop_style_var()
+    imgui.set_item_tooltip("Seen, or hidden for now")
+    if changed:
+        document = document.with_hidden(place, not seen)
+    imgui.same_line()
+    if imgui.selectable(title(document.scene, place), place == selected)[0]:
+        selected = None if place == selected else place
+    if names := materials_of(part):
+        imgui.same_line(imgui.get_content_region_avail().x * 0.62)
+        imgui.text_colored(MUTED, names[0] if len(names) == 1 else f"{len(names)} materials")
+    return document, selected
+
+
+def title(scene: Scene, part: Part) -> str:
+    """What a part is called: by its name if it has one, else counted from 1."""
+    kind, index = part
+    name = getattr(getattr(scene, kind)[index], "name", "mesh")
+    singular = {"meshes": "mesh"}.get(kind, kind.removesuffix("s"))
+    return f"{singular.capitalize()} {index + 1}" if name == "mesh" else str(name)
+
+
+def materials_of(part: Any) -> list[str]:
+    """The names of the materials of an object, each once; none for a light."""
+    if isinstance(part, Mesh):
+        return list(dict.fromkeys(map(part.material_of, part.parts)))
+    return [] if isinstance(part, Light) else [part.material]
+
+
+def edit(part: Any, materials: list[str]) -> Any:
+    """Controls for the place and size of an object, and which material it has."""
+    if isinstance(part, Mesh):
+        return _mesh(part, materials)
+    new: dict[str, Any] = {"material": widgets.choice("Material", part.material, materials)}
+    match part:
+        case Sphere():
+            new["center"] = widgets.point("Centre", part.center)
+            new["radius"] = widgets.number("Radius", part.radius, 0.005, 1e-4, 1e6, "%.3f m")
+        case Plane():
+            new["point"] = widgets.point("Through", part.point)
+        case Rectangle():
+            new["corner"] = widgets.point("Corner", part.corner)
+        case Triangle():
+            vertices = [widgets.point(f"Vertex {i + 1}", v) for i, v in enumerate(part.vertices)]
+            new["vertices"] = tuple(vertices)
+    return widgets.edited(part, **new)
+
+
+def _mesh(mesh: Mesh, materials: list[str]) -> Mesh:
+    """Controls for the copies of a mesh and the material that may take the place of its own."""
+    count = sum(len(part.geometry.triangles) for part in mesh.parts)
+    widgets.pair("Triangles", f"{count:,}" + (f" × {len(mesh.instances)}" if len(mesh.instances) > 1 else ""))
+    if mesh.file:
+        widgets.pair("File", Path(mesh.file).name)
+    chosen = widgets.choice("Material", mesh.material or _OWN, [_OWN, *materials])
+    instances = list(mesh.instances)
+    for i, placement in enumerate(instances[:_MOST_COPIES]):
+        if len(instances) > 1:
+            imgui.separator_text(f"Copy {i + 1}")
+        imgui.push_id(i)
+        instances[i] = _placement(placement)
+        imgui.pop_id()
+    if len(instances) > _MOST_COPIES:
+        imgui.text_colored(MUTED, f"and {len(instances) - _MOST_COPIES} more copies")
+    return widgets.edited(mesh, material=None if chosen == _OWN else chosen, instances=tuple(instances))
+
+
+def _placement(placement: Placement) -> Placement:
+    new = {
+        "translation": widgets.point("Moved", placement.translation),
+        "rotation_degrees": widgets.point("Turned", placement.rotation_degrees, 0.5),
+        "scale": widgets.point("Scaled", placement.scale, 0.005),
+    }
+    return widgets.edited(placement, **new)
+
+
+def moved(part: Any, step: tuple[float, float, float]) -> Any:
+    """A part of a scene, shifted by metres."""
+
+    def shifted(v: tuple[float, float, float]) -> tuple[float, float, float]:
+        return v[0] + step[0], v[1] + step[1], v[2] + step[2]
+
+    if isinstance(part, Mesh):
+        copies = (widgets.edited(p, translation=shifted(p.translation)) for p in part.instances)
+        return widgets.edited(part, instances=tuple(copies))
+    if isinstance(part, Triangle):
+        return widgets.edited(part, vertices=tuple(shifted(v) for v in part.vertices))
+    names = {Sphere: "center", Plane: "point", Rectangle: "corner", Light: "position"}
+    name = names[type(part)]
+    return widgets.edited(part, **{name: shifted(getattr(part, name))})

@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: MIT
+"""What lies over the picture: the status bar, messages, the list of keys."""
+
+from imgui_bundle import imgui
+
+from fragtracer.apps.viewer.input import HELP
+from fragtracer.apps.viewer.layout import Area
+from fragtracer.apps.viewer.panels.statistics import Figures, error_text
+from fragtracer.apps.viewer.panels.widgets import units
+from fragtracer.apps.viewer.theme import BAD, MUTED
+
+_BARE = (
+    imgui.WindowFlags_.no_decoration
+    | imgui.WindowFlags_.no_docking
+    | imgui.WindowFlags_.no_saved_settings
+    | imgui.WindowFlags_.no_focus_on_appearing
+    | imgui.WindowFlags_.no_nav
+    | imgui.WindowFlags_.no_move
+    | imgui.WindowFlags_.always_auto_resize
+)
+
+
+def status(area: Area, figures: Figures, fps: float) -> None:
+    """One line at the lower edge of the picture."""
+    parts = [f"{figures.spp:,} spp", f"error {error_text(figures.relative_error)}", f"{fps:.0f} fps"]
+    parts.append(f"{figures.samples_per_second / 1e6:.1f} Msamples/s")
+    parts.append(f"{figures.full_size[0]} × {figures.full_size[1]}")
+    if _begin("status", area.x + units(10), area.y + area.height - units(10), 0.0, 1.0, 0.75):
+        imgui.text("   ".join(parts))
+        imgui.same_line(0, units(16))
+        imgui.text_colored(MUTED, figures.state)
+        if figures.non_finite:
+            imgui.same_line(0, units(16))
+            imgui.text_colored(BAD, f"{figures.non_finite:,} samples not finite")
+    imgui.end()
+
+
+def messages(area: Area, toast: str, problem: str) -> None:
+    """A passing message, and a problem that stays until it is mended."""
+    width = area.width - units(20)
+    if problem:
+        imgui.set_next_window_size_constraints(imgui.ImVec2(0, 0), imgui.ImVec2(width, area.height * 0.6))
+        if _begin("problem", area.x + units(10), area.y + units(10), 0.0, 0.0, 0.92):
+            imgui.push_text_wrap_pos(max(width - units(24), 80.0))
+            imgui.text_colored(BAD, problem)
+            imgui.pop_text_wrap_pos()
+        imgui.end()
+    if toast:
+        if _begin("toast", area.x + area.width / 2, area.y + area.height - units(48), 0.5, 1.0, 0.8):
+            imgui.text(toast)
+        imgui.end()
+
+
+def help_window(area: Area) -> None:
+    """The list of keys and gestures."""
+    center = (area.x + area.width / 2, area.y + area.height / 2)
+    if _begin("help", *center, 0.5, 0.5, 0.94):
+        imgui.text("Mouse and keys")
+        imgui.separator()
+        if imgui.begin_table("keys", 2, imgui.TableFlags_.sizing_fixed_fit):
+            for what, how in HELP:
+                imgui.table_next_column()
+                imgui.text_colored(MUTED, what)
+                imgui.table_next_column()
+                imgui.text(f"   {how}")
+            imgui.end_table()
+    imgui.end()
+
+
+def _begin(name: str, x: float, y: float, pivot_x: float, pivot_y: float, alpha: float) -> bool:
+    imgui.set_next_window_pos(imgui.ImVec2(x, y), imgui.Cond_.always, imgui.ImVec2(pivot_x, pivot_y))
+    imgui.set_next_window_bg_alpha(alpha)
+    flags = _BARE | (imgui.WindowFlags_.no_inputs if name in ("status", "toast", "help") else 0)
+    return imgui.begin(f"##{name}", None, flags)[0]

@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: MIT
+"""The scene: its objects and lights, the one that is selected, the camera and the ambient light."""
+
+from dataclasses import replace
+from typing import Any
+
+from imgui_bundle import imgui
+
+from fragtracer.apps.viewer.document import KINDS, Document, Part
+from fragtracer.apps.viewer.panels import camera, environment, lights, materials, objects, widgets
+from fragtracer.apps.viewer.session import Session
+from fragtracer.apps.viewer.theme import MUTED
+from fragtracer.scene import Ambient, Light, Mesh, Scene
+
+_LIST_ROWS = 7.5
+
+
+def draw(session: Session) -> None:
+    """All of it; edits go through :meth:`Session.edit`."""
+    if widgets.header("Contents"):
+        _contents(session)
+    if session.selected is not None and widgets.header(
+        f"{objects.title(session.document.scene, session.selected)}###s"
+    ):
+        _selected(session, session.selected)
+    if widgets.header("Camera"):
+        session.camera = camera.edit(session.camera)
+        session.camera, keep = camera.viewpoints(session.camera, session.home, session.viewpoints)
+        if keep:
+            session.keep_viewpoint(keep)
+    if widgets.header("Environment"):
+        _environment(session)
+    if widgets.header("Ambient light"):
+        scene = session.document.scene
+        radiance = widgets.color("Radiance", scene.ambient.radiance, hdr=True)
+        if radiance != scene.ambient.radiance:
+            _edit(session, replace(scene, ambient=Ambient(radiance)), "ambient")
+
+
+def _contents(session: Session) -> None:
+    count = sum(len(getattr(session.document.scene, kind)) for kind in KINDS)
+    height = min(_LIST_ROWS, count + 0.5) * imgui.get_text_line_height_with_spacing()
+    imgui.push_style_color(imgui.Col_.child_bg, imgui.ImVec4(0, 0, 0, 0.18))
+    if imgui.begin_child("contents", imgui.ImVec2(0, height)):
+        document, session.selected = objects.choose(session.document, session.selected)
+        session.edit(document, "seen")
+    imgui.end_child()
+    imgui.pop_style_color()
+    if imgui.button("Add light"):
+        add_light(session)
+    imgui.same_line()
+    imgui.begin_disabled(session.selected is None)
+    if imgui.button("Remove") and session.selected is not None:
+        remove(session, session.selected)
+    imgui.end_disabled()
+
+
+def _selected(session: Session, place: Part) -> None:
+    document = session.document
+    part: Any = document.part(place)
+    imgui.push_id(f"{place}")
+    if isinstance(part, Light):
+        session.edit(document.with_part(place, lights.edit(part)), f"light {place}")
+    else:
+        changed = objects.edit(part, list(document.scene.materials))
+        try:
+            session.edit(document.with_part(place, changed), f"object {place}")
+        except ValueError as error:  # a plane cannot have a material that emits
+            session.say(str(error).splitlines()[-1])
+        name = _material_of(session, place)
+        imgui.separator_text(f"Material “{name}”")
+        material = materials.edit(session.document.scene.materials[name], isinstance(part, Mesh))
+        session.edit(session.document.with_material(name, material), f"material {name}")
+        users = sum(name in objects.materials_of(p) for p in _shapes(document))
+        if users > 1:
+            imgui.text_colored(MUTED, f"shared by {users} objects")
+    imgui.pop_id()
+
+
+def _environment(session: Session) -> None:
+    scene = session.document.scene
+    changed = environment.edit(scene.environment, session.environment)
+    session.environment = changed or scene.environment or session.environment
+    if changed != scene.environment:
+        _edit(session, replace(scene, environment=changed), "environment")
+
+
+def _material_of(session: Session, place: Part) -> str:
+    """The name of the material to be edited: of a mesh with several, the one that is chosen."""
+    names = objects.materials_of(session.document.part(place))
+    if len(names) > 1:
+        name = session.material if session.material in names else names[0]
+        session.material = widgets.choice("Edit", name, names)
+        return session.material
+    return names[0]
+
+
+def add_light(session: Session) -> None:
+    """Hang a light above what the camera looks at, and select it."""
+    eye, target = session.camera.position, session.camera.target
+    size = sum((a - b) ** 2 for a, b in zip(eye, target, strict=True)) ** 0.5
+    position = (target[0], target[1] + 0.5 * size, target[2])
+    power = 20 * size**2
+    light = Light(position, 0.05 * size, power=(power, power, power))
+    scene = session.document.scene
+    session.edit(replace(session.document, scene=replace(scene, lights=(*scene.lights, light))), "add light")
+    session.history.close()
+    session.selected = ("lights", len(scene.lights))
+
+
+def remove(session: Session, place: Part) -> None:
+    """Take a part out of the scene."""
+    session.edit(session.document.without_part(place), f"remove {place}")
+    session.history.close()
+    session.selected = None
+
+
+def _shapes(document: Document) -> list[Any]:
+    scene = document.scene
+    return [*scene.spheres, *scene.planes, *scene.rectangles, *scene.triangles, *scene.meshes]
+
+
+def _edit(session: Session, scene: Scene, label: str) -> None:
+    session.edit(replace(session.document, scene=scene), label)

@@ -1,0 +1,268 @@
+# SPDX-License-Identifier: MIT
+"""Keeps a picture on the screen: small and at once while something moves, then ever finer."""
+
+import time
+from dataclasses import replace
+
+from fragtracer.apps.viewer.compiler import BackgroundCompiler
+from fragtracer.apps.viewer.governor import Governor
+from fragtracer.apps.viewer.live import LiveRenderer, Plan
+from fragtracer.apps.viewer.preparer import Preparer
+from fragtracer.errors import ShaderError
+from fragtracer.gpu.context import is_software
+from fragtracer.gpu.film import Film
+from fragtracer.scene import Camera, Scene
+
+_SETTLED = 0.15  # seconds without a change until the picture is made in full size
+_BAKE_AFTER = 0.3  # seconds without an edit until it is worth compiling the scene into the program
+_FADE = 0.3  # seconds over which the finer picture takes over
+_FADE_SPP = 8  # samples per pixel that it should have by then
+_SLOW = 0.1  # seconds; a driver without a cache takes longer to find a program that was compiled before
+_REST = 3.0  # seconds without any change after which such a driver may take its time
+
+
+class Refiner:
+    """Decides what ``renderer`` does in each frame; ``size`` is that of the picture on the screen.
+
+    On a software renderer programs are compiled, and the maps of the split sum made, in a process of their own first;
+    until they are ready, the picture stays as it was.
+    """
+
+    def __init__(self, renderer: LiveRenderer, governor: Governor) -> None:
+        self.renderer = renderer
+        self.governor = governor
+        self.size = renderer.size
+        self.held: Film | None = None  # the picture of before, shown until the new one is finer
+        self.held_weight = 0.0
+        self.problem = ""  # why the program that is wanted cannot be had
+        self._scene, self._view = renderer.scene, ""  # what is wanted
+        self._preparer = Preparer(renderer.scene.environment)
+        self._is_behind = False  # of what is wanted, until the tables of its environment are made
+        self._waiting: tuple[Plan, int] | None = None  # for a program, or maps
+        self._next: Plan | None = None  # what is wanted instead by now, but not yet asked for
+        self._bake: tuple[Plan, int] | None = None
+        self._shaders: int | None = None  # what the shader files were given to the compiler as
+        software = is_software(renderer.context)
+        self._bakes = software
+        self._bakes_slowly = False
+        self._compiler = BackgroundCompiler() if software else None
+        self._changed_at = self._edited_at = self._frame_at = time.perf_counter()
+        self._moving = False
+
+    @property
+    def is_moving(self) -> bool:
+        """Whether the picture is, for the moment, made to be quick rather than fine."""
+        return self._moving or self.is_preparing
+
+    @property
+    def is_preparing(self) -> bool:
+        """Whether the picture that is wanted cannot be begun yet."""
+        return self._waiting is not None or self._is_behind
+
+    @property
+    def _wants_to_bake(self) -> bool:
+        return self._bakes and not (self.renderer.is_baked or self._is_behind)
+
+    @property
+    def camera(self) -> Camera:
+        """From which the picture is made, or will be as soon as its program is compiled."""
+        return self._scene.camera
+
+    def change(self, scene: Scene) -> None:
+        """Show another scene."""
+        self._scene = scene
+        self._edit()
+
+    def gather(self, view: str) -> None:
+        """Show normals, depth or albedo, or light again."""
+        self._view = view
+        self._edit()
+
+    def look(self, camera: Camera) -> None:
+        """Show the scene from another camera."""
+        self._scene = replace(self._scene, camera=camera)
+        waits = self._waiting is not None and not self.renderer.knows(self._waiting[0])
+        if not waits and self.renderer.follows(camera):
+            self._begin_change()
+            self.renderer.look(camera)
+        else:
+            self._edit()
+
+    def resize(self, size: tuple[int, int]) -> None:
+        """Fill a picture of another size, in pixels."""
+        if size != self.size:
+            self.size = size
+            self._begin_change()
+
+    def prepare_shaders(self) -> None:
+        """Have the shader files as they are now compiled, for :meth:`reload_shaders` to find."""
+        plan = self.renderer.plan(self._scene, self._view)
+        self._shaders = 0 if self._compiler is None else self._ask(plan)
+
+    def take_shaders(self) -> bool:
+        """Whether it is time for :meth:`reload_shaders`."""
+        if self._shaders is None or (self._compiler is not None and not self._compiler.is_done(self._shaders)):
+            return False
+        self._shaders = None
+        return True
+
+    def reload_shaders(self) -> None:
+        """Go on with the shader files as they are now.
+
+        Raises
+        ------
+        ShaderError
+            If they do not compile. The last program stays in use.
+        """
+        self.renderer.adopt(self.renderer.plan(self._scene, self._view), recompile=True)
+        self.renderer.restart()
+        self.problem = ""
+        self._waiting = self._next = self._bake = None
+        self._is_behind = False
+        self._bakes = self._compiler is not None
+        self._begin_change()
+
+    def frame(self, limit: int | None = None) -> float:
+        """Trace for about as long as a frame may take, up to ``limit`` samples per pixel; returns the seconds."""
+        now = time.perf_counter()
+        self.fade(limit)
+        self._take_prepared()
+        self._take_compiled(now)
+        if self._moving and now - self._changed_at > _SETTLED:
+            self._settle()
+        return self._preview() if self._moving else self._refine(limit)
+
+    def _edit(self) -> None:
+        """Go on with what is wanted now: at once, or when its program has been compiled elsewhere."""
+        self._edited_at = time.perf_counter()
+        self._bake = None
+        self._is_behind = not self._preparer.begin(self._scene.environment)
+        if not self._is_behind:
+            self._go_on(self._scene)
+
+    def _go_on(self, scene: Scene) -> None:
+        plan = self.renderer.plan(scene, self._view)
+        if self._compiler is None or (self.renderer.knows(plan) and self.renderer.has_maps(plan)):
+            self._waiting = self._next = None
+            self._adopt(plan)
+        elif self._waiting is None:
+            self._waiting = plan, self._ask(plan)
+        elif _source(self._waiting[0]) == _source(plan):
+            self._waiting, self._next = (plan, self._waiting[1]), None
+        else:
+            self._next = plan
+
+    def _ask(self, plan: Plan) -> int:
+        assert self._compiler is not None
+        return self._compiler.ask(plan.packed, (self.size, self.renderer.size))
+
+    def _take_prepared(self) -> None:
+        """Go on with an environment whose tables are there, and after it with the one that is wanted by now."""
+        environment = self._preparer.take()
+        if environment is None or not self._is_behind:
+            return
+        self._is_behind = not self._preparer.begin(self._scene.environment)
+        self._go_on(replace(self._scene, environment=environment) if self._is_behind else self._scene)
+
+    def _take_compiled(self, now: float) -> None:
+        """Use what the other process has made meanwhile."""
+        if self._compiler is None:
+            return
+        if self._waiting is not None:
+            plan, number = self._waiting
+            if self._compiler.is_done(number):
+                later, self._waiting, self._next = self._next, None, None
+                self._adopt(replace(plan, scene=replace(plan.scene, camera=self._scene.camera)))
+                if later is not None:
+                    self._go_on(replace(later.scene, camera=self._scene.camera))
+        elif self._bake is not None:
+            self._bake_when_ready(now, *self._bake)
+        elif self._wants_to_bake and now - self._edited_at > _BAKE_AFTER:
+            plan = self.renderer.plan(self._scene, self._view, baked=True)
+            self._bake = plan, self._ask(plan)
+
+    def _bake_when_ready(self, now: float, plan: Plan, number: int) -> None:
+        """Samples stay; the camera may have moved meanwhile, and is no part of the program."""
+        assert self._compiler is not None
+        rests = not self._bakes_slowly or now - self._changed_at > _REST
+        if not (self._compiler.is_done(number) and rests):
+            return
+        self._bake = None
+        if not self.renderer.follows(self._scene.camera):
+            return
+        start = time.perf_counter()
+        try:
+            self.renderer.adopt(replace(plan, scene=self._scene))
+            self.renderer.warm_up()
+        except ShaderError:  # the files may be broken for now: the program that works stays in use
+            self._bakes = False
+        self._bakes_slowly = time.perf_counter() - start > _SLOW
+
+    def _adopt(self, plan: Plan) -> None:
+        try:
+            self.renderer.adopt(plan)
+        except ShaderError as error:
+            self.problem = str(error)
+            return
+        self.problem = ""
+        self.renderer.restart()
+        self._begin_change()
+
+    def _begin_change(self) -> None:
+        self._changed_at = time.perf_counter()
+        self._moving = True
+        self._drop_held()
+        renderer = self.renderer
+        most = renderer.settings.light_samples
+        size, light_samples = self.governor.choose(self.size, renderer.samples_per_second, renderer.light_samples, most)
+        if (size, light_samples) != (renderer.size, renderer.light_samples):
+            renderer.resize(size, light_samples).release()
+
+    def _settle(self) -> None:
+        self._moving = False
+        most = self.renderer.settings.light_samples
+        if (self.renderer.size, self.renderer.light_samples) != (self.size, most):
+            self._drop_held()
+            self.held, self.held_weight = self.renderer.resize(self.size, most), 1.0
+
+    def _preview(self) -> float:
+        renderer = self.renderer
+        rays = self.governor.rays(renderer.size, renderer.samples_per_second, renderer.settings.rays)
+        return renderer.refine(self.governor.budget, rays, whole=True)
+
+    def _refine(self, limit: int | None) -> float:
+        renderer = self.renderer
+        left = renderer.settings.rays if limit is None else limit - renderer.spp
+        if left <= 0:
+            return 0.0
+        rays = max(1, min(renderer.settings.rays, renderer.spp, left))
+        return renderer.refine(self.governor.rest_budget, rays)
+
+    def fade(self, limit: int | None = None) -> None:
+        """Let the finer picture take over a little more, of which there will be ``limit`` samples per pixel."""
+        now = time.perf_counter()
+        seconds, self._frame_at = now - self._frame_at, now
+        if self.held is None or self.renderer.spp == 0:
+            return
+        enough = _FADE_SPP if limit is None else min(limit, _FADE_SPP)
+        aim = max(0.0, 1.0 - self.renderer.spp / enough) if enough else 0.0
+        self.held_weight = max(aim, self.held_weight - min(seconds, 0.1) / _FADE)
+        if self.held_weight <= 0:
+            self._drop_held()
+
+    def _drop_held(self) -> None:
+        if self.held is not None:
+            self.held.release()
+        self.held = None
+
+    def close(self) -> None:
+        if self._compiler is not None:
+            self._compiler.close()
+        self._drop_held()
+        self.renderer.close()
+
+
+def _source(plan: Plan) -> tuple[object, ...]:
+    """What decides over the program of ``plan``, and its maps."""
+    packed = plan.packed
+    return packed.program, packed.environment if packed.defines["HAS_SPLIT_SUM_MAPS"] else None

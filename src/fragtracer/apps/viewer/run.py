@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: MIT
+"""Opens the viewer, and drives it where a program and not a person sits before it."""
+
+import json
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import numpy as np
+
+from fragtracer.apps.viewer import camera as cameras
+from fragtracer.apps.viewer.app import Viewer
+from fragtracer.apps.viewer.session import Session, path_of
+from fragtracer.apps.viewer.settings import config_folder, remember_display, remembered_display
+from fragtracer.errors import FragtracerError
+from fragtracer.io import toml
+from fragtracer.output import check_writable, replacing
+from fragtracer.scene import Scene
+
+_ORBIT = np.radians(2.0)  # for each frame
+_EDIT_EVERY = 100  # frames
+
+
+def view(
+    scene: Scene | str | Path,
+    size: tuple[int, int] = (1280, 720),
+    frames: int | None = None,
+    screenshot: Path | None = None,
+    stats: Path | None = None,
+    orbit: bool = False,
+) -> None:
+    """Open a window on a scene; returns when it is closed.
+
+    Parameters
+    ----------
+    scene
+        A scene, the name of a bundled one, or the path of a .toml file or a model.
+    size
+        Width and height of the window, in screen coordinates.
+    frames
+        Close after so many frames; left out, when the user closes the window.
+    screenshot
+        A .png file to write the window to, panels and all, when it closes.
+    stats
+        A .json file to write the times of the frames to.
+    orbit
+        Turn the camera about its target in each frame, and edit a material in every 100th, to
+        measure how quick the answer is.
+
+    Raises
+    ------
+    FragtracerError
+        If the scene cannot be read, a file cannot be written, or there is no display.
+    """
+    for path, suffix in ((screenshot, ".png"), (stats, ".json")):
+        if path is not None:
+            check_writable(path, [suffix])
+    file = None if isinstance(scene, Scene) else path_of(scene)
+    loaded = scene if isinstance(scene, Scene) else toml.load(scene)
+    ini = None if frames is not None else config_folder() / "viewer.ini"
+    with Viewer(loaded, file, size, ini) as viewer:
+        by_hand = frames is None
+        if by_hand:
+            viewer.session.display = remembered_display()
+        with rescue(viewer):
+            viewer.frame()  # with which the window appears
+            viewer.times.keeps_all = stats is not None
+            _loop(viewer, frames, orbit)
+        if by_hand:
+            remember_display(viewer.session.display)
+        if screenshot is not None:
+            save_window(viewer, screenshot)
+        if stats is not None:
+            _write_stats(viewer, stats)
+
+
+def _loop(viewer: Viewer, frames: int | None, orbit: bool) -> None:
+    done = 0
+    while viewer.is_open and (frames is None or done < frames):
+        if orbit:
+            viewer.session.camera = cameras.orbit(viewer.session.camera, _ORBIT, 0.0)
+            if done % _EDIT_EVERY == _EDIT_EVERY - 1:
+                _edit(viewer.session)
+        viewer.frame()
+        done += 1
+
+
+def _edit(session: Session) -> None:
+    """Give the first material another roughness."""
+    name, material = next(iter(session.document.scene.materials.items()))
+    edited = replace(material, roughness=0.6 if material.roughness < 0.55 else 0.5)
+    session.edit(session.document.with_material(name, edited), "measure")
+    session.saved = session.document  # nobody will miss it
+
+
+@contextmanager
+def rescue(viewer: Viewer) -> Iterator[None]:
+    """Write an edited scene to the user's folder of settings when the block ends, however it ends.
+
+    Raises
+    ------
+    FragtracerError
+        In place of any other error, such as of a driver that gave up: it says where the scene is.
+    """
+    try:
+        yield
+    except Exception as error:
+        path = _rescued(viewer)
+        place = f"; the scene is in {path}" if path else ""
+        raise FragtracerError(f"the viewer cannot go on: {error}{place}") from error
+    finally:
+        if path := _rescued(viewer):
+            print(f"fragtracer: the edits that were not saved are in {path}", file=sys.stderr)
+
+
+def _rescued(viewer: Viewer) -> Path | None:
+    if viewer.session.is_saved:
+        return None
+    path = config_folder() / f"rescued-{viewer.session.document.scene.name}.toml"
+    viewer.session.save(path)
+    return path
+
+
+def save_window(viewer: Viewer, path: Path) -> None:
+    """Write what the window shows to a .png file."""
+    from PIL import Image
+
+    with replacing(path) as part:
+        Image.fromarray(viewer.grab()).save(part, format="PNG")
+
+
+def _write_stats(viewer: Viewer, path: Path) -> None:
+    figures = asdict(viewer.figures) | {"frame_milliseconds": viewer.times.summary()}
+    with replacing(path) as part:
+        part.write_text(json.dumps(figures, indent=2) + "\n", "utf-8")

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: MIT
+"""What the viewer remembers between runs: imgui its layout, this how radiance is shown and viewpoints."""
+
+import json
+import os
+import sys
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+from fragtracer.apps.viewer.display import DisplaySettings
+from fragtracer.scene import Camera
+
+_KEPT = (
+    *("exposure", "auto_exposure", "gamma", "tone_curve", "bloom", "bloom_strength", "bloom_threshold"),
+    *("error_range", "depth_range"),
+)
+_FILE = "viewer.json"
+_VIEWPOINTS = "viewpoints.json"
+_MOST_SCENES = 100  # whose viewpoints are kept, those that were written last
+
+
+def config_folder() -> Path:
+    """The user's folder for settings of fragtracer, made if it is not there; the current one if it cannot be."""
+    match sys.platform:
+        case "win32":
+            base = Path(os.environ.get("APPDATA", Path.home() / "AppData" / "Roaming"))
+        case "darwin":
+            base = Path.home() / "Library" / "Application Support"
+        case _:
+            base = Path(os.environ.get("XDG_CONFIG_HOME") or Path.home() / ".config")
+    folder = base / "fragtracer"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return Path.cwd()
+    return folder
+
+
+def remembered_display() -> DisplaySettings:
+    """The display of the last run, or the usual one."""
+    with suppress(OSError, ValueError, TypeError):
+        kept = json.loads((config_folder() / _FILE).read_text("utf-8"))
+        return replace(DisplaySettings(), **{name: kept[name] for name in _KEPT if name in kept})
+    return DisplaySettings()
+
+
+def remember_display(settings: DisplaySettings) -> None:
+    """Keep ``settings`` for the next run; a folder that cannot be written to is no reason to complain."""
+    with suppress(OSError):
+        text = json.dumps({name: getattr(settings, name) for name in _KEPT})
+        (config_folder() / _FILE).write_text(text, "utf-8")
+
+
+def remembered_viewpoints(path: Path | None) -> dict[int, Camera]:
+    """The viewpoints that were kept for the scene in the file ``path``, by their numbers."""
+    if path is None:
+        return {}
+    with suppress(OSError, ValueError, TypeError, AttributeError):
+        kept = _all_viewpoints().get(str(path.resolve()), {})
+        return {int(slot): Camera(**camera) for slot, camera in kept.items()}
+    return {}
+
+
+def remember_viewpoints(path: Path | None, viewpoints: Mapping[int, Camera]) -> None:
+    """Keep the viewpoints of the scene in the file ``path``; where nothing can be written, nothing is said."""
+    if path is None or not viewpoints:
+        return
+    with suppress(OSError, ValueError, TypeError, AttributeError):
+        known = _all_viewpoints()
+        known.pop(str(path.resolve()), None)
+        known[str(path.resolve())] = {str(slot): asdict(camera) for slot, camera in viewpoints.items()}
+        text = json.dumps(dict(list(known.items())[-_MOST_SCENES:]))
+        (config_folder() / _VIEWPOINTS).write_text(text, "utf-8")
+
+
+def _all_viewpoints() -> dict[str, Any]:
+    try:
+        known: dict[str, Any] = json.loads((config_folder() / _VIEWPOINTS).read_text("utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return known

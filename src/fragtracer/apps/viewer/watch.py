@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: MIT
+"""Notices when files change, by looking at them now and then: it works on every file system."""
+
+import time
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from fragtracer.io import toml
+from fragtracer.scene import Scene
+
+_PERIOD = 0.3  # seconds between two looks
+
+
+class Watch:
+    """Tells when any of the files that ``list_files`` names has changed, come or gone.
+
+    With ``whole_folder`` one that is named for the first time, or no more, has come or gone; without,
+    the list follows what is in use, and says nothing of the files.
+    """
+
+    def __init__(self, list_files: Callable[[], Iterable[Path]], whole_folder: bool = False) -> None:
+        self._list_files = list_files
+        self._whole_folder = whole_folder
+        self._looked_at = 0.0
+        self._known = self._look()
+
+    def changed(self) -> bool:
+        """Whether something changed since the last call that said so."""
+        now = time.monotonic()
+        if now - self._looked_at < _PERIOD:
+            return False
+        self._looked_at = now
+        seen, known = self._look(), self._known
+        self._known = seen
+        if self._whole_folder:
+            return seen != known
+        return any(seen[path] != known[path] for path in seen.keys() & known.keys())
+
+    def accept(self) -> None:
+        """Take the files as they are for known: after writing one oneself."""
+        self._known = self._look()
+
+    def _look(self) -> dict[Path, tuple[int, int] | None]:
+        found: dict[Path, tuple[int, int] | None] = {}
+        for path in self._list_files():
+            try:
+                status = path.stat()
+                found[path] = (status.st_mtime_ns, status.st_size)
+            except OSError:
+                found[path] = None
+        return found
+
+
+def scene_files(scene: Scene, path: Path | None) -> Iterable[Path]:
+    """The file of a scene, if it has one, and those of its meshes, textures and environment."""
+    own = [] if path is None else [path]
+    folder = path.parent if path else Path()
+    return own + [folder / file for file in sorted(toml.files_behind(scene))]
+
+
+def shader_files(root: Path) -> Iterable[Path]:
+    """All files of shader source below ``root``."""
+    return (path for path in root.rglob("*") if path.suffix in (".glsl", ".frag", ".vert"))

@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: MIT
+"""Models in files that others made: OBJ, PLY, glTF, and our own .npz of arrays.
+
+What a file holds and fragtracer cannot show is said in one warning for each file.
+"""
+
+import os
+import warnings
+from collections import OrderedDict
+from dataclasses import replace
+from pathlib import Path
+
+from fragtracer.errors import SceneError
+from fragtracer.io.arrays import read_arrays
+from fragtracer.io.model import Model, bounds, check_size
+from fragtracer.io.obj import read_obj
+from fragtracer.io.ply import read_ply
+from fragtracer.scene import Material, Mesh, Part
+
+__all__ = ["SUFFIXES", "Model", "bounds", "files_of", "load_mesh", "qualified", "read_model"]
+
+
+def _read_gltf(path: Path) -> Model:
+    """Imported when used: its validators take time to make."""
+    from fragtracer.io.gltf import read_gltf
+
+    return read_gltf(path)
+
+
+_READERS = {".obj": read_obj, ".ply": read_ply, ".gltf": _read_gltf, ".glb": _read_gltf, ".npz": read_arrays}
+SUFFIXES = tuple(_READERS)
+_Stamps = tuple[tuple[int, int] | None, ...]
+_MOST_KEPT = 8  # models
+_MOST_NOTES = 12  # in one line
+_kept: OrderedDict[Path, tuple[_Stamps, Model]] = OrderedDict()
+_files: dict[Path, tuple[Path, ...]] = {}
+
+
+def read_model(file: str | Path) -> Model:
+    """Read a model; one that was read before and has not changed since is not read again.
+
+    Parameters
+    ----------
+    file
+        A .obj, .ply, .gltf, .glb or .npz file.
+
+    Raises
+    ------
+    SceneError
+        If the file, or one that it needs, is missing or damaged.
+
+    Warns
+    -----
+    UserWarning
+        One line of what the file holds that is not shown.
+    """
+    path = Path(os.path.abspath(file))
+    reader = _READERS.get(path.suffix.lower())
+    if reader is None:
+        raise SceneError(f"{path}: cannot read this kind of model; choose from {', '.join(SUFFIXES)}")
+    stamps, model = _kept.pop(path, (None, None))
+    if model is None or stamps != _stamps(model):
+        model = reader(path)
+        check_size(path, model.mesh)
+        model = replace(model, mesh=replace(model.mesh, file=str(path), name=path.stem))
+        stamps = _stamps(model)
+    assert stamps is not None
+    _kept[path], _files[path] = (stamps, model), model.files
+    while len(_kept) > _MOST_KEPT:
+        _kept.popitem(last=False)
+    if model.ignored:
+        shown, rest = model.ignored[:_MOST_NOTES], len(model.ignored) - _MOST_NOTES
+        more = f", and {rest} more" if rest > 0 else ""
+        warnings.warn(f"{path}: ignored: {', '.join(shown)}{more}", stacklevel=2)
+    return model
+
+
+def load_mesh(path: str | Path) -> tuple[Mesh, dict[str, Material]]:
+    """Read a model for a scene made in Python.
+
+    Returns
+    -------
+    mesh : Mesh
+        With its copy at the origin; ``dataclasses.replace`` gives it other ``instances``.
+    materials : dict
+        What its parts are made of, for the ``materials`` of the scene, by names that open with that of the file,
+        as "chair/wood".
+
+    Raises
+    ------
+    SceneError
+        If the file, or one that it needs, is missing or damaged.
+    """
+    model = qualified(read_model(path), Path(path).stem)
+    return model.mesh, model.materials
+
+
+def qualified(model: Model, prefix: str) -> Model:
+    """``model`` with the names of its own materials behind "PREFIX/"; names without a material stay."""
+    names = {name: f"{prefix}/{name}" for name in model.materials}
+    parts = tuple(
+        Part(part.geometry, names.get(part.material, part.material), part.matrix) for part in model.mesh.parts
+    )
+    materials = {names[name]: material for name, material in model.materials.items()}
+    return replace(model, mesh=replace(model.mesh, parts=parts), materials=materials)
+
+
+def files_of(file: str | Path) -> tuple[Path, ...]:
+    """The files that a model was read from, as far as that is known: at least ``file`` itself."""
+    path = Path(os.path.abspath(file))
+    return _files.get(path, (path,))
+
+
+def _stamps(model: Model) -> _Stamps:
+    return tuple(_stamp(path) for path in model.files)
+
+
+def _stamp(path: Path) -> tuple[int, int] | None:
+    try:
+        status = path.stat()
+    except (OSError, ValueError):
+        return None
+    return status.st_mtime_ns, status.st_size

@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: MIT
+"""glTF 2.0, as .gltf and .glb.
+
+The document is validated by pydantic and the arrays are cut by numpy: the libraries that exist
+either trust their input or lose samplers, transforms and sets of coordinates.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from fragtracer.errors import SceneError
+from fragtracer.io.gltf import document as gltf
+from fragtracer.io.gltf.container import Container
+from fragtracer.io.gltf.geometry import Primitives
+from fragtracer.io.gltf.materials import Materials
+from fragtracer.io.gltf.nodes import PlacedNode, placed_nodes
+from fragtracer.io.gltf.sides import shining_from_both
+from fragtracer.io.gltf.skins import Skins
+from fragtracer.io.model import Model, bounds, check_size, listed, matrix_rows, triple
+from fragtracer.io.polygons import Floats
+from fragtracer.scene import Camera, Light, Material, Mesh, Part
+from fragtracer.scene.fields import LARGEST
+
+_SUPPORTED = {
+    "KHR_texture_transform",
+    "KHR_materials_ior",
+    "KHR_materials_specular",
+    "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_unlit",
+    "KHR_lights_punctual",
+    "EXT_texture_webp",
+    "KHR_mesh_quantization",
+}
+_LIGHTS = "KHR_lights_punctual"
+_DEFAULT = "default"
+_FAR = 1000.0  # how many times the size of the model a light that shines in one direction is away
+
+
+def read_gltf(path: Path) -> Model:
+    """Read a .gltf or .glb file: the nodes, cameras and lights of its first scene, in the pose they have at rest.
+
+    Photometric numbers are taken for radiometric ones: 1 cd is 1 W/sr, as 1 cd/m² of emission is 1 W/m²/sr.
+    A directional light becomes a point light so far away that its rays are parallel to 1/1000.
+
+    Raises
+    ------
+    SceneError
+        If a file is missing or damaged, or asks for an extension that is not supported.
+    """
+    container = Container(path)
+    document = container.document
+    _refuse(container)
+    notes = [name for name in document.extensionsUsed if name not in _SUPPORTED]
+    notes += ["animations"] if document.animations else []
+    notes += ["scenes but one"] if len(document.scenes) > 1 else []
+    placed = list(placed_nodes(container))
+    parts, used = _parts(container, placed, notes)
+    if not parts:
+        raise SceneError(f"{path}: the scene of this file has no triangles")
+    mesh = Mesh(parts=tuple(parts))
+    check_size(path, mesh)
+    low, high = bounds(mesh)
+    cameras, aspects = _cameras(container, placed, low, high, notes)
+    lights = _lights(container, placed, low, high, notes)
+    aspect = aspects[0] if aspects else None
+    return Model(mesh, used, cameras, aspect, lights, listed(notes), tuple(dict.fromkeys(container.files)))
+
+
+def _parts(container: Container, placed: list[PlacedNode], notes: list[str]) -> tuple[list[Part], dict[str, Material]]:
+    """What the nodes show, in the world, and the materials of that."""
+    primitives, materials = Primitives(container, notes), Materials(container, notes)
+    skins = Skins(container, primitives.accessors, {index: matrix for index, _, matrix in placed})
+    names, parts, used = _names(container.document), [], {}
+    for index, node, matrix in placed:
+        if node.mesh is None:
+            continue
+        mesh: gltf.Mesh = container.item(container.document.meshes, node.mesh, f"nodes[{index}].mesh")
+        for number, primitive in enumerate(mesh.primitives):
+            place = f"meshes[{node.mesh}].primitives[{number}]"
+            if (geometry := primitives.get(primitive, place)) is None:
+                continue
+            at = matrix
+            if node.skin is not None and (posed := skins.posed(node.skin, primitive, geometry, place)):
+                geometry, at = posed, np.eye(4)
+            material = materials.get(primitive.material, f"{place}.material")
+            name = _DEFAULT if primitive.material is None else names[primitive.material]
+            used[name] = material
+            parts.append(Part(geometry, name, matrix_rows(at)))
+    return shining_from_both(parts, used)
+
+
+def _refuse(container: Container) -> None:
+    unknown = [name for name in container.document.extensionsRequired if name not in _SUPPORTED]
+    if unknown:
+        raise SceneError(f"{container.path}: this model needs {', '.join(unknown)}, which is not supported")
+
+
+def _names(document: gltf.Document) -> list[str]:
+    """A name for each material that no other has."""
+    names: list[str] = []
+    taken = {_DEFAULT}
+    for index, material in enumerate(document.materials):
+        name = material.name or f"material {index}"
+        while name in taken:
+            name += f" ({index})"
+        taken.add(name)
+        names.append(name)
+    return names
+
+
+def _cameras(
+    container: Container, placed: list[PlacedNode], low: Floats, high: Floats, notes: list[str]
+) -> tuple[tuple[Camera, ...], list[float | None]]:
+    """The cameras, and the shapes of their pictures."""
+    center, found, aspects = (low + high) / 2, [], []
+    for index, node, matrix in placed:
+        if node.camera is None:
+            continue
+        item: gltf.Camera = container.item(container.document.cameras, node.camera, f"nodes[{index}].camera")
+        if item.perspective is None:
+            notes.append("orthographic cameras")
+            continue
+        position, forward, up = matrix[:3, 3], -matrix[:3, 2], matrix[:3, 1]
+        forward = forward / (np.linalg.norm(forward) or 1.0)
+        depth = float((center - position) @ forward)
+        depth = depth if depth > 0 else float(np.linalg.norm(high - low)) or 1.0
+        try:
+            found.append(
+                Camera(
+                    triple(position),
+                    triple(position + depth * forward),
+                    triple(up),
+                    float(np.degrees(item.perspective.yfov)),
+                )
+            )
+        except ValueError as error:
+            raise container.error(f"cameras[{node.camera}]", "its node gives it no direction to look in") from error
+        aspects.append(item.perspective.aspectRatio)
+    notes += ["cameras after the first"] if len(found) > 1 else []
+    return tuple(found), aspects
+
+
+def _lights(
+    container: Container, placed: list[PlacedNode], low: Floats, high: Floats, notes: list[str]
+) -> tuple[Light, ...]:
+    given = container.extension(gltf.PunctualLights, container.document, _LIGHTS, "the document")
+    found = []
+    for index, node, matrix in placed:
+        place = f"nodes[{index}]"
+        link = container.extension(gltf.NodeLight, node, _LIGHTS, place)
+        if link is None:
+            continue
+        light: gltf.PunctualLight = container.item(given.lights if given else [], link.light, f"{place}.light")
+        if light.type == "spot":
+            notes.append("spot lights")
+            continue
+        found.append(_light(light, matrix, low, high))
+    return tuple(found)
+
+
+def _light(light: gltf.PunctualLight, matrix: Floats, low: Floats, high: Floats) -> Light:
+    """A point light of ``intensity`` in W/sr, or one far away that gives ``intensity`` in W/m² at the model."""
+    position, strength = matrix[:3, 3], 4 * np.pi * light.intensity
+    if light.type == "directional":
+        distance = _FAR * float(np.linalg.norm(high - low) or 1.0)
+        towards = matrix[:3, 2] / (np.linalg.norm(matrix[:3, 2]) or 1.0)
+        position, strength = (low + high) / 2 + distance * towards, strength * distance**2
+    r, g, b = (min(strength * channel, LARGEST) for channel in light.color)
+    return Light(triple(position), power=(r, g, b))

@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: MIT
+"""Primitives of glTF meshes (section 3.7.2) to geometry of the scene model."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fragtracer.io.gltf import document as gltf
+from fragtracer.io.gltf.accessors import Accessors
+from fragtracer.io.gltf.container import Container
+from fragtracer.io.model import geometry
+from fragtracer.io.strips import fan_triangles, strip_triangles
+from fragtracer.scene import Geometry
+
+_TRIANGLES, _STRIP, _FAN = 4, 5, 6
+_MOST_TRIANGLES = 2**25  # a small file can name one list of triangles many times over
+# Attribute in the file, its types there, and its name in the scene model.
+_ATTRIBUTES = (
+    ("NORMAL", ("VEC3",), "normals"),
+    ("TANGENT", ("VEC4",), "tangents"),
+    ("TEXCOORD_0", ("VEC2",), "uvs"),
+    ("TEXCOORD_1", ("VEC2",), "uvs_1"),
+    ("COLOR_0", ("VEC3", "VEC4"), "colors"),
+)
+_KNOWN = {"POSITION", "TEXCOORD_0", "TEXCOORD_1", "NORMAL", "TANGENT", "COLOR_0", "JOINTS_0", "WEIGHTS_0"}
+
+
+class Primitives:
+    """The geometry of one model, each piece made once however many nodes show it."""
+
+    def __init__(self, container: Container, notes: list[str]) -> None:
+        self._container, self._notes = container, notes
+        self.accessors = Accessors(container)
+        self._made: dict[Any, Geometry] = {}
+        self._triangles = 0
+
+    def get(self, primitive: gltf.Primitive, place: str) -> Geometry | None:
+        """The triangles of a primitive; None, with a note, where it has none."""
+        if primitive.mode < _TRIANGLES:
+            self._notes.append("points and lines")
+            return None
+        if "KHR_draco_mesh_compression" in primitive.extensions and "POSITION" not in primitive.attributes:
+            raise self._container.error(place, "compressed by KHR_draco_mesh_compression, which is not supported")
+        if "POSITION" not in primitive.attributes:
+            raise self._container.error(place, "has no POSITION")
+        self._notes += ["morph targets (shown without)" for _ in primitive.targets[:1]]
+        self._notes += sorted(primitive.attributes.keys() - _KNOWN)
+        key = primitive.mode, primitive.indices, *sorted(primitive.attributes.items())
+        if key not in self._made:
+            made = self._made[key] = self._make(primitive, place)
+            self._triangles += len(made.triangles)
+            if self._triangles > _MOST_TRIANGLES:
+                raise self._container.error(place, f"with it the model has more than {_MOST_TRIANGLES} triangles")
+        return self._made[key] if len(self._made[key].triangles) else None
+
+    def _make(self, primitive: gltf.Primitive, place: str) -> Geometry:
+        where = f"{place}.attributes"
+        position = primitive.attributes["POSITION"]
+        arrays: dict[str, NDArray[Any]] = {"positions": self.accessors.get(position, f"{where}.POSITION", ("VEC3",))}
+        for name, types, key in _ATTRIBUTES:
+            if name in primitive.attributes:
+                arrays[key] = self.accessors.get(primitive.attributes[name], f"{where}.{name}", types)
+        if "colors" in arrays and arrays["colors"].dtype.kind == "u":  # not marked as normalized, which they must be
+            arrays["colors"] = arrays["colors"] / np.float32(np.iinfo(arrays["colors"].dtype).max)
+        if "normals" not in arrays:
+            arrays.pop("tangents", None)
+        if primitive.indices is None:
+            indices = np.arange(len(arrays["positions"]), dtype=np.int64)
+        else:
+            found = self.accessors.get(primitive.indices, f"{place}.indices", ("SCALAR",))
+            if found.dtype.kind != "u":
+                raise self._container.error(f"{place}.indices", "must be whole numbers without a sign")
+            indices = found[:, 0].astype(np.int64)
+        triangles = _triangles(indices, primitive.mode)
+        if "JOINTS_0" not in primitive.attributes:
+            arrays, triangles = _used(arrays, triangles)
+        copies = {name: array.copy() for name, array in arrays.items()}  # which do not keep the whole file in memory
+        return geometry(f"{self._container.path}: {place}", triangles=triangles, **copies)
+
+
+def _used(
+    arrays: dict[str, NDArray[Any]], triangles: NDArray[np.int64]
+) -> tuple[dict[str, NDArray[Any]], NDArray[np.int64]]:
+    """The vertices that there are triangles of: many primitives may share one long list."""
+    count = len(arrays["positions"])
+    if not triangles.size or triangles.max() >= count or any(len(array) != count for array in arrays.values()):
+        return arrays, triangles
+    is_used = np.zeros(count, bool)
+    is_used[triangles] = True
+    if is_used.all():
+        return arrays, triangles
+    numbers = np.cumsum(is_used) - 1
+    return {name: array[is_used] for name, array in arrays.items()}, numbers[triangles]
+
+
+def _triangles(indices: NDArray[np.int64], mode: int) -> NDArray[np.int64]:
+    if mode == _STRIP:
+        return strip_triangles([indices])
+    if mode == _FAN:
+        return fan_triangles(indices)
+    return indices[: len(indices) // 3 * 3].reshape(-1, 3)

@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: MIT
+"""Materials of glTF 2.0 (section 3.9) and their extensions to materials of the scene model."""
+
+import os
+from typing import Any
+
+from fragtracer.errors import FragtracerError
+from fragtracer.io.gltf import document as gltf
+from fragtracer.io.gltf.container import Container
+from fragtracer.io.textures import read_texture
+from fragtracer.scene import Image, Material, Texture
+from fragtracer.scene.fields import LARGEST
+from fragtracer.scene.reflectance import reflectance_from_ior
+from fragtracer.scene.texture import ColorSpace, Wrap
+
+_WRAPS: dict[int, Wrap] = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
+_NEAREST = 9728
+_MOST_PIXELS = 2**29  # of all images together
+
+
+class Materials:
+    """The materials of one model. ``notes`` takes what cannot be shown."""
+
+    def __init__(self, container: Container, notes: list[str]) -> None:
+        self._container, self.notes = container, notes
+        self._images: dict[tuple[str | None, int | None, ColorSpace], Image | None] = {}
+        self._pixels = 0
+
+    def get(self, index: int | None, place: str) -> Material:
+        """The material of that number, the default one of the specification for None."""
+        if index is None:
+            return Material(albedo=(1, 1, 1), metallic=1.0, roughness=1.0, double_sided=False)
+        item: gltf.Material = self._container.item(self._container.document.materials, index, place)
+        place, pbr = f"materials[{index}]", item.pbrMetallicRoughness
+        base = pbr.baseColorFactor
+        shared = pbr.metallicRoughnessTexture
+        occlusion, normal = item.occlusionTexture, item.normalTexture
+        strength = self._container.extension(gltf.EmissiveStrength, item, "KHR_materials_emissive_strength", place)
+        scale = strength.emissiveStrength if strength else 1.0
+        made: dict[str, Any] = {
+            "albedo": base[:3],
+            "opacity": base[3],
+            "metallic": pbr.metallicFactor,
+            "roughness": pbr.roughnessFactor,
+            "emission": tuple(min(scale * channel, LARGEST) for channel in item.emissiveFactor),
+            "albedo_texture": self._texture(pbr.baseColorTexture, place, "srgb"),
+            "metallic_texture": self._texture(shared, place, "linear", "b"),
+            "roughness_texture": self._texture(shared, place, "linear", "g"),
+            "normal_texture": self._texture(normal, place, "linear"),
+            "normal_scale": normal.scale if normal else 1.0,
+            "occlusion_texture": self._texture(occlusion, place, "linear"),
+            "occlusion_strength": occlusion.strength if occlusion else 1.0,
+            "emission_texture": self._texture(item.emissiveTexture, place, "srgb"),
+            "alpha_mode": item.alphaMode.lower(),
+            "alpha_cutoff": min(item.alphaCutoff, 1.0),
+            "double_sided": item.doubleSided,
+            "unlit": "KHR_materials_unlit" in item.extensions,
+        }
+        old = self._container.extension(gltf.SpecularGlossiness, item, "KHR_materials_pbrSpecularGlossiness", place)
+        made |= self._reflectance(item, place) if old is None else self._specular_glossiness(old, place)
+        if item.alphaMode == "MASK" and item.alphaCutoff > 1:  # no alpha reaches it
+            made["opacity"] = 0.0
+        return Material(**made)
+
+    def _specular_glossiness(self, old: gltf.SpecularGlossiness, place: str) -> dict[str, Any]:
+        """The workflow that came before metallic-roughness, which takes the place of that."""
+        if old.specularGlossinessTexture:
+            self.notes.append("specularGlossinessTexture")
+        return {
+            "albedo": old.diffuseFactor[:3],
+            "opacity": old.diffuseFactor[3],
+            "albedo_texture": self._texture(old.diffuseTexture, place, "srgb"),
+            "metallic": 0.0,
+            "metallic_texture": None,
+            "roughness": 1 - old.glossinessFactor,
+            "roughness_texture": None,
+            "f0": old.specularFactor,
+        }
+
+    def _reflectance(self, item: gltf.Material, place: str) -> dict[str, Any]:
+        ior = self._container.extension(gltf.Ior, item, "KHR_materials_ior", place)
+        specular = self._container.extension(gltf.Specular, item, "KHR_materials_specular", place)
+        # An index of 0 asks for no refraction at all; one between 0 and 1 is not valid.
+        index = 1.5 if ior is None else ior.ior
+        f0 = reflectance_from_ior(max(index, 1.0)) if index else 1.0
+        if specular is None:
+            return {"ior": max(index, 1.0)} if ior and index else {"f0": (f0,) * 3} if ior else {}
+        if specular.specularTexture or specular.specularColorTexture:
+            self.notes.append("textures of KHR_materials_specular")
+        color = tuple(min(f0 * channel, 1.0) for channel in specular.specularColorFactor)
+        return {"specular": specular.specularFactor, "f0": color}
+
+    def _texture(
+        self, info: gltf.TextureInfo | None, place: str, color_space: ColorSpace, channel: str = "r"
+    ) -> Texture | None:
+        if info is None:
+            return None
+        document = self._container.document
+        item: gltf.Texture = self._container.item(document.textures, info.index, f"{place}: texture")
+        image = self._image(item, f"textures[{info.index}]", color_space)
+        moved = self._container.extension(gltf.TextureTransform, info, "KHR_texture_transform", place)
+        moved = moved or gltf.TextureTransform()
+        coordinates = info.texCoord if moved.texCoord is None else moved.texCoord
+        if coordinates > 1:
+            self.notes.append("textures on TEXCOORD_2 and above")
+        if image is None or coordinates > 1:
+            return None
+        sampler = gltf.Sampler()
+        if item.sampler is not None:
+            sampler = self._container.item(document.samplers, item.sampler, f"textures[{info.index}].sampler")
+        made: dict[str, Any] = {
+            "wrap_u": _WRAPS[sampler.wrapS],
+            "wrap_v": _WRAPS[sampler.wrapT],
+            "filter": "nearest" if sampler.magFilter == _NEAREST else "linear",
+            "offset": moved.offset,
+            "rotation": moved.rotation,
+            "scale": moved.scale,
+            "coordinates": coordinates,
+            "channel": channel,
+        }
+        return Texture(image, **made)
+
+    def _image(self, texture: gltf.Texture, place: str, color_space: ColorSpace) -> Image | None:
+        source = texture.source
+        webp = texture.extensions.get("EXT_texture_webp")
+        if isinstance(webp, dict) and isinstance(webp.get("source"), int) and webp["source"] >= 0:
+            source = webp["source"]
+        if source is None:
+            self.notes.append(f"{place} (without an image that can be read)")
+            return None
+        item: gltf.Image = self._container.item(self._container.document.images, source, f"{place}.source")
+        key = item.uri, item.bufferView, color_space
+        if key not in self._images:
+            image = self._images[key] = self._read(item, f"images[{source}]", color_space)
+            self._pixels += 0 if image is None else image.pixels.shape[0] * image.pixels.shape[1]
+            if self._pixels > _MOST_PIXELS:
+                raise self._container.error("images", f"more than {_MOST_PIXELS} pixels together; make them smaller")
+        return self._images[key]
+
+    def _read(self, item: gltf.Image, place: str, color_space: ColorSpace) -> Image | None:
+        """The pixels of an image; a note where there are none, as the model can be shown without."""
+        container = self._container
+        try:
+            if item.bufferView is not None:
+                return _embedded(bytes(container.view(item.bufferView, place)), color_space, place)
+            if item.uri is None:
+                raise container.error(place, "has neither a uri nor a bufferView")
+            data = container.fetch(item.uri, place)
+            if item.uri.startswith("data:"):
+                return _embedded(data, color_space, place)
+            return read_texture(data, color_space, str(container.beside(item.uri, place)))
+        except (FragtracerError, ValueError) as error:
+            self.notes.append(
+                str(error).replace(f"{container.path}: ", "").replace(f"{container.path.parent}{os.sep}", "")
+            )
+            return None
+
+
+def _embedded(data: bytes, color_space: ColorSpace, name: str) -> Image:
+    """An image that is in no file of its own."""
+    return Image(read_texture(data, color_space, name).pixels, color_space)

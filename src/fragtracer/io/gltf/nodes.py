@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: MIT
+"""The tree of nodes of a glTF scene (section 3.5), with the place of each in the world."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fragtracer.io.gltf import document as gltf
+from fragtracer.io.gltf.container import Container
+from fragtracer.scene.fields import LARGEST
+
+Matrix = NDArray[np.float64]
+PlacedNode = tuple[int, gltf.Node, Matrix]
+
+
+def placed_nodes(container: Container) -> Iterator[PlacedNode]:
+    """Number, node and (4, 4) matrix to the world of all nodes of the scene that the file shows first.
+
+    Raises SceneError where a node does not exist, or is met twice, as in a circle.
+    """
+    document = container.document
+    if document.scenes:
+        shown: gltf.Scene = container.item(document.scenes, document.scene or 0, "scene")
+        roots = shown.nodes
+    else:
+        children = {child for node in document.nodes for child in node.children}
+        roots = [index for index in range(len(document.nodes)) if index not in children]
+    waiting = [(index, np.eye(4)) for index in reversed(roots)]
+    met = set()
+    while waiting:
+        index, above = waiting.pop()
+        node: gltf.Node = container.item(document.nodes, index, "nodes")
+        if index in met:
+            raise container.error(f"nodes[{index}]", "is below two nodes, or below itself")
+        met.add(index)
+        with np.errstate(over="ignore", invalid="ignore"):
+            matrix = above @ local_matrix(node)
+        if not np.abs(matrix).max() <= LARGEST:
+            raise container.error(f"nodes[{index}]", "its place in the world is too far to be computed")
+        yield index, node, matrix
+        waiting += [(child, matrix) for child in reversed(node.children)]
+
+
+def local_matrix(node: gltf.Node) -> Matrix:
+    """(4, 4) from the node to its parent."""
+    if node.matrix is not None:
+        return np.array(node.matrix).reshape(4, 4).T
+    x, y, z, w = np.array(node.rotation) / (np.linalg.norm(node.rotation) or 1.0)
+    rotation = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+    matrix = np.eye(4)
+    matrix[:3, :3] = rotation * node.scale
+    matrix[:3, 3] = node.translation
+    return matrix

@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: MIT
+"""Image files: radiance as numbers (.exr, .hdr, .npy), or as a picture for a screen (.png).
+
+Images are (height, width, 3) float32 arrays of linear Rec. 709 radiance, row 0 at the top.
+
+Pixels that are NaN or infinite are never hidden. OpenEXR and NumPy files keep them as they are. Radiance and
+PNG files cannot: there such a pixel is magenta, as bright as the brightest, and a warning counts them.
+"""
+
+import warnings
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from fragtracer import output
+from fragtracer.display.look import Look
+from fragtracer.display.tone import FloatImage
+from fragtracer.errors import FragtracerError, OutputError
+from fragtracer.io.images.formats import (
+    Content,
+    read_exr,
+    read_hdr,
+    read_npy,
+    read_png,
+    write_exr,
+    write_hdr,
+    write_npy,
+    write_png,
+)
+from fragtracer.io.images.rgbe import LARGEST
+
+_WRITERS = {".exr": write_exr, ".hdr": write_hdr, ".npy": write_npy, ".png": write_png}
+_READERS = {".exr": read_exr, ".hdr": read_hdr, ".npy": read_npy, ".png": read_png}
+_PREFIX = "fragtracer."
+
+
+def check_writable(path: str | Path) -> None:
+    """Raise :class:`OutputError` where :func:`write_image` could not write ``path``; for use before rendering."""
+    output.check_writable(path, _WRITERS)
+
+
+def write_image(
+    path: str | Path,
+    image: npt.ArrayLike,
+    metadata: Mapping[str, str] | None = None,
+    exposure: float | Literal["auto"] = 0.0,
+    tonemap: str = "linear",
+    gamma: float = 1.0,
+    bloom: float = 0.0,
+    bloom_threshold: float = 1.0,
+    bloom_alone: bool = False,
+) -> None:
+    """Write an image in the format that the extension of ``path`` names.
+
+    An existing file is replaced only once the new one is complete.
+
+    Parameters
+    ----------
+    path
+        A .exr (float32, lossless), .hdr (Radiance, 8-bit mantissas; negative values become 0), .npy or .png file.
+    image
+        Linear radiance, (h, w, 3), row 0 at the top.
+    metadata
+        Kept under "fragtracer.KEY" and read back by :func:`read_metadata`; a .npy file has no place for them.
+    exposure, tonemap, gamma, bloom, bloom_threshold, bloom_alone
+        As :class:`fragtracer.display.look.Look` has them; .png only, the other formats keep the radiance itself.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written, or the image or a setting is not of the kind described here.
+    """
+    check_writable(path)
+    suffix = Path(path).suffix.lower()
+    pixels = _as_image(image)
+    entries = {_PREFIX + key: value for key, value in (metadata or {}).items()}
+    if suffix == ".hdr":
+        bad = _non_finite(pixels, path)
+        pixels = np.clip(np.where(bad[..., None], np.float32(0), pixels), 0, LARGEST)
+        pixels[bad] = np.multiply((1, 0, 1), max(1, pixels.max()))
+    if suffix == ".png":
+        look = Look(exposure, tonemap, gamma, bloom, bloom_threshold, bloom_alone)
+        entries |= {_PREFIX + key: value for key, value in look.metadata(pixels).items()}
+        _non_finite(pixels, path)
+        pixels = look.show(pixels)
+    with output.replacing(path) as part:
+        _WRITERS[suffix](part, pixels, entries)
+
+
+def _non_finite(image: FloatImage, path: str | Path) -> npt.NDArray[np.bool_]:
+    """The mask of the pixels that are NaN or infinite, with a warning if there are any."""
+    bad: npt.NDArray[np.bool_] = np.logical_not(np.isfinite(image).all(axis=2))
+    if bad.any():
+        warnings.warn(f"{path}: {bad.sum()} pixels are NaN or infinite and are drawn magenta", stacklevel=3)
+    return bad
+
+
+def _as_image(image: npt.ArrayLike) -> FloatImage:
+    array = np.asarray(image)
+    if array.ndim != 3 or array.shape[2] != 3 or array.size == 0 or array.dtype.kind not in "fiu":
+        raise OutputError(f"an image is an array of (height, width, 3) numbers, got {array.dtype} {array.shape}")
+    return np.ascontiguousarray(array, dtype=np.float32)
+
+
+def read_image(path: str | Path) -> FloatImage:
+    """Read an image of one of the formats that :func:`write_image` writes, whoever wrote it.
+
+    Returns
+    -------
+    numpy.ndarray
+        (h, w, 3) float32, row 0 at the top. Of an .exr file the R, G and B channels of the first part; of a
+        .png file of 8 bits what it shows, made linear: the exposure and the tone curve stay in it.
+
+    Raises
+    ------
+    FragtracerError
+        If the file is missing, damaged, or holds something else.
+    """
+    return read_content(path)[0]
+
+
+def read_metadata(path: str | Path) -> dict[str, str]:
+    """The metadata that :func:`write_image` put into a file, empty where there are none; errors as there."""
+    return read_content(path)[1]
+
+
+def read_content(path: str | Path) -> Content:
+    """What :func:`read_image` and :func:`read_metadata` give, both of one look at the file; errors as there."""
+    pixels, entries = _read(path)
+    return pixels, {k.removeprefix(_PREFIX): value for k, value in entries.items() if k.startswith(_PREFIX)}
+
+
+def check_regular(path: str | Path) -> None:
+    """Raise OSError for what is there and no file: the end of a pipe or a device may never come."""
+    if Path(path).exists() and not Path(path).is_file():
+        raise OSError("it is no file")
+
+
+def _read(path: str | Path) -> Content:
+    reader = _READERS.get(Path(path).suffix.lower())
+    if reader is None:
+        raise FragtracerError(f"{path}: cannot read this kind of image; choose from {', '.join(_READERS)}")
+    try:
+        check_regular(path)
+        Path(path).open("rb").close()
+        return reader(Path(path))
+    except (OSError, RuntimeError, ValueError, EOFError) as error:
+        if isinstance(error, OSError) and error.strerror:
+            raise FragtracerError(f"{path}: cannot read: {error.strerror}") from error
+        raise FragtracerError(f"{path}: this {Path(path).suffix} file is damaged or not one: {error}") from error

@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: MIT
+"""One pair of functions for each image format: ``write_x(path, pixels, metadata)`` and ``read_x(path)``.
+
+Pixels are (h, w, 3) float32, row 0 at the top; those for PNG are sRGB values in [0, 1], all others linear.
+A damaged file raises OSError, RuntimeError or ValueError.
+"""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from fragtracer.display.tone import FloatImage, srgb_decode
+from fragtracer.io.images import exr_child, npy, rgbe
+
+Content = tuple[FloatImage, dict[str, str]]
+_SECONDS = 120
+
+
+def write_exr(path: Path, pixels: FloatImage, metadata: Mapping[str, str]) -> None:
+    """float32 RGB, lossless; the metadata are string attributes."""
+    import OpenEXR
+
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, **metadata}
+    try:
+        with OpenEXR.File(header, {"RGB": pixels}) as file:
+            file.write(str(path))
+    except RuntimeError as error:
+        raise OSError(str(error)) from error
+
+
+def read_exr(path: Path) -> Content:
+    """The display window of the first part: its channels R, G and B, float or half, tiled or not.
+
+    It is read in another process (:mod:`fragtracer.io.images.exr_child`), where a damaged file can do no harm.
+    """
+    environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}  # each thread reserves memory
+    with tempfile.TemporaryDirectory() as folder:
+        result = Path(folder) / "pixels.npy"
+        command = [sys.executable, "-P", exr_child.__file__, os.path.abspath(path), str(result)]
+        try:
+            done = subprocess.run(command, capture_output=True, env=environment, timeout=_SECONDS, check=False)
+        except subprocess.TimeoutExpired:
+            raise ValueError(f"reading it took more than {_SECONDS} s") from None
+        try:
+            answer = json.loads(done.stdout.strip().rpartition(b"\n")[2])
+        except ValueError:
+            raise ValueError("the OpenEXR library crashed on it") from None
+        if "error" in answer:
+            raise ValueError(answer["error"])
+        return np.load(result).astype(np.float32), answer["metadata"]
+
+
+def write_hdr(path: Path, pixels: FloatImage, metadata: Mapping[str, str]) -> None:
+    """Radiance RGBE of values in [0, :data:`rgbe.LARGEST`]; the metadata are variables of the header."""
+    path.write_bytes(rgbe.encode(pixels, metadata))
+
+
+def read_hdr(path: Path) -> Content:
+    """Radiance RGBE, flat or run-length encoded."""
+    return rgbe.decode(path.read_bytes())
+
+
+def write_npy(path: Path, pixels: FloatImage, metadata: Mapping[str, str]) -> None:
+    """The bare array; the format has no place for metadata."""
+    with path.open("wb") as file:
+        np.save(file, pixels)
+
+
+def read_npy(path: Path) -> Content:
+    """Any array of (h, w, 3) numbers."""
+    array = npy.decode(path.read_bytes())
+    if array.ndim != 3 or array.shape[2] != 3 or array.dtype.kind not in "fiu":
+        raise ValueError("it does not hold an array of (height, width, 3) numbers")
+    with np.errstate(over="ignore"):
+        return array.astype(np.float32), {}
+
+
+def write_png(path: Path, pixels: FloatImage, metadata: Mapping[str, str]) -> None:
+    """8-bit sRGB; the metadata are text chunks."""
+    from PIL import Image, PngImagePlugin
+
+    info = PngImagePlugin.PngInfo()
+    info.add(b"sRGB", b"\x00")
+    for key, value in metadata.items():
+        info.add_text(key, value)
+    Image.fromarray(np.rint(255 * pixels).astype(np.uint8)).save(path, format="PNG", pnginfo=info)
+
+
+def read_png(path: Path) -> Content:
+    """Any PNG of 8 bits, its transparency ignored, made linear."""
+    from PIL import Image
+
+    try:
+        with Image.open(path, formats=["PNG"]) as picture:
+            if picture.mode[0] in "IF":
+                raise ValueError("only pictures of 8 bits a channel can be read")
+            pixels = np.asarray(picture.convert("RGB"))
+            metadata = {str(key): value for key, value in picture.info.items() if isinstance(value, str)}
+    except (SyntaxError, Image.DecompressionBombError) as error:
+        raise ValueError(str(error)) from error
+    return srgb_decode(np.divide(pixels, 255, dtype=np.float32)), metadata

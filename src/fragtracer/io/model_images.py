@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: MIT
+"""Image files that a model names: read once each, and a note instead of the image where that fails."""
+
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from fragtracer.errors import FragtracerError
+from fragtracer.io.textures import read_texture
+from fragtracer.scene import Image
+from fragtracer.scene.texture import ColorSpace
+
+
+@dataclass
+class ModelImages:
+    """Images relative to ``folder``. ``notes`` says which could not be read, and why."""
+
+    folder: Path
+    notes: list[str] = field(default_factory=list)
+    files: list[Path] = field(default_factory=list)
+    _read: dict[tuple[Path, ColorSpace], Image | None] = field(default_factory=dict)
+
+    def get(self, file: str, color_space: ColorSpace) -> Image | None:
+        """The image in ``file``; None, with a note, where there is none."""
+        path = self._path(file)
+        key = path, color_space
+        if key not in self._read:
+            self.files.append(path)
+            try:
+                self._read[key] = read_texture(path, color_space)
+            except (FragtracerError, ValueError) as error:
+                self._read[key] = None
+                self.notes.append(str(error).replace(f"{path}: ", f"image {file}: "))
+        return self._read[key]
+
+    def _path(self, file: str) -> Path:
+        """``file``; where there is none, as of another machine's folders, the one of its name beside the model."""
+        path = Path(os.path.abspath(self.folder / file))
+        beside = path if path.exists() else Path(os.path.abspath(self.folder / path.name))
+        return beside if beside.is_file() else path

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: MIT
+"""A scene about a bare model: a camera that shows all of it, and light, where its file has none."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fragtracer.io.model import Model, bounds, points_of, triple
+from fragtracer.scene import Ambient, Camera, Light, Material, Mesh, RenderSettings, Scene
+
+Floats = NDArray[np.float64]
+_FOV = 35.0  # degrees
+_MARGIN = 1.08  # of the distance at which the model just fills the picture
+_VIEW = (0.5, 0.35, 1.0)  # from the model to the camera: its front is +z, y is up
+_KEY = (-0.55, 0.8, 0.65)  # from the model to the key light
+_KEY_DISTANCE, _KEY_RADIUS = 3.0, 0.5  # in radii of the model
+_KEY_IRRADIANCE = 2.4  # W/m² at the centre: with the ambient light, a white surface that faces it shows about 1
+_AMBIENT = 0.3  # W/m²/sr
+
+
+def stage(model: Model, name: str, light: bool = True) -> Scene:
+    """Make a scene of a model.
+
+    The camera is the file's first, with the shape of its picture, or looks at the model from the front, the right and
+    above. A file without lights and without materials that glow all over is lit by a large sphere on the left
+    above and by ambient light, unless ``light`` is false. All lengths go with the size of the model, so that its unit
+    does not matter.
+    """
+    missing = {model.mesh.material_of(part) for part in model.mesh.parts} - model.materials.keys()
+    materials = {**model.materials, **{name: Material() for name in sorted(missing)}}
+    low, high = bounds(model.mesh)
+    glows = any(item.is_emissive and item.emission_texture is None for item in materials.values())
+    lit = bool(model.lights) or glows or not light
+    return Scene(
+        camera=model.cameras[0] if model.cameras else _camera(model.mesh, low, high),
+        render=_settings(model.aspect),
+        materials=materials,
+        meshes=(model.mesh,),
+        lights=model.lights if lit else (_key_light(low, high),),
+        ambient=Ambient() if lit else Ambient((_AMBIENT,) * 3),
+        name=name,
+    )
+
+
+def _settings(aspect: float | None) -> RenderSettings:
+    """For a picture of the width over height ``aspect``, as high as usual or, where that is wide, as wide."""
+    usual = RenderSettings()
+    if aspect is None:
+        return usual
+    width = max(1, round(min(usual.width, aspect * usual.height)))
+    return replace(usual, width=width, height=max(1, round(min(usual.height, usual.width / aspect))))
+
+
+def _camera(mesh: Mesh, low: Floats, high: Floats) -> Camera:
+    """As near as all vertices allow, in a picture of the default shape."""
+    settings = RenderSettings()
+    center, size = (low + high) / 2, float(np.linalg.norm(high - low)) or 1.0
+    towards = np.divide(_VIEW, np.linalg.norm(_VIEW))
+    right = np.cross((0.0, 1.0, 0.0), towards)
+    right = right / np.linalg.norm(right)
+    axes = np.stack([right, np.cross(towards, right), towards], axis=1)
+    vertical = np.tan(np.radians(_FOV) / 2)
+    horizontal = vertical * settings.width / settings.height
+    distance = 1e-3 * size
+    for points in map(points_of, mesh.parts):
+        x, y, z = ((points - center) @ axes).T
+        reach = np.maximum(np.abs(x) / horizontal, np.abs(y) / vertical) + z
+        distance = max(distance, _MARGIN * float(reach.max(initial=0.0)))
+    return Camera(triple(center + distance * towards), triple(center), fov_degrees=_FOV)
+
+
+def _key_light(low: Floats, high: Floats) -> Light:
+    """A sphere that gives :data:`_KEY_IRRADIANCE` at the centre of the model, whatever the size of that."""
+    center, radius = (low + high) / 2, (float(np.linalg.norm(high - low)) or 1.0) / 2
+    distance = _KEY_DISTANCE * radius
+    position = center + distance * np.divide(_KEY, np.linalg.norm(_KEY))
+    power = 4 * np.pi * distance**2 * _KEY_IRRADIANCE
+    return Light(triple(position), _KEY_RADIUS * radius, power=(power, power, power))

@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: MIT
+"""Scene files: a TOML file, by its path or as the name of a bundled one, to a :class:`Scene` and back.
+
+The tables are ``[camera]``, ``[render]``, ``[ambient]``, ``[environment]``, ``[material.NAME]``, ``[[light]]``,
+``[[sphere]]``, ``[[plane]]``, ``[[rectangle]]``, ``[[triangle]]`` and ``[[mesh]]``, under a ``description``; their
+keys are the fields of the dataclasses of :mod:`fragtracer.scene`, with the name of a file where these hold pixels or
+triangles. The ``f0`` of a material may also name a dielectric of ``DIELECTRIC_F0``.
+"""
+
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from fragtracer import output, resources
+from fragtracer.errors import SceneError
+from fragtracer.io import SUFFIXES, files_of, read_model, staging
+from fragtracer.io import qualified as with_qualified_names
+from fragtracer.io.toml.beside import with_files
+from fragtracer.io.toml.document import from_document, to_document
+from fragtracer.io.toml.tables import show, suggest, too_large
+from fragtracer.scene import Image, Scene
+from fragtracer.scene.environment import Panorama
+
+_MOST_MISTAKES = 10
+
+
+def load(name_or_path: str | Path, light_models: bool = True) -> Scene:
+    """Read a scene.
+
+    Parameters
+    ----------
+    name_or_path
+        The name of a bundled scene, as "three-spheres", or the path of a .toml file or of a model (.obj, .ply, .gltf,
+        .glb, .npz). A model without a camera is framed.
+    light_models
+        Whether a model without lights is lit: not, where an environment will be added.
+
+    Raises
+    ------
+    SceneError
+        If the file cannot be read or is not a scene; the message has a line for each mistake.
+    """
+    path = _bundled_files().get(str(name_or_path), Path(name_or_path))
+    try:
+        if path.suffix.lower() in SUFFIXES:
+            return staging.stage(with_qualified_names(read_model(path), path.stem), path.stem, light_models)
+        if path.suffix.lower() != ".toml" and path.is_file():
+            raise SceneError(f"{path}: a scene file ends in .toml, a model in {', '.join(SUFFIXES)}")
+        text = path.read_bytes().decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise SceneError(f"{path}: not UTF-8 text at byte {error.start}; save the file as UTF-8") from error
+    except (FileNotFoundError, NotADirectoryError) as error:
+        raise SceneError(f"{path}: no such file or bundled scene; {suggest(path.stem, _bundled_files())}") from error
+    except (OSError, ValueError) as error:
+        raise SceneError(f"{path}: cannot read: {getattr(error, 'strerror', None) or error}") from error
+    return parse(text, path)
+
+
+def files_behind(scene: Scene) -> set[Path]:
+    """The files that a scene needs besides its own: of its meshes, with what those name, and of its textures."""
+    files = {path for mesh in scene.meshes if mesh.file for path in files_of(mesh.file)}
+    textures = (texture for material in scene.materials.values() for texture in material.textures.values())
+    images: list[Image | Panorama] = [texture.image for texture in textures]
+    if scene.environment is not None and scene.environment.image is not None:
+        images.append(scene.environment.image)
+    return files | {Path(image.file) for image in images if image.file}
+
+
+def bundled() -> dict[str, str]:
+    """The names of the scenes that come with fragtracer, and what each shows."""
+    return {name: tomllib.loads(path.read_text("utf-8"))["description"] for name, path in _bundled_files().items()}
+
+
+def _bundled_files() -> dict[str, Path]:
+    return {path.stem: path for path in sorted(resources.folder("scenes").glob("*.toml"))}
+
+
+def parse(text: str, file: str | Path = "scene.toml") -> Scene:
+    """Make a scene of the text of a scene file; ``file`` gives it its name and stands in the messages.
+
+    Raises
+    ------
+    SceneError
+        If the text is not a scene; the message has a line for each mistake, the first ten at most.
+    """
+    document = _toml(text, file)
+    mistakes = list(too_large(document))
+    scene = None if mistakes else from_document(document, Path(file).stem, Path(file).parent, mistakes)
+    if scene is None:
+        lines = [f"{file}: {mistake}" for mistake in mistakes[:_MOST_MISTAKES]]
+        rest = len(mistakes) - _MOST_MISTAKES
+        raise SceneError("\n".join(lines + ([f"{file}: … and {rest} more mistakes"] if rest > 0 else [])))
+    return scene
+
+
+def _toml(text: str, file: str | Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise SceneError(f"{file}: not a TOML file: {error}{_line_of(str(error), text)}") from error
+    except (ValueError, RecursionError) as error:
+        problem = "has a number of too many digits" if isinstance(error, ValueError) else "is nested too deeply"
+        raise SceneError(f"{file}: {problem} to be read") from error
+
+
+def _line_of(message: str, text: str) -> str:
+    number = re.search(r"at line (\d+)", message)
+    line = text.split("\n")[int(number[1]) - 1].strip() if number else ""
+    return f": {show(line)}" if line else ""
+
+
+def dump(scene: Scene, folder: str | Path = ".") -> str:
+    """The text of a scene file in ``folder``, of which :func:`parse` makes the same scene; defaults are left out."""
+    text = tomli_w.dumps(to_document(scene, Path(folder)))
+    # tomli_w gives each number of an array its own line; no other line ends in a bracket or a comma.
+    for pattern, joined in ((r"\[\n\s+", "["), (r",\n\s*\]", "]"), (r",\n\s+", ", ")):
+        text = re.sub(pattern, joined, text)
+    return text
+
+
+def save(scene: Scene, path: str | Path) -> None:
+    """Write a scene file; the scene takes the name of the file when it is read again.
+
+    Models and images in files are named, relative to the new file. Meshes and pictures made in Python are written
+    beside it: as .npz, .png, or .exr and .npy where the pixels are floats.
+
+    Raises
+    ------
+    OutputError
+        If ``path`` does not end in .toml or cannot be written.
+    """
+    output.check_writable(path, [".toml"])
+    stored = with_files(scene, Path(path))
+    with output.replacing(path) as part:
+        part.write_text(dump(stored, Path(path).parent), "utf-8", newline="\n")

@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: MIT
+"""``[[mesh]]`` tables of a scene file: models in files, and where copies of them stand."""
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+from typing import Any
+
+from fragtracer.errors import OutputError, SceneError
+from fragtracer.io import Model, qualified, read_model
+from fragtracer.io.toml.tables import build, join, plain, show, suggest
+from fragtracer.io.toml.textures import relative
+from fragtracer.scene import Material, Mesh, Placement, Scene
+
+_PLACEMENT = tuple(item.name for item in fields(Placement))
+_TEXTS = ("file", "name", "material")
+KEYS = (*_TEXTS, *_PLACEMENT, "instance")
+
+
+@dataclass
+class Models:
+    """The models of one scene, each of whose materials open with the name of the file.
+
+    Files of the same name in other folders count up: "box/wood", "box-2/wood".
+    """
+
+    _prefixes: dict[str, Path] = field(default_factory=dict)
+
+    def get(self, file: str | Path) -> Model:
+        """The model in ``file``; raises SceneError where there is none."""
+        path = Path(os.path.abspath(file))
+        number, prefix = 1, path.stem
+        while self._prefixes.setdefault(prefix, path) != path:
+            number += 1
+            prefix = f"{path.stem}-{number}"
+        return qualified(read_model(path), prefix)
+
+
+def read_meshes(value: Any, folder: Path, mistakes: list[str]) -> tuple[list[Mesh], dict[str, Material]]:
+    """Make the meshes of a scene file.
+
+    Parameters
+    ----------
+    value
+        What the file holds under "mesh".
+    folder
+        What the paths in the file are relative to.
+    mistakes
+        Takes "path: sentence" for each mistake.
+
+    Returns
+    -------
+    meshes : list
+        Those without a mistake.
+    materials : dict
+        That came with them.
+    """
+    if not isinstance(value, list):
+        mistakes.append(f"mesh: must be an array of tables, each opened by [[mesh]], got {show(value)}")
+        return [], {}
+    models, meshes, materials = Models(), [], {}
+    for index, table in enumerate(value):
+        found = _mesh(table, f"mesh[{index}]", folder, models, mistakes)
+        if found is not None:
+            meshes.append(found[0])
+            materials.update(found[1])
+    return meshes, materials
+
+
+def _mesh(
+    table: Any, path: str, folder: Path, models: Models, mistakes: list[str]
+) -> tuple[Mesh, dict[str, Material]] | None:
+    if not isinstance(table, Mapping):
+        mistakes.append(f"{path}: must be a table, with a line for each of its keys, got {show(table)}")
+        return None
+    before = len(mistakes)
+    mistakes += [f"{join(path, key)}: there is no such key; {suggest(key, KEYS)}" for key in table if key not in KEYS]
+    for key in _TEXTS:
+        if key in table and not isinstance(table[key], str):
+            mistakes.append(f"{path}.{key}: must be a text in quotes, got {show(table[key])}")
+    instances = _instances(table, path, mistakes)
+    if not isinstance(table.get("file"), str):
+        mistakes += [] if "file" in table else [f"{path}.file: is missing; name a model"]
+        return None
+    try:
+        model = models.get(folder / table["file"])
+    except SceneError as error:
+        mistakes.append(f"{path}.file: {error}")
+        return None
+    if len(mistakes) > before:
+        return None
+    changes = {key: table[key] for key in ("name", "material") if key in table}
+    return replace(model.mesh, instances=instances, **changes), model.materials
+
+
+def _instances(table: Mapping[str, Any], path: str, mistakes: list[str]) -> tuple[Placement, ...]:
+    own = {key: table[key] for key in _PLACEMENT if key in table}
+    tables = table.get("instance", [])
+    if not isinstance(tables, list):
+        mistakes.append(f"{path}.instance: must be an array of tables, each opened by [[mesh.instance]]")
+        return ()
+    if own and tables:
+        mistakes.append(f"{path}: say {', '.join(own)} in the [[mesh.instance]] tables, which place the copies")
+    placed = [build(Placement, item, f"{path}.instance[{index}]", mistakes) for index, item in enumerate(tables)]
+    placed = placed or [build(Placement, own, path, mistakes)]
+    return tuple(item for item in placed if item is not None)
+
+
+def plain_meshes(scene: Scene, folder: Path) -> tuple[list[dict[str, Any]], dict[str, Material]]:
+    """The ``[[mesh]]`` tables for a file in ``folder``, and the materials that reading it will bring.
+
+    Raises
+    ------
+    OutputError
+        If a mesh is in no file, or not as it is in its file.
+    """
+    models, tables, materials = Models(), [], {}
+    for index, mesh in enumerate(scene.meshes):
+        model = _stored(mesh, models)
+        if model is None or mesh.file is None:
+            raise OutputError(f"mesh[{index}]: {mesh.name} is in no file; fragtracer.save writes one beside the scene")
+        materials.update(model.materials)
+        tables.append(_plain_mesh(mesh, folder))
+    return tables, materials
+
+
+def is_stored(mesh: Mesh, models: Models) -> bool:
+    """Whether reading the file of ``mesh`` gives its parts; the meshes of a scene are to be asked for in order."""
+    return _stored(mesh, models) is not None
+
+
+def _stored(mesh: Mesh, models: Models) -> Model | None:
+    if mesh.file is None:
+        return None
+    try:
+        model = models.get(mesh.file)
+    except SceneError:
+        return None
+    return model if model.mesh.parts == mesh.parts else None
+
+
+def _plain_mesh(mesh: Mesh, folder: Path) -> dict[str, Any]:
+    assert mesh.file is not None
+    table: dict[str, Any] = {"file": relative(mesh.file, folder)}
+    if mesh.name != Path(mesh.file).stem:
+        table["name"] = mesh.name
+    if mesh.material is not None:
+        table["material"] = mesh.material
+    placed = [_plain_placement(item) for item in mesh.instances]
+    return table | (placed[0] if len(placed) == 1 else {"instance": placed})
+
+
+def _plain_placement(placement: Placement) -> dict[str, Any]:
+    """What is not the default, and the translation in any case: tomli_w would write an inline table without."""
+    return {"translation": placement.translation} | plain(placement)

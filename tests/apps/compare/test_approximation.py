@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: MIT
+"""The split-sum approximation against the truth: the errors add up, and each is what it is said to be."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import moderngl
+import numpy as np
+import pytest
+
+from fragtracer.apps.compare import approximation_report as report
+from fragtracer.apps.compare.approximation import (
+    Approximation,
+    by_roughness_and_angle,
+    measure_approximation,
+    sphere_angles,
+    stages,
+)
+from fragtracer.scene import Camera, Geometry, Image, Light, Material, Mesh, Part, Scene, Sphere, Texture
+from fragtracer.scene.environment import Environment, Gradient
+
+GRADIENT = Environment(gradient=Gradient(zenith=(0.2, 0.5, 1.0), horizon=(1.0, 0.9, 0.7), ground=(0.2, 0.1, 0.1)))
+METALS = {"rough": Material(albedo=0.9, metallic=1.0, roughness=0.8), "fine": Material(metal="gold", roughness=0.3)}
+TWO = Scene(
+    camera=Camera((0.0, 0.0, 6.0), (0.0, 0.0, 0.0), fov_degrees=35.0),
+    materials=METALS,
+    spheres=(Sphere((-1.0, 0.0, 0.0), 0.9, "rough"), Sphere((1.0, 0.0, 0.0), 0.9, "fine")),
+    environment=GRADIENT,
+)
+
+
+@pytest.fixture(scope="module")
+def two(ctx: moderngl.Context) -> Approximation:
+    with ctx:
+        return measure_approximation(TWO, (64, 32), spp=128, context=ctx)
+
+
+def test_errors_add_up(two: Approximation) -> None:
+    *terms, total = two.terms()
+    assert [term.error for term in terms] == [stage.error for stage in two.stages[1:]]
+    assert sum(term.bias for term in terms) == pytest.approx(total.bias, abs=1e-12)
+    surfaces = two.surfaces
+    whole = (two.split_sum - two.truth)[surfaces].mean() / two.truth[surfaces].mean()
+    assert total.bias == pytest.approx(whole, abs=1e-12)
+    np.testing.assert_allclose(sum(two.relative(i, i - 1) for i in range(1, len(two.stages))), two.relative())
+
+
+def test_standard_error_is_that_of_the_noise() -> None:
+    """Each time, not only in the mean, for noise of a known size in every pixel."""
+    rng = np.random.default_rng(5)
+    surfaces = np.ones((20, 25), bool)
+    for _ in range(20):
+        halves = np.ones((2, 2, 20, 25, 3)) + 0.3 * rng.standard_normal((2, 2, 20, 25, 1))
+        found = Approximation(TWO, tuple(stages(TWO)[:2]), halves, surfaces, np.ones((20, 25)), 2, "none")
+        assert found.terms()[0].bias_error == pytest.approx(0.3 / np.sqrt(500), rel=0.15)
+
+
+def test_signs_that_are_known(two: Approximation) -> None:
+    """Light that is lost darkens, occlusion that is forgotten brightens."""
+    bias = {term.error: term.bias for term in two.terms()}
+    assert bias["lost multiple scattering"] < -0.01
+    assert bias["missing interreflection"] < 0
+    assert bias["missing occlusion"] > 0.001
+    assert bias["diffuse factor"] == pytest.approx(0, abs=1e-12)  # of metals
+    assert abs(bias["lookups"]) < 0.01
+
+
+def test_one_convex_body_has_neither_occlusion_nor_interreflection(ctx: moderngl.Context) -> None:
+    found = measure_approximation(replace(TWO, spheres=TWO.spheres[:1]), (32, 16), spp=64, context=ctx)
+    for term in found.terms():
+        if term.error in ("missing interreflection", "missing occlusion"):
+            assert abs(term.bias) < 3 * term.bias_error + 1e-4
+
+
+def test_uniform_light_leaves_what_the_brdf_alone_gets_wrong(ctx: moderngl.Context) -> None:
+    white = replace(TWO, spheres=TWO.spheres[:1], environment=Environment(radiance=1.0))
+    found = {term.error: term for term in measure_approximation(white, (32, 16), spp=256, context=ctx).terms()}
+    for error in ("factorisation", "n = v = r", "lookups"):
+        assert abs(found[error].bias) < 3 * found[error].bias_error + 2e-3
+        assert found[error].rms < 0.01
+    assert found["another masking"].rms > 0.01
+
+
+def test_stages_follow_the_scene() -> None:
+    errors = [stage.error for stage in stages(TWO)]
+    assert "lights as points" not in errors
+    assert "occlusion map" not in errors
+    lamp = replace(TWO, lights=(Light((0.0, 3.0, 0.0), power=1.0),))
+    assert [s.error for s in stages(lamp)][3] == "lights as points"
+    texture = Texture(Image(np.full((2, 2), 0.5, np.float32), "linear"))
+    worn = replace(TWO, materials={**METALS, "worn": Material(occlusion_texture=texture)})
+    assert stages(worn)[-1].error == "occlusion map"
+
+
+def test_angles_are_those_of_the_picture(two: Approximation) -> None:
+    index, angle = sphere_angles(two)
+    assert set(np.unique(index)) == {-1, 0, 1}
+    assert not index[:, :4].max() >= 0
+    for sphere in (0, 1):
+        seen = angle[index == sphere]
+        assert seen.min() < 6
+        assert 60 < seen.max() <= 90  # pixels that a surface fills do not reach the rim
+    assert (index[:, :32] != 1).all()
+    rows = list(by_roughness_and_angle(two))
+    assert [(metallic, roughness) for metallic, roughness, _ in rows] == [(1.0, 0.3), (1.0, 0.8)]
+    assert rows[1][2][0] < -0.05  # what a rough metal loses by single scattering
+
+
+def test_report(two: Approximation, tmp_path: Path) -> None:
+    text = report.summary(two)
+    assert "lost multiple scattering" in text
+    numbers = json.loads(json.dumps(report.to_json(two), allow_nan=False))
+    assert len(numbers["terms"]) == len(numbers["stages"])
+    report.write_report(tmp_path / "r.html", two)
+    page = (tmp_path / "r.html").read_text()
+    assert page.count("<img") == 3 + len(two.stages) - 1
+    report.write_pictures(tmp_path / "p.png", two)
+    report.write_error_maps(tmp_path / "m.png", two)
+
+
+def test_occlusion_map_darkens(ctx: moderngl.Context) -> None:
+    texture = Texture(Image(np.full((2, 2), 0.25, np.float32), "linear"))
+    material = Material(albedo=0.8, occlusion_texture=texture, occlusion_strength=0.8)
+    quad = Geometry([(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0)], [(0, 1, 2), (0, 2, 3)], uvs=[(0, 0)] * 4)
+    scene = Scene(
+        camera=Camera((0.0, 0.0, 4.0), (0.0, 0.0, 0.0)),
+        materials={"worn": material},
+        meshes=(Mesh((Part(quad, "worn"),)),),
+        environment=GRADIENT,
+    )
+    found = measure_approximation(scene, (16, 8), spp=4, context=ctx)
+    np.testing.assert_allclose(found.pictures[-1], found.pictures[-2] * (1 - 0.8 * 0.75), rtol=1e-5)
+    plain = replace(scene, materials={"worn": replace(material, occlusion_texture=None)}, meshes=())
+    assert len(stages(plain)) == len(stages(scene)) - 1

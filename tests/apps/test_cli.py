@@ -1,0 +1,184 @@
+# SPDX-License-Identifier: MIT
+"""The command as a user runs it, in a process of its own."""
+
+import signal
+import subprocess
+import sys
+import time
+import warnings
+
+import numpy as np
+import pytest
+
+from fragtracer.apps import cli
+from fragtracer.io.images import read_image, read_metadata
+
+FRAGTRACER = (sys.executable, "-m", "fragtracer")
+
+
+def run(*arguments, cwd=None):
+    command = [*FRAGTRACER, *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False, cwd=cwd)
+
+
+@pytest.mark.parametrize("suffix", [".exr", ".hdr", ".npy", ".png"])
+def test_render_writes_every_format(tmp_path, suffix):
+    output = tmp_path / f"box{suffix}"
+    done = run("render", "cornell-box", "-o", output, "--size", "20x12", "--spp", 4)
+    assert done.returncode == 0, done.stderr
+    assert "4 samples per pixel" in done.stdout
+    image = read_image(output)
+    assert image.shape == (12, 20, 3)
+    assert image.mean() > 0
+
+
+def test_the_error_is_said_where_it_is_known(tmp_path):
+    for spp, expected in ((1, "1 samples per pixel, mean error not known"), (2, "% mean error")):
+        done = run("render", "cornell-box", "-o", tmp_path / "box.png", "--size", "16x16", "--spp", spp)
+        assert expected in done.stdout
+
+
+def test_an_exr_says_how_it_was_made(tmp_path):
+    output = tmp_path / "box.exr"
+    run("render", "cornell-box", "-o", output, "--size", "16x16", "--spp", 3, "--bounces", 2, "--seed", 7)
+    found = read_metadata(output)
+    expected = {"scene": "cornell-box", "spp": "3", "bounces": "2", "seed": "7", "non_finite_samples": "0"}
+    assert expected.items() <= found.items()
+    assert "gl_renderer" in found
+    assert found["software"].startswith("fragtracer ")
+
+
+def test_the_same_command_gives_the_same_image(tmp_path):
+    images = []
+    for name in ("a.npy", "b.npy"):
+        run("render", "three-spheres", "-o", tmp_path / name, "--size", "32x18", "--spp", 8, "--seed", 3)
+        images.append(read_image(tmp_path / name))
+    np.testing.assert_array_equal(*images)
+
+
+def test_exposure_and_tone_curve_act_on_png_alone(tmp_path):
+    options = ("--size", "16x16", "--spp", 4, "--exposure", -2, "--tonemap", "aces")
+    run("render", "furnace", "-o", tmp_path / "f.npy", *options)
+    run("render", "furnace", "-o", tmp_path / "f.png", *options)
+    assert read_image(tmp_path / "f.npy").mean() == pytest.approx(0.5, rel=0.1)
+    assert read_image(tmp_path / "f.png").mean() < 0.3
+
+
+def test_until_stops_at_the_error_asked_for(tmp_path):
+    done = run("render", "three-spheres-ambient", "-o", tmp_path / "f.exr", "--size", "16x16", "--until", 5)
+    assert done.returncode == 0, done.stderr
+    assert float(done.stdout.split(",")[1].split("%")[0]) <= 5
+
+
+def test_time_stops_early(tmp_path):
+    start = time.monotonic()
+    done = run("render", "furnace", "-o", tmp_path / "f.exr", "--size", "64x64", "--time", 0.5, "--spp", 2**24)
+    assert done.returncode == 0, done.stderr
+    assert time.monotonic() - start < 60
+    assert int(read_metadata(tmp_path / "f.exr")["spp"]) < 2**24
+
+
+def test_no_memory_left_is_a_sentence(monkeypatch, capsys):
+    def need_too_much():
+        raise MemoryError("Unable to allocate 9 EiB")
+
+    monkeypatch.setattr(cli, "app", need_too_much)
+    monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)  # which main() changes
+    before = signal.getsignal(signal.SIGTERM)
+    with pytest.raises(SystemExit, match="2"):
+        cli.main()
+    signal.signal(signal.SIGTERM, before)
+    assert capsys.readouterr().err == "fragtracer: there is not enough memory for this: Unable to allocate 9 EiB\n"
+
+
+@pytest.mark.parametrize("signum", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_render_keeps_what_it_has(tmp_path, signum):
+    output = tmp_path / "f.exr"
+    command = [*FRAGTRACER, "render", "furnace", "-o", str(output), "--size", "64x64", "--spp", str(2**24)]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    # Whoever runs the tests in the background may have them ignore Ctrl-C, and a child inherits that.
+    with subprocess.Popen(
+        command, text=True, preexec_fn=lambda: signal.signal(signum, signal.SIG_DFL), **pipes
+    ) as process:
+        time.sleep(4)
+        process.send_signal(signum)
+        out, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "interrupted" in out
+    assert "Traceback" not in err
+    spp = int(read_metadata(output)["spp"])
+    assert f"{spp} samples per pixel" in out
+    assert spp > 0
+    assert read_image(output).mean() == pytest.approx(0.5, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("nothing", "-o", "a.png"), ("nothing: no such file or bundled scene", "three-spheres")),
+        (("furnace", "-o", "a.jpg"), ("a.jpg", ".exr", ".png")),
+        (("furnace", "-o", "nowhere/a.png"), ("nowhere",)),
+        (("furnace", "-o", "a.png", "--size", "0x10"), ("--size 0x10", "640x480")),
+        (("furnace", "-o", "a.png", "--size", "99999x10"), ("--size", "16384")),
+        (("furnace", "-o", "a.png", "--bounces", "-1"), ("--bounces", "0")),
+        (("furnace", "-o", "a.png", "--spp", "many"), ("--spp", "integer")),
+        (("furnace", "-o", "a.png", "--tonemap", "film"), ("--tonemap", "reinhard")),
+    ],
+)
+def test_bad_input_gets_one_message(tmp_path, arguments, words):
+    done = run("render", *arguments, cwd=tmp_path)
+    assert done.returncode == 2
+    assert all(word in done.stderr for word in words), done.stderr
+    assert "Traceback" not in done.stderr
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("option", ["--variant", "--batches", "--margin", "--geometry", "--multiple-scattering"])
+def test_split_sum_refuses_what_it_would_pass_over(option):
+    value = {"--variant": ["scalar_rgb"], "--geometry": ["karis"], "--multiple-scattering": []}.get(option, ["4"])
+    done = run("compare", "overcast", "--split-sum", option, *value)
+    assert done.returncode == 2
+    assert f"--split-sum measures without {option}: leave that out" in done.stderr
+
+
+def test_a_broken_scene_file_names_file_and_key(tmp_path):
+    scene = tmp_path / "mine.toml"
+    scene.write_text('[[sphere]]\ncenter = [0, 0, 0]\nradius = -1\nmaterial = "a"\n[material.a]\n')
+    done = run("render", scene, "-o", tmp_path / "a.png")
+    assert done.returncode == 2
+    assert "mine.toml: sphere[0].radius" in done.stderr
+
+
+def test_info_names_the_renderer():
+    done = run("info")
+    assert done.returncode == 0
+    assert "GL renderer" in done.stdout
+    assert "Mitsuba" in done.stdout
+
+
+def test_info_says_what_a_model_holds(tmp_path):
+    path = tmp_path / "x.obj"
+    path.write_text("mtllib none.mtl\nv 0 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\n")
+    done = run("info", str(path))
+    assert done.returncode == 0
+    assert "x: 1 triangles in 1 parts" in done.stdout
+    assert "from [0, 0, 0] to [2, 1, 0] m" in done.stdout
+    warning = f"fragtracer: warning: {path}: ignored: none.mtl (no such file; its materials are grey)\n"
+    assert done.stderr == warning
+
+
+def test_a_model_is_rendered(tmp_path):
+    (tmp_path / "x.obj").write_text("v 0 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\n")
+    image = tmp_path / "x.exr"
+    done = run("render", str(tmp_path / "x.obj"), "-o", str(image), "--size", "32x24", "--spp", "16")
+    assert done.returncode == 0, done.stderr
+    pixels = read_image(image)
+    background = np.abs(pixels - 0.3).max(axis=2) < 1e-4
+    assert 0.3 < background.mean() < 0.9
+
+
+def test_scenes_lists_each_with_its_line():
+    done = run("scenes")
+    assert done.returncode == 0
+    lines = dict(line.split(maxsplit=1) for line in done.stdout.splitlines())
+    assert {"three-spheres", "cornell-box", "furnace", "roughness-grid", "mirror", "red-bounce"} <= lines.keys()

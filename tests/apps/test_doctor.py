@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: MIT
+"""The doctor passes where the suite does, and notices a driver that computes something else."""
+
+import subprocess
+import sys
+from importlib import import_module
+
+import pytest
+from rendering import Planter
+
+from fragtracer.apps.doctor import CHECKS, Finding, examine
+from fragtracer.apps.doctor.report import write_report
+from fragtracer.errors import ShaderError
+
+# For each check, an error in the shaders that it has to notice: file, text, replacement.
+SICKNESS = {
+    "numbers": ("core/hash.glsl", "v ^= v >> 16u;", "v ^= v >> 15u;"),
+    "samplers": (
+        "core/warp.glsl",
+        "vec3(p, sqrt(max(0.0, 1.0 - dot(p, p))))",
+        "normalize(vec3(p, 1.02 * sqrt(max(0.0, 1.0 - dot(p, p)))))",
+    ),
+    "intersections": ("shape/sphere.glsl", "near = b - half_chord;", "near = b - 1.001 * half_chord;"),
+    "furnace": ("integrator/path.glsl", "*= scattered.weight", "*= 0.99 * scattered.weight"),
+    "estimators": ("emitter/area_light.glsl", "(cos_theta * area)", "(1.1 * cos_theta * area)"),
+    "determinism": ("film/film.glsl", "uint(film.count + film.non_finite)", "uint(u_rays)"),
+}
+
+
+@pytest.mark.slow
+def test_it_passes_here(ctx):
+    findings = list(examine(ctx))
+    assert {finding.check for finding in findings} == set(CHECKS)
+    assert not [finding for finding in findings if not finding.passed]
+
+
+@pytest.mark.parametrize("check", SICKNESS)
+def test_it_notices(ctx, check, monkeypatch, tmp_path):
+    plant = Planter(monkeypatch, tmp_path)
+    plant(*SICKNESS[check])
+    if check == "determinism":
+        plant("film/film.glsl", "struct Film {", "uniform int u_rays;\nstruct Film {")
+        plant("pathtracer.frag", "uniform int u_rays;  // paths per pixel in this pass\n", "")
+    findings = list(import_module(f"fragtracer.apps.doctor.{check}").findings(ctx))
+    assert [finding for finding in findings if not finding.passed]
+
+
+def test_a_program_that_does_not_compile_is_a_finding(ctx, monkeypatch, tmp_path):
+    Planter(monkeypatch, tmp_path)("bsdf/ggx.glsl", "float ggx_d(", "flaot ggx_d(")
+    first = next(examine(ctx))
+    assert not first.passed
+    assert "bsdf/ggx.glsl:" in first.detail
+
+
+def test_an_error_becomes_a_finding(ctx, monkeypatch):
+    def fail(_):
+        raise ShaderError("no")
+
+    monkeypatch.setattr("fragtracer.apps.doctor.compile.findings", fail)
+    first = next(examine(ctx))
+    assert (first.check, first.passed, first.detail) == ("compile", False, "no")
+
+
+def test_the_report_says_what_failed(tmp_path):
+    findings = [Finding("numbers", "hash <x>", True, "0 of 9"), Finding("furnace", "mis", False, "0.4")]
+    write_report(tmp_path / "r.html", {"GL renderer": "test & try"}, findings)
+    page = (tmp_path / "r.html").read_text("utf-8")
+    assert "1 of 2 checks failed" in page
+    assert CHECKS["furnace"] in page
+    assert "hash &lt;x&gt;" in page
+    assert "test &amp; try" in page
+
+
+@pytest.mark.slow
+def test_the_command_writes_a_report(tmp_path):
+    command = [sys.executable, "-m", "fragtracer", "doctor", "--report", str(tmp_path / "r.html")]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "0 failed" in done.stdout
+    assert (tmp_path / "r.html").is_file()

@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: MIT
+"""What the scenarios share: a viewer that is open, and what it shows."""
+
+from dataclasses import replace
+from typing import Any
+
+from hand import Hand
+
+import fragtracer as ft
+from fragtracer.apps.viewer.app import Viewer
+from fragtracer.apps.viewer.session import path_of
+
+GOLD = ("spheres", 1)
+
+
+def opened(scene: str = "three-spheres", size: tuple[int, int] = (800, 500)) -> Viewer:
+    viewer = Viewer(ft.load(scene), path_of(scene), size)
+    viewer.frame()
+    return viewer
+
+
+def picture(viewer: Viewer) -> Any:
+    """The part of the window with the picture, without the panels that lie over it, in [0, 1]."""
+    left, bottom, width, height = viewer.rectangle
+    top = viewer.window.pixels[1] - bottom - height
+    return viewer.grab()[top : top + height, left : left + width] / 255.0
+
+
+def refined(viewer: Viewer, hand: Hand, spp: int) -> None:
+    viewer.session.max_samples = spp
+    hand.until(lambda: viewer.is_done and viewer.renderer.spp >= spp, f"{spp} samples")
+    hand.until(lambda: viewer.refiner.held is None, "the fade")
+
+
+def set_scene(viewer: Viewer, **fields: Any) -> None:
+    """Edit the scene."""
+    document = viewer.session.document
+    viewer.session.edit(replace(document, scene=replace(document.scene, **fields)), f"{fields.keys()}")
+    viewer.session.history.close()
+
+
+def set_render(viewer: Viewer, **fields: Any) -> None:
+    """Edit the settings of the scene."""
+    set_scene(viewer, render=replace(viewer.session.document.scene.render, **fields))

@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: MIT
+"""Editing what is selected."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from common import GOLD, opened, picture, refined, set_render, set_scene
+from hand import Hand
+
+import fragtracer as ft
+from fragtracer.apps.viewer.panels import widgets
+
+
+def edits_a_material() -> None:
+    """A click selects the gold sphere; its roughness slider makes it another picture, from no samples."""
+    rows: dict[str, tuple[Any, Any]] = {}
+    slider = widgets.slider
+
+    def watched(text: str, *rest: Any, **options: Any) -> float:
+        value = slider(text, *rest, **options)
+        rows[text] = (widgets.imgui.get_item_rect_min(), widgets.imgui.get_item_rect_max())
+        return value
+
+    widgets.slider = watched
+    with opened(size=(760, 720)) as viewer:
+        hand = Hand(viewer)
+        center = viewer.session.document.part(GOLD).center
+        hand.click(*hand.place_of(center))
+        assert viewer.session.selected == GOLD
+        refined(viewer, hand, 12)
+        before = picture(viewer)
+        low, high = rows["Roughness"]
+        y = (low.y + high.y) / 2
+        hand.drag((low.x + 0.35 * (high.x - low.x), y), (low.x + 0.95 * (high.x - low.x), y))
+        gold = viewer.session.document.scene.materials["gold"]
+        assert gold.roughness > 0.8
+        assert gold.metal == "gold"
+        assert len(viewer.session.history.past) == 1, "a drag is one step"
+        assert viewer.renderer.spp < 12, "refining began again"
+        viewer.session.max_samples = 0
+        refined(viewer, hand, 12)
+        change = np.abs(picture(viewer) - before).mean(axis=-1)
+        x, y = hand.place_of(center)
+        column, row = round(x - viewer.rectangle[0]), round(y - (720 - viewer.rectangle[1] - viewer.rectangle[3]))
+        assert change[row - 20 : row + 20, column - 20 : column + 20].mean() > 0.08
+        assert change[:40].mean() < 0.02, "and nothing else is"
+        hand.key("ctrl+z")
+        assert viewer.session.document.scene.materials["gold"].roughness == 0.35
+        hand.key("ctrl+shift+z")
+        assert viewer.session.document.scene.materials["gold"].roughness > 0.8
+
+
+def drags_a_gizmo() -> None:
+    """The red arrow on the selected sphere takes it along x, as one step; a view of normals shows them."""
+    with opened() as viewer:
+        hand = Hand(viewer)
+        before = viewer.session.document.part(GOLD)
+        hand.click(*hand.place_of(before.center))
+        hand.frames(2)
+        x, y = hand.place_of(before.center)
+        hand.drag((x + 30, y), (x + 90, y))
+        after = viewer.session.document.part(GOLD)
+        assert after.center[0] > before.center[0] + 0.05
+        assert after.center[1:] == before.center[1:]
+        assert len(viewer.session.history.past) == 1
+        hand.key("ctrl+z")
+        assert viewer.session.document.part(GOLD) == before
+        viewer.session.display = replace(viewer.session.display, view="normals")
+        hand.frames(2)
+        hand.until(lambda: viewer.renderer.spp >= 4 and not viewer.refiner.is_moving, "normals")
+        floor = viewer.renderer.image()[-1, 0]
+        np.testing.assert_allclose(floor, (0.5, 1.0, 0.5), atol=1e-6)
+        viewer.session.display = replace(viewer.session.display, view="albedo")
+        hand.frames(2)
+        hand.until(lambda: viewer.renderer.spp >= 4 and not viewer.refiner.is_moving, "albedo")
+        np.testing.assert_allclose(viewer.renderer.image()[-1, 0], 0.5, atol=1e-6)
+
+
+def answers_while_a_sky_is_made() -> None:
+    """The sun is moved step by step: no frame waits for the sky, nor for the maps of the split sum, and the state
+    says so; the picture ends as that of the last step."""
+    with opened("sun-sky", (560, 340)) as viewer:
+        hand = Hand(viewer)
+        for integrator in ("path", "split-sum"):
+            set_render(viewer, integrator=integrator)
+            hand.until(lambda: not viewer.refiner.is_preparing, integrator, 60)
+            states, slowest = set(), 0.0
+            for step in range(40):
+                environment = viewer.session.document.scene.environment
+                assert environment is not None
+                sky = replace(environment.sky, sun_elevation_degrees=20.0 + 0.5 * step + (integrator == "path"))
+                set_scene(viewer, environment=replace(environment, sky=sky))
+                viewer.frame()
+                states.add(viewer.figures.state)
+                slowest = max(slowest, viewer.times.recent[-1])
+            assert "preparing" in states
+            assert slowest < 0.4, "making a sky takes twice as long, its maps six times"
+            hand.until(lambda: not viewer.refiner.is_preparing, "the last sky", 60)
+            assert viewer.renderer.scene.environment == viewer.session.document.scene.environment
+            refined(viewer, hand, 16)
+            ours = viewer.renderer.image()
+            wanted = ft.render(viewer.session.shown, ours.shape[1::-1], 16)
+            assert ours.mean() == pytest.approx(wanted.mean(), rel=0.01)
+            viewer.session.max_samples = 0

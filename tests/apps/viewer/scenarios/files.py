@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: MIT
+"""Files that are opened, dropped, changed and written."""
+
+import shlex
+import shutil
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from common import GOLD, opened, picture, refined
+from hand import Hand
+from imgui_bundle import imgui
+from PIL import Image
+
+import fragtracer as ft
+from fragtracer import resources
+from fragtracer.apps.viewer import app, display, picking
+from fragtracer.apps.viewer.app import Viewer
+from fragtracer.gpu import tracer
+from fragtracer.io.images import read_image, read_metadata
+
+
+def reloads_shaders() -> None:
+    """A broken shader file keeps the picture and shows where the mistake is; mended, all goes on."""
+    shutil.copytree(resources.folder("shaders"), "shaders")
+    for module in (tracer, display, app):
+        module.folder = lambda _: Path("shaders").resolve()  # type: ignore[attr-defined]
+    with opened() as viewer:
+        hand = Hand(viewer)
+        file = Path("shaders/integrator/path.glsl")
+        good = file.read_text("utf-8")
+        line = good[: good.index("Path path_begin")].count("\n") + 1
+        refined(viewer, hand, 4)
+        before = picture(viewer)
+        file.write_text(good.replace("Path path_begin", "Path! path_begin"), "utf-8")
+        hand.until(lambda: bool(viewer.problem), "the message")
+        assert f"integrator/path.glsl:{line}" in viewer.problem
+        refined(viewer, hand, 8)
+        assert np.abs(picture(viewer) - before)[100:-60].mean() < 0.05, "the last good program goes on"
+        dark = good.replace("path.radiance += path.throughput * direct", "path.radiance += 0.0 * direct")
+        assert dark != good
+        file.write_text(dark, "utf-8")
+        hand.until(lambda: not viewer.problem, "recovery")
+        refined(viewer, hand, 8)
+        viewer.session.max_samples = 0
+        assert picture(viewer)[100:-60].mean() < 0.5 * before[100:-60].mean(), "the new program is in use"
+        compiler = viewer.refiner._compiler
+        assert compiler is not None
+        done, compiler.is_done = compiler.is_done, lambda _: False  # type: ignore[method-assign]
+        file.write_text(good, "utf-8")
+        hand.until(lambda: viewer.refiner._shaders is not None, "the change")
+        spp = viewer.renderer.spp
+        hand.until(lambda: viewer.renderer.spp > spp + 8, "samples by the program of before")
+        compiler.is_done = done  # type: ignore[method-assign]
+        hand.until(lambda: viewer.renderer.spp < spp, "the program that was compiled elsewhere")
+
+
+def opens_and_reloads_files() -> None:
+    """A file dropped on the window is opened, and read again when it changes; a mistake is shown."""
+    with opened() as viewer:
+        hand = Hand(viewer)
+        viewer.window.dropped.append("no-such-file.toml")
+        hand.frames(2)
+        assert "no such file" in viewer.problem
+        scene = ft.load("mirror")
+        ft.save(scene, "mine.toml")
+        viewer.window.dropped.append("mine.toml")
+        hand.frames(2)
+        assert viewer.session.document.scene.name == "mine"
+        assert not viewer.problem
+        first = next(iter(scene.materials))
+        edited = {**scene.materials, first: ft.Material(albedo=(0.9, 0.1, 0.1))}
+        ft.save(replace(scene, materials=edited), "mine.toml")
+        hand.until(lambda: viewer.session.document.scene.materials == edited, "reload")
+        hand.until(lambda: viewer.renderer.scene.materials == edited, "the picture of it")
+        Path("mine.toml").write_text("[camera\n", "utf-8")
+        hand.until(lambda: "not a TOML file" in viewer.problem, "the message")
+        assert viewer.session.document.scene.materials == edited
+        hand.key("ctrl+s")
+        hand.until(lambda: not viewer.problem, "saving mends the file")
+        assert dict(ft.load("mine.toml").materials) == edited
+
+
+def saves_images() -> None:
+    """F12 writes the picture with what made it."""
+    with opened() as viewer:
+        hand = Hand(viewer)
+        refined(viewer, hand, 4)
+        hand.key("F12")
+        assert read_metadata("three-spheres.png")["spp"] == "4"
+        viewer.do("image exr")
+        assert np.array_equal(read_image("three-spheres.exr"), viewer.renderer.image())
+        viewer.do("copy command")
+        assert "fragtracer render three-spheres" in viewer.session.toast
+
+
+def is_lit_by_a_dropped_picture() -> None:
+    """An .exr file dropped on the window becomes the environment; it is turned, undone and saved."""
+    with opened(size=(900, 700)) as viewer:
+        hand = Hand(viewer)
+        ft.write_image("sky.exr", np.tile(np.float32((0.2, 0.5, 0.9)), (8, 16, 1)))
+        viewer.window.dropped.append("sky.exr")
+        hand.until(lambda: viewer.renderer.scene.environment is not None, "the picture of it")
+        assert not viewer.problem
+        refined(viewer, hand, 8)
+        np.testing.assert_allclose(viewer.renderer.image()[0, 0], (0.2, 0.5, 0.9), rtol=1e-5)
+        environment = viewer.session.document.scene.environment
+        assert environment is not None
+        turned = replace(environment, rotation_degrees=30.0, visible=False)
+        scene = replace(viewer.session.document.scene, environment=turned)
+        viewer.session.edit(replace(viewer.session.document, scene=scene), "turn")
+        hand.until(lambda: viewer.renderer.scene.environment == turned, "the turned one")
+        refined(viewer, hand, 8)
+        assert not viewer.renderer.image()[0, 0].any(), "hidden from the camera"
+        Path("damaged.exr").write_bytes(Path("sky.exr").read_bytes()[:200])
+        viewer.window.dropped.append("damaged.exr")
+        hand.frames(2)
+        assert "damaged.exr: this .exr file is damaged" in viewer.problem
+        hand.key("ctrl+s")
+        assert ft.load("three-spheres.toml").environment == turned
+        hand.key("ctrl+z")
+        hand.key("ctrl+z")
+        assert viewer.session.document.scene.environment is None
+
+
+def works_with_meshes() -> None:
+    """A model that is dropped is opened, picked, moved, undone, lit by a dropped picture and saved; the command that is
+    copied makes the picture of the window: of the model as it is, and as it was edited."""
+    folder, mesh = Path("my models"), ("meshes", 0)
+    folder.mkdir()
+    model = folder / "a knot.glb"
+    shutil.copy(resources.folder("scenes") / "meshes" / "knot.glb", model)
+    ft.write_image(folder / "sky ü.exr", np.tile(np.float32((0.2, 0.5, 0.9)), (8, 16, 1)))
+    with opened(size=(700, 420)) as viewer:
+        hand = Hand(viewer)
+        hand.click(*hand.place_of(viewer.session.document.part(GOLD).center))
+        assert viewer.session.selected == GOLD
+        hand.drop(model)
+        hand.until(lambda: bool(viewer.renderer.scene.meshes), "the model")
+        assert not viewer.problem
+        assert viewer.session.selected is None, "what was selected is gone"
+        assert "/my models/a knot.glb'" in the_command_makes_the_picture(viewer, hand)
+        before = viewer.session.document.part(mesh)
+        corners = before.parts[0].geometry.positions[before.parts[0].geometry.triangles]
+        middles = corners.mean(axis=1) @ before.instances[0].matrix[:3, :3].T + before.instances[0].matrix[:3, 3]
+        nearest = np.linalg.norm(middles - viewer.session.camera.position, axis=1).argmin()
+        hand.click(*hand.place_of(tuple(middles[nearest])))
+        assert viewer.session.selected == mesh
+        ball = picking.bounds(before)
+        assert ball is not None
+        x, y = hand.place_of(ball[0])
+        hand.drag((x + 30, y), (x + 70, y))
+        hand.frames(3)
+        moved = viewer.session.document.part(mesh)
+        assert moved.instances != before.instances
+        assert len(viewer.session.history.past) == 1
+        hand.drop(folder / "sky ü.exr")
+        hand.until(lambda: viewer.renderer.scene.environment is not None, "the picture of it")
+        assert "'a knot.toml'" in the_command_makes_the_picture(viewer, hand)
+        hand.key("ctrl+z")
+        hand.key("ctrl+z")
+        assert viewer.session.document.part(mesh) == before
+        assert viewer.session.document.scene.environment is None
+        hand.key("ctrl+shift+z")
+        hand.until(lambda: viewer.renderer.scene.meshes == (moved,), "the moved one again")
+        hand.key("ctrl+s")
+        assert viewer.session.path is not None
+        assert ft.load(viewer.session.path).meshes == (moved,)
+
+
+def the_command_makes_the_picture(viewer: Viewer, hand: Hand) -> str:
+    """Copy the command, run it, and compare; returns it."""
+    refined(viewer, hand, 8)
+    viewer.do("copy command")
+    assert not viewer.problem
+    command = imgui.get_clipboard_text()
+    words = shlex.split(command)
+    subprocess.run([sys.executable, "-m", *words], check=True, capture_output=True)
+    with Image.open(words[words.index("-o") + 1]) as image:
+        made = np.asarray(image) / 255.0
+    free = slice(0, len(made) - 60)  # above the status bar
+    assert np.abs(picture(viewer)[free] - made[free]).mean() < 0.02, command
+    viewer.session.max_samples = 0
+    return command

@@ -1,0 +1,206 @@
+# SPDX-License-Identifier: MIT
+"""Scenes of glTF files: nodes, materials, cameras and lights, and what is not shown."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fragtracer.io.toml import load
+
+from .data import PNG, TRIANGLE, Gltf
+
+
+def test_nodes_multiply_from_the_root(tmp_path: Path) -> None:
+    half = np.sqrt(0.5)
+    gltf = Gltf(
+        nodes=[
+            {"children": [1, 2], "translation": [10, 0, 0]},
+            {"mesh": 0, "rotation": [0, 0, half, half], "scale": [2, 3, 4]},
+            {"mesh": 0, "matrix": [1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 5, 6, 7, 1]},
+            {"mesh": 0},
+        ],
+        scenes=[{"nodes": [3]}, {"nodes": [0]}],
+        scene=1,
+    )
+    gltf.triangle()
+    with pytest.warns(UserWarning, match="ignored: scenes but one$"):
+        model = gltf.read(tmp_path)
+    assert model.mesh.parts[0].geometry is model.mesh.parts[1].geometry
+    points = [
+        part.geometry.positions @ np.array(part.matrix)[:3, :3].T + np.array(part.matrix)[:3, 3]
+        for part in model.mesh.parts
+    ]
+    np.testing.assert_allclose(points[0], [[10, 0, 0], [10, 2, 0], [7, 0, 0]], atol=1e-12)
+    np.testing.assert_allclose(points[1], [[15, 6, 7], [16, 6, 7], [15, 6, 6]], atol=1e-12)
+
+
+def test_materials(tmp_path: Path) -> None:
+    transform = {"KHR_texture_transform": {"offset": [0.5, 0.25], "rotation": 1, "scale": [2, 3], "texCoord": 1}}
+    material: dict[str, Any] = {
+        "name": "all",
+        "pbrMetallicRoughness": {
+            "baseColorFactor": [0.1, 0.2, 1.0000001, 0.4],
+            "baseColorTexture": {"index": 0, "extensions": transform},
+            "metallicFactor": 0.6,
+            "roughnessFactor": 0.7,
+            "metallicRoughnessTexture": {"index": 1},
+        },
+        "normalTexture": {"index": 1, "scale": -2, "texCoord": 1},
+        "occlusionTexture": {"index": 1, "strength": 0.5},
+        "emissiveTexture": {"index": 0},
+        "emissiveFactor": [1, 0.5, 0],
+        "alphaMode": "MASK",
+        "alphaCutoff": 0.3,
+        "doubleSided": True,
+        "extensions": {
+            "KHR_materials_emissive_strength": {"emissiveStrength": 10},
+            "KHR_materials_ior": {"ior": 1.33},
+            "KHR_materials_unlit": {},
+        },
+    }
+    tinted = {"extensions": {"KHR_materials_specular": {"specularFactor": 0.5, "specularColorFactor": [1, 0.5, 30]}}}
+    old = {"diffuseFactor": [0.1, 0.2, 0.3, 0.4], "specularFactor": [0.5, 0.6, 0.7], "glossinessFactor": 0.75}
+    older = {"extensions": {"KHR_materials_pbrSpecularGlossiness": {**old, "diffuseTexture": {"index": 0}}}}
+    gltf = Gltf(
+        materials=[material, {"name": "all"}, tinted, {"extensions": {"KHR_materials_ior": {"ior": 0}}}, older],
+        samplers=[{"magFilter": 9728, "wrapS": 33071, "wrapT": 33648}],
+        textures=[{"source": 0, "sampler": 0}, {"source": 1}],
+    )
+    (tmp_path / "a b.png").write_bytes(PNG)
+    gltf.content["images"] = [{"bufferView": gltf.view(PNG), "mimeType": "image/png"}, {"uri": "a%20b.png"}]
+    position = gltf.array(TRIANGLE)
+    primitives = [{"attributes": {"POSITION": position}, "material": index} for index in range(5)]
+    gltf.content |= {"meshes": [{"primitives": primitives}], "nodes": [{"mesh": 0}], "scenes": [{"nodes": [0]}]}
+    model = gltf.read(tmp_path)
+    made = model.materials["all"]
+    assert (made.albedo, made.opacity, made.metallic, made.roughness) == ((0.1, 0.2, 1), 0.4, 0.6, 0.7)
+    assert (made.emission, made.ior, made.unlit, made.double_sided) == ((10, 5, 0), 1.33, True, True)
+    assert (made.alpha_mode, made.alpha_cutoff, made.normal_scale) == ("mask", 0.3, -2)
+    assert made.occlusion_strength == 0.5
+    base = made.albedo_texture
+    assert base is not None
+    assert (base.wrap_u, base.wrap_v, base.filter, base.coordinates) == ("clamp", "mirror", "nearest", 1)
+    assert (base.offset, base.rotation, base.scale) == ((0.5, 0.25), 1, (2, 3))
+    assert (base.image.color_space, base.image.file) == ("srgb", None)
+    np.testing.assert_array_equal(base.image.pixels, np.arange(16).reshape(2, 2, 4))
+    for texture, channel in (
+        (made.metallic_texture, "b"),
+        (made.roughness_texture, "g"),
+        (made.occlusion_texture, "r"),
+    ):
+        assert texture is not None
+        assert (texture.channel, texture.image.color_space) == (channel, "linear")
+        assert texture.image.file == str(tmp_path / "a b.png")
+    assert made.normal_texture is not None
+    assert made.normal_texture.coordinates == 1
+    assert list(model.materials) == ["all", "all (1)", "material 2", "material 3", "material 4"]
+    made = model.materials["material 4"]
+    assert (made.albedo, made.opacity, made.f0) == ((0.1, 0.2, 0.3), 0.4, (0.5, 0.6, 0.7))
+    assert (made.roughness, made.metallic) == (0.25, 0)
+    assert made.albedo_texture is not None
+    assert model.materials["material 2"].specular == 0.5
+    assert model.materials["material 2"].f0 == pytest.approx((0.04, 0.02, 1))
+    assert model.materials["material 3"].f0 == (1, 1, 1)
+
+
+def test_emission_above_one_is_read(tmp_path: Path) -> None:
+    gltf = Gltf(materials=[{"emissiveFactor": [7, 0, 2.5]}])
+    gltf.triangle(material=0)
+    assert gltf.read(tmp_path).materials["material 0"].emission == (7, 0, 2.5)
+
+
+@pytest.mark.parametrize(("mode", "cutoff", "opacity"), [("MASK", 1, 1), ("MASK", 1.01, 0), ("BLEND", 2, 1)])
+def test_a_mask_that_no_alpha_reaches_is_not_there(tmp_path: Path, mode: str, cutoff: float, opacity: float) -> None:
+    gltf = Gltf(materials=[{"alphaMode": mode, "alphaCutoff": cutoff}])
+    gltf.triangle(material=0)
+    material = gltf.read(tmp_path).materials["material 0"]
+    assert (material.opacity, material.alpha_cutoff) == (opacity, 1)
+
+
+def test_cameras_and_lights(tmp_path: Path) -> None:
+    half = np.sqrt(0.5)
+    lights = [
+        {"type": "point", "intensity": 3, "color": [1, 0.5, 0]},
+        {"type": "directional", "intensity": 2},
+        {"type": "spot", "spot": {}},
+    ]
+    link = [{"extensions": {"KHR_lights_punctual": {"light": index}}} for index in range(3)]
+    gltf = Gltf(
+        extensionsUsed=["KHR_lights_punctual"],
+        extensions={"KHR_lights_punctual": {"lights": lights}},
+        cameras=[
+            {"type": "orthographic", "orthographic": {"xmag": 1, "ymag": 1, "zfar": 1, "znear": 0}},
+            {"type": "perspective", "perspective": {"yfov": np.pi / 4, "znear": 0.1}},
+        ],
+        nodes=[
+            {"mesh": 0},
+            {"camera": 0},
+            {"camera": 1, "translation": [7, 0, 0], "rotation": [0, half, 0, half], "scale": [3, 3, 3]},
+            {**link[0], "translation": [1, 2, 3]},
+            {**link[1], "rotation": [-half, 0, 0, half]},
+            link[2],
+        ],
+        scenes=[{"nodes": list(range(6))}],
+    )
+    gltf.triangle()
+    with pytest.warns(UserWarning, match="ignored: orthographic cameras, spot lights$"):
+        model = gltf.read(tmp_path)
+    [camera] = model.cameras
+    assert camera.fov_degrees == pytest.approx(45)
+    np.testing.assert_allclose(camera.position, [7, 0, 0])
+    np.testing.assert_allclose(camera.target, [0.5, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(camera.up, [0, 3, 0], atol=1e-12)
+    point, sun = model.lights
+    assert point.position == (1, 2, 3)
+    np.testing.assert_allclose(point.intensity, [3, 1.5, 0])
+    towards = np.subtract(sun.position, [0.5, 0.5, 0])
+    np.testing.assert_allclose(towards / np.linalg.norm(towards), [0, 1, 0], atol=1e-12)
+    np.testing.assert_allclose(np.array(sun.intensity) / (towards @ towards), 2)
+
+
+@pytest.mark.parametrize(
+    ("aspect", "size"),
+    [(None, (640, 480)), (1, (480, 480)), (16 / 9, (640, 360)), (0.5, (240, 480)), (1e30, (640, 1)), (1e-30, (1, 480))],
+)
+def test_the_picture_has_the_shape_that_the_first_camera_gives_it(
+    tmp_path: Path, aspect: float | None, size: tuple[int, int]
+) -> None:
+    perspectives = [{"yfov": 1.0, "znear": 0.1}, {"yfov": 1.0, "znear": 0.1, "aspectRatio": 3}]
+    if aspect is not None:
+        perspectives[0]["aspectRatio"] = aspect
+    gltf = Gltf(
+        cameras=[{"type": "perspective", "perspective": item} for item in perspectives],
+        nodes=[{"mesh": 0}, {"camera": 0, "translation": [0, 0, 3]}, {"camera": 1, "translation": [0, 0, 5]}],
+        scenes=[{"nodes": [0, 1, 2]}],
+    )
+    gltf.triangle()
+    with pytest.warns(UserWarning, match="ignored: cameras after the first$"):
+        scene = load(gltf.write(tmp_path / "x.glb"))
+    assert scene.camera.position == (0, 0, 3)
+    assert (scene.render.width, scene.render.height) == size
+
+
+def test_what_is_not_shown_is_listed(tmp_path: Path) -> None:
+    gltf = Gltf(
+        extensionsUsed=["KHR_draco_mesh_compression", "KHR_materials_unlit", "KHR_materials_clearcoat"],
+        animations=[{}],
+        nodes=[{"mesh": 0}],
+        scenes=[{"nodes": [0]}, {"nodes": []}],
+        images=[{"uri": "none.png"}],
+        textures=[{"source": 0}],
+        materials=[{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
+    )
+    weights = gltf.array([[1, 0, 0, 0]] * 3)
+    gltf.triangle(material=0, targets=[{"POSITION": 0}], attributes={"COLOR_1": weights, "_ID": weights})
+    gltf.content["meshes"][0]["primitives"].append({"attributes": {"POSITION": 0}, "mode": 1})
+    with pytest.warns(UserWarning, match="ignored") as caught:
+        model = gltf.read(tmp_path)
+    assert len(caught) == 1
+    assert str(caught[0].message).endswith(
+        "x.gltf: ignored: KHR_draco_mesh_compression, KHR_materials_clearcoat, animations, scenes but one, "
+        "morph targets (shown without), COLOR_1, _ID, "
+        "images[0]: none.png: no such file, points and lines"
+    )
+    assert model.materials["material 0"].albedo_texture is None

@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: MIT
+"""Textures in scene files: read with what is said about them, written as they were, mistakes named."""
+
+from pathlib import Path
+
+import numpy as np
+import PIL.Image
+import pytest
+
+from fragtracer.errors import SceneError
+from fragtracer.io.images import write_image
+from fragtracer.io.toml import load, save
+from fragtracer.scene import Sphere, Texture
+
+SPHERE = '[[sphere]]\ncenter = [0, 1, 2]\nradius = 1\nmaterial = "red"\n[material.red]\n'
+PIXELS = np.random.default_rng(1).integers(0, 256, (3, 5, 4)).astype(np.uint8)
+
+
+def write(folder: Path, lines: str) -> Path:
+    (folder / "maps").mkdir(exist_ok=True)
+    PIL.Image.fromarray(PIXELS).save(folder / "maps" / "wood.png")
+    PIL.Image.fromarray(PIXELS[..., 0]).save(folder / "maps" / "grey.png")
+    PIL.Image.fromarray(PIXELS[..., 0].astype(np.uint16) * 257).save(folder / "maps" / "deep.png")
+    write_image(folder / "maps" / "sky.exr", PIXELS[..., :3] / np.float32(7))
+    (folder / "maps" / "broken.png").write_bytes((folder / "maps" / "wood.png").read_bytes()[:50])
+    (folder / "maps" / "text.png").write_text("no picture")
+    (folder / "scene.toml").write_text(SPHERE + lines)
+    return folder / "scene.toml"
+
+
+def test_pixels_and_color_spaces(tmp_path: Path) -> None:
+    text = 'albedo_texture = "maps/wood.png"\nroughness_texture = "maps/grey.png"\nemission_texture = "maps/sky.exr"\n'
+    material = load(write(tmp_path, text + 'metallic_texture = "maps/deep.png"')).materials["red"]
+    np.testing.assert_array_equal(material.albedo_texture.image.pixels, PIXELS)
+    assert material.albedo_texture.image.color_space == "srgb"
+    np.testing.assert_array_equal(material.roughness_texture.image.pixels, PIXELS[..., :1])
+    assert material.roughness_texture.image.color_space == "linear"
+    assert material.emission_texture.image.pixels.dtype == np.float32
+    assert material.emission_texture.image.color_space == "linear"
+    np.testing.assert_allclose(material.metallic_texture.image.pixels[..., 0], PIXELS[..., 0] / 255, rtol=1e-6)
+
+
+def test_every_key_survives_the_trip(tmp_path: Path) -> None:
+    table = (
+        '{ file = "maps/wood.png", color_space = "linear", wrap_u = "clamp", wrap_v = "mirror", filter = "nearest", '
+        'offset = [0.5, 1], rotation = 1, scale = [2, 3.5], coordinates = 1, channel = "b" }'
+    )
+    rest = 'normal_scale = -2\nalpha_mode = "mask"\nalpha_cutoff = 0.25\nopacity = 0.5\ndouble_sided = false\n'
+    scene = load(write(tmp_path, f'albedo_texture = {table}\nnormal_texture = "maps/wood.png"\nunlit = true\n{rest}'))
+    texture = scene.materials["red"].albedo_texture
+    assert isinstance(texture, Texture)
+    assert (texture.wrap_u, texture.wrap_v, texture.filter, texture.channel) == ("clamp", "mirror", "nearest", "b")
+    assert (texture.offset, texture.rotation, texture.scale) == ((0.5, 1), 1, (2, 3.5))
+    (tmp_path / "other").mkdir()
+    save(scene, tmp_path / "other" / "scene.toml")
+    assert load(tmp_path / "other" / "scene.toml") == scene
+    assert '"../maps/wood.png"' in (tmp_path / "other" / "scene.toml").read_text()
+
+
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [
+        ("3", 'must be the name of an image file or a table { file = "…" }, got 3'),
+        ("{ wrap_u = 3 }", ".file: is missing; name an image file"),
+        ("{ file = 3 }", ".file: must be a text in quotes, got 3"),
+        ('"none.png"', "none.png: cannot read this texture: No such file"),
+        ('"maps/text.png"', "text.png: cannot read this texture: it is none of"),
+        ('"maps/broken.png"', "broken.png: cannot read this texture: image file is trunc"),
+        ('"scene.toml"', "scene.toml: cannot read this texture: it is none of"),
+        ('{ file = "maps/wood.png", wrap = 3 }', ".wrap: there is no such key; did you mean wrap_u? choose from"),
+        ('{ file = "maps/wood.png", image = 3 }', ".image: there is no such key"),
+        ('{ file = "maps/wood.png", wrap_u = 3 }', '.wrap_u: must be one of "repeat", "mirror", "clamp", got 3'),
+        ('{ file = "maps/wood.png", scale = 3 }', ".scale: must be two numbers [u, v], got 3"),
+        ('{ file = "maps/wood.png", scale = [3, "a"] }', '.scale[1]: must be a number, got "a"'),
+        ('{ file = "maps/wood.png", color_space = "aces" }', '.color_space: must be one of "srgb", "linear", got "ac'),
+    ],
+)
+def test_mistakes_are_named(tmp_path: Path, value: str, message: str) -> None:
+    with pytest.raises(SceneError) as raised:
+        load(write(tmp_path, f"albedo_texture = {value}"))
+    [line] = str(raised.value).splitlines()
+    assert "scene.toml: material.red.albedo_texture" in line
+    assert message in line
+
+
+@pytest.mark.parametrize("value", [10**400, -(10**400), 1e39, float("nan"), True])
+def test_numbers_that_the_shader_cannot_hold_are_refused_from_python(value: float) -> None:
+    with pytest.raises(ValueError, match="validation error"):
+        Sphere((0, value, 0), 1, "red")
+    with pytest.raises(ValueError, match="validation error"):
+        Sphere((0, 0, 0), value, "red")
+
+
+def test_numbers_of_numpy_are_numbers() -> None:
+    assert Sphere(np.arange(3, dtype=np.float32), np.float32(2), "red") == Sphere((0, 1, 2), 2.0, "red")
