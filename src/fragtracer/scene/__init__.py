@@ -16,16 +16,18 @@ from pydantic.dataclasses import dataclass
 from fragtracer.scene.camera import Camera
 from fragtracer.scene.environment import Environment, Gradient, Panorama, Sky
 from fragtracer.scene.fields import CONFIG, Reflectance, Strength, Vector, as_tuple
-from fragtracer.scene.light import Ambient, Light
+from fragtracer.scene.light import Ambient, DirectionalLight, Light, SpotLight
 from fragtracer.scene.material import Material
 from fragtracer.scene.mesh import Geometry, Mesh, Part, Placement
 from fragtracer.scene.settings import RenderSettings
-from fragtracer.scene.shapes import Plane, Rectangle, Sphere, Triangle
+from fragtracer.scene.shapes import Disk, Plane, Rectangle, Sphere, Triangle
 from fragtracer.scene.texture import Image, Texture
 
 __all__ = [
     "Ambient",
     "Camera",
+    "DirectionalLight",
+    "Disk",
     "Environment",
     "Geometry",
     "Gradient",
@@ -43,6 +45,7 @@ __all__ = [
     "Scene",
     "Sky",
     "Sphere",
+    "SpotLight",
     "Strength",
     "Texture",
     "Triangle",
@@ -59,9 +62,12 @@ class Scene:
     spheres: Annotated[tuple[Sphere, ...], BeforeValidator(as_tuple)] = ()
     planes: Annotated[tuple[Plane, ...], BeforeValidator(as_tuple)] = ()
     rectangles: Annotated[tuple[Rectangle, ...], BeforeValidator(as_tuple)] = ()
+    disks: Annotated[tuple[Disk, ...], BeforeValidator(as_tuple)] = ()
     triangles: Annotated[tuple[Triangle, ...], BeforeValidator(as_tuple)] = ()
     meshes: Annotated[tuple[Mesh, ...], BeforeValidator(as_tuple)] = ()
     lights: Annotated[tuple[Light, ...], BeforeValidator(as_tuple)] = ()
+    spot_lights: Annotated[tuple[SpotLight, ...], BeforeValidator(as_tuple)] = ()
+    directional_lights: Annotated[tuple[DirectionalLight, ...], BeforeValidator(as_tuple)] = ()
     ambient: Ambient = Ambient()
     environment: Environment | None = None
     render: RenderSettings = RenderSettings()
@@ -70,7 +76,7 @@ class Scene:
 
     def __post_init__(self) -> None:
         known = ", ".join(sorted(self.materials)) or "none is defined"
-        for kind in ("spheres", "planes", "rectangles", "triangles"):
+        for kind in ("spheres", "planes", "rectangles", "disks", "triangles"):
             for index, shape in enumerate(getattr(self, kind)):
                 where = f"{kind.removesuffix('s')}[{index}].material"
                 if shape.material not in self.materials:

@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: MIT
 """Light that no shape of the scene gives."""
 
+from typing import Annotated
+
 import numpy as np
+from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from fragtracer.scene.fields import CONFIG, NonNegative, Strength, Triple, Vector
+from fragtracer.scene.fields import CONFIG, NonNegative, Strength, Triple, Vector, length
 
 
 @dataclass(frozen=True, config=CONFIG)
@@ -42,6 +45,51 @@ class Light:
         assert self.power is not None
         r, g, b = (p / (4 * np.pi) for p in self.power)
         return (r, g, b)
+
+
+@dataclass(frozen=True, config=CONFIG)
+class SpotLight:
+    """A point light that shines into a cone around ``direction`` (of any length), away from ``position``.
+
+    ``intensity`` is the radiant intensity on the axis in W/sr. It is constant up to ``inner_degrees`` from
+    the axis and falls to 0 at ``outer_degrees`` as t², t being linear in the cosine of the angle
+    (Khronos Group, KHR_lights_punctual, "Inner and Outer Cone Angles").
+    """
+
+    position: Vector
+    direction: Vector
+    intensity: Strength
+    inner_degrees: Annotated[float, Field(ge=0, lt=90)] = 0.0
+    outer_degrees: Annotated[float, Field(gt=0, le=90)] = 45.0
+
+    def __post_init__(self) -> None:
+        if not length(self.direction) > 0:
+            raise ValueError("direction must not have length zero; [0, -1, 0] shines down")
+        if not self.inner_degrees < self.outer_degrees:
+            raise ValueError("inner_degrees must be less than outer_degrees")
+
+    @property
+    def power(self) -> Triple:
+        """Radiant flux in W, the integral of the intensity over the cone."""
+        inner, outer = np.cos(np.radians([self.inner_degrees, self.outer_degrees]))
+        solid_angle = float(2 * np.pi * (1 - inner + (inner - outer) / 3))
+        r, g, b = (solid_angle * i for i in self.intensity)
+        return (r, g, b)
+
+
+@dataclass(frozen=True, config=CONFIG)
+class DirectionalLight:
+    """Light from infinitely far away that travels along ``direction`` (of any length).
+
+    ``irradiance`` is what a surface that faces the light receives, in W/m².
+    """
+
+    direction: Vector
+    irradiance: Strength
+
+    def __post_init__(self) -> None:
+        if not length(self.direction) > 0:
+            raise ValueError("direction must not have length zero; [0, -1, 0] shines down")
 
 
 @dataclass(frozen=True, config=CONFIG)

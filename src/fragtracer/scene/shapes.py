@@ -54,6 +54,24 @@ class Rectangle:
 
 
 @dataclass(frozen=True, config=CONFIG)
+class Disk:
+    """A flat disk around ``center``, its front on the side of ``normal`` (of any length)."""
+
+    center: Vector
+    normal: Vector
+    radius: Positive
+    material: str
+
+    def __post_init__(self) -> None:
+        if not length(self.normal) > 0:
+            raise ValueError("normal must not have length zero; [0, 1, 0] faces up")
+
+    @property
+    def area(self) -> float:
+        return float(np.pi * self.radius**2)
+
+
+@dataclass(frozen=True, config=CONFIG)
 class Triangle:
     """A triangle; seen from its front the ``vertices`` run counter-clockwise."""
 
