@@ -2,6 +2,9 @@
 // From the light that really comes from the environment, step by step, to what the split-sum approximation says:
 // each step makes one more of its errors, and integrates instead of looking up. A step is the integral of the
 // radiance from wi times split_sum_kernel_pdf(wi).rgb, by one sample of the material and one of the environment.
+#include "sampler/sampler.glsl"
+#include "split_sum/shading.glsl"
+
 #if SPLIT_SUM_STEP < SPLIT_SUM_LOOKUPS
 
 // The frame around the mirrored direction, local.
@@ -50,7 +53,7 @@ vec4 split_sum_kernel_pdf(Vertex vertex, vec3 wi) {
 #else
     float share = split_sum_specular_share(vertex);
     float pdf = (1.0 - share) * square_to_cosine_hemisphere_pdf(wi);
-    if (bsdf_has_delta(b)) return vec4(diffuse, pdf);
+    if (cook_torrance_is_mirror(b)) return vec4(diffuse, pdf);
     float lobe = split_sum_lobe_pdf(vertex, wi);
     float roughness = sqrt(b.alpha);
 #if SPLIT_SUM_STEP >= SPLIT_SUM_NORMAL_VIEW
@@ -68,12 +71,14 @@ BsdfSample split_sum_step_sample(Vertex vertex, vec2 u) {
     BsdfSample s;
 #if SPLIT_SUM_STEP < SPLIT_SUM_FACTORS
     s = bsdf_sample(b, vertex.wo, u);
-    if (s.delta) return s;
+    if (bsdf_is_delta(s)) return s;
 #else
     float share = split_sum_specular_share(vertex);
     bool specular = choose_first(share, u.x);
     vec3 mirrored = vec3(-vertex.wo.xy, vertex.wo.z);
-    if (specular && bsdf_has_delta(b)) return BsdfSample(mirrored, split_sum_lobe_color(vertex) / share, share, true);
+    if (specular && cook_torrance_is_mirror(b)) {
+        return BsdfSample(mirrored, split_sum_lobe_color(vertex) / share, share, 1.0, EVENT_REFLECTION | EVENT_DELTA);
+    }
     vec3 z = vec3(0.0, 0.0, 1.0);
     vec3 wh = ggx_sample_vndf(b.alpha, z, u);
 #if SPLIT_SUM_STEP >= SPLIT_SUM_NORMAL_VIEW
@@ -81,7 +86,8 @@ BsdfSample split_sum_step_sample(Vertex vertex, vec2 u) {
 #else
     vec3 wi = reflect(-vertex.wo, wh);
 #endif
-    s = BsdfSample(specular ? wi : square_to_cosine_hemisphere(u), vec3(0.0), 0.0, false);
+    s = bsdf_no_sample();
+    s.wi = specular ? wi : square_to_cosine_hemisphere(u);
 #endif
     vec4 kernel_pdf = split_sum_kernel_pdf(vertex, s.wi);
     s.pdf = kernel_pdf.a;
@@ -91,32 +97,29 @@ BsdfSample split_sum_step_sample(Vertex vertex, vec2 u) {
 
 float split_sum_visibility(Vertex vertex, vec3 wi) {
 #if SPLIT_SUM_STEP < SPLIT_SUM_UNOCCLUDED
-    if (path_is_occluded(vertex, wi, INFINITE_DISTANCE, NO_PRIMITIVE, wi.xy)) return 0.0;
-    return path_shadowing(vertex, frame_to_local(vertex.frame, wi));
+    if (direct_is_occluded(vertex, Ray(vertex.origin, wi), INFINITE_DISTANCE, NO_PRIMITIVE, wi.xy)) return 0.0;
+    return vertex_shading_factor(vertex, frame_to_local(vertex.frame, wi));
 #else
     return 1.0;
 #endif
 }
 
 vec3 split_sum_step(Vertex vertex, ivec2 pixel, uint index) {
-    float spare;
-    vec4 u = sampler_vec4(pixel, index, dimension_vertex(0), spare);
+    float unused;
+    vec4 u = sampler_vec4(pixel, index, dimension_vertex(0), unused);
     vec3 sum = vec3(0.0);
     BsdfSample s = split_sum_step_sample(vertex, u.xy);
     vec3 wi = frame_to_world(vertex.frame, s.wi);
     if (s.pdf > 0.0 && max_component(s.weight) > 0.0) {
-        vec3 radiance = vec3(0.0);
-#if HAS_AMBIENT
-        radiance += u_ambient_radiance;
-#endif
+        vec3 radiance = u_ambient_radiance;
 #if HAS_ENVIRONMENT
         vec4 found = environment_radiance_pdf(wi);
-        radiance += found.rgb * (s.delta ? 1.0 : power_heuristic(s.pdf, found.a));
+        radiance += found.rgb * (bsdf_is_delta(s) ? 1.0 : power_heuristic(s.pdf, found.a));
 #endif
         sum += s.weight * radiance * split_sum_visibility(vertex, wi);
     }
 #if HAS_ENVIRONMENT
-    EnvironmentSample e = environment_sample(u.zw);
+    LightSample e = environment_light_sample(u.zw);
     vec4 kernel_pdf = split_sum_kernel_pdf(vertex, frame_to_local(vertex.frame, e.wi));
     if (e.pdf > 0.0 && max_component(kernel_pdf.rgb) > 0.0) {
         float weight = power_heuristic(e.pdf, kernel_pdf.a) / e.pdf;

@@ -5,6 +5,13 @@
 // A texel is chosen by its weight, luminance times sin(theta), down a tree of sums; the direction then
 // is spread around its centre by a tent. A tent around each texel is what bilinear interpolation is, so the density
 // is that of the weights interpolated like the radiance: exact, and above 0 wherever there is light.
+#include "core/math.glsl"
+#include "core/warp.glsl"
+#include "light/sample.glsl"
+
+#ifndef HAS_ENVIRONMENT
+#define HAS_ENVIRONMENT 0
+#endif
 #if HAS_ENVIRONMENT
 
 uniform highp sampler2D u_environment;       // rgb: radiance / u_environment_scale, a: weight; texel by texel
@@ -13,13 +20,8 @@ uniform ivec2 u_environment_size;            // of the map
 uniform int u_environment_levels;            // of the tree
 uniform float u_environment_density;         // what turns weights into density over solid angle, times sin(theta)
 uniform vec3 u_environment_scale;
-uniform vec2 u_environment_turn;  // cosine and sine of the rotation about +y
-
-struct EnvironmentSample {
-    vec3 wi;
-    vec3 radiance;
-    float pdf;  // 1/sr; 0 means "no sample"
-};
+uniform float u_environment_probability;     // of being chosen among the lights
+uniform vec2 u_environment_rotation;  // cosine and sine of the angle about +y
 
 const int ENVIRONMENT_WIDTH = 4096;  // of both textures
 
@@ -52,14 +54,14 @@ float environment_density(float weight, float sin_theta) {
     return sin_theta > 0.0 ? weight * u_environment_density / sin_theta : 0.0;
 }
 
-// A direction of the world, turned back to where the map has it.
+// A direction of the world in the space of the map.
 vec3 environment_to_map(vec3 wi) {
-    float c = u_environment_turn.x;
-    float s = u_environment_turn.y;
+    float c = u_environment_rotation.x;
+    float s = u_environment_rotation.y;
     return vec3(c * wi.x - s * wi.z, wi.y, s * wi.x + c * wi.z);
 }
 
-// Radiance from a direction of the world in rgb, the density of environment_sample() in a.
+// Radiance from a direction of the world in rgb, the density of environment_light_sample() in a.
 vec4 environment_radiance_pdf(vec3 wi) {
     vec3 local = environment_to_map(wi);
     float sin_theta = length(local.xz);
@@ -70,8 +72,6 @@ vec4 environment_radiance_pdf(vec3 wi) {
     return vec4(found.rgb * u_environment_scale, environment_density(found.a, sin_theta));
 }
 
-float environment_pdf(vec3 wi) { return environment_radiance_pdf(wi).a; }
-
 // Chooses one of two by their weights and stretches u over the choice; one of weight 0 never.
 bool environment_choose(float first, float second, inout float u) {
     float total = first + second;
@@ -81,7 +81,7 @@ bool environment_choose(float first, float second, inout float u) {
     return chosen;
 }
 
-EnvironmentSample environment_sample(vec2 u) {
+LightSample environment_light_sample(vec2 u) {
     ivec2 texel = ivec2(0);
     int first = 0;  // node of the level
     int level = u_environment_levels;
@@ -105,10 +105,11 @@ EnvironmentSample environment_sample(vec2 u) {
     float turns = place.x / float(u_environment_size.x) - 0.5;
     vec2 cos_sin_phi = cos_sin_turns(turns - floor(turns));
     vec3 local = vec3(cos_sin_theta.y * cos_sin_phi.y, cos_sin_theta.x, -cos_sin_theta.y * cos_sin_phi.x);
-    float c = u_environment_turn.x;
-    float s = u_environment_turn.y;
+    float c = u_environment_rotation.x;
+    float s = u_environment_rotation.y;
     vec3 wi = vec3(c * local.x + s * local.z, local.y, c * local.z - s * local.x);
-    return EnvironmentSample(wi, found.rgb * u_environment_scale, environment_density(found.a, cos_sin_theta.y));
+    float pdf = environment_density(found.a, cos_sin_theta.y);
+    return LightSample(wi, INFINITE_DISTANCE, found.rgb * u_environment_scale, pdf, false, NO_PRIMITIVE);
 }
 
 #endif
