@@ -18,6 +18,8 @@ from fragtracer.reference.textures import TextureFolder
 from fragtracer.scene import (
     Ambient,
     Camera,
+    DirectionalLight,
+    Disk,
     Geometry,
     Image,
     Light,
@@ -30,12 +32,14 @@ from fragtracer.scene import (
     RenderSettings,
     Scene,
     Sphere,
+    SpotLight,
     Texture,
     Triangle,
 )
 
 from .test_bsdf import direction, sample
 
+FALLOFF = "intensity falls linearly in the angle"
 MATERIALS = {
     "floor": Material(albedo=(0.5, 0.4, 0.3), specular=0.0),
     "gold -- worn": Material(metal="gold", roughness=0.4),
@@ -83,6 +87,38 @@ def test_without_it_the_nearest_materials_look_alike(mi, tmp_path):
     assert len(notes) == len(MATERIALS) + 1
     assert notes[1].startswith("gold -- worn: roughconductor, nearly the same")
     assert notes[5].startswith("mixed: principled and roughconductor")
+
+
+def lit_scene(light):
+    """A disk and a floor under a spot light and a directional light."""
+    return Scene(
+        Camera((0.0, 4.0, 4.0), (0.0, 0.0, 0.0)),
+        {"matt": Material(albedo=0.5, specular=0.0), "lamp": MATERIALS["lamp"]},
+        planes=[Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), "matt")],
+        disks=[
+            Disk((1.0, 0.5, 0.0), (0.0, 1.0, 1.0), 0.5, "matt"),
+            Disk((-2.0, 1.0, 0.0), (1.0, -1.0, 0.0), 0.3, "lamp"),
+        ],
+        spot_lights=[light],
+        directional_lights=[DirectionalLight((1.0, -3.0, 0.0), (0.1, 0.2, 0.3))],
+        render=RenderSettings(width=48, height=24, bounces=2),
+    )
+
+
+@pytest.mark.parametrize(
+    ("inner", "outer", "power"), [(30.0, 45.0, "+0.2 %"), (0.0, 45.0, "+2.1 %"), (0.0, 90.0, "+9.0 %")]
+)
+@pytest.mark.parametrize("plugin", [True, False])
+def test_disks_spot_and_directional_lights_are_exported(mi, tmp_path, plugin, inner, outer, power):
+    scene = lit_scene(SpotLight((0.5, 3.0, 0.0), (0.0, -2.0, 0.0), 50.0, inner, outer))
+    notes = export_mitsuba(scene, tmp_path, plugin)
+    expected = render_reference(scene, spp=1024)[0]
+    image = load_and_render(mi, tmp_path, 1024)
+    off = 0.0 if plugin else float(power.split()[0]) / 100
+    assert image.mean() == pytest.approx(expected.mean(), rel=0.01 + off)
+    spot = "fragtracer_spot, the same" if plugin else f"spot, nearly the same: {FALLOFF}, power {power}"
+    assert notes[2] == f"spot_light_0: {spot}"
+    assert f"<!-- {notes[2]} -->" in (tmp_path / "scene.xml").read_text()
 
 
 def leaf_scene():

@@ -22,11 +22,11 @@ from numpy.typing import NDArray
 
 from fragtracer.errors import FragtracerError
 from fragtracer.io.images import write_image
-from fragtracer.reference.shapes import Tree, reach
+from fragtracer.reference.shapes import Tree, bounding_radius
 from fragtracer.scene import Environment, Scene
 from fragtracer.scene.environment import Sun, lookup
 
-_SUN_DISTANCE = 1e6  # in units of the scene's reach
+_SUN_DISTANCE = 1e6  # in bounding radii of the scene
 
 
 def environment_emitters(scene: Scene, folder: Path) -> dict[str, Tree]:
@@ -36,7 +36,7 @@ def environment_emitters(scene: Scene, folder: Path) -> dict[str, Tree]:
         return {}
     path = folder / "environment.exr"
     radiance = environment.pixels * np.array(environment.scale) + np.array(scene.ambient.radiance)
-    write_image(path, witness_rows(radiance))
+    write_image(path, map_rows(radiance))
     turn = np.eye(4)
     turn[:3, :3] = environment.rotation @ np.diag((-1.0, 1.0, -1.0))
     emitters: dict[str, Tree] = {"environment": {"type": "envmap", "filename": str(path), "to_world": turn}}
@@ -72,10 +72,10 @@ def _mean_over(sun: Sun, radiance: NDArray[np.floating], rotation: NDArray[np.fl
 def sun_distance(scene: Scene) -> float:
     """Where the sphere that stands for the sun is, in metres from the origin; 0 where there is no sun."""
     environment: Environment | None = scene.environment
-    return _SUN_DISTANCE * reach(scene) if environment and environment.sun else 0.0
+    return _SUN_DISTANCE * bounding_radius(scene) if environment and environment.sun else 0.0
 
 
-def witness_rows(pixels: NDArray[np.floating]) -> NDArray[np.float32]:
+def map_rows(pixels: NDArray[np.floating]) -> NDArray[np.float32]:
     """The map as Mitsuba wants it, (2 h + 1, w, 3)."""
     rows = np.empty((2 * len(pixels) + 1, *pixels.shape[1:]), np.float32)
     rows[1::2] = pixels

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Says fragtracer's materials in the words of our own plugins, and what shines in those of Mitsuba's lights."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -15,8 +14,6 @@ from fragtracer.reference.textures import TextureFolder
 from fragtracer.scene import Image, Material, RenderSettings, Texture
 
 _WHITE = Image([[1.0]], "linear")
-
-Translator = Callable[[Material, str, Traits, TextureFolder], Tree]
 
 
 def rgb(color: Any) -> Tree:

@@ -14,7 +14,8 @@ What differs between the two worlds:
   1/50 pixel under the horizon. It is Mitsuba's one flat shape that is intersected analytically: a
   rectangle is two triangles, whose float32 vertices lose the digits that a nearby hit needs.
 - A light is an ``area`` emitter on a black sphere; one of radius 0 is a ``point`` emitter.
-- A mesh is a PLY file for each part of each copy, with face normals: shading normals, normal maps and
+- Mitsuba's ``spot`` falls off linearly in the angle: our plugin (bsdf/spot.py) has the falloff of glTF.
+- A mesh is a PLY file for each part of each instance, with face normals: shading normals, normal maps and
   alpha are our plugin's (bsdf/surface.py), since Mitsuba's own differ.
 - Where a surface may let rays pass, the integrator is ``volpath``: it does not count that as scattering,
   and its shadow rays pass too.
@@ -32,18 +33,19 @@ from typing import Any
 
 import numpy as np
 
-from fragtracer.reference import shapes
+from fragtracer.reference import lights, shapes
 from fragtracer.reference.environment import environment_emitters, hides_emitters, sun_distance
-from fragtracer.reference.materials import Translator, emitter_of, exact_bsdf, geometry_term, passes, rgb
+from fragtracer.reference.materials import emitter_of, exact_bsdf, geometry_term, passes, rgb
 from fragtracer.reference.meshes import Traits, dressed, world_mesh
+from fragtracer.reference.nearest import nearest_bsdf
 from fragtracer.reference.shapes import Tree
 from fragtracer.reference.textures import TextureFolder
-from fragtracer.scene import Light, RenderSettings, Scene
+from fragtracer.scene import RenderSettings, Scene
 
 NEVER = 1_000_000  # a depth that no path reaches
 
 
-def scene_tree(scene: Scene, folder: Path, bsdf: Translator = exact_bsdf) -> Tree:
+def scene_tree(scene: Scene, folder: Path, plugins: bool = True) -> Tree:
     """The scene as a nested dictionary of plugins.
 
     Parameters
@@ -52,9 +54,9 @@ def scene_tree(scene: Scene, folder: Path, bsdf: Translator = exact_bsdf) -> Tre
         Any scene.
     folder
         Where triangles and images are written; the folder exists.
-    bsdf
-        Gives the plugin of a material under a geometry term. Any but :func:`exact_bsdf` has the
-        vertex normals of meshes from Mitsuba.
+    plugins
+        Whether materials and spot lights are fragtracer's own plugins, which are exact. Otherwise they are
+        the nearest ones of Mitsuba, which interpolates the vertex normals itself.
 
     Returns
     -------
@@ -70,7 +72,8 @@ def scene_tree(scene: Scene, folder: Path, bsdf: Translator = exact_bsdf) -> Tre
     """
     numbers = {name: i for i, name in enumerate(scene.materials)}
     textures = TextureFolder(folder)
-    found = _shapes(scene, folder, smooth=bsdf is not exact_bsdf)
+    bsdf = exact_bsdf if plugins else nearest_bsdf
+    found = _shapes(scene, folder, smooth=not plugins)
     tree: Tree = {"type": "scene", "integrator": _integrator(scene), "sensor": _sensor(scene)}
     worn = {(name, traits) for _, name, traits in found.values()}
     unworn = {(name, Traits()) for name in scene.materials.keys() - {name for name, _ in worn}}
@@ -79,11 +82,15 @@ def scene_tree(scene: Scene, folder: Path, bsdf: Translator = exact_bsdf) -> Tre
         tree[keys[name, traits]] = bsdf(scene.materials[name], geometry_term(scene.render), traits, textures)
     for key, (shape, name, traits) in found.items():
         tree[key] = {**shape, "bsdf": {"type": "ref", "id": keys[name, traits]}}
-        emitter = emitter_of(scene.materials[name], traits, textures, bsdf is exact_bsdf)
+        emitter = emitter_of(scene.materials[name], traits, textures, plugins)
         if emitter:
             tree[key]["emitter"] = emitter
     for i, light in enumerate(scene.lights):
-        tree[f"light_{i}"] = _light(light)
+        tree[f"light_{i}"] = lights.light(light)
+    for i, spot in enumerate(scene.spot_lights):
+        tree[f"spot_light_{i}"] = lights.spot(spot) if plugins else lights.nearest_spot(spot)
+    for i, directional in enumerate(scene.directional_lights):
+        tree[f"directional_light_{i}"] = lights.directional(directional)
     tree |= environment_emitters(scene, folder)
     if scene.environment is None and max(scene.ambient.radiance) > 0:
         tree["ambient"] = {"type": "constant", "radiance": rgb(scene.ambient.radiance)}
@@ -104,7 +111,7 @@ def _integrator(scene: Scene) -> Tree:
 def _sensor(scene: Scene) -> Tree:
     camera, settings = scene.camera, scene.render
     rims = [shapes.plane_radius(scene, plane) for plane in scene.planes]
-    far = max([sun_distance(scene), shapes.reach(scene), *rims])
+    far = max([sun_distance(scene), shapes.bounding_radius(scene), *rims])
     sensor: Tree = {
         "type": "thinlens" if camera.aperture_radius > 0 else "perspective",
         "to_world": shapes.camera_to_world(camera),
@@ -143,6 +150,7 @@ def _shapes(scene: Scene, folder: Path, smooth: bool) -> dict[str, tuple[Tree, s
     found = {f"sphere_{i}": (shapes.sphere(s), s.material, plain) for i, s in enumerate(scene.spheres)}
     found |= {f"plane_{i}": (shapes.plane_disk(scene, p), p.material, plain) for i, p in enumerate(scene.planes)}
     found |= {f"rectangle_{i}": (shapes.rectangle(r), r.material, plain) for i, r in enumerate(scene.rectangles)}
+    found |= {f"disk_{i}": (shapes.disk(d), d.material, plain) for i, d in enumerate(scene.disks)}
     for i, name in enumerate(dict.fromkeys(t.material for t in scene.triangles)):
         vertices = [t.vertices for t in scene.triangles if t.material == name]
         found[f"triangles_{i}"] = (shapes.triangle_mesh(folder / f"triangles_{i}.ply", vertices), name, plain)
@@ -158,18 +166,6 @@ def _shapes(scene: Scene, folder: Path, smooth: bool) -> dict[str, tuple[Tree, s
                 tree = world_mesh(folder / f"{key}.ply", geometry, matrix, traits, smooth, ahead)
                 found[key] = (tree, name, traits)
     return found
-
-
-def _light(light: Light) -> Tree:
-    if light.radius == 0:
-        return {"type": "point", "position": list(light.position), "intensity": rgb(light.intensity)}
-    return {
-        "type": "sphere",
-        "center": list(light.position),
-        "radius": float(light.radius),
-        "bsdf": {"type": "diffuse", "reflectance": rgb((0, 0, 0))},
-        "emitter": {"type": "area", "radiance": rgb(light.surface_radiance)},
-    }
 
 
 def to_mitsuba(scene: Scene, folder: Path | None = None) -> Tree:

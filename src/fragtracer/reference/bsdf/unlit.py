@@ -8,6 +8,7 @@ those of ``fragtracer_surface``, which says how much of the surface is there.
 
 from typing import Any
 
+from .records import empty_direction_sample
 from .surface import surface_class
 
 
@@ -27,7 +28,7 @@ def unlit_class(mi: Any, dr: Any) -> type:
 
         def sample_direction(self, it: Any, sample: Any, active: Any = True) -> Any:
             """Nothing: it is no light that others would sample."""
-            return dr.zeros(mi.DirectionSample3f), mi.Color3f(0)
+            return empty_direction_sample(mi, dr), mi.Color3f(0)
 
         def pdf_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
             return mi.Float(0)
