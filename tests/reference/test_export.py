@@ -11,7 +11,7 @@ import pytest
 from fragtracer.errors import OutputError
 from fragtracer.reference.export import export_mitsuba
 from fragtracer.reference.materials import exact_bsdf
-from fragtracer.reference.meshes import Traits
+from fragtracer.reference.meshes import MeshAttributes
 from fragtracer.reference.nearest import nearest_bsdf
 from fragtracer.reference.render import render_reference
 from fragtracer.reference.textures import TextureFolder
@@ -163,7 +163,7 @@ def test_mitsubas_own_normal_map_leans_as_its_note_says(mi, tmp_path, mirrored):
     quad = Geometry(corners, [[0, 1, 2], [0, 2, 3]], [[0, 0, 1]] * 4, uvs)
     bumps = Texture(Image(np.array([[[0.7, 0.8, 0.9]]]), "linear"))
     scene = Scene(materials={"m": Material(normal_texture=bumps)}, meshes=[Mesh([Part(quad, "m")])])
-    assert "green is turned round where the image is mirrored" in export_mitsuba(scene, tmp_path)[0]
+    assert "green is inverted where the image is mirrored" in export_mitsuba(scene, tmp_path)[0]
     world = mi.load_file(str(tmp_path / "scene.xml"))
     si = world.ray_intersect(mi.Ray3f(mi.Point3f(0, 0, 5), mi.Vector3f(0, 0, -1)))
 
@@ -181,7 +181,9 @@ def test_each_nearest_material_reflects_nearly_as_much(mi, tmp_path, name):
     shares = []
     for translate in (exact_bsdf, nearest_bsdf):
         _, weight = sample(
-            mi, mi.load_dict(translate(MATERIALS[name], "smith", Traits(), TextureFolder(tmp_path))), direction(mi, 45)
+            mi,
+            mi.load_dict(translate(MATERIALS[name], "smith", MeshAttributes(), TextureFolder(tmp_path))),
+            direction(mi, 45),
         )
         shares.append(weight.numpy().mean(axis=1))
     assert shares[1] == pytest.approx(shares[0], rel=0.15)
@@ -204,7 +206,7 @@ def test_the_plugin_needs_no_fragtracer(mi, tmp_path):
     export_mitsuba(SCENE, tmp_path, plugin=True)
     code = (
         "import sys; sys.modules['fragtracer'] = None; import mitsuba as mi; mi.set_variant('scalar_rgb');"
-        "import fragtracer_bsdf; fragtracer_bsdf.register(); mi.load_file('scene.xml')"
+        "import fragtracer_plugins; fragtracer_plugins.register(); mi.load_file('scene.xml')"
     )
     subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True)
 

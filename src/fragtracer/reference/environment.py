@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: MIT
-"""An environment in Mitsuba's words.
+"""Translates an environment to Mitsuba.
 
-What differs between the two worlds:
+Where the two renderers differ:
 
 - Mitsuba's picture begins at -z where ours begins at +z: half a turn.
 - Mitsuba's first and last rows lie at the poles, ours half a row from them. So it gets a row for each of ours,
   one for the middle between two, and one for each pole: 2 h + 1, which interpolate to the very same values.
 - Mitsuba takes one emitter at infinity, so ambient light is added to the picture.
-- The sun is a sphere so far away that its direction is the same all over the scene. It hides the picture behind
-  it, to which ours adds: so it shines by the mean of what it hides besides its own radiance. Mitsuba
-  takes 1 - cos of the sphere's cone by subtraction in float32: the sphere has the nearest size at which that is exact,
-  and shines so much less or more.
+- The sun is a sphere so far away that its direction is the same all over the scene. It occludes the map behind
+  it, to which our sun is added: so it also emits the mean radiance that it occludes. Mitsuba computes 1 - cos of the
+  sphere's cone by subtraction in float32: the sphere has the nearest size at which that is exact, and its radiance is
+  scaled to keep its power.
 - An environment that is not visible hides every emitter from Mitsuba's camera (``hide_emitters``).
 """
 

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from fragtracer.errors import OutputError
-from fragtracer.reference import bsdf
+from fragtracer.reference import plugins
 from fragtracer.reference.lights import spot_note
 from fragtracer.reference.materials import geometry_term
-from fragtracer.reference.meshes import Traits, dressed
+from fragtracer.reference.meshes import MeshAttributes, with_needed_tangents
 from fragtracer.reference.nearest import note
 from fragtracer.reference.shapes import Tree
 from fragtracer.reference.translate import scene_tree
@@ -22,11 +22,11 @@ from fragtracer.scene import Scene
 _TAGS = {
     **dict.fromkeys(("sphere", "disk", "rectangle", "ply"), "shape"),
     **dict.fromkeys(("area", "point", "constant", "envmap"), "emitter"),
-    **dict.fromkeys(("spot", "directional", bsdf.SPOT, bsdf.UNLIT), "emitter"),
+    **dict.fromkeys(("spot", "directional", plugins.SPOT, plugins.UNLIT), "emitter"),
     **dict.fromkeys(("perspective", "thinlens"), "sensor"),
     **dict.fromkeys(("box", "tent", "gaussian"), "rfilter"),
-    **dict.fromkeys(("diffuse", "twosided", "blendbsdf", "mask", "normalmap", bsdf.NAME, bsdf.SURFACE), "bsdf"),
-    **dict.fromkeys(("bitmap", "mesh_attribute", bsdf.TEXTURE), "texture"),
+    **dict.fromkeys(("diffuse", "twosided", "blendbsdf", "mask", "normalmap", plugins.NAME, plugins.SURFACE), "bsdf"),
+    **dict.fromkeys(("bitmap", "mesh_attribute", plugins.TEXTURE), "texture"),
     **dict.fromkeys(("conductor", "roughconductor", "plastic", "principled"), "bsdf"),
     **dict.fromkeys(("path", "volpath"), "integrator"),
     "independent": "sampler",
@@ -45,7 +45,7 @@ def export_mitsuba(scene: Scene, folder: Path | str, plugin: bool = False) -> li
         Made if it is not there; files of the same names are replaced.
     plugin
         Materials and spot lights as fragtracer's own plugins, which are exact; their source is written beside
-        the scene as ``fragtracer_bsdf/``. Otherwise as Mitsuba's nearest own ones, which any Mitsuba opens.
+        the scene as ``fragtracer_plugins/``. Otherwise as Mitsuba's nearest own ones, which any Mitsuba opens.
 
     Returns
     -------
@@ -67,23 +67,23 @@ def export_mitsuba(scene: Scene, folder: Path | str, plugin: bool = False) -> li
         ET.indent(document)
         document.write(folder / "scene.xml", encoding="utf-8", xml_declaration=True)
         if plugin:
-            _copy_plugins(folder / "fragtracer_bsdf")
+            _copy_plugins(folder / "fragtracer_plugins")
     except OSError as error:
         raise OutputError(f"cannot write the Mitsuba scene to {folder}: {error}") from error
-    python = "open it from Python, as the first lines of fragtracer_bsdf/__init__.py show"
+    python = "open it from Python, as the first lines of fragtracer_plugins/__init__.py show"
     return [*notes.values(), python if plugin else "open it with: mitsuba -m llvm_ad_rgb scene.xml"]
 
 
 def _notes(scene: Scene, plugin: bool) -> dict[str, str]:
-    """By its key in the tree one for each material, with all that meshes bring to it, and each spot light."""
-    brought = {
-        name: Traits.of(dressed(part.geometry, scene.materials[name]), scene.materials[name])
+    """By its key in the tree one for each material, with all attributes that it reads, and each spot light."""
+    attributes = {
+        name: MeshAttributes.of(with_needed_tangents(part.geometry, scene.materials[name]), scene.materials[name])
         for mesh in scene.meshes
         for part, name in ((part, mesh.material_of(part)) for part in mesh.parts)
     }
     geometry = geometry_term(scene.render)
     notes = {
-        f"material_{i}": f"{name}: {note(material, geometry, plugin, brought.get(name, Traits()))}"
+        f"material_{i}": f"{name}: {note(material, geometry, plugin, attributes.get(name, MeshAttributes()))}"
         for i, (name, material) in enumerate(scene.materials.items())
     }
     spots = {f"spot_light_{i}": light for i, light in enumerate(scene.spot_lights)}
@@ -92,7 +92,7 @@ def _notes(scene: Scene, plugin: bool) -> dict[str, str]:
 
 def _copy_plugins(folder: Path) -> None:
     folder.mkdir(exist_ok=True)
-    for source in Path(bsdf.__file__).parent.glob("*.py"):
+    for source in Path(plugins.__file__).parent.glob("*.py"):
         shutil.copyfile(source, folder / source.name)
 
 

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from fragtracer.reference.bsdf import SPOT
 from fragtracer.reference.materials import rgb
+from fragtracer.reference.plugins import SPOT
 from fragtracer.reference.shapes import Tree, towards
 from fragtracer.scene import DirectionalLight, Light, SpotLight
 

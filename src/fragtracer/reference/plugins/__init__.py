@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: MIT
 """fragtracer's materials as Mitsuba 3 plugins.
 
-Written from the formulas, apart from the shader, so that an error in one of them shows up as a
+Written from the formulas, independently of the shader, so that an error in one of them shows up as a
 difference. The folder needs Mitsuba alone: ``fragtracer export-mitsuba --plugin`` copies it beside a
 scene. To use it::
 
     import mitsuba as mi
     mi.set_variant("llvm_ad_rgb")
-    import fragtracer_bsdf
-    fragtracer_bsdf.register()
+    import fragtracer_plugins
+    fragtracer_plugins.register()
     scene = mi.load_file("scene.xml")
 
-The plugins: ``fragtracer_cooktorrance`` (plain.py), a material alike all over; ``fragtracer_surface``
+The plugins: ``fragtracer_cooktorrance`` (plain.py), a uniform material; ``fragtracer_surface``
 (surface.py), one with textures, shading normals, alpha or culled back faces, for meshes;
 ``fragtracer_texture`` (texture.py), the image of one of those; ``fragtracer_unlit`` (unlit.py), the emitter of
 an unlit material; and ``fragtracer_spot`` (spot.py), a spot light.

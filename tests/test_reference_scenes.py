@@ -1,18 +1,18 @@
 # SPDX-License-Identifier: MIT
-"""Every bundled scene and every setting that changes the light agrees with its twin in Mitsuba.
+"""Every bundled scene, and every setting that changes the mean image, agrees with Mitsuba.
 
-The long form of this table, with finer margins, is docs/correctness.md (scripts/correctness.py).
+docs/correctness.md (scripts/correctness.py) has the same comparisons with more samples and a smaller margin.
 """
 
 from dataclasses import replace
 
 import pytest
 
-from fragtracer.apps.compare.sides import render_ours, render_reference
+from fragtracer.apps.compare.rendering import render_ours, render_reference
 from fragtracer.apps.compare.verdict import judge
 from fragtracer.io.toml import bundled, load
 
-pytest.importorskip("mitsuba", reason="Mitsuba is not installed: there is no twin")
+pytest.importorskip("mitsuba", reason="Mitsuba is not installed")
 pytestmark = pytest.mark.slow
 
 SPECULAR = ("three-spheres", "mirror", "roughness-grid")
@@ -30,11 +30,11 @@ CASES += [("red-bounce", {"pixel_filter": kind}) for kind in ("tent", "gaussian"
 SIZE, BATCHES = (48, 36), 16
 SPP, SPP_OF_MESHES = 4096, 1024
 LEVEL = 0.01 / len(CASES)
-RESOLUTION = 0.04  # a bias of the whole picture that would be seen in each case, most likely a much smaller one
+RESOLUTION = 0.04  # detectable bias of the image mean, at most
 
 
 @pytest.mark.parametrize(("name", "settings"), CASES, ids=[f"{n}-{list(s.values())}" for n, s in CASES])
-def test_a_scene_agrees_with_its_twin(ctx, name, settings):
+def test_a_scene_agrees_with_the_reference(ctx, name, settings):
     scene = load(name)
     scene = replace(scene, render=replace(scene.render, **settings))
     spp = SPP_OF_MESHES if scene.meshes else SPP
