@@ -3,10 +3,10 @@
 
 Where the two renderers differ:
 
-- Mitsuba's picture begins at -z where ours begins at +z: half a turn.
+- The first column of Mitsuba's map is at -z, of ours at +z: half a turn.
 - Mitsuba's first and last rows lie at the poles, ours half a row from them. So it gets a row for each of ours,
   one for the middle between two, and one for each pole: 2 h + 1, which interpolate to the very same values.
-- Mitsuba takes one emitter at infinity, so ambient light is added to the picture.
+- Mitsuba takes one emitter at infinity, so ambient light is added to the map.
 - The sun is a sphere so far away that its direction is the same all over the scene. It occludes the map behind
   it, to which our sun is added: so it also emits the mean radiance that it occludes. Mitsuba computes 1 - cos of the
   sphere's cone by subtraction in float32: the sphere has the nearest size at which that is exact, and its radiance is
@@ -30,7 +30,7 @@ _SUN_DISTANCE = 1e6  # in bounding radii of the scene
 
 
 def environment_emitters(scene: Scene, folder: Path) -> dict[str, Tree]:
-    """The emitters at infinity by their keys, with the picture written into ``folder``."""
+    """The emitters at infinity by their keys, with the map written into ``folder``."""
     environment = scene.environment
     if environment is None:
         return {}
