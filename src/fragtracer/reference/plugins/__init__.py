@@ -1,20 +1,20 @@
 # SPDX-License-Identifier: MIT
 """fragtracer's materials as Mitsuba 3 plugins.
 
-Written from the formulas, apart from the shader, so that an error in one of them shows up as a
+Written from the formulas, independently of the shader, so that an error in one of them shows up as a
 difference. The folder needs Mitsuba alone: ``fragtracer export-mitsuba --plugin`` copies it beside a
 scene. To use it::
 
     import mitsuba as mi
     mi.set_variant("llvm_ad_rgb")
-    import fragtracer_bsdf
-    fragtracer_bsdf.register()
+    import fragtracer_plugins
+    fragtracer_plugins.register()
     scene = mi.load_file("scene.xml")
 
-The plugins: ``fragtracer_cooktorrance`` (plain.py), a material alike all over; ``fragtracer_surface``
-(surface.py), one with textures, shading normals, alpha or a single side, for meshes;
-``fragtracer_texture`` (texture.py), the image of one of those; and ``fragtracer_unlit`` (unlit.py), an
-emitter for what is shown as it is.
+The plugins: ``fragtracer_cooktorrance`` (plain.py), a uniform material; ``fragtracer_surface``
+(surface.py), one with textures, shading normals, alpha or culled back faces, for meshes;
+``fragtracer_texture`` (texture.py), the image of one of those; ``fragtracer_unlit`` (unlit.py), the emitter of
+an unlit material; and ``fragtracer_spot`` (spot.py), a spot light.
 """
 
 from functools import lru_cache
@@ -22,11 +22,12 @@ from functools import lru_cache
 from .lobes import DELTA_ALPHA
 
 NAME = "fragtracer_cooktorrance"
+SPOT = "fragtracer_spot"
 SURFACE = "fragtracer_surface"
 TEXTURE = "fragtracer_texture"
 UNLIT = "fragtracer_unlit"
 
-__all__ = ["DELTA_ALPHA", "NAME", "SURFACE", "TEXTURE", "UNLIT", "register"]
+__all__ = ["DELTA_ALPHA", "NAME", "SPOT", "SURFACE", "TEXTURE", "UNLIT", "register"]
 
 
 def register() -> None:
@@ -42,13 +43,16 @@ def _register(variant: str) -> tuple[type, ...]:
     import mitsuba as mi
 
     from .plain import plain_class
+    from .spot import spot_class
     from .surface import surface_class
     from .texture import texture_class
     from .unlit import unlit_class
 
-    plugins = plain_class(mi, dr), surface_class(mi, dr), texture_class(mi, dr), unlit_class(mi, dr)
+    factories = (plain_class, surface_class, texture_class, unlit_class, spot_class)
+    plugins = tuple(factory(mi, dr) for factory in factories)
     mi.register_bsdf(NAME, plugins[0])
     mi.register_bsdf(SURFACE, plugins[1])
     mi.register_texture(TEXTURE, plugins[2])
     mi.register_emitter(UNLIT, plugins[3])
+    mi.register_emitter(SPOT, plugins[4])
     return plugins

@@ -100,7 +100,7 @@ def ggx_sample_visible(wo: Any, alpha: Any, u: Any) -> Any:
 class Lobes:
     """A specular lobe over a Lambert base. Directions are local, on the front.
 
-    ``specular_range`` bounds the chance of choosing the specular lobe.
+    ``specular_range`` bounds the probability of choosing the specular lobe.
     """
 
     albedo: Any  # of the base
@@ -156,7 +156,7 @@ class Lobes:
         return value, pdf + p_specular * d * smith_g1_over_cos(wo.z, self.alpha)
 
     def sample(self, wo: Any, choice: Any, u: Any) -> Any:
-        """A direction to the light, f·cos, its density (the chance of a mirror), and whether it is specular."""
+        """A direction to the light, f·cos, its density (of a mirror its probability), and whether it is specular."""
         import drjit as dr
         import mitsuba as mi
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""``fragtracer_surface``: a material that varies over a mesh, with shading normals, alpha and sides.
+"""``fragtracer_surface``: a material that varies over a mesh, with shading normals, alpha and culled back faces.
 
 Its parameters: ``albedo`` (three numbers), ``roughness``, ``metallic``, ``specular``, ``dielectric_f0``
 (three numbers), ``geometry``, ``opacity``, ``alpha_mode`` ("opaque", "mask" or "blend"), ``alpha_cutoff``,
@@ -7,11 +7,11 @@ Its parameters: ``albedo`` (three numbers), ``roughness``, ``metallic``, ``specu
 ``roughness_texture``, ``metallic_texture`` and ``normal_texture``, each a ``fragtracer_texture`` and
 each with its set of coordinates, as ``albedo_set``: "uv", or the name of an attribute of the mesh.
 
-The mesh has face normals, so that what Mitsuba calls the normal is the geometric one. Shading normals that
-look away from the viewer are bent towards him, and light fades towards the geometric horizon and is none below,
-so that no edge of a triangle shows and no light leaks. Attributes of the mesh,
+The mesh has face normals, so that Mitsuba's normal is the geometric one. Shading normals that face away from
+the viewer are bent towards it, and scattering fades out towards the geometric horizon, so that no light leaks
+and no triangle edge shows (Chiang, Li and Burley 2019). Attributes of the mesh,
 ``vertex_shading`` (shading normal), ``vertex_tangent`` and ``vertex_handed`` (glTF's tangent and its
-sign), ``vertex_color`` and ``vertex_alpha`` count where ``has_shading`` and so on say that they are there.
+sign), ``vertex_color`` and ``vertex_alpha`` are read where ``has_shading`` and so on are true.
 """
 
 from typing import Any
@@ -53,24 +53,24 @@ def surface_class(mi: Any, dr: Any) -> type:
 
         def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
             opacity = self.opacity_at(si, active)
-            passes = sample1 >= opacity
-            choice = dr.select(passes, 0, sample1 / dr.maximum(opacity, 1e-20))
+            transmitted = sample1 >= opacity
+            choice = dr.select(transmitted, 0, sample1 / dr.maximum(opacity, 1e-20))
             lobes, (frame, front) = self._lobes(si, active), self._frame(si, active)
             wo = frame.to_local(si.to_world(si.wi))
             local, value, pdf, specular = lobes.sample(wo, choice, sample2)
             wi = si.to_local(frame.to_world(local))
-            valid = active & ~passes & (wo.z > 0) & (local.z > 0) & (pdf > 0)
-            bs = mi.BSDFSample3f(dr.select(passes, -si.wi, wi))
-            bs.pdf = dr.select(passes, 1 - opacity, dr.select(valid, pdf * opacity, 0))
+            valid = active & ~transmitted & (wo.z > 0) & (local.z > 0) & (pdf > 0)
+            bs = mi.BSDFSample3f(dr.select(transmitted, -si.wi, wi))
+            bs.pdf = dr.select(transmitted, 1 - opacity, dr.select(valid, pdf * opacity, 0))
             bs.eta = mi.Float(1)
             lobe = dr.select(specular, dr.select(lobes.delta, mi.UInt32(2), mi.UInt32(1)), mi.UInt32(0))
-            bs.sampled_component = dr.select(passes, mi.UInt32(len(self.types) - 1), lobe)
+            bs.sampled_component = dr.select(transmitted, mi.UInt32(len(self.types) - 1), lobe)
             bs.sampled_type = mi.UInt32(0)
             for index, kind in enumerate(self.types):
                 chosen = bs.sampled_component == index
                 bs.sampled_type = dr.select(chosen, mi.UInt32(kind), bs.sampled_type)
             weight = dr.select(valid, value * _shadowing(front, local) / pdf, 0)
-            return bs, dr.select(active & passes, mi.Color3f(1), weight)
+            return bs, dr.select(active & transmitted, mi.Color3f(1), weight)
 
         def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
             opacity = self.opacity_at(si, active)
@@ -106,7 +106,7 @@ def surface_class(mi: Any, dr: Any) -> type:
             return dr.clip(value * self.textures[name].number_at(si, self._uv(name, si, active), active), 0, 1)
 
         def opacity_at(self, si: Any, active: Any) -> Any:
-            """The chance that a ray meets the surface."""
+            """The probability that a ray interacts with the surface; 0 for a culled back face."""
             alpha = mi.Float(1)
             if self.alpha_mode != "opaque":
                 alpha = alpha * self.values["opacity"]
@@ -171,8 +171,8 @@ def surface_class(mi: Any, dr: Any) -> type:
         return dr.select(size > 1e-6, vector / dr.maximum(size, 1e-6), otherwise)
 
     def _shadowing(front: Any, wi: Any) -> Any:
-        """What is scattered to ``wi`` in spite of the geometric normal ``front``, both in the frame of the shading
-        normal: nothing below the surface, and less and less towards it (Chiang, Li and Burley 2019, eq. 3)."""
+        """Shadow terminator factor of ``wi`` for the geometric normal ``front``, both in the shading frame (Chiang,
+        Li and Burley 2019, "Taming the shadow terminator", eq. 3)."""
         cosine = dr.dot(front, wi)
         g = dr.minimum(1, cosine / dr.maximum(wi.z * front.z, 1e-20))
         return dr.select((cosine > 0) & (wi.z > 0), g + g * g - g**3, 0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""``fragtracer_cooktorrance``: a material that is alike all over, on both sides of a surface.
+"""``fragtracer_cooktorrance``: a uniform two-sided material.
 
 Its parameters: ``diffuse_albedo``, ``specular_f0`` and ``specular_f90`` (three numbers each),
 ``alpha`` (GGX width) and ``geometry`` ("smith", "schlick-beckmann", "karis" or "smith-multiple-scattering").
@@ -68,7 +68,7 @@ def plain_class(mi: Any, dr: Any) -> type:
             )
 
         def _to_front(self, w: Any) -> Any:
-            """``w`` seen from its own side of the surface, and the sign that undoes it: both sides are alike."""
+            """``w`` mirrored to the front of the surface, and the sign that undoes it."""
             side = dr.select(w.z < 0, mi.Float(-1), mi.Float(1))
             return mi.Vector3f(w.x, w.y, w.z * side), side
 

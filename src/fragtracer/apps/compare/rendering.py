@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Renders the two sides of a comparison, each in independent batches and with its time taken."""
+"""Renders a scene with fragtracer or with Mitsuba, in independent batches and with its time taken."""
 
 import time
 from collections.abc import Callable
@@ -21,7 +21,7 @@ _WARM_UP_SPP = 4  # below, Mitsuba compiles another kernel than for many samples
 
 
 @dataclass(frozen=True)
-class Side:
+class Rendering:
     """What one renderer made.
 
     ``pictures`` is (batches, height, width, 3) float32 linear radiance, row 0 at the top, of ``spp``
@@ -53,10 +53,10 @@ def render_ours(
     seed: int = 0,
     progress: Progress | None = None,
     context: Any = None,
-) -> Side:
+) -> Rendering:
     """``scene`` by fragtracer: ``spp`` samples per pixel, a multiple of ``batches``, each with a seed of its own.
 
-    ``progress`` hears the name of the side, the samples per pixel done and ``spp``. ``context`` is as
+    ``progress`` is called with the name of the renderer, the samples per pixel done and ``spp``. ``context`` is as
     for :class:`fragtracer.renderer.Renderer`.
     """
     each = _split(spp, batches)
@@ -74,7 +74,7 @@ def render_ours(
             rendering += time.perf_counter() - start
             non_finite += renderer.non_finite_samples()
     starting = time.perf_counter() - begin - rendering
-    return Side(OURS, np.stack(pictures), spp, starting, rendering, device, non_finite)
+    return Rendering(OURS, np.stack(pictures), spp, starting, rendering, device, non_finite)
 
 
 def part_of(progress: Progress | None, name: str, before: int, spp: int) -> Callable[[float], None] | None:
@@ -90,7 +90,7 @@ def render_reference(
     seed: int = 0,
     progress: Progress | None = None,
     variant: str | None = None,
-) -> Side:
+) -> Rendering:
     """``scene`` by Mitsuba; the parameters are those of :func:`render_ours`.
 
     Raises
@@ -119,7 +119,7 @@ def render_reference(
         device = renderer.variant
     if not np.isfinite(pictures).all():
         raise FragtracerError("Mitsuba's pictures have NaN or infinite pixels: there is nothing to compare with")
-    return Side(REFERENCE, np.stack(pictures), spp, start - begin, seconds, device)
+    return Rendering(REFERENCE, np.stack(pictures), spp, start - begin, seconds, device)
 
 
 def _split(spp: int, batches: int) -> int:

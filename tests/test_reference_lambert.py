@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""An independent witness: Mitsuba's own path tracer and diffuse material see the same radiance."""
+"""Lambert scenes agree with Mitsuba's own path tracer and diffuse material, without any plugin of ours."""
 
 from functools import cache
 
@@ -13,13 +13,13 @@ from fragtracer.reference.render import render_reference
 from fragtracer.reference.variant import find_llvm
 from fragtracer.scene import Scene
 
-pytest.importorskip("mitsuba", reason="Mitsuba is not installed: there is no witness")
+pytest.importorskip("mitsuba", reason="Mitsuba is not installed")
 pytestmark = pytest.mark.slow
 
 SIZE = (48, 32)
 SEEDS = 16
 SPP = {"three-spheres": 512, "cornell-box": 1152}  # of each seed
-RESOLUTION = 0.005  # a bias of the whole picture that could not pass unseen
+RESOLUTION = 0.005  # detectable bias of the image mean, at most
 
 
 def scene_of(name: str) -> Scene:
@@ -27,20 +27,20 @@ def scene_of(name: str) -> Scene:
 
 
 @cache
-def witnessed(name: str) -> Image:
+def reference(name: str) -> Image:
     return render_reference(scene_of(name), SIZE, SPP[name] * SEEDS, seed=7, batches=SEEDS)
 
 
 @pytest.fixture(autouse=True)
-def _fast_witness() -> None:
+def _fast_reference() -> None:
     if find_llvm() is None:
-        pytest.skip("no LLVM of version 16 or newer on this machine: the witness is too slow without")
+        pytest.skip("no LLVM of version 16 or newer on this machine: scalar_rgb is too slow")
 
 
 @pytest.mark.parametrize("name", SPP)
-def test_witness_agrees(ctx, name):
+def test_lambert_scene_agrees(ctx, name):
     """In the whole picture, and in each of 16 blocks, in each colour."""
-    assert_agree(batches(ctx, scene_of(name), 256, range(SEEDS), size=SIZE), witnessed(name), RESOLUTION)
+    assert_agree(batches(ctx, scene_of(name), 256, range(SEEDS), size=SIZE), reference(name), RESOLUTION)
 
 
 @pytest.mark.parametrize(
@@ -51,7 +51,7 @@ def test_witness_agrees(ctx, name):
     ],
     ids=["lobe 1 % too bright", "roulette without compensation"],
 )
-def test_witness_finds_a_planted_error(ctx, monkeypatch, tmp_path, file, text, replacement):
+def test_a_planted_error_is_found(ctx, monkeypatch, tmp_path, file, text, replacement):
     Planter(monkeypatch, tmp_path)(file, text, replacement)
     with pytest.raises(AssertionError, match="regions differ"):
-        test_witness_agrees(ctx, "cornell-box")
+        test_lambert_scene_agrees(ctx, "cornell-box")

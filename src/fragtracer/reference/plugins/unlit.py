@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: MIT
-"""``fragtracer_unlit``: a surface that shines by its colour to both sides, for rays that meet it by chance.
+"""``fragtracer_unlit``: a surface that emits its colour to both sides and is never sampled as a light.
 
 Its parameters: ``albedo`` (three numbers), the children ``albedo_texture`` and ``alpha_texture`` with their sets
 of coordinates, ``opacity``, ``alpha_mode``, ``alpha_cutoff``, ``double_sided``, ``has_color`` and ``has_alpha``, all as
-those of ``fragtracer_surface``, which says how much of the surface is there.
+those of ``fragtracer_surface``, which has the opacity.
 """
 
 from typing import Any
 
+from .records import empty_direction_sample
 from .surface import surface_class
 
 
@@ -26,8 +27,8 @@ def unlit_class(mi: Any, dr: Any) -> type:
             return dr.select(active, shown, 0)
 
         def sample_direction(self, it: Any, sample: Any, active: Any = True) -> Any:
-            """Nothing: it is no light that others would sample."""
-            return dr.zeros(mi.DirectionSample3f), mi.Color3f(0)
+            """Nothing: it is not sampled as a light."""
+            return empty_direction_sample(mi, dr), mi.Color3f(0)
 
         def pdf_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
             return mi.Float(0)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Meshes, textures and alpha agree with their twins in Mitsuba, each by itself on a small picture.
+"""Meshes, textures and alpha agree with Mitsuba, each on its own in a small image.
 
-There intersection, light sampling and the filtering of images are Mitsuba's own; shading normals, normal
-maps and alpha are those of our plugin (reference/bsdf/surface.py).
+Intersection, light sampling and texture filtering are Mitsuba's own; shading normals, normal maps and alpha
+are those of our plugin (reference/plugins/surface.py).
 """
 
 from collections.abc import Callable
@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from mesh_shapes import ball, field, geometry, grid, smooth
 
-from fragtracer.apps.compare.sides import render_ours, render_reference
+from fragtracer.apps.compare.rendering import render_ours, render_reference
 from fragtracer.apps.compare.verdict import judge
 from fragtracer.io.toml import load
 from fragtracer.scene import (
@@ -31,11 +31,11 @@ from fragtracer.scene import (
     Texture,
 )
 
-pytest.importorskip("mitsuba", reason="Mitsuba is not installed: there is no twin")
+pytest.importorskip("mitsuba", reason="Mitsuba is not installed")
 pytestmark = pytest.mark.slow
 
 MATT = Material(albedo=0.5, specular=0.0)
-UNLIT_BY_OTHERS = {"lights": [], "ambient": Ambient(0.0)}
+NO_OTHER_LIGHT = {"lights": [], "ambient": Ambient(0.0)}
 HERE = Placement((0.0, 0.7, 0.0), scale=(0.7, 0.7, 0.7))
 
 
@@ -44,7 +44,7 @@ TURNED = [Placement((0.0, 0.8, 0.0), (0.0, 60.0, 20.0), (0.5, 0.5, 0.5))]
 
 
 def scene(material, shape, places=(HERE,), **changes):
-    """A mesh on a floor, under a lamp and a sky."""
+    """A mesh on a floor, under a spherical light and ambient light."""
     parts = {
         "camera": Camera((0.0, 1.6, 4.2), (0.0, 0.6, 0.0), fov_degrees=30.0),
         "materials": {"m": material, "floor": MATT},
@@ -78,7 +78,7 @@ WAVE = np.sin(COLUMNS / 64 * 2 * np.pi * 5)
 CHECKER = (ROWS // 8 + COLUMNS // 8) % 2
 PICTURE = Image(np.where(CHECKER[..., None], [220, 80, 40], [240, 230, 210]).astype(np.uint8))
 ALPHA = np.clip(127 + 120 * WAVE, 0, 255)[..., None].astype(np.uint8)
-LACE = Texture(Image(np.concatenate([PICTURE.pixels, ALPHA], axis=2)))
+ALPHA_PICTURE = Texture(Image(np.concatenate([PICTURE.pixels, ALPHA], axis=2)))
 NUMBERS = Image((40 + 200 * CHECKER).astype(np.uint8), "linear")
 BUMPS = Image(np.stack([0.5 + 0.35 * WAVE, np.full(WAVE.shape, 0.6), np.ones(WAVE.shape)], -1), "linear")
 
@@ -102,7 +102,7 @@ CROWD = [
     for z in (-0.6, 0.6)
 ]
 
-# Enough that their triangles are packed once, in a space of their own.
+# Enough triangles that the mesh is packed once, in its own space, and instanced.
 TERRACES = [
     Placement((0.0, 0.2, 1.0), (10.0, 30.0, 0.0), (1.2, 1.5, 0.7)),
     Placement((0.3, 0.6, 0.0), (15.0, 0.0, 5.0), (-1.2, 1.0, 0.6)),
@@ -129,48 +129,48 @@ CASES: dict[str, Callable[[], Scene]] = {
     "vertex colours": lambda: scene(
         Material(albedo=0.9), Geometry(globe().positions, globe().triangles, globe().normals, colors=COLORS)
     ),
-    "an emissive mesh": lambda: scene(LAMP, globe(12, 6), **UNLIT_BY_OTHERS),
+    "an emissive mesh": lambda: scene(LAMP, globe(12, 6), **NO_OTHER_LIGHT),
     "an emissive texture": lambda: scene(
         Material(albedo=0.2, specular=0.0, emission=(3.0, 2.0, 1.0), emission_texture=Texture(PICTURE)),
         globe(),
-        **UNLIT_BY_OTHERS,
+        **NO_OTHER_LIGHT,
     ),
     "unlit": lambda: scene(Material(albedo=0.9, unlit=True, albedo_texture=Texture(PICTURE)), globe()),
-    "an alpha mask": lambda: scene(Material(albedo=0.9, albedo_texture=LACE, alpha_mode="mask"), globe()),
+    "an alpha mask": lambda: scene(Material(albedo=0.9, albedo_texture=ALPHA_PICTURE, alpha_mode="mask"), globe()),
     "an alpha blend": lambda: scene(
-        Material(albedo=0.9, albedo_texture=LACE, alpha_mode="blend", opacity=0.8), globe()
+        Material(albedo=0.9, albedo_texture=ALPHA_PICTURE, alpha_mode="blend", opacity=0.8), globe()
     ),
-    "a lamp half there": lambda: scene(
+    "an emitter of opacity 0.5": lambda: scene(
         Material(albedo=0.2, specular=0.0, emission=3.0, alpha_mode="blend", opacity=0.5),
         globe(12, 6),
-        **UNLIT_BY_OTHERS,
+        **NO_OTHER_LIGHT,
     ),
-    "a lamp with holes": lambda: scene(
-        Material(albedo=0.2, specular=0.0, emission=3.0, albedo_texture=LACE, alpha_mode="mask"),
+    "an emitter with an alpha mask": lambda: scene(
+        Material(albedo=0.2, specular=0.0, emission=3.0, albedo_texture=ALPHA_PICTURE, alpha_mode="mask"),
         globe(),
-        **UNLIT_BY_OTHERS,
+        **NO_OTHER_LIGHT,
     ),
-    "a lamp of lace": lambda: scene(
+    "an emitter with an alpha blend": lambda: scene(
         Material(
             specular=0.0,
             emission=3.0,
             emission_texture=Texture(PICTURE),
-            albedo_texture=LACE,
+            albedo_texture=ALPHA_PICTURE,
             alpha_mode="blend",
             opacity=0.8,
         ),
         globe(),
-        **UNLIT_BY_OTHERS,
+        **NO_OTHER_LIGHT,
     ),
-    "a single side": lambda: scene(Material(double_sided=False), geometry((ball()[0], ball()[1][::2]))),
-    "a lamp that shines to both sides": lambda: scene(
+    "culled back faces": lambda: scene(Material(double_sided=False), geometry((ball()[0], ball()[1][::2]))),
+    "coincident emitters that face opposite ways": lambda: scene(
         Material(albedo=0.5, specular=0.0, emission=(2.0, 1.0, 0.5), double_sided=False),
         SHEET,
         meshes=[Mesh([Part(SHEET, "m"), Part(geometry((SHEET.positions, SHEET.triangles[:, ::-1])), "m")], TURNED)],
-        **UNLIT_BY_OTHERS,
+        **NO_OTHER_LIGHT,
     ),
-    "copies, some mirrored": lambda: scene(PLASTIC, globe(), CROWD),
-    "copies of 70k triangles": lambda: scene(
+    "instances, some mirrored": lambda: scene(PLASTIC, globe(), CROWD),
+    "instances of 70k triangles": lambda: scene(
         Material(albedo_texture=Texture(PICTURE), normal_texture=Texture(BUMPS), normal_scale=0.5), hills(), TERRACES
     ),
     "70k triangles": lambda: scene(
@@ -180,11 +180,11 @@ CASES: dict[str, Callable[[], Scene]] = {
 
 SIZE, BATCHES, SPP = (40, 30), 16, 1024
 LEVEL = 0.01 / len(CASES)
-RESOLUTION = 0.02  # a bias of the whole picture that would be seen in each case
+RESOLUTION = 0.02  # detectable bias of the image mean, at most
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_a_mesh_agrees_with_its_twin(ctx, name):
+def test_a_mesh_agrees_with_the_reference(ctx, name):
     reference = render_reference(CASES[name](), SIZE, SPP, BATCHES)
     ours = render_ours(CASES[name](), SIZE, SPP, BATCHES, context=ctx)
     verdict = judge(ours.pictures, reference.pictures, alpha=LEVEL, non_finite=ours.non_finite)
@@ -203,7 +203,7 @@ MODELS = (
 
 
 @pytest.mark.parametrize("file", MODELS)
-def test_a_model_by_others_agrees_with_its_twin(ctx, file):
+def test_a_model_by_others_agrees_with_the_reference(ctx, file):
     if not (SHARED / file).exists():
         pytest.skip(f"{file} of the shared test data is not here")
     model = load(SHARED / file)
