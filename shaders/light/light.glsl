@@ -18,22 +18,29 @@
 #include "light/sun.glsl"
 #include "scene/light.glsl"
 
-// The light for u: the last whose cumulative probability is not above it, which keeps the stratification of u, found by
-// bisection between the first and last that the guide table allows for (Chen and Asau 1974, On Generating Random Variates
-// from an Empirical Distribution): in constant time, whatever the number of lights. Stretches u over the light's part.
+const int FEW_LIGHTS = 8;
+
+// The light for u: the last whose cumulative probability is not above it, which keeps the stratification of u. A few are
+// looked through; among many it is found by bisection between the first and last that the guide table allows for (Chen
+// and Asau 1974, On Generating Random Variates from an Empirical Distribution), in constant time on average, whatever
+// their number. Stretches u over the light's part.
 LightChoice light_choose(inout float u) {
-    LightChoice choice = light_choice_load(0);
-    if (u_light_count > 1) {
+    int number = 0;
+    if (u_light_count <= FEW_LIGHTS) {
+        for (int i = 1; i < u_light_count; i++) number += int(u >= light_choice_load(i).cumulative);
+    } else {
         LightChoice guide = light_choice_load(min(int(u * float(u_light_count)), u_light_count - 1));
-        int first = guide.guide_first;
+        number = guide.guide_first;
         int last = guide.guide_last;
-        while (first < last) {
-            int middle = (first + last + 1) / 2;
+        while (number < last) {
+            int middle = (number + last + 1) / 2;
             bool is_above = light_choice_load(middle).cumulative > u;
-            first = is_above ? first : middle;
+            number = is_above ? number : middle;
             last = is_above ? middle - 1 : last;
         }
-        choice = light_choice_load(first);
+    }
+    LightChoice choice = light_choice_load(number);
+    if (u_light_count > 1) {
         u = clamp((u - choice.cumulative) / choice.probability, 0.0, ONE_MINUS_EPSILON);
     }
     return choice;
