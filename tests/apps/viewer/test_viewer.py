@@ -18,6 +18,7 @@ NAMES = (
     "looking.shows_help_and_hides",
     "editing.edits_a_material",
     "editing.drags_a_gizmo",
+    "editing.adds_and_moves_lights",
     "editing.answers_while_a_sky_is_made",
     "files.reloads_shaders",
     "files.opens_and_reloads_files",

@@ -47,8 +47,8 @@ def carry_out(session: Session, action: str) -> bool:
             session.edit(replace(session.document, hidden=frozenset()), "show all")
         case "remove", _ if session.selected is not None:
             scene_panel.remove(session, session.selected)
-        case "add", _:
-            scene_panel.add_light(session)
+        case "add", kind:
+            scene_panel.add_light(session, kind)
         case _:
             return False
     return True
@@ -62,12 +62,13 @@ def take(session: Session, path: Path) -> None:
         session.open(path)
 
 
-def click(session: Session, where: Click, aspect: float) -> None:
-    """Select what was clicked, or put it in focus."""
+def click(session: Session, where: Click, aspect: float, has_marks: bool = False) -> None:
+    """Select what was clicked, or put it in focus; ``has_marks`` if those of lights lie over the picture."""
     origin, direction = cameras.ray(session.camera, where.x, where.y, aspect)
     hit = picking.pick(session.document, origin, direction)
     if not where.focuses:
-        session.selected = hit[0] if hit else None
+        mark = picking.pick_mark(session.document, session.camera, where.x, where.y, aspect) if has_marks else None
+        session.selected = mark or (hit[0] if hit else None)
     elif hit:
         _, _, forward = cameras.axes(session.camera)
         distance = float(hit[1] * (direction @ forward))
@@ -83,7 +84,7 @@ def look_at_selected(session: Session) -> None:
         return
     ball = picking.bounds(session.document.part(session.selected))
     if ball is None:
-        session.say("This goes on for ever; it cannot be looked at as a whole")
+        session.say("This has no bounds to frame")
         return
     session.camera = cameras.frame(session.camera, *ball)
 

@@ -5,10 +5,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
-from fragtracer.scene import Material, Scene
+from fragtracer.scene import DirectionalLight, Light, Material, Scene, SpotLight
 
 Part: TypeAlias = tuple[str, int]  # the name of a tuple of Scene, as "spheres", and the index in it
-KINDS = ("spheres", "planes", "rectangles", "triangles", "meshes", "lights")
+AnyLight: TypeAlias = Light | SpotLight | DirectionalLight
+SHAPES = ("spheres", "planes", "rectangles", "disks", "triangles", "meshes")
+LIGHTS = ("lights", "spot_lights", "directional_lights")
+KINDS = SHAPES + LIGHTS
 _MOST_STEPS = 200
 
 
@@ -43,6 +46,10 @@ class Document:
         parts = list(getattr(self.scene, kind))
         parts[index] = value
         return replace(self, scene=_with_kind(self.scene, kind, parts))
+
+    def with_added(self, kind: str, value: Any) -> "Document":
+        """This with one more object or light of ``kind``, the last one."""
+        return replace(self, scene=_with_kind(self.scene, kind, [*getattr(self.scene, kind), value]))
 
     def without_part(self, part: Part) -> "Document":
         """This without an object or light; the ones after it move up."""

@@ -11,7 +11,7 @@ from fragtracer.apps.viewer.gizmo import Gizmo
 from fragtracer.apps.viewer.input import Navigator
 from fragtracer.apps.viewer.layout import Area
 from fragtracer.apps.viewer.panels import display as display_panel
-from fragtracer.apps.viewer.panels import menu, objects, overlay, widgets
+from fragtracer.apps.viewer.panels import marks, menu, objects, overlay, widgets
 from fragtracer.apps.viewer.panels import render as render_panel
 from fragtracer.apps.viewer.panels import scene as scene_panel
 from fragtracer.apps.viewer.panels import statistics as statistics_panel
@@ -91,11 +91,13 @@ class Interface:
     def _navigate(self, area: Area, compares: bool) -> None:
         session = self.session
         session.display = self.wipe.drag(area, session.display, compares)
+        if self.panels_shown:
+            marks.draw(session.camera, area, session.document, session.selected)
         self._drag_selected(area)
         blocked = self._gizmo.takes_mouse or self.wipe.takes_mouse
         session.camera, click = self._navigator.navigate(session.camera, area, blocked)
         if click is not None:
-            actions.click(session, click, area.width / area.height)
+            actions.click(session, click, area.width / area.height, has_marks=self.panels_shown)
         io = imgui.get_io()
         moved = io.mouse_delta.x or io.mouse_delta.y or io.mouse_wheel
         if moved or any(io.mouse_down[:3]) or imgui.is_any_item_active():

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 from imgui_bundle import imgui
 
+from fragtracer.apps.viewer.panels import lights
 from fragtracer.apps.viewer.session import Session
 
 _KEY, _CTRL, _SHIFT, _ALT = imgui.Key, imgui.Key.mod_ctrl, imgui.Key.mod_shift, imgui.Key.mod_alt
@@ -69,7 +70,8 @@ def draw(session: Session, scenes: Sequence[str]) -> str:
         item("Undo", "undo", "Ctrl+Z", bool(session.history.past))
         item("Redo", "redo", "Ctrl+Shift+Z", bool(session.history.future))
         imgui.separator()
-        item("Add light", "add light")
+        for kind, name in lights.NEW.items():
+            item(f"Add {name}", f"add {kind}")
         item("Hide selected", "hide", "H", session.selected is not None)
         item("Show all", "show all", "Alt+H", bool(session.document.hidden))
         item("Remove selected", "remove", "Del", session.selected is not None)

@@ -6,11 +6,11 @@ from typing import Any
 
 from imgui_bundle import imgui
 
-from fragtracer.apps.viewer.document import KINDS, Document, Part
+from fragtracer.apps.viewer.document import KINDS, SHAPES, AnyLight, Document, Part
 from fragtracer.apps.viewer.panels import camera, environment, lights, materials, objects, widgets
 from fragtracer.apps.viewer.session import Session
 from fragtracer.apps.viewer.theme import MUTED
-from fragtracer.scene import Ambient, Light, Mesh, Scene
+from fragtracer.scene import Ambient, Mesh, Scene
 
 _LIST_ROWS = 7.5
 
@@ -47,7 +47,12 @@ def _contents(session: Session) -> None:
     imgui.end_child()
     imgui.pop_style_color()
     if imgui.button("Add light"):
-        add_light(session)
+        imgui.open_popup("add light")
+    if imgui.begin_popup("add light"):
+        for kind, name in lights.NEW.items():
+            if imgui.selectable(name.capitalize(), False)[0]:
+                add_light(session, kind)
+        imgui.end_popup()
     imgui.same_line()
     imgui.begin_disabled(session.selected is None)
     if imgui.button("Remove") and session.selected is not None:
@@ -59,7 +64,7 @@ def _selected(session: Session, place: Part) -> None:
     document = session.document
     part: Any = document.part(place)
     imgui.push_id(f"{place}")
-    if isinstance(part, Light):
+    if isinstance(part, AnyLight):
         session.edit(document.with_part(place, lights.edit(part)), f"light {place}")
     else:
         changed = objects.edit(part, list(document.scene.materials))
@@ -95,17 +100,12 @@ def _material_of(session: Session, place: Part) -> str:
     return names[0]
 
 
-def add_light(session: Session) -> None:
-    """Hang a light above what the camera looks at, and select it."""
-    eye, target = session.camera.position, session.camera.target
-    size = sum((a - b) ** 2 for a, b in zip(eye, target, strict=True)) ** 0.5
-    position = (target[0], target[1] + 0.5 * size, target[2])
-    power = 20 * size**2
-    light = Light(position, 0.05 * size, power=(power, power, power))
-    scene = session.document.scene
-    session.edit(replace(session.document, scene=replace(scene, lights=(*scene.lights, light))), "add light")
+def add_light(session: Session, kind: str) -> None:
+    """Add a light of ``kind``, one of :data:`lights.NEW`, above what the camera looks at, and select it."""
+    count = len(getattr(session.document.scene, kind))
+    session.edit(session.document.with_added(kind, lights.new_light(kind, session.camera)), "add light")
     session.history.close()
-    session.selected = ("lights", len(scene.lights))
+    session.selected = (kind, count)
 
 
 def remove(session: Session, place: Part) -> None:
@@ -116,8 +116,7 @@ def remove(session: Session, place: Part) -> None:
 
 
 def _shapes(document: Document) -> list[Any]:
-    scene = document.scene
-    return [*scene.spheres, *scene.planes, *scene.rectangles, *scene.triangles, *scene.meshes]
+    return [shape for kind in SHAPES for shape in getattr(document.scene, kind)]
 
 
 def _edit(session: Session, scene: Scene, label: str) -> None:
