@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from fragtracer.apps.viewer import actions
 from fragtracer.apps.viewer.display import AUXILIARY, Display, Rectangle
-from fragtracer.apps.viewer.governor import Governor
+from fragtracer.apps.viewer.dynamic_resolution import DynamicResolution
 from fragtracer.apps.viewer.interface import Interface
 from fragtracer.apps.viewer.layout import Area
 from fragtracer.apps.viewer.live import LiveRenderer
@@ -52,7 +52,7 @@ class Viewer:
         self.context = attach_context()
         self.display = Display(self.context)
         renderer = LiveRenderer(self.session.shown, (65, 37), self.context)
-        self.refiner = Refiner(renderer, Governor())
+        self.refiner = Refiner(renderer, DynamicResolution())
         self.film_statistics = FilmStatistics()
         self.times = FrameTimes()
         self.wipe = Wipe()
@@ -120,7 +120,7 @@ class Viewer:
         self._presented_at = time.perf_counter()
         self.window.present()
         seconds = time.perf_counter() - start
-        self.refiner.governor.note_overhead(seconds - traced)
+        self.refiner.resolution.note_overhead(seconds - traced)
         self._check_driver()
         self.times.add(seconds, self.renderer.pass_seconds)
 
@@ -130,7 +130,7 @@ class Viewer:
         fades = refiner.held is not None and self.renderer.spp > 0
         if refiner.is_moving or fades or self.is_done or self.window.was_touched:
             return False
-        wait = max(_SHOWN_EVERY, 2 * refiner.governor.overhead)
+        wait = max(_SHOWN_EVERY, 2 * refiner.resolution.overhead)
         return now - self._presented_at < wait and self._presented == self._on_screen()
 
     def _on_screen(self) -> tuple[object, ...]:
@@ -166,7 +166,7 @@ class Viewer:
 
     def _draw_for_comparison(self) -> float:
         try:
-            return self.wipe.draw_ours(self.renderer, self.refiner.governor.rest_budget)
+            return self.wipe.draw_ours(self.renderer, self.refiner.resolution.rest_budget)
         except DeviceError as error:
             self.session.problem = str(error)
             return 0.0

@@ -5,7 +5,7 @@ import time
 from dataclasses import replace
 
 from fragtracer.apps.viewer.compiler import BackgroundCompiler
-from fragtracer.apps.viewer.governor import Governor
+from fragtracer.apps.viewer.dynamic_resolution import DynamicResolution
 from fragtracer.apps.viewer.live import LiveRenderer, Plan
 from fragtracer.apps.viewer.preparer import Preparer
 from fragtracer.errors import ShaderError
@@ -28,9 +28,9 @@ class Refiner:
     until they are ready, the picture stays as it was.
     """
 
-    def __init__(self, renderer: LiveRenderer, governor: Governor) -> None:
+    def __init__(self, renderer: LiveRenderer, resolution: DynamicResolution) -> None:
         self.renderer = renderer
-        self.governor = governor
+        self.resolution = resolution
         self.size = renderer.size
         self.held: Film | None = None  # the picture of before, shown until the new one is finer
         self.held_weight = 0.0
@@ -213,8 +213,8 @@ class Refiner:
         self._moving = True
         self._drop_held()
         renderer = self.renderer
-        most = renderer.settings.light_samples
-        size, light_samples = self.governor.choose(self.size, renderer.samples_per_second, renderer.light_samples, most)
+        now, most = renderer.light_samples, renderer.settings.light_samples
+        size, light_samples = self.resolution.choose(self.size, renderer.samples_per_second, now, most)
         if (size, light_samples) != (renderer.size, renderer.light_samples):
             renderer.resize(size, light_samples).release()
 
@@ -227,8 +227,8 @@ class Refiner:
 
     def _preview(self) -> float:
         renderer = self.renderer
-        rays = self.governor.rays(renderer.size, renderer.samples_per_second, renderer.settings.rays)
-        return renderer.refine(self.governor.budget, rays, whole=True)
+        rays = self.resolution.rays(renderer.size, renderer.samples_per_second, renderer.settings.rays)
+        return renderer.refine(self.resolution.budget, rays, whole=True)
 
     def _refine(self, limit: int | None) -> float:
         renderer = self.renderer
@@ -236,7 +236,7 @@ class Refiner:
         if left <= 0:
             return 0.0
         rays = max(1, min(renderer.settings.rays, renderer.spp, left))
-        return renderer.refine(self.governor.rest_budget, rays)
+        return renderer.refine(self.resolution.rest_budget, rays)
 
     def fade(self, limit: int | None = None) -> None:
         """Let the finer picture take over a little more, of which there will be ``limit`` samples per pixel."""
