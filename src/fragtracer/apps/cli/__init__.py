@@ -32,7 +32,7 @@ for command in (
 
 
 def main() -> None:
-    """Run the command line; errors that the user can mend become one message and exit status 2."""
+    """Run the command line; errors of input become one message and exit status 2."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     warnings.showwarning = lambda message, *_, **__: print(f"fragtracer: warning: {message}", file=sys.stderr)
     try:

@@ -60,7 +60,7 @@ def compare(
         _compare_split_sum(loaded, pixels, numbers | {"seed": seed}, report, json)
         return
     if loaded.render.integrator != "path":
-        raise FragtracerError(f"{scene}: only the path integrator has a twin in Mitsuba; compare with --split-sum")
+        raise FragtracerError(f"{scene}: only the path integrator has a reference in Mitsuba; use --split-sum")
     with comparison_progress() as progress:
         comparison = compare_scene(
             loaded,

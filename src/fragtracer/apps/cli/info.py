@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""``fragtracer info``: what this machine offers, and what is missing with the mend; or what a scene holds."""
+"""``fragtracer info``: OpenGL and Mitsuba on this machine; or what a scene holds."""
 
 import platform
 from collections.abc import Iterator

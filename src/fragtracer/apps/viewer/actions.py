@@ -55,7 +55,7 @@ def carry_out(session: Session, action: str) -> bool:
 
 
 def take(session: Session, path: Path) -> None:
-    """Take a file that was dropped: a picture becomes the environment, all else is opened."""
+    """Take a dropped file: an .hdr or .exr image becomes the environment, anything else is opened."""
     if path.suffix.lower() in (".hdr", ".exr"):
         session.light_by(path)
     else:
@@ -98,7 +98,7 @@ def save_path(session: Session) -> Path:
 
 
 def fresh(path: Path) -> Path:
-    """``path``, or with a number where there is such a file."""
+    """``path``, numbered if that file exists."""
     number, free = 1, path
     while free.exists():
         number += 1
@@ -107,9 +107,9 @@ def fresh(path: Path) -> Path:
 
 
 def render_command(session: Session, size: tuple[int, int], spp: int) -> str:
-    """The command line that makes the picture in the window.
+    """The command line that renders the picture in the window.
 
-    A scene that is in no file as it is now, seen from here, is written to a new one in the current folder.
+    A scene that differs from its file, be it by the camera alone, is written to a new one in the current folder.
     """
     scene = session.document.scene
     if session.is_saved and session.path is not None and session.camera == session.home and not session.document.hidden:

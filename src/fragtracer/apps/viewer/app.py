@@ -249,7 +249,7 @@ class Viewer:
             self.refiner.change(session.shown)
         elif self._gathered() != self._gathered_before:
             self._gathered_before = self._gathered()
-            self.refiner.gather(self._gathered_before)
+            self.refiner.show_view(self._gathered_before)
         elif session.camera != self.refiner.camera:
             self.refiner.look(session.camera)
 

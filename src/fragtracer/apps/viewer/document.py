@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What is edited: a scene, and which parts of it are hidden; with undo and redo."""
+"""The edited scene, which parts of it are hidden, and the history for undo and redo."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -17,7 +17,7 @@ _MOST_STEPS = 200
 
 @dataclass(frozen=True)
 class Document:
-    """A scene with some of its objects and lights hidden from view, but not gone."""
+    """A scene, some of whose objects and lights are hidden but still saved."""
 
     scene: Scene
     hidden: frozenset[Part] = frozenset()
@@ -69,7 +69,7 @@ class Document:
 
 @dataclass
 class History:
-    """The document as it is, as it was and as it was to be."""
+    """The document now, and the states that undo and redo return to."""
 
     now: Document
     past: list[Document] = field(default_factory=list)
@@ -77,8 +77,8 @@ class History:
     _open: str = ""
 
     def edit(self, document: Document, label: str) -> bool:
-        """Take a step, or widen the last one while ``label`` stays the same and :meth:`close` was
-        not called: a whole drag of a slider is one step. Returns whether anything changed."""
+        """Add a step, or merge it with the last one if that has the same ``label`` and :meth:`close` was not
+        called since: the drag of a slider is one step. Returns whether anything changed."""
         if document == self.now:
             return False
         if label != self._open:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Three arrows on what is selected, to drag it by."""
+"""The translation gizmo on the selected object or light."""
 
 from typing import Any
 

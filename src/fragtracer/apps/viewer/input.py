@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""From mouse and keys to a camera, as users of Blender and Maya expect it."""
+"""Camera navigation by mouse and keys, with the gestures of Blender and Maya."""
 
 from dataclasses import dataclass
 
@@ -48,7 +48,7 @@ class Click:
 
 
 class Navigator:
-    """Follows the mouse from where it was pressed on the picture to where it is released."""
+    """Tells clicks on the picture from drags, and moves the camera by drags, wheel and keys."""
 
     def __init__(self) -> None:
         self._drag = ""

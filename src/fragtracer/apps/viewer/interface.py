@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""All that lies around and over the picture, and what mouse and keys do there; no OpenGL in here."""
+"""The panels and overlays, and the input on them and on the picture; no OpenGL in here."""
 
 import time
 from collections.abc import Callable
@@ -23,7 +23,7 @@ from fragtracer.io import toml
 
 
 class Interface:
-    """Edits ``session`` and drags ``wipe``; ``used_at`` is when someone last did something."""
+    """Edits ``session`` and drags ``wipe``; ``used_at`` is the time of the last input."""
 
     def __init__(self, session: Session, wipe: Wipe) -> None:
         self.session, self.wipe = session, wipe
@@ -34,7 +34,7 @@ class Interface:
         self._reset_layout = False
 
     def show(self, what: str) -> None:
-        """Turn the "panels" or the "help" on or off, or make the "layout" what it was at first."""
+        """Toggle the "panels" or the "help", or reset the "layout"."""
         match what:
             case "panels":
                 self.panels_shown = not self.panels_shown
@@ -44,10 +44,10 @@ class Interface:
                 self._reset_layout = True
 
     def describe(self, figures: Figures, times: FrameTimes, compares: bool, problem: str) -> tuple[Area, str]:
-        """Describe the panels of a frame to imgui, and take over what was done in them.
+        """Describe the panels of a frame to imgui, and apply the edits made in them.
 
-        ``compares`` if there is another picture beyond the wipe. Returns what is left to the picture, and the action
-        that was chosen by a key or in the menu, "" for none.
+        ``compares`` if there is a reference right of the wipe. Returns the area that the panels leave to the
+        picture, and the action chosen by a key or in the menu, "" for none.
         """
         chosen = menu.keys()
         area = layout.whole_window()

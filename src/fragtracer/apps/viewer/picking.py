@@ -45,10 +45,12 @@ def pick(document: Document, origin: Vector, direction: Vector) -> tuple[Part, f
 
 def marked(document: Document) -> Iterator[tuple[Part, Light | SpotLight]]:
     """The visible lights that have a place, but no surface: point lights and spot lights."""
-    scene = document.scene
-    points = ((("lights", i), light) for i, light in enumerate(scene.lights) if light.radius == 0)
-    spots = ((("spot_lights", i), light) for i, light in enumerate(scene.spot_lights))
-    return ((part, light) for part, light in (*points, *spots) if part not in document.hidden)
+    for index, light in enumerate(document.scene.lights):
+        if light.radius == 0 and ("lights", index) not in document.hidden:
+            yield ("lights", index), light
+    for index, spot in enumerate(document.scene.spot_lights):
+        if ("spot_lights", index) not in document.hidden:
+            yield ("spot_lights", index), spot
 
 
 def pick_mark(document: Document, camera: Camera, x: float, y: float, aspect: float) -> Part | None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The camera's lens, and viewpoints that are kept."""
+"""Controls of the camera, and saved viewpoints."""
 
 from collections.abc import Mapping
 
@@ -25,7 +25,7 @@ def edit(camera: Camera) -> Camera:
 
 
 def viewpoints(camera: Camera, home: Camera, kept: Mapping[int, Camera]) -> tuple[Camera, int]:
-    """Buttons for home and for nine viewpoints; the camera after that, and which viewpoint to keep it in or 0."""
+    """Buttons for home and for nine viewpoints; returns the camera, and the number to save it under or 0."""
     keep = 0
     if imgui.small_button("Home"):
         camera = home

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The menu bar and the keys that do the same; both name an action, which the viewer carries out."""
+"""The menu bar and its keyboard shortcuts; both return the name of an action, which the viewer carries out."""
 
 from collections.abc import Sequence
 
@@ -28,7 +28,7 @@ KEYS = {
 
 
 def keys() -> str:
-    """The action whose keys were pressed just now; "" for none."""
+    """The action whose keys were pressed in this frame; "" for none."""
     if imgui.get_io().want_text_input:
         return ""
     for chord, action in KEYS.items():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The list of what is in the scene, and where one thing of it is."""
+"""The list of objects and lights, and the controls of one object."""
 
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ _MOST_INSTANCES = 8  # that are shown
 
 
 def choose(document: Document, selected: Part | None) -> tuple[Document, Part | None]:
-    """A list with a check box for each part, whether it is seen, and the one that is selected."""
+    """A list with a check box for the visibility of each part; returns the document and what is selected."""
     places = [(kind, index) for kind in KINDS for index in range(len(getattr(document.scene, kind)))]
     rows = imgui.ListClipper()
     rows.begin(len(places))
@@ -34,7 +34,7 @@ def _row(document: Document, selected: Part | None, place: Part) -> tuple[Docume
     imgui.push_style_var(imgui.StyleVar_.frame_padding, imgui.ImVec2(1, 1))
     changed, seen = imgui.checkbox("##seen", seen)
     imgui.pop_style_var()
-    imgui.set_item_tooltip("Seen, or hidden for now")
+    imgui.set_item_tooltip("Visible in the picture")
     if changed:
         document = document.with_hidden(place, not seen)
     imgui.same_line()
@@ -47,7 +47,7 @@ def _row(document: Document, selected: Part | None, place: Part) -> tuple[Docume
 
 
 def title(scene: Scene, part: Part) -> str:
-    """What a part is called: by its name if it has one, else counted from 1."""
+    """The name of a part if it has one, else its kind with a number from 1."""
     kind, index = part
     name = getattr(getattr(scene, kind)[index], "name", "mesh")
     singular = {"meshes": "mesh"}.get(kind, kind.removesuffix("s")).replace("_", " ")
@@ -62,7 +62,7 @@ def materials_of(part: Any) -> list[str]:
 
 
 def edit(part: Any, materials: list[str]) -> Any:
-    """Controls for the place and size of an object, and which material it has."""
+    """Controls for the position, size and material of an object."""
     if isinstance(part, Mesh):
         return _mesh(part, materials)
     new: dict[str, Any] = {"material": widgets.choice("Material", part.material, materials)}
@@ -85,7 +85,7 @@ def edit(part: Any, materials: list[str]) -> Any:
 
 
 def _mesh(mesh: Mesh, materials: list[str]) -> Mesh:
-    """Controls for the instances of a mesh and the material that may take the place of its own."""
+    """Controls for the instances of a mesh and the material that may replace its own."""
     count = sum(len(part.geometry.triangles) for part in mesh.parts)
     widgets.pair("Triangles", f"{count:,}" + (f" × {len(mesh.instances)}" if len(mesh.instances) > 1 else ""))
     if mesh.file:
@@ -105,15 +105,15 @@ def _mesh(mesh: Mesh, materials: list[str]) -> Mesh:
 
 def _placement(placement: Placement) -> Placement:
     new = {
-        "translation": widgets.point("Moved", placement.translation),
-        "rotation_degrees": widgets.point("Turned", placement.rotation_degrees, 0.5),
-        "scale": widgets.point("Scaled", placement.scale, 0.005),
+        "translation": widgets.point("Translation", placement.translation),
+        "rotation_degrees": widgets.point("Rotation", placement.rotation_degrees, 0.5),
+        "scale": widgets.point("Scale", placement.scale, 0.005),
     }
     return widgets.edited(placement, **new)
 
 
 def moved(part: Any, step: tuple[float, float, float]) -> Any:
-    """A part of a scene, shifted by metres."""
+    """``part``, an object or light with a position, translated by ``step`` metres."""
 
     def shifted(v: tuple[float, float, float]) -> tuple[float, float, float]:
         return v[0] + step[0], v[1] + step[1], v[2] + step[2]

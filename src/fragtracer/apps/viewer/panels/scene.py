@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The scene: its objects and lights, the one that is selected, the camera and the ambient light."""
+"""The scene panel: objects and lights, the selected one, camera, environment and ambient light."""
 
 from dataclasses import replace
 from typing import Any
@@ -16,7 +16,7 @@ _LIST_ROWS = 7.5
 
 
 def draw(session: Session) -> None:
-    """All of it; edits go through :meth:`Session.edit`."""
+    """Draw the panel; edits go through :meth:`Session.edit`."""
     if widgets.header("Contents"):
         _contents(session)
     if session.selected is not None and widgets.header(
@@ -43,7 +43,7 @@ def _contents(session: Session) -> None:
     imgui.push_style_color(imgui.Col_.child_bg, imgui.ImVec4(0, 0, 0, 0.18))
     if imgui.begin_child("contents", imgui.ImVec2(0, height)):
         document, session.selected = objects.choose(session.document, session.selected)
-        session.edit(document, "seen")
+        session.edit(document, "visibility")
     imgui.end_child()
     imgui.pop_style_color()
     if imgui.button("Add light"):
@@ -91,7 +91,7 @@ def _environment(session: Session) -> None:
 
 
 def _material_of(session: Session, place: Part) -> str:
-    """The name of the material to be edited: of a mesh with several, the one that is chosen."""
+    """The name of the material to edit; of a mesh with several, the chosen one."""
     names = objects.materials_of(session.document.part(place))
     if len(names) > 1:
         name = session.material if session.material in names else names[0]
@@ -109,7 +109,7 @@ def add_light(session: Session, kind: str) -> None:
 
 
 def remove(session: Session, place: Part) -> None:
-    """Take a part out of the scene."""
+    """Remove an object or light from the scene."""
     session.edit(session.document.without_part(place), f"remove {place}")
     session.history.close()
     session.selected = None
