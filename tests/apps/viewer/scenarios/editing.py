@@ -44,7 +44,8 @@ def edits_a_material() -> None:
         refined(viewer, hand, 12)
         change = np.abs(picture(viewer) - before).mean(axis=-1)
         x, y = hand.place_of(center)
-        column, row = round(x - viewer.rectangle[0]), round(y - (720 - viewer.rectangle[1] - viewer.rectangle[3]))
+        left, bottom, _, height = viewer.screen.rectangle
+        column, row = round(x - left), round(y - (720 - bottom - height))
         assert change[row - 20 : row + 20, column - 20 : column + 20].mean() > 0.08
         assert change[:40].mean() < 0.02, "and nothing else is"
         hand.key("ctrl+z")

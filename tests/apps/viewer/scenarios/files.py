@@ -61,12 +61,12 @@ def opens_and_reloads_files() -> None:
     """A file dropped on the window is opened, and read again when it changes; a mistake is shown."""
     with opened() as viewer:
         hand = Hand(viewer)
-        viewer.window.dropped.append("no-such-file.toml")
+        viewer.screen.window.dropped.append("no-such-file.toml")
         hand.frames(2)
         assert "no such file" in viewer.problem
         scene = ft.load("mirror")
         ft.save(scene, "mine.toml")
-        viewer.window.dropped.append("mine.toml")
+        viewer.screen.window.dropped.append("mine.toml")
         hand.frames(2)
         assert viewer.session.document.scene.name == "mine"
         assert not viewer.problem
@@ -101,7 +101,7 @@ def is_lit_by_a_dropped_picture() -> None:
     with opened(size=(900, 700)) as viewer:
         hand = Hand(viewer)
         ft.write_image("sky.exr", np.tile(np.float32((0.2, 0.5, 0.9)), (8, 16, 1)))
-        viewer.window.dropped.append("sky.exr")
+        viewer.screen.window.dropped.append("sky.exr")
         hand.until(lambda: viewer.renderer.scene.environment is not None, "the picture of it")
         assert not viewer.problem
         refined(viewer, hand, 8)
@@ -115,7 +115,7 @@ def is_lit_by_a_dropped_picture() -> None:
         refined(viewer, hand, 8)
         assert not viewer.renderer.image()[0, 0].any(), "hidden from the camera"
         Path("damaged.exr").write_bytes(Path("sky.exr").read_bytes()[:200])
-        viewer.window.dropped.append("damaged.exr")
+        viewer.screen.window.dropped.append("damaged.exr")
         hand.frames(2)
         assert "damaged.exr: this .exr file is damaged" in viewer.problem
         hand.key("ctrl+s")
