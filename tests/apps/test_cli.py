@@ -151,6 +151,11 @@ def test_a_broken_scene_file_names_file_and_key(tmp_path):
     assert "mine.toml: sphere[0].radius" in done.stderr
 
 
+def test_version_is_printed():
+    done = run("--version")
+    assert (done.returncode, done.stdout) == (0, f"fragtracer {ft.__version__}\n")
+
+
 def test_info_names_the_renderer():
     done = run("info")
     assert done.returncode == 0
