@@ -78,9 +78,9 @@ def click(session: Session, where: Click, aspect: float, has_marks: bool = False
 
 
 def look_at_selected(session: Session) -> None:
-    """Turn and move the camera to what is selected."""
+    """Move the camera so that the selection fills the picture."""
     if session.selected is None:
-        session.say("Select something to look at: click on it")
+        session.say("Nothing is selected: click on an object to frame it")
         return
     ball = picking.bounds(session.document.part(session.selected))
     if ball is None:

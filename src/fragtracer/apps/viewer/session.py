@@ -151,7 +151,7 @@ class Session:
         """Remember where the camera is, for this scene file in later runs too."""
         self.viewpoints[slot] = self.camera
         remember_viewpoints(self.path, self.viewpoints)
-        self.say(f"Viewpoint {slot} kept")
+        self.say(f"Viewpoint {slot} saved")
 
     def say(self, text: str) -> None:
         """Show a line for some seconds."""

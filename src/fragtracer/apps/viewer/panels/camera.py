@@ -29,7 +29,7 @@ def viewpoints(camera: Camera, home: Camera, kept: Mapping[int, Camera]) -> tupl
     keep = 0
     if imgui.small_button("Home"):
         camera = home
-    imgui.set_item_tooltip("Click on a number to go to that viewpoint; Ctrl+click keeps the camera there.")
+    imgui.set_item_tooltip("Click on a number to go to that viewpoint; Ctrl+click saves the camera there.")
     for slot in range(1, 10):
         imgui.same_line(0, 3)
         imgui.begin_disabled(slot not in kept and not imgui.get_io().key_ctrl)

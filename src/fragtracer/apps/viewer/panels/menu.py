@@ -80,8 +80,8 @@ def draw(session: Session, scenes: Sequence[str]) -> str:
         item("Panels", "panels", "Tab", ticked=True)
         item("Default layout", "layout")
         item("Home", "home", "Home")
-        item("Mitsuba, significance, neither", "reference", "M")
-        item("Look at selected", "look at selected", "F", session.selected is not None)
+        item("Compare with Mitsuba", "reference", "M")
+        item("Frame selected", "look at selected", "F", session.selected is not None)
         imgui.end_menu()
     if imgui.begin_menu("Help"):
         item("Mouse and keys", "help", "F1")
