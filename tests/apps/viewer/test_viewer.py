@@ -24,7 +24,7 @@ NAMES = (
     "files.opens_and_reloads_files",
     "files.saves_images",
     "files.is_lit_by_a_dropped_picture",
-    "files.works_with_meshes",
+    "models.works_with_meshes",
     "windows.survives_sizes",
     "windows.survives_being_minimised",
     "windows.goes_to_a_monitor_of_high_density",
