@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The glare of what the window shows, through shaders/display_bloom.frag; images/bloom.py defines it."""
+"""The glare of what the window shows, through shaders/display_bloom.frag; display/bloom.py defines it."""
 
 from collections.abc import Mapping
 from typing import Any

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""Programs are compiled in a process of their own first, so that no frame of the window waits for it.
+"""Compiles programs in a background process, so that no frame of the window waits for the driver.
 
-A driver keeps what it compiled in a cache on disk. After the other process has compiled a program and
-drawn with it, the window's own context finds all of it there, within some milliseconds. Run as a
-module this is that process: it reads pickled (packed scene, sizes of films) from its input, and
-answers each with a byte.
+Drivers cache compiled programs on disk. Once the background process has compiled a program and drawn
+with it, the window's context loads it from that cache within milliseconds. Run as a module, this is that
+process: it reads pickled (packed scene, sizes of films) from its input and answers each with a byte.
 """
 
 import os
@@ -20,11 +19,11 @@ from typing import Any
 from fragtracer.packing import PackedScene
 
 Size = tuple[int, int]
-_PATIENCE = 20.0  # seconds; a process that takes longer is of no help any more
+_PATIENCE = 20.0  # seconds; then the window compiles by itself
 
 
 class BackgroundCompiler:
-    """The other process, from the first request until :meth:`close`."""
+    """The background process, from the first request until :meth:`close`."""
 
     def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = None
@@ -42,7 +41,7 @@ class BackgroundCompiler:
         return self._asked
 
     def is_done(self, number: int) -> bool:
-        """Whether there is nothing more to wait for, be it that the other process has failed."""
+        """Whether the request is answered, or the process has failed or takes too long."""
         process = self._process
         failed = process is None or process.poll() is not None or time.monotonic() - self._asked_at > _PATIENCE
         return self._answered >= number or failed
@@ -77,7 +76,7 @@ class BackgroundCompiler:
 
 
 def _like(side: int) -> int:
-    """A short side of the same kind: llvmpipe compiles powers of two apart."""
+    """A small stand-in for ``side``: llvmpipe compiles other code for powers of two."""
     return 64 if side & (side - 1) == 0 else 65
 
 
@@ -108,7 +107,7 @@ def main() -> None:
                     film = Film(context, *size)
                     tracer.warm_up(film)
                     film.release()
-            except FragtracerError:  # the window will meet it too, and show it
+            except FragtracerError:  # the window gets it too, and shows it
                 pass
             answers.write(b".")
             answers.flush()

@@ -27,7 +27,7 @@ _VIEWS: dict[str, str] = {
     "albedo": "VIEW_ALBEDO",
     "bloom": "VIEW_BLOOM",
 }
-AUXILIARY = ("normals", "depth", "albedo")  # views of other things than light, which the tracer must gather
+AUXILIARY = ("normals", "depth", "albedo")  # views that the tracer renders in place of radiance
 _MEAN, _VARIANCE, _HELD, _OTHER, _BLOOM = range(5)  # texture units
 
 Rectangle = tuple[int, int, int, int]  # left, bottom, width, height, in pixels of the window
@@ -39,7 +39,7 @@ class DisplaySettings:
 
     ``exposure`` is in stops, unless ``auto_exposure`` finds them. ``gamma`` bends the result after the sRGB
     transfer function; 1 leaves it. ``bloom`` adds glare, ``bloom_strength`` times that of what is above
-    ``bloom_threshold`` after exposure (images/look.py); the view "bloom" shows it alone. ``wipe`` is the
+    ``bloom_threshold`` after exposure (display/look.py); the view "bloom" shows it alone. ``wipe`` is the
     share of the width that shows the film where there is a picture to compare. ``error_range`` is the
     relative error, and ``depth_range`` the distance in metres, at the end of their scales.
     """
@@ -65,8 +65,8 @@ class DisplaySettings:
 class Display:
     """The programs that draw a film into a rectangle of the window of ``context``.
 
-    Each way of showing it is a program of its own: a software renderer would go through all of them
-    in one that chooses.
+    Each view is a program of its own: in a single program with branches, a software renderer would
+    execute all of them.
     """
 
     def __init__(self, context: Any) -> None:
@@ -80,7 +80,7 @@ class Display:
         self._bloom, self._meter = Bloom(context), Meter(context)
 
     def compare_with(self, image: NDArray[np.float32] | None) -> None:
-        """Put a picture, (height, width, 3), beyond the wipe; None takes it away."""
+        """Show a picture, (height, width, 3), right of the wipe; None removes it."""
         if self._other is not None:
             self._other.release()
             self._other = None
@@ -104,8 +104,8 @@ class Display:
         held: Film | None = None,
         held_weight: float = 0.0,
     ) -> None:
-        """Draw ``film`` into the framebuffer ``target``. It has had ``spp`` samples per pixel, and gets
-        ``held_weight`` of the mean of ``held`` over it."""
+        """Draw ``film``, with ``spp`` samples per pixel, into the framebuffer ``target``, blended with
+        ``held`` of weight ``held_weight``."""
         mean, variance = film.textures
         mean.use(_MEAN)
         variance.use(_VARIANCE)
@@ -138,7 +138,7 @@ class Display:
             self._enlarge(target, rectangle)
 
     def _small(self, size: tuple[int, int]) -> Any:
-        """A framebuffer for a picture that is to be enlarged: that is cheaper than to enlarge radiance."""
+        """A framebuffer for a picture to be enlarged, which costs less than to enlarge radiance."""
         if self._picture is None or self._picture.size != size:
             self._release_picture()
             self._picture = self._context.texture(size, 4)
@@ -181,7 +181,7 @@ class Display:
         return program
 
     def reload_shaders(self) -> None:
-        """Go on with the shader file as it is now.
+        """Compile the shader file again, and draw with it.
 
         Raises
         ------

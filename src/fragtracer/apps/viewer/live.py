@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The renderer while someone watches: it stops within a pass, and follows the camera without compiling."""
+"""The renderer of a window: it can pause within a pass, and follows the camera without compiling."""
 
 import time
 from collections.abc import Iterator
@@ -13,12 +13,12 @@ from fragtracer.renderer import Renderer
 from fragtracer.scene import Camera, RenderSettings, Scene
 from fragtracer.shader_composer import CONSTANTS
 
-_AWAY = 4.0  # distances from the middle of the scene; a camera further out moves the origin with it
+_AWAY = 4.0  # times the distance of the first camera; one further out takes the origin of coordinates along
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What is to be rendered next, before its program is in use; see :meth:`LiveRenderer.plan`."""
+    """A packed scene that is not rendered yet; see :meth:`LiveRenderer.plan`."""
 
     scene: Scene
     settings: RenderSettings
@@ -31,7 +31,7 @@ class Plan:
 class LiveRenderer(Renderer):
     """A :class:`Renderer` on the window's ``context`` that works in slices of time.
 
-    ``size`` is (width, height) in pixels; the size in the scene is passed over.
+    ``size`` is (width, height) in pixels; the size in the scene is ignored.
     """
 
     def __init__(self, scene: Scene, size: tuple[int, int], context: Any) -> None:
@@ -51,7 +51,7 @@ class LiveRenderer(Renderer):
 
     @property
     def film(self) -> Film:
-        """What the samples are gathered in."""
+        """The film that accumulates the samples."""
         return self._film
 
     @property
@@ -61,7 +61,7 @@ class LiveRenderer(Renderer):
 
     @property
     def samples_per_second(self) -> float:
-        """The speed of the last draw, be it of the program before; 0 when nothing was measured."""
+        """The speed of the last draw, of this program or else the previous one; 0 before the first measurement."""
         measured = self._tracer.pixel_samples_per_second
         if measured:
             self._speeds[self._baked] = measured
@@ -80,7 +80,7 @@ class LiveRenderer(Renderer):
     def plan(self, scene: Scene, view: str = "", baked: bool = False) -> Plan:
         """Pack ``scene`` to go on with it, ``baked`` into the program or not.
 
-        ``view`` gathers normals, depth or albedo instead of light, by that name.
+        ``view`` is "normals", "depth" or "albedo" to render these in place of radiance.
         """
         width, height = self.size
         settings = replace(scene.render, width=width, height=height)
@@ -97,7 +97,7 @@ class LiveRenderer(Renderer):
         return self._tracer.has_maps(plan.packed)
 
     def adopt(self, plan: Plan, recompile: bool = False) -> None:
-        """Go on with ``plan``; samples stay, for :meth:`restart` to forget.
+        """Render ``plan`` from now on; the samples stay until :meth:`restart`.
 
         ``recompile`` takes the shader files as they are now.
 
@@ -117,23 +117,23 @@ class LiveRenderer(Renderer):
         self._set_uniforms()
 
     def warm_up(self) -> None:
-        """Have the driver do now what it puts off until the first draw."""
+        """Make the driver do now the work that it defers to the first draw."""
         self._tracer.warm_up(self._film)
 
     def follows(self, camera: Camera) -> bool:
-        """Whether :meth:`look` is enough for ``camera``, and no other plan needed."""
+        """Whether :meth:`look` suffices for ``camera``, without another plan."""
         opened = (self.scene.camera.aperture_radius > 0) != (camera.aperture_radius > 0)
         return not (opened or self._is_away(camera))
 
     def look(self, camera: Camera) -> None:
-        """Go on from another camera, which it :meth:`follows`, from no samples."""
+        """Restart from another camera, which it :meth:`follows`."""
         self.scene = replace(self.scene, camera=camera)
         self._set_uniforms()
         self.restart()
 
     def resize(self, size: tuple[int, int], light_samples: int) -> Film:
-        """Go on in another size and with so many light samples, if the settings have as many, from no
-        samples; returns the film of before, which the caller releases."""
+        """Restart at another size, with at most ``light_samples``; returns the previous film, which the
+        caller releases."""
         film = Film(self.context, *size)
         before, self._film = self._film, film
         self.settings = replace(self.settings, width=size[0], height=size[1])
@@ -178,7 +178,7 @@ class LiveRenderer(Renderer):
             yield
 
     def _is_away(self, camera: Camera) -> bool:
-        """Whether the numbers of ``camera`` are so large against the scene's that float32 would show."""
+        """Whether ``camera`` is so far from the origin of coordinates that float32 would lose detail."""
         here, home = (max(map(abs, c.position)) for c in (camera, self._home))
         return here > _AWAY * max(home, 1e-6) or here < home / _AWAY / _AWAY
 
@@ -186,7 +186,7 @@ class LiveRenderer(Renderer):
         return _packed(self.scene, self.settings, self._home, self._baked, self._defines)
 
     def _set_uniforms(self) -> None:
-        """Those that change while the program stays."""
+        """Set the uniforms that change while the program stays."""
         camera = camera_uniforms(self.scene.camera, self._origin, *self.size)
         varied = {"u_light_samples": self.light_samples} if self.settings.light_samples > 1 else {}
         self._tracer.set(camera | varied)

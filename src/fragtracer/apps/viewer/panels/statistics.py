@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What is measured, in figures and as a plot."""
+"""The statistics panel: figures, and a plot of frame times."""
 
 from dataclasses import dataclass
 
