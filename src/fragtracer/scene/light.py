@@ -49,7 +49,7 @@ class Light:
 
 @dataclass(frozen=True, config=CONFIG)
 class SpotLight:
-    """A point light that shines into a cone around ``direction`` (of any length), away from ``position``.
+    """A point light that emits into a cone around ``direction`` (of any length), away from ``position``.
 
     ``intensity`` is the radiant intensity on the axis in W/sr. It is constant up to ``inner_degrees`` from
     the axis and falls to 0 at ``outer_degrees`` as t², t being linear in the cosine of the angle
@@ -64,9 +64,9 @@ class SpotLight:
 
     def __post_init__(self) -> None:
         if not length(self.direction) > 0:
-            raise ValueError("direction must not have length zero; [0, -1, 0] shines down")
+            raise ValueError("direction must not have length zero; [0, -1, 0] points down")
         if not self.inner_degrees < self.outer_degrees:
-            raise ValueError("inner_degrees must be less than outer_degrees")
+            raise ValueError(f"inner_degrees must be less than outer_degrees, {self.outer_degrees:g}")
 
     @property
     def power(self) -> Triple:
@@ -89,7 +89,7 @@ class DirectionalLight:
 
     def __post_init__(self) -> None:
         if not length(self.direction) > 0:
-            raise ValueError("direction must not have length zero; [0, -1, 0] shines down")
+            raise ValueError("direction must not have length zero; [0, -1, 0] points down")
 
 
 @dataclass(frozen=True, config=CONFIG)

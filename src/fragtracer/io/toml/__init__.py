@@ -2,9 +2,9 @@
 """Scene files: a TOML file, by its path or as the name of a bundled one, to a :class:`Scene` and back.
 
 The tables are ``[camera]``, ``[render]``, ``[ambient]``, ``[environment]``, ``[material.NAME]``, ``[[light]]``,
-``[[sphere]]``, ``[[plane]]``, ``[[rectangle]]``, ``[[triangle]]`` and ``[[mesh]]``, under a ``description``; their
-keys are the fields of the dataclasses of :mod:`fragtracer.scene`, with the name of a file where these hold pixels or
-triangles. The ``f0`` of a material may also name a dielectric of ``DIELECTRIC_F0``.
+``[[spot_light]]``, ``[[directional_light]]``, ``[[sphere]]``, ``[[plane]]``, ``[[rectangle]]``, ``[[disk]]``,
+``[[triangle]]`` and ``[[mesh]]``, under a ``description``; their keys are the fields of the dataclasses of
+:mod:`fragtracer.scene`, with the name of a file where these hold pixels or triangles. The ``f0`` of a material may also name a dielectric of ``DIELECTRIC_F0``.
 """
 
 import re

@@ -14,6 +14,8 @@ from fragtracer.io.toml.textures import TEXTURES, SceneImages, plain_texture, te
 from fragtracer.scene import (
     Ambient,
     Camera,
+    DirectionalLight,
+    Disk,
     Light,
     Material,
     Plane,
@@ -21,13 +23,15 @@ from fragtracer.scene import (
     RenderSettings,
     Scene,
     Sphere,
+    SpotLight,
     Triangle,
 )
 from fragtracer.scene.reflectance import DIELECTRIC_F0
 
 _TABLES = {"camera": Camera, "render": RenderSettings, "ambient": Ambient}
-_SHAPES = {"sphere": Sphere, "plane": Plane, "rectangle": Rectangle, "triangle": Triangle}
-_ARRAYS = {"light": Light, **_SHAPES}
+_SHAPES = {"sphere": Sphere, "plane": Plane, "rectangle": Rectangle, "disk": Disk, "triangle": Triangle}
+_LIGHTS = {"light": Light, "spot_light": SpotLight, "directional_light": DirectionalLight}
+_ARRAYS = {**_LIGHTS, **_SHAPES}
 _KEYS = ("description", *_TABLES, "environment", "material", "mesh", *_ARRAYS)
 
 
