@@ -93,6 +93,13 @@ MISTAKES: dict[str, tuple[Any, str]] = {
         lambda d: d.update(nodes=[{"mesh": 0, "extensions": {"KHR_lights_punctual": {"light": 0}}}]),
         "nodes[0].light: there is no number 0, only 0",
     ),
+    "cone": (
+        lambda d: d.update(
+            nodes=[{"mesh": 0, "extensions": {"KHR_lights_punctual": {"light": 0}}}],
+            extensions={"KHR_lights_punctual": {"lights": [{"type": "spot", "spot": {"outerConeAngle": 2}}]}},
+        ),
+        "document.extensions.KHR_lights_punctual: lights[0].spot.outerConeAngle: must be less than or equal to 1.57",
+    ),
     "large": (lambda d: d.update(nodes=[{"mesh": 0, "scale": [1e30, 1, 1]}]), "this model reaches 1e+30 m; scale it"),
     "joint": (
         lambda d: (

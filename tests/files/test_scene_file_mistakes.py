@@ -9,7 +9,6 @@ from scene_builders import RED, SPHERE
 from fragtracer.errors import SceneError
 from fragtracer.io.toml import load, parse
 
-
 DISK = '[[disk]]\ncenter = [0, 1, 2]\nnormal = [0, 1, 0]\nradius = 1\nmaterial = "red"\n'
 SPOT_LIGHT = "[[spot_light]]\nposition = [0, 1, 0]\ndirection = [0, -1, 0]\nintensity = 2\n"
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.errors import SceneError
-from fragtracer.scene import Camera, Geometry, Light, Material, Mesh, Part
+from fragtracer.scene import Camera, DirectionalLight, Geometry, Light, Material, Mesh, Part, SpotLight
 from fragtracer.scene.fields import Triple
 from fragtracer.scene.mesh import Matrix
 
@@ -32,6 +32,8 @@ class Model:
     cameras: tuple[Camera, ...] = ()
     aspect: float | None = None
     lights: tuple[Light, ...] = ()
+    spot_lights: tuple[SpotLight, ...] = ()
+    directional_lights: tuple[DirectionalLight, ...] = ()
     ignored: tuple[str, ...] = ()
     files: tuple[Path, ...] = ()
 

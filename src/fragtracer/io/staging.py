@@ -31,13 +31,16 @@ def stage(model: Model, name: str, light: bool = True) -> Scene:
     materials = {**model.materials, **{name: Material() for name in sorted(missing)}}
     low, high = bounds(model.mesh)
     glows = any(item.is_emissive and item.emission_texture is None for item in materials.values())
-    lit = bool(model.lights) or glows or not light
+    has_lights = bool(model.lights or model.spot_lights or model.directional_lights)
+    lit = has_lights or glows or not light
     return Scene(
         camera=model.cameras[0] if model.cameras else _camera(model.mesh, low, high),
         render=_settings(model.aspect),
         materials=materials,
         meshes=(model.mesh,),
         lights=model.lights if lit else (_key_light(low, high),),
+        spot_lights=model.spot_lights,
+        directional_lights=model.directional_lights,
         ambient=Ambient() if lit else Ambient((_AMBIENT,) * 3),
         name=name,
     )
