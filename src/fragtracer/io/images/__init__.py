@@ -111,8 +111,9 @@ def read_image(path: str | Path) -> FloatImage:
     Returns
     -------
     numpy.ndarray
-        (h, w, 3) float32, row 0 at the top. Of an .exr file the R, G and B channels of the first part; of a
-        .png file of 8 bits what it shows, made linear: the exposure and the tone curve stay in it.
+        (h, w, 3) float32, row 0 at the top. Of an .exr file the R, G and B channels of the first part, those that
+        luminance and chroma stand for, or a single channel as grey; of a .png file of 8 bits what it shows, made
+        linear: the exposure and the tone curve stay in it.
 
     Raises
     ------
