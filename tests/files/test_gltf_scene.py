@@ -112,7 +112,7 @@ def test_emission_above_one_is_read(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("mode", "cutoff", "opacity"), [("MASK", 1, 1), ("MASK", 1.01, 0), ("BLEND", 2, 1)])
-def test_a_mask_that_no_alpha_reaches_is_not_there(tmp_path: Path, mode: str, cutoff: float, opacity: float) -> None:
+def test_an_alpha_cutoff_above_one_hides(tmp_path: Path, mode: str, cutoff: float, opacity: float) -> None:
     gltf = Gltf(materials=[{"alphaMode": mode, "alphaCutoff": cutoff}])
     gltf.triangle(material=0)
     material = gltf.read(tmp_path).materials["material 0"]
@@ -277,7 +277,7 @@ def test_what_is_not_shown_is_listed(tmp_path: Path) -> None:
     assert len(caught) == 1
     assert str(caught[0].message).endswith(
         "x.gltf: ignored: KHR_draco_mesh_compression, KHR_materials_clearcoat, animations, scenes but one, "
-        "morph targets (shown without), COLOR_1, _ID, "
+        "morph targets, COLOR_1, _ID, "
         "images[0]: none.png: no such file, points and lines"
     )
     assert model.materials["material 0"].albedo_texture is None

@@ -157,7 +157,7 @@ MISTAKES = {
         '[[plane]]\npoint = [0, 0, 0]\nnormal = [0, 0, 0]\nmaterial = "red"' + RED,
         "plane[0].normal: must not have length zero, got [0, 0, 0]; [0, 1, 0] is a floor",
     ),
-    "plane that shines": (
+    "emissive plane": (
         '[[plane]]\npoint = [0, 0, 0]\nnormal = [0, 1, 0]\nmaterial = "red"' + RED + "emission = 1",
         "plane[0].material: an infinite plane cannot emit light; use a rectangle",
     ),

@@ -28,7 +28,7 @@ _NUMERIC = {*_LEAST, "f", "fo"}
 
 @dataclass
 class _Lines:
-    """The lines of a file, told apart by what they hold, each with its number."""
+    """The statements of a file by kind, with their line numbers."""
 
     vertices: dict[str, list[list[str]]] = field(default_factory=lambda: {"v": [], "vt": [], "vn": []})
     numbers: dict[str, list[int]] = field(default_factory=lambda: {"v": [], "vt": [], "vn": [], "f": []})

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Light that no shape of the scene gives."""
+"""Lights that are not emissive shapes, and ambient light."""
 
 from typing import Annotated
 
@@ -12,11 +12,11 @@ from fragtracer.scene.fields import CONFIG, NonNegative, Strength, Triple, Vecto
 
 @dataclass(frozen=True, config=CONFIG)
 class Light:
-    """A spherical light, black where it is lit itself.
+    """A spherical light; its surface reflects nothing.
 
-    Exactly one of ``power`` (watts in all directions together, per colour channel; unchanged by the
+    Exactly one of ``power`` (radiant flux in W per colour channel, independent of the
     radius) and ``radiance`` (W/m²/sr at its surface) is given. Radius 0 is a point light, which
-    casts hard shadows, cannot be seen and needs ``power``.
+    casts hard shadows, is invisible and needs ``power``.
     """
 
     position: Vector
@@ -94,6 +94,6 @@ class DirectionalLight:
 
 @dataclass(frozen=True, config=CONFIG)
 class Ambient:
-    """The same radiance (W/m²/sr) from everywhere that no object hides."""
+    """The same radiance (W/m²/sr) from all directions, occluded by objects."""
 
     radiance: Strength = (0.0, 0.0, 0.0)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """glTF 2.0, as .gltf and .glb.
 
-The document is validated by pydantic and the arrays are cut by numpy: the libraries that exist
-either trust their input or lose samplers, transforms and sets of coordinates.
+The document is validated by pydantic and the arrays are views of the buffers: the libraries that exist
+either trust their input or lose samplers, transforms and sets of texture coordinates.
 """
 
 from pathlib import Path
@@ -17,7 +17,7 @@ from fragtracer.io.gltf.lights import EXTENSION as LIGHTS
 from fragtracer.io.gltf.lights import read_lights
 from fragtracer.io.gltf.materials import Materials
 from fragtracer.io.gltf.nodes import PlacedNode, placed_nodes
-from fragtracer.io.gltf.sides import shining_from_both
+from fragtracer.io.gltf.sides import split_double_sided_emitters
 from fragtracer.io.gltf.skins import Skins
 from fragtracer.io.model import Model, bounds, check_size, listed, matrix_rows, triple
 from fragtracer.io.polygons import Floats
@@ -38,7 +38,7 @@ _DEFAULT = "default"
 
 
 def read_gltf(path: Path) -> Model:
-    """Read a .gltf or .glb file: the nodes, cameras and lights of its first scene, in the pose they have at rest.
+    """Read a .gltf or .glb file: the nodes, cameras and lights of its default scene, without animations.
 
     Photometric numbers are taken for radiometric ones: 1 cd is 1 W/sr, 1 lx is 1 W/m², and 1 cd/m² of emission is
     1 W/m²/sr.
@@ -77,7 +77,7 @@ def read_gltf(path: Path) -> Model:
 
 
 def _parts(container: Container, placed: list[PlacedNode], notes: list[str]) -> tuple[list[Part], dict[str, Material]]:
-    """What the nodes show, in the world, and the materials of that."""
+    """The primitives of all nodes in world space, and their materials."""
     primitives, materials = Primitives(container, notes), Materials(container, notes)
     skins = Skins(container, primitives.accessors, {index: matrix for index, _, matrix in placed})
     names, parts, used = _names(container.document), [], {}
@@ -96,7 +96,7 @@ def _parts(container: Container, placed: list[PlacedNode], notes: list[str]) -> 
             name = _DEFAULT if primitive.material is None else names[primitive.material]
             used[name] = material
             parts.append(Part(geometry, name, matrix_rows(at)))
-    return shining_from_both(parts, used)
+    return split_double_sided_emitters(parts, used)
 
 
 def _refuse(container: Container) -> None:
@@ -106,7 +106,7 @@ def _refuse(container: Container) -> None:
 
 
 def _names(document: gltf.Document) -> list[str]:
-    """A name for each material that no other has."""
+    """A unique name for each material."""
     names: list[str] = []
     taken = {_DEFAULT}
     for index, material in enumerate(document.materials):
@@ -121,7 +121,7 @@ def _names(document: gltf.Document) -> list[str]:
 def _cameras(
     container: Container, placed: list[PlacedNode], low: Floats, high: Floats, notes: list[str]
 ) -> tuple[tuple[Camera, ...], list[float | None]]:
-    """The cameras, and the shapes of their pictures."""
+    """The perspective cameras, and their aspect ratios."""
     center, found, aspects = (low + high) / 2, [], []
     for index, node, matrix in placed:
         if node.camera is None:

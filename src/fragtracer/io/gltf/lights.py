@@ -30,7 +30,7 @@ class Lights:
 
 
 def read_lights(container: Container, placed: Iterable[PlacedNode], notes: list[str]) -> Lights:
-    """The lights of all nodes; ``notes`` takes what of them is ignored.
+    """The lights of all nodes; ``notes`` takes what is ignored.
 
     Raises SceneError where a light does not exist or is not valid.
     """

@@ -21,7 +21,7 @@ _CHROMA_FILTER = (0.627123, -0.186077, 0.087929, -0.043159, 0.019597, -0.007540,
 
 
 class Unsupported(ValueError):
-    """The file is valid, but holds something else than pixels of one colour each."""
+    """The file is valid, but of a kind that is not read."""
 
 
 def limit() -> None:
@@ -91,7 +91,7 @@ def _colors(channels: dict[str, NDArray[Any]], size: tuple[int, int]) -> list[ND
 
 
 def _grey(names: set[str]) -> str | None:
-    """The channel that is a picture by itself: Y without chroma, or the only one where it is no depth."""
+    """The channel of a grey image: Y without chroma, or the only one, unless that is the depth Z."""
     if "Y" in names and not {"RY", "BY"} & names:
         return "Y"
     return next(iter(names)) if len(names) == 1 and names != {"Z"} else None
@@ -100,7 +100,7 @@ def _grey(names: set[str]) -> str | None:
 def _from_luminance_chroma(
     channels: dict[str, NDArray[Any]], size: tuple[int, int], chromaticities: tuple[float, ...]
 ) -> NDArray[np.float32]:
-    """(h, w, 3) of luminance Y and chroma RY = (R - Y) / Y and BY = (B - Y) / Y, of every second pixel and row."""
+    """(h, w, 3) RGB of luminance Y and the chroma RY = (R - Y) / Y and BY = (B - Y) / Y, subsampled by 2 or not."""
     height, width = size
     y, ry, by = (channels[name].astype(np.float32) for name in ("Y", "RY", "BY"))
     if y.shape != size or ry.shape != by.shape or ry.shape not in (size, (height // 2, width // 2)):
@@ -113,19 +113,19 @@ def _from_luminance_chroma(
 
 
 def _upsampled(samples: NDArray[np.float32], axis: int) -> NDArray[np.float32]:
-    """Twice as many along ``axis``: the samples, and behind each what lies halfway to the next."""
-    count, reach = samples.shape[axis], len(_CHROMA_FILTER)
-    padded = np.pad(np.moveaxis(samples, axis, 0), ((reach, reach), (0, 0)), mode="edge")
+    """Samples at twice the rate along ``axis``, those between two by :data:`_CHROMA_FILTER`."""
+    count, half = samples.shape[axis], len(_CHROMA_FILTER)
+    padded = np.pad(np.moveaxis(samples, axis, 0), ((half, half), (0, 0)), mode="edge")
     between = np.zeros_like(padded[:count])
     for step, weight in enumerate(_CHROMA_FILTER):
-        before, after = reach - step, reach + step + 1
+        before, after = half - step, half + step + 1
         between += np.float32(weight) * (padded[before : before + count] + padded[after : after + count])
-    both = np.stack([padded[reach : reach + count], between], axis=1).reshape(2 * count, -1)
+    both = np.stack([padded[half : half + count], between], axis=1).reshape(2 * count, -1)
     return np.moveaxis(both, 0, axis)
 
 
 def _luminance_weights(chromaticities: tuple[float, ...]) -> NDArray[np.float64]:
-    """What red, green and blue contribute to Y, of the x and y of the three primaries and of white."""
+    """The luminance of the red, green and blue primary, of chromaticities x, y of the three and of white."""
     x, y = np.reshape(chromaticities, (4, 2)).T
     xyz = np.stack([x / y, np.ones(4), (1 - x - y) / y])
     weights: NDArray[np.float64] = np.linalg.solve(xyz[:, :3], xyz[:, 3])
@@ -133,7 +133,7 @@ def _luminance_weights(chromaticities: tuple[float, ...]) -> NDArray[np.float64]
 
 
 def _placed(pixels: NDArray[Any], data: tuple[int, ...], display: tuple[int, ...]) -> NDArray[Any]:
-    """Pixels of the data window where they lie in the display window."""
+    """The display window of pixels of the data window, black outside."""
     result = np.zeros((display[3] - display[1] + 1, display[2] - display[0] + 1, 3), pixels.dtype)
     x, y = data[0] - display[0], data[1] - display[1]
     left, top = max(x, 0), max(y, 0)
@@ -144,7 +144,7 @@ def _placed(pixels: NDArray[Any], data: tuple[int, ...], display: tuple[int, ...
 
 
 def main() -> None:
-    """Print {"metadata": {...}}, or {"unsupported": "..."} for a file of another kind, {"error": "..."} for a damaged."""
+    """Print {"metadata": {...}}, or {"unsupported": "..."} for a kind that is not read, or {"error": "..."}."""
     limit()
     try:
         pixels, metadata = read(sys.argv[1])

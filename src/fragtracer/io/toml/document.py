@@ -143,7 +143,7 @@ def _scene(values: dict[str, Any], mistakes: list[str]) -> Scene | None:
 
 
 def to_document(scene: Scene, folder: Path) -> dict[str, Any]:
-    """The tables of a file in ``folder`` for a scene, without what has its default value."""
+    """The tables of a scene file in ``folder``, without default values."""
     document: dict[str, Any] = {"description": scene.description} if scene.description else {}
     document |= {key: table for key in _TABLES if (table := plain(getattr(scene, key)))}
     if scene.environment is not None:
