@@ -112,7 +112,7 @@ MISTAKES: dict[str, tuple[Any, str]] = {
             d.update(nodes=[{"mesh": 0, "skin": 0}], skins=[{"joints": [3]}]),
             d["meshes"][0]["primitives"][0]["attributes"].update(JOINTS_0=1, WEIGHTS_0=1),
         ),
-        "skins[0]: its joint 3 is no node of the scene",
+        "skins[0]: its joint 3 is not a node of the scene",
     ),
     "joints": (
         lambda d: (

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The header and the tables of a PLY file, checked against the bytes that are there before anything is made of them."""
+"""The header and the elements of a PLY file, checked against its size before memory is allocated."""
 
 import re
 import warnings
@@ -18,7 +18,7 @@ _FORMATS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 
 @dataclass(frozen=True)
 class Property:
-    """``count`` is the type of the length of a list, None for a single number; types are those of numpy."""
+    """A property of numpy type ``type``; ``count`` is the type of the length of a list, None for a scalar."""
 
     name: str
     type: str
@@ -34,7 +34,7 @@ class Element:
 
 @dataclass
 class Header:
-    """``format`` is "" for ascii, else the byte order."""
+    """``format`` is "" for ASCII, otherwise the byte order, as numpy has it."""
 
     format: str
     elements: list[Element]
@@ -43,16 +43,16 @@ class Header:
 
 @dataclass
 class Table:
-    """Numbers of one element: columns, and lists as (rows,) lengths and all their numbers in a row."""
+    """The data of one element: a column for each scalar, and for each list its (rows,) lengths and flattened values."""
 
     columns: dict[str, NDArray[Any]]
     lists: dict[str, tuple[Ints, NDArray[Any]]]
 
 
 def read_header(data: bytes) -> tuple[Header, NDArray[Any]]:
-    """The header, and what is behind it: bytes, or numbers where the file is ascii.
+    """The header and the body: bytes, or numbers if the file is ASCII.
 
-    Raises ValueError with a sentence for the user.
+    Raises ValueError with a message for the user.
     """
     end = re.search(rb"(?:^|\n|\r)end_header[ \t]*(?:\r\n|\n|\r|$)", data)
     if not re.match(rb"ply\s", data) or not end:
@@ -71,7 +71,9 @@ def read_header(data: bytes) -> tuple[Header, NDArray[Any]]:
                 header.elements[-1].properties.append(Property(name, _TYPES[kind]))
             case ["property", "list", count, kind, name] if {count, kind} <= _TYPES.keys() and header.elements:
                 if _TYPES[count][0] == "f":
-                    raise ValueError(f"the header counts the {name} of a list in fractions: {line.strip()[:60]}")
+                    raise ValueError(
+                        f"the header gives the length of the list {name} a floating-point type: {line.strip()[:60]}"
+                    )
                 header.elements[-1].properties.append(Property(name, _TYPES[kind], _TYPES[count]))
             case []:
                 pass
@@ -97,7 +99,7 @@ def _ascii(body: bytes) -> NDArray[np.float64]:
 
 
 def read_table(order: str, element: Element, body: NDArray[Any]) -> tuple[Table, NDArray[Any]]:
-    """The table of ``element``, with which ``body`` begins, and the rest of ``body``; errors as there."""
+    """The data of ``element``, at the beginning of ``body``, and the rest of ``body``. Raises ValueError."""
     width = [1 if not order else np.dtype(p.count or p.type).itemsize for p in element.properties]
     if element.count * sum(width) > len(body):
         raise ValueError(f"the header claims {element.count} of {element.name}, more than the file has room for")
@@ -105,7 +107,7 @@ def read_table(order: str, element: Element, body: NDArray[Any]) -> tuple[Table,
 
 
 def _read_equal(order: str, element: Element, body: NDArray[Any]) -> tuple[Table, NDArray[Any]] | None:
-    """The table, where in all rows the lists are as long as in the first."""
+    """The data if all rows have lists of the lengths of the first row, otherwise None."""
     if not element.count:
         return _read_rows(order, element, body)
     lengths = _first_lengths(order, element, body)
@@ -141,7 +143,7 @@ def _first_lengths(order: str, element: Element, body: NDArray[Any]) -> list[int
 
 
 def _one_length(order: str, p: Property, body: NDArray[Any], at: int) -> tuple[int, int]:
-    """How many numbers of ``p`` there are at ``at``, and where they begin."""
+    """The number of values of ``p`` in the row at ``at``, and their offset."""
     if p.count is None:
         return 1, at
     size = np.dtype(p.count).itemsize if order else 1
@@ -156,7 +158,7 @@ def _one_length(order: str, p: Property, body: NDArray[Any], at: int) -> tuple[i
 
 
 def _read_rows(order: str, element: Element, body: NDArray[Any]) -> tuple[Table, NDArray[Any]]:
-    """The table, row by row."""
+    """The data, row by row."""
     item = [np.dtype(p.type).itemsize if order else 1 for p in element.properties]
     pieces: list[list[NDArray[Any]]] = [[] for _ in element.properties]
     at = 0
@@ -179,7 +181,7 @@ def _read_rows(order: str, element: Element, body: NDArray[Any]) -> tuple[Table,
 
 
 def _typed(values: NDArray[Any], p: Property) -> NDArray[Any]:
-    """Numbers of an ascii file as its header types them, those of a binary file in the order of this machine."""
+    """The values in the type of the header and the byte order of this machine."""
     if p.count and p.type[0] != "f":
         if values.dtype.kind == "f" and not ((np.abs(values) < 2**62) & (values == np.rint(values))).all():
             raise ValueError(f"{p.name} must hold whole numbers")
