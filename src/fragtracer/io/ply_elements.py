@@ -2,7 +2,9 @@
 """The header and the elements of a PLY file, checked against its size before memory is allocated."""
 
 import re
+import struct
 import warnings
+from array import array
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -13,6 +15,7 @@ Ints = NDArray[np.int64]
 _TYPES = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4"}
 _TYPES |= {"int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4"}
 _TYPES |= {"float": "f4", "float32": "f4", "double": "f8", "float64": "f8"}
+_CODES = {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I"}  # of numpy types, for struct
 _FORMATS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 
 
@@ -110,7 +113,7 @@ def _read_equal(order: str, element: Element, body: NDArray[Any]) -> tuple[Table
     """The data if all rows have lists of the lengths of the first row, otherwise None."""
     if not element.count:
         return _read_rows(order, element, body)
-    lengths = _first_lengths(order, element, body)
+    lengths = [int(length[0]) for length in _scan(order, element, body, 1)[1]]
     fields: list[Any] = []
     for index, (p, length) in enumerate(zip(element.properties, lengths, strict=True)):
         if p.count:
@@ -133,51 +136,51 @@ def _read_equal(order: str, element: Element, body: NDArray[Any]) -> tuple[Table
     return table, body[size:]
 
 
-def _first_lengths(order: str, element: Element, body: NDArray[Any]) -> list[int]:
-    lengths, at = [], 0
-    for p in element.properties:
-        length, at = _one_length(order, p, body, at)
-        lengths.append(length)
-        at += length * (np.dtype(p.type).itemsize if order else 1)
-    return lengths
-
-
-def _one_length(order: str, p: Property, body: NDArray[Any], at: int) -> tuple[int, int]:
-    """The number of values of ``p`` in the row at ``at``, and their offset."""
-    if p.count is None:
-        return 1, at
-    size = np.dtype(p.count).itemsize if order else 1
-    raw = body[at : at + size]
-    length = -1.0
-    if len(raw) == size:
-        length = float(raw.view(order + p.count)[0]) if order else float(raw[0])
-    item = np.dtype(p.type).itemsize if order else 1
-    if not (0 <= length <= len(body) and length == int(length) and length * item <= len(body) - at - size):
-        raise ValueError(f"a list of {p.name} is longer than the rest of the file")
-    return int(length), at + size
+def _scan(order: str, element: Element, body: NDArray[Any], rows: int) -> tuple[list[Ints], list[Ints]]:
+    """The (rows,) offsets of the values of each property in the first ``rows`` rows, and their numbers."""
+    offsets, lengths = ([array("q") for _ in element.properties] for _ in range(2))
+    columns = []
+    for index, p in enumerate(element.properties):
+        count = struct.Struct(f"{order}{_CODES[p.count]}") if p.count and order else None
+        item, head = int(p.type[1]) if order else 1, count.size if count else int(p.count is not None)
+        columns.append((p.name, item, head, count, offsets[index].append, lengths[index].append))
+    ends = f"the file ends within the {element.name} that its header claims"
+    data, at = memoryview(body.data), 0
+    for _ in range(rows):
+        for name, item, head, count, add_offset, add_length in columns:
+            start = at + head
+            length: float = 1
+            if head and start <= len(data):
+                length = data[at] if count is None else count.unpack_from(data, at)[0]
+            if not 0 <= length * item <= len(data) - start or length != int(length):
+                raise ValueError(f"a list of {name} is longer than the rest of the file" if head else ends)
+            add_offset(start)
+            add_length(int(length))
+            at = start + int(length) * item
+    return [np.array(item, np.int64) for item in offsets], [np.array(item, np.int64) for item in lengths]
 
 
 def _read_rows(order: str, element: Element, body: NDArray[Any]) -> tuple[Table, NDArray[Any]]:
     """The data, row by row."""
-    item = [np.dtype(p.type).itemsize if order else 1 for p in element.properties]
-    pieces: list[list[NDArray[Any]]] = [[] for _ in element.properties]
-    at = 0
-    for _ in range(element.count):
-        for p, size, piece in zip(element.properties, item, pieces, strict=True):
-            length, at = _one_length(order, p, body, at)
-            piece.append(body[at : at + length * size])
-            at += length * size
-            if at > len(body):
-                raise ValueError(f"the file ends within the {element.name} that its header claims")
-    table = Table({}, {})
-    for p, size, piece in zip(element.properties, item, pieces, strict=True):
-        joined = np.concatenate(piece) if piece else body[:0]
-        values = _typed(joined.view(order + p.type) if order else joined, p)
+    offsets, lengths = _scan(order, element, body, element.count)
+    table, end = Table({}, {}), 0
+    for p, starts, counts in zip(element.properties, offsets, lengths, strict=True):
+        sizes = counts * int(p.type[1]) if order else counts
+        gathered = _gathered(body, starts, sizes)
+        values = _typed(gathered.view(order + p.type) if order else gathered, p)
         if p.count:
-            table.lists[p.name] = np.array([len(part) // size for part in piece], np.int64), values
+            table.lists[p.name] = counts, values
         else:
             table.columns[p.name] = values
-    return table, body[at:]
+        end = int(starts[-1] + sizes[-1]) if element.count else 0
+    return table, body[end:]
+
+
+def _gathered(body: NDArray[Any], starts: Ints, sizes: Ints) -> NDArray[Any]:
+    """The slices of ``body`` of these starts and sizes, one after the other."""
+    before = np.cumsum(sizes) - sizes
+    gathered: NDArray[Any] = body[np.repeat(starts - before, sizes) + np.arange(sizes.sum())]
+    return gathered
 
 
 def _typed(values: NDArray[Any], p: Property) -> NDArray[Any]:
