@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Reads one OpenEXR file, as a program of its own: a damaged file can crash the library, or ask it for any amount of
-memory. ``python exr_child.py FILE RESULT.npy`` writes the pixels and prints what else there is, as JSON.
+"""Reads one OpenEXR file in a process of its own: a damaged file can crash the library or exhaust the memory.
+``python exr_child.py FILE RESULT.npy`` writes the pixels and prints the metadata or an error as JSON.
 
-It imports nothing of fragtracer, so that it starts fast.
+It does not import fragtracer, to start fast.
 """
 
 import json
@@ -25,7 +25,7 @@ class Unsupported(ValueError):
 
 
 def limit() -> None:
-    """Let the system end this process where it takes too much; Windows cannot."""
+    """Limit memory and processor time of this process; not possible on Windows."""
     try:
         import resource
     except ImportError:
@@ -37,7 +37,7 @@ def limit() -> None:
 
 
 def read(path: str) -> tuple[NDArray[Any], dict[str, str]]:
-    """The pixels of the display window, (h, w, 3), black where the file has none, and the texts of the header.
+    """The pixels of the display window, (h, w, 3), black outside the data window, and the strings of the header.
 
     Raises ``Unsupported`` for a valid file of another kind, and ``ValueError`` or ``RuntimeError`` for a damaged one.
     """
@@ -68,7 +68,7 @@ def read(path: str) -> tuple[NDArray[Any], dict[str, str]]:
 
 
 def _window(header: Any, name: str) -> tuple[int, int, int, int]:
-    """Left, top, right and bottom, the last two included."""
+    """Left, top, right and bottom, all inclusive."""
     left, top, right, bottom = (int(x) for corner in header[name] for x in corner)
     width, height = right - left + 1, bottom - top + 1
     if width < 1 or height < 1 or width * height > MOST_PIXELS:

@@ -38,7 +38,7 @@ def write_exr(path: Path, pixels: FloatImage, metadata: Mapping[str, str]) -> No
 def read_exr(path: Path) -> Content:
     """The display window of the first part, scanline or tiled: RGB, luminance and chroma, or a single channel as grey.
 
-    It is read in another process (:mod:`fragtracer.io.images.exr_child`), where a damaged file can do no harm.
+    It is read in another process (:mod:`fragtracer.io.images.exr_child`), so that a damaged file cannot crash this one.
     """
     environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}  # each thread reserves memory
     with tempfile.TemporaryDirectory() as folder:
