@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Writes docs/correctness.md: every feature, its twin, the difference measured and what would have been seen.
+"""Writes docs/correctness.md: for every feature the difference from Mitsuba and the smallest detectable bias.
 
 usage: python scripts/correctness.py [--quick]
 
@@ -24,31 +24,31 @@ SIZE, SPP, BATCHES, MARGIN = (320, 180), 512, 16, 0.005
 HEAD = """\
 # What is proved, and how well
 
-Each row is a comparison by `fragtracer compare`: the same scene rendered here and by Mitsuba, whose material is an
-implementation of its own of the same formulas, in {batches} independent batches a side of {size} pixels and {spp}
-samples per pixel together (8 times as many where nothing scatters). *Difference* is that of the image mean, in the
-colour where it is largest; *detectable* is the smallest bias of the image mean that this run would have found with 95
-% probability, in the colour where that is largest; *parts* counts those of the picture (whole, 4 x 4 regions, about
-144 blocks, three colours each) whose means differ significantly at α = 0.01 over all of them. The verdict *agreement*
-means that no part differs and that the image mean and every region measured well enough are equivalent within
-{margin} %.
+Each row is a comparison by `fragtracer compare`: the same scene rendered by fragtracer and by Mitsuba, whose material
+is an independent implementation of the same formulas. Each makes {batches} independent batches of {size} pixels,
+{spp} samples per pixel in all (8 times as many where nothing scatters). *Difference* is the relative difference of the
+image mean, in the colour where it is largest. *Detectable* is the smallest bias of the image mean that this run would
+have found with a probability of 95 %, in the colour where that is largest. *Parts* counts those of the image (whole,
+4 x 4 regions, about 144 blocks, three colours each) whose means differ significantly, at α = 0.01 over all of them. The
+verdict *agreement* means that no part differs and that the image mean, and every region measured well enough, is
+equivalent within {margin} %.
 
-A difference counts from 0.02 % of the image mean on, which is what Mitsuba's own single precision was seen to add or
-lose: its sphere emitter takes 1 - cos of the light's cone by subtraction (22 % too much on a plane 340 m away in
-red-bounce, where a closed form says that ours is right to 0.05 %), and its rays start some tenths of a millimetre off
-a surface (0.03 % at the shadow's edge in light-size-0, against float64 ray casting). What they did to these two
-pictures was measured once, by hand; `tests/reference/test_precision.py` measures the causes. Without this allowance, at
-the default size and samples of `compare`, three scenes have parts that differ: red-bounce 41 of 483,
-light-size-small 4, light-size-0 3.
+Differences of less than 0.02 % of the image mean are not counted: the reference allowance, the largest error of
+Mitsuba's own single precision that was measured. Its sphere emitter computes 1 - cos of the light's cone by subtraction
+(22 % too much on a plane 340 m away in red-bounce, where a closed form shows that fragtracer is right to 0.05 %), and
+its rays start some tenths of a millimetre off a surface (0.03 % at the shadow's edge in light-size-0, against float64
+ray casting). The effect on these two images was measured once, by hand; `tests/reference/test_precision.py` measures
+the causes. Without the allowance, at the default size and samples of `compare`, parts differ in three scenes: 41 of 483
+in red-bounce, 4 in light-size-small, 3 in light-size-0.
 
-Of meshes, Mitsuba's own are the intersection, the sampling of what emits, and the filtering of images; shading
-normals, normal maps, alpha and what is unlit follow rules of ours (`reference/bsdf/surface.py`), written twice from the
-same description. `tests/test_mesh_twin.py` compares each of these things by itself.
+Of meshes, intersection, light sampling and texture filtering are Mitsuba's own. Shading normals, normal maps, alpha and
+unlit materials follow our own rules, which a Mitsuba plugin (`reference/plugins/surface.py`) implements a second time.
+`tests/test_reference_meshes.py` compares each of them on its own.
 
-What else is proved, without Mitsuba: every function of the shader library by itself (`tests/shaders/`), closed forms
-(`tests/test_furnace.py`, `tests/test_direct_light.py`), convergence to 65,536 samples per pixel without a floor
-(`tests/test_convergence.py`). And the checks are checked: `tests/test_mutations.py` plants each of the errors of
-`tests/mutations.py`, one at a time, and every one is rejected.
+Mitsuba is not the only evidence. Every function of the shader library is tested alone (`tests/shaders/`); there are
+closed forms (`tests/test_furnace.py`, `tests/test_direct_light.py`) and a test that the error converges to 65,536
+samples per pixel without a floor (`tests/test_convergence.py`). The tests are tested too: `tests/test_mutations.py`
+plants each of the errors of `tests/mutations.py`, one at a time, and requires that each is found.
 
 Written by `python scripts/correctness.py` on {date} with fragtracer {fragtracer},
 Mitsuba {mitsuba} ({variant}) and {renderer}.
@@ -87,7 +87,7 @@ def row(name: str, special: str, comparison: Comparison) -> str:
     verdict = comparison.verdict
     difference = verdict.image.pair.relative_difference[0, 0]
     largest = difference[abs(difference).argmax()]
-    seen = f"{100 * verdict.detectable_bias.max():.3f} %" if comparison.ours.picture.any() else "black on both sides"
+    seen = f"{100 * verdict.detectable_bias.max():.3f} %" if comparison.ours.picture.any() else "both images black"
     parts = f"{verdict.differing} of {verdict.comparisons}"
     return f"| {name} | {special} | {100 * largest:+.3f} % | {seen} | {parts} | {verdict.outcome} |"
 

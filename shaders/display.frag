@@ -1,10 +1,28 @@
 // SPDX-License-Identifier: MIT
 // From the film to the window: exposure, glare, tone curve, transfer function, and false colours of what
-// the film knows besides the mean. No light transport. The chain is that of images/look.py.
+// the film knows besides the mean. No light transport. The chain is that of display/look.py.
 #include "core/constants.glsl"
 #include "core/math.glsl"
 #include "display/picture.glsl"
 #include "display/tone.glsl"
+
+#define VIEW_RADIANCE 0
+#define VIEW_SAMPLES 1
+#define VIEW_ERROR 2
+#define VIEW_NON_FINITE 3
+#define VIEW_DATA 4  // the mean is to be shown as it is
+#define VIEW_DEPTH 5
+#define VIEW_ALBEDO 6
+#define VIEW_BLOOM 7
+#ifndef VIEW
+#define VIEW VIEW_RADIANCE
+#endif
+#ifndef HAS_GAMMA
+#define HAS_GAMMA 0
+#endif
+#ifndef HAS_BLOOM
+#define HAS_BLOOM 0
+#endif
 
 uniform highp sampler2D u_film_variance;  // rgb: sample variance, a: number of non-finite samples
 uniform highp sampler2D u_bloom;

@@ -1,9 +1,21 @@
 // SPDX-License-Identifier: MIT
-// One pass of the bloom, as images/bloom.py defines it: bright parts at 1/4, half the size, a level with a
+// One pass of the bloom, as display/bloom.py defines it: bright parts at 1/4, half the size, a level with a
 // coarser one over it, or a blur along one axis.
 #include "core/constants.glsl"
 #include "core/math.glsl"
 #include "display/picture.glsl"
+
+#define BLOOM_BRIGHT 0
+#define BLOOM_HALF 1
+#define BLOOM_ADD 2
+#define BLOOM_BLUR_X 3
+#define BLOOM_BLUR_Y 4
+#ifndef BLOOM_PASS
+#define BLOOM_PASS BLOOM_BRIGHT
+#endif
+#ifndef BLOOM_RADIUS
+#define BLOOM_RADIUS 2  // taps of a blur to one side
+#endif
 
 uniform highp sampler2D u_level;   // what this pass reads
 uniform highp sampler2D u_coarse;  // a level of half the size

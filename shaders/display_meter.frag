@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The mean luminance of each cell of 4 x 4 pixels of the film, -1 where none is finite (images/exposure.py).
+// The mean luminance of each cell of 4 x 4 pixels of the film, -1 where none is finite (display/exposure.py).
 #include "core/constants.glsl"
 #include "core/math.glsl"
 

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: MIT
-"""Whether images have the mean they should: t-tests that also say how small a bias they would see.
+"""Tests of the mean of images: t-tests with a bound on the bias that they may miss.
 
 Pixels are independent of each other, and so are seeds, whichever the sampler: each pixel of each
 seed has its own randomisation (shaders/sampler/texture.glsl; test_convergence.py holds it to that).
-Samples of one pixel are not. So the values that are compared here are whole pixels of whole images,
-and their scatter is an honest error bar.
+Samples of one pixel are not. So the values compared here are pixels of whole images, whose scatter
+between seeds gives the standard error.
 
-Each assertion holds all its comparisons (Šidák's correction) at LEVEL together. Seeds are fixed: a
-test that passes once passes always, on one machine.
+All comparisons of an assertion have LEVEL as their family-wise error rate (Šidák's correction). Seeds are
+fixed: on one machine a test always gives the same result.
 """
 
 from itertools import pairwise
@@ -16,14 +16,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
-LEVEL = 1e-4  # probability that a right renderer would fail an assertion, were its seeds not fixed
-ROUNDING = 3e-6  # relative; of some hundred float32 operations and of the running mean
+LEVEL = 1e-4  # probability that a correct renderer fails an assertion, over random seeds
+ROUNDING = 3e-6  # relative, of some hundred float32 operations and of the running mean
 
 Array = NDArray[np.float64]
 
 
 def critical(comparisons: int, degrees: float | Array, level: float = LEVEL) -> Array:
-    """Bound on |t| that none of ``comparisons`` two-sided tests exceeds but with probability ``level``."""
+    """Critical |t| of ``comparisons`` two-sided tests with a family-wise error rate of ``level``."""
     alone = -np.expm1(np.log1p(-level) / comparisons)
     bound: Array = stats.t.isf(alone / 2, degrees)
     return bound
@@ -32,7 +32,7 @@ def critical(comparisons: int, degrees: float | Array, level: float = LEVEL) -> 
 def assert_mean(images: ArrayLike, expected: ArrayLike, resolution: float, rounding: float = ROUNDING) -> None:
     """All pixels of ``images`` (..., 3) have the colour ``expected`` in the mean.
 
-    Fails as well if a bias of ``resolution``, relative to ``expected``, could have passed unseen.
+    Fails as well if the noise could hide a bias of ``resolution``, relative to ``expected``.
     """
     values = np.asarray(images, np.float64).reshape(-1, 3)
     target = np.broadcast_to(np.asarray(expected, np.float64), 3)
@@ -44,10 +44,10 @@ def assert_mean(images: ArrayLike, expected: ArrayLike, resolution: float, round
 
 
 def assert_agree(a: ArrayLike, b: ArrayLike, resolution: float, blocks: tuple[int, int] = (4, 4)) -> None:
-    """Two stacks of images (seeds, height, width, 3) have the same mean, in the whole and in each of
-    ``blocks`` (rows, columns), in each colour.
+    """Two stacks of images (seeds, height, width, 3) have the same mean, over the whole image and over each
+    of ``blocks`` (rows, columns), in each colour.
 
-    Fails as well if a bias of ``resolution`` of the whole could have passed unseen.
+    Fails as well if the noise could hide a bias of ``resolution`` of the image mean.
     """
     first, second = (np.asarray(images, np.float64) for images in (a, b))
     _, height, width, _ = first.shape
@@ -71,9 +71,9 @@ def assert_agree(a: ArrayLike, b: ArrayLike, resolution: float, blocks: tuple[in
 
 def _welch(a: Array, b: Array) -> tuple[Array, Array, Array]:
     """Difference of the means of two stacks (seeds, height, width, 3), its standard error and degrees
-    of freedom, per colour. The scatter of a pixel is that between its seeds, so that the picture itself
-    is not taken for noise. Where few pixels have all the noise, as at the edge of a lamp, there are few
-    degrees of freedom (Satterthwaite 1946), and the bound is wide."""
+    of freedom, per colour. The variance of a pixel is that between its seeds, so that the image
+    content does not count as noise. Where few pixels have all the noise, as at the edge of a light, there are
+    few degrees of freedom (Satterthwaite 1946), and the bound is wide."""
     variances = [(stack.var(0, ddof=1) / len(stack), len(stack) - 1) for stack in (a, b)]
     total = sum(v.sum((0, 1)) for v, _ in variances)
     spread = sum((v**2).sum((0, 1)) / degrees for v, degrees in variances)

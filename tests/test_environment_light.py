@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Light from all around, in whole renders: closed forms, integrals in numpy, the twin, and planted errors."""
+"""Light from all around, in whole renders: closed forms, integrals in numpy, Mitsuba, and planted errors."""
 
 from dataclasses import replace
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from rendering import ESTIMATORS, Planter, batches, rendered
 from scene_builders import lambert, stare
 
-from fragtracer.apps.compare.sides import render_ours, render_reference
+from fragtracer.apps.compare.rendering import render_ours, render_reference
 from fragtracer.apps.compare.verdict import judge
 from fragtracer.io.toml import load
 from fragtracer.scene import (
@@ -243,7 +243,7 @@ def spheres_under(environment: Environment) -> Scene:
     return replace(load("three-spheres"), lights=(), environment=environment)
 
 
-TWINS = {
+REFERENCE_SCENES = {
     "image": spheres_under(replace(ENVIRONMENTS["noise"], rotation_degrees=40.0)),
     "one texel": spheres_under(Environment(image=Panorama(1e-2 * one_texel(16, 32) + 0.02), rotation_degrees=100.0)),
     "hidden": spheres_under(replace(ENVIRONMENTS["noise"], visible=False)),
@@ -252,18 +252,18 @@ TWINS = {
     ),
     "gradient": spheres_under(ENVIRONMENTS["gradient"]),
     "sun": spheres_under(Environment(sky=Sky(sun_elevation_degrees=50.0), rotation_degrees=60.0, strength=0.02)),
-    # A sun this broad hides a good deal of sky: a witness that forgets it is wrong by 2.5 %.
+    # A sun this broad occludes so much sky that a reference without this occlusion is wrong by 2.5 %.
     "broad sun": spheres_under(Environment(sky=Sky(sun_radius_degrees=6.0), rotation_degrees=60.0, strength=0.02)),
 }
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", TWINS)
-def test_an_environment_agrees_with_its_twin(ctx, name):
-    pytest.importorskip("mitsuba", reason="Mitsuba is not installed: there is no twin")
-    scene, size, count, spp = TWINS[name], (48, 36), 16, 4096
+@pytest.mark.parametrize("name", REFERENCE_SCENES)
+def test_an_environment_agrees_with_the_reference(ctx, name):
+    pytest.importorskip("mitsuba", reason="Mitsuba is not installed")
+    scene, size, count, spp = REFERENCE_SCENES[name], (48, 36), 16, 4096
     reference = render_reference(scene, size, spp, count)
     ours = render_ours(scene, size, spp, count, context=ctx)
-    verdict = judge(ours.pictures, reference.pictures, alpha=0.01 / len(TWINS), non_finite=ours.non_finite)
+    verdict = judge(ours.pictures, reference.pictures, alpha=0.01 / len(REFERENCE_SCENES), non_finite=ours.non_finite)
     assert verdict.outcome != "disagreement", (verdict.differing, verdict.image.pair.relative_difference)
     assert verdict.detectable_bias.max() < 0.04

@@ -1,6 +1,15 @@
 // SPDX-License-Identifier: MIT
 // The GGX (Trowbridge-Reitz) microfacet distribution in the local frame, its geometry terms and the
 // sampling of its visible normals. alpha is the width; wo and wi lie in the upper hemisphere.
+#include "core/math.glsl"
+
+#define GEOMETRY_SMITH 0
+#define GEOMETRY_SCHLICK_BECKMANN 1
+#define GEOMETRY_KARIS 2
+#define GEOMETRY_KARIS_ENVIRONMENT 3
+#ifndef GEOMETRY_TERM
+#define GEOMETRY_TERM GEOMETRY_SMITH
+#endif
 
 // Normal distribution D in 1/sr (Walter et al. 2007, Microfacet Models for Refraction, eq. 33),
 // written with sin^2 from wh.xy so that it keeps its precision down to alpha = 1e-4.

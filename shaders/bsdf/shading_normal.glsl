@@ -2,6 +2,8 @@
 // What interpolated normals need, so that they neither darken where they should not nor let light through. Both
 // leave a flat surface exactly as it is.
 
+uniform int u_has_shading_normals;  // 0: every shading normal is the geometric one
+
 const float SHADING_NORMAL_LEAST_COSINE = 0.01;
 
 // The shading normal, bent towards wo where it looks away from it: near an outline the surface is seen, and is lit.
@@ -10,11 +12,12 @@ vec3 shading_normal_bend(vec3 normal, vec3 wo) {
     return cos_theta < SHADING_NORMAL_LEAST_COSINE ? normalize(normal + (SHADING_NORMAL_LEAST_COSINE - cos_theta) * wo) : normal;
 }
 
-// Factor of what is scattered to wi, local to the shading normal: 0 below the geometric surface, so that nothing
-// leaks, and falling to that smoothly, so that no edge of a triangle shows (Chiang, Li and Burley 2019, Taming the
-// Shadow Terminator, equation 3).
-float shading_normal_shadowing(vec3 geometric, vec3 wi) {
+// Factor of what is scattered to wi, local to the shading normal: 0 where wi is reflected by one normal and transmitted by
+// the other, so that nothing leaks; for a reflection falling to that smoothly, so that no edge of a triangle shows at the
+// shadow terminator (Chiang, Li and Burley 2019, Taming the Shadow Terminator, equation 3).
+float shadow_terminator(vec3 geometric, vec3 wi) {
     float cos_theta = dot(geometric, wi);
+    if (wi.z < 0.0) return float(cos_theta < 0.0);
     if (cos_theta <= 0.0 || wi.z <= 0.0) return 0.0;
     float g = min(1.0, cos_theta / (wi.z * max(geometric.z, 1e-6)));
     return g + square(g) * (1.0 - g);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Small scalar and vector helpers.
+#include "core/constants.glsl"
 
 float square(float x) { return x * x; }
 

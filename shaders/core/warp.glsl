@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Maps from the unit square to other domains, each with its density. u is uniform in [0, 1)^2.
+#include "core/constants.glsl"
+#include "core/math.glsl"
 
 // Polar: the radius is the root of u.y, the angle u.x turns.
 vec2 square_to_disk(vec2 u) { return sqrt(u.y) * cos_sin_turns(u.x); }
@@ -37,7 +39,7 @@ vec3 square_to_uniform_cone(vec2 u, float one_minus_cos_max) {
 float square_to_uniform_cone_pdf(float one_minus_cos_max) { return 0.5 * INVERSE_PI / one_minus_cos_max; }
 
 // Barycentric coordinates uniform over a triangle (Heitz 2019, A Low-Distortion Map Between
-// Triangle and Square): the weights of the second and third vertex.
+// Triangle and Square): those of the second and third vertex.
 vec2 square_to_triangle(vec2 u) {
     return u.y > u.x ? vec2(0.5 * u.x, u.y - 0.5 * u.x) : vec2(u.x - 0.5 * u.y, 0.5 * u.y);
 }

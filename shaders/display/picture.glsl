@@ -1,6 +1,16 @@
 // SPDX-License-Identifier: MIT
 // What the window shows before exposure: the film, what it showed before, and a picture to compare with.
 
+#ifndef FILM_FITS
+#define FILM_FITS 1  // the film has a texel for each pixel of the picture
+#endif
+#ifndef HAS_HELD
+#define HAS_HELD 0
+#endif
+#ifndef HAS_OTHER
+#define HAS_OTHER 0
+#endif
+
 uniform highp sampler2D u_film_mean;  // rgb: mean radiance, a: number of finite samples
 uniform highp sampler2D u_held;       // the mean of before, shown until this one is finer
 uniform highp sampler2D u_other;      // a picture to compare with, beyond the wipe

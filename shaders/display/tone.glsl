@@ -1,5 +1,13 @@
 // SPDX-License-Identifier: MIT
-// Tone curves and the sRGB transfer function: those of images/tone.py.
+// Tone curves and the sRGB transfer function: those of display/tone.py.
+
+#define TONE_LINEAR 0
+#define TONE_REINHARD 1
+#define TONE_ACES 2
+#define TONE_AGX 3
+#ifndef TONE_CURVE
+#define TONE_CURVE TONE_LINEAR
+#endif
 
 // Narkowicz 2015, ACES Filmic Tone Mapping Curve.
 vec3 tone_aces(vec3 x) {

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 // One pixel's running mean and variance. Every sample updates the mean by its share, so float32
 // neither drifts nor stalls, and the result does not depend on how samples are cut into passes.
-uniform highp sampler2D u_film_mean;      // layout of out_mean
-uniform highp sampler2D u_film_variance;  // layout of out_variance
+#include "core/math.glsl"
+
+uniform highp sampler2D u_film_mean;      // rgb: mean radiance, a: number of finite samples
+uniform highp sampler2D u_film_variance;  // rgb: sample variance, a: number of samples that are not finite
 
 struct Film { vec3 mean; vec3 variance; float count; float non_finite; };
 
@@ -28,3 +30,9 @@ void film_add(inout Film film, vec3 radiance) {
     film.mean += delta * share;
     film.variance += (delta * (radiance - film.mean) - film.variance) * share;
 }
+
+// Marks the pixel as one that has not had the samples asked for.
+void film_invalidate(inout Film film) { film.count = film.non_finite = -1.0; }
+
+vec4 film_mean(Film film) { return vec4(film.mean, film.count); }
+vec4 film_variance(Film film) { return vec4(film.variance, film.non_finite); }

@@ -1,6 +1,15 @@
 // SPDX-License-Identifier: MIT
 // Filter importance sampling (Ernst et al. 2006): the place in the image plane is drawn with the
 // density of the filter, so every sample has the same weight and pixels stay independent.
+#include "core/math.glsl"
+#include "core/warp.glsl"
+
+#define PIXEL_FILTER_BOX 0
+#define PIXEL_FILTER_TENT 1
+#define PIXEL_FILTER_GAUSSIAN 2
+#ifndef PIXEL_FILTER
+#define PIXEL_FILTER PIXEL_FILTER_BOX
+#endif
 
 // Offset from the pixel centre in pixels.
 vec2 pixel_filter_sample(vec2 u) {

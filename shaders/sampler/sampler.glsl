@@ -1,6 +1,13 @@
 // SPDX-License-Identifier: MIT
-// Four uniform numbers in [0, 1) for one pixel, sample index and dimension, and a fifth, `spare`,
-// that is merely random. A dimension is one use of randomness along a path, four numbers wide.
+// Four uniform numbers in [0, 1) for one pixel, sample index and dimension, and a fifth, `rr_sample`, that is independent
+// of them and not stratified, for Russian roulette. A dimension is one use of randomness along a path, four numbers wide.
+#include "core/hash.glsl"
+
+#define SAMPLER_TEXTURE 0
+#define SAMPLER_HASH 1
+#ifndef SAMPLER
+#define SAMPLER SAMPLER_TEXTURE
+#endif
 
 // What the paths of this program use dimensions for; `vertex` counts from 0.
 int dimension_camera() { return 0; }                            // xy: place in the pixel, zw: lens
@@ -10,7 +17,7 @@ int dimension_ambient(int vertex) { return 0x20000 + vertex; }
 
 // From two words and the sample index. All 64 bits of the words count: numbers from a smaller set
 // would be shared by pixels and seeds, and the roulette biased by what that set happens to hold.
-float sampler_spare(uvec4 bits, uint index) {
+float sampler_rr_sample(uvec4 bits, uint index) {
     return hash_to_unit(hash_uint(bits.z ^ hash_uint(bits.w + index)));
 }
 

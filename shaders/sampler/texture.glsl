@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The random-vector texture: layer k holds w * h points of an Owen-scrambled four-dimensional Sobol
-// set, made and shuffled by random_texture.py. Layers repeat over dimensions and points over the
+// set, made and shuffled by packing/random_texture.py. Layers repeat over dimensions and points over the
 // image; what makes each use its own is a hash of (pixel, dimension, block of w * h samples):
 // - the point index is XORed with it, which permutes the aligned power-of-two blocks of a sequence;
 // - the bits of the coordinates are XORed with it (a random digital shift: Owen 2003, Variance with
@@ -10,14 +10,14 @@ uniform highp sampler3D u_random_texture;
 uniform uint u_seed;
 
 // Powers of two, and unsigned, so that division and remainder are shifts and masks.
-const uint RANDOM_WIDTH = uint(RANDOM_TEXTURE_WIDTH);
-const uint RANDOM_LAYERS = uint(RANDOM_TEXTURE_LAYERS);
+const uint RANDOM_WIDTH = 64u;
+const uint RANDOM_LAYERS = 16u;
 const uint RANDOM_POINTS = RANDOM_WIDTH * RANDOM_WIDTH;
 
-vec4 sampler_vec4(ivec2 pixel, uint index, int dimension, out float spare) {
+vec4 sampler_vec4(ivec2 pixel, uint index, int dimension, out float rr_sample) {
     uint block = index / RANDOM_POINTS;
     uvec4 bits = hash_pcg4d(uvec4(uint(pixel.x) + (uint(pixel.y) << 16u), u_seed, uint(dimension), block));
-    spare = sampler_spare(bits, index);
+    rr_sample = sampler_rr_sample(bits, index);
     // The shift takes the upper 23 bits of each word, the index the lower 8 of two: independent.
     uint point = (index ^ bits.x ^ (bits.y << 8u)) % RANDOM_POINTS;
     uvec3 texel = uvec3(point % RANDOM_WIDTH, point / RANDOM_WIDTH, uint(dimension) % RANDOM_LAYERS);

@@ -4,6 +4,15 @@
 
 struct Ray { vec3 origin; vec3 direction; };
 
+// What a ray meets.
+struct Hit {
+    float distance;
+    int primitive;      // record of the shape, or NO_PRIMITIVE
+    vec2 barycentrics;  // of the second and third vertex, on shapes of the BVH that are no spheres
+    int instance;       // record of the instance that the shape was met in, or -1
+};
+
+const int NO_PRIMITIVE = -1;
 const float RAY_OFFSET = 4e-6;
 
 // `extent` is the largest coordinate that took part in computing `position`.

@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: MIT
+#include "core/constants.glsl"
 
-// Distance along the ray to the sphere, INFINITE_DISTANCE where it misses. The discriminant comes
-// from the perpendicular distance to the centre, which survives small and distant spheres (Haines
-// et al. 2019, Precision Improvements for Ray/Sphere Intersection, Ray Tracing Gems, ch. 7).
-float sphere_intersect(vec3 center, float radius, Ray ray) {
-    vec3 to_center = center - ray.origin;
-    float b = dot(to_center, ray.direction);
-    vec3 perpendicular = to_center - b * ray.direction;
+// Distance to the sphere along a unit direction, INFINITE_DISTANCE where it misses; `is_front` says whether the
+// nearest point is met from outside. The discriminant comes from the perpendicular distance to the centre, which survives
+// small and distant spheres (Haines et al. 2019, Precision Improvements for Ray/Sphere Intersection, Ray Tracing
+// Gems, ch. 7).
+float sphere_intersect(vec3 center, float radius, vec3 origin, vec3 direction, out bool is_front) {
+    vec3 to_center = center - origin;
+    float b = dot(to_center, direction);
+    vec3 perpendicular = to_center - b * direction;
     float discriminant = radius * radius - dot(perpendicular, perpendicular);
-    if (discriminant < 0.0) return INFINITE_DISTANCE;
-    float half_chord = sqrt(discriminant);
+    float half_chord = sqrt(max(discriminant, 0.0));
     float near = b - half_chord;
     float far = b + half_chord;
-    return near > 0.0 ? near : (far > 0.0 ? far : INFINITE_DISTANCE);
+    is_front = near > 0.0;
+    float distance = is_front ? near : far;
+    return discriminant >= 0.0 && distance > 0.0 ? distance : INFINITE_DISTANCE;
 }

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Lookups in the maps of the split-sum approximation (gpu/cube_maps.py), turned and multiplied as the
 // environment is.
-#if HAS_SPLIT_SUM_MAPS
+#include "light/environment.glsl"
+#include "split_sum/cube.glsl"
+
 uniform highp sampler2D u_irradiance_map;   // over pi
 uniform highp sampler2D u_prefiltered_map;  // roughness 0 to 1, level by level
 uniform highp sampler2D u_brdf_map;         // factors of F0 and of F90, and the integral of the lobe
@@ -33,4 +35,3 @@ vec3 maps_prefiltered(vec3 direction, float roughness) {
 vec3 maps_brdf(float cos_theta, float roughness) {
     return textureLod(u_brdf_map, vec2(cos_theta, roughness), 0.0).rgb;
 }
-#endif

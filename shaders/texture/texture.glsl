@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: MIT
-// Textures of any size out of two arrays (textures/atlas.py). Filtered by hand: a texel is decoded to
+// Textures of any size out of two arrays (packing/atlas.py). Filtered by hand: a texel is decoded to
 // linear values before it is mixed with its neighbours, as glTF 2.0 asks (section 3.9.2), and the
 // neighbours are those of the image, whatever lies beside it in the array.
+#include "scene/texture.glsl"
+
+#ifndef HAS_TEXTURES
+#define HAS_TEXTURES 0
+#endif
 #if HAS_TEXTURES
 
-#if HAS_BYTE_TEXTURES
 uniform highp sampler2DArray u_byte_texels;
-#endif
-#if HAS_FLOAT_TEXTURES
 uniform highp sampler2DArray u_float_texels;
-#endif
+uniform int u_has_float_texels;
 
 // IEC 61966-2-1 for values in [0, 1].
 vec3 texture_decode_srgb(vec3 v) {
@@ -19,16 +21,10 @@ vec3 texture_decode_srgb(vec3 v) {
 // The linear value of a texel; (0, 0) is the upper left one.
 vec4 texture_texel(Texture t, int x, int y) {
     ivec3 place = ivec3(t.x + x, t.y + y, t.layer);
-#if HAS_FLOAT_TEXTURES
-    if ((t.flags & TEXTURE_FLOAT) != 0) return texelFetch(u_float_texels, place, 0);
-#endif
-#if HAS_BYTE_TEXTURES
+    if (u_has_float_texels != 0 && (t.flags & TEXTURE_FLOAT) != 0) return texelFetch(u_float_texels, place, 0);
     vec4 value = texelFetch(u_byte_texels, place, 0);
     if ((t.flags & TEXTURE_SRGB) != 0) value.rgb = texture_decode_srgb(value.rgb);
     return value;
-#else
-    return vec4(0.0);
-#endif
 }
 
 // A coordinate brought to [0, 1]. Of float32 it is as exact as the coordinate itself: the differences are exact.
@@ -70,11 +66,11 @@ vec4 texture_value(Texture t, vec4 uv) {
     return texture_lookup(t, vec2(dot(t.u_row, set), dot(t.v_row, set)));
 }
 
-// The one channel of a value that the texture is wanted for.
-float texture_pick(Texture t, vec4 value) {
-    return t.channel == 0 ? value.r : (t.channel == 1 ? value.g : (t.channel == 2 ? value.b : value.a));
+float texture_pick(int channel, vec4 value) {
+    return channel == 0 ? value.r : (channel == 1 ? value.g : (channel == 2 ? value.b : value.a));
 }
 
-float texture_channel(Texture t, vec4 uv) { return texture_pick(t, texture_value(t, uv)); }
+// The one channel that the texture is wanted for.
+float texture_channel(Texture t, vec4 uv) { return texture_pick(t.channel, texture_value(t, uv)); }
 
 #endif

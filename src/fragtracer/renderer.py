@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
+from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
@@ -14,9 +15,12 @@ from numpy.typing import NDArray
 from fragtracer.errors import DeviceError
 from fragtracer.gpu.context import create_context, describe, is_software
 from fragtracer.gpu.film import Film, standard_error
-from fragtracer.gpu.tracer import Tracer
+from fragtracer.gpu.specialise import MOST_LISTED, Level
+from fragtracer.gpu.tracer import Tracer, TracerProgram
 from fragtracer.packing import PackedScene, pack
 from fragtracer.scene import RenderSettings, Scene
+
+_PROGRAMS = {"path": "pathtracer.frag", "split-sum": "split_sum.frag"}
 
 
 @dataclass(frozen=True)
@@ -39,12 +43,16 @@ class Renderer:
         (width, height) in pixels; left out, the scene's own.
     context
         A moderngl context to render on instead of a new one without a window; the caller keeps it.
-    baked
-        Whether a small scene is compiled into the program (:func:`fragtracer.packing.pack`); left
+    specialised
+        Whether what the scene holds is compiled into the program (:mod:`fragtracer.gpu.specialise`); left
         out, only for a software renderer.
     defines
-        Values for some of :data:`fragtracer.shader_composer.FEATURES` in place of those that the
-        scene and settings give: for measurements and experiments.
+        Values for some features of the program in place of those that the scene and settings give: for
+        measurements and experiments.
+    program
+        A program below shaders/ in place of the one that the setting ``integrator`` asks for.
+    shaders
+        A folder of shader files in place of fragtracer's own.
     settings
         Any field of :class:`RenderSettings` to change for this render, as ``bounces=2``.
 
@@ -59,8 +67,10 @@ class Renderer:
         scene: Scene,
         size: tuple[int, int] | None = None,
         context: Any = None,
-        baked: bool | None = None,
-        defines: Mapping[str, int] | None = None,
+        specialised: bool | None = None,
+        defines: Mapping[str, int | str] | None = None,
+        program: str | None = None,
+        shaders: Path | None = None,
         **settings: Any,
     ) -> None:
         if size is not None:
@@ -69,11 +79,13 @@ class Renderer:
         self.scene = scene
         self._owns_context = context is None
         self.context = create_context() if context is None else context
-        self._defines = dict(defines or {})
-        self._baked = is_software(self.context) if baked is None else baked
+        is_soft = is_software(self.context)
+        self._most_listed = MOST_LISTED["software" if is_soft else "gpu"]
+        self._level = Level.VIEW if (is_soft if specialised is None else specialised) else Level.NOTHING
+        self._defines, self._name, self._shaders = dict(defines or {}), program, shaders
         with self._current():
             self._film = Film(self.context, self.settings.width, self.settings.height)
-            self._tracer = Tracer(self.context, self._packed())
+            self._tracer = Tracer(self.context, self._packed(), self._program())
             self._tracer.warm_up(self._film)
         self.spp = 0
         self._last_error: float | None = None
@@ -146,7 +158,7 @@ class Renderer:
             if scene is not None or settings:
                 self.scene = scene or self.scene
                 self.settings = replace(self.settings, **settings)
-                self._tracer.load(self._packed())
+                self._tracer.load(self._packed(), self._program())
             self._film.clear()
         self.spp = 0
         self._last_error = None
@@ -205,8 +217,11 @@ class Renderer:
         return made_by | settings | counts | {"gl_renderer": describe(self.context)["GL renderer"]}
 
     def _packed(self) -> PackedScene:
-        packed = pack(self.scene, self.settings, self.settings.width, self.settings.height, self._baked)
-        return replace(packed, defines={**packed.defines, **self._defines})
+        return pack(self.scene, self.settings, self.settings.width, self.settings.height, self._most_listed)
+
+    def _program(self) -> TracerProgram:
+        name = self._name or _PROGRAMS[self.settings.integrator]
+        return TracerProgram(name, self._defines, self._level, root=self._shaders)
 
     def _read(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         with self._current():

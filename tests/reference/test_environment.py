@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fragtracer.errors import FragtracerError
-from fragtracer.reference.environment import witness_rows
+from fragtracer.reference.environment import map_rows
 from fragtracer.reference.export import export_mitsuba
 from fragtracer.reference.render import render_reference
 from fragtracer.reference.translate import to_mitsuba
@@ -34,7 +34,7 @@ def test_every_direction_has_the_same_radiance(mi, tmp_path: Path) -> None:
 
 def test_rows_for_mitsuba_interpolate_to_the_same_values() -> None:
     """Its rows lie at v = k / 2 h; ours at the odd k."""
-    rows = witness_rows(PIXELS)
+    rows = map_rows(PIXELS)
     assert rows.shape == (11, 8, 3)
     np.testing.assert_array_equal(rows[1::2], PIXELS)
     np.testing.assert_allclose(rows[2], (PIXELS[0] + PIXELS[1]) / 2)

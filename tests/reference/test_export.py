@@ -11,13 +11,15 @@ import pytest
 from fragtracer.errors import OutputError
 from fragtracer.reference.export import export_mitsuba
 from fragtracer.reference.materials import exact_bsdf
-from fragtracer.reference.meshes import Traits
+from fragtracer.reference.meshes import MeshAttributes
 from fragtracer.reference.nearest import nearest_bsdf
 from fragtracer.reference.render import render_reference
 from fragtracer.reference.textures import TextureFolder
 from fragtracer.scene import (
     Ambient,
     Camera,
+    DirectionalLight,
+    Disk,
     Geometry,
     Image,
     Light,
@@ -30,12 +32,14 @@ from fragtracer.scene import (
     RenderSettings,
     Scene,
     Sphere,
+    SpotLight,
     Texture,
     Triangle,
 )
 
 from .test_bsdf import direction, sample
 
+FALLOFF = "intensity falls linearly in the angle"
 MATERIALS = {
     "floor": Material(albedo=(0.5, 0.4, 0.3), specular=0.0),
     "gold -- worn": Material(metal="gold", roughness=0.4),
@@ -85,6 +89,38 @@ def test_without_it_the_nearest_materials_look_alike(mi, tmp_path):
     assert notes[5].startswith("mixed: principled and roughconductor")
 
 
+def lit_scene(light):
+    """A disk and a floor under a spot light and a directional light."""
+    return Scene(
+        Camera((0.0, 4.0, 4.0), (0.0, 0.0, 0.0)),
+        {"matt": Material(albedo=0.5, specular=0.0), "lamp": MATERIALS["lamp"]},
+        planes=[Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), "matt")],
+        disks=[
+            Disk((1.0, 0.5, 0.0), (0.0, 1.0, 1.0), 0.5, "matt"),
+            Disk((-2.0, 1.0, 0.0), (1.0, -1.0, 0.0), 0.3, "lamp"),
+        ],
+        spot_lights=[light],
+        directional_lights=[DirectionalLight((1.0, -3.0, 0.0), (0.1, 0.2, 0.3))],
+        render=RenderSettings(width=48, height=24, bounces=2),
+    )
+
+
+@pytest.mark.parametrize(
+    ("inner", "outer", "power"), [(30.0, 45.0, "+0.2 %"), (0.0, 45.0, "+2.1 %"), (0.0, 90.0, "+9.0 %")]
+)
+@pytest.mark.parametrize("plugin", [True, False])
+def test_disks_spot_and_directional_lights_are_exported(mi, tmp_path, plugin, inner, outer, power):
+    scene = lit_scene(SpotLight((0.5, 3.0, 0.0), (0.0, -2.0, 0.0), 50.0, inner, outer))
+    notes = export_mitsuba(scene, tmp_path, plugin)
+    expected = render_reference(scene, spp=1024)[0]
+    image = load_and_render(mi, tmp_path, 1024)
+    off = 0.0 if plugin else float(power.split()[0]) / 100
+    assert image.mean() == pytest.approx(expected.mean(), rel=0.01 + off)
+    spot = "fragtracer_spot, the same" if plugin else f"spot, nearly the same: {FALLOFF}, power {power}"
+    assert notes[2] == f"spot_light_0: {spot}"
+    assert f"<!-- {notes[2]} -->" in (tmp_path / "scene.xml").read_text()
+
+
 def leaf_scene():
     """Meshes with all that a mesh can bring."""
     rng = np.random.default_rng(3)
@@ -127,7 +163,7 @@ def test_mitsubas_own_normal_map_leans_as_its_note_says(mi, tmp_path, mirrored):
     quad = Geometry(corners, [[0, 1, 2], [0, 2, 3]], [[0, 0, 1]] * 4, uvs)
     bumps = Texture(Image(np.array([[[0.7, 0.8, 0.9]]]), "linear"))
     scene = Scene(materials={"m": Material(normal_texture=bumps)}, meshes=[Mesh([Part(quad, "m")])])
-    assert "green is turned round where the image is mirrored" in export_mitsuba(scene, tmp_path)[0]
+    assert "green is inverted where the image is mirrored" in export_mitsuba(scene, tmp_path)[0]
     world = mi.load_file(str(tmp_path / "scene.xml"))
     si = world.ray_intersect(mi.Ray3f(mi.Point3f(0, 0, 5), mi.Vector3f(0, 0, -1)))
 
@@ -145,7 +181,9 @@ def test_each_nearest_material_reflects_nearly_as_much(mi, tmp_path, name):
     shares = []
     for translate in (exact_bsdf, nearest_bsdf):
         _, weight = sample(
-            mi, mi.load_dict(translate(MATERIALS[name], "smith", Traits(), TextureFolder(tmp_path))), direction(mi, 45)
+            mi,
+            mi.load_dict(translate(MATERIALS[name], "smith", MeshAttributes(), TextureFolder(tmp_path))),
+            direction(mi, 45),
         )
         shares.append(weight.numpy().mean(axis=1))
     assert shares[1] == pytest.approx(shares[0], rel=0.15)
@@ -168,7 +206,7 @@ def test_the_plugin_needs_no_fragtracer(mi, tmp_path):
     export_mitsuba(SCENE, tmp_path, plugin=True)
     code = (
         "import sys; sys.modules['fragtracer'] = None; import mitsuba as mi; mi.set_variant('scalar_rgb');"
-        "import fragtracer_bsdf; fragtracer_bsdf.register(); mi.load_file('scene.xml')"
+        "import fragtracer_plugins; fragtracer_plugins.register(); mi.load_file('scene.xml')"
     )
     subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True)
 

@@ -59,7 +59,7 @@ def test_the_front_stays_the_front(mi, mirror):
     assert picture(scene_of(glow, placement=placement, camera=behind), bounces=0).max() == 0
 
 
-def test_parts_and_copies_are_where_their_matrices_say(mi):
+def test_parts_and_instances_are_where_their_matrices_say(mi):
     matrix = tuple(map(tuple, Placement((0.0, 0.0, 0.7)).matrix.tolist()))
     mesh = Mesh(
         [Part(QUAD, "m", matrix)], [Placement((0.0, 0.0, -1.0), scale=(1.0, 1.0, 2.0)), Placement((9.0, 0.0, 1.0))]

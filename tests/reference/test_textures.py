@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fragtracer.reference.bsdf import register
+from fragtracer.reference.plugins import register
 from fragtracer.reference.textures import TextureFolder, four_channels, srgb_to_linear
 from fragtracer.scene import Image, Texture
 

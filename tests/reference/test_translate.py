@@ -108,7 +108,7 @@ QUAD = ((-1.0, -1.0, 0.0), (1.0, -1.0, 0.0), (1.0, 1.0, 0.0), (-1.0, 1.0, 0.0))
         {"triangles": [Triangle(QUAD[:3], "glow"), Triangle((QUAD[0], QUAD[2], QUAD[3]), "glow")]},
     ],
 )
-def test_flat_emitters_shine_from_their_front_only(mi, shape):
+def test_flat_emitters_emit_from_their_front_only(mi, shape):
     front = picture(Scene(AHEAD, GLOW, **shape), bounces=0)
     behind = picture(Scene(Camera((0.0, 0.0, -5.0), (0.0, 0.0, 0.0)), GLOW, **shape), bounces=0)
     assert front[16, 16] == pytest.approx([1, 2, 3])
@@ -116,7 +116,7 @@ def test_flat_emitters_shine_from_their_front_only(mi, shape):
     assert not behind.any()
 
 
-def test_a_sphere_shines_from_its_outside_only(mi):
+def test_a_sphere_emits_from_its_outside_only(mi):
     inside = Scene(AHEAD, GLOW, spheres=[Sphere((0.0, 0.0, 5.0), 1.0, "glow")])
     assert not picture(inside, bounces=0).any()
 
@@ -183,7 +183,7 @@ def test_a_light_is_seen_and_absorbs(mi):
 
 
 def blur_width(depth, aperture, focus):
-    """Width in pixels of a narrow glowing strip at ``depth`` before a camera, by its extent in the picture."""
+    """Width in pixels of a narrow glowing strip at ``depth`` before a camera, by its bounds in the picture."""
     strip = Rectangle((-0.001, -5.0, -depth), (0.002, 0.0, 0.0), (0.0, 10.0, 0.0), "glow")
     camera = Camera((0.0, 0.0, 0.0), (0.0, 0.0, -2.0), aperture_radius=aperture, focus_distance=focus)
     image = picture(Scene(camera, GLOW, rectangles=[strip]), (256, 64), 128)

@@ -11,8 +11,8 @@ from fragtracer.bvh.cluster import Boxes, Indices, cluster
 
 WIDTH = 4  # children of a node at most
 NONE = np.iinfo(np.int32).min  # in place of a child
-# A tree deeper than this is built again, balanced: the shader's stack has an entry for each level.
-MAX_DEPTH = 40
+# A deeper tree is built again, balanced: the stack of shape/bvh.glsl holds two trees of this depth.
+MAX_DEPTH = 31
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Bvh:
         there: NDArray[np.bool_] = self.children != NONE
         return there
 
-    def child_boxes(self, boxes: Boxes) -> tuple[NDArray[np.float32], Boxes]:
+    def child_bounds(self, boxes: Boxes) -> tuple[NDArray[np.float32], Boxes]:
         """Fit the tree to ``boxes`` (6, n).
 
         Returns the boxes of the children of each node, (nodes, WIDTH, 6), infinity where there is none,

@@ -13,7 +13,6 @@ from fragtracer.cache import Arrays, cached
 from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.resources import folder
 from fragtracer.scene.content import content_digest
-from fragtracer.shader_composer import CONSTANTS
 
 Floats = NDArray[np.float32]
 
@@ -26,7 +25,7 @@ _LOOKUPS = 1 << 22  # in one draw, so that none takes long
 
 @dataclass(frozen=True)
 class MapSizes:
-    """How finely the maps are computed; the values are those of the documents.
+    """How finely the maps are computed; the values are those of Karis 2013.
 
     ``prefiltered`` and ``irradiance`` are texels along a face, powers of two; ``levels`` counts the
     roughnesses from 0 to 1, ``samples`` those for each texel, ``brdf`` the texels along the BRDF map.
@@ -55,7 +54,7 @@ def environment_maps(ctx: moderngl.Context, pixels: Floats, sizes: MapSizes = Ma
 def brdf_map(ctx: moderngl.Context, geometry: str, sizes: MapSizes = MapSizes()) -> Floats:
     """The BRDF integration map, (roughness, cosine, 3): factors of F0 and F90, and the integral of the lobe.
 
-    ``geometry`` is a masking term of :data:`CONSTANTS`, without its prefix.
+    ``geometry`` is a geometry term of bsdf/ggx.glsl, without its prefix.
     """
     key = content_digest(repr(_VERSION), repr(sizes), geometry)
     return cached("brdf", key, lambda: {"map": _brdf_map(ctx, geometry, sizes)})["map"]
@@ -87,7 +86,7 @@ def _environment_maps(ctx: moderngl.Context, pixels: Floats, sizes: MapSizes) ->
 
 def _brdf_map(ctx: moderngl.Context, geometry: str, sizes: MapSizes) -> Floats:
     numbers = {"u_inverse_size": (1 / sizes.brdf,) * 2, "u_samples": sizes.samples}
-    defines = {"GEOMETRY_TERM": CONSTANTS[f"GEOMETRY_{geometry}"]}
+    defines = {"GEOMETRY_TERM": f"GEOMETRY_{geometry}"}
     with Workshop(ctx) as workshop:
         return workshop.draw("brdf_map", (sizes.brdf, sizes.brdf), sizes.samples, {}, numbers, defines)
 
@@ -130,7 +129,7 @@ class Workshop:
         lookups: int,
         source: Mapping[str, Floats],
         numbers: Mapping[str, Any],
-        defines: Mapping[str, int] | None = None,
+        defines: Mapping[str, int | str] | None = None,
     ) -> Floats:
         """What the program makes of ``source``, its one texture if it has one, taking ``lookups`` for each texel."""
         width, height = size

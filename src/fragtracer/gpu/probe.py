@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.resources import folder
 
-Resource = moderngl.Buffer | moderngl.Texture | moderngl.Texture3D | moderngl.TextureArray
+Resource = moderngl.Texture | moderngl.Texture3D | moderngl.TextureArray
 _WIDTH = 1024
 _TYPES = {1: "float", 2: "vec2", 3: "vec3", 4: "vec4"}
 _SWIZZLES = {1: "x", 2: "xy", 3: "xyz", 4: "xyzw"}
@@ -22,7 +22,7 @@ def probe(
     body: str,
     inputs: Mapping[str, ArrayLike],
     outputs: Mapping[str, int],
-    defines: Mapping[str, int] | None = None,
+    defines: Mapping[str, int | str] | None = None,
     generated: Mapping[str, str] | None = None,
     uniforms: Mapping[str, object] | None = None,
     resources: Mapping[str, Resource] | None = None,
@@ -42,7 +42,7 @@ def probe(
     defines, generated, uniforms
         As for :class:`FullscreenProgram`.
     resources
-        Textures by the name of their sampler, and buffers by the name of their uniform block.
+        Textures by the name of their sampler.
 
     Returns
     -------
@@ -71,7 +71,8 @@ def probe(
         for unit, texture in enumerate(textures):
             texture.use(unit)
         for unit, (name, resource) in enumerate((resources or {}).items(), len(textures)):
-            _bind(program, name, resource, unit)
+            program.set({name: unit})
+            resource.use(unit)
         framebuffer.use()
         program.draw()
         tables = [np.frombuffer(t.read(), np.float32).reshape(-1, 4)[:count] for t in targets]
@@ -82,15 +83,6 @@ def probe(
         for texture in (*targets, *textures):
             texture.release()
     return {n: t[:, 0] if w == 1 else t[:, :w] for (n, w), t in zip(outputs.items(), tables, strict=True)}
-
-
-def _bind(program: FullscreenProgram, name: str, resource: Resource, unit: int) -> None:
-    if isinstance(resource, moderngl.Buffer):
-        program.bind_block(name, unit)
-        resource.bind_to_uniform_block(unit)
-    else:
-        program.set({name: unit})
-        resource.use(unit)
 
 
 def _column(values: ArrayLike) -> NDArray[np.float32]:

@@ -2,7 +2,7 @@
 """A fragment shader on the full-screen triangle."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,9 @@ _UNIFORM = re.compile(r"\buniform\s+(?:highp\s+)?\w+\s+(\w+)")
 class FullscreenProgram:
     """Compiles ``fragment`` (a path below ``root``) and draws it over the bound framebuffer.
 
+    ``defines`` and ``generated`` are those of :func:`compose`; ``text_pass`` changes the text, line by line, before it
+    goes to the driver.
+
     Raises
     ------
     ShaderError
@@ -28,17 +31,18 @@ class FullscreenProgram:
         ctx: moderngl.Context,
         root: Path,
         fragment: str,
-        defines: Mapping[str, int] | None = None,
+        defines: Mapping[str, int | str] | None = None,
         generated: Mapping[str, str] | None = None,
-        constants: Mapping[str, Any] | None = None,
+        text_pass: Callable[[str], str] | None = None,
     ) -> None:
         vertex = compose("fullscreen.vert", {}, root)
-        source = compose(fragment, defines or {}, root, generated, constants)
+        source = compose(fragment, defines or {}, root, generated)
+        text = source.text if text_pass is None else text_pass(source.text)
         try:
-            self._program = ctx.program(vertex_shader=vertex.text, fragment_shader=source.text)
+            self._program = ctx.program(vertex_shader=vertex.text, fragment_shader=text)
         except moderngl.Error as error:
             raise ShaderError(f"the driver rejects {fragment}:\n{source.translate(str(error)).strip()}") from None
-        self._declared = set(_UNIFORM.findall(source.text))
+        self._declared = frozenset(_UNIFORM.findall(source.text))
         self._triangle = ctx.vertex_array(self._program, [])
 
     def set(self, uniforms: Mapping[str, Any]) -> None:
@@ -56,11 +60,10 @@ class FullscreenProgram:
             if isinstance(member, moderngl.Uniform):
                 member.value = value
 
-    def bind_block(self, name: str, binding: int) -> None:
-        """Connect a uniform block, if the program uses it, to a buffer binding point."""
-        block = self._program.get(name, None)
-        if isinstance(block, moderngl.UniformBlock):
-            block.binding = binding
+    @property
+    def declared(self) -> frozenset[str]:
+        """The names of all uniforms in the source."""
+        return self._declared
 
     def draw(self) -> None:
         self._triangle.render(moderngl.TRIANGLES, vertices=3)

@@ -2,23 +2,26 @@
 """The path tracing program with its scene, on a film: passes cut into bands of bounded duration."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import moderngl
+import numpy as np
 
 from fragtracer.errors import DeviceError
-from fragtracer.gpu.atlas import SAMPLERS, AtlasTextures
 from fragtracer.gpu.context import is_software
-from fragtracer.gpu.environment import EnvironmentTextures
+from fragtracer.gpu.cube_maps import MapSizes, brdf_map, environment_maps
 from fragtracer.gpu.film import Film
-from fragtracer.gpu.map_textures import MapTextures
-from fragtracer.gpu.meshes import MeshTextures
 from fragtracer.gpu.program import FullscreenProgram
-from fragtracer.gpu.tables import folded_texture
+from fragtracer.gpu.specialise import Level, Specialisation, specialise
+from fragtracer.gpu.textures import UNITS, MapTextures, SceneTextures
 from fragtracer.gpu.timer import DrawTimer
 from fragtracer.packing import PackedScene
+from fragtracer.packing.environment import EnvironmentTables
 from fragtracer.packing.random_texture import random_texture
 from fragtracer.resources import folder
+from fragtracer.shader_composer import compose
 
 # No draw is meant to last longer: operating systems reset a GPU that is silent for about 2 s.
 DRAW_BUDGET = 0.05  # seconds
@@ -29,69 +32,74 @@ _BLOCK_ROWS = 4  # pixels are shaded in blocks (of four by four on llvmpipe); a 
 _MAX_GROWTH = 4.0  # of a band over the one before, while its cost is not known well
 _MOST_KEPT = 3  # programs, so that going back to a kind of scene does not compile
 _MAX_ROUNDS = 65000  # of all loops in a draw; llvmpipe stops a shader after 65,535
-_BLOCK_BINDING = 0
-_SCENE_UNIT, _RANDOM_UNIT, _FILM_UNIT = 0, 1, 2  # the film has two
-_ENVIRONMENT_UNIT, _TREE_UNIT = 4, 5
-_MESH_UNITS = {"u_mesh": 6, "u_mesh_vertices": 7, "u_mesh_lights": 8}
-_ATLAS_UNIT = 9  # and 10
-_MAPS_UNIT = 13  # and the two after it
+_MAPS = MapSizes()
+
+
+@dataclass(frozen=True)
+class TracerProgram:
+    """Which program draws: ``name`` below ``root``, with ``defines`` in place of what a scene asks for, and how much of
+    the scene is compiled into it. Uniforms named in ``kept`` stay uniforms."""
+
+    name: str = "pathtracer.frag"
+    defines: Mapping[str, int | str] = field(default_factory=dict)
+    level: Level = Level.NOTHING
+    kept: tuple[str, ...] = ()
+    root: Path | None = None  # left out, the shaders of fragtracer
 
 
 class Tracer:
-    """Holds ``packed`` on the GPU and draws passes of it.
+    """Holds ``packed`` on the GPU and draws passes of it with ``program``.
 
     Raises :class:`ShaderError` if the program does not compile.
     """
 
-    def __init__(self, ctx: moderngl.Context, packed: PackedScene) -> None:
+    def __init__(self, ctx: moderngl.Context, packed: PackedScene, program: TracerProgram) -> None:
         self._ctx = ctx
         self._is_software = is_software(ctx)
         self._random = _upload_random_texture(ctx)
         self.timer = DrawTimer(ctx)  # of all bands so far
         self._pixel_samples_per_second = 0.0
-        self._source: object = None
+        self._key: object = None
         self._program: FullscreenProgram | None = None
         self._kept: list[tuple[object, FullscreenProgram]] = []  # the last ones used, the newest first
-        self._scene: moderngl.Buffer | moderngl.Texture | None = None
-        self._environment = EnvironmentTextures(ctx)
-        self._meshes = MeshTextures(ctx)
-        self._atlas = AtlasTextures(ctx)
+        self._textures = SceneTextures(ctx)
         self._maps = MapTextures(ctx)
-        self.load(packed)
+        self._mapped: EnvironmentTables | None = None  # the environment of the maps
+        self.load(packed, program)
 
-    def load(self, packed: PackedScene, recompile: bool = False) -> None:
-        """Take over another scene; compiles only if its features, or the values baked into the
-        program, are new, or if told to, because the shader files have changed.
+    def load(self, packed: PackedScene, program: TracerProgram, recompile: bool = False) -> None:
+        """Take over another scene or program; compiles only if its features, or the values compiled into the program,
+        are new, or if told to, because the shader files have changed.
 
         Raises :class:`ShaderError` if the program does not compile; the last one stays in use.
         """
-        if recompile or self._program is None or packed.program != self._source:
-            self._use_program(self._compiled(packed, recompile))
-            self._source = packed.program
+        specialisation = specialise(packed, program.level, program.kept)
+        key = _key(packed, program, specialisation)
+        if recompile or self._program is None or key != self._key:
+            self._use_program(key, self._compiled(key, packed, program, specialisation, recompile))
             self._pixel_samples_per_second = 0.0
-        self._upload_scene(packed)
-        self._environment.load(packed.environment)
-        self._meshes.load(packed.meshes)
-        self._atlas.load(packed.atlas)
-        if packed.defines["HAS_SPLIT_SUM_MAPS"]:
-            self._maps.load(packed.environment)
+        self._textures.load(packed.tables)
+        if packed.needs_maps:
+            self._load_maps(packed.environment)
         self._max_rays = max(1, _MAX_ROUNDS // packed.path_rounds)
-        has_long_loops = packed.meshes is not None or packed.defines["HAS_ALPHA"] == 1
+        has_long_loops = packed.uniforms["u_bvh_root"] >= 0 or packed.features["HAS_ALPHA"] == 1
         self._is_limited = has_long_loops and self._is_software
-        self.set(packed.uniforms)
+        self.set(packed.all_uniforms)
 
-    def knows(self, packed: PackedScene) -> bool:
-        """Whether :meth:`load` need not compile a program for it."""
-        return any(known == packed.program for known, _ in self._kept)
+    def knows(self, packed: PackedScene, program: TracerProgram) -> bool:
+        """Whether :meth:`load` need not compile."""
+        key = _key(packed, program, specialise(packed, program.level, program.kept))
+        return any(known == key for known, _ in self._kept)
 
     def has_maps(self, packed: PackedScene) -> bool:
-        """Whether :meth:`load` need not make the maps of an environment for it."""
-        return not packed.defines["HAS_SPLIT_SUM_MAPS"] or self._maps.has(packed.environment)
+        """Whether :meth:`load` need not make the maps of an environment."""
+        return not packed.needs_maps or (self._maps.gpu_bytes > 0 and packed.environment is self._mapped)
 
     def set(self, uniforms: Mapping[str, Any]) -> None:
-        """Change uniforms alone, by name: those of the camera, when nothing else has moved."""
+        """Change uniforms alone, by name; those that the program does not have, or has compiled in, are passed over."""
         assert self._program is not None
-        self._program.set(uniforms)
+        declared = self._program.declared
+        self._program.set({name: value for name, value in uniforms.items() if name in declared})
 
     @property
     def pixel_samples_per_second(self) -> float:
@@ -164,25 +172,14 @@ class Tracer:
     @property
     def gpu_bytes(self) -> int:
         """Size of what is held on the GPU, without the program."""
-        scene = self._scene
-        assert scene is not None
         points = self._random.width * self._random.height * self._random.depth
-        scene_bytes = scene.size if isinstance(scene, moderngl.Buffer) else 16 * scene.width * scene.height
-        others = sum(held.gpu_bytes for held in (self._environment, self._meshes, self._atlas, self._maps))
-        return 16 * points + scene_bytes + others
+        return 16 * points + self._textures.gpu_bytes + self._maps.gpu_bytes
 
     def _bind(self, film: Film) -> None:
-        assert self._scene is not None
-        if isinstance(self._scene, moderngl.Buffer):
-            self._scene.bind_to_uniform_block(_BLOCK_BINDING)
-        else:
-            self._scene.use(_SCENE_UNIT)
-        self._random.use(_RANDOM_UNIT)
-        self._environment.use(_ENVIRONMENT_UNIT, _TREE_UNIT)
-        self._meshes.use(_MESH_UNITS)
-        self._atlas.use(_ATLAS_UNIT)
-        self._maps.use(_MAPS_UNIT)
-        film.bind(_FILM_UNIT)
+        self._random.use(UNITS["u_random_texture"])
+        self._textures.use()
+        self._maps.use()
+        film.bind(UNITS["u_film_mean"])
 
     def _rows(self, pixel_samples_per_row: int, budget: float) -> int:
         pixel_samples = max(_FIRST_BAND, self._pixel_samples_per_second * budget)
@@ -193,52 +190,68 @@ class Tracer:
         before = max(self._pixel_samples_per_second, _FIRST_BAND / DRAW_BUDGET)
         self._pixel_samples_per_second = min(pixel_samples / max(seconds, 1e-6), _MAX_GROWTH * before)
 
-    def _compiled(self, packed: PackedScene, recompile: bool) -> FullscreenProgram:
-        """The program for ``packed``, from those that are kept or new."""
-        for known, program in [] if recompile else self._kept:
-            if known == packed.program:
-                return program
-        generated = {"generated/scene_layout.glsl": packed.layout}
-        program = FullscreenProgram(
-            self._ctx, folder("shaders"), "pathtracer.frag", packed.defines, generated, packed.constants
-        )
+    def _compiled(
+        self,
+        key: object,
+        packed: PackedScene,
+        program: TracerProgram,
+        specialisation: Specialisation,
+        recompile: bool,
+    ) -> FullscreenProgram:
+        """The program, from those that are kept or new."""
+        for known, kept in [] if recompile else self._kept:
+            if known == key:
+                return kept
+        root = program.root or folder("shaders")
+        features = compose(program.name, {}, root).features
+        defines = {name: value for name, value in packed.features.items() if name in features} | dict(program.defines)
+        compiled = FullscreenProgram(self._ctx, root, program.name, defines, text_pass=specialisation.apply)
         if recompile:
             self._forget(0)
-        self._kept.insert(0, (packed.program, program))
-        return program
+        self._kept.insert(0, (key, compiled))
+        return compiled
 
-    def _use_program(self, program: FullscreenProgram) -> None:
+    def _use_program(self, key: object, program: FullscreenProgram) -> None:
         self._kept.sort(key=lambda known: known[1] is not program)
-        self._program = program
+        self._key, self._program = key, program
         self._forget(_MOST_KEPT)
-        program.bind_block("SceneBlock", _BLOCK_BINDING)
-        units = {"u_random_texture": _RANDOM_UNIT, "u_film_mean": _FILM_UNIT, "u_film_variance": _FILM_UNIT + 1}
-        units |= {"u_environment": _ENVIRONMENT_UNIT, "u_environment_tree": _TREE_UNIT}
-        units |= {name: _ATLAS_UNIT + i for i, name in enumerate(SAMPLERS)}
-        program.set({"u_scene": _SCENE_UNIT} | units | _MESH_UNITS | MapTextures.uniforms(_MAPS_UNIT))
+        sizes = {
+            "u_irradiance_size": _MAPS.irradiance,
+            "u_prefiltered_size": _MAPS.prefiltered,
+            "u_prefiltered_levels": _MAPS.levels,
+        }
+        self.set(UNITS | sizes)
+
+    def _load_maps(self, tables: EnvironmentTables | None) -> None:
+        """Take over the maps of another environment, in the unit of its tables, or of none."""
+        if not self._maps.gpu_bytes:
+            self._maps.put({"u_brdf_map": brdf_map(self._ctx, "KARIS_ENVIRONMENT", _MAPS)})
+        elif tables is self._mapped:
+            return
+        black = np.zeros((1, 1, 3), np.float32)
+        maps = {"irradiance": black, "prefiltered": black}
+        if tables is not None:
+            width, height = tables.size
+            pixels = tables.texels[:, :3].astype(np.float32).reshape(height, width, 3)
+            maps = environment_maps(self._ctx, pixels, _MAPS)
+        self._maps.put({f"u_{name}_map": pixels for name, pixels in maps.items()})
+        self._mapped = tables
 
     def _forget(self, most: int) -> None:
         for _, program in self._kept[most:]:
             program.release()
         del self._kept[most:]
 
-    def _upload_scene(self, packed: PackedScene) -> None:
-        if self._scene is not None:
-            self._scene.release()
-        if packed.defines["SCENE_IN_UNIFORMS"]:
-            self._scene = self._ctx.buffer(packed.texels.tobytes())
-            return
-        self._scene = folded_texture(self._ctx, packed.texels)
-
     def release(self) -> None:
         self._forget(0)
-        self._environment.release()
-        self._meshes.release()
-        self._atlas.release()
+        self._textures.release()
         self._maps.release()
-        for resource in (self._scene, self._random):
-            if resource is not None:
-                resource.release()
+        self._random.release()
+
+
+def _key(packed: PackedScene, program: TracerProgram, specialisation: Specialisation) -> object:
+    """What decides over the text of a program: scenes with equal values share one."""
+    return program.root, program.name, dict(program.defines), dict(packed.features), specialisation.key
 
 
 def _upload_random_texture(ctx: moderngl.Context) -> moderngl.Texture3D:

@@ -1,71 +1,64 @@
 # SPDX-License-Identifier: MIT
-"""Scene -> float32 texels, feature defines and uniforms for the shader.
+"""Scene -> textures of 32-bit words, features and uniforms for the shader.
 
-The layout of every record is written once, in :data:`.records.RECORDS`; the GLSL structs and the functions
-that read them are generated from it (``generated/scene_layout.glsl``). Positions are packed
-relative to the middle of the scene, so that a scene far from the origin keeps its precision.
+Positions are packed relative to the middle of the scene, so that a scene far from the origin keeps its precision.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.errors import SceneError
-from fragtracer.packing.atlas import Atlas
 from fragtracer.packing.camera import camera_uniforms
-from fragtracer.packing.copies import MeshMaterial
 from fragtracer.packing.environment import EnvironmentTables, pack_environment
-from fragtracer.packing.gather import gather_triangles
-from fragtracer.packing.lights import light_records
-from fragtracer.packing.materials import (
-    MATERIAL_RECORDS,
-    apart,
-    has_colors,
-    has_one_sided_shapes,
-    mean_emission,
-    pack_materials,
-)
-from fragtracer.packing.meshes import CULLED, PackedMeshes, pack_meshes
-from fragtracer.packing.records import MESH_RECORDS, RECORDS, SHAPES, loop_rounds, mesh_layout, scene_layout, texels_of
-from fragtracer.packing.settings import settings_defines, settings_uniforms
-from fragtracer.packing.shapes import shape_records
-from fragtracer.scene import Camera, Material, Mesh, RenderSettings, Scene, Sphere
+from fragtracer.packing.hierarchy import ATTRIBUTES, RECORDS_IN_ROW, PackedBvh, pack_bvh
+from fragtracer.packing.instances import MeshMaterial
+from fragtracer.packing.lights import emissive_shapes, pack_lights
+from fragtracer.packing.materials import PackedMaterials, mean_emission, needed_attributes, pack_materials
+from fragtracer.packing.records import SCENE_RECORDS, Words, texel_count, words_of_rows
+from fragtracer.packing.settings import needs_maps, settings_features, settings_uniforms
+from fragtracer.packing.shapes import CULLED, Shapes, finite_shapes, plane_records, shape_records
+from fragtracer.scene import Camera, Material, Mesh, RenderSettings, Scene
 from fragtracer.scene.tangents import with_tangents
-from fragtracer.shader_composer import CONSTANTS
 
 Floats = NDArray[np.float64]
 
-# Above this, code made for each record grows faster than it gains.
-_MAX_BAKED = 256
 # Areas, and products of them, must be float32.
 _MOST_EXTENT = 1e15
-# The limit that every OpenGL 3.3 and WebGL2 driver grants a uniform block.
-_MAX_UNIFORM_TEXELS = 1024
+# Texels (n, 4) of one texture in parts, each of which begins a row; or the layers of an array (n, height, width, 4).
+Table = tuple[NDArray[Any], ...]
 
 
 @dataclass(frozen=True)
 class PackedScene:
-    """What the shader needs of a scene: ``texels`` float32 (n, 4), defines, uniforms, and the values
-    of the uniforms that are compiled in as constants instead."""
+    """What the shader needs of a scene.
 
-    texels: NDArray[np.float32]
-    defines: Mapping[str, int]
+    ``tables`` are textures by the name of their sampler, ``features`` what the program has to be able to do. ``flags``
+    are uniforms that say what kinds of things there are, ``movable`` those that change as the camera moves or the
+    environment turns, ``uniforms`` all others. ``scene_records`` and ``listed`` are the records of u_scene by kind and
+    of the short list of shapes. ``path_rounds`` are those of all loops along one path, at most; with a BVH, mostly.
+    ``origin`` (3,) is the point of the world that is the shader's (0, 0, 0).
+    """
+
+    tables: Mapping[str, Table]
+    features: Mapping[str, int | str]
+    flags: Mapping[str, int]
+    movable: Mapping[str, Any]
     uniforms: Mapping[str, Any]
-    constants: Mapping[str, Any]
-    layout: str  # the text of generated/scene_layout.glsl
+    scene_records: Mapping[str, Words]
+    listed: Words
     environment: EnvironmentTables | None
-    meshes: PackedMeshes | None
-    atlas: Atlas  # of the images of textures
-    path_rounds: int  # of all loops along one path, at most; with meshes, mostly
-    origin: Floats  # the point of the world that is the shader's (0, 0, 0)
+    needs_maps: bool
+    path_rounds: int
+    origin: Floats
 
     @property
-    def program(self) -> tuple[object, ...]:
-        """What decides over the program: scenes with equal values share one."""
-        return self.defines, self.layout, self.constants
+    def all_uniforms(self) -> dict[str, Any]:
+        return {**self.uniforms, **self.flags, **self.movable}
 
 
 def pack(
@@ -73,136 +66,178 @@ def pack(
     settings: RenderSettings,
     width: int,
     height: int,
-    baked: bool = False,
+    most_listed: int = 0,
     home: Camera | None = None,
 ) -> PackedScene:
     """Pack ``scene`` for an image of ``width`` x ``height`` pixels rendered with ``settings``.
 
-    ``baked`` compiles the values into the program as constants, those of a small scene too. A
-    software renderer is then about twice as fast, but every edit compiles. For a camera that moves,
-    ``home`` is where it began: the origin is chosen with that one, and the camera stays in uniforms
-    (:func:`fragtracer.packing.camera.camera_uniforms`), so that nothing but these changes on its way.
+    Where there are at most ``most_listed`` shapes besides planes and meshes, every ray is tested against each, without
+    a BVH. For a camera that moves, ``home`` is where it began: the origin is chosen with that one, so that nothing but
+    :attr:`PackedScene.movable` changes on its way.
     """
-    scene = gather_triangles(scene)
     points = _points(scene if home is None else replace(scene, camera=home))
-    origin = _middle(points)
+    origin: Floats = (points.min(axis=0) + points.max(axis=0)) / 2
     extent = float(max(np.abs(points - origin).max(), np.finfo(np.float32).tiny))
-    spheres, materials = _spheres_with_lights(scene)
-    materials, on_meshes = apart(scene, materials)
-    surfaces = pack_materials(materials.values(), has_colors(scene), has_one_sided_shapes(scene))
-    index = {name: i for i, name in enumerate(materials)}
-    surroundings = pack_environment(scene.environment, extent)
-    meshes = _meshes(scene, {name: index[packed] for name, packed in on_meshes.items()}, origin, extent)
-    lights = light_records(scene, spheres, materials, origin, meshes.power if meshes else 0.0, surroundings.lights)
-    light_of = {light["primitive"]: i for i, light in enumerate(lights) if light["primitive"] >= 0}
+    shapes, materials = finite_shapes(scene)
+    surfaces = pack_materials(scene, materials)
+    light_of = emissive_shapes(shapes, materials)
+    records = shape_records(shapes, materials, surfaces.of_shapes, light_of, origin, extent)
+    planes = plane_records(scene.planes, materials, surfaces.of_shapes, origin)
+    is_listed = len(shapes) <= most_listed
+    listed = np.concatenate([planes, records.words]) if is_listed else planes
+    first = RECORDS_IN_ROW * max(1, -(-len(listed) // RECORDS_IN_ROW))
+    bvh = _bvh(scene, surfaces, _NO_SHAPES if is_listed else records, first, origin, extent)
+    primitives = len(planes) + np.arange(len(shapes)) if is_listed else bvh.shape_records if bvh else np.zeros(0, int)
+    environment = pack_environment(scene.environment, extent)
+    mesh_power = bvh.mesh_power if bvh else 0.0
+    lights = pack_lights(scene, shapes, materials, primitives, origin, extent, mesh_power, environment.lights)
 
-    records: dict[str, list[dict[str, Any]]] = {
-        **shape_records(scene, spheres, index, light_of, origin, extent),
-        **surfaces.records,
-        "Light": lights,
+    scene_records, offsets = _scene_words({**surfaces.records, **lights.records})
+    attributes, attribute_flags = _attributes(bvh)
+    tables: dict[str, Table] = {
+        "u_scene": (np.concatenate([words.reshape(-1, 4) for words in scene_records.values()]),),
+        "u_shapes": _parts(listed, bvh),
+        "u_byte_texels": (surfaces.atlas.bytes,),
+        "u_float_texels": (surfaces.atlas.floats,),
     }
-    texels = np.concatenate([texels_of(name, rows) for name, rows in records.items()])
-    defines = _scene_defines(records, scene) | settings_defines(settings) | surroundings.defines(lights)
-    defines |= {**surfaces.defines, **(meshes.defines if meshes else {"HAS_MESHES": 0})}
-    defines |= {"SCENE_TEXELS": len(texels), "SCENE_IN_UNIFORMS": int(len(texels) <= _MAX_UNIFORM_TEXELS)}
-    movable = camera_uniforms(scene.camera, origin, width, height) | surroundings.movable
-    others = settings_uniforms(settings) | {"u_ambient_radiance": scene.ambient.radiance} | surroundings.uniforms
-    constants = ({} if home else movable) | others if baked else {}
-    constants.pop("u_seed", None)  # batches of one scene differ in their seed alone
-    uniforms = {name: value for name, value in (movable | others).items() if name not in constants}
-    primitives = sum(len(records[kind]) for kind in SHAPES)
-    baked = baked and primitives <= _MAX_BAKED
-    layout = scene_layout(records, texels, baked) + (mesh_layout(meshes.vertex_fields) if meshes else "")
-    rounds = 0 if baked else sum(loop_rounds(len(records[kind])) for kind in SHAPES)
-    rounds += meshes.usual_rounds if meshes else 0
-    sample_rounds = 1 + rounds + (surroundings.tables.levels if surroundings.tables else 0)
-    vertex_rounds = 1 + len(lights) + rounds + sample_rounds * (settings.light_samples + 1)
-    path_rounds = vertex_rounds * (settings.bounces + 2)
-    tables = (surroundings.tables, meshes, surfaces.atlas)
-    return PackedScene(texels, defines, uniforms, constants, layout, *tables, path_rounds, origin)
+    if bvh:
+        tables |= {"u_vertices": attributes.parts, "u_mesh_lights": (bvh.mesh_lights.reshape(-1, 4),)}
+    if environment.tables:
+        tables |= {"u_environment": (environment.tables.texels,), "u_environment_tree": (environment.tables.tree,)}
+    listed_spheres = records.spheres if is_listed else 0
+    uniforms: dict[str, Any] = {
+        "u_plane_count": len(planes),
+        "u_sphere_count": listed_spheres,
+        "u_flat_count": len(listed) - len(planes) - listed_spheres,
+        **_NO_BVH,
+        **(bvh.uniforms if bvh else {}),
+        **offsets,
+        **attributes.offsets,
+        **lights.uniforms,
+        **settings_uniforms(settings),
+        "u_ambient_radiance": scene.ambient.radiance,
+        "u_background_radiance": (0.0, 0.0, 0.0),
+        **environment.uniforms,
+    }
+    flags = {**surfaces.flags, **attribute_flags, "u_bvh_shapes": uniforms.pop("u_bvh_shapes")}
+    features = {**settings_features(settings, environment.hidden), **surfaces.features, **lights.features}
+    features |= bvh.features if bvh else {"HAS_MESHES": 0, "HAS_INSTANCES": 0}
+    rounds = 4 + len(listed) + (bvh.usual_rounds if bvh else 0)
+    sample_rounds = 1 + rounds + 24 + (environment.tables.levels if environment.tables else 0)
+    vertex_rounds = 1 + rounds + sample_rounds * (settings.light_samples + 1)
+    return PackedScene(
+        tables,
+        features,
+        flags,
+        {**camera_uniforms(scene.camera, origin, width, height), **environment.movable},
+        uniforms,
+        scene_records,
+        listed,
+        environment.tables,
+        needs_maps(settings),
+        vertex_rounds * (settings.bounces + 2),
+        origin,
+    )
 
 
-def _meshes(scene: Scene, index: Mapping[str, int], origin: Floats, extent: float) -> PackedMeshes | None:
-    placed = [(mesh.material_of(part), part.geometry) for mesh in scene.meshes for _, part in mesh.placed()]
-    if not placed:
+_NO_SHAPES = Shapes(np.zeros((0, 4, 4), np.uint32), np.zeros((6, 0), np.float32), 0)
+_NO_BVH = {"u_bvh_root": -1, "u_mesh_light_count": 0, "u_bvh_shapes": 0}
+_ATTRIBUTE_FLAGS = {name: 1 << i for i, name in enumerate(ATTRIBUTES)}  # ATTRIBUTE_... of scene/vertex.glsl
+
+
+def _bvh(
+    scene: Scene, surfaces: PackedMaterials, shapes: Shapes, first: int, origin: Floats, extent: float
+) -> PackedBvh | None:
+    parts = [(mesh.material_of(part), part.geometry) for mesh in scene.meshes for _, part in mesh.placed()]
+    if not parts and not len(shapes):
         return None
     if extent > _MOST_EXTENT:
         raise SceneError(
-            f"meshes reach {extent:.3g} m from the middle of the scene, more than the {_MOST_EXTENT:.0e} m "
+            f"shapes or meshes lie {extent:.3g} m from the middle of the scene, more than the {_MOST_EXTENT:.0e} m "
             "that can be traced; use a smaller scale"
         )
-    used, materials = {name for name, _ in placed}, scene.materials
-    of_meshes = tuple(
-        (name, MeshMaterial(index[name], sum(mean_emission(m)), 0 if m.double_sided else CULLED))
-        for name, m in materials.items()
-        if name in used
+    materials = tuple(
+        (name, _mesh_material(scene.materials[name], number)) for name, number in surfaces.of_meshes.items()
     )
-    geometries = [geometry for _, geometry in placed]
-    textures = [texture for name in used for texture in materials[name].textures.values()]
-    bumpy = any(materials[name].normal_texture is not None for name in used)
-    needed = {
-        "normal": bumpy or any(g.normals is not None for g in geometries),
-        "uv": any(texture.coordinates == 0 for texture in textures),
-        "uv_1": any(texture.coordinates == 1 for texture in textures),
-        "tangent": bumpy,
-        "color": any(g.colors is not None for g in geometries),
-    }
-    fields = tuple(name for name, _ in MESH_RECORDS["MeshVertex"] if needed[name])
+    attributes = tuple(name for name in ATTRIBUTES if name in set(needed_attributes(scene)))
+    meshes = _with_tangents(scene.meshes, tuple(scene.materials.items())) if "tangent" in attributes else scene.meshes
     x, y, z = origin.tolist()
-    meshes = tuple(_with_tangents(mesh, materials) for mesh in scene.meshes) if bumpy else scene.meshes
-    return pack_meshes(meshes, of_meshes, fields, (x, y, z), extent)
+    return pack_bvh(meshes, materials, attributes, shapes, first, (x, y, z), extent)
 
 
-def _with_tangents(mesh: Mesh, materials: Mapping[str, Material]) -> Mesh:
-    """The mesh with tangents where a normal map needs them."""
-    parts = []
-    for part in mesh.parts:
-        bumps = materials[mesh.material_of(part)].normal_texture
-        parts.append(replace(part, geometry=with_tangents(part.geometry, bumps.coordinates)) if bumps else part)
-    return replace(mesh, parts=tuple(parts))
+def _mesh_material(material: Material, number: int) -> MeshMaterial:
+    return MeshMaterial(number, sum(mean_emission(material)), 0 if material.double_sided else CULLED)
+
+
+def _with_tangents(meshes: Sequence[Mesh], materials: Iterable[tuple[str, Material]]) -> tuple[Mesh, ...]:
+    """The meshes with tangents where a normal map needs them."""
+    bumps = {name: material.normal_texture for name, material in materials if material.normal_texture}
+
+    def part_with(mesh: Mesh, part: Any) -> Any:
+        texture = bumps.get(mesh.material_of(part))
+        return replace(part, geometry=with_tangents(part.geometry, texture.coordinates)) if texture else part
+
+    return tuple(replace(mesh, parts=tuple(part_with(mesh, part) for part in mesh.parts)) for mesh in meshes)
+
+
+def _scene_words(records: Mapping[str, list[dict[str, Any]]]) -> tuple[dict[str, Words], dict[str, int]]:
+    """The words of records by kind, and the uniforms with the texels where they begin."""
+    words, offsets, first = {}, {}, 0
+    for name, record in SCENE_RECORDS.items():
+        words[name] = words_of_rows(record, records.get(name, []))
+        offsets[f"u_first_{_snake(name)}"] = first
+        first += texel_count(record) * len(words[name])
+    return words, offsets
+
+
+def _snake(name: str) -> str:
+    return "".join("_" + c.lower() if c.isupper() else c for c in name).removeprefix("_")
+
+
+@dataclass(frozen=True)
+class _Attributes:
+    parts: Table
+    offsets: Mapping[str, int]
+
+
+@lru_cache(maxsize=2)
+def _attribute_tables(bvh: PackedBvh) -> _Attributes:
+    offsets, first = {f"u_first_{name}": 0 for name in ATTRIBUTES}, 0
+    for name, table in bvh.vertices.items():
+        offsets[f"u_first_{name}"] = first
+        first += len(table)
+    parts = (np.concatenate(list(bvh.vertices.values())),) if bvh.vertices else ()
+    return _Attributes(parts, offsets)
+
+
+def _attributes(bvh: PackedBvh | None) -> tuple[_Attributes, dict[str, int]]:
+    if bvh is None:
+        return _Attributes((), {f"u_first_{name}": 0 for name in ATTRIBUTES}), {
+            "u_vertex_attributes": 0,
+            "u_has_shading_normals": 0,
+        }
+    has = sum(_ATTRIBUTE_FLAGS[name] for name in bvh.vertices)
+    flags = {"u_vertex_attributes": has, "u_has_shading_normals": int("normal" in bvh.vertices)}
+    return _attribute_tables(bvh), flags
+
+
+def _parts(listed: Words, bvh: PackedBvh | None) -> Table:
+    """The short list and the BVH, each from the beginning of a row."""
+    parts = [listed.reshape(-1, 4)] if len(listed) or bvh else []
+    return (*parts, bvh.words.reshape(-1, 4)) if bvh else tuple(parts)
 
 
 def _points(scene: Scene) -> Floats:
-    """The corners of everything finite, the camera included, (n, 3); but not of the lights, nor of spheres that
-    shine: a sun far away loses nothing by its distance, and would take the precision from what it shines on."""
-    points: list[Any] = [scene.camera.position]
-    for s in scene.spheres:
-        if scene.materials[s.material].is_emissive:
-            continue
-        points += [np.subtract(s.center, s.radius), np.add(s.center, s.radius)]
+    """Points (n, 3) that bound everything finite, the camera included; but not lights, nor spheres that emit: a sun far
+    away loses nothing by its distance, and would take the precision from what it shines on."""
+    spheres = [s for s in scene.spheres if not scene.materials[s.material].is_emissive]
+    centers = np.array([s.center for s in spheres], np.float64).reshape(-1, 3)
+    radii = np.array([s.radius for s in spheres], np.float64)[:, None]
+    points = [np.array([scene.camera.position], np.float64), centers - radii, centers + radii]
     for r in scene.rectangles:
         far = np.add(r.edge_u, r.edge_v)
-        points += [np.add(r.corner, step) for step in ((0.0, 0.0, 0.0), r.edge_u, r.edge_v, far)]
-    for t in scene.triangles:
-        points += t.vertices
-    for mesh in scene.meshes:
-        points += list(mesh.box_corners())
-    return np.asarray(points, np.float64)
-
-
-def _middle(points: Floats) -> Floats:
-    middle: Floats = (points.min(axis=0) + points.max(axis=0)) / 2
-    return middle
-
-
-def _spheres_with_lights(scene: Scene) -> tuple[list[Sphere], dict[str, Material]]:
-    """The spheres with those of the lights after them, and the materials with theirs."""
-    spheres, materials = list(scene.spheres), dict(scene.materials) or {"none": Material()}  # GLSL has no empty array
-    for i, light in enumerate(scene.lights):
-        if light.radius > 0:
-            name = f"light[{i}]"
-            materials[name] = Material(albedo=(0.0, 0.0, 0.0), specular=0.0, emission=light.surface_radiance)
-            spheres.append(Sphere(light.position, light.radius, name))
-    return spheres, materials
-
-
-def _scene_defines(records: Mapping[str, Sequence[Mapping[str, Any]]], scene: Scene) -> dict[str, int]:
-    kinds = {light["kind"] for light in records["Light"]}
-    return {
-        **{f"{kind.upper()}_COUNT": len(records[kind]) for kind in RECORDS if kind not in MATERIAL_RECORDS},
-        "HAS_AMBIENT": int(max(scene.ambient.radiance) > 0),
-        "HAS_LENS": int(scene.camera.aperture_radius > 0),
-        "HAS_POINT_LIGHT": int(CONSTANTS["LIGHT_POINT"] in kinds),
-        "HAS_SPHERE_LIGHT": int(CONSTANTS["LIGHT_SPHERE"] in kinds),
-        "HAS_AREA_LIGHT": int(bool(kinds & {CONSTANTS["LIGHT_RECTANGLE"], CONSTANTS["LIGHT_TRIANGLE"]})),
-    }
+        points.append(np.add(r.corner, [(0.0, 0.0, 0.0), r.edge_u, r.edge_v, far]))
+    points += [np.add(d.center, [[-d.radius] * 3, [d.radius] * 3]) for d in scene.disks]
+    points += [np.asarray(t.vertices, np.float64) for t in scene.triangles]
+    points += [mesh.box_corners() for mesh in scene.meshes]
+    return np.concatenate(points)

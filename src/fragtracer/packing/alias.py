@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""Choosing one of many lights: its chance, and tables that draw it in constant time (Walker 1977, An Efficient Method
-for Generating Discrete Random Variables with General Distributions)."""
+"""Choosing one of many lights: its probability, and tables that draw it in constant time (Walker 1977, An Efficient
+Method for Generating Discrete Random Variables with General Distributions)."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 _UNIFORM_CHOICE = 0.1  # the share of light choices that ignores power: what is weak may be near
 
 
-def chances(power: NDArray[np.float64]) -> NDArray[np.float64]:
+def choice_probabilities(power: NDArray[np.float64]) -> NDArray[np.float64]:
     """The probability with which each of n lights is chosen, by its ``power`` (n,), some of which is positive."""
     probability: NDArray[np.float64] = (1 - _UNIFORM_CHOICE) * power / power.sum() + _UNIFORM_CHOICE / max(
         1, len(power)
@@ -19,7 +19,7 @@ def chances(power: NDArray[np.float64]) -> NDArray[np.float64]:
 def alias_table(probability: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """The table of ``probability`` (n,), which sums to 1.
 
-    Draw one of n places evenly; keep it with the chance ``threshold[place]``, else take ``other[place]``. Built
+    Draw one of n places evenly; keep it with probability ``threshold[place]``, else take ``other[place]``. Built
     by the sweep of Hübschle-Schneider and Sanders 2019 (Parallel Weighted Random Sampling), without its loop: the
     light places, in order, are filled up by the heavy ones, in order; a heavy one that has
     nothing left to give is a light one, which the next heavy one fills.

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from fragtracer.display.tone import srgb_decode, srgb_encode
 from fragtracer.scene import Image
-from fragtracer.shader_composer import CONSTANTS
+
+TEXTURE_SRGB, TEXTURE_FLOAT = 1, 2  # of scene/texture.glsl
 
 MAX_SIDE = 4096  # every driver has textures of this size
 MAX_BYTES = 2**30
@@ -28,7 +29,7 @@ _KEPT = 2  # scenes whose atlas is not made again at every edit
 @dataclass(frozen=True)
 class Region:
     """Where an image lies: texels from (x, y) of ``layer``, row 0 the image's top row; ``flags`` are
-    TEXTURE_SRGB and TEXTURE_FLOAT of :data:`fragtracer.shader_composer.CONSTANTS`."""
+    :data:`TEXTURE_SRGB` and :data:`TEXTURE_FLOAT`."""
 
     x: int
     y: int
@@ -82,8 +83,8 @@ def _build(images: tuple[Image, ...], max_side: int, max_bytes: int) -> Atlas:
 
 def _flags(image: Image, pixels: NDArray[Any]) -> int:
     if pixels.dtype == np.float32:
-        return CONSTANTS["TEXTURE_FLOAT"]
-    return CONSTANTS["TEXTURE_SRGB"] if image.color_space == "srgb" else 0
+        return TEXTURE_FLOAT
+    return TEXTURE_SRGB if image.color_space == "srgb" else 0
 
 
 def _rgba(image: Image) -> NDArray[Any]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""An environment for the shader: its map, and the tree that texels are chosen by (emitter/environment.glsl)."""
+"""An environment for the shader: its map, and the tree that texels are chosen by (light/environment.glsl)."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.display.tone import REC_709
+from fragtracer.packing.lights import LightSource
+from fragtracer.packing.records import LightKind
 from fragtracer.scene import Environment
 from fragtracer.scene.environment import Source
-from fragtracer.shader_composer import CONSTANTS
 
 Array = NDArray[Any]
 
@@ -92,42 +93,33 @@ def _sums(weights: NDArray[np.float64]) -> tuple[list[NDArray[np.float32]], floa
 
 @dataclass(frozen=True)
 class PackedEnvironment:
-    """What an environment gives to a packed scene; nothing where there is none, or a black one."""
+    """What an environment gives to a packed scene; nothing where there is none, or a black one.
+
+    ``movable`` are the uniforms that change as it is turned; ``hidden`` says that camera rays see a colour instead.
+    """
 
     tables: EnvironmentTables | None = None
-    lights: Sequence[dict[str, Any]] = ()  # records, each with its power
-    uniforms: dict[str, Any] = field(default_factory=dict)
-    movable: dict[str, Any] = field(default_factory=dict)  # the uniforms that change as an environment is turned
+    lights: Sequence[LightSource] = ()
+    uniforms: Mapping[str, Any] = field(default_factory=dict)
+    movable: Mapping[str, Any] = field(default_factory=dict)
     hidden: bool = False
-
-    def defines(self, lights: Sequence[Mapping[str, Any]]) -> dict[str, int]:
-        """The features, for a scene of all these light records."""
-        kinds = {light["kind"]: index for index, light in enumerate(lights)}
-        sun, environment = (kinds.get(CONSTANTS[name]) for name in ("LIGHT_SUN", "LIGHT_ENVIRONMENT"))
-        return {
-            "HAS_SUN": int(sun is not None),
-            "HAS_ENVIRONMENT": int(environment is not None),
-            "HAS_BACKGROUND": int(self.hidden),
-            "SUN_LIGHT": sun or 0,
-            "ENVIRONMENT_LIGHT": environment or 0,
-        }
 
 
 def pack_environment(environment: Environment | None, extent: float) -> PackedEnvironment:
-    """Pack the environment of a scene that reaches ``extent`` metres from its middle."""
+    """Pack the environment of a scene that extends ``extent`` metres from its middle."""
     if environment is None:
         return PackedEnvironment()
     uniforms: dict[str, Any] = {} if environment.visible else {"u_background_radiance": environment.background}
     cross_section = np.pi * extent**2
-    lights: list[dict[str, Any]] = []
+    lights: list[LightSource] = []
     if (sun := environment.sun) is not None:
         power = cross_section * 2 * np.pi * sun.one_minus_cos * sum(sun.radiance)
-        place = {"position": sun.direction, "radius": sun.one_minus_cos, "primitive": -1}
-        lights.append({"kind": CONSTANTS["LIGHT_SUN"], "radiance": sun.radiance, "power": power, **place})
+        record = {"direction": sun.direction, "one_minus_cos": sun.one_minus_cos, "radiance": sun.radiance}
+        lights.append(LightSource(LightKind.SUN, power, record))
     if max(environment.scale) == 0 or (tables := environment_tables(environment.source)).irradiance == 0:
         return PackedEnvironment(None, lights, uniforms, hidden=not environment.visible)
     power = cross_section * tables.irradiance * max(environment.scale)
-    lights.append({"kind": CONSTANTS["LIGHT_ENVIRONMENT"], "power": power, "primitive": -1})
+    lights.append(LightSource(LightKind.ENVIRONMENT, power, {}))
     uniforms |= {
         "u_environment_size": tables.size,
         "u_environment_levels": tables.levels,
@@ -136,6 +128,6 @@ def pack_environment(environment: Environment | None, extent: float) -> PackedEn
     angle = np.radians(environment.rotation_degrees)
     movable = {
         "u_environment_scale": tuple(tables.unit * scale for scale in environment.scale),
-        "u_environment_turn": (float(np.cos(angle)), float(np.sin(angle))),
+        "u_environment_rotation": (float(np.cos(angle)), float(np.sin(angle))),
     }
     return PackedEnvironment(tables, lights, uniforms, movable, not environment.visible)

@@ -1,62 +1,73 @@
 # SPDX-License-Identifier: MIT
-"""Materials as records: their constant values, and what the shader needs where textures change them."""
+"""Materials and their textures as records of shaders/scene/{material,texture}.glsl."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from fragtracer.packing.atlas import Atlas, build_atlas, mean_color
-from fragtracer.packing.textures import texture_record
+from fragtracer.packing.atlas import Atlas, Region, build_atlas, mean_color
+from fragtracer.packing.records import BsdfModel
 from fragtracer.scene import Material, Scene, Texture
 from fragtracer.scene.material import TEXTURED
-from fragtracer.shader_composer import CONSTANTS
 
-MATERIAL_RECORDS = ("Material", "Maps", "Opacity", "Texture")
+_ALPHA_DELTA = 1e-4  # of bsdf/cook_torrance.glsl
+_ALPHA_MODES = ("opaque", "mask", "blend")
+_WRAP_MODES = ("repeat", "mirror", "clamp")
+TEXTURE_NEAREST = 4
+# What textures change, as in scene/texture.glsl.
+_USES = {"albedo": 1, "roughness": 2, "metallic": 4, "normal": 8, "occlusion": 16, "emission": 32}
 
 
 @dataclass(frozen=True, eq=False)
 class PackedMaterials:
-    """The records by kind, which features they need, and the images of their textures."""
+    """Records by kind, features, flags (uniforms that say what kinds of things there are), and the images of textures.
+
+    ``of_shapes`` and ``of_meshes`` are the numbers of materials by name: those of shapes, which have no texture
+    coordinates, leave the textures out.
+    """
 
     records: Mapping[str, list[dict[str, Any]]]
-    defines: Mapping[str, int]
+    features: Mapping[str, int]
+    flags: Mapping[str, int]
     atlas: Atlas
+    of_shapes: Mapping[str, int]
+    of_meshes: Mapping[str, int]
 
 
-def has_colors(scene: Scene) -> bool:
-    """Whether any vertex has a colour."""
-    return any(part.geometry.colors is not None for mesh in scene.meshes for part in mesh.parts)
-
-
-def has_one_sided_shapes(scene: Scene) -> bool:
-    """Whether a shape other than a mesh is not there for rays from behind."""
-    return any(not scene.materials[name].double_sided for name in _of_shapes(scene))
-
-
-def _of_shapes(scene: Scene) -> set[str]:
-    return {s.material for kind in (scene.spheres, scene.planes, scene.rectangles, scene.triangles) for s in kind}
-
-
-def apart(scene: Scene, materials: Mapping[str, Material]) -> tuple[dict[str, Material], dict[str, str]]:
-    """The materials to pack, those of shapes that have no texture coordinates without their textures; and
-    for each material that meshes use the name of the one to pack, which is another where shapes use it too."""
-    meshes = {mesh.material_of(part) for mesh in scene.meshes for part in mesh.parts}
-    shapes = _of_shapes(scene)
-    packed = {name: m if name in meshes - shapes else without_textures(m) for name, m in materials.items()}
-    names = {name: name for name in meshes}
-    for name in meshes & shapes:
-        if materials[name].textures:
-            names[name] = f"{name} on meshes"
-            packed[names[name]] = materials[name]
-    return packed, names
-
-
-def without_textures(material: Material) -> Material:
-    """What a surface without texture coordinates is made of."""
-    none: dict[str, Any] = {f"{name}_texture": None for name in material.textures}
-    return replace(material, **none) if none else material
+def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMaterials:
+    """Pack ``materials``, those of ``scene`` and of its lights."""
+    packed, of_shapes, of_meshes = _apart(scene, materials)
+    textures = list(dict.fromkeys(t for m in packed for t in m.textures.values()))
+    atlas = build_atlas(texture.image for texture in textures)
+    index = {texture: i for i, texture in enumerate(textures)}
+    colored = any(part.geometry.colors is not None for mesh in scene.meshes for part in mesh.parts)
+    has_maps = bool(textures) or colored
+    has_alpha = any(m.alpha_mode != "opaque" for m in packed)
+    models = _models(packed)
+    records = {
+        "Material": [_material(m, model) for m, model in zip(packed, models, strict=True)],
+        "Maps": [_maps(m, index) for m in packed] if has_maps else [],
+        "Opacity": [_opacity(m, index) for m in packed] if has_alpha else [],
+        "Texture": [_texture(t, atlas.regions[t.image]) for t in textures],
+    }
+    used = {name for m in packed for name in m.textures}
+    if not any("metallic" in m.textures and not _share_texture(m) for m in packed):
+        used -= {"metallic"}
+    specular = [m for m in packed if not m.unlit and _specular_from(m) > 0]
+    features = {
+        **{f"HAS_{model.name}": int(model in models) for model in BsdfModel},
+        "HAS_DELTA": int(any(m.alpha < _ALPHA_DELTA or m.roughness_texture for m in specular)),
+        "HAS_ALPHA": int(has_alpha),
+        "HAS_TEXTURES": int(bool(textures)),
+    }
+    flags = {
+        "u_has_maps": int(has_maps),
+        "u_texture_uses": sum(_USES[name] for name in used),
+        "u_has_float_texels": int(len(atlas.floats) > 0),
+    }
+    return PackedMaterials(records, features, flags, atlas, of_shapes, of_meshes)
 
 
 def mean_emission(material: Material) -> tuple[float, float, float]:
@@ -70,42 +81,45 @@ def mean_emission(material: Material) -> tuple[float, float, float]:
 
 
 def plain_emission(material: Material) -> tuple[float, float, float]:
-    """Radiance of a surface without textures, times the chance that it is there."""
+    """Radiance of a surface without textures, times its opacity."""
     if not material.is_emissive:
         return (0.0, 0.0, 0.0)
-    there = {"opaque": 1.0, "mask": float(material.opacity >= material.alpha_cutoff), "blend": material.opacity}
-    r, g, b = (there[material.alpha_mode] * radiance for radiance in material.emission)
+    opacity = {"opaque": 1.0, "mask": float(material.opacity >= material.alpha_cutoff), "blend": material.opacity}
+    r, g, b = (opacity[material.alpha_mode] * radiance for radiance in material.emission)
     return (r, g, b)
 
 
-def pack_materials(materials: Iterable[Material], colored: bool, one_sided: bool = False) -> PackedMaterials:
-    """Pack ``materials``. ``colored`` says that there are vertices with colours, which change them as well;
-    ``one_sided`` that shapes are seen from one side alone, which only meshes see to themselves."""
-    materials = list(materials)
-    textures = list(dict.fromkeys(t for m in materials for t in m.textures.values()))
-    atlas = build_atlas(texture.image for texture in textures)
-    index = {texture: i for i, texture in enumerate(textures)}
-    has_maps = bool(textures) or colored
-    has_alpha = one_sided or any(m.alpha_mode != "opaque" for m in materials)
-    records = {
-        "Material": [_material(m) for m in materials],
-        "Maps": [_maps(m, index) for m in materials] if has_maps else [],
-        "Opacity": [_opacity(m, index) for m in materials] if has_alpha else [],
-        "Texture": [texture_record(t, atlas.regions[t.image]) for t in textures],
-    }
-    used = {name for m in materials for name in m.textures}
-    defines = {
-        "HAS_MAPS": int(has_maps),
-        "HAS_ALPHA": int(has_alpha),
-        "HAS_UNLIT": int(any(m.unlit for m in materials)),
-        "HAS_TEXTURES": int(bool(textures)),
-        "HAS_BYTE_TEXTURES": int(len(atlas.bytes) > 0),
-        "HAS_FLOAT_TEXTURES": int(len(atlas.floats) > 0),
-        **{f"HAS_{name.upper()}_TEXTURE": int(name in used) for name in TEXTURED},
-        "HAS_METALLIC_ROUGHNESS": int("metallic" in used and all(_share_texture(m) for m in materials)),
-        **_lobes(materials),
-    }
-    return PackedMaterials(records, defines, atlas)
+def _apart(scene: Scene, materials: Mapping[str, Material]) -> tuple[list[Material], dict[str, int], dict[str, int]]:
+    """The materials to pack, and their numbers by name for shapes and for meshes; one that both use is there twice if
+    it has textures."""
+    on_meshes = {mesh.material_of(part) for mesh in scene.meshes for part in mesh.parts}
+    kinds = (scene.spheres, scene.planes, scene.rectangles, scene.disks, scene.triangles)
+    on_shapes = {shape.material for shapes in kinds for shape in shapes}
+    packed: list[Material] = []
+    of_shapes: dict[str, int] = {}
+    of_meshes: dict[str, int] = {}
+    for name, material in materials.items():
+        if name in on_meshes:
+            of_meshes[name] = len(packed)
+            packed.append(material)
+        if name not in on_meshes or (name in on_shapes and material.textures):
+            of_shapes[name] = len(packed)
+            packed.append(_without_textures(material))
+        else:
+            of_shapes[name] = of_meshes[name]
+    return packed, of_shapes, of_meshes
+
+
+def _without_textures(material: Material) -> Material:
+    none: dict[str, Any] = {f"{name}_texture": None for name in material.textures}
+    return replace(material, **none) if none else material
+
+
+def _models(materials: Sequence[Material]) -> list[BsdfModel]:
+    """The model of each. Where any has a specular lobe, all that have none are Cook-Torrance without one, which is the
+    same: every model that a program has costs time on a machine that runs both sides of a branch."""
+    specular = any(_specular_from(m) > 0 for m in materials if not m.unlit)
+    return [BsdfModel.COOK_TORRANCE if specular else BsdfModel.DIFFUSE for _ in materials]
 
 
 def _share_texture(material: Material) -> bool:
@@ -116,37 +130,19 @@ def _share_texture(material: Material) -> bool:
     )
 
 
-def _lobes(materials: Iterable[Material]) -> dict[str, int]:
-    """What the reflection can consist of anywhere; textures lower the values they multiply, or raise them if floats."""
-    lit = [m for m in materials if not m.unlit]
-    specular = [m for m in lit if _specular_from(m) > 0]
-    return {
-        "HAS_DIFFUSE": int(any(_diffuse_from(m) > 0 for m in lit) or not specular),
-        "HAS_SPECULAR": int(bool(specular)),
-        "HAS_GLOSSY": int(any(m.alpha >= _ALPHA_DELTA or (m.alpha and m.roughness_texture) for m in specular)),
-        "HAS_DELTA": int(any(m.alpha < _ALPHA_DELTA or m.roughness_texture for m in specular)),
-    }
-
-
-_ALPHA_DELTA = 1e-4  # of bsdf/cook_torrance.glsl
-
-
-def _diffuse_from(material: Material) -> float:
-    return max(material.base_color if material.metallic_texture else material.diffuse_albedo)
-
-
 def _specular_from(material: Material) -> float:
     constant = max(*material.specular_f0, *material.specular_f90)
     return max(constant, material.specular) if material.metallic_texture else constant
 
 
-def _material(material: Material) -> dict[str, Any]:
+def _material(material: Material, model: BsdfModel) -> dict[str, Any]:
     if material.unlit:
-        return {"emission": material.base_color, "unlit": 1}
+        return {"emission": material.base_color, "unlit": 1, "bsdf": model}
     return {
         "diffuse": material.diffuse_albedo,
         "alpha": material.alpha,
         "f0": material.specular_f0,
+        "bsdf": model,
         "f90": material.specular_f90,
         "emission": material.emission,
     }
@@ -155,23 +151,58 @@ def _material(material: Material) -> dict[str, Any]:
 def _maps(material: Material, index: Mapping[Texture, int]) -> dict[str, Any]:
     textures = material.textures
     dielectric = replace(material, metal=None, metallic=0.0)
+    numbers = {f"{name}_texture": index[textures[name]] if name in textures else -1 for name in TEXTURED}
+    channel = -1
+    if material.metallic_texture is not None and _share_texture(material):
+        numbers["metallic_texture"], channel = -1, "rgba".index(material.metallic_texture.channel)
     return {
         "albedo": material.base_color,
         "roughness": material.roughness,
         "dielectric_f0": dielectric.specular_f0,
         "metallic": material.metalness,
+        "metallic_channel": channel,
         "dielectric_f90": dielectric.specular_f90,
         "normal_scale": material.normal_scale,
         "occlusion_strength": material.occlusion_strength,
-        **{f"{name}_texture": index[textures[name]] if name in textures else -1 for name in TEXTURED},
+        **numbers,
     }
 
 
 def _opacity(material: Material, index: Mapping[Texture, int]) -> dict[str, Any]:
     return {
         "opacity": material.opacity,
-        "mode": CONSTANTS[f"ALPHA_{material.alpha_mode.upper()}"],
+        "mode": _ALPHA_MODES.index(material.alpha_mode),
         "cutoff": material.alpha_cutoff,
         "texture_index": index[material.albedo_texture] if material.albedo_texture else -1,
-        "one_sided": int(not material.double_sided),
     }
+
+
+def _texture(texture: Texture, region: Region) -> dict[str, Any]:
+    """The rows are those of KHR_texture_transform: scaled, turned counter-clockwise as seen on the image, whose v runs
+    downwards, and moved."""
+    cos, sin = np.cos(texture.rotation), np.sin(texture.rotation)
+    (scale_u, scale_v), (offset_u, offset_v) = texture.scale, texture.offset
+    return {
+        "u_row": (cos * scale_u, sin * scale_v, offset_u),
+        "v_row": (-sin * scale_u, cos * scale_v, offset_v),
+        "coordinates": texture.coordinates,
+        "channel": "rgba".index(texture.channel),
+        **{name: getattr(region, name) for name in ("x", "y", "width", "height", "layer")},
+        "flags": region.flags | (TEXTURE_NEAREST if texture.filter == "nearest" else 0),
+        "wrap_u": _WRAP_MODES.index(texture.wrap_u),
+        "wrap_v": _WRAP_MODES.index(texture.wrap_v),
+    }
+
+
+def needed_attributes(scene: Scene) -> Iterable[str]:
+    """Which attributes of vertices the materials of meshes need: "normal", "uv", "tangent", "color"."""
+    parts = [(scene.materials[mesh.material_of(part)], part.geometry) for mesh in scene.meshes for part in mesh.parts]
+    has_bumps = any(material.normal_texture is not None for material, _ in parts)
+    if has_bumps or any(geometry.normals is not None for _, geometry in parts):
+        yield "normal"
+    if any(material.textures for material, _ in parts):
+        yield "uv"
+    if has_bumps:
+        yield "tangent"
+    if any(geometry.colors is not None for _, geometry in parts):
+        yield "color"

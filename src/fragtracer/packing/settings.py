@@ -3,32 +3,34 @@
 
 from typing import Any
 
-from fragtracer.packing.random_texture import LAYERS, WIDTH
 from fragtracer.scene import RenderSettings
-from fragtracer.shader_composer import CONSTANTS
 
 # The backgrounds that are looked up in maps of the split-sum approximation.
 _MAPS = ("prefiltered", "irradiance")
 
 
-def settings_defines(settings: RenderSettings) -> dict[str, int]:
-    """The features that ``settings`` ask for."""
+def settings_features(settings: RenderSettings, hidden: bool) -> dict[str, int | str]:
+    """The features that ``settings`` ask for; ``hidden`` says that camera rays do not see the environment."""
 
-    def value(prefix: str, choice: str) -> int:
-        return CONSTANTS[f"{prefix}_{choice.upper().replace('-', '_')}"]
+    def value(prefix: str, choice: str) -> str:
+        return f"{prefix}_{choice.upper().replace('-', '_')}"
 
+    background = "color" if settings.background == "black" else settings.background
+    if hidden and background == "environment":
+        background = "color"
     return {
         "GEOMETRY_TERM": value("GEOMETRY", settings.geometry),
         "MULTIPLE_SCATTERING": int(settings.multiple_scattering),
         "ESTIMATOR": value("ESTIMATOR", settings.estimator),
-        "INTEGRATOR": value("INTEGRATOR", settings.integrator),
-        "BACKGROUND": value("BACKGROUND", settings.background),
-        "HAS_SPLIT_SUM_MAPS": int(settings.integrator == "split-sum" or settings.background in _MAPS),
+        "BACKGROUND": value("BACKGROUND", background),
         "SAMPLER": value("SAMPLER", settings.sampler),
         "PIXEL_FILTER": value("PIXEL_FILTER", settings.pixel_filter),
-        "RANDOM_TEXTURE_WIDTH": WIDTH,
-        "RANDOM_TEXTURE_LAYERS": LAYERS,
     }
+
+
+def needs_maps(settings: RenderSettings) -> bool:
+    """Whether the maps of the split-sum approximation are looked up."""
+    return settings.integrator == "split-sum" or settings.background in _MAPS
 
 
 def settings_uniforms(settings: RenderSettings) -> dict[str, Any]:

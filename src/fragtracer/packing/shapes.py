@@ -1,82 +1,182 @@
 # SPDX-License-Identifier: MIT
-"""Spheres, planes, rectangles and triangles as records."""
+"""Shapes with a formula of their own as records of shaders/scene/shape.glsl."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fragtracer.scene import Plane, Rectangle, Scene, Sphere, Triangle
+from fragtracer.packing.records import SHAPE_RECORDS, SHAPE_TEXELS, Kind, Words, words_of
+from fragtracer.scene import Disk, Light, Material, Plane, Rectangle, Scene, Sphere, Triangle
+from fragtracer.scene.content import content_digest
 
 Floats = NDArray[np.float64]
+Shape = Sphere | Rectangle | Disk | Triangle
+CULLED = 1  # SHAPE_CULLED of scene/shape.glsl
 
-# Shapes reach this much beyond their edges, relative to the scene, so that neighbours leave no crack.
-_EDGE_GROWTH = 1e-6
+# Flat shapes grow by this beyond their edges, relative to the scene, so that neighbours leave no crack; and bounds,
+# since where a ray passes an edge is known no better.
+GROWTH = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Shapes:
+    """Records (n, 4, 4) of shapes and their bounds (6, n), as :mod:`fragtracer.bvh` wants them: equal to others where
+    their content is. ``spheres`` come first."""
+
+    words: Words
+    bounds: NDArray[np.float32]
+    spheres: int
+
+    def __len__(self) -> int:
+        return len(self.words)
+
+    @cached_property
+    def _digest(self) -> str:
+        return content_digest(self.words)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Shapes) and self._digest == other._digest
+
+    def __hash__(self) -> int:
+        return hash(self._digest)
+
+
+def finite_shapes(scene: Scene) -> tuple[list[Shape], dict[str, Material]]:
+    """The shapes of ``scene`` that are finite, those of its lights with a radius among them, in the order of their
+    records: spheres, then flat shapes. And all materials, those of such lights included."""
+    spheres, materials = list(scene.spheres), dict(scene.materials)
+    for i, light in enumerate(scene.lights):
+        if light.radius > 0:
+            name = f"light[{i}]"
+            materials[name] = light_material(light)
+            spheres.append(Sphere(light.position, light.radius, name))
+    return [*spheres, *scene.rectangles, *scene.disks, *scene.triangles], materials
+
+
+def light_material(light: Light) -> Material:
+    """What the sphere of a light with a radius is made of."""
+    return Material(albedo=(0.0, 0.0, 0.0), specular=0.0, emission=light.surface_radiance)
+
+
+def plane_records(
+    planes: Sequence[Plane], materials: Mapping[str, Material], index: Mapping[str, int], origin: Floats
+) -> Words:
+    """Records (n, 4, 4) of planes about ``origin``; ``index`` has the numbers of materials."""
+    normals = _unit(np.array([p.normal for p in planes], np.float64).reshape(-1, 3))
+    points = np.array([p.point for p in planes], np.float64).reshape(-1, 3) - origin
+    columns = {
+        "normal": normals,
+        "kind": Kind.PLANE << 24 | _flags(planes, materials),
+        "offset": (normals * points).sum(axis=1),
+        "material": np.array([index[p.material] for p in planes], np.int64),
+    }
+    return words_of(SHAPE_RECORDS["Plane"], columns, len(planes), SHAPE_TEXELS)
 
 
 def shape_records(
-    scene: Scene,
-    spheres: Sequence[Sphere],
-    materials: Mapping[str, int],
-    lights: Mapping[int, int],
+    shapes: Sequence[Shape],
+    materials: Mapping[str, Material],
+    index: Mapping[str, int],
+    lights: NDArray[np.int64],
     origin: Floats,
     extent: float,
-) -> dict[str, list[dict[str, Any]]]:
-    """The records of each kind, about ``origin``, in a scene that reaches ``extent`` metres from there.
+) -> Shapes:
+    """The records of ``shapes`` about ``origin``, in a scene that extends ``extent`` metres from there.
 
-    ``spheres`` are those of ``scene`` and of its lights; ``materials`` are numbers by name, ``lights`` by the number
-    of their primitive: spheres, planes, rectangles and triangles are counted on in this order (shape/intersect.glsl).
+    ``shapes`` are in the order of :func:`finite_shapes`, ``index`` has the numbers of materials, ``lights`` (n,) the
+    number of the light that each shape is, or -1.
     """
-    shapes: dict[str, list[Any]] = {
-        "Sphere": [(s, _sphere(s, origin)) for s in spheres],
-        "Plane": [(p, _plane(p, origin)) for p in scene.planes],
-        "Rectangle": [(r, _rectangle(r, origin, extent)) for r in scene.rectangles],
-        "Triangle": [(t, _triangle(t, origin, extent)) for t in scene.triangles],
+    spheres = [shape for shape in shapes if isinstance(shape, Sphere)]
+    flats = shapes[len(spheres) :]
+    material = np.array([index[shape.material] for shape in shapes], np.int64)
+    flags = _flags(shapes, materials)
+    centers = np.array([s.center for s in spheres], np.float64).reshape(-1, 3) - origin
+    radii = np.array([s.radius for s in spheres], np.float64)
+    count = len(spheres)
+    columns = {
+        "center": centers,
+        "kind": Kind.SPHERE << 24 | flags[:count],
+        "radius": radii,
+        "material": material[:count],
+        "light": lights[:count] + 1,
     }
-    records: dict[str, list[dict[str, Any]]] = {}
-    primitive = 0
-    for kind, found in shapes.items():
-        records[kind] = [
-            record | {"material": materials[shape.material], "light": lights.get(number, -1)}
-            for number, (shape, record) in enumerate(found, primitive)
-        ]
-        primitive += len(found)
-    return records
+    records = words_of(SHAPE_RECORDS["Sphere"], columns, count, SHAPE_TEXELS)
+    kinds, corners = _corners(flats, origin, GROWTH * extent)
+    columns = dict(zip("abc", corners.transpose(1, 0, 2), strict=True))
+    columns |= {"kind": kinds << 24 | flags[count:], "material": material[count:], "light": lights[count:] + 1}
+    flat_records = words_of(SHAPE_RECORDS["Flat"], columns, len(flats), SHAPE_TEXELS)
+
+    low, high = _flat_bounds(kinds, corners)
+    low = np.concatenate([centers - radii[:, None], low])
+    high = np.concatenate([centers + radii[:, None], high])
+    growth = GROWTH * np.maximum(extent, np.maximum(np.abs(low), np.abs(high)).max(axis=1, initial=0.0))[:, None]
+    bounds = np.concatenate([(low - growth).T, -(high + growth).T]).astype(np.float32)
+    return Shapes(np.concatenate([records, flat_records]), bounds, count)
 
 
-def _sphere(s: Sphere, origin: Floats) -> dict[str, Any]:
-    return {"center": np.subtract(s.center, origin), "radius": s.radius}
+def _flags(shapes: Sequence[Shape | Plane], materials: Mapping[str, Material]) -> NDArray[np.int64]:
+    return np.array([0 if materials[shape.material].double_sided else CULLED for shape in shapes], np.int64)
 
 
-def _plane(p: Plane, origin: Floats) -> dict[str, Any]:
-    normal = np.asarray(p.normal) / np.linalg.norm(p.normal)
-    return {"normal": normal, "offset": normal @ np.subtract(p.point, origin)}
+def _corners(flats: Sequence[Shape], origin: Floats, growth: float) -> tuple[NDArray[np.int64], Floats]:
+    """The kinds (n,) of flat shapes and their points a, b and c (n, 3, 3), grown by so many metres."""
+    kinds = np.empty(len(flats), np.int64)
+    corners = np.empty((len(flats), 3, 3))
+    for i, shape in enumerate(flats):
+        match shape:
+            case Rectangle():
+                kinds[i], corners[i] = Kind.RECTANGLE, _rectangle(shape, growth)
+            case Disk():
+                kinds[i], corners[i] = Kind.DISK, _disk(shape, growth)
+            case Triangle():
+                kinds[i], corners[i] = Kind.SINGLE_TRIANGLE, _triangle(shape, growth)
+    return kinds, corners - origin
 
 
-def _rectangle(r: Rectangle, origin: Floats, extent: float) -> dict[str, Any]:
+def _rectangle(r: Rectangle, growth: float) -> Floats:
     u, v = np.asarray(r.edge_u), np.asarray(r.edge_v)
-    growth = _EDGE_GROWTH * extent
     step_u, step_v = growth * u / np.linalg.norm(u), growth * v / np.linalg.norm(v)
-    return _flat(np.subtract(r.corner, origin) - step_u - step_v, u + 2 * step_u, v + 2 * step_v)
+    a = np.subtract(r.corner, step_u + step_v)
+    return np.stack([a, a + u + 2 * step_u, a + v + 2 * step_v])
 
 
-def _triangle(t: Triangle, origin: Floats, extent: float) -> dict[str, Any]:
-    vertices = np.asarray(t.vertices) - origin
+def _disk(d: Disk, growth: float) -> Floats:
+    u, v = disk_axes(d)
+    center, radius = np.asarray(d.center), d.radius + growth
+    return np.stack([center, center + radius * u, center + radius * v])
+
+
+def disk_axes(d: Disk) -> tuple[Floats, Floats]:
+    """Unit vectors u and v in the plane of a disk with u × v along its normal."""
+    normal = _unit(np.asarray(d.normal, np.float64)[None])[0]
+    least = np.eye(3)[np.abs(normal).argmin()]
+    u = np.cross(least, normal)
+    u /= np.linalg.norm(u)
+    return u, np.cross(normal, u)
+
+
+def _triangle(t: Triangle, growth: float) -> Floats:
+    vertices = np.asarray(t.vertices)
     sides = np.linalg.norm(np.roll(vertices, -1, 0) - np.roll(vertices, -2, 0), axis=1)
     incenter = sides @ vertices / sides.sum()
     inradius = 2 * t.area / sides.sum()
-    a, b, c = incenter + (vertices - incenter) * (1 + _EDGE_GROWTH * extent / inradius)
-    return _flat(a, b - a, c - a)
+    grown: Floats = incenter + (vertices - incenter) * (1 + growth / inradius)
+    return grown
 
 
-def _flat(corner: Floats, edge_u: Floats, edge_v: Floats) -> dict[str, Any]:
-    """Plane and rows so that p = corner + u edge_u + v edge_v has u = u_row . (p, 1), likewise v."""
-    normal = np.cross(edge_u, edge_v)
-    rows = np.linalg.inv(np.column_stack([edge_u, edge_v, normal]))
-    unit = normal / np.linalg.norm(normal)
-    return {
-        "plane": np.append(unit, unit @ corner),
-        "u_row": np.append(rows[0], -rows[0] @ corner),
-        "v_row": np.append(rows[1], -rows[1] @ corner),
-    }
+def _flat_bounds(kinds: NDArray[np.int64], corners: Floats) -> tuple[Floats, Floats]:
+    """Lower and upper corners (n, 3) of the bounds of flat shapes."""
+    a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    points = np.concatenate([corners, (a + u + v)[:, None]], axis=1)
+    points[kinds == Kind.SINGLE_TRIANGLE, 3] = a[kinds == Kind.SINGLE_TRIANGLE]
+    low, high = points.min(axis=1), points.max(axis=1)
+    half = np.sqrt(u**2 + v**2)
+    is_disk = (kinds == Kind.DISK)[:, None]
+    return np.where(is_disk, a - half, low), np.where(is_disk, a + half, high)
+
+
+def _unit(vectors: Floats) -> Floats:
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: MIT
-"""The independent witness: any fragtracer scene, rendered by Mitsuba 3 with the same formulas."""
+"""The reference: any scene rendered by Mitsuba 3, with an independent implementation of the same formulas."""

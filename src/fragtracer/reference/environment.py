@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: MIT
-"""An environment in Mitsuba's words.
+"""Translates an environment to Mitsuba.
 
-What differs between the two worlds:
+Where the two renderers differ:
 
-- Mitsuba's picture begins at -z where ours begins at +z: half a turn.
+- The first column of Mitsuba's map is at -z, of ours at +z: half a turn.
 - Mitsuba's first and last rows lie at the poles, ours half a row from them. So it gets a row for each of ours,
   one for the middle between two, and one for each pole: 2 h + 1, which interpolate to the very same values.
-- Mitsuba takes one emitter at infinity, so ambient light is added to the picture.
-- The sun is a sphere so far away that its direction is the same all over the scene. It hides the picture behind
-  it, to which ours adds: so it shines by the mean of what it hides besides its own radiance. Mitsuba
-  takes 1 - cos of the sphere's cone by subtraction in float32: the sphere has the nearest size at which that is exact,
-  and shines so much less or more.
+- Mitsuba takes one emitter at infinity, so ambient light is added to the map.
+- The sun is a sphere so far away that its direction is the same all over the scene. It occludes the map behind
+  it, to which our sun is added: so it also emits the mean radiance that it occludes. Mitsuba computes 1 - cos of the
+  sphere's cone by subtraction in float32: the sphere has the nearest size at which that is exact, and its radiance is
+  scaled to keep its power.
 - An environment that is not visible hides every emitter from Mitsuba's camera (``hide_emitters``).
 """
 
@@ -22,21 +22,21 @@ from numpy.typing import NDArray
 
 from fragtracer.errors import FragtracerError
 from fragtracer.io.images import write_image
-from fragtracer.reference.shapes import Tree, reach
+from fragtracer.reference.shapes import Tree, bounding_radius
 from fragtracer.scene import Environment, Scene
 from fragtracer.scene.environment import Sun, lookup
 
-_SUN_DISTANCE = 1e6  # in units of the scene's reach
+_SUN_DISTANCE = 1e6  # in bounding radii of the scene
 
 
 def environment_emitters(scene: Scene, folder: Path) -> dict[str, Tree]:
-    """The emitters at infinity by their keys, with the picture written into ``folder``."""
+    """The emitters at infinity by their keys, with the map written into ``folder``."""
     environment = scene.environment
     if environment is None:
         return {}
     path = folder / "environment.exr"
     radiance = environment.pixels * np.array(environment.scale) + np.array(scene.ambient.radiance)
-    write_image(path, witness_rows(radiance))
+    write_image(path, map_rows(radiance))
     turn = np.eye(4)
     turn[:3, :3] = environment.rotation @ np.diag((-1.0, 1.0, -1.0))
     emitters: dict[str, Tree] = {"environment": {"type": "envmap", "filename": str(path), "to_world": turn}}
@@ -72,10 +72,10 @@ def _mean_over(sun: Sun, radiance: NDArray[np.floating], rotation: NDArray[np.fl
 def sun_distance(scene: Scene) -> float:
     """Where the sphere that stands for the sun is, in metres from the origin; 0 where there is no sun."""
     environment: Environment | None = scene.environment
-    return _SUN_DISTANCE * reach(scene) if environment and environment.sun else 0.0
+    return _SUN_DISTANCE * bounding_radius(scene) if environment and environment.sun else 0.0
 
 
-def witness_rows(pixels: NDArray[np.floating]) -> NDArray[np.float32]:
+def map_rows(pixels: NDArray[np.floating]) -> NDArray[np.float32]:
     """The map as Mitsuba wants it, (2 h + 1, w, 3)."""
     rows = np.empty((2 * len(pixels) + 1, *pixels.shape[1:]), np.float32)
     rows[1::2] = pixels

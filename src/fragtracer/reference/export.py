@@ -10,21 +10,23 @@ from typing import Any
 import numpy as np
 
 from fragtracer.errors import OutputError
-from fragtracer.reference import bsdf
-from fragtracer.reference.materials import exact_bsdf, geometry_term
-from fragtracer.reference.meshes import Traits, dressed
-from fragtracer.reference.nearest import nearest_bsdf, note
+from fragtracer.reference import plugins
+from fragtracer.reference.lights import spot_note
+from fragtracer.reference.materials import geometry_term
+from fragtracer.reference.meshes import MeshAttributes, with_needed_tangents
+from fragtracer.reference.nearest import note
 from fragtracer.reference.shapes import Tree
 from fragtracer.reference.translate import scene_tree
 from fragtracer.scene import Scene
 
 _TAGS = {
     **dict.fromkeys(("sphere", "disk", "rectangle", "ply"), "shape"),
-    **dict.fromkeys(("area", "point", "constant", bsdf.UNLIT, "envmap"), "emitter"),
+    **dict.fromkeys(("area", "point", "constant", "envmap"), "emitter"),
+    **dict.fromkeys(("spot", "directional", plugins.SPOT, plugins.UNLIT), "emitter"),
     **dict.fromkeys(("perspective", "thinlens"), "sensor"),
     **dict.fromkeys(("box", "tent", "gaussian"), "rfilter"),
-    **dict.fromkeys(("diffuse", "twosided", "blendbsdf", "mask", "normalmap", bsdf.NAME, bsdf.SURFACE), "bsdf"),
-    **dict.fromkeys(("bitmap", "mesh_attribute", bsdf.TEXTURE), "texture"),
+    **dict.fromkeys(("diffuse", "twosided", "blendbsdf", "mask", "normalmap", plugins.NAME, plugins.SURFACE), "bsdf"),
+    **dict.fromkeys(("bitmap", "mesh_attribute", plugins.TEXTURE), "texture"),
     **dict.fromkeys(("conductor", "roughconductor", "plastic", "principled"), "bsdf"),
     **dict.fromkeys(("path", "volpath"), "integrator"),
     "independent": "sampler",
@@ -42,14 +44,14 @@ def export_mitsuba(scene: Scene, folder: Path | str, plugin: bool = False) -> li
     folder
         Made if it is not there; files of the same names are replaced.
     plugin
-        Materials as ``fragtracer_cooktorrance``, which is exact; its source is written beside the scene
-        as ``fragtracer_bsdf/``. Otherwise as Mitsuba's nearest own materials, which any Mitsuba opens.
+        Materials and spot lights as fragtracer's own plugins, which are exact; their source is written beside
+        the scene as ``fragtracer_plugins/``. Otherwise as Mitsuba's nearest own ones, which any Mitsuba opens.
 
     Returns
     -------
     list of str
-        What each material became and how near that is; then how to open the scene. The materials'
-        notes are also comments in the file.
+        What each material and each spot light became and how near that is; then how to open the scene.
+        The former are also comments in the file.
 
     Raises
     ------
@@ -59,44 +61,47 @@ def export_mitsuba(scene: Scene, folder: Path | str, plugin: bool = False) -> li
     folder = Path(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        tree = scene_tree(scene, folder, exact_bsdf if plugin else nearest_bsdf)
+        tree = scene_tree(scene, folder, plugin)
         notes = _notes(scene, plugin)
         document = ET.ElementTree(_scene_element(tree, notes))
         ET.indent(document)
         document.write(folder / "scene.xml", encoding="utf-8", xml_declaration=True)
         if plugin:
-            _copy_plugins(folder / "fragtracer_bsdf")
+            _copy_plugins(folder / "fragtracer_plugins")
     except OSError as error:
         raise OutputError(f"cannot write the Mitsuba scene to {folder}: {error}") from error
-    python = "open it from Python, as the first lines of fragtracer_bsdf/__init__.py show"
-    return [*notes, python if plugin else "open it with: mitsuba -m llvm_ad_rgb scene.xml"]
+    python = "open it from Python, as the first lines of fragtracer_plugins/__init__.py show"
+    return [*notes.values(), python if plugin else "open it with: mitsuba -m llvm_ad_rgb scene.xml"]
 
 
-def _notes(scene: Scene, plugin: bool) -> list[str]:
-    """One for each material, for all that meshes bring to it."""
-    brought = {
-        name: Traits.of(dressed(part.geometry, scene.materials[name]), scene.materials[name])
+def _notes(scene: Scene, plugin: bool) -> dict[str, str]:
+    """By its key in the tree one for each material, with all attributes that it reads, and each spot light."""
+    attributes = {
+        name: MeshAttributes.of(with_needed_tangents(part.geometry, scene.materials[name]), scene.materials[name])
         for mesh in scene.meshes
         for part, name in ((part, mesh.material_of(part)) for part in mesh.parts)
     }
     geometry = geometry_term(scene.render)
-    return [
-        f"{name}: {note(material, geometry, plugin, brought.get(name, Traits()))}"
-        for name, material in scene.materials.items()
-    ]
+    notes = {
+        f"material_{i}": f"{name}: {note(material, geometry, plugin, attributes.get(name, MeshAttributes()))}"
+        for i, (name, material) in enumerate(scene.materials.items())
+    }
+    spots = {f"spot_light_{i}": light for i, light in enumerate(scene.spot_lights)}
+    return notes | {key: f"{key}: {spot_note(light, plugin)}" for key, light in spots.items()}
 
 
 def _copy_plugins(folder: Path) -> None:
     folder.mkdir(exist_ok=True)
-    for source in Path(bsdf.__file__).parent.glob("*.py"):
+    for source in Path(plugins.__file__).parent.glob("*.py"):
         shutil.copyfile(source, folder / source.name)
 
 
-def _scene_element(tree: Tree, notes: list[str]) -> ET.Element:
+def _scene_element(tree: Tree, notes: dict[str, str]) -> ET.Element:
     root = ET.Element("scene", version="3.0.0")
     for key, value in tree.items():
-        if key.startswith("material_"):
-            text = notes[int(key.split("_")[1])]
+        found = re.match(r"material_\d+|spot_light_\d+", key)
+        if found:
+            text = notes[found[0]]
             root.append(ET.Comment(f" {re.sub('-(?=-)', '- ', text)} "))  # XML forbids two dashes
         if key != "type":
             root.append(_element(key, value))

@@ -1,22 +1,19 @@
 # SPDX-License-Identifier: MIT
-"""Says fragtracer's materials in the words of our own plugins, and what shines in those of Mitsuba's lights."""
+"""Translates materials to our own Mitsuba plugins, and what emits to Mitsuba's area lights."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from fragtracer.errors import FragtracerError
-from fragtracer.reference.bsdf import NAME, SURFACE, UNLIT
-from fragtracer.reference.meshes import Traits
+from fragtracer.reference.meshes import MeshAttributes
+from fragtracer.reference.plugins import NAME, SURFACE, UNLIT
 from fragtracer.reference.shapes import Tree
 from fragtracer.reference.textures import TextureFolder
 from fragtracer.scene import Image, Material, RenderSettings, Texture
 
 _WHITE = Image([[1.0]], "linear")
-
-Translator = Callable[[Material, str, Traits, TextureFolder], Tree]
 
 
 def rgb(color: Any) -> Tree:
@@ -34,9 +31,11 @@ def lambert(material: Material) -> Tree:
     return {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": rgb(material.diffuse_albedo)}}
 
 
-def is_plain(material: Material, traits: Traits) -> bool:
-    """Whether the material is alike at all points of a mesh, opaque, and without shading normals."""
-    return not (has_images(material) or traits != Traits(uv=traits.uv) or passes(material))
+def is_plain(material: Material, attributes: MeshAttributes) -> bool:
+    """Whether the material is uniform, opaque, double-sided and without shading normals."""
+    return not (
+        has_images(material) or attributes != MeshAttributes(uv=attributes.uv) or has_null_transmission(material)
+    )
 
 
 def has_images(material: Material) -> bool:
@@ -44,23 +43,23 @@ def has_images(material: Material) -> bool:
     return not material.textures.keys().isdisjoint(("albedo", "roughness", "metallic", "normal"))
 
 
-def passes(material: Material) -> bool:
-    """Whether rays may pass the surface as if it was not there."""
+def has_null_transmission(material: Material) -> bool:
+    """Whether rays may pass through the surface unchanged: it has alpha, or its back faces are culled."""
     return material.alpha_mode != "opaque" or not material.double_sided
 
 
 def geometry_term(settings: RenderSettings) -> str:
-    """What the plugins call the geometry term, and what it does with light scattered more than once."""
+    """The plugins' name of the geometry term, with or without multiple scattering."""
     return "smith-multiple-scattering" if settings.multiple_scattering else settings.geometry
 
 
-def exact_bsdf(material: Material, geometry: str, traits: Traits, textures: TextureFolder) -> Tree:
+def exact_bsdf(material: Material, geometry: str, attributes: MeshAttributes, textures: TextureFolder) -> Tree:
     """The same material: Mitsuba's ``diffuse`` where that is exact, our plugins elsewhere."""
     if material.unlit:
         black = replace(material, albedo=(0.0, 0.0, 0.0), metal=None, metallic=0.0, specular=0.0)
-        return surface(black, geometry, traits, textures) if passes(material) else lambert(black)
-    if not is_plain(material, traits):
-        return surface(material, geometry, traits, textures)
+        return surface(black, geometry, attributes, textures) if has_null_transmission(material) else lambert(black)
+    if not is_plain(material, attributes):
+        return surface(material, geometry, attributes, textures)
     if is_lambert(material):
         return lambert(material)
     return {
@@ -73,8 +72,8 @@ def exact_bsdf(material: Material, geometry: str, traits: Traits, textures: Text
     }
 
 
-def surface(material: Material, geometry: str, traits: Traits, textures: TextureFolder) -> Tree:
-    """The plugin for what varies over a mesh; a metal of a name is one whose albedo is its reflectance."""
+def surface(material: Material, geometry: str, attributes: MeshAttributes, textures: TextureFolder) -> Tree:
+    """The plugin for a material that varies over a mesh; of a named metal the albedo is its reflectance."""
     tree: Tree = {
         "type": SURFACE,
         "albedo": list(material.base_color),
@@ -99,41 +98,48 @@ def surface(material: Material, geometry: str, traits: Traits, textures: Texture
     for name, (texture, use) in images.items():
         if texture:
             tree[f"{name}_texture"] = textures.exact(texture, use)
-            tree[f"{name}_set"] = traits.set_of(texture.coordinates)
-    return tree | {f"has_{name}": True for name in ("shading", "tangent", "color", "alpha") if getattr(traits, name)}
+            tree[f"{name}_set"] = attributes.set_of(texture.coordinates)
+    return tree | {
+        f"has_{name}": True for name in ("shading", "tangent", "color", "alpha") if getattr(attributes, name)
+    }
 
 
-def emitter_of(material: Material, traits: Traits, textures: TextureFolder, exact: bool) -> Tree | None:
-    """What makes a surface shine. Mitsuba's own area light, the nearest to one that is unlit, shines to the front."""
+def emitter_of(material: Material, attributes: MeshAttributes, textures: TextureFolder, exact: bool) -> Tree | None:
+    """The emitter of a surface, None where it emits nothing.
+
+    Mitsuba's own ``area`` light, the nearest to an unlit material, emits from the front only.
+    """
     if material.unlit and exact:
-        return surface(material, "smith", traits, textures) | {"type": UNLIT}
+        return surface(material, "smith", attributes, textures) | {"type": UNLIT}
     if material.unlit:
         color, texture = material.base_color, material.albedo_texture
         return {"type": "area", "radiance": textures.nearest(texture, "color", color) if texture else rgb(color)}
-    return {"type": "area", "radiance": _radiance(material, traits, textures, exact)} if material.is_emissive else None
+    if not material.is_emissive:
+        return None
+    return {"type": "area", "radiance": _radiance(material, attributes, textures, exact)}
 
 
-def _radiance(material: Material, traits: Traits, textures: TextureFolder, exact: bool) -> Tree:
-    """What an emissive surface sends out; of one that is partly there, what its points send out on average.
+def _radiance(material: Material, attributes: MeshAttributes, textures: TextureFolder, exact: bool) -> Tree:
+    """The emitted radiance, times the opacity where the surface has alpha.
 
     Raises
     ------
     FragtracerError
-        If points of a light do not know how much of it is there.
+        If the opacity of an emissive surface cannot be looked up where its emission is.
     """
-    texture, lace = material.emission_texture, material.albedo_texture
-    if material.alpha_mode == "opaque" or not (lace or traits.alpha):
+    texture, alpha = material.emission_texture, material.albedo_texture
+    if material.alpha_mode == "opaque" or not (alpha or attributes.alpha):
         opacity = {"opaque": 1.0, "blend": material.opacity, "mask": float(material.opacity >= material.alpha_cutoff)}
         emission = np.multiply(material.emission, opacity[material.alpha_mode])
         if texture is None:
             return rgb(emission)
         return (textures.exact if exact else textures.nearest)(texture, "color", emission)
-    if traits.alpha or not exact or (texture and lace and texture.coordinates != lace.coordinates):
+    if attributes.alpha or not exact or (texture and alpha and texture.coordinates != alpha.coordinates):
         raise FragtracerError(
             "Mitsuba cannot show a material that emits light and has holes (alpha_mode) unless by fragtracer's plugin, "
             "its alpha in a texture with the coordinates of emission_texture and none in the colours of vertices"
         )
-    assert lace is not None
+    assert alpha is not None
     tree = textures.exact(texture or Texture(_WHITE), "color", material.emission)
     names = ("opacity", "alpha_mode", "alpha_cutoff")
-    return tree | {"alpha": textures.exact(lace, "a")} | {name: getattr(material, name) for name in names}
+    return tree | {"alpha": textures.exact(alpha, "a")} | {name: getattr(material, name) for name in names}

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Puts meshes into the world as PLY files: each part of each copy by itself, so without Mitsuba's instances.
+"""Writes meshes in world space as PLY files, one for each part of each instance; Mitsuba's instancing is not used.
 
-Positions are float32, about the origin of the world. A copy that is mirrored has its triangles
-turned round, so that their fronts stay outside.
+Positions are float32, about the origin of the world. The triangles of a mirrored instance are
+wound the other way, so that their fronts stay outside.
 """
 
 from dataclasses import dataclass
@@ -15,13 +15,13 @@ from fragtracer.reference.shapes import Columns, Tree, write_ply
 from fragtracer.scene import Geometry, Material
 from fragtracer.scene.tangents import with_tangents
 
-_AHEAD = 1e-5  # of the largest coordinate
+_FORWARD = 1e-5  # of the largest coordinate
 
 
 @dataclass(frozen=True)
-class Traits:
-    """What a mesh brings to its material: attributes, and the set of coordinates that Mitsuba calls uv, which is
-    that of the light it sends out."""
+class MeshAttributes:
+    """The vertex attributes that a material reads, and which set of texture coordinates is Mitsuba's ``uv``: that of
+    its emission, which Mitsuba's own emitter looks up."""
 
     shading: bool = False
     tangent: bool = False
@@ -30,48 +30,57 @@ class Traits:
     uv: int = 0
 
     @classmethod
-    def of(cls, geometry: Geometry, material: Material) -> "Traits":
-        """Those that ``material`` looks at."""
+    def of(cls, geometry: Geometry, material: Material) -> "MeshAttributes":
+        """Those of ``geometry`` that ``material`` reads."""
         alpha = geometry.colors is not None and geometry.colors.shape[1] == 4 and material.alpha_mode != "opaque"
-        lamp = material.emission_texture or material.albedo_texture if material.is_emissive else None
+        texture = material.emission_texture or material.albedo_texture if material.is_emissive else None
         return cls(
             geometry.normals is not None,
             material.normal_texture is not None and geometry.tangents is not None,
             geometry.colors is not None,
             alpha,
-            lamp.coordinates if lamp else 0,
+            texture.coordinates if texture else 0,
         )
 
     @property
     def key(self) -> str:
-        """A name for these traits, empty for those of a plain shape."""
+        """A name for them, empty where there are none."""
         letters = "".join(n[0] for n in ("shading", "tangent", "color", "alpha") if getattr(self, n))
         return letters + ("1" if self.uv else "")
 
     def set_of(self, coordinates: int) -> str:
-        """Where the plugin finds one of the model's two sets of coordinates."""
+        """The mesh attribute that holds one of the two sets of texture coordinates."""
         return "uv" if coordinates == self.uv else "vertex_other"
 
 
-def dressed(geometry: Geometry, material: Material) -> Geometry:
+def with_needed_tangents(geometry: Geometry, material: Material) -> Geometry:
     """The geometry with the tangents that a normal map needs."""
     return with_tangents(geometry, material.normal_texture.coordinates) if material.normal_texture else geometry
 
 
 def world_mesh(
-    path: Path, geometry: Geometry, matrix: NDArray[np.float64], traits: Traits, smooth: bool, ahead: bool = False
+    path: Path,
+    geometry: Geometry,
+    matrix: NDArray[np.float64],
+    attributes: MeshAttributes,
+    smooth: bool,
+    forward: bool = False,
 ) -> Tree:
-    """The triangles of ``geometry``, moved by ``matrix`` (4, 4) to the world, as a PLY file and its shape.
+    """The triangles of ``geometry``, transformed by ``matrix`` (4, 4) to world space, as a PLY file and its shape.
 
-    ``smooth`` gives the normals to Mitsuba. Otherwise it has face normals, and the normals are an
-    attribute for our own plugin. ``ahead`` moves the surface to its front, by less than a ray starts above it: of two
-    that have one side each and lie in one another (a lamp that shines to both), the one that a ray meets is before
-    the one that it does not.
+    Parameters
+    ----------
+    smooth
+        Mitsuba interpolates the vertex normals. Otherwise it has face normals, and the vertex normals are an
+        attribute for our own plugin.
+    forward
+        Moves the surface towards its front, by less than the offset of a spawned ray. Of two coincident surfaces
+        whose back faces are culled and that face opposite ways, a ray then meets the front face first.
     """
     mirrored = np.linalg.det(matrix[:3, :3]) < 0
     positions = geometry.positions @ matrix[:3, :3].T + matrix[:3, 3]
-    if ahead:
-        positions = positions + _AHEAD * np.abs(positions).max() * _fronts(positions, geometry.triangles, mirrored)
+    if forward:
+        positions = positions + _FORWARD * np.abs(positions).max() * _fronts(positions, geometry.triangles, mirrored)
     columns: Columns = dict(zip("xyz", positions.T, strict=True))
     if geometry.normals is not None:
         # The inverse transposed, but for its length; there is none for a node that is flat.
@@ -79,25 +88,25 @@ def world_mesh(
         normals = _unit(geometry.normals.astype(np.float64) @ cofactors.T)
         columns |= dict(zip(("nx", "ny", "nz") if smooth else _names("shading"), normals.T, strict=True))
     sets = [geometry.uvs, geometry.uvs_1]
-    main, other = sets[traits.uv], sets[1 - traits.uv]
+    main, other = sets[attributes.uv], sets[1 - attributes.uv]
     if main is not None:
         columns |= {"u": main[:, 0], "v": main[:, 1]}
     if other is not None and not smooth:
         columns |= dict(zip(_names("other"), [*other.T, np.zeros(len(other))], strict=True))
-    if traits.tangent and geometry.tangents is not None and not smooth:
+    if attributes.tangent and geometry.tangents is not None and not smooth:
         tangents = geometry.tangents.astype(np.float64)
         columns |= dict(zip(_names("tangent"), _unit(tangents[:, :3] @ matrix[:3, :3].T).T, strict=True))
         columns["handed_x"] = -tangents[:, 3] if mirrored else tangents[:, 3]
     if geometry.colors is not None:
         columns |= dict(zip("rgb", geometry.colors.T[:3], strict=True))
-        if traits.alpha:
+        if attributes.alpha:
             columns["alpha_x"] = geometry.colors[:, 3]
     write_ply(path, columns, geometry.triangles[:, ::-1] if mirrored else geometry.triangles)
     return {"type": "ply", "filename": str(path), "face_normals": not (smooth and geometry.normals is not None)}
 
 
 def _fronts(positions: NDArray[np.float64], triangles: NDArray[np.int32], mirrored: bool) -> NDArray[np.float64]:
-    """Unit normals at vertices, the means of those of their triangles."""
+    """Unit vertex normals, the means of those of the adjacent triangles."""
     a, b, c = (positions[triangles[:, k]] for k in range(3))
     sums = np.zeros_like(positions)
     np.add.at(sums, triangles, np.cross(b - a, c - a)[:, None] * (-1 if mirrored else 1))

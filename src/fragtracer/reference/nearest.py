@@ -4,15 +4,15 @@
 import math
 from typing import Any
 
-from fragtracer.reference.bsdf import DELTA_ALPHA, NAME, SURFACE, UNLIT
-from fragtracer.reference.materials import has_images, is_lambert, is_plain, lambert, passes, rgb
-from fragtracer.reference.meshes import Traits
+from fragtracer.reference.materials import has_images, has_null_transmission, is_lambert, is_plain, lambert, rgb
+from fragtracer.reference.meshes import MeshAttributes
+from fragtracer.reference.plugins import DELTA_ALPHA, NAME, SURFACE, UNLIT
 from fragtracer.reference.shapes import Tree
 from fragtracer.reference.textures import TextureFolder
 from fragtracer.scene import Material
 
 
-def nearest_bsdf(material: Material, geometry: str, traits: Traits, textures: TextureFolder) -> Tree:
+def nearest_bsdf(material: Material, geometry: str, attributes: MeshAttributes, textures: TextureFolder) -> Tree:
     """Mitsuba's own material nearest to ours; its geometry term is "smith" whatever ``geometry`` says.
 
     Rough dielectrics become ``principled``, since ``roughplastic`` loses light as it gets rougher: at
@@ -20,8 +20,8 @@ def nearest_bsdf(material: Material, geometry: str, traits: Traits, textures: Te
     """
     if material.unlit:
         inner = {"type": "diffuse", "reflectance": rgb((0, 0, 0))}
-    elif is_textured(material, traits):
-        inner = _textured(material, traits, textures)
+    elif is_textured(material, attributes):
+        inner = _textured(material, attributes, textures)
     elif is_lambert(material):
         inner = lambert(material)["bsdf"]
     else:
@@ -37,9 +37,9 @@ def nearest_bsdf(material: Material, geometry: str, traits: Traits, textures: Te
     return {"type": "mask", "opacity": opacity, "bsdf": tree}
 
 
-def is_textured(material: Material, traits: Traits) -> bool:
-    """Whether it looks different at different points."""
-    return has_images(material) or traits.color
+def is_textured(material: Material, attributes: MeshAttributes) -> bool:
+    """Whether it varies over the surface."""
+    return has_images(material) or attributes.color
 
 
 def _untextured(material: Material) -> Tree:
@@ -55,12 +55,12 @@ def _untextured(material: Material) -> Tree:
     }
 
 
-def _textured(material: Material, traits: Traits, textures: TextureFolder) -> Tree:
+def _textured(material: Material, attributes: MeshAttributes, textures: TextureFolder) -> Tree:
     """``principled``, its textures made of ours and the values that they multiply."""
     color: Tree = rgb(material.base_color)
     if material.albedo_texture:
         color = textures.nearest(material.albedo_texture, "color", material.base_color)
-    elif traits.color:
+    elif attributes.color:
         color = {"type": "mesh_attribute", "name": "vertex_color"}
     tree: Tree = {"type": "principled", "base_color": color, "eta": _index(_mean_f0(material))}
     numbers = {
@@ -109,13 +109,17 @@ def _index(f0: float) -> float:
     return (1 + math.sqrt(f0)) / (1 - math.sqrt(f0))
 
 
-def note(material: Material, geometry: str, plugin: bool, traits: Traits) -> str:
+def note(material: Material, geometry: str, plugin: bool, attributes: MeshAttributes) -> str:
     """What a material becomes in an exported scene, and how near that is."""
     if material.unlit:
-        return f"{UNLIT}, the same" if plugin else "area, nearly the same: shines from its front only, and is a light"
-    if plugin and not is_plain(material, traits):
+        return (
+            f"{UNLIT}, the same" if plugin else "area, nearly the same: emits from its front only, sampled as a light"
+        )
+    if plugin and not is_plain(material, attributes):
         return f"{SURFACE}, the same"
-    if not (plugin or is_plain(material, traits)) and (is_textured(material, traits) or passes(material)):
+    if not (plugin or is_plain(material, attributes)) and (
+        is_textured(material, attributes) or has_null_transmission(material)
+    ):
         return _textured_note(material, geometry)
     if is_lambert(material):
         return "diffuse, the same"
@@ -138,7 +142,7 @@ def note(material: Material, geometry: str, plugin: bool, traits: Traits) -> str
 def _textured_note(material: Material, geometry: str) -> str:
     differs = ["a base brighter towards grazing"]
     if material.normal_texture:
-        differs.append("a normal map whose green is turned round where the image is mirrored")
+        differs.append("a normal map whose green is inverted where the image is mirrored")
     if material.alpha_mode == "mask":
         differs.append("edges of holes by unfiltered opacity")
     if material.alpha_mode != "opaque":

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fragtracer.scene import Camera, Mesh, Plane, Rectangle, Scene, Sphere
+from fragtracer.scene import Camera, Disk, Mesh, Plane, Rectangle, Scene, Sphere
 
 Tree = dict[str, Any]
 Matrix = NDArray[np.float64]
@@ -34,19 +34,28 @@ def camera_to_world(camera: Camera) -> Matrix:
     return matrix(left, np.cross(ahead, left), ahead, camera.position)
 
 
-def reach(scene: Scene) -> float:
-    """Distance from the camera to the farthest point of anything finite, in metres."""
+def towards(origin: ArrayLike, direction: ArrayLike) -> Matrix:
+    """A matrix that takes the origin to ``origin`` and +z along ``direction`` (of any length)."""
+    z = _unit(direction)
+    x = _unit(np.cross(z, np.eye(3)[np.argmin(np.abs(z))]))
+    return matrix(x, np.cross(z, x), z, origin)
+
+
+def bounding_radius(scene: Scene) -> float:
+    """Radius in metres of the sphere around the camera that bounds everything finite."""
     eye = np.asarray(scene.camera.position)
     points: list[tuple[ArrayLike, float]] = [(scene.camera.target, 0.0), *((s.center, s.radius) for s in scene.spheres)]
+    points += [(disk.center, disk.radius) for disk in scene.disks]
     points += [(light.position, light.radius) for light in scene.lights]
+    points += [(spot.position, 0.0) for spot in scene.spot_lights]
     points += [(r.corner, float(np.linalg.norm(np.add(r.edge_u, r.edge_v)))) for r in scene.rectangles]
     points += [(vertex, 0.0) for t in scene.triangles for vertex in t.vertices]
-    points += [(center, radius) for mesh in scene.meshes for center, radius in _balls(mesh)]
+    points += [(center, radius) for mesh in scene.meshes for center, radius in _bounding_spheres(mesh)]
     return max(float(np.linalg.norm(np.subtract(point, eye))) + radius for point, radius in points)
 
 
-def _balls(mesh: Mesh) -> Iterator[tuple[Matrix, float]]:
-    """Centre and radius of a ball around each part of each copy."""
+def _bounding_spheres(mesh: Mesh) -> Iterator[tuple[Matrix, float]]:
+    """Centre and radius of a sphere around each part of each instance."""
     for to_world, part in mesh.placed():
         low, high = part.geometry.bounds
         radius = float(np.linalg.norm(to_world[:3, :3], 2) * np.linalg.norm(high - low) / 2)
@@ -62,7 +71,7 @@ def plane_radius(scene: Scene, plane: Plane) -> float:
     normal = _unit(plane.normal)
     height = abs(float(normal @ np.subtract(scene.camera.position, plane.point)))
     pixel = 2 * np.tan(np.radians(scene.camera.fov_degrees) / 2) / scene.render.height
-    return max(1e4 * reach(scene), float(height / (RIM_PIXELS * pixel)))
+    return max(1e4 * bounding_radius(scene), float(height / (RIM_PIXELS * pixel)))
 
 
 def plane_disk(scene: Scene, plane: Plane) -> Tree:
@@ -70,15 +79,19 @@ def plane_disk(scene: Scene, plane: Plane) -> Tree:
     normal = _unit(plane.normal)
     eye = np.asarray(scene.camera.position)
     foot = eye - normal * (normal @ np.subtract(eye, plane.point))
-    x = _unit(np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))]))
-    radius = plane_radius(scene, plane)
-    return {"type": "disk", "to_world": matrix(radius * x, radius * np.cross(normal, x), normal, foot)}
+    return disk(Disk(tuple(foot), plane.normal, plane_radius(scene, plane), plane.material))
 
 
 def rectangle(shape: Rectangle) -> Tree:
     """Mitsuba's rectangle is [-1, 1]² in its xy plane, its front along +z."""
     u, v = np.asarray(shape.edge_u) / 2, np.asarray(shape.edge_v) / 2
     return {"type": "rectangle", "to_world": matrix(u, v, _unit(np.cross(u, v)), shape.corner + u + v)}
+
+
+def disk(shape: Disk) -> Tree:
+    """Mitsuba's disk is the unit disk of its xy plane, its front along +z."""
+    scale = np.diag((shape.radius, shape.radius, 1.0, 1.0))
+    return {"type": "disk", "to_world": towards(shape.center, shape.normal) @ scale}
 
 
 def sphere(shape: Sphere) -> Tree:

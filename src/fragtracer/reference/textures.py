@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Puts the images of textures beside a Mitsuba scene, and says how they lie on a mesh.
+"""Translates textures: writes their images beside a Mitsuba scene, with their mapping.
 
 Mitsuba's bitmaps have (0, 0) in their upper left corner, as ours do. Images of bytes become PNG
 files, all others OpenEXR. Mitsuba decodes sRGB before it filters; so do we.
@@ -13,7 +13,7 @@ import PIL.Image
 from numpy.typing import NDArray
 
 from fragtracer.io.images import write_image
-from fragtracer.reference.bsdf import TEXTURE
+from fragtracer.reference.plugins import TEXTURE
 from fragtracer.reference.shapes import Tree
 from fragtracer.scene import Image, Texture
 

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""Says a fragtracer scene in Mitsuba's words.
+"""Translates a scene to Mitsuba.
 
 :func:`scene_tree` gives the nested dictionary of ``mi.load_dict``, but with numpy matrices in place
 of Mitsuba's transforms, so that it needs no Mitsuba; :func:`to_mitsuba` replaces them.
 
-What differs between the two worlds:
+Where the two renderers differ:
 
 - Depth: Mitsuba's ``max_depth`` counts the segments of a path, ours the scattering events between
   them: ``max_depth = bounces + 1``. With 0 bounces both show emitters only.
@@ -14,10 +14,11 @@ What differs between the two worlds:
   1/50 pixel under the horizon. It is Mitsuba's one flat shape that is intersected analytically: a
   rectangle is two triangles, whose float32 vertices lose the digits that a nearby hit needs.
 - A light is an ``area`` emitter on a black sphere; one of radius 0 is a ``point`` emitter.
-- A mesh is a PLY file for each part of each copy, with face normals: shading normals, normal maps and
-  alpha are our plugin's (bsdf/surface.py), since Mitsuba's own differ.
-- Where a surface may let rays pass, the integrator is ``volpath``: it does not count that as scattering,
-  and its shadow rays pass too.
+- Mitsuba's ``spot`` falls off linearly in the angle: our plugin (plugins/spot.py) has the falloff of glTF.
+- A mesh is a PLY file for each part of each instance, with face normals: shading normals, normal maps and
+  alpha are our plugin's (plugins/surface.py), since Mitsuba's own differ.
+- Where a material has alpha or culled back faces, the integrator is ``volpath``: null transmission is not
+  counted as scattering there, and shadow rays pass through it too.
 - Mitsuba's gaussian filter is cut off at 4 standard deviations and lowered to 0 there; ours is not.
 - Path choices (``rays``, ``light_samples``, ``estimator``, ``sampler``) have no counterpart: they
   change the noise, not the mean.
@@ -32,18 +33,19 @@ from typing import Any
 
 import numpy as np
 
-from fragtracer.reference import shapes
+from fragtracer.reference import lights, shapes
 from fragtracer.reference.environment import environment_emitters, hides_emitters, sun_distance
-from fragtracer.reference.materials import Translator, emitter_of, exact_bsdf, geometry_term, passes, rgb
-from fragtracer.reference.meshes import Traits, dressed, world_mesh
+from fragtracer.reference.materials import emitter_of, exact_bsdf, geometry_term, has_null_transmission, rgb
+from fragtracer.reference.meshes import MeshAttributes, with_needed_tangents, world_mesh
+from fragtracer.reference.nearest import nearest_bsdf
 from fragtracer.reference.shapes import Tree
 from fragtracer.reference.textures import TextureFolder
-from fragtracer.scene import Light, RenderSettings, Scene
+from fragtracer.scene import RenderSettings, Scene
 
 NEVER = 1_000_000  # a depth that no path reaches
 
 
-def scene_tree(scene: Scene, folder: Path, bsdf: Translator = exact_bsdf) -> Tree:
+def scene_tree(scene: Scene, folder: Path, plugins: bool = True) -> Tree:
     """The scene as a nested dictionary of plugins.
 
     Parameters
@@ -52,16 +54,16 @@ def scene_tree(scene: Scene, folder: Path, bsdf: Translator = exact_bsdf) -> Tre
         Any scene.
     folder
         Where triangles and images are written; the folder exists.
-    bsdf
-        Gives the plugin of a material under a geometry term. Any but :func:`exact_bsdf` has the
-        vertex normals of meshes from Mitsuba.
+    plugins
+        Whether materials and spot lights are fragtracer's own plugins, which are exact. Otherwise they are
+        the nearest ones of Mitsuba, which interpolates the vertex normals itself.
 
     Returns
     -------
     dict
         As ``mi.load_dict`` takes it, except that ``to_world`` and ``to_uv`` values are float64 matrices,
         shape (4, 4). Material i, in the order of ``scene.materials``, is called ``material_i``, or
-        ``material_i_x`` where x names what a mesh brings to it.
+        ``material_i_x`` where x names the vertex attributes that it reads.
 
     Raises
     ------
@@ -70,41 +72,46 @@ def scene_tree(scene: Scene, folder: Path, bsdf: Translator = exact_bsdf) -> Tre
     """
     numbers = {name: i for i, name in enumerate(scene.materials)}
     textures = TextureFolder(folder)
-    found = _shapes(scene, folder, smooth=bsdf is not exact_bsdf)
+    bsdf = exact_bsdf if plugins else nearest_bsdf
+    found = _shapes(scene, folder, smooth=not plugins)
     tree: Tree = {"type": "scene", "integrator": _integrator(scene), "sensor": _sensor(scene)}
-    worn = {(name, traits) for _, name, traits in found.values()}
-    unworn = {(name, Traits()) for name in scene.materials.keys() - {name for name, _ in worn}}
-    keys = {(name, traits): _material_key(numbers[name], traits) for name, traits in worn | unworn}
-    for name, traits in sorted(keys, key=lambda pair: (numbers[pair[0]], pair[1].key)):
-        tree[keys[name, traits]] = bsdf(scene.materials[name], geometry_term(scene.render), traits, textures)
-    for key, (shape, name, traits) in found.items():
-        tree[key] = {**shape, "bsdf": {"type": "ref", "id": keys[name, traits]}}
-        emitter = emitter_of(scene.materials[name], traits, textures, bsdf is exact_bsdf)
+    used = {(name, attributes) for _, name, attributes in found.values()}
+    unused = {(name, MeshAttributes()) for name in scene.materials.keys() - {name for name, _ in used}}
+    keys = {(name, attributes): _material_key(numbers[name], attributes) for name, attributes in used | unused}
+    for name, attributes in sorted(keys, key=lambda pair: (numbers[pair[0]], pair[1].key)):
+        tree[keys[name, attributes]] = bsdf(scene.materials[name], geometry_term(scene.render), attributes, textures)
+    for key, (shape, name, attributes) in found.items():
+        tree[key] = {**shape, "bsdf": {"type": "ref", "id": keys[name, attributes]}}
+        emitter = emitter_of(scene.materials[name], attributes, textures, plugins)
         if emitter:
             tree[key]["emitter"] = emitter
     for i, light in enumerate(scene.lights):
-        tree[f"light_{i}"] = _light(light)
+        tree[f"light_{i}"] = lights.light(light)
+    for i, spot in enumerate(scene.spot_lights):
+        tree[f"spot_light_{i}"] = lights.spot(spot) if plugins else lights.nearest_spot(spot)
+    for i, directional in enumerate(scene.directional_lights):
+        tree[f"directional_light_{i}"] = lights.directional(directional)
     tree |= environment_emitters(scene, folder)
     if scene.environment is None and max(scene.ambient.radiance) > 0:
         tree["ambient"] = {"type": "constant", "radiance": rgb(scene.ambient.radiance)}
     return tree
 
 
-def _material_key(number: int, traits: Traits) -> str:
-    return "_".join(["material", str(number), *filter(None, [traits.key])])
+def _material_key(number: int, attributes: MeshAttributes) -> str:
+    return "_".join(["material", str(number), *filter(None, [attributes.key])])
 
 
 def _integrator(scene: Scene) -> Tree:
     settings, hidden = scene.render, hides_emitters(scene)
     rr_depth = settings.russian_roulette_depth if settings.russian_roulette else NEVER
-    kind = "volpath" if any(map(passes, scene.materials.values())) else "path"
+    kind = "volpath" if any(map(has_null_transmission, scene.materials.values())) else "path"
     return {"type": kind, "max_depth": settings.bounces + 1, "rr_depth": rr_depth, "hide_emitters": hidden}
 
 
 def _sensor(scene: Scene) -> Tree:
     camera, settings = scene.camera, scene.render
     rims = [shapes.plane_radius(scene, plane) for plane in scene.planes]
-    far = max([sun_distance(scene), shapes.reach(scene), *rims])
+    far = max([sun_distance(scene), shapes.bounding_radius(scene), *rims])
     sensor: Tree = {
         "type": "thinlens" if camera.aperture_radius > 0 else "perspective",
         "to_world": shapes.camera_to_world(camera),
@@ -137,12 +144,13 @@ def _film(settings: RenderSettings) -> Tree:
     }
 
 
-def _shapes(scene: Scene, folder: Path, smooth: bool) -> dict[str, tuple[Tree, str, Traits]]:
-    """Every shape by its key, with the name of its material and what it brings to it."""
-    plain = Traits()
+def _shapes(scene: Scene, folder: Path, smooth: bool) -> dict[str, tuple[Tree, str, MeshAttributes]]:
+    """Every shape by its key, with the name of its material and the attributes that this reads."""
+    plain = MeshAttributes()
     found = {f"sphere_{i}": (shapes.sphere(s), s.material, plain) for i, s in enumerate(scene.spheres)}
     found |= {f"plane_{i}": (shapes.plane_disk(scene, p), p.material, plain) for i, p in enumerate(scene.planes)}
     found |= {f"rectangle_{i}": (shapes.rectangle(r), r.material, plain) for i, r in enumerate(scene.rectangles)}
+    found |= {f"disk_{i}": (shapes.disk(d), d.material, plain) for i, d in enumerate(scene.disks)}
     for i, name in enumerate(dict.fromkeys(t.material for t in scene.triangles)):
         vertices = [t.vertices for t in scene.triangles if t.material == name]
         found[f"triangles_{i}"] = (shapes.triangle_mesh(folder / f"triangles_{i}.ply", vertices), name, plain)
@@ -150,26 +158,14 @@ def _shapes(scene: Scene, folder: Path, smooth: bool) -> dict[str, tuple[Tree, s
         for (j, part), (k, placement) in product(enumerate(mesh.parts), enumerate(mesh.instances)):
             name, key = mesh.material_of(part), f"mesh_{i}_{j}_{k}"
             material = scene.materials[name]
-            geometry = dressed(part.geometry, material)
-            traits = Traits.of(geometry, material)
+            geometry = with_needed_tangents(part.geometry, material)
+            attributes = MeshAttributes.of(geometry, material)
             matrix = placement.matrix @ np.asarray(part.matrix)
             if len(geometry.triangles):
-                ahead = material.is_emissive and not material.double_sided
-                tree = world_mesh(folder / f"{key}.ply", geometry, matrix, traits, smooth, ahead)
-                found[key] = (tree, name, traits)
+                forward = material.is_emissive and not material.double_sided
+                tree = world_mesh(folder / f"{key}.ply", geometry, matrix, attributes, smooth, forward)
+                found[key] = (tree, name, attributes)
     return found
-
-
-def _light(light: Light) -> Tree:
-    if light.radius == 0:
-        return {"type": "point", "position": list(light.position), "intensity": rgb(light.intensity)}
-    return {
-        "type": "sphere",
-        "center": list(light.position),
-        "radius": float(light.radius),
-        "bsdf": {"type": "diffuse", "reflectance": rgb((0, 0, 0))},
-        "emitter": {"type": "area", "radiance": rgb(light.surface_radiance)},
-    }
 
 
 def to_mitsuba(scene: Scene, folder: Path | None = None) -> Tree:
@@ -180,7 +176,7 @@ def to_mitsuba(scene: Scene, folder: Path | None = None) -> Tree:
     """
     import mitsuba as mi
 
-    from fragtracer.reference.bsdf import register
+    from fragtracer.reference.plugins import register
 
     register()
 

@@ -129,7 +129,7 @@ def mitsuba_variant(variant: str | None = None) -> Iterator[str]:
         mi.set_variant(name)
     except (ImportError, AttributeError) as error:
         raise FragtracerError(f"Mitsuba's variant {name!r} does not start here: {error}") from error
-    from fragtracer.reference.bsdf import register
+    from fragtracer.reference.plugins import register
 
     register()
     try:

@@ -6,8 +6,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from fragtracer.apps.compare.run import Comparison, compare_sides
-from fragtracer.apps.compare.sides import OURS, REFERENCE, Side
+from fragtracer.apps.compare.rendering import OURS, REFERENCE, Rendering
+from fragtracer.apps.compare.run import Comparison, compare_renderings
 from fragtracer.scene import Scene
 
 BATCHES, HEIGHT, WIDTH = 16, 36, 48
@@ -26,8 +26,8 @@ def compared() -> Callable[..., Comparison]:
     def make(factor: float = 1.0, deviation: float = 0.02, non_finite: int = 0) -> Comparison:
         rng = np.random.default_rng(7)
         ours, reference = (noisy(rng, deviation).astype(np.float32) for _ in range(2))
-        first = Side(OURS, ours * np.float32(factor), 64, 0.5, 2.0, "a device", non_finite)
-        second = Side(REFERENCE, reference, 64, 0.25, 3.0, "a variant")
-        return compare_sides(Scene(name="test <scene>"), first, second)
+        first = Rendering(OURS, ours * np.float32(factor), 64, 0.5, 2.0, "a device", non_finite)
+        second = Rendering(REFERENCE, reference, 64, 0.25, 3.0, "a variant")
+        return compare_renderings(Scene(name="test <scene>"), first, second)
 
     return make

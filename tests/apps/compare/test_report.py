@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from fragtracer.apps.bench.error import Reference
 from fragtracer.apps.compare import pictures, to_json, words, write_report, write_side_by_side
 from fragtracer.apps.compare.report import render_report
 from fragtracer.errors import FragtracerError, OutputError
@@ -48,7 +49,7 @@ def test_page_is_well_formed_and_needs_nothing_else(compared, factor):
     text = render_report(compared(factor))
     page = Page(text)
     assert page.tags.count("img") == 6
-    assert all(reference.startswith("data:image/png;base64,") for reference in page.references)
+    assert all(reference.startswith(("data:image/png;base64,", "#")) for reference in page.references)
     assert not {"script", "iframe", "object", "link"} & set(page.tags)
     bare = re.sub(r"data:image/png;base64,[A-Za-z0-9+/=]+", "", text)
     assert not re.search(r"https?://|file:|@import|url\((?!#)", bare)
@@ -78,8 +79,9 @@ def test_report_file(compared, tmp_path):
         write_report(tmp_path / "report.pdf", compared())
 
 
-def test_without_jinja_the_error_says_what_to_install(compared, monkeypatch):
-    monkeypatch.setitem(__import__("sys").modules, "jinja2", None)
+@pytest.mark.parametrize("package", ["jinja2", "matplotlib"])
+def test_without_a_package_the_error_says_what_to_install(compared, monkeypatch, package):
+    monkeypatch.setitem(__import__("sys").modules, package, None)
     with pytest.raises(FragtracerError, match=r"fragtracer\[reference\]"):
         render_report(compared())
 
@@ -99,11 +101,22 @@ def test_json_is_strict_and_comes_back(compared, factor):
 
 def test_measures_describe_the_noise(compared):
     same, other = compared().measures, compared(1.1).measures
-    assert same.rmse == pytest.approx(same.expected_rmse, rel=0.05)
-    assert other.rmse > 5 * other.expected_rmse
+    assert same.relative_mse == pytest.approx(same.expected_relative_mse, rel=0.05)
+    assert other.relative_mse > 25 * other.expected_relative_mse
     assert 0 <= same.flip < other.flip < 1
-    assert same.equal_time_ratio == pytest.approx(1.5, rel=0.1)
-    assert same.error_after(2.0)[0] == pytest.approx(same.ours_noise)
+    assert same.efficiency_ratio == pytest.approx(1.5, rel=0.1)
+    assert same.efficiencies[0] == pytest.approx(1 / (2.0 * same.ours_relative_mse))
+
+
+def test_relative_mse_is_that_of_the_benchmark(compared):
+    """The scatter between batches estimates the error against the true image."""
+    comparison = compared()
+    truth = np.broadcast_to(np.linspace(0.2, 1.0, WIDTH)[:, None] * np.array([1.0, 0.8, 0.5]), (HEIGHT, WIDTH, 3))
+    for rendering, found in (
+        (comparison.ours, comparison.measures.ours_relative_mse),
+        (comparison.reference, comparison.measures.reference_relative_mse),
+    ):
+        assert found == pytest.approx(Reference(truth, truth).relative_mse(rendering.picture), rel=0.05)
 
 
 def test_without_flip_the_page_does(compared, monkeypatch):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Comparisons that render: on both sides the same, and on ours something else."""
+"""Comparisons that render: the same scene, and a changed one."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -7,9 +7,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from fragtracer.apps.compare import compare_scene, compare_sides
+from fragtracer.apps.compare import compare_renderings, compare_scene
+from fragtracer.apps.compare.rendering import render_ours, render_reference
 from fragtracer.apps.compare.run import default_size, rounded_up
-from fragtracer.apps.compare.sides import render_ours, render_reference
 from fragtracer.errors import FragtracerError
 from fragtracer.io.toml import load
 from fragtracer.reference.variant import find_llvm
@@ -42,7 +42,7 @@ def test_cornell_box_agrees_and_lighter_walls_do_not():
     assert comparison.exit_status == 0
     assert comparison.spp == comparison.spp_needed == 1024
     assert max(comparison.verdict.detectable_bias) < 0.02
-    assert {side for side, _, _ in heard} == {"Mitsuba", "fragtracer"}
+    assert {renderer for renderer, _, _ in heard} == {"Mitsuba", "fragtracer"}
     assert [heard[-1], *[step for step in heard if step[0] == "Mitsuba"][-1:]] == [
         ("fragtracer", 1024, 1024),
         ("Mitsuba", 1024, 1024),
@@ -50,7 +50,7 @@ def test_cornell_box_agrees_and_lighter_walls_do_not():
     assert all(before[1] <= after[1] for before, after in pairwise(heard) if before[0] == after[0])
 
     ours = render_ours(lighter(scene, 1.02), SIZE, 256, 16)
-    changed = compare_sides(scene, ours, comparison.reference)
+    changed = compare_renderings(scene, ours, comparison.reference)
     assert changed.verdict.outcome == "disagreement"
     assert changed.exit_status == 1
     assert (changed.verdict.image.pair.relative_difference > 0.01).all()

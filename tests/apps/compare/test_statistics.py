@@ -129,8 +129,8 @@ def test_one_batch_is_refused():
         Pair.of(np.ones((1, 3)), np.ones((4, 3)))
 
 
-def test_slack_is_a_difference_that_does_not_count():
+def test_a_difference_within_the_allowance_does_not_count():
     ours, reference = np.full((4, 3), 1.0), np.array([[1.0, 1.0009, 1.0011]] * 4)
     pair = Pair.of(ours, reference)
     assert statistics.difference_p(pair, rounding=0).tolist() == [1, 0, 0]
-    assert statistics.difference_p(pair, rounding=0, slack=0.001).tolist() == [1, 1, 0]
+    assert statistics.difference_p(pair, rounding=0, allowance=0.001).tolist() == [1, 1, 0]

@@ -28,7 +28,7 @@ def test_equal_renderers_disagree_as_rarely_as_stated():
 
 
 def test_the_level_holds_with_fireflies():
-    """Each part has light that comes in rare flashes, twice as rare and twice as bright on one side."""
+    """Each part has light that comes in rare flashes, twice as rare and twice as bright in one renderer."""
 
     def make(rng):
         shape = (BATCHES, 9, 16, 3)  # of parts: a pixel stands for a block of them

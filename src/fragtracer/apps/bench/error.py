@@ -12,10 +12,10 @@ from typing import Literal
 import numpy as np
 
 from fragtracer.apps.bench.contenders import Contender, Image, Mitsuba, Ours
+from fragtracer.apps.compare.relative_error import relative_weight
 from fragtracer.scene import Scene
 
 _REFERENCE_SEED = 1_000_003
-_DARK = 0.1  # of the mean: pixels darker than this count as if they were that bright
 _TRIMMED = 0.01  # of the pixels
 
 
@@ -28,11 +28,8 @@ class Reference:
 
     @property
     def weight(self) -> Image:
-        """One over the squared brightness that makes an error relative."""
-        mean = (self.first + self.second) / 2
-        brightness = np.maximum(mean.mean(axis=2, keepdims=True), _DARK * mean.mean())
-        weight: Image = 1 / brightness**2
-        return weight
+        """What makes a squared error relative, (height, width, 1)."""
+        return relative_weight((self.first + self.second) / 2)
 
     def relative_mse(self, image: Image) -> float:
         """Mean squared error relative to the brightness of each pixel, the reference's noise taken off."""

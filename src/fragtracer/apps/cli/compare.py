@@ -17,21 +17,21 @@ if TYPE_CHECKING:
 def compare(
     scene: options.SceneArgument,
     size: options.Size = None,
-    spp: Annotated[int | None, typer.Option(min=2, help="Samples per pixel of each side.  [default: 1024]")] = None,
+    spp: Annotated[int | None, typer.Option(min=2, help="Samples per pixel of each renderer.  [default: 1024]")] = None,
     batches: Annotated[
-        int | None, typer.Option(min=2, max=1024, help="Independent pictures of each side.  [default: 16]")
+        int | None, typer.Option(min=2, max=1024, help="Independent pictures of each renderer.  [default: 16]")
     ] = None,
     margin: Annotated[
-        float | None, typer.Option(min=0.001, max=99.0, help="Largest difference that is equal, %.  [default: 1]")
+        float | None, typer.Option(min=0.001, max=99.0, help="Equivalence margin, %.  [default: 1]")
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, max=2**32 - 1, help="Other random numbers on both sides.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, max=2**32 - 1, help="Seed of both renderers.")] = 0,
     bounces: options.Bounces = None,
     light_samples: options.LightSamples = None,
     geometry: options.GeometryTerm = None,
     multiple_scattering: options.MultipleScattering = None,
     variant: Annotated[str | None, typer.Option(help="Mitsuba variant.  [default: llvm_ad_rgb]")] = None,
     split_sum: Annotated[
-        bool, typer.Option("--split-sum", help="Hold the split-sum approximation, not Mitsuba, against the truth.")
+        bool, typer.Option("--split-sum", help="Compare the split-sum approximation, not Mitsuba, with path tracing.")
     ] = False,
     report: Annotated[Path | None, typer.Option(help="Write a report with pictures, .html.")] = None,
     json: Annotated[Path | None, typer.Option(help="Write all numbers, .json.")] = None,
@@ -60,7 +60,7 @@ def compare(
         _compare_split_sum(loaded, pixels, numbers | {"seed": seed}, report, json)
         return
     if loaded.render.integrator != "path":
-        raise FragtracerError(f"{scene}: only the path integrator has a twin in Mitsuba; compare with --split-sum")
+        raise FragtracerError(f"{scene}: only the path integrator can be compared with Mitsuba; use --split-sum")
     with comparison_progress() as progress:
         comparison = compare_scene(
             loaded,

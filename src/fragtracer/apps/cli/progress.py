@@ -46,14 +46,14 @@ def render_progress(
 
 @contextmanager
 def comparison_progress() -> Iterator[Callable[[str, float, int], None]]:
-    """A bar for each side of a comparison. Yields what :func:`fragtracer.apps.compare.compare_scene` calls."""
+    """A bar for each renderer of a comparison. Yields what :func:`fragtracer.apps.compare.compare_scene` calls."""
     columns = (TextColumn("{task.description:12}"), BarColumn(), TextColumn("{task.fields[samples]}"))
     with Progress(*columns, TimeRemainingColumn(compact=True), console=Console(stderr=True), transient=True) as bars:
         tasks: dict[str, TaskID] = {}
 
-        def report(side: str, done: float, spp: int) -> None:
-            if side not in tasks:
-                tasks[side] = bars.add_task(side, total=spp, samples="")
-            bars.update(tasks[side], completed=done, samples=f"{done:.0f}/{spp} spp")
+        def report(renderer: str, done: float, spp: int) -> None:
+            if renderer not in tasks:
+                tasks[renderer] = bars.add_task(renderer, total=spp, samples="")
+            bars.update(tasks[renderer], completed=done, samples=f"{done:.0f}/{spp} spp")
 
         yield report

@@ -21,13 +21,13 @@ if TYPE_CHECKING:
     from fragtracer.apps.compare.numbers import to_json
     from fragtracer.apps.compare.pictures import write_side_by_side
     from fragtracer.apps.compare.report import write_report
-    from fragtracer.apps.compare.run import Comparison, compare_scene, compare_sides
+    from fragtracer.apps.compare.run import Comparison, compare_renderings, compare_scene
     from fragtracer.apps.compare.words import summary
 
 _PUBLIC = {
     "Comparison": "run",
     "compare_scene": "run",
-    "compare_sides": "run",
+    "compare_renderings": "run",
     "summary": "words",
     "to_json": "numbers",
     "write_report": "report",
@@ -35,8 +35,8 @@ _PUBLIC = {
 }
 __all__ = [
     "Comparison",
+    "compare_renderings",
     "compare_scene",
-    "compare_sides",
     "summary",
     "to_json",
     "write_report",

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from fragtracer.apps.compare.machine import describe_machine
 from fragtracer.apps.compare.measures import relative
-from fragtracer.apps.compare.sides import Progress, part_of
+from fragtracer.apps.compare.rendering import Progress, part_of
 from fragtracer.renderer import Renderer
 from fragtracer.scene import Scene
 from fragtracer.shader_composer import CONSTANTS

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from fragtracer.apps.compare import charts, pictures, words
+from fragtracer.apps.compare import pictures, words
 from fragtracer.apps.compare.approximation import ANGLES, Approximation, by_roughness_and_angle
 from fragtracer.apps.compare.measures import auto_exposure
 from fragtracer.apps.compare.page import write_page
@@ -59,7 +59,8 @@ def _facts(found: Approximation) -> dict[str, Any]:
         "split_sum": pictures.data_uri(shown(found, -1)),
         "total": pictures.data_uri(pictures.diverging(total, limit)),
         "maps": maps,
-        "legend": charts.legend(100 * limit, " %"),
+        "diverging": pictures.DIVERGING,
+        "limit": limit,
         "angles": [f"{low:.0f}° to {high:.0f}°" for low, high in pairwise(ANGLES)],
         "spheres": list(by_roughness_and_angle(found)),
         "settings": {"width": width, "height": height, "spp of each stage": found.spp},

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fragtracer.apps.compare.sides import Side
+from fragtracer.apps.compare.relative_error import efficiency, relative_weight
+from fragtracer.apps.compare.rendering import Rendering
 from fragtracer.display.tone import srgb_encode
 
 _DARK = 0.01  # of the mean radiance
@@ -15,52 +16,54 @@ _WHITE_QUANTILE, _WHITE = 0.9, 0.8  # the quantile of the pixels' brightest chan
 
 @dataclass(frozen=True)
 class Measures:
-    """Errors are relative to the mean radiance of the reference's picture.
+    """Errors are relMSE (:mod:`.relative_error`), relative to the mean of both images.
 
-    ``rmse`` is the root mean square of the pixels' differences, ``expected_rmse`` what noise alone
-    would make it. ``flip`` is the mean of NVIDIA's FLIP error of the pictures as they are shown, 0 to 1
-    (Andersson et al. 2020, "FLIP: a difference evaluator for alternating images"); None without the
-    package. ``ours_noise`` and ``reference_noise`` are the root mean square errors of the pictures of
-    all batches, estimated from the scatter between batches.
+    ``relative_mse`` is that of one image against the other. ``ours_relative_mse`` and ``reference_relative_mse`` are
+    the variances of the two images, the means of all batches, estimated from the scatter between batches. ``flip`` is
+    the mean of NVIDIA's FLIP error of the images as they are shown, 0 to 1 (Andersson et al. 2020, "FLIP: a
+    difference evaluator for alternating images"); None without the package.
     """
 
-    rmse: float
-    expected_rmse: float
+    relative_mse: float
+    ours_relative_mse: float
+    reference_relative_mse: float
     flip: float | None
     exposure: float  # stops
-    ours_noise: float
-    reference_noise: float
     ours_seconds: float
     reference_seconds: float
 
     @property
-    def equal_time_ratio(self) -> float | None:
-        """How many times as long Mitsuba renders as fragtracer to the same mean squared error; None
-        where a side has no noise."""
-        ours = self.ours_noise**2 * self.ours_seconds
-        reference = self.reference_noise**2 * self.reference_seconds
-        return reference / ours if ours > 0 and reference > 0 else None
+    def expected_relative_mse(self) -> float:
+        """What noise alone would make :attr:`relative_mse`."""
+        return self.ours_relative_mse + self.reference_relative_mse
 
-    def error_after(self, seconds: float) -> tuple[float, float]:
-        """Relative root mean square error of ours and of the reference after ``seconds`` of rendering."""
-        ours = self.ours_noise * (self.ours_seconds / seconds) ** 0.5
-        return ours, self.reference_noise * (self.reference_seconds / seconds) ** 0.5
+    @property
+    def efficiencies(self) -> tuple[float | None, float | None]:
+        """1 / (relMSE · s) of ours and of the reference; None for an image without noise."""
+        ours = efficiency(self.ours_relative_mse, self.ours_seconds)
+        return ours, efficiency(self.reference_relative_mse, self.reference_seconds)
+
+    @property
+    def efficiency_ratio(self) -> float | None:
+        """Efficiency of ours over that of the reference; None where an image has no noise."""
+        ours, reference = self.efficiencies
+        return ours / reference if ours and reference else None
 
 
-def measure(ours: Side, reference: Side) -> Measures:
-    """Describe the difference of two sides whose pictures have one size."""
-    scale = float(reference.picture.mean(dtype=np.float64)) or 1.0
-    rmse = float(np.sqrt(np.mean((ours.picture.astype(np.float64) - reference.picture) ** 2))) / scale
-    ours_noise, reference_noise = _noise(ours) / scale, _noise(reference) / scale
+def measure(ours: Rendering, reference: Rendering) -> Measures:
+    """Describe the difference of two renderings of one size."""
+    images = [rendering.picture.astype(np.float64) for rendering in (ours, reference)]
+    weight = relative_weight((images[0] + images[1]) / 2)
+    mse = float(((images[0] - images[1]) ** 2 * weight).mean())
+    variances = [float((_variance(rendering) * weight).mean()) for rendering in (ours, reference)]
     exposure = auto_exposure(reference.picture)
     flip = mean_flip(displayed(reference.picture, exposure), displayed(ours.picture, exposure))
-    expected = float(np.hypot(ours_noise, reference_noise))
-    return Measures(rmse, expected, flip, exposure, ours_noise, reference_noise, ours.seconds, reference.seconds)
+    return Measures(mse, variances[0], variances[1], flip, exposure, ours.seconds, reference.seconds)
 
 
-def _noise(side: Side) -> float:
-    """Root mean square error of ``side.picture``."""
-    return float(np.sqrt(side.pictures.var(axis=0, ddof=1, dtype=np.float64).mean() / len(side.pictures)))
+def _variance(rendering: Rendering) -> NDArray[np.float64]:
+    """Squared standard error of the mean of the batches, (h, w, 3)."""
+    return np.asarray(rendering.pictures.var(axis=0, ddof=1, dtype=np.float64) / len(rendering.pictures))
 
 
 def relative(change: NDArray[np.floating], truth: NDArray[np.floating]) -> NDArray[np.float64]:

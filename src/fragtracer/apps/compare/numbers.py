@@ -11,7 +11,7 @@ from fragtracer.apps.compare.run import Comparison
 from fragtracer.apps.compare.verdict import Scale, Verdict
 from fragtracer.apps.compare.words import summary
 
-SCHEMA = 1
+SCHEMA = 2
 
 
 def to_json(comparison: Comparison) -> dict[str, Any]:
@@ -20,7 +20,7 @@ def to_json(comparison: Comparison) -> dict[str, Any]:
     Colours are lists of three numbers (red, green, blue). Differences and errors are relative to
     Mitsuba's mean (0.01 is 1 %), radiances linear, times in seconds. What is not finite is null.
 
-    - ``schema``: 1; it changes when a key changes its meaning or goes.
+    - ``schema``: 2; it changes when a key changes its meaning or goes.
     - ``scene``: its name.
     - ``verdict``: ``outcome`` ("agreement", "disagreement" or "inconclusive"), ``exit_status``,
       ``summary`` in words, ``margin``, ``alpha``, ``power``, the number of ``comparisons`` and of those
@@ -30,10 +30,10 @@ def to_json(comparison: Comparison) -> dict[str, Any]:
       ``relative_error`` (standard), ``degrees`` of freedom, ``p``, ``z``, ``differs``. The image also has
       ``equivalent``, ``detectable_bias`` and ``provable_margin``, regions ``equivalent`` and ``judged``
       (precise enough to be asked for equivalence).
-    - ``measures``: ``relative_rmse`` of the pixels, ``expected_relative_rmse`` by noise alone, ``flip``,
-      ``exposure`` in stops under which FLIP saw the pictures.
-    - ``time``: for ``ours`` and ``reference`` ``start``, ``render``, ``relative_error`` of the pixels and
-      ``relative_error_after_10_s``; ``equal_error_ratio`` is Mitsuba's time over ours for equal errors.
+    - ``measures``: ``relative_mse`` (relMSE, :mod:`.relative_error`) of one image against the other,
+      ``expected_relative_mse`` by noise alone, ``flip``, ``exposure`` in stops under which FLIP saw the images.
+    - ``time``: for ``ours`` and ``reference`` ``start`` (loading and compiling), ``render``, the ``relative_mse`` of
+      the image by noise and the ``efficiency``, 1 / (relMSE · s); ``efficiency_ratio`` is ours over Mitsuba's.
     - ``settings``: ``width``, ``height``, ``spp``, ``batches``, ``seed``, and the scene's render settings.
     - ``machine``: ``gl_renderer``, ``mitsuba_variant``, date, processor, system and versions.
     """
@@ -56,7 +56,7 @@ def to_json(comparison: Comparison) -> dict[str, Any]:
 
 
 def settings(comparison: Comparison) -> dict[str, Any]:
-    """How both sides were rendered."""
+    """The settings of both renderers."""
     width, height = comparison.size
     used = {"width": width, "height": height, "spp": comparison.spp}
     used |= {"batches": comparison.batches, "seed": comparison.seed}
@@ -65,7 +65,7 @@ def settings(comparison: Comparison) -> dict[str, Any]:
 
 
 def machine(comparison: Comparison) -> dict[str, str]:
-    """On what both sides were rendered."""
+    """On what both renderers ran."""
     devices = {"gl_renderer": comparison.ours.device, "mitsuba_variant": comparison.reference.device}
     return devices | comparison.machine
 
@@ -86,25 +86,24 @@ def _scale(scale: Scale) -> dict[str, Any]:
 
 
 def _measures(comparison: Comparison) -> dict[str, float | None]:
-    found = comparison.measures
-    errors = {"relative_rmse": found.rmse, "expected_relative_rmse": found.expected_rmse}
-    return errors | {"flip": found.flip, "exposure": found.exposure}
+    names = ("relative_mse", "expected_relative_mse", "flip", "exposure")
+    return {name: getattr(comparison.measures, name) for name in names}
 
 
 def _time(comparison: Comparison) -> dict[str, Any]:
     found = comparison.measures
-    sides = zip((comparison.ours, comparison.reference), found.error_after(10), strict=True)
-    noises = {"fragtracer": found.ours_noise, "Mitsuba": found.reference_noise}
+    renderings = (comparison.ours, comparison.reference)
+    errors = (found.ours_relative_mse, found.reference_relative_mse)
     ours, reference = (
         {
-            "start": side.start_seconds,
-            "render": side.seconds,
-            "relative_error": noises[side.name],
-            "relative_error_after_10_s": after,
+            "start": rendering.start_seconds,
+            "render": rendering.seconds,
+            "relative_mse": relative_mse,
+            "efficiency": efficiency,
         }
-        for side, after in sides
+        for rendering, relative_mse, efficiency in zip(renderings, errors, found.efficiencies, strict=True)
     )
-    return {"ours": ours, "reference": reference, "equal_error_ratio": found.equal_time_ratio}
+    return {"ours": ours, "reference": reference, "efficiency_ratio": found.efficiency_ratio}
 
 
 def _plain(array: NDArray[Any]) -> Any:

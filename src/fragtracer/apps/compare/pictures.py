@@ -43,7 +43,8 @@ def shown(comparison: Comparison) -> tuple[Bytes, Bytes]:
 
 def relative_difference(comparison: Comparison) -> NDArray[np.float64]:
     """(ours - Mitsuba's) / Mitsuba's of each pixel's mean of the colours, (height, width)."""
-    ours, reference = (side.picture.mean(axis=2, dtype=np.float64) for side in (comparison.ours, comparison.reference))
+    renderings = (comparison.ours, comparison.reference)
+    ours, reference = (rendering.picture.mean(axis=2, dtype=np.float64) for rendering in renderings)
     return relative(ours - reference, reference)
 
 
@@ -59,8 +60,8 @@ def enlarged(parts: Bytes, size: tuple[int, int]) -> Bytes:
     width, height = size
     rows, columns, _ = parts.shape
     row, column = (
-        np.searchsorted(np.arange(1, n) * side // n, np.arange(side), side="right")
-        for n, side in ((rows, height), (columns, width))
+        np.searchsorted(np.arange(1, n) * pixels // n, np.arange(pixels), side="right")
+        for n, pixels in ((rows, height), (columns, width))
     )
     return np.asarray(parts[row[:, None], column[None, :]])
 

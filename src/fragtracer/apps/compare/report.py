@@ -8,6 +8,7 @@ import numpy as np
 
 from fragtracer.apps.compare import charts, numbers, page, pictures, statistics, words
 from fragtracer.apps.compare.run import Comparison
+from fragtracer.apps.compare.verdict import REFERENCE_ALLOWANCE
 
 _TEMPLATE = "report.html.jinja"
 _Z_LIMIT = 5.0
@@ -16,7 +17,7 @@ _Z_LIMIT = 5.0
 def write_report(path: str | Path, comparison: Comparison) -> None:
     """Write the report of ``comparison`` to an .html file; errors as of :func:`.page.write_page`.
 
-    Pictures, charts and styles are inside, so the file can be mailed or printed as it is.
+    Pictures, chart and style are inside, so the file can be mailed or printed as it is.
     """
     page.write_page(path, _TEMPLATE, _facts(comparison) | _pictures(comparison))
 
@@ -40,9 +41,10 @@ def _facts(comparison: Comparison) -> dict[str, Any]:
         "regions": _region_rows(comparison),
         "settings": numbers.settings(comparison),
         "machine": numbers.machine(comparison),
-        "after": comparison.measures.error_after(10),
+        "relative_mse": (comparison.measures.ours_relative_mse, comparison.measures.reference_relative_mse),
         "power": statistics.POWER,
         "rounding": statistics.ROUNDING,
+        "allowance": REFERENCE_ALLOWANCE,
     }
 
 
@@ -57,9 +59,10 @@ def _pictures(comparison: Comparison) -> dict[str, Any]:
         "ours_picture": pictures.data_uri(ours),
         "reference_picture": pictures.data_uri(reference),
         "difference_picture": pictures.data_uri(pictures.diverging(difference, limit)),
-        "difference_legend": charts.legend(100 * limit, " %"),
+        "diverging": pictures.DIVERGING,
+        "difference_limit": limit,
         "z_pictures": [pictures.data_uri(picture) for picture in maps],
-        "z_legend": charts.legend(_Z_LIMIT, ""),
+        "z_limit": _Z_LIMIT,
         "histogram": charts.histogram(blocks.z[blocks.pair.error > 0], blocks.critical),
         "critical": blocks.critical,
     }

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""Compares a scene with itself in Mitsuba."""
+"""Renders a scene with fragtracer and with Mitsuba and compares the images."""
 
 from dataclasses import dataclass, field
 
 from fragtracer.apps.compare.machine import describe_machine
 from fragtracer.apps.compare.measures import Measures, measure
-from fragtracer.apps.compare.sides import Progress, Side, render_ours, render_reference
+from fragtracer.apps.compare.rendering import Progress, Rendering, render_ours, render_reference
 from fragtracer.apps.compare.verdict import ALPHA, MARGIN, Verdict, judge
 from fragtracer.scene import Scene
 
@@ -19,8 +19,8 @@ class Comparison:
     """All that is known of one comparison; ``exit_status`` is 0, 1 or 2 (:mod:`fragtracer.apps.compare.verdict`)."""
 
     scene: Scene
-    ours: Side
-    reference: Side
+    ours: Rendering
+    reference: Rendering
     verdict: Verdict
     measures: Measures
     seed: int = 0
@@ -38,7 +38,7 @@ class Comparison:
 
     @property
     def spp(self) -> int:
-        """Samples per pixel on each side."""
+        """Samples per pixel of each renderer."""
         return self.ours.spp
 
     @property
@@ -71,9 +71,9 @@ def compare_scene(
         (width, height) in pixels; left out, the scene's own shape with about 57600 pixels. The tests
         look at parts of the picture, for which more pixels do the same as more samples.
     spp
-        Samples per pixel of each side, rounded up to a multiple of ``batches``.
+        Samples per pixel of each renderer, rounded up to a multiple of ``batches``.
     batches
-        Independent pictures of each side, two at least. Fewer than about eight weaken the tests.
+        Independent pictures of each renderer, two at least. Fewer than about eight weaken the tests.
     seed
         Another seed repeats the comparison with other random numbers.
     margin
@@ -86,7 +86,7 @@ def compare_scene(
     Raises
     ------
     FragtracerError
-        If one side cannot render.
+        If one renderer cannot render it.
     ValueError
         If a number is out of its range.
     """
@@ -95,11 +95,13 @@ def compare_scene(
     size, spp = size or default_size(scene), rounded_up(spp, batches)
     reference = render_reference(scene, size, spp, batches, seed, progress, variant)
     ours = render_ours(scene, size, spp, batches, seed, progress)
-    return compare_sides(scene, ours, reference, margin, seed)
+    return compare_renderings(scene, ours, reference, margin, seed)
 
 
-def compare_sides(scene: Scene, ours: Side, reference: Side, margin: float = MARGIN, seed: int = 0) -> Comparison:
-    """Judge two sides that are rendered already."""
+def compare_renderings(
+    scene: Scene, ours: Rendering, reference: Rendering, margin: float = MARGIN, seed: int = 0
+) -> Comparison:
+    """Judge two renderings of one scene."""
     verdict = judge(ours.pictures, reference.pictures, margin, ALPHA, ours.non_finite)
     return Comparison(scene, ours, reference, verdict, measure(ours, reference), seed)
 

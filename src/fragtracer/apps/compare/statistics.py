@@ -6,7 +6,7 @@ each batch is an independent estimate of the same radiance. The values that are 
 parts of a picture, one for each batch. They need no assumption about samples or pixels, which a
 low-discrepancy sampler or a wide filter would break, and by the central limit theorem they are much
 nearer to normal than samples are: fireflies (samples that are rare and very bright) widen the error
-bars instead of being taken for differences. The exception is light that one side finds so rarely
+bars instead of being taken for differences. The exception is light that one renderer finds so rarely
 that a part of the picture may miss it in every batch; more samples per pixel mend that.
 
 References
@@ -52,13 +52,13 @@ def part_means(stack: ArrayLike, rows: int, columns: int) -> Floats:
 
 def block_grid(width: int, height: int) -> tuple[int, int]:
     """Rows and columns of nearly square blocks of pixels, about 144 of them."""
-    side = max(1.0, (width * height / 144) ** 0.5)
-    return max(1, round(height / side)), max(1, round(width / side))
+    size = max(1.0, (width * height / 144) ** 0.5)
+    return max(1, round(height / size)), max(1, round(width / size))
 
 
 @dataclass(frozen=True)
 class Pair:
-    """Mean and squared standard error of the mean of both sides, and the degrees of freedom of the latter.
+    """Mean and squared standard error of the mean of both renderers, and the degrees of freedom of the latter.
 
     The four arrays have one shape, that of the parts which were measured.
     """
@@ -74,8 +74,8 @@ class Pair:
     def of(cls, ours: Floats, reference: Floats) -> "Pair":
         """Of two arrays of measurements, the first axis of each being its batches (at least two)."""
         if min(len(ours), len(reference)) < 2:
-            raise ValueError(f"two batches a side are the least, not {len(ours)} and {len(reference)}")
-        a, b = (side.var(axis=0, ddof=1) / len(side) for side in (ours, reference))
+            raise ValueError(f"each renderer needs at least two batches, not {len(ours)} and {len(reference)}")
+        a, b = (batches.var(axis=0, ddof=1) / len(batches) for batches in (ours, reference))
         return cls(ours.mean(axis=0), reference.mean(axis=0), a, b, len(ours) - 1, len(reference) - 1)
 
     @property
@@ -106,13 +106,13 @@ def _ratio(a: Floats, b: Floats) -> Floats:
         return np.where((a == 0) & (b == 0), 0.0, a / b)
 
 
-def difference_p(pair: Pair, rounding: float = ROUNDING, slack: float = 0.0) -> Floats:
+def difference_p(pair: Pair, rounding: float = ROUNDING, allowance: float = 0.0) -> Floats:
     """Two-sided p-values of Welch's t-test that the means differ.
 
-    A difference counts from ``rounding`` (relative to the larger mean) and ``slack`` (radiance) on.
-    Where neither side varies, p is 1 up to there and 0 beyond.
+    A difference counts from ``rounding`` (relative to the larger mean) and ``allowance`` (radiance) on.
+    Where neither renderer varies, p is 1 up to there and 0 beyond.
     """
-    least = rounding * np.maximum(np.abs(pair.ours), np.abs(pair.reference)) + slack
+    least = rounding * np.maximum(np.abs(pair.ours), np.abs(pair.reference)) + allowance
     excess = np.maximum(0, np.abs(pair.ours - pair.reference) - least)
     return 2 * _upper_tail(excess, pair.error, pair.degrees(), at_zero=0.5)
 
@@ -130,13 +130,13 @@ def equivalence_p(pair: Pair, margin: float) -> Floats:
     Small where it does; the larger one of both tests. The ratio of the means is tested in its linear form,
     ours - (1 ± margin) · reference, so that the noise of the reference counts as well (Sasabuchi 1988).
     """
-    sides = []
+    tails = []
     for sign in (-1, 1):
         scale = 1 + sign * margin
         distance = sign * (scale * pair.reference - pair.ours)
         error = np.sqrt(pair.ours_error2 + scale**2 * pair.reference_error2)
-        sides.append(_upper_tail(distance, error, pair.degrees(scale), at_zero=0.0))
-    return np.maximum(*sides)
+        tails.append(_upper_tail(distance, error, pair.degrees(scale), at_zero=0.0))
+    return np.maximum(*tails)
 
 
 def _upper_tail(distance: Floats, error: Floats, degrees: Floats, at_zero: float) -> Floats:

@@ -5,13 +5,13 @@ The pictures are compared at three scales: as a whole, in 4 x 4 regions and in a
 each colour. Each scale has a third of the level α, so that the whole picture, where a small bias of
 everything shows, does not pay for the number of blocks, where a large error in one place shows.
 
-- *Disagreement* (exit status 1): a part differs, with α the probability that any part of two right
-  renderers does. It stays one if the difference is smaller than the margin.
+- *Disagreement* (exit status 1): a part differs. The probability that any part of two correct renderers
+  does is α. A difference smaller than the margin counts too.
 - *Agreement* (0): no part differs, and every colour of the whole picture and of every region that was
   measured well enough is equivalent within the margin, at level α again. All of them must be, which
   needs no correction for their number (Berger 1982, "Multiparameter hypothesis testing and
-  acceptance sampling"). A region is measured well enough if noise alone would make the least of
-  such regions fail with a probability of 5 % at most; dark and noisy ones say nothing here.
+  acceptance sampling"). A region is measured well enough if all such regions of two equal
+  renderers pass with a probability of at least 95 %; darker and noisier ones are not asked.
 - *Inconclusive* (2): no part differs, but the noise leaves room for a bias as large as the margin.
 """
 
@@ -30,9 +30,9 @@ from fragtracer.apps.compare.statistics import POWER, Floats, Pair
 ALPHA = 0.01
 MARGIN = 0.01
 REGIONS = 4
-# Of the mean of the whole picture: what Mitsuba's single precision was seen to add or lose, against
-# closed forms and float64 ray casting (docs/correctness.md). Smaller differences prove nothing.
-WITNESS = 2e-4
+# Of the mean of the whole picture: the largest error of Mitsuba's single precision that was measured, against
+# closed forms and float64 ray casting (docs/correctness.md). A smaller difference is not attributed to fragtracer.
+REFERENCE_ALLOWANCE = 2e-4
 
 Outcome = Literal["agreement", "disagreement", "inconclusive"]
 Means = Mapping[str, Floats]
@@ -42,16 +42,16 @@ EXIT_STATUS: dict[Outcome, int] = {"agreement": 0, "disagreement": 1, "inconclus
 @dataclass(frozen=True)
 class Scale:
     """The tests of one grid of parts; arrays are (rows, columns, 3). ``level`` is that of one test and
-    ``slack`` the radiance up to which a difference may be the reference's own error."""
+    ``allowance`` the radiance up to which a difference may be the reference's own error."""
 
     pair: Pair
     level: float
-    slack: float = 0.0
+    allowance: float = 0.0
 
     @cached_property
     def p(self) -> Floats:
         """Of the difference test."""
-        return statistics.difference_p(self.pair, slack=self.slack)
+        return statistics.difference_p(self.pair, allowance=self.allowance)
 
     @cached_property
     def z(self) -> Floats:
@@ -70,7 +70,7 @@ class Scale:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What the numbers say; ``margin`` and ``alpha`` are what they were asked.
+    """The outcome of all tests at the level ``alpha`` and with the equivalence margin ``margin``.
 
     ``spp_factor`` is how many times as many samples would probably give a verdict that is not
     "inconclusive"; 1 where this one is not.
@@ -98,7 +98,7 @@ class Verdict:
 
     @property
     def judged_regions(self) -> NDArray[np.bool_]:
-        """The regions and colours that the margin is asked of, (rows, columns, 3)."""
+        """The regions and colours that are tested for equivalence, (rows, columns, 3)."""
         power = 1 - (1 - POWER) / self.regions.p.size
         return np.asarray(statistics.provable_margin(self.regions.pair, self.alpha, power) <= self.margin)
 
@@ -126,7 +126,7 @@ class Verdict:
     def detectable_bias(self) -> Floats:
         """The smallest relative bias of the whole picture's mean that the difference test finds with
         a probability of 95 %, per colour (3,)."""
-        return np.asarray(statistics.detectable_bias(self.image.pair, self.image.level)[0, 0] + WITNESS)
+        return np.asarray(statistics.detectable_bias(self.image.pair, self.image.level)[0, 0] + REFERENCE_ALLOWANCE)
 
     @property
     def provable_margin(self) -> Floats:
@@ -194,5 +194,5 @@ def judge_means(
     for name in ours:
         pair = Pair.of(ours[name], reference[name])
         level = statistics.sidak(statistics.sidak(alpha, len(ours)), pair.ours.size)
-        scales[name] = Scale(pair, level, WITNESS * float(reference["image"].mean()))
+        scales[name] = Scale(pair, level, REFERENCE_ALLOWANCE * float(reference["image"].mean()))
     return Verdict(**scales, margin=margin, alpha=alpha, non_finite=non_finite)

@@ -68,10 +68,10 @@ def _differences(comparison: Comparison) -> str:
     verdict = comparison.verdict
     blocks, regions = (scale.p.shape[0] * scale.p.shape[1] for scale in (verdict.blocks, verdict.regions))
     tests = f"{verdict.comparisons} tests (the picture, {regions} regions and {blocks} blocks, in 3 colours)"
-    chance = f"where chance alone finds one or more with a probability of {exact(verdict.alpha)}"
+    level = f"where noise alone would find one or more with a probability of {exact(verdict.alpha)}"
     if not verdict.differing:
-        return f"None of {tests} finds a difference, {chance}."
-    finds = f"{verdict.differing} of {tests} find{'s' * (verdict.differing == 1)} a difference, {chance}"
+        return f"None of {tests} finds a difference, {level}."
+    finds = f"{verdict.differing} of {tests} find{'s' * (verdict.differing == 1)} a difference, {level}"
     return f"{finds}; the clearest is {_clearest(comparison)}."
 
 
@@ -101,5 +101,5 @@ def _equivalence(comparison: Comparison) -> str:
     proved = verdict.equivalent_regions & judged
     margin = f"within ±{exact(verdict.margin)}"
     mean = "is" if verdict.equivalent_image.all() else "is not shown to be"
-    regions = f"{proved.sum()} of the {judged.sum()} means of regions that are precise enough to ask are so too"
+    regions = f"{proved.sum()} of the {judged.sum()} means of regions precise enough to be tested are equal too"
     return f"The picture's mean radiance {mean} equal {margin} in each colour; {regions}."

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+// What a camera ray meets first, as numbers instead of light, gathered in a film like light: for the eyes of a person
+// who looks for a mistake in a scene. No light transport.
+#include "camera/camera.glsl"
+#include "film/film.glsl"
+#include "material/visibility.glsl"
+#include "sampler/sampler.glsl"
+
+#define AUXILIARY_NORMALS 0
+#define AUXILIARY_DEPTH 1
+#define AUXILIARY_ALBEDO 2
+#ifndef AUXILIARY
+#define AUXILIARY AUXILIARY_NORMALS
+#endif
+
+layout(location = 0) out vec4 out_mean;
+layout(location = 1) out vec4 out_variance;
+
+uniform int u_rays;
+
+vec3 auxiliary_value(Ray ray, uint seed) {
+    Hit hit = closest_hit(ray, seed);
+    if (hit.primitive == NO_PRIMITIVE) return vec3(0.0);
+    Surface surface = surface_at(ray, hit);
+#if AUXILIARY == AUXILIARY_NORMALS
+    return 0.5 + 0.5 * material_shading_normal(surface);
+#elif AUXILIARY == AUXILIARY_DEPTH
+    return vec3(hit.distance);
+#else
+    Material material = material_at(surface);
+    return material.unlit != 0 ? material.emission : material.diffuse + material.f0;
+#endif
+}
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    Film film = film_load(pixel);
+    uint index = film_sample_index(film);
+    float unused;
+    for (int i = 0; i < u_rays; i++) {
+        vec4 u = sampler_vec4(pixel, index + uint(i), dimension_camera(), unused);
+        film_add(film, auxiliary_value(camera_ray(pixel, u), hash_pcg4d(floatBitsToUint(u)).x));
+    }
+    if (traversal_was_cut) film_invalidate(film);
+    out_mean = film_mean(film);
+    out_variance = film_variance(film);
+}

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+// The contract of a BSDF, and its dispatch to one file for each model. Directions are local and unit with z along the
+// shading normal, on the side of wo: wo.z > 0, and a direction with wi.z < 0 is transmitted.
+//
+//   bsdf_eval    f |cos_i|, without delta lobes
+//   bsdf_pdf     1/sr, of bsdf_sample(), without delta lobes
+//   bsdf_sample  a direction with its weight and density
+//
+// Radiance is what is transported: a transmitted weight carries the factor eta^2, and so is taken out of the Russian
+// roulette (integrator/path.glsl). Where nothing is scattered, weight and density are 0.
+#include "bsdf/model.glsl"
+#include "bsdf/cook_torrance.glsl"
+#include "bsdf/diffuse.glsl"
+
+// f |cos_i| in rgb and the density in a, both without delta lobes.
+vec4 bsdf_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
+    vec4 result = vec4(0.0);
+#if HAS_DIFFUSE
+    if (b.model == BSDF_DIFFUSE) result = diffuse_eval_pdf(b, wo, wi);
+#endif
+#if HAS_COOK_TORRANCE
+    if (b.model == BSDF_COOK_TORRANCE) result = cook_torrance_eval_pdf(b, wo, wi);
+#endif
+    return result;
+}
+
+vec3 bsdf_eval(Bsdf b, vec3 wo, vec3 wi) { return bsdf_eval_pdf(b, wo, wi).rgb; }
+
+float bsdf_pdf(Bsdf b, vec3 wo, vec3 wi) { return bsdf_eval_pdf(b, wo, wi).a; }
+
+// u chooses the lobe and the direction within it.
+BsdfSample bsdf_sample(Bsdf b, vec3 wo, vec2 u) {
+    BsdfSample s = bsdf_no_sample();
+#if HAS_DIFFUSE
+    if (b.model == BSDF_DIFFUSE) s = diffuse_sample(b, wo, u);
+#endif
+#if HAS_COOK_TORRANCE
+    if (b.model == BSDF_COOK_TORRANCE) s = cook_torrance_sample(b, wo, u);
+#endif
+    return s;
+}

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+// What all models of bsdf.glsl share: the parameters at a point, and the result of sampling.
+
+const int BSDF_DIFFUSE = 0;
+const int BSDF_COOK_TORRANCE = 1;
+
+struct Bsdf {
+    int model;     // BSDF_..., which says which of the parameters count
+    vec3 diffuse;  // albedo of the diffuse part, (1 - metallic) included
+    float alpha;   // GGX width
+    vec3 f0;       // specular reflectance at normal incidence; f0 = 0 and f90 = 0: no specular lobe
+    vec3 f90;      // specular reflectance at grazing incidence
+};
+
+// What happened at a sampled event: one of the first two, and whether the lobe is a delta.
+const int EVENT_REFLECTION = 1;
+const int EVENT_TRANSMISSION = 2;
+const int EVENT_DELTA = 4;
+
+struct BsdfSample {
+    vec3 wi;
+    vec3 weight;  // f |cos_i| / pdf
+    float pdf;    // 1/sr; 0 means "no sample"; of a delta lobe, the probability of having chosen it
+    float eta;    // index of refraction on the side of wi over that on the side of wo; 1 for a reflection
+    int event;
+};
+
+BsdfSample bsdf_no_sample() { return BsdfSample(vec3(0.0, 0.0, 1.0), vec3(0.0), 0.0, 1.0, EVENT_REFLECTION); }
+
+bool bsdf_is_delta(BsdfSample s) { return (s.event & EVENT_DELTA) != 0; }

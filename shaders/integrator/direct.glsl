@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: MIT
+// Direct light at a vertex by next-event estimation, and how it is weighed against light that BSDF sampling meets
+// (multiple importance sampling: Veach 1997, chapter 9).
+#include "core/hash.glsl"
+#include "core/math.glsl"
+#include "integrator/vertex.glsl"
+#include "light/light.glsl"
+#include "material/visibility.glsl"
+#include "sampler/sampler.glsl"
+
+#define ESTIMATOR_MIS 0
+#define ESTIMATOR_NEE 1
+#define ESTIMATOR_BSDF 2
+#ifndef ESTIMATOR
+#define ESTIMATOR ESTIMATOR_MIS
+#endif
+
+uniform int u_light_samples;  // at each vertex
+uniform vec3 u_ambient_radiance;
+
+// Weight of a sample of the lights of density light_pdf, against BSDF sampling of density bsdf_pdf.
+float direct_light_weight(float light_pdf, float bsdf_pdf, bool delta) {
+#if ESTIMATOR == ESTIMATOR_MIS
+    return delta ? 1.0 : power_heuristic(float(u_light_samples) * light_pdf, bsdf_pdf);
+#elif ESTIMATOR == ESTIMATOR_NEE
+    return 1.0;
+#else
+    return float(delta);
+#endif
+}
+
+// Weight of emission met by BSDF sampling of density bsdf_pdf, against light sampling of density light_pdf; `certain`
+// says that the ray could only have come this way: from the camera or a delta lobe.
+float direct_emission_weight(float bsdf_pdf, float light_pdf, bool certain) {
+#if ESTIMATOR == ESTIMATOR_MIS
+    return certain ? 1.0 : power_heuristic(bsdf_pdf, float(u_light_samples) * light_pdf);
+#elif ESTIMATOR == ESTIMATOR_NEE
+    return certain ? 1.0 : 0.0;
+#else
+    return 1.0;
+#endif
+}
+
+// Whether anything is between the start of a ray that `u` has chosen and a light.
+bool direct_is_occluded(Vertex vertex, Ray ray, float distance, int light_primitive, vec2 u) {
+    uint seed = hash_uint(vertex.seed ^ hash_uint(floatBitsToUint(u.x) ^ hash_uint(floatBitsToUint(u.y))));
+    return is_occluded(ray, distance, light_primitive, seed);
+}
+
+// Radiance scattered towards wo from one sample of the lights, if nothing occludes it.
+vec3 direct_unoccluded(Vertex vertex, LightSample light, vec3 wi) {
+    vec4 eval_pdf = bsdf_eval_pdf(vertex.bsdf, vertex.wo, wi);
+    eval_pdf.rgb *= vertex_shading_factor(vertex, wi);
+    if (light.pdf <= 0.0 || max_component(eval_pdf.rgb) <= 0.0) return vec3(0.0);
+    return eval_pdf.rgb * light.radiance * (direct_light_weight(light.pdf, eval_pdf.a, light.delta) / light.pdf);
+}
+
+vec3 direct_sample(Vertex vertex, vec2 u) {
+    LightSample light = light_sample(vertex.origin, u);
+    vec3 wi = frame_to_local(vertex.frame, light.wi);
+    vec3 radiance = direct_unoccluded(vertex, light, wi);
+    if (max_component(radiance) <= 0.0) return vec3(0.0);
+    Ray ray = Ray(vertex_origin(vertex, wi), light.wi);
+    return direct_is_occluded(vertex, ray, light.distance, light.primitive, u) ? vec3(0.0) : radiance;
+}
+
+// The ambient light by sampling it alone. The other estimators leave it to BSDF sampling, which is
+// proportional to the integrand where nothing occludes; its light pdf is therefore 0 there.
+vec3 direct_ambient_sample(Vertex vertex, vec2 u) {
+    vec3 wi = square_to_cosine_hemisphere(u);
+    Ray ray = Ray(vertex.origin, frame_to_world(vertex.frame, wi));
+    if (wi.z <= 0.0 || direct_is_occluded(vertex, ray, INFINITE_DISTANCE, NO_PRIMITIVE, u)) return vec3(0.0);
+    float factor = vertex_shading_factor(vertex, wi);
+    return bsdf_eval(vertex.bsdf, vertex.wo, wi) * u_ambient_radiance * factor / square_to_cosine_hemisphere_pdf(wi);
+}
+
+// Radiance from all lights that the vertex, number `depth` of its path, scatters towards wo; u serves if one sample is all.
+vec3 direct_light(Vertex vertex, int depth, ivec2 pixel, uint index, vec2 u) {
+    vec3 direct = vec3(0.0);
+    float unused;
+    if (u_light_count > 0) {
+        int i = 0;
+        do {
+            if (u_light_samples > 1) {
+                uint light_index = index * uint(u_light_samples) + uint(i);
+                u = sampler_vec4(pixel, light_index, dimension_light(depth), unused).xy;
+            }
+            direct += direct_sample(vertex, u);
+            i++;
+        } while (i < u_light_samples);
+        direct /= float(u_light_samples);
+    }
+#if ESTIMATOR == ESTIMATOR_NEE
+    if (max_component(u_ambient_radiance) > 0.0) {
+        direct += direct_ambient_sample(vertex, sampler_vec4(pixel, index, dimension_ambient(depth), unused).xy);
+    }
+#endif
+    return direct;
+}

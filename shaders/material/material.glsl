@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+// What a surface is made of at one point: the material's constant values, times its textures and the
+// colours of the vertices (the metallic-roughness material of glTF 2.0, section 3.9).
+#include "bsdf/bsdf.glsl"
+#include "core/math.glsl"
+#include "scene/material.glsl"
+#include "shape/surface.glsl"
+#include "texture/texture.glsl"
+
+// The BSDF of a surface of this material.
+Bsdf material_bsdf(Material material) {
+    return Bsdf(material.bsdf, material.diffuse, material.alpha, material.f0, material.f90);
+}
+
+// The material where its values vary; scene/material.py says the same.
+Material material_with_maps(Material material, Maps maps, vec4 uv, vec3 color) {
+    vec3 albedo = maps.albedo * color;
+    float metallic = maps.metallic;
+#if HAS_TEXTURES
+    if (textures_change(TEXTURE_ALBEDO) && maps.albedo_texture >= 0) {
+        albedo *= texture_value(texture_load(maps.albedo_texture), uv).rgb;
+    }
+    if (textures_change(TEXTURE_METALLIC) && maps.metallic_texture >= 0) {
+        metallic *= texture_channel(texture_load(maps.metallic_texture), uv);
+    }
+    if (textures_change(TEXTURE_ROUGHNESS) && maps.roughness_texture >= 0) {
+        Texture t = texture_load(maps.roughness_texture);
+        vec4 value = texture_value(t, uv);
+        material.alpha = square(clamp(maps.roughness * texture_pick(t.channel, value), 0.0, 1.0));
+        if (maps.metallic_channel >= 0) metallic *= texture_pick(maps.metallic_channel, value);
+    }
+#endif
+    albedo = clamp(albedo, 0.0, 1.0);
+    metallic = clamp(metallic, 0.0, 1.0);
+    if (material.unlit == 0) {
+        material.diffuse = (1.0 - metallic) * albedo;
+        material.f0 = (1.0 - metallic) * maps.dielectric_f0 + metallic * albedo;
+        // A metal reflects white at grazing angles, unless it is all but black (scene/reflectance.py).
+        float grazing = min(1.0, 50.0 * max_component(albedo));
+        material.f90 = (1.0 - metallic) * maps.dielectric_f90 + metallic * grazing;
+#if HAS_TEXTURES
+        if (textures_change(TEXTURE_EMISSION) && maps.emission_texture >= 0) {
+            material.emission *= texture_value(texture_load(maps.emission_texture), uv).rgb;
+        }
+#endif
+    } else {
+        material.emission = albedo;
+    }
+    return material;
+}
+
+Material material_at(Surface surface) {
+    Material material = material_load(surface.material);
+    if (u_has_maps != 0) material = material_with_maps(material, maps_load(surface.material), surface.uv, surface.color.rgb);
+    return material;
+}
+
+// What is left of light from all around, for shading that traces no rays to find out.
+float material_occlusion(Surface surface) {
+#if HAS_TEXTURES
+    if (textures_change(TEXTURE_OCCLUSION)) {
+        Maps maps = maps_load(surface.material);
+        if (maps.occlusion_texture >= 0) {
+            float open = texture_channel(texture_load(maps.occlusion_texture), surface.uv);
+            return 1.0 + maps.occlusion_strength * (open - 1.0);
+        }
+    }
+#endif
+    return 1.0;
+}
+
+// The interpolated normal, with what a normal map makes of it; on the side of the surface's front. The tangent is made
+// perpendicular to the normal; the bitangent is cross(normal, tangent) times the sign in w (glTF 2.0, sections 3.7.2.1
+// and 3.9.3). Without a tangent nothing changes.
+vec3 material_shading_normal(Surface surface) {
+    vec3 normal = surface.shading_normal;
+#if HAS_TEXTURES
+    if (!textures_change(TEXTURE_NORMAL)) return normal;
+    Maps maps = maps_load(surface.material);
+    vec3 along = surface.tangent.xyz - normal * dot(normal, surface.tangent.xyz);
+    float size = length(along);
+    if (maps.normal_texture < 0 || size <= 0.0) return normal;
+    along /= size;
+    vec3 local = 2.0 * texture_value(texture_load(maps.normal_texture), surface.uv).xyz - 1.0;
+    local.xy *= maps.normal_scale;
+    vec3 mapped = local.x * along + local.y * surface.tangent.w * cross(normal, along) + local.z * normal;
+    return length(mapped) > 0.0 ? normalize(mapped) : normal;
+#else
+    return normal;
+#endif
+}

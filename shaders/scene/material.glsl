@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+// Records of materials: their constant values, what textures and the colours of vertices change of them, their opacity.
+#include "scene/storage.glsl"
+
+uniform int u_first_material;  // texels of u_scene where the tables begin
+uniform int u_first_maps;
+uniform int u_first_opacity;
+uniform int u_has_maps;        // 0: materials are constant
+
+const int ALPHA_OPAQUE = 0;
+const int ALPHA_MASK = 1;
+const int ALPHA_BLEND = 2;
+
+struct Material {
+    vec3 diffuse;  // albedo of the diffuse part
+    float alpha;  // GGX width
+    vec3 f0;  // specular reflectance at normal incidence
+    int bsdf;  // BSDF_... of bsdf/bsdf.glsl
+    vec3 f90;  // specular reflectance at grazing incidence
+    int unlit;  // 1: emits to every ray, and scatters nothing
+    vec3 emission;  // radiance from the front
+};
+Material material_of(uvec4 t0, uvec4 t1, uvec4 t2, uvec4 t3) {
+    return Material(
+        uintBitsToFloat(t0.xyz), uintBitsToFloat(t0.w), uintBitsToFloat(t1.xyz), int(t1.w),
+        uintBitsToFloat(t2.xyz), int(t2.w), uintBitsToFloat(t3.xyz));
+}
+Material material_load(int index) {
+    int first = u_first_material + 4 * index;
+    return material_of(scene_texel(first), scene_texel(first + 1), scene_texel(first + 2), scene_texel(first + 3));
+}
+
+// Constant factors, and the numbers of textures that multiply them; -1: there is none.
+struct Maps {
+    vec3 albedo;
+    float roughness;
+    vec3 dielectric_f0;
+    float metallic;
+    vec3 dielectric_f90;
+    float normal_scale;
+    int albedo_texture;
+    int roughness_texture;
+    int metallic_texture;  // only if it is not another channel of the roughness texture
+    int metallic_channel;  // of the value of the roughness texture; -1: there is none
+    int normal_texture;
+    int emission_texture;
+    int occlusion_texture;
+    float occlusion_strength;
+};
+Maps maps_of(uvec4 t0, uvec4 t1, uvec4 t2, uvec4 t3, uvec4 t4) {
+    return Maps(
+        uintBitsToFloat(t0.xyz), uintBitsToFloat(t0.w), uintBitsToFloat(t1.xyz), uintBitsToFloat(t1.w),
+        uintBitsToFloat(t2.xyz), uintBitsToFloat(t2.w), int(t3.x), int(t3.y), int(t3.z), int(t3.w),
+        int(t4.x), int(t4.y), int(t4.z), uintBitsToFloat(t4.w));
+}
+Maps maps_load(int index) {
+    int first = u_first_maps + 5 * index;
+    return maps_of(scene_texel(first), scene_texel(first + 1), scene_texel(first + 2), scene_texel(first + 3), scene_texel(first + 4));
+}
+
+struct Opacity {
+    float opacity;
+    int mode;  // ALPHA_...
+    float cutoff;  // of ALPHA_MASK
+    int texture_index;  // whose alpha channel multiplies it; -1: there is none
+};
+Opacity opacity_of(uvec4 t0) {
+    return Opacity(uintBitsToFloat(t0.x), int(t0.y), uintBitsToFloat(t0.z), int(t0.w));
+}
+Opacity opacity_load(int index) {
+    int first = u_first_opacity + 1 * index;
+    return opacity_of(scene_texel(first));
+}

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+// The split-sum approximation (Karis 2013, Real Shading in Unreal Engine 4) as a game engine shades with it: what a camera
+// ray meets, lit by lookups of the environment, whatever stands in the way, and by the lights as points without shadows;
+// and, for the study of its errors, each of the steps from the light that really comes from the environment to it.
+// docs/split-sum.md measures what they cost.
+#include "camera/camera.glsl"
+#include "film/film.glsl"
+#include "sampler/sampler.glsl"
+#include "split_sum/shading.glsl"
+#include "split_sum/study.glsl"
+
+layout(location = 0) out vec4 out_mean;
+layout(location = 1) out vec4 out_variance;
+
+uniform int u_rays;
+uniform int u_bounces;
+
+// Radiance along a camera ray.
+vec3 split_sum_radiance(Ray ray, uint seed, ivec2 pixel, uint index) {
+    Hit hit = closest_hit(ray, seed);
+    if (hit.primitive == NO_PRIMITIVE) return escaped_radiance(ray.direction, 0, 0.0, true);
+    Surface surface = surface_at(ray, hit);
+    Material material = material_at(surface);
+    vec3 radiance = vec3(0.0);
+    bool is_light = surface.light >= 0 && dot(surface.normal, ray.direction) < 0.0;
+    if (is_light || material.unlit != 0) radiance += material.emission;
+    if (material.unlit != 0 || u_bounces == 0) return radiance;
+    Vertex vertex = vertex_at(surface, material, ray.direction, hash_uint(~seed));
+#if SPLIT_SUM_STEP >= SPLIT_SUM_LOOKUPS
+    radiance += split_sum_environment(vertex, material_occlusion(surface));
+#else
+    radiance += split_sum_step(vertex, pixel, index);
+#endif
+    return radiance + split_sum_lights(vertex);
+}
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    Film film = film_load(pixel);
+    uint index = film_sample_index(film);
+    float unused;
+    for (int i = 0; i < u_rays; i++) {
+        vec4 u = sampler_vec4(pixel, index, dimension_camera(), unused);
+        film_add(film, split_sum_radiance(camera_ray(pixel, u), hash_pcg4d(floatBitsToUint(u)).x, pixel, index));
+        index++;
+    }
+    if (traversal_was_cut) film_invalidate(film);
+    out_mean = film_mean(film);
+    out_variance = film_variance(film);
+}

@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: MIT
+"""Compiles what a scene holds into its program: a pass over the text of a shader, of which nothing else knows.
+
+A software renderer runs both sides of every branch and reads every uniform for each of its lanes, so that constants are
+worth a factor of 2 to 6 there (docs/performance.md, "What specialisation buys"). A GPU gains nothing.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from fragtracer.packing import PackedScene
+from fragtracer.packing.records import Words
+
+# With more shapes than these a BVH is faster than testing all of them (docs/performance.md, "One by one or by a BVH").
+MOST_LISTED = {"software": 64, "gpu": 8}
+# With more records than these a texture is read faster than a value chosen by comparisons.
+_MOST_SELECTED = 8
+
+_UNIFORM = re.compile(r"^uniform\s+(?:highp\s+)?(\w+)\s+(\w+)\s*;")
+_LOOP = re.compile(
+    r"^(\s*)for \(int i = 0; i < (u_\w+_count); i\+\+\) (\w+)\((.*?)\b(\w+)_load\(first \+ i\), first \+ i(.*)\);$"
+)
+_LOAD = re.compile(r"^(\w+) (\w+)_load\(int index\) \{$")
+_RETURN = re.compile(r"^    return (\w+)_of\((.*)\);$")
+
+
+class Level(Enum):
+    """How much of a scene is compiled in: nothing; which kinds of things there are; all values but those that change
+    while the camera moves; all values."""
+
+    NOTHING = 0
+    KINDS = 1
+    SCENE = 2
+    VIEW = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Specialisation:
+    """The constants of a program, equal to another with the same; none for :attr:`Level.NOTHING`."""
+
+    constants: Mapping[str, object]
+    listed: Words | None = None  # the short list of shapes
+    tables: Mapping[str, Words] | None = None  # records by the noun of their functions, few of each
+
+    @property
+    def key(self) -> tuple[object, ...]:
+        """What decides over the program."""
+        tables = tuple((name, words.tobytes()) for name, words in (self.tables or {}).items())
+        return tuple(sorted(self.constants.items())), b"" if self.listed is None else self.listed.tobytes(), tables
+
+    def apply(self, text: str) -> str:
+        """The text of a program with the constants in it, line by line."""
+        lines, load = [], ""
+        for line in text.splitlines():
+            if found := _LOAD.match(line):
+                load = found[2]
+            lines.append(self._line(line, load))
+        return "\n".join(lines) + "\n"
+
+    def _line(self, line: str, load: str) -> str:
+        if (uniform := _UNIFORM.match(line)) and uniform[2] in self.constants:
+            return _constant(uniform[1], uniform[2], self.constants[uniform[2]]) + line[uniform.end() :]
+        if self.listed is not None and (loop := _LOOP.match(line)):
+            return self._unrolled(loop, self.listed)
+        if self.tables is not None and (end := _RETURN.match(line)) and end[1] == load and load in self.tables:
+            return f"    return {load}_of({_selected(self.tables[load], 'index')});"
+        if self.listed is not None and self._selects_shapes and line.startswith("    return textureLod(u_shapes,"):
+            return f"    return {self._shape_texel(self.listed)};"
+        return line
+
+    def _unrolled(self, loop: re.Match[str], listed: Words) -> str:
+        indent, counter, call, before, noun, after = loop.groups()
+        count = int(str(self.constants[counter]))
+        start = sum(int(str(self.constants[name])) for name in _LIST[: _LIST.index(counter)])
+        texels = _LISTED_TEXELS[noun]
+        calls = (
+            f"{call}({before}{noun}_of({', '.join(map(_texel, record[:texels]))}), {start + i}{after});"
+            for i, record in enumerate(listed[start : start + count])
+        )
+        return indent + " ".join(calls)
+
+    @property
+    def _selects_shapes(self) -> bool:
+        assert self.listed is not None
+        return 0 < len(self.listed) <= _MOST_SELECTED and self.constants.get("u_bvh_root") == -1
+
+    def _shape_texel(self, listed: Words) -> str:
+        """The result of shape_texel() where the short list is all there is."""
+        first, second, third = (_chain(listed[:, i], "record") for i in range(3))
+        return f"texel == 0 ? {first} : texel == 1 ? {second} : {third}"
+
+
+_LIST = ("u_plane_count", "u_sphere_count", "u_flat_count")  # in the order of their records
+_LISTED_TEXELS = {"plane": 2, "sphere": 2, "flat": 3}
+
+
+def specialise(packed: PackedScene, level: Level, kept: Sequence[str] = ()) -> Specialisation:
+    """What of ``packed`` is compiled in at a level; uniforms named in ``kept`` are not."""
+    if level is Level.NOTHING:
+        return Specialisation({})
+    if level is Level.KINDS:
+        return Specialisation(dict(packed.flags))
+    constants = {**packed.uniforms, **packed.flags, **(packed.movable if level is Level.VIEW else {})}
+    constants = {name: value for name, value in constants.items() if name not in kept and name != "u_seed"}
+    tables = {_noun(name): words for name, words in packed.scene_records.items() if 0 < len(words) <= _MOST_SELECTED}
+    return Specialisation(constants, packed.listed, tables)
+
+
+def _noun(name: str) -> str:
+    return re.sub(r"(?<!^)([A-Z])", r"_\1", name).lower()
+
+
+def _constant(kind: str, name: str, value: object) -> str:
+    numbers = [value] if isinstance(value, int | float | np.number) else list(value)  # type: ignore[call-overload]
+    suffix = "u" if kind == "uint" else ""
+    return f"const {kind} {name} = {kind}({', '.join(f'{_number(n)}{suffix}' for n in numbers)});"
+
+
+def _number(value: object) -> str:
+    return repr(value.item() if isinstance(value, np.generic) else value)
+
+
+def _texel(words: Words) -> str:
+    return f"uvec4({', '.join(f'{int(word)}u' for word in words)})"
+
+
+def _selected(words: Words, index: str) -> str:
+    """The texels of the record ``index``, an expression for each."""
+    return ", ".join(_chain(words[:, i], index) for i in range(words.shape[1]))
+
+
+def _chain(texels: Words, index: str) -> str:
+    """One of the texels (n, 4) by comparisons."""
+    choices = "".join(f"{index} == {i} ? {_texel(texel)} : " for i, texel in enumerate(texels[:-1]))
+    return f"({choices}{_texel(texels[-1])})"

@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: MIT
+"""Instances of geometries, each with its bottom-level BVH (BLAS).
+
+The topology of a BLAS belongs to the geometry and is kept on disk; it is refitted to each instance in world space. A
+geometry whose instances would take much memory has one BLAS in its own space, which rays enter through a matrix.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fragtracer.bvh import Bvh, Layout, build
+from fragtracer.cache import cached
+from fragtracer.scene import Geometry, Mesh
+
+Floats = NDArray[np.float64]
+Texels = NDArray[np.float32]
+
+_BVH_VERSION = 7  # of fragtracer.bvh, for the files kept on disk
+_BVHS_KEPT = 64  # in memory
+# Instances of a geometry have a BLAS each while they add fewer triangles than this: rays then need no matrix.
+MOST_REPEATED = 100_000
+# Instances through whose matrices bounds would grow by more than this, relative to the mesh, do not share a BLAS.
+_MOST_EPSILON = 1e-3
+
+
+@dataclass(frozen=True)
+class MeshMaterial:
+    """What of a material decides how its triangles are packed."""
+
+    index: int
+    power: float  # emission, summed over the channels
+    flags: int
+
+
+@dataclass(frozen=True, eq=False)
+class Instance:
+    """A geometry at one of its places."""
+
+    geometry: Geometry
+    material: MeshMaterial
+    matrix: Floats  # (3, 4), to the space of the shader
+
+    @property
+    def is_mirrored(self) -> bool:
+        return bool(np.linalg.det(self.matrix[:, :3]) < 0)
+
+    @property
+    def middle(self) -> Floats:
+        """(3,): where the middle of the geometry is."""
+        middle: Floats = self.matrix[:, :3] @ _middle(self.geometry) + self.matrix[:, 3]
+        return middle
+
+    @property
+    def triangles(self) -> NDArray[np.integer]:
+        """(n, 3) vertices, turned if need be so that the front stays the front."""
+        triangles = self.geometry.triangles
+        return triangles[:, [0, 2, 1]] if self.is_mirrored else triangles
+
+
+@dataclass(frozen=True, eq=False)
+class Blas:
+    """An instance with its BVH, refitted to where it stands."""
+
+    instance: Instance
+    bvh: Bvh
+    layout: Layout
+    corners: Texels  # (n, 3, 3)
+    child_bounds: Texels
+    bounds: Texels  # (6,)
+
+
+@dataclass(frozen=True, eq=False)
+class TransformedInstance:
+    """An instance that shares a BLAS, which rays enter through its matrix."""
+
+    instance: Instance
+    blas: Blas
+    bounds: Texels
+
+
+def instances_of(meshes: Sequence[Mesh], materials: Mapping[str, MeshMaterial], origin: Floats) -> list[Instance]:
+    """Every part of ``meshes`` at every place, (0, 0, 0) at ``origin`` (3,)."""
+    instances = []
+    for mesh in meshes:
+        for matrix, part in mesh.placed():
+            matrix[:3, 3] -= origin
+            instances.append(Instance(part.geometry, materials[mesh.material_of(part)], matrix[:3]))
+    return instances
+
+
+def fit(instances: Sequence[Instance], epsilon: float) -> tuple[list[Blas], list[Blas | TransformedInstance]]:
+    """The BLAS that are shared, and all instances in their order; bounds grow by ``epsilon`` metres."""
+    found: dict[Geometry, list[float]] = {}
+    for instance in instances:
+        if (local := _local_epsilon(instance, epsilon)) < np.inf:
+            found.setdefault(instance.geometry, []).append(local)
+    shared = {
+        geometry: _blas(_in_own_space(geometry), max(local))
+        for geometry, local in found.items()
+        if (len(local) - 1) * len(geometry.triangles) > MOST_REPEATED
+    }
+    placed: list[Blas | TransformedInstance] = []
+    for instance in instances:
+        blas = shared.get(instance.geometry)
+        if blas is not None and _local_epsilon(instance, epsilon) < np.inf:
+            placed.append(TransformedInstance(instance, blas, _instance_bounds(instance, blas.bounds, epsilon)))
+        else:
+            placed.append(_blas(instance, epsilon))
+    return list(shared.values()), placed
+
+
+def _local_epsilon(instance: Instance, epsilon: float) -> float:
+    """By how much bounds have to grow, in units of its geometry, for rays that come through the instance's matrix.
+
+    Infinite for an instance that needs triangles of its own: one that emits, since lights are drawn by triangle, each
+    with its area; and one so small or flat that its bounds would overlap.
+    """
+    least = float(np.linalg.norm(instance.matrix[:, :3], -2))  # what a unit shrinks to at most
+    local = epsilon / least if least > 0 else np.inf
+    size = float(np.ptp(instance.geometry.bounds, axis=0).max())
+    return np.inf if instance.material.power or local > _MOST_EPSILON * size else local
+
+
+def _in_own_space(geometry: Geometry) -> Instance:
+    """The geometry for all its instances to share, its middle in the origin; materials are theirs."""
+    nothing = MeshMaterial(0, 0.0, 0)
+    return Instance(geometry, nothing, np.column_stack([np.eye(3), -_middle(geometry)]))
+
+
+def _blas(instance: Instance, epsilon: float) -> Blas:
+    """An instance and its BVH, bounds grown by ``epsilon``."""
+    bvh = _topology(instance.geometry)
+    positions = (instance.geometry.positions @ instance.matrix[:, :3].T + instance.matrix[:, 3]).astype(np.float32)
+    corners = positions[instance.triangles]
+    child_bounds, bounds = bvh.child_bounds(triangle_bounds(corners))
+    growth = np.float32(epsilon)
+    return Blas(instance, bvh, bvh.layout(), corners, child_bounds - growth, bounds - growth)
+
+
+def _instance_bounds(instance: Instance, bounds: Texels, epsilon: float) -> Texels:
+    """The bounds (6,) of an instance whose triangles have ``bounds`` in their own space."""
+    low, high = bounds[:3].astype(np.float64), -bounds[3:].astype(np.float64)
+    linear = instance.matrix[:, :3]
+    middle, half = linear @ ((low + high) / 2) + instance.middle, np.abs(linear) @ ((high - low) / 2) + epsilon
+    return np.concatenate([middle - half, -(middle + half)]).astype(np.float32)
+
+
+@lru_cache(maxsize=_BVHS_KEPT)
+def _topology(geometry: Geometry) -> Bvh:
+    """The BVH of a geometry, from the disk if it was built before."""
+
+    def make() -> dict[str, NDArray[np.generic]]:
+        positions = (geometry.positions - _middle(geometry)).astype(np.float32)
+        bvh = build(triangle_bounds(positions[geometry.triangles]))
+        return {"children": bvh.children, "depth": np.array(bvh.depth)}
+
+    arrays = cached("bvh", f"{_BVH_VERSION}-{geometry.digest}", make)
+    return Bvh(arrays["children"], int(arrays["depth"]))
+
+
+def _middle(geometry: Geometry) -> Floats:
+    middle: Floats = geometry.bounds.mean(axis=0)
+    return middle
+
+
+def triangle_bounds(corners: Texels) -> Texels:
+    """Bounds (6, n) of triangles (n, 3, 3), as :mod:`fragtracer.bvh` wants them."""
+    return np.concatenate([corners.min(axis=1).T, -corners.max(axis=1).T])

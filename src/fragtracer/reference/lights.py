@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: MIT
+"""Lights as Mitsuba's emitters."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from fragtracer.reference.materials import rgb
+from fragtracer.reference.plugins import SPOT
+from fragtracer.reference.shapes import Tree, towards
+from fragtracer.scene import DirectionalLight, Light, SpotLight
+
+
+def light(light: Light) -> Tree:
+    """A ``point`` emitter, or an ``area`` emitter on a black sphere."""
+    if light.radius == 0:
+        return {"type": "point", "position": list(light.position), "intensity": rgb(light.intensity)}
+    return {
+        "type": "sphere",
+        "center": list(light.position),
+        "radius": float(light.radius),
+        "bsdf": {"type": "diffuse", "reflectance": rgb((0, 0, 0))},
+        "emitter": {"type": "area", "radiance": rgb(light.surface_radiance)},
+    }
+
+
+def directional(light: DirectionalLight) -> Tree:
+    """Mitsuba's ``directional``, the same."""
+    return {"type": "directional", "direction": list(light.direction), "irradiance": rgb(light.irradiance)}
+
+
+def spot(light: SpotLight) -> Tree:
+    """fragtracer's own plugin, the same."""
+    return {
+        "type": SPOT,
+        "position": list(light.position),
+        "direction": list(light.direction),
+        "intensity": list(light.intensity),
+        "inner_degrees": float(light.inner_degrees),
+        "outer_degrees": float(light.outer_degrees),
+    }
+
+
+def nearest_spot(light: SpotLight) -> Tree:
+    """Mitsuba's ``spot`` of the same intensity on the axis, the same cone and nearly the same power."""
+    return {
+        "type": "spot",
+        "to_world": towards(light.position, light.direction),
+        "intensity": rgb(light.intensity),
+        "cutoff_angle": float(light.outer_degrees),
+        "beam_width": _beam_width(light),
+    }
+
+
+def _beam_width(light: SpotLight) -> float:
+    """Degrees from the axis where Mitsuba's linear falloff begins, for equal powers in the limit of a narrow cone.
+
+    There ours is (outer² + 2 inner²) / 3 per unit of pi times intensity, that of a linear falloff
+    (outer² + outer beam + beam²) / 3.
+    """
+    inner, outer = light.inner_degrees, light.outer_degrees
+    return (math.sqrt(outer**2 + 8 * inner**2) - outer) / 2
+
+
+def spot_note(light: SpotLight, plugin: bool) -> str:
+    """What a spot light becomes in an exported scene, and how near that is."""
+    if plugin:
+        return f"{SPOT}, the same"
+    beam, outer = np.radians([_beam_width(light), light.outer_degrees])
+    solid_angle = 2 * math.pi * (1 - (math.sin(outer) - math.sin(beam)) / (outer - beam))
+    share = solid_angle / replace(light, intensity=(1.0, 1.0, 1.0)).power[0] - 1
+    return f"spot, nearly the same: intensity falls linearly in the angle, power {100 * share:+.1f} %"

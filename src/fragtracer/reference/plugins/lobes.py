@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: MIT
+"""fragtracer's material for Mitsuba 3: the lobes, from their formulas, for one material or many at once.
+
+In this folder ``wo`` points to the viewer and ``wi`` to the light, as everywhere in fragtracer;
+Mitsuba's names are the other way round and are swapped in the plugins' public methods.
+
+References
+----------
+- Trowbridge, Reitz 1975, "Average irregularity representation of a rough surface"; in its
+  microfacet form: Walter et al. 2007, "Microfacet models for refraction", eq. 33 and 34 (D, G1).
+- Schlick 1994, "An inexpensive BRDF model for physically-based rendering", eq. 15 (F), 19 (G).
+- Karis 2013, "Real shading in Unreal Engine 4", eq. 4 (k of the analytic lights).
+- Turquin 2019, "Practical multiple scattering compensation for microfacet models".
+- Dupuy, Benyoub 2023, "Sampling visible GGX normals with spherical caps", listing 3.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+SMITH = ("smith", "smith-multiple-scattering")
+DELTA_ALPHA = 1e-4  # the specular lobe of a smaller alpha is a perfect mirror
+
+
+def smith_g1_over_cos(c: Any, alpha: Any) -> Any:
+    """G1(c) / c of Smith for GGX at cosine ``c``, finite at c = 0 (Walter et al. 2007, eq. 34)."""
+    import drjit as dr
+
+    alpha2 = dr.square(alpha)
+    return 2 / (c + dr.sqrt(dr.fma(1 - alpha2, dr.square(c), alpha2)))
+
+
+def schlick_g1_over_cos(c: Any, k: Any) -> Any:
+    """G1(c) / c of Schlick's approximation at cosine ``c``, finite at c = 0 (Schlick 1994, eq. 19)."""
+    return 1 / (c * (1 - k) + k)
+
+
+def schlick_k(geometry: str, alpha: Any) -> Any:
+    """Schlick's k of a geometry term: sqrt(2 / pi) alpha or, of Karis, (sqrt(alpha) + 1)² / 8; 0 for Smith's."""
+    import drjit as dr
+
+    if geometry in SMITH:
+        return alpha * 0
+    if geometry == "schlick-beckmann":
+        return math.sqrt(2 / math.pi) * alpha
+    if geometry == "karis":
+        return dr.square(dr.sqrt(alpha) + 1) / 8
+    raise ValueError(f"geometry must be smith, schlick-beckmann, karis or {SMITH[1]}, not {geometry!r}")
+
+
+# What single scattering loses, over 9 alpha² / (c² + 9 alpha²): a row for each power of alpha, in it the
+# coefficients of t = c / sqrt(c² + 9 alpha²) (docs/material.md).
+LOSS = (
+    (0.0611, 0.3890, -0.5535, 0.1462),
+    (0.0268, -0.0495, -1.4913, 2.3215),
+    (0.5768, 1.2835, 5.7916, -8.4859),
+    (-0.2798, 0.1905, -7.4814, 11.9088),
+)
+
+
+def smith_albedo(c: Any, alpha: Any) -> Any:
+    """What the specular lobe of a white metal reflects of all light at cosine ``c`` > 0 without multiple scattering."""
+    import drjit as dr
+
+    spread = 1 / (dr.square(c) + 9 * dr.square(alpha))
+    t, loss = c * dr.sqrt(spread), c * 0
+    for row in reversed(LOSS):
+        loss = loss * alpha + (row[0] + t * (row[1] + t * (row[2] + t * row[3])))
+    return 1 - 9 * dr.square(alpha) * spread * loss
+
+
+def ggx_d(wh: Any, alpha: Any) -> Any:
+    """GGX density of normals D(wh) in 1/sr, ``wh`` in the local frame (Walter et al. 2007, eq. 33).
+
+    sin² comes from x and y: (n·h)² (alpha² - 1) + 1 loses all its digits where alpha is small.
+    """
+    import drjit as dr
+
+    alpha2 = dr.square(alpha)
+    spread = dr.square(wh.x) + dr.square(wh.y) + alpha2 * dr.square(wh.z)
+    return alpha2 / (dr.pi * dr.square(spread))
+
+
+def ggx_sample_visible(wo: Any, alpha: Any, u: Any) -> Any:
+    """A microfacet normal seen from ``wo`` (wo.z > 0), ``u`` uniform (Dupuy, Benyoub 2023, listing 3).
+
+    Density D(wh) G1(wo) (wo·wh) / wo.z with Smith's G1.
+    """
+    import drjit as dr
+    import mitsuba as mi
+
+    v = dr.normalize(mi.Vector3f(alpha * wo.x, alpha * wo.y, wo.z))
+    sin_phi, cos_phi = dr.sincos(2 * dr.pi * u.x)
+    height = (1 - u.y) * (1 + v.z)  # of the cap's point above its lowest one, -v.z
+    radius = dr.safe_sqrt(u.y * (1 + v.z) * (height + 1 - v.z))
+    return dr.normalize(mi.Vector3f(alpha * (radius * cos_phi + v.x), alpha * (radius * sin_phi + v.y), height))
+
+
+@dataclass(frozen=True)
+class Lobes:
+    """A specular lobe over a Lambert base. Directions are local, on the front.
+
+    ``specular_range`` bounds the probability of choosing the specular lobe.
+    """
+
+    albedo: Any  # of the base
+    f0: Any
+    f90: Any
+    alpha: Any  # GGX width
+    geometry: str
+    k: Any
+    specular_range: tuple[float, float]
+
+    @property
+    def delta(self) -> Any:
+        """Whether the specular lobe is a perfect mirror."""
+        return self.alpha < DELTA_ALPHA
+
+    def fresnel(self, c: Any) -> Any:
+        """Schlick 1994, eq. 15, with a reflectance F90 at grazing incidence."""
+        return self.f0 + (self.f90 - self.f0) * (1 - c) ** 5
+
+    def interface(self, c: Any) -> Any:
+        """What the rough interface keeps from the diffuse base, by its mean normal: Schlick's form
+        that rises to max((1 - alpha) F90, F0) (after Lagarde 2011, with alpha for roughness)."""
+        import drjit as dr
+
+        return self.f0 + (dr.maximum((1 - self.alpha) * self.f90, self.f0) - self.f0) * (1 - c) ** 5
+
+    def g1_over_cos(self, c: Any) -> Any:
+        return smith_g1_over_cos(c, self.alpha) if self.geometry in SMITH else schlick_g1_over_cos(c, self.k)
+
+    def specular_probability(self, wo: Any) -> Any:
+        """The lobes are chosen by the Fresnel term at n·wo."""
+        import drjit as dr
+
+        reflected = dr.mean(self.fresnel(wo.z))
+        scattered = dr.mean(self.albedo) * (1 - reflected)
+        return dr.clip(reflected / dr.maximum(reflected + scattered, 1e-8), *self.specular_range)
+
+    def eval_pdf(self, wo: Any, wi: Any) -> Any:
+        """Value f·cos and density of the smooth lobes, which share one mixture density."""
+        import drjit as dr
+
+        p_specular = self.specular_probability(wo)
+        both_pass = (1 - self.interface(wo.z)) * (1 - self.interface(wi.z))
+        value = self.albedo * both_pass * (wi.z / dr.pi)
+        pdf = (1 - p_specular) * wi.z / dr.pi
+        wh = dr.normalize(wo + wi)
+        d = dr.select(self.delta, 0, ggx_d(wh, dr.maximum(self.alpha, DELTA_ALPHA)) / 4)
+        specular = self.fresnel(dr.dot(wo, wh)) * (d * self.g1_over_cos(wo.z) * self.g1_over_cos(wi.z) * wi.z)
+        if self.geometry == "smith-multiple-scattering":
+            once = smith_albedo(dr.maximum(wo.z, 1e-6), self.alpha)
+            specular *= 1 + self.f0 * (1 - once) / once
+        value += specular
+        return value, pdf + p_specular * d * smith_g1_over_cos(wo.z, self.alpha)
+
+    def sample(self, wo: Any, choice: Any, u: Any) -> Any:
+        """A direction to the light, f·cos, its density (of a mirror its probability), and whether it is specular."""
+        import drjit as dr
+        import mitsuba as mi
+
+        p_specular = self.specular_probability(wo)
+        specular = choice < p_specular
+        wh = dr.select(self.delta, mi.Vector3f(0, 0, 1), ggx_sample_visible(wo, self.alpha, u))
+        mirrored = 2 * dr.dot(wo, wh) * wh - wo
+        wi = dr.select(specular, mirrored, mi.warp.square_to_cosine_hemisphere(u))
+        value, pdf = self.eval_pdf(wo, wi)
+        mirror = specular & self.delta
+        value = dr.select(mirror, self.fresnel(wo.z) * dr.square(self.g1_over_cos(wo.z) * wo.z), value)
+        return wi, value, dr.select(mirror, p_specular, pdf), specular

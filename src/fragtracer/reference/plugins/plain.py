@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: MIT
+"""``fragtracer_cooktorrance``: a uniform two-sided material.
+
+Its parameters: ``diffuse_albedo``, ``specular_f0`` and ``specular_f90`` (three numbers each),
+``alpha`` (GGX width) and ``geometry`` ("smith", "schlick-beckmann", "karis" or "smith-multiple-scattering").
+"""
+
+from typing import Any
+
+from .lobes import DELTA_ALPHA, Lobes, schlick_k
+
+
+def plain_class(mi: Any, dr: Any) -> type:
+    """The plugin's class for the active variant of Mitsuba ``mi`` with Dr.Jit ``dr``."""
+
+    class CookTorrance(mi.BSDF):  # type: ignore[misc]
+        def __init__(self, props: Any) -> None:
+            super().__init__(props)
+            colors = [[float(x) for x in props[name]] for name in ("diffuse_albedo", "specular_f0", "specular_f90")]
+            (albedo, f0, f90), alpha = map(mi.Color3f, colors), mi.Float(float(props["alpha"]))
+            geometry = str(props.get("geometry", "smith"))
+            k = mi.Float(schlick_k(geometry, alpha))
+            has_diffuse, has_specular = max(colors[0]) > 0, max(colors[1] + colors[2]) > 0
+            self._set_lobes(has_diffuse, has_specular, float(props["alpha"]) < DELTA_ALPHA)
+            # Opaque, that is, unknown to the compiler: materials of one kind share their code.
+            dr.make_opaque(albedo, f0, f90, alpha, k)
+            specular_range = (0.25, 0.75) if has_diffuse and has_specular else (float(has_specular),) * 2
+            self.lobes = Lobes(albedo, f0, f90, alpha, geometry, k, specular_range)
+
+        def _set_lobes(self, has_diffuse: bool, has_specular: bool, delta: bool) -> None:
+            self.diffuse_type = int(mi.BSDFFlags.DiffuseReflection)
+            self.specular_type = int(mi.BSDFFlags.DeltaReflection if delta else mi.BSDFFlags.GlossyReflection)
+            sides = mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide
+            types = [self.diffuse_type] * (has_diffuse or not has_specular) + [self.specular_type] * has_specular
+            self.m_components = [lobe | sides for lobe in types]
+            self.m_flags = sides
+            for lobe in types:
+                self.m_flags = self.m_flags | lobe
+            self.specular_index = len(types) - 1
+
+        def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
+            wo, side = self._to_front(si.wi)
+            wi, value, pdf, specular = self.lobes.sample(wo, sample1, sample2)
+            valid = active & (wo.z > 0) & (wi.z > 0) & (pdf > 0)
+            bs = mi.BSDFSample3f(mi.Vector3f(wi.x, wi.y, wi.z * side))
+            bs.pdf = dr.select(valid, pdf, 0)
+            bs.eta = mi.Float(1)
+            bs.sampled_type = dr.select(specular, mi.UInt32(self.specular_type), mi.UInt32(self.diffuse_type))
+            bs.sampled_component = dr.select(specular, mi.UInt32(self.specular_index), mi.UInt32(0))
+            return bs, dr.select(valid, value / pdf, 0)
+
+        def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
+            viewer, side = self._to_front(si.wi)
+            light = mi.Vector3f(wo.x, wo.y, wo.z * side)
+            valid = active & (viewer.z > 0) & (light.z > 0)
+            value, pdf = self.lobes.eval_pdf(viewer, light)
+            return dr.select(valid, value, 0), dr.select(valid, pdf, 0)
+
+        def eval(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
+            return self.eval_pdf(ctx, si, wo, active)[0]
+
+        def pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
+            return self.eval_pdf(ctx, si, wo, active)[1]
+
+        def to_string(self) -> str:
+            return (
+                f"FragtracerCookTorrance[geometry={self.lobes.geometry}, alpha={self.lobes.alpha}, f0={self.lobes.f0}]"
+            )
+
+        def _to_front(self, w: Any) -> Any:
+            """``w`` mirrored to the front of the surface, and the sign that undoes it."""
+            side = dr.select(w.z < 0, mi.Float(-1), mi.Float(1))
+            return mi.Vector3f(w.x, w.y, w.z * side), side
+
+    return CookTorrance

@@ -1,0 +1,184 @@
+# SPDX-License-Identifier: MIT
+"""``fragtracer_surface``: a material that varies over a mesh, with shading normals, alpha and culled back faces.
+
+Its parameters: ``albedo`` (three numbers), ``roughness``, ``metallic``, ``specular``, ``dielectric_f0``
+(three numbers), ``geometry``, ``opacity``, ``alpha_mode`` ("opaque", "mask" or "blend"), ``alpha_cutoff``,
+``double_sided``, ``normal_scale``; and children ``albedo_texture``, ``alpha_texture``,
+``roughness_texture``, ``metallic_texture`` and ``normal_texture``, each a ``fragtracer_texture`` and
+each with its set of coordinates, as ``albedo_set``: "uv", or the name of an attribute of the mesh.
+
+The mesh has face normals, so that Mitsuba's normal is the geometric one. Shading normals that face away from
+the viewer are bent towards it, and scattering fades out towards the geometric horizon, so that no light leaks
+and no triangle edge shows (Chiang, Li and Burley 2019). Attributes of the mesh,
+``vertex_shading`` (shading normal), ``vertex_tangent`` and ``vertex_handed`` (glTF's tangent and its
+sign), ``vertex_color`` and ``vertex_alpha`` are read where ``has_shading`` and so on are true.
+"""
+
+from typing import Any
+
+from .lobes import Lobes, schlick_k
+
+_SPECULAR_RANGE = (0.1, 0.9)
+_LEAST_COSINE = 0.01  # of the shading normal and the viewer: where it is less, the normal bends to the viewer
+
+
+def surface_class(mi: Any, dr: Any) -> type:
+    """The plugin's class for the active variant of Mitsuba ``mi`` with Dr.Jit ``dr``."""
+
+    class Surface(mi.BSDF):  # type: ignore[misc]
+        def __init__(self, props: Any) -> None:
+            super().__init__(props)
+            self.values = {
+                name: mi.Float(float(props.get(name, default)))
+                for name, default in (("roughness", 0.5), ("metallic", 0), ("specular", 1), ("opacity", 1))
+            }
+            self.normal_scale, self.cutoff = float(props.get("normal_scale", 1)), float(props.get("alpha_cutoff", 0.5))
+            self.albedo = mi.Color3f([float(x) for x in props["albedo"]])
+            self.dielectric_f0 = mi.Color3f([float(x) for x in props.get("dielectric_f0", [0.0, 0.0, 0.0])])
+            self.geometry, self.alpha_mode = str(props.get("geometry", "smith")), str(props.get("alpha_mode", "opaque"))
+            self.double_sided = bool(props.get("double_sided", True))
+            names = ("albedo", "alpha", "roughness", "metallic", "normal")
+            self.textures = {n: props[f"{n}_texture"] for n in names if f"{n}_texture" in props}
+            self.sets = {n: str(props.get(f"{n}_set", "uv")) for n in names}
+            attributes = ("shading", "tangent", "color", "alpha")
+            self.has = {name: bool(props.get(f"has_{name}", False)) for name in attributes}
+            sides, flags = mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide, mi.BSDFFlags
+            self.types = [int(flags.DiffuseReflection), int(flags.GlossyReflection), int(flags.DeltaReflection)]
+            self.types += [int(flags.Null)] * (self.alpha_mode != "opaque" or not self.double_sided)
+            self.m_components = [kind | sides for kind in self.types]
+            self.m_flags = sides
+            for kind in self.types:
+                self.m_flags = self.m_flags | kind
+            dr.make_opaque(self.albedo, self.dielectric_f0, *self.values.values())
+
+        def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
+            opacity = self.opacity_at(si, active)
+            transmitted = sample1 >= opacity
+            choice = dr.select(transmitted, 0, sample1 / dr.maximum(opacity, 1e-20))
+            lobes, (frame, front) = self._lobes(si, active), self._frame(si, active)
+            wo = frame.to_local(si.to_world(si.wi))
+            local, value, pdf, specular = lobes.sample(wo, choice, sample2)
+            wi = si.to_local(frame.to_world(local))
+            valid = active & ~transmitted & (wo.z > 0) & (local.z > 0) & (pdf > 0)
+            bs = mi.BSDFSample3f(dr.select(transmitted, -si.wi, wi))
+            bs.pdf = dr.select(transmitted, 1 - opacity, dr.select(valid, pdf * opacity, 0))
+            bs.eta = mi.Float(1)
+            lobe = dr.select(specular, dr.select(lobes.delta, mi.UInt32(2), mi.UInt32(1)), mi.UInt32(0))
+            bs.sampled_component = dr.select(transmitted, mi.UInt32(len(self.types) - 1), lobe)
+            bs.sampled_type = mi.UInt32(0)
+            for index, kind in enumerate(self.types):
+                chosen = bs.sampled_component == index
+                bs.sampled_type = dr.select(chosen, mi.UInt32(kind), bs.sampled_type)
+            weight = dr.select(valid, value * _shadowing(front, local) / pdf, 0)
+            return bs, dr.select(active & transmitted, mi.Color3f(1), weight)
+
+        def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
+            opacity = self.opacity_at(si, active)
+            lobes, (frame, front) = self._lobes(si, active), self._frame(si, active)
+            viewer, light = frame.to_local(si.to_world(si.wi)), frame.to_local(si.to_world(wo))
+            valid = active & (viewer.z > 0) & (light.z > 0)
+            value, pdf = lobes.eval_pdf(viewer, light)
+            value *= _shadowing(front, light)
+            return dr.select(valid, value * opacity, 0), dr.select(valid, pdf * opacity, 0)
+
+        def eval(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
+            return self.eval_pdf(ctx, si, wo, active)[0]
+
+        def pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
+            return self.eval_pdf(ctx, si, wo, active)[1]
+
+        def eval_null_transmission(self, si: Any, active: Any = True) -> Any:
+            return mi.Color3f(1 - self.opacity_at(si, active))
+
+        def to_string(self) -> str:
+            return f"FragtracerSurface[geometry={self.geometry}, textures={list(self.textures)}]"
+
+        def _uv(self, name: str, si: Any, active: Any) -> Any:
+            if self.sets[name] == "uv":
+                return si.uv
+            uvw = si.shape.eval_attribute_3(self.sets[name], si, active)
+            return mi.Point2f(uvw.x, uvw.y)
+
+        def _number(self, name: str, si: Any, active: Any) -> Any:
+            value = self.values[name]
+            if name not in self.textures:
+                return value
+            return dr.clip(value * self.textures[name].number_at(si, self._uv(name, si, active), active), 0, 1)
+
+        def opacity_at(self, si: Any, active: Any) -> Any:
+            """The probability that a ray interacts with the surface; 0 for a culled back face."""
+            alpha = mi.Float(1)
+            if self.alpha_mode != "opaque":
+                alpha = alpha * self.values["opacity"]
+                if "alpha" in self.textures:
+                    alpha = alpha * self.textures["alpha"].number_at(si, self._uv("alpha", si, active), active)
+                if self.has["alpha"]:
+                    alpha = alpha * si.shape.eval_attribute_1("vertex_alpha", si, active)
+            if self.alpha_mode == "mask":
+                alpha = dr.select(alpha >= self.cutoff, mi.Float(1), 0)
+            alpha = dr.clip(alpha, 0, 1)
+            return alpha if self.double_sided else dr.select(si.wi.z > 0, alpha, 0)
+
+        def albedo_at(self, si: Any, active: Any) -> Any:
+            albedo = self.albedo
+            if "albedo" in self.textures:
+                albedo = albedo * self.textures["albedo"].at(si, self._uv("albedo", si, active), active)
+            if self.has["color"]:
+                albedo = albedo * si.shape.eval_attribute_3("vertex_color", si, active)
+            return dr.clip(albedo, 0, 1)
+
+        def _lobes(self, si: Any, active: Any) -> Lobes:
+            """The material of docs/material.md at the point."""
+            albedo = self.albedo_at(si, active)
+            metallic, alpha = self._number("metallic", si, active), dr.square(self._number("roughness", si, active))
+            dielectric = (1 - metallic) * self.values["specular"]
+            f0 = dielectric * self.dielectric_f0 + metallic * albedo
+            f90 = dielectric * _grazing(self.dielectric_f0) + metallic * _grazing(dr.max(albedo))
+            k = schlick_k(self.geometry, alpha)
+            return Lobes((1 - metallic) * albedo, f0, f90, alpha, self.geometry, k, _SPECULAR_RANGE)
+
+        def _frame(self, si: Any, active: Any) -> Any:
+            """The frame around the shading normal, and in it the geometric normal, both on the viewer's side."""
+            normal = mi.Vector3f(si.n)
+            if self.has["shading"]:
+                given = si.shape.eval_attribute_3("vertex_shading", si, active)
+                normal = _unit(dr.mulsign(mi.Vector3f(given), dr.dot(given, si.n)), normal)
+            if "normal" in self.textures and self.has["tangent"]:
+                normal = self._mapped(normal, si, active)
+            side = dr.select(si.wi.z < 0, mi.Float(-1), mi.Float(1))
+            normal, viewer = normal * side, si.to_world(si.wi)
+            cosine = dr.dot(normal, viewer)
+            bent = dr.normalize(normal + dr.maximum(_LEAST_COSINE - cosine, 0) * viewer)
+            frame = mi.Frame3f(dr.select(cosine < _LEAST_COSINE, bent, normal))
+            return frame, frame.to_local(mi.Vector3f(si.n) * side)
+
+        def _mapped(self, normal: Any, si: Any, active: Any) -> Any:
+            """The normal of the normal map, in the tangent frame of glTF 2.0, section 3.7.2.1."""
+            texel = self.textures["normal"].at(si, self._uv("normal", si, active), active)
+            x, y, z = (2 * c - 1 for c in texel)
+            given = mi.Vector3f(si.shape.eval_attribute_3("vertex_tangent", si, active))
+            handed = dr.sign(si.shape.eval_attribute_1("vertex_handed", si, active))
+            tangent = given - normal * dr.dot(normal, given)
+            known = dr.squared_norm(tangent) > 0
+            tangent = _unit(tangent, tangent)
+            bitangent = dr.cross(normal, tangent) * handed
+            mapped = x * self.normal_scale * tangent + y * self.normal_scale * bitangent + z * normal
+            return dr.select(known, _unit(mapped, normal), normal)
+
+    def _unit(vector: Any, otherwise: Any) -> Any:
+        """A vector of length 1, or something else where it has none."""
+        size = dr.norm(vector)
+        return dr.select(size > 1e-6, vector / dr.maximum(size, 1e-6), otherwise)
+
+    def _shadowing(front: Any, wi: Any) -> Any:
+        """Shadow terminator factor of ``wi`` for the geometric normal ``front``, both in the shading frame (Chiang,
+        Li and Burley 2019, "Taming the shadow terminator", eq. 3)."""
+        cosine = dr.dot(front, wi)
+        g = dr.minimum(1, cosine / dr.maximum(wi.z * front.z, 1e-20))
+        return dr.select((cosine > 0) & (wi.z > 0), g + g * g - g**3, 0)
+
+    def _grazing(f0: Any) -> Any:
+        """Reflectance at grazing incidence of a reflectance at normal incidence."""
+        return dr.minimum(1, 50 * f0)
+
+    return Surface

@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: MIT
+"""Lambert scenes agree with Mitsuba's own path tracer and diffuse material, without any plugin of ours."""
+
+from functools import cache
+
+import pytest
+from agreement import assert_agree
+from rendering import Image, Planter, batches
+from scene_builders import all_lambert
+
+from fragtracer.io.toml import load
+from fragtracer.reference.render import render_reference
+from fragtracer.reference.variant import find_llvm
+from fragtracer.scene import Scene
+
+pytest.importorskip("mitsuba", reason="Mitsuba is not installed")
+pytestmark = pytest.mark.slow
+
+SIZE = (48, 32)
+SEEDS = 16
+SPP = {"three-spheres": 512, "cornell-box": 1152}  # of each seed
+RESOLUTION = 0.005  # detectable bias of the image mean, at most
+
+
+def scene_of(name: str) -> Scene:
+    return all_lambert(load(name))
+
+
+@cache
+def reference(name: str) -> Image:
+    return render_reference(scene_of(name), SIZE, SPP[name] * SEEDS, seed=7, batches=SEEDS)
+
+
+@pytest.fixture(autouse=True)
+def _fast_reference() -> None:
+    if find_llvm() is None:
+        pytest.skip("no LLVM of version 16 or newer on this machine: scalar_rgb is too slow")
+
+
+@pytest.mark.parametrize("name", SPP)
+def test_lambert_scene_agrees(ctx, name):
+    """In the whole picture, and in each of 16 blocks, in each colour."""
+    assert_agree(batches(ctx, scene_of(name), 256, range(SEEDS), size=SIZE), reference(name), RESOLUTION)
+
+
+@pytest.mark.parametrize(
+    ("file", "text", "replacement"),
+    [
+        ("bsdf/cook_torrance.glsl", "b.diffuse * (wi.z * INVERSE_PI)", "b.diffuse * (1.01 * wi.z * INVERSE_PI)"),
+        ("integrator/path.glsl", "path.throughput /= survival;", "path.throughput /= 1.0;"),
+    ],
+    ids=["lobe 1 % too bright", "roulette without compensation"],
+)
+def test_a_planted_error_is_found(ctx, monkeypatch, tmp_path, file, text, replacement):
+    Planter(monkeypatch, tmp_path)(file, text, replacement)
+    with pytest.raises(AssertionError, match="regions differ"):
+        test_lambert_scene_agrees(ctx, "cornell-box")

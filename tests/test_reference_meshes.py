@@ -1,0 +1,214 @@
+# SPDX-License-Identifier: MIT
+"""Meshes, textures and alpha agree with Mitsuba, each on its own in a small image.
+
+Intersection, light sampling and texture filtering are Mitsuba's own; shading normals, normal maps and alpha
+are those of our plugin (reference/plugins/surface.py).
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mesh_shapes import ball, field, geometry, grid, smooth
+
+from fragtracer.apps.compare.rendering import render_ours, render_reference
+from fragtracer.apps.compare.verdict import judge
+from fragtracer.io.toml import load
+from fragtracer.scene import (
+    Ambient,
+    Camera,
+    Geometry,
+    Image,
+    Light,
+    Material,
+    Mesh,
+    Part,
+    Placement,
+    Plane,
+    RenderSettings,
+    Scene,
+    Texture,
+)
+
+pytest.importorskip("mitsuba", reason="Mitsuba is not installed")
+pytestmark = pytest.mark.slow
+
+MATT = Material(albedo=0.5, specular=0.0)
+NO_OTHER_LIGHT = {"lights": [], "ambient": Ambient(0.0)}
+HERE = Placement((0.0, 0.7, 0.0), scale=(0.7, 0.7, 0.7))
+
+
+SHEET = geometry(([(-1.0, -1.0, 0.0), (1.0, -1.0, 0.0), (1.0, 1.0, 0.0), (-1.0, 1.0, 0.0)], [(0, 1, 2), (0, 2, 3)]))
+TURNED = [Placement((0.0, 0.8, 0.0), (0.0, 60.0, 20.0), (0.5, 0.5, 0.5))]
+
+
+def scene(material, shape, places=(HERE,), **changes):
+    """A mesh on a floor, under a spherical light and ambient light."""
+    parts = {
+        "camera": Camera((0.0, 1.6, 4.2), (0.0, 0.6, 0.0), fov_degrees=30.0),
+        "materials": {"m": material, "floor": MATT},
+        "planes": [Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), "floor")],
+        "meshes": [Mesh([Part(shape, "m")], list(places))],
+        "lights": [Light((-2.0, 4.0, 3.0), 0.6, power=300.0)],
+        "ambient": Ambient(0.2),
+        "render": RenderSettings(bounces=4),
+    }
+    return Scene(**(parts | changes))
+
+
+def globe(columns=32, rows=16):
+    """A sphere with normals, a seam, and an image around it."""
+    u, v = np.meshgrid(np.linspace(0, 1, columns + 1), np.linspace(0, 1, rows + 1), indexing="ij")
+    theta, phi = np.pi * v, 2 * np.pi * u
+    points = np.stack([np.sin(theta) * np.sin(phi), np.cos(theta), np.sin(theta) * np.cos(phi)], -1).reshape(-1, 3)
+    uvs = np.stack([u, v], -1).reshape(-1, 2)
+    triangles = grid(columns, rows)[:, ::-1]
+    a, b, c = points[triangles].swapaxes(0, 1)
+    proper = np.linalg.norm(np.cross(b - a, c - a), axis=1) > 1e-9
+    return Geometry(points, triangles[proper], normals=points, uvs=uvs)
+
+
+def flat(shape):
+    return Geometry(shape.positions, shape.triangles, uvs=shape.uvs)
+
+
+ROWS, COLUMNS = np.mgrid[0:32, 0:64]
+WAVE = np.sin(COLUMNS / 64 * 2 * np.pi * 5)
+CHECKER = (ROWS // 8 + COLUMNS // 8) % 2
+PICTURE = Image(np.where(CHECKER[..., None], [220, 80, 40], [240, 230, 210]).astype(np.uint8))
+ALPHA = np.clip(127 + 120 * WAVE, 0, 255)[..., None].astype(np.uint8)
+ALPHA_PICTURE = Texture(Image(np.concatenate([PICTURE.pixels, ALPHA], axis=2)))
+NUMBERS = Image((40 + 200 * CHECKER).astype(np.uint8), "linear")
+BUMPS = Image(np.stack([0.5 + 0.35 * WAVE, np.full(WAVE.shape, 0.6), np.ones(WAVE.shape)], -1), "linear")
+
+STEEP = Image(np.stack([0.5 + 0.5 * WAVE, np.full(WAVE.shape, 0.5), np.full(WAVE.shape, 0.55)], -1), "linear")
+
+GOLD = Material(metal="gold", roughness=0.5)
+PLASTIC = Material(albedo=(0.7, 0.3, 0.2), roughness=0.3)
+LAMP = Material(albedo=0.2, specular=0.0, emission=(3.0, 2.0, 1.0))
+PICTURED = Material(
+    albedo=0.9,
+    roughness=0.9,
+    metallic=0.6,
+    albedo_texture=Texture(PICTURE, "mirror", "clamp", scale=(1.5, 0.8), rotation=0.3),
+    roughness_texture=Texture(NUMBERS),
+    metallic_texture=Texture(NUMBERS, filter="nearest", offset=(0.1, 0.2)),
+)
+COLORS = np.random.default_rng(0).random((len(globe().positions), 3))
+CROWD = [
+    Placement((x, 0.5, z), (30 * x, 20.0, 10 * z), (0.5, 0.4 if x < 0.5 else -0.4, 0.3))
+    for x in (-1.0, 0.0, 1.0)
+    for z in (-0.6, 0.6)
+]
+
+# Enough triangles that the mesh is packed once, in its own space, and instanced.
+TERRACES = [
+    Placement((0.0, 0.2, 1.0), (10.0, 30.0, 0.0), (1.2, 1.5, 0.7)),
+    Placement((0.3, 0.6, 0.0), (15.0, 0.0, 5.0), (-1.2, 1.0, 0.6)),
+    Placement((-0.2, 1.1, -1.0), (40.0, -40.0, 0.0), (1.0, 2.0, 1.0)),
+]
+
+
+def hills():
+    """70k triangles with normals and an image on them."""
+    shape = smooth(field(187))
+    return Geometry(shape.positions, shape.triangles, shape.normals, uvs=shape.positions[:, ::2])
+
+
+CASES: dict[str, Callable[[], Scene]] = {
+    "flat triangles": lambda: scene(MATT, flat(globe(12, 6))),
+    "smooth normals": lambda: scene(MATT, globe(12, 6)),
+    "smooth plastic": lambda: scene(PLASTIC, globe(12, 6)),
+    "smooth gold": lambda: scene(GOLD, smooth(ball())),
+    "a texture on everything": lambda: scene(PICTURED, globe()),
+    "a normal map": lambda: scene(Material(normal_texture=Texture(BUMPS), normal_scale=0.5), globe()),
+    "a normal map far too steep": lambda: scene(
+        Material(albedo=0.9, specular=0.0, normal_texture=Texture(STEEP, rotation=0.5)), globe(12, 6)
+    ),
+    "vertex colours": lambda: scene(
+        Material(albedo=0.9), Geometry(globe().positions, globe().triangles, globe().normals, colors=COLORS)
+    ),
+    "an emissive mesh": lambda: scene(LAMP, globe(12, 6), **NO_OTHER_LIGHT),
+    "an emissive texture": lambda: scene(
+        Material(albedo=0.2, specular=0.0, emission=(3.0, 2.0, 1.0), emission_texture=Texture(PICTURE)),
+        globe(),
+        **NO_OTHER_LIGHT,
+    ),
+    "unlit": lambda: scene(Material(albedo=0.9, unlit=True, albedo_texture=Texture(PICTURE)), globe()),
+    "an alpha mask": lambda: scene(Material(albedo=0.9, albedo_texture=ALPHA_PICTURE, alpha_mode="mask"), globe()),
+    "an alpha blend": lambda: scene(
+        Material(albedo=0.9, albedo_texture=ALPHA_PICTURE, alpha_mode="blend", opacity=0.8), globe()
+    ),
+    "an emitter of opacity 0.5": lambda: scene(
+        Material(albedo=0.2, specular=0.0, emission=3.0, alpha_mode="blend", opacity=0.5),
+        globe(12, 6),
+        **NO_OTHER_LIGHT,
+    ),
+    "an emitter with an alpha mask": lambda: scene(
+        Material(albedo=0.2, specular=0.0, emission=3.0, albedo_texture=ALPHA_PICTURE, alpha_mode="mask"),
+        globe(),
+        **NO_OTHER_LIGHT,
+    ),
+    "an emitter with an alpha blend": lambda: scene(
+        Material(
+            specular=0.0,
+            emission=3.0,
+            emission_texture=Texture(PICTURE),
+            albedo_texture=ALPHA_PICTURE,
+            alpha_mode="blend",
+            opacity=0.8,
+        ),
+        globe(),
+        **NO_OTHER_LIGHT,
+    ),
+    "culled back faces": lambda: scene(Material(double_sided=False), geometry((ball()[0], ball()[1][::2]))),
+    "coincident emitters that face opposite ways": lambda: scene(
+        Material(albedo=0.5, specular=0.0, emission=(2.0, 1.0, 0.5), double_sided=False),
+        SHEET,
+        meshes=[Mesh([Part(SHEET, "m"), Part(geometry((SHEET.positions, SHEET.triangles[:, ::-1])), "m")], TURNED)],
+        **NO_OTHER_LIGHT,
+    ),
+    "instances, some mirrored": lambda: scene(PLASTIC, globe(), CROWD),
+    "instances of 70k triangles": lambda: scene(
+        Material(albedo_texture=Texture(PICTURE), normal_texture=Texture(BUMPS), normal_scale=0.5), hills(), TERRACES
+    ),
+    "70k triangles": lambda: scene(
+        PLASTIC, smooth(field(187)), [Placement((0.0, 0.5, 0.0), (20.0, 30.0, 0.0), (1.2, 2.0, 1.2))]
+    ),
+}
+
+SIZE, BATCHES, SPP = (40, 30), 16, 1024
+LEVEL = 0.01 / len(CASES)
+RESOLUTION = 0.02  # detectable bias of the image mean, at most
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_mesh_agrees_with_the_reference(ctx, name):
+    reference = render_reference(CASES[name](), SIZE, SPP, BATCHES)
+    ours = render_ours(CASES[name](), SIZE, SPP, BATCHES, context=ctx)
+    verdict = judge(ours.pictures, reference.pictures, alpha=LEVEL, non_finite=ours.non_finite)
+    assert verdict.outcome != "disagreement", (verdict.differing, verdict.image.pair.relative_difference)
+    assert verdict.detectable_bias.max() < RESOLUTION
+
+
+SHARED = Path(__file__).parents[2] / "shared" / "data"
+MODELS = (
+    "gltf/BoxTextured/glTF/BoxTextured.gltf",
+    "gltf/TextureCoordinateTest/glTF/TextureCoordinateTest.gltf",
+    "gltf/SimpleMeshes/glTF/SimpleMeshes.gltf",
+    "mesh/stanford-bunny.obj",
+    "mesh/cube_binary.ply",
+)
+
+
+@pytest.mark.parametrize("file", MODELS)
+def test_a_model_by_others_agrees_with_the_reference(ctx, file):
+    if not (SHARED / file).exists():
+        pytest.skip(f"{file} of the shared test data is not here")
+    model = load(SHARED / file)
+    reference = render_reference(model, SIZE, SPP // 4, BATCHES)
+    ours = render_ours(model, SIZE, SPP // 4, BATCHES, context=ctx)
+    verdict = judge(ours.pictures, reference.pictures, alpha=0.01 / len(MODELS), non_finite=ours.non_finite)
+    assert verdict.outcome != "disagreement", (verdict.differing, verdict.image.pair.relative_difference)
+    assert verdict.detectable_bias.max() < RESOLUTION

@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: MIT
+"""Every bundled scene, and every setting that changes the mean image, agrees with Mitsuba.
+
+docs/correctness.md (scripts/correctness.py) has the same comparisons with more samples and a smaller margin.
+"""
+
+from dataclasses import replace
+
+import pytest
+
+from fragtracer.apps.compare.rendering import render_ours, render_reference
+from fragtracer.apps.compare.verdict import judge
+from fragtracer.io.toml import bundled, load
+from fragtracer.scene import (
+    Ambient,
+    Camera,
+    DirectionalLight,
+    Disk,
+    Light,
+    Material,
+    Plane,
+    RenderSettings,
+    Scene,
+    Sphere,
+    SpotLight,
+)
+
+pytest.importorskip("mitsuba", reason="Mitsuba is not installed")
+pytestmark = pytest.mark.slow
+
+SPECULAR = ("three-spheres", "mirror", "roughness-grid")
+CASES = [(name, {}) for name in bundled()]
+CASES += [(name, {"geometry": geometry}) for name in SPECULAR for geometry in ("schlick-beckmann", "karis")]
+CASES += [
+    (name, {"bounces": bounces, "light_samples": light_samples})
+    for name in ("three-spheres", "three-spheres-ambient", "cornell-box")
+    for bounces, light_samples in ((0, 1), (1, 1), (1, 8), (2, 8), (10, 1))
+]
+CASES += [(name, {"multiple_scattering": True}) for name in ("three-spheres", "roughness-grid")]
+CASES += [("furnace", {"estimator": "bsdf"}), ("cornell-box", {"estimator": "nee"})]
+CASES += [("red-bounce", {"pixel_filter": kind}) for kind in ("tent", "gaussian")]
+
+SIZE, BATCHES = (48, 36), 16
+SPP, SPP_OF_MESHES = 4096, 1024
+
+BALLS = Scene(
+    camera=Camera((0.0, 1.4, 4.0), (0.0, 0.5, 0.0), fov_degrees=35.0),
+    materials={
+        "matt": Material(albedo=(0.6, 0.5, 0.4), specular=0.0),
+        "plastic": Material(albedo=(0.2, 0.4, 0.6), roughness=0.3),
+        "gold": Material(metal="gold", roughness=0.3),
+        "one-sided": Material(albedo=0.7, double_sided=False),
+        "lamp": Material(albedo=0.3, emission=(8.0, 6.0, 4.0)),
+        "veil": Material(albedo=0.3, emission=(8.0, 6.0, 4.0), alpha_mode="blend", opacity=0.5),
+    },
+    planes=[Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), "matt")],
+    spheres=[Sphere((-0.6, 0.5, 0.0), 0.5, "plastic"), Sphere((0.6, 0.5, 0.0), 0.5, "gold")],
+    render=RenderSettings(bounces=4),
+)
+REFLECTORS = [
+    Disk((-1.2, 0.6, -0.6), (2.0, 0.0, 1.0), 0.6, "gold"),
+    Disk((1.3, 0.6, -0.4), (1.0, 0.0, -1.0), 0.6, "matt"),
+    Disk((0.0, 0.9, -0.8), (0.0, 0.0, 1.0), 0.5, "one-sided"),
+    Disk((0.0, 0.3, 0.8), (0.0, 0.0, -1.0), 0.3, "one-sided"),
+]
+LAMP = Disk((0.3, 2.2, 0.4), (-0.2, -1.0, 0.1), 0.6, "lamp")
+SPOT = SpotLight((1.0, 3.0, 1.5), (-1.0, -2.5, -1.5), (40.0, 35.0, 30.0), 12.0, 25.0)
+SUN = DirectionalLight((1.0, -2.0, -0.7), (3.0, 2.8, 2.5))
+DISKS_AND_LIGHTS = {
+    "a disk that emits": replace(BALLS, disks=[LAMP]),
+    "a disk that emits, of opacity 0.5": replace(BALLS, disks=[replace(LAMP, material="veil")]),
+    "disks that are lit": replace(BALLS, disks=REFLECTORS, lights=[Light((-1.0, 3.0, 2.0), 0.5, power=300.0)]),
+    "a spot light": replace(BALLS, spot_lights=[SPOT]),
+    "a spot light with a hard edge": replace(BALLS, spot_lights=[replace(SPOT, inner_degrees=24.0)]),
+    "a directional light": replace(BALLS, directional_lights=[SUN]),
+    "all of them": replace(
+        BALLS, disks=[LAMP, *REFLECTORS], spot_lights=[SPOT], directional_lights=[SUN], ambient=Ambient(0.3)
+    ),
+}
+
+LEVEL = 0.01 / (len(CASES) + len(DISKS_AND_LIGHTS))
+RESOLUTION = 0.04  # detectable bias of the image mean, at most
+
+
+@pytest.mark.parametrize(("name", "settings"), CASES, ids=[f"{n}-{list(s.values())}" for n, s in CASES])
+def test_a_scene_agrees_with_the_reference(ctx, name, settings):
+    scene = load(name)
+    scene = replace(scene, render=replace(scene.render, **settings))
+    assert_agreement(ctx, scene, SPP_OF_MESHES if scene.meshes else SPP)
+
+
+@pytest.mark.parametrize("name", DISKS_AND_LIGHTS)
+def test_disks_and_lights_agree_with_the_reference(ctx, name):
+    assert_agreement(ctx, DISKS_AND_LIGHTS[name], SPP)
+
+
+def assert_agreement(ctx, scene, spp):
+    reference = render_reference(scene, SIZE, spp, BATCHES)
+    ours = render_ours(scene, SIZE, spp, BATCHES, context=ctx)
+    verdict = judge(ours.pictures, reference.pictures, alpha=LEVEL, non_finite=ours.non_finite)
+    assert verdict.outcome != "disagreement", (verdict.differing, verdict.image.pair.relative_difference)
+    assert verdict.detectable_bias.max() < RESOLUTION
