@@ -92,7 +92,7 @@ def test_light_of_gltf_arrives(ctx, tmp_path: Path, kind: str, irradiance: float
     lights = [{"type": kind, "intensity": intensity, "color": [1, 0.5, 0.25], "spot": {"outerConeAngle": np.pi / 2}}]
     made = Gltf(
         extensions={"KHR_lights_punctual": {"lights": lights}},
-        cameras=[{"type": "perspective", "perspective": {"yfov": 0.02}}],
+        cameras=[{"type": "perspective", "perspective": {"yfov": 5e-4}}],
         materials=[
             {
                 "pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.5, 0.5, 1], "metallicFactor": 0},
