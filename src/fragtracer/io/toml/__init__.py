@@ -9,10 +9,10 @@ The tables are ``[camera]``, ``[render]``, ``[ambient]``, ``[environment]``, ``[
 """
 
 import re
-import tomllib
 from pathlib import Path
 from typing import Any
 
+import tomli
 import tomli_w
 
 from fragtracer import output, resources
@@ -72,7 +72,7 @@ def files_behind(scene: Scene) -> set[Path]:
 
 def bundled() -> dict[str, str]:
     """The names and descriptions of the bundled scenes."""
-    return {name: tomllib.loads(path.read_text("utf-8"))["description"] for name, path in _bundled_files().items()}
+    return {name: tomli.loads(path.read_text("utf-8"))["description"] for name, path in _bundled_files().items()}
 
 
 def _bundled_files() -> dict[str, Path]:
@@ -99,8 +99,8 @@ def parse(text: str, file: str | Path = "scene.toml") -> Scene:
 
 def _toml(text: str, file: str | Path) -> dict[str, Any]:
     try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+        return tomli.loads(text)
+    except tomli.TOMLDecodeError as error:
         raise SceneError(f"{file}: not a TOML file: {error}{_line_of(str(error), text)}") from error
     except (ValueError, RecursionError) as error:
         problem = "has a number of too many digits" if isinstance(error, ValueError) else "is nested too deeply"
