@@ -134,7 +134,7 @@ def test_error_of_this_driver_has_its_place(ctx: moderngl.Context) -> None:
         FullscreenProgram(ctx, SHADERS, "main.frag", generated=generated)
 
 
-@pytest.mark.parametrize("program", ["pathtracer.frag", "display.frag", "fullscreen.vert"])
+@pytest.mark.parametrize("program", ["pathtracer.frag", "display/display.frag", "fullscreen.vert"])
 def test_every_line_has_its_place(program: str) -> None:
     layout = {"generated/scene_layout.glsl": "// made\n// up"}
     source = compose(program, {}, SHADERS, layout)

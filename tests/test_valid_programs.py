@@ -16,7 +16,7 @@ from fragtracer.resources import folder
 from fragtracer.shader_composer import CONSTANTS, FEATURES, LANGUAGES, compose
 
 SHADERS = folder("shaders")
-SHOWS = ("display.frag", "display/picture.glsl", "display/tone.glsl")
+SHOWS = ("display/display.frag", "display/picture.glsl", "display/tone.glsl")
 
 
 def validate(tmp_path: Path, sources: Iterable[str], stage: str = "frag") -> None:
@@ -63,7 +63,7 @@ def test_other_programs_are_valid(tmp_path: Path, language: str) -> None:
     for name in names:
         choices = [v for c, v in CONSTANTS.items() if c.startswith(f"{name.removesuffix('_CURVE')}_")]
         settings += [{name: value} for value in choices or (0, 1)]
-    validate(tmp_path, (compose("display.frag", s, SHADERS, language=language).text for s in settings))
+    validate(tmp_path, (compose("display/display.frag", s, SHADERS, language=language).text for s in settings))
     maps = sorted(path.relative_to(SHADERS).as_posix() for path in SHADERS.glob("split_sum/*.frag"))
     assert maps
     validate(tmp_path, [compose(path, {}, SHADERS, language=language).text for path in maps])
@@ -73,8 +73,8 @@ def test_other_programs_are_valid(tmp_path: Path, language: str) -> None:
         for kind in passes
         for flag in (0, 1)
     ]
-    validate(tmp_path, (compose("display_bloom.frag", s, SHADERS, language=language).text for s in blooms))
-    validate(tmp_path, [compose("display_meter.frag", {}, SHADERS, language=language).text])
+    validate(tmp_path, (compose("display/bloom.frag", s, SHADERS, language=language).text for s in blooms))
+    validate(tmp_path, [compose("display/meter.frag", {}, SHADERS, language=language).text])
     validate(tmp_path, [compose("fullscreen.vert", {}, SHADERS, language=language).text], "vert")
 
 
@@ -91,7 +91,7 @@ def test_every_feature_takes_part() -> None:
     for packed, switches in covering_programs(1000):
         for name, value in {**packed.defines, **switches}.items():
             values[name].add(value)
-    never = {name for name, found in values.items() if len(found) < 2} - set(features_of(*SHOWS, "display_bloom.frag"))
+    never = {name for name, found in values.items() if len(found) < 2} - set(features_of(*SHOWS, "display/bloom.frag"))
     assert never == {"BLOOM_RADIUS", "RANDOM_TEXTURE_WIDTH", "RANDOM_TEXTURE_LAYERS", "MESH_STACK"}
 
 
