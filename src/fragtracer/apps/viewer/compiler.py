@@ -14,6 +14,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterable
+from contextlib import suppress
 from typing import Any
 
 from fragtracer.gpu.tracer import TracerProgram
@@ -28,6 +29,7 @@ class BackgroundCompiler:
 
     def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = None
+        self._thread: threading.Thread | None = None  # that talks to it
         self._requests: queue.SimpleQueue[tuple[PackedScene, TracerProgram, list[Size]] | None] = queue.SimpleQueue()
         self._asked = self._answered = 0
         self._asked_at = 0.0
@@ -54,7 +56,8 @@ class BackgroundCompiler:
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
         )
-        threading.Thread(target=self._serve, args=(self._process,), daemon=True).start()
+        self._thread = threading.Thread(target=self._serve, args=(self._process,), daemon=True)
+        self._thread.start()
 
     def _serve(self, process: "subprocess.Popen[bytes]") -> None:
         assert process.stdin is not None
@@ -71,9 +74,14 @@ class BackgroundCompiler:
 
     def close(self) -> None:
         self._requests.put(None)
-        if self._process is not None:
+        if self._process is not None and self._thread is not None:
             self._process.kill()
             self._process.wait()
+            self._thread.join()  # its pipes are broken
+            for pipe in (self._process.stdin, self._process.stdout):
+                assert pipe is not None
+                with suppress(OSError):  # what was still to be written
+                    pipe.close()
 
 
 def _like(side: int) -> int:
