@@ -253,7 +253,7 @@ class Viewer:
             gl_renderer=self._gl_renderer,
             gpu_bytes=self.renderer.gpu_bytes,
             pass_seconds=self.renderer.pass_seconds,
-            baked=self.renderer.is_baked,
+            specialised=self.renderer.is_specialised,
             state="done" if state == "refining" and self.is_done else state,
         )
 

@@ -3,7 +3,7 @@
 
 Drivers cache compiled programs on disk. Once the background process has compiled a program and drawn
 with it, the window's context loads it from that cache within milliseconds. Run as a module, this is that
-process: it reads pickled (packed scene, sizes of films) from its input and answers each with a byte.
+process: it reads pickled (packed scene, program, sizes of films) from its input and answers each with a byte.
 """
 
 import os
@@ -14,8 +14,10 @@ import sys
 import threading
 import time
 from collections.abc import Iterable
+from contextlib import suppress
 from typing import Any
 
+from fragtracer.gpu.tracer import TracerProgram
 from fragtracer.packing import PackedScene
 
 Size = tuple[int, int]
@@ -27,17 +29,18 @@ class BackgroundCompiler:
 
     def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = None
-        self._requests: queue.SimpleQueue[tuple[PackedScene, list[Size]] | None] = queue.SimpleQueue()
+        self._thread: threading.Thread | None = None  # that talks to it
+        self._requests: queue.SimpleQueue[tuple[PackedScene, TracerProgram, list[Size]] | None] = queue.SimpleQueue()
         self._asked = self._answered = 0
         self._asked_at = 0.0
 
-    def ask(self, packed: PackedScene, sizes: Iterable[Size]) -> int:
-        """Have the program of ``packed`` compiled for films of ``sizes``; returns a number for :meth:`is_done`."""
+    def ask(self, packed: PackedScene, program: TracerProgram, sizes: Iterable[Size]) -> int:
+        """Have ``program`` compiled for ``packed`` and films of ``sizes``; returns a number for :meth:`is_done`."""
         if self._process is None:
             self._start()
         self._asked += 1
         self._asked_at = time.monotonic()
-        self._requests.put((packed, sorted({(_like(w), _like(h)) for w, h in sizes})))
+        self._requests.put((packed, program, sorted({(_like(w), _like(h)) for w, h in sizes})))
         return self._asked
 
     def is_done(self, number: int) -> bool:
@@ -53,7 +56,8 @@ class BackgroundCompiler:
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
         )
-        threading.Thread(target=self._serve, args=(self._process,), daemon=True).start()
+        self._thread = threading.Thread(target=self._serve, args=(self._process,), daemon=True)
+        self._thread.start()
 
     def _serve(self, process: "subprocess.Popen[bytes]") -> None:
         assert process.stdin is not None
@@ -70,9 +74,14 @@ class BackgroundCompiler:
 
     def close(self) -> None:
         self._requests.put(None)
-        if self._process is not None:
+        if self._process is not None and self._thread is not None:
             self._process.kill()
             self._process.wait()
+            self._thread.join()  # its pipes are broken
+            for pipe in (self._process.stdin, self._process.stdout):
+                assert pipe is not None
+                with suppress(OSError):  # what was still to be written
+                    pipe.close()
 
 
 def _like(side: int) -> int:
@@ -95,14 +104,14 @@ def main() -> None:
     with create_context() as context:
         while True:
             try:
-                packed, sizes = pickle.load(requests)
+                packed, program, sizes = pickle.load(requests)
             except EOFError:
                 return
             try:
                 if tracer is None:
-                    tracer = Tracer(context, packed)
+                    tracer = Tracer(context, packed, program)
                 else:
-                    tracer.load(packed, recompile=True)
+                    tracer.load(packed, program, recompile=True)
                 for size in sizes:
                     film = Film(context, *size)
                     tracer.warm_up(film)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Shows a film in the window, through shaders/display.frag."""
+"""Shows a film in the window, through shaders/display/display.frag."""
 
 from typing import Annotated, Any, Literal
 
@@ -13,7 +13,6 @@ from fragtracer.apps.viewer.meter import Meter
 from fragtracer.gpu.film import Film
 from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.resources import folder
-from fragtracer.shader_composer import CONSTANTS
 
 ToneCurve = Literal["linear", "reinhard", "aces", "agx"]
 View = Literal["radiance", "samples", "standard error", "non-finite", "normals", "depth", "albedo", "bloom"]
@@ -71,11 +70,11 @@ class Display:
 
     def __init__(self, context: Any) -> None:
         self._context = context
-        self._programs: dict[tuple[int, ...], FullscreenProgram] = {}
-        self._enlarger = FullscreenProgram(context, folder("shaders"), "enlarge.frag")
+        self._programs: dict[tuple[int | str, ...], FullscreenProgram] = {}
+        self._enlarger = FullscreenProgram(context, folder("shaders"), "display/enlarge.frag")
         self._picture: Any = None
         self._picture_buffer: Any = None
-        self._last: dict[str, int] = {}
+        self._last: dict[str, int | str] = {}
         self._other: Any = None
         self._bloom, self._meter = Bloom(context), Meter(context)
 
@@ -159,9 +158,9 @@ class Display:
             self._picture = None
 
     def _program(self, settings: DisplaySettings, fits: bool, holds: bool) -> FullscreenProgram:
-        defines = {
-            "TONE_CURVE": CONSTANTS[f"TONE_{settings.tone_curve.upper()}"],
-            "VIEW": CONSTANTS[_VIEWS[settings.view]],
+        defines: dict[str, int | str] = {
+            "TONE_CURVE": f"TONE_{settings.tone_curve.upper()}",
+            "VIEW": _VIEWS[settings.view],
             "FILM_FITS": int(fits),
             "HAS_GAMMA": int(settings.gamma != 1),
             "HAS_BLOOM": int(settings.has_bloom),
@@ -174,8 +173,8 @@ class Display:
         self._last = defines
         return self._programs[key]
 
-    def _compiled(self, defines: dict[str, int]) -> FullscreenProgram:
-        program = FullscreenProgram(self._context, folder("shaders"), "display.frag", defines)
+    def _compiled(self, defines: dict[str, int | str]) -> FullscreenProgram:
+        program = FullscreenProgram(self._context, folder("shaders"), "display/display.frag", defines)
         program.set({"u_film_mean": _MEAN, "u_film_variance": _VARIANCE, "u_held": _HELD, "u_other": _OTHER})
         program.set({"u_bloom": _BLOOM})
         return program

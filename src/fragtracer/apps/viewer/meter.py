@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Automatic exposure of a film, through shaders/display_meter.frag; display/exposure.py defines it."""
+"""Automatic exposure of a film, through shaders/display/meter.frag; display/exposure.py defines it."""
 
 import math
 import time
@@ -29,7 +29,7 @@ class Meter:
     def measure(self, film: Film) -> float | None:
         """The exposure in stops for ``film`` as it is, whose mean is read back in cells; None if it is black."""
         if self._program is None:
-            self._program = FullscreenProgram(self._context, folder("shaders"), "display_meter.frag")
+            self._program = FullscreenProgram(self._context, folder("shaders"), "display/meter.frag")
         width, height = (-(-side // CELL) for side in film.size)
         texture = self._context.texture((width, height), 1, dtype="f4")
         framebuffer = self._context.framebuffer([texture])

@@ -11,10 +11,11 @@ from fragtracer.apps.viewer.preparer import Preparer
 from fragtracer.errors import ShaderError
 from fragtracer.gpu.context import is_software
 from fragtracer.gpu.film import Film
+from fragtracer.gpu.specialise import specialise
 from fragtracer.scene import Camera, Scene
 
 _SETTLED = 0.15  # seconds without a change until the picture is made in full size
-_BAKE_AFTER = 0.3  # seconds without an edit until the scene is compiled into the program
+_SPECIALISE_AFTER = 0.3  # seconds without an edit until the scene is compiled into the program
 _FADE = 0.3  # seconds to fade to the finer picture
 _FADE_SPP = 8  # samples per pixel at which that fade ends
 _SLOW = 0.1  # seconds; a driver that takes longer to load a compiled program has no shader cache
@@ -40,11 +41,11 @@ class Refiner:
         self._is_behind = False  # while the tables of the requested environment are being made
         self._waiting: tuple[Plan, int] | None = None  # and the number of its request to the compiler
         self._next: Plan | None = None  # the newest plan, to be requested when the waiting one is compiled
-        self._bake: tuple[Plan, int] | None = None
+        self._specialising: tuple[Plan, int] | None = None  # like the waiting one
         self._shaders: int | None = None  # number of the request to compile the changed shader files
         software = is_software(renderer.context)
-        self._bakes = software
-        self._bakes_slowly = False
+        self._specialises = software
+        self._specialises_slowly = False
         self._compiler = BackgroundCompiler() if software else None
         self._changed_at = self._edited_at = self._frame_at = time.perf_counter()
         self._moving = False
@@ -60,8 +61,8 @@ class Refiner:
         return self._waiting is not None or self._is_behind
 
     @property
-    def _wants_to_bake(self) -> bool:
-        return self._bakes and not (self.renderer.is_baked or self._is_behind)
+    def _wants_to_specialise(self) -> bool:
+        return self._specialises and not (self.renderer.is_specialised or self._is_behind)
 
     @property
     def camera(self) -> Camera:
@@ -117,9 +118,9 @@ class Refiner:
         self.renderer.adopt(self.renderer.plan(self._scene, self._view), recompile=True)
         self.renderer.restart()
         self.problem = ""
-        self._waiting = self._next = self._bake = None
+        self._waiting = self._next = self._specialising = None
         self._is_behind = False
-        self._bakes = self._compiler is not None
+        self._specialises = self._compiler is not None
         self._begin_change()
 
     def frame(self, limit: int | None = None) -> float:
@@ -135,13 +136,13 @@ class Refiner:
     def _edit(self) -> None:
         """Render the requested scene: now, or when the background process has compiled its program."""
         self._edited_at = time.perf_counter()
-        self._bake = None
+        self._specialising = None
         self._is_behind = not self._preparer.begin(self._scene.environment)
         if not self._is_behind:
             self._go_on(self._scene)
 
     def _go_on(self, scene: Scene) -> None:
-        plan = self.renderer.plan(scene, self._view)
+        plan = self.renderer.quickest(self.renderer.plan(scene, self._view))
         if self._compiler is None or (self.renderer.knows(plan) and self.renderer.has_maps(plan)):
             self._waiting = self._next = None
             self._adopt(plan)
@@ -154,7 +155,7 @@ class Refiner:
 
     def _ask(self, plan: Plan) -> int:
         assert self._compiler is not None
-        return self._compiler.ask(plan.packed, (self.size, self.renderer.size))
+        return self._compiler.ask(plan.packed, plan.program, (self.size, self.renderer.size))
 
     def _take_prepared(self) -> None:
         """Render with an environment whose tables are ready, even if a newer one was requested meanwhile."""
@@ -175,19 +176,19 @@ class Refiner:
                 self._adopt(replace(plan, scene=replace(plan.scene, camera=self._scene.camera)))
                 if later is not None:
                     self._go_on(replace(later.scene, camera=self._scene.camera))
-        elif self._bake is not None:
-            self._bake_when_ready(now, *self._bake)
-        elif self._wants_to_bake and now - self._edited_at > _BAKE_AFTER:
-            plan = self.renderer.plan(self._scene, self._view, baked=True)
-            self._bake = plan, self._ask(plan)
+        elif self._specialising is not None:
+            self._specialise_when_ready(now, *self._specialising)
+        elif self._wants_to_specialise and now - self._edited_at > _SPECIALISE_AFTER:
+            plan = self.renderer.plan(self._scene, self._view).specialised()
+            self._specialising = plan, self._ask(plan)
 
-    def _bake_when_ready(self, now: float, plan: Plan, number: int) -> None:
+    def _specialise_when_ready(self, now: float, plan: Plan, number: int) -> None:
         """Keeps the samples. The camera is not part of the program, so it may have moved meanwhile."""
         assert self._compiler is not None
-        rests = not self._bakes_slowly or now - self._changed_at > _REST
+        rests = not self._specialises_slowly or now - self._changed_at > _REST
         if not (self._compiler.is_done(number) and rests):
             return
-        self._bake = None
+        self._specialising = None
         if not self.renderer.follows(self._scene.camera):
             return
         start = time.perf_counter()
@@ -195,8 +196,8 @@ class Refiner:
             self.renderer.adopt(replace(plan, scene=self._scene))
             self.renderer.warm_up()
         except ShaderError:  # a shader file may be broken for now; the last program stays in use
-            self._bakes = False
-        self._bakes_slowly = time.perf_counter() - start > _SLOW
+            self._specialises = False
+        self._specialises_slowly = time.perf_counter() - start > _SLOW
 
     def _adopt(self, plan: Plan) -> None:
         try:
@@ -264,5 +265,6 @@ class Refiner:
 
 def _source(plan: Plan) -> tuple[object, ...]:
     """What the program of ``plan``, and its maps, depend on."""
-    packed = plan.packed
-    return packed.program, packed.environment if packed.defines["HAS_SPLIT_SUM_MAPS"] else None
+    packed, program = plan.packed, plan.program
+    compiled_in = specialise(packed, program.level, program.kept).key
+    return program, dict(packed.features), compiled_in, packed.environment if packed.needs_maps else None
