@@ -236,7 +236,7 @@ def _points(scene: Scene) -> Floats:
     points = [np.array([scene.camera.position], np.float64), centers - radii, centers + radii]
     for r in scene.rectangles:
         far = np.add(r.edge_u, r.edge_v)
-        points.append(np.add(r.corner, [(0.0, 0.0, 0.0), r.edge_u, r.edge_v, far]))
+        points.append(np.add(r.corner, np.stack([np.zeros(3), r.edge_u, r.edge_v, far])))
     points += [np.add(d.center, [[-d.radius] * 3, [d.radius] * 3]) for d in scene.disks]
     points += [np.asarray(t.vertices, np.float64) for t in scene.triangles]
     points += [mesh.box_corners() for mesh in scene.meshes]
