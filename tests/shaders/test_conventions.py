@@ -117,7 +117,7 @@ def test_every_sampler_has_its_density() -> None:
         ("shape/cone.glsl", "struct cone_hit { float t; };"),
         ("film/film.glsl", "uniform vec3 color;"),
         ("film/film.glsl", "uniform sampler2D u_image;"),
-        ("display.frag", "layout(location = 1) out vec4 color;"),
+        ("display/display.frag", "layout(location = 1) out vec4 color;"),
         ("core/constants.glsl", "const float Pi = 3.0;"),
     ],
 )
