@@ -79,6 +79,11 @@ def scene_probe(
     return {key: values.astype(np.float64) for key, values in result.items()}
 
 
+def snake(name: str) -> str:
+    """light_choice of LightChoice."""
+    return re.sub(r"(?<!^)([A-Z])", r"_\1", name).lower()
+
+
 def shape_records(packed: PackedScene) -> tuple[NDArray[np.int64], Words]:
     """The numbers of all records of u_shapes, and the records (n, 4, 4): the short list, then the BVH."""
     parts = [part.reshape(-1, 4, 4) for part in packed.tables["u_shapes"]]

@@ -180,7 +180,8 @@ def test_traversal_finds_what_trying_every_shape_finds(
     packed = pack(scene, scene.render, 64, 64, 0)
     numbers, _ = shape_records(packed)
     local = (2 * scale * rng.normal(size=(COUNT, 3))).astype(np.float32)
-    direction = random_directions(rng, COUNT)
+    towards = 3 * scale + scale * rng.normal(size=(COUNT, 3)) - packed.origin - local
+    direction = towards / np.linalg.norm(towards, axis=1, keepdims=True)
     direction[: COUNT // 4] = np.eye(3)[rng.integers(0, 3, COUNT // 4)] * rng.choice([-1, 1], (COUNT // 4, 1))
     every = np.ones(COUNT)
 
@@ -305,7 +306,6 @@ def test_rays_leave_their_surface(ctx: moderngl.Context, scale: float, shift: fl
     result = scene_probe(ctx, packed, SCENE, BOUNCE, inputs, BOUNCED)
     inner = (result["normal"] * inputs["d"]).sum(1) > 0
     names = [*scene.materials, "light[0]", "light[2]"]
-    assert ((result["again"][:, 0] >= 0) <= (result["k"] >= 0)).all()
     met, met_again = (number[k.astype(int)] for k in (result["k"], result["again"][:, 0]))
     for k, shape in enumerate(shapes_of(scene)):
         hit = (result["k"] >= 0) & (met == k)
