@@ -3,6 +3,7 @@
 
 import numpy as np
 
+from fragtracer.packing.shapes import disk_axes
 from fragtracer.scene import Disk, Plane, Rectangle, Scene, Sphere, Triangle
 
 from . import Floats, shape_oracle
@@ -15,6 +16,18 @@ def shapes_of(scene: Scene) -> list[Shape]:
     """In the order of their records, where they are on the short list; a round light's material is "light[i]"."""
     lights = [Sphere(s.position, s.radius, f"light[{i}]") for i, s in enumerate(scene.lights) if s.radius > 0]
     return [*scene.planes, *scene.spheres, *lights, *scene.rectangles, *scene.disks, *scene.triangles]
+
+
+def corners_of(shape: Flat) -> Floats:
+    """The points with coordinates (0, 0), (1, 0) and (0, 1), (3, 3), as the records have them."""
+    match shape:
+        case Rectangle():
+            return np.add(shape.corner, [np.zeros(3), shape.edge_u, shape.edge_v])
+        case Disk():
+            u, v = disk_axes(shape)
+            return np.add(shape.center, shape.radius * np.stack([np.zeros(3), u, v]))
+        case Triangle():
+            return np.array(shape.vertices)
 
 
 def is_culled(scene: Scene, shape: Shape) -> bool:

@@ -16,7 +16,19 @@ from fragtracer.packing import PackedScene
 from fragtracer.packing.hierarchy import RECORDS_IN_ROW
 from fragtracer.packing.records import Kind, Words
 from fragtracer.resources import folder
-from fragtracer.scene import Camera, Disk, Light, Material, Plane, Rectangle, Scene, Sphere, Triangle
+from fragtracer.scene import (
+    Camera,
+    DirectionalLight,
+    Disk,
+    Light,
+    Material,
+    Plane,
+    Rectangle,
+    Scene,
+    Sphere,
+    SpotLight,
+    Triangle,
+)
 from fragtracer.shader_composer import compose
 
 from . import Floats
@@ -67,6 +79,11 @@ def scene_probe(
     return {key: values.astype(np.float64) for key, values in result.items()}
 
 
+def snake(name: str) -> str:
+    """light_choice of LightChoice."""
+    return re.sub(r"(?<!^)([A-Z])", r"_\1", name).lower()
+
+
 def shape_records(packed: PackedScene) -> tuple[NDArray[np.int64], Words]:
     """The numbers of all records of u_shapes, and the records (n, 4, 4): the short list, then the BVH."""
     parts = [part.reshape(-1, 4, 4) for part in packed.tables["u_shapes"]]
@@ -88,9 +105,11 @@ def camera_on(scale: float, shift: float) -> Camera:
     return Camera((shift, shift, shift + 2 * scale), (shift, shift, shift))
 
 
-def random_scene(seed: int = 1, triangles: int = 12, scale: float = 1.0, shift: float = 0.0) -> Scene:
+def random_scene(
+    seed: int = 1, triangles: int = 12, scale: float = 1.0, shift: float = 0.0, culled: bool = False
+) -> Scene:
     """Shapes and lights of all kinds, crossing each other, in a ball of about ``scale`` metres that lies
-    ``shift`` metres off the origin."""
+    ``shift`` metres off the origin; every other material is there from the front alone, if ``culled``."""
     rng = np.random.default_rng(seed)
 
     def points(count: int) -> Floats:
@@ -103,6 +122,7 @@ def random_scene(seed: int = 1, triangles: int = 12, scale: float = 1.0, shift: 
             roughness=float(rng.random()),
             metallic=float(rng.integers(0, 2)),
             emission=tuple(rng.random(3).tolist()) if i >= 7 else 0.0,
+            double_sided=not (culled and i % 2),
         )
         for i, name in enumerate(names)
     }
@@ -117,10 +137,16 @@ def random_scene(seed: int = 1, triangles: int = 12, scale: float = 1.0, shift: 
         spheres=tuple(Sphere(p, float(scale * rng.uniform(0.1, 0.7)), str(rng.choice(names))) for p in points(5)),
         planes=tuple(Plane(p, n, str(rng.choice(names[:7]))) for p, n in zip(3 * points(2), points(2), strict=True)),
         rectangles=tuple(rectangle() for _ in range(5)),
+        disks=tuple(
+            Disk(p, n, float(scale * rng.uniform(0.2, 1)), str(rng.choice(names)))
+            for p, n in zip(points(5), rng.normal(size=(5, 3)), strict=True)
+        ),
         triangles=tuple(Triangle(tuple(points(3)), str(rng.choice(names))) for _ in range(triangles)),
         lights=(
             Light(points(1)[0], radius=0.2 * scale, power=(3.0, 2.0, 1.0)),
             Light(points(1)[0], power=(1.0, 2.0, 3.0)),
             Light(points(1)[0], radius=0.05 * scale, radiance=(5.0, 5.0, 5.0)),
         ),
+        spot_lights=(SpotLight(points(1)[0], points(1)[0] - shift, (2.0, 1.0, 3.0), 20.0, 50.0),),
+        directional_lights=(DirectionalLight(points(1)[0] - shift, (0.5, 0.7, 0.2)),),
     )
