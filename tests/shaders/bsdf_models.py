@@ -62,6 +62,8 @@ class Model:
         Relative, of values and densities in float32 at wo and wi.
     whitest
         Parameter sets that reflect the most, one by one; ``lossless`` are those that must reflect everything.
+    scene_materials
+        Two that test_reference_scenes.py compares with Mitsuba; none where bundled scenes have such materials.
     largest_weight
         Of parameters and cosines (n,) of wo: no sample may weigh more, (n, 3).
     """
@@ -77,14 +79,13 @@ class Model:
     tolerance: Values = no_slack
     whitest: Sequence[Parameters] = ()
     lossless: Sequence[Parameters] = ()
+    scene_materials: Sequence[scene.Material] = ()
 
     @property
     def glossy(self) -> dict[str, list[Parameters]]:
         """The parameter sets without a delta lobe."""
         up = np.array([(0.0, 0.0, 1.0)])
-        return {
-            name: [p for p in some if not self.delta(p, up)[0].any()] for name, some in self.materials.items()
-        }
+        return {name: [p for p in some if not self.delta(p, up)[0].any()] for name, some in self.materials.items()}
 
 
 # The material over a Lambert base, of every width, and as a mirror.

@@ -17,7 +17,6 @@ from .bsdf_oracle import Direction, Material
 from .bsdf_probe import run
 from .chi_square import assert_fits, assert_likely, fit, nodes
 from .directions import direction
-from .domains import Reflections
 
 DRAW = """
     BsdfSample s = bsdf_sample(b, wo, u);
@@ -88,7 +87,9 @@ def test_weight_is_value_over_density(ctx: moderngl.Context, name: str, material
             assert not weight[~found].any()
             mirrored, share = (a[0] for a in model.delta(parameters, np.array([wo])))
             delta = event == REFLECTION + DELTA
-            np.testing.assert_array_equal(drawn[delta, :3], np.broadcast_to((-wo[0], -wo[1], wo[2]), drawn[delta, :3].shape))
+            np.testing.assert_array_equal(
+                drawn[delta, :3], np.broadcast_to((-wo[0], -wo[1], wo[2]), drawn[delta, :3].shape)
+            )
             if delta.any():
                 np.testing.assert_allclose(drawn[delta, 3], share, rtol=1e-5)
                 expected = np.broadcast_to(mirrored / share, weight[delta].shape)

@@ -6,7 +6,6 @@ from dataclasses import replace
 import moderngl
 import numpy as np
 import pytest
-
 from numpy.typing import NDArray
 
 from fragtracer.gpu.specialise import Level

@@ -179,9 +179,7 @@ def row_of(places: Floats, place: Floats, doubt: float) -> int:
     return int(row)
 
 
-def test_shapes_are_read_as_the_scene_has_them(
-    ctx: moderngl.Context, stored: tuple[Scene, PackedScene, Level]
-) -> None:
+def test_shapes_are_read_as_the_scene_has_them(ctx: moderngl.Context, stored: tuple[Scene, PackedScene, Level]) -> None:
     scene, packed, level = stored
     names = [*scene.materials, "light[0]", "light[2]"]  # the round lights become spheres of their own
 
