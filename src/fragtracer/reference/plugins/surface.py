@@ -2,8 +2,8 @@
 """``fragtracer_surface``: a material that varies over a mesh, with shading normals, alpha and culled back faces.
 
 Its parameters: ``model`` (models/), ``albedo`` (three numbers), ``roughness``, ``metallic``, ``specular``,
-``dielectric_f0`` (three numbers), ``geometry``, ``opacity``, ``alpha_mode`` ("opaque", "mask" or "blend"), ``alpha_cutoff``,
-``double_sided``, ``normal_scale``; and children ``albedo_texture``, ``alpha_texture``,
+``dielectric_f0`` (three numbers), ``geometry``, ``opacity``, ``alpha_mode`` ("opaque", "mask" or "blend"),
+``alpha_cutoff``, ``double_sided``, ``normal_scale``; and children ``albedo_texture``, ``alpha_texture``,
 ``roughness_texture``, ``metallic_texture`` and ``normal_texture``, each a ``fragtracer_texture`` and
 each with its set of coordinates, as ``albedo_set``: "uv", or the name of an attribute of the mesh.
 
