@@ -16,6 +16,7 @@ DEFAULT_MODEL: Final = "metallic-roughness"
 # The keys that mean something to each model besides those of all: textures of these, emission, opacity, sides, normals.
 MODELS: dict[str, tuple[str, ...]] = {
     DEFAULT_MODEL: ("albedo", "roughness", "metallic", "ior", "f0", "metal", "specular"),
+    "eon": ("albedo", "roughness"),
 }
 _OF_MODELS = {key for keys in MODELS.values() for key in keys}
 TEXTURED = ("albedo", "roughness", "metallic", "normal", "occlusion", "emission")
@@ -26,7 +27,8 @@ class Material:
     """How a surface scatters and emits.
 
     ``model`` says by what BSDF. "metallic-roughness" is a Cook-Torrance specular lobe over a Lambert base
-    (shaders/bsdf/cook_torrance.glsl).
+    (shaders/bsdf/cook_torrance.glsl), "eon" a rough diffuse surface without a specular lobe, such as clay
+    (shaders/bsdf/eon.glsl), whose roughness of 0 is Lambert's.
 
     ``albedo`` is the colour of the base, and the specular colour of the metallic part. The GGX
     width is ``roughness**2``; roughness below 0.01 is a perfect mirror. The dielectric part's
@@ -45,7 +47,7 @@ class Material:
     radiance and scatters nothing.
     """
 
-    model: Literal["metallic-roughness"] = "metallic-roughness"
+    model: Literal["metallic-roughness", "eon"] = "metallic-roughness"
     albedo: Reflectance = (0.5, 0.5, 0.5)
     roughness: Fraction = 0.5
     metallic: Fraction = 0.0
@@ -119,6 +121,8 @@ class Material:
     @property
     def specular_f0(self) -> Triple:
         """Specular reflectance at normal incidence."""
+        if self.model == "eon":
+            return (0.0, 0.0, 0.0)
         if self.metal:
             return METAL_F0[self.metal]
         dielectric, metallic = (1 - self.metallic) * self.specular, self.metallic
@@ -128,6 +132,8 @@ class Material:
     @property
     def specular_f90(self) -> Triple:
         """Specular reflectance at grazing incidence, per channel for a dielectric, 1 for a metal."""
+        if self.model == "eon":
+            return (0.0, 0.0, 0.0)
         if self.metal:
             return (1.0, 1.0, 1.0)
         dielectric = (1 - self.metallic) * self.specular
