@@ -101,7 +101,7 @@ def pack(
         "u_float_texels": (surfaces.atlas.floats,),
     }
     if bvh:
-        tables |= {"u_vertices": attributes.parts, "u_mesh_lights": (bvh.mesh_lights.reshape(-1, 4),)}
+        tables |= {"u_vertices": attributes.parts, "u_mesh_lights": (bvh.mesh_light_texels,)}
     if environment.tables:
         tables |= {"u_environment": (environment.tables.texels,), "u_environment_tree": (environment.tables.tree,)}
     listed_spheres = records.spheres if is_listed else 0
@@ -224,7 +224,7 @@ def _attributes(bvh: PackedBvh | None) -> tuple[_Attributes, dict[str, int]]:
 def _parts(listed: Words, bvh: PackedBvh | None) -> Table:
     """The short list and the BVH, each from the beginning of a row."""
     parts = [listed.reshape(-1, 4)] if len(listed) or bvh else []
-    return (*parts, bvh.words.reshape(-1, 4)) if bvh else tuple(parts)
+    return (*parts, bvh.texels) if bvh else tuple(parts)
 
 
 def _points(scene: Scene) -> Floats:
