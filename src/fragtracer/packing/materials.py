@@ -39,23 +39,24 @@ class PackedMaterials:
 def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMaterials:
     """Pack ``materials``, those of ``scene`` and of its lights."""
     packed, of_shapes, of_meshes = _apart(scene, materials)
-    textures = list(dict.fromkeys(t for m in packed for t in m.textures.values()))
+    textured = [m for m in packed if m.textures]
+    textures = list(dict.fromkeys(t for m in textured for t in m.textures.values()))
     atlas = build_atlas(texture.image for texture in textures)
     index = {texture: i for i, texture in enumerate(textures)}
     colored = any(part.geometry.colors is not None for mesh in scene.meshes for part in mesh.parts)
     has_maps = bool(textures) or colored
     has_alpha = any(m.alpha_mode != "opaque" for m in packed)
-    models = _models(packed)
+    specular = [m for m in packed if not m.unlit and _specular_from(m) > 0]
+    models = _models(packed, bool(specular))
     records = {
         "Material": [_material(m, model) for m, model in zip(packed, models, strict=True)],
         "Maps": [_maps(m, index) for m in packed] if has_maps else [],
         "Opacity": [_opacity(m, index) for m in packed] if has_alpha else [],
         "Texture": [_texture(t, atlas.regions[t.image]) for t in textures],
     }
-    used = {name for m in packed for name in m.textures}
-    if not any("metallic" in m.textures and not _share_texture(m) for m in packed):
+    used = {name for m in textured for name in m.textures}
+    if all(_share_texture(m) for m in textured):
         used -= {"metallic"}
-    specular = [m for m in packed if not m.unlit and _specular_from(m) > 0]
     features = {
         **{f"HAS_{model.name}": int(model in models) for model in BsdfModel},
         "HAS_DELTA": int(any(m.alpha < _ALPHA_DELTA or m.roughness_texture for m in specular)),
@@ -115,10 +116,9 @@ def _without_textures(material: Material) -> Material:
     return replace(material, **none) if none else material
 
 
-def _models(materials: Sequence[Material]) -> list[BsdfModel]:
+def _models(materials: Sequence[Material], specular: bool) -> list[BsdfModel]:
     """The model of each. Where any has a specular lobe, all that have none are Cook-Torrance without one, which is the
     same: every model that a program has costs time on a machine that runs both sides of a branch."""
-    specular = any(_specular_from(m) > 0 for m in materials if not m.unlit)
     return [BsdfModel.COOK_TORRANCE if specular else BsdfModel.DIFFUSE for _ in materials]
 
 
