@@ -16,7 +16,7 @@ from fragtracer.apps.bench.tables import Column, Plot, Row, Table
 from fragtracer.apps.bench.work import count_work
 from fragtracer.bvh import build
 from fragtracer.errors import FragtracerError
-from fragtracer.packing.copies import triangle_boxes
+from fragtracer.packing.instances import triangle_bounds
 from fragtracer.scene import (
     Ambient,
     Camera,
@@ -106,9 +106,9 @@ def _watched(contender: Any, seconds: float, part: Progress, share: float) -> fl
 
 
 def _seconds_to_build(geometry: Geometry) -> float:
-    boxes = triangle_boxes(geometry.positions[geometry.triangles].astype(np.float32))
+    bounds = triangle_bounds(geometry.positions[geometry.triangles].astype(np.float32))
     start = time.perf_counter()
-    build(boxes)
+    build(bounds)
     return time.perf_counter() - start
 
 
