@@ -131,7 +131,7 @@ def test_scaling_has_a_curve_for_each_quantity() -> None:
     plan = Plan(size=TINY, rays=(1, 2, 4), bounces=(1,), light_samples=(1, 2), runs=1)
     rows = _run(scaling.BENCHMARK, plan).rows
     curves = dict.fromkeys(row["quantity"] for row in rows)
-    assert list(curves) == ["rays", "bounces", "light samples", "image side", "spheres", "triangles"]
+    assert list(curves) == ["rays", "bounces", "light samples", "image side"]
     assert [row["exponent"] is not None for row in rows if row["quantity"] == "rays"] == [False, False, True]
 
 
@@ -170,7 +170,7 @@ def test_error_keeps_the_rows_so_far(monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*arguments: Any) -> None:
         raise FragtracerError("no such thing")
 
-    monkeypatch.setitem(suite.BENCHMARKS, "memory", Benchmark(memory.table, fail))
+    monkeypatch.setitem(suite.BENCHMARKS, "memory", (Benchmark(memory.table, fail),))
     plan = Plan(size=TINY, rays=(1,), runs=1)
     results = suite.run_suite(["sweep", "memory"], plan, lambda share, text: None)
     assert (results.complete, results.failure) == (False, "no such thing")

@@ -7,15 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from fragtracer.apps.bench.contenders import Mitsuba, Ours
+from fragtracer.apps.bench.contenders import Ours
 from fragtracer.apps.bench.memory import resident_mib
 from fragtracer.apps.bench.plan import Benchmark, Plan, Progress, steps
-from fragtracer.apps.bench.speed import seconds_per_sample
-from fragtracer.apps.bench.statistics import inverse, median, scaled, write_exponent
+from fragtracer.apps.bench.speed import against_mitsuba
+from fragtracer.apps.bench.statistics import Estimate, inverse, median, write_exponent
 from fragtracer.apps.bench.tables import Column, Plot, Row, Table
 from fragtracer.apps.bench.work import count_work
 from fragtracer.bvh import build
-from fragtracer.errors import FragtracerError
 from fragtracer.packing.instances import triangle_bounds
 from fragtracer.scene import (
     Ambient,
@@ -78,31 +77,13 @@ def _row(scene: Scene, plan: Plan, result: Table, part: Progress) -> Row:
     count = len(geometry.triangles)
     built = median([_seconds_to_build(geometry) for _ in range(_BUILDS)])
     row: Row = {"triangles": count, "build": built, "rate": inverse(built, count)}
-    settings = scene.render
-    pixels = settings.width * settings.height
-    runs, seconds = plan.runs or _RUNS, plan.seconds or _SECONDS
     rays = count_work(scene, 8).rays
     with Ours(scene) as ours:
-        mine = median([_watched(ours, seconds, part, (i + 1) / runs / 2) / pixels for i in range(runs)])
         row |= {"host_mib": round(resident_mib()), "gpu_mib": round(ours.gpu_bytes / _MIB)}
-    row |= {"ns": scaled(mine, 1e9 / rays), "fragtracer": inverse(mine, 1e-6), "mitsuba": None, "ratio": None}
-    try:
-        with Mitsuba(scene, variant=plan.variant) as mitsuba:
-            note = f"Mitsuba is {mitsuba.variant}"
-            if note not in result.notes:
-                result.notes.append(note)
-            theirs = median([_watched(mitsuba, seconds, part, 0.5 + (i + 1) / runs / 2) / pixels for i in range(runs)])
-    except FragtracerError as error:
-        result.notes.append(f"no Mitsuba: {error}")
-    else:
-        row |= {"mitsuba": inverse(theirs, 1e-6), "ratio": f"{theirs.value / mine.value:.2f}"}
-    return row
-
-
-def _watched(contender: Any, seconds: float, part: Progress, share: float) -> float:
-    result: float = seconds_per_sample(contender, seconds)
-    part(share, contender.name)
-    return result
+        row |= against_mitsuba(ours, scene, plan, result, part, plan.runs or _RUNS, plan.seconds or _SECONDS)
+    rate = row["fragtracer"]
+    assert isinstance(rate, Estimate)
+    return row | {"ns": inverse(rate, 1e3 / rays)}
 
 
 def _seconds_to_build(geometry: Geometry) -> float:
