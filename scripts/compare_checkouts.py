@@ -86,12 +86,11 @@ def workers(checkouts: Sequence[Path], scene: str, options: argparse.Namespace) 
 
 
 def work(settings: dict[str, Any]) -> None:
-    """What a worker does: it uses only what every version of fragtracer has."""
+    """What a worker does, with the public names alone: the modules behind them differ between versions."""
     import fragtracer
-    from fragtracer.io.toml import load
-    from fragtracer.renderer import Renderer
 
-    with Renderer(load(settings["scene"]), tuple(settings["size"]), bounces=settings["bounces"]) as renderer:
+    scene = fragtracer.load(settings["scene"])
+    with fragtracer.Renderer(scene, tuple(settings["size"]), bounces=settings["bounces"]) as renderer:
         step = renderer.settings.rays
         renderer.sample(step)
         print(json.dumps({"package": str(Path(fragtracer.__file__).resolve())}), flush=True)

@@ -65,10 +65,10 @@ def table(plan: Plan) -> Table:
         ),
         keys=("scene", "size", "variant"),
         notes=[
-            "Times, errors and efficiencies are those of the variant over the default's.",
+            "Times, errors and efficiencies are those of the variant divided by the default's.",
             "Bias is the root mean square over pixels of the difference of expectations, relative to the brightness, "
-            "from pairs of independent images: what it is for the default is the noise of this measurement. "
-            "A geometry term is another material, so that its bias is how different it looks.",
+            "from pairs of independent images. The default has none: its figure is the noise of this measurement. "
+            "Another geometry term is another material, so its bias is the difference between the two materials.",
         ],
     )
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Meshes of a thousand to a million triangles: building their trees, memory, the cost of a ray, speed against
+"""Meshes of a thousand to a million triangles: building their BVHs, memory, the time of a ray, speed against
 Mitsuba."""
 
 import time
@@ -60,7 +60,7 @@ def table(plan: Plan) -> Table:
         plots=(Plot("triangles", ("ns",), (), "triangles", "nanoseconds per ray"),),
         notes=[
             f"A knot of that many triangles over a plane, a round light and an even sky; {width}x{height} pixels, "
-            f"{_BOUNCES} bounces. The build is that of the tree, without reading and packing. The exponent p of "
+            f"{_BOUNCES} bounces. The build is that of the BVH, without reading and packing. The exponent p of "
             "time per ray ~ triangles^p is fitted to all rows, ± its standard error."
         ],
     )

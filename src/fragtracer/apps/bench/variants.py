@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Shaders with something measured or undone in them: named edits of shader files, made in a copy of the folder.
+"""Variants of the shaders that count work or leave something out: edits of shader files, made in a copy of the folder.
 
-What only a benchmark needs is no feature of the path tracer. An edit names text that occurs exactly once, so that a
-shader that has changed is noticed here and not measured wrongly.
+So the path tracer itself needs no feature for measurements. An edit names text that occurs exactly once: after a change
+of the shaders it fails, and does not measure something else.
 """
 
 import shutil
@@ -93,8 +93,8 @@ ONE_BSDF_EVALUATION = (
 
 @contextmanager
 def edited_shaders(edits: Sequence[Edit]) -> Iterator[Path | None]:
-    """A copy of the shader folder with ``edits``, for ``Renderer(shaders=...)``; it is there as long as the ``with``
-    block. None, which stands for fragtracer's own shaders, without edits.
+    """A temporary copy of the shader folder with ``edits``, for ``Renderer(shaders=...)``; without edits None, which
+    stands for fragtracer's own shaders.
 
     Raises
     ------

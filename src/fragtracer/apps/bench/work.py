@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""How much there is to do for a sample: rays and vertices, counted by a variant of the same program."""
+"""The rays and vertices of a sample, counted by a variant of the same program."""
 
 from dataclasses import dataclass
 
