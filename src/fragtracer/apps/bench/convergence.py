@@ -51,7 +51,7 @@ def table(plan: Plan) -> Table:
 
 @dataclass
 class _Log:
-    """Of one renderer at one time, for each run: samples per pixel, error, and ``cost``, error times the exact seconds."""
+    """Of one renderer at one time, for each run: samples per pixel, error, and ``cost``, error times exact seconds."""
 
     spp: list[float] = field(default_factory=list)
     error: list[float] = field(default_factory=list)
