@@ -33,7 +33,7 @@ def table(plan: Plan) -> Table:
         plots=(Plot("value", ("ms",), ("quantity",), "value", "milliseconds per frame"),),
         notes=[
             f"Where it is not varied: {width}x{height} pixels, {_BASE['rays']} rays, {_BASE['bounces']} bounces, "
-            "1 light sample. The exponent p of time ~ value^p is fitted to all values of a quantity, ± its standard "
+            "1 light sample. The exponent p of time ~ value^p is fitted to all values of a setting, ± its standard "
             "error; fixed costs pull it below what it is for large values."
         ],
     )
