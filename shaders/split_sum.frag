@@ -6,8 +6,8 @@
 #include "camera/camera.glsl"
 #include "film/film.glsl"
 #include "sampler/sampler.glsl"
-#include "split_sum/shading.glsl"
-#include "split_sum/study.glsl"
+#include "integrator/split_sum.glsl"
+#include "integrator/split_sum_study.glsl"
 
 layout(location = 0) out vec4 out_mean;
 layout(location = 1) out vec4 out_variance;

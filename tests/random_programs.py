@@ -4,17 +4,20 @@
 import functools
 import itertools
 import random
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from fragtracer.packing import PackedScene, pack
-from fragtracer.packing import copies as mesh_copies
-from fragtracer.packing import meshes as mesh_packing
+from fragtracer.gpu.specialise import Level, Specialisation, specialise
+from fragtracer.packing import PackedScene, hierarchy, instances, pack
+from fragtracer.resources import folder
 from fragtracer.scene import (
     Ambient,
     Camera,
+    DirectionalLight,
+    Disk,
     Environment,
     Geometry,
     Image,
@@ -29,9 +32,11 @@ from fragtracer.scene import (
     Scene,
     Sky,
     Sphere,
+    SpotLight,
     Texture,
     Triangle,
 )
+from fragtracer.shader_composer import compose
 
 MATERIALS = {
     "lambert": Material(specular=0.0),
@@ -62,6 +67,7 @@ SHAPES = {
     "spheres": lambda m: Sphere((0.0, 0.0, 0.0), 1.0, m),
     "planes": lambda m: Plane((0.0, -1.0, 0.0), (0.0, 1.0, 0.0), m),
     "rectangles": lambda m: Rectangle((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), m),
+    "disks": lambda m: Disk((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 1.0, m),
     "triangles": lambda m: Triangle(((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), m),
 }
 LIGHTS = [Light((0.0, 3.0, 0.0), power=1.0), Light((0.0, 4.0, 0.0), radius=0.5, power=1.0)]
@@ -74,22 +80,56 @@ CHOICES = {
     "integrator": ["path", "path", "split-sum"],
     "background": ["environment", "environment", "prefiltered", "irradiance", "black"],
 }
-# What the benchmark and the viewer switch, as no scene does.
-SWITCHES = {
-    "PATH_REGENERATION": [1, 1, 0],
-    "COUNT_WORK": [0, 0, 1],
-    "SINGLE_LIGHT_EVALUATION": [0, 0, 1],
-    "SPLIT_SUM_STEP": [9, 9, 9, 1, 2, 3, 4, 5, 6, 7, 8],
-    "AUXILIARY": [0, 0, 0, 0, 0, 1, 2, 3],
+# What no scene asks for, but the viewer and the study of the split-sum approximation do; of every program a part.
+PROGRAMS = {
+    "pathtracer.frag": {},
+    "split_sum.frag": {
+        "SPLIT_SUM_STEP": [9, 9, 1, 2, 3, 4, 5, 6, 7, 8],
+        "GEOMETRY_TERM": ["GEOMETRY_KARIS_ENVIRONMENT"],
+    },
+    "auxiliary.frag": {"AUXILIARY": ["AUXILIARY_NORMALS", "AUXILIARY_DEPTH", "AUXILIARY_ALBEDO"]},
 }
 ENVIRONMENTS = [None, None, Environment(radiance=1.0), Environment(radiance=1.0, visible=False), Environment(sky=Sky())]
 
 
-def random_program(rng: random.Random) -> tuple[PackedScene, dict[str, int]]:
-    """A scene of a few features out of all there are, packed, and the values of the switches."""
+@dataclass(frozen=True)
+class Program:
+    """A top file, the values of its features, and what is compiled in."""
+
+    name: str
+    defines: Mapping[str, int | str]
+    specialisation: Specialisation
+    traits: Mapping[str, Any]  # that decide over the text, but for numbers in it
+
+    def source(self, language: str) -> str:
+        return self.specialisation.apply(compose(self.name, self.defines, folder("shaders"), language=language).text)
+
+
+@functools.cache
+def features_of(name: str) -> Mapping[str, str]:
+    return compose(name, {}, folder("shaders")).features
+
+
+def program_of(
+    packed: PackedScene, name: str = "pathtracer.frag", level: Level = Level.NOTHING, **defines: int | str
+) -> Program:
+    """As :class:`fragtracer.gpu.tracer.Tracer` makes it of a scene."""
+    asked = {key: value for key, value in packed.features.items() if key in features_of(name)} | defines
+    kinds = packed.flags if level is not Level.NOTHING else {}
+    # Of counts it matters whether loops are unrolled at all, and whether records are chosen by comparisons.
+    counts = {key: len(words) for key, words in packed.scene_records.items()} | {"listed": len(packed.listed)}
+    counts = {key: (count > 0) + (count > 8) for key, count in counts.items()}
+    if level in (Level.NOTHING, Level.KINDS):
+        counts = {}
+    traits = {"program": name, "level": level.name, **asked, **kinds, **counts}
+    return Program(name, asked, specialise(packed, level), traits)
+
+
+def random_program(rng: random.Random) -> Program:
+    """Of a scene with a few features out of all there are."""
     names = rng.sample(sorted(MATERIALS), rng.choice([1, 1, 2, 6]))
     materials = {name: MATERIALS[name] for name in names}
-    kinds = rng.sample(sorted(SHAPES), rng.choice([0, 1, 1, 2, 3, 4]))
+    kinds = rng.sample(sorted(SHAPES), rng.choice([0, 1, 1, 2, 3, 5]))
     shapes: dict[str, Any] = {
         kind: [SHAPES[kind](rng.choice(names)) for _ in range(rng.choice([1, 3]))] for kind in kinds
     }
@@ -98,46 +138,49 @@ def random_program(rng: random.Random) -> tuple[PackedScene, dict[str, int]]:
             materials["lamp"] = Material(emission=1.0)
             shapes[kind].append(SHAPES[kind]("lamp"))
     if "rectangles" in shapes and rng.random() < 0.05:
-        shapes["rectangles"] *= 300  # too many for a uniform block
+        shapes["rectangles"] *= 30  # too many for a short list
     meshes = []
+    shared = rng.random() < 0.3
     if rng.random() < 0.5:
-        shared = rng.random() < 0.3
         names = rng.sample(sorted(MESH_MATERIALS), 2)
         materials |= {name: MESH_MATERIALS[name] for name in names}
         attributes = rng.sample(sorted(ATTRIBUTES), rng.choice([0, 1, 2, 5]))
         geometry = Geometry(np.eye(3), [[0, 1, 2]], **{name: np.ones((3, ATTRIBUTES[name])) for name in attributes})
         places = (Placement(), Placement((2.0, 0.0, 0.0)))
         meshes = [Mesh((Part(geometry, name),), places) for name in names]
-        mesh_copies.MOST_COPIED = 0 if shared else 10
-        mesh_packing.pack_meshes.cache_clear()
     scene = Scene(
         meshes=meshes,
         camera=Camera(aperture_radius=rng.choice([0.0, 0.1])),
         materials=materials,
         lights=rng.sample(LIGHTS, rng.choice([0, 1, 1, 2])),
+        spot_lights=[SpotLight((0.0, 3.0, 0.0), (0.0, -1.0, 0.0), 1.0)] * rng.choice([0, 0, 0, 1, 2]),
+        directional_lights=[DirectionalLight((0.0, -1.0, 0.0), 1.0)] * rng.choice([0, 0, 0, 1, 12]),
         ambient=Ambient(rng.choice([0.0, 1.0])),
         environment=rng.choice(ENVIRONMENTS),
         **shapes,
     )
     settings = RenderSettings(**{name: rng.choice(values) for name, values in CHOICES.items()})
     settings = replace(settings, multiple_scattering=settings.geometry == "smith" and rng.random() < 0.5)
-    packed = pack(scene, settings, 64, 48, baked=rng.random() < 0.3)
-    return packed, {name: rng.choice(values) for name, values in SWITCHES.items()}
+    before, instances.MOST_REPEATED = instances.MOST_REPEATED, 0 if shared else 10
+    hierarchy.pack_bvh.cache_clear()
+    packed = pack(scene, settings, 64, 48, rng.choice([0, 8, 64]))
+    instances.MOST_REPEATED = before
+    hierarchy.pack_bvh.cache_clear()
+    name = rng.choice(["pathtracer.frag", "pathtracer.frag", *PROGRAMS])
+    switches = {key: rng.choice(values) for key, values in PROGRAMS[name].items() if rng.random() < 0.8}
+    return program_of(packed, name, rng.choice(list(Level)), **switches)
 
 
 @functools.cache
-def covering_programs(candidates: int) -> list[tuple[PackedScene, dict[str, int]]]:
-    """Those of nothing at all, and of random ones those with two features together that none before has."""
+def covering_programs(candidates: int) -> list[Program]:
+    """Those of nothing at all, and of random ones those with two traits together that none before has."""
     rng = random.Random(1)
     seen: set[Any] = set()
-    chosen = [(pack(Scene(), RenderSettings(), 64, 48, baked), {}) for baked in (False, True)]
+    chosen = [program_of(pack(Scene(), RenderSettings(), 64, 48), name, level) for name in PROGRAMS for level in Level]
     for _ in range(candidates):
-        packed, switches = random_program(rng)
-        # Counts beyond 3 and the number of texels change no code, only numbers in it.
-        features = {k: min(v, 3) for k, v in {**packed.defines, **switches}.items() if k != "SCENE_TEXELS"}
-        features["baked"] = len(packed.constants) > 0
-        pairs = set(itertools.combinations(sorted(features.items()), 2))
+        program = random_program(rng)
+        pairs = set(itertools.combinations(sorted(program.traits.items()), 2))
         if not pairs <= seen:
             seen |= pairs
-            chosen.append((packed, switches))
+            chosen.append(program)
     return chosen

@@ -62,9 +62,10 @@ def box(material: str, half: float = 1.0) -> list[Rectangle]:
 # What each field of the scene model is, for the two functions below: a field that is not here raises.
 _POINTS = {"position", "target", "center", "point", "corner", "vertices"}
 _LENGTHS = {"edge_u", "edge_v", "radius", "aperture_radius", "focus_distance"}
-_AREAS = {"power"}  # watts leave a surface; radiance stays
+_AREAS = {"power", "intensity"}  # W and W/sr; radiance and irradiance stay
 _OTHERS = {
-    *("up", "fov_degrees", "normal", "material", "radiance", "name", "description"),
+    *("up", "fov_degrees", "normal", "direction", "inner_degrees", "outer_degrees"),
+    *("material", "radiance", "irradiance", "name", "description"),
     *("render", "materials", "environment"),
 }
 

@@ -79,7 +79,7 @@ def g1_environment(alpha: float, cosine: ArrayLike) -> Floats:
 
 
 def cube_directions(size: int) -> Floats:
-    """(size + 2, 6 (size + 2), 3): as cube_direction of split_sum/cube.glsl."""
+    """(size + 2, 6 (size + 2), 3): as cube_direction of texture/cube.glsl."""
     st = (2 * np.arange(-1, size + 1) + 1) / size - 1
     s, t = np.meshgrid(st, st)
     beyond = np.stack([np.maximum(np.abs(s) - 1, 0), np.maximum(np.abs(t) - 1, 0)])

@@ -155,7 +155,7 @@ def test_no_seam_shows_at_the_edges_of_faces(ctx: moderngl.Context, roughness: f
 def looked_up(ctx: moderngl.Context, cube: NDArray[np.float32], d: NDArray[np.float64], rest: str) -> Any:
     """What cube_lookup finds in a cube map, of whose arguments ``rest`` are the others, in directions ``d``."""
     texture = cube_maps.texture_of(ctx, cube)
-    includes = ["split_sum/cube.glsl", "probe_sampler"]
+    includes = ["texture/cube.glsl", "probe_sampler"]
     sampler = {"probe_sampler": "uniform highp sampler2D u_cube;"}
     body = f"c = cube_lookup(u_cube, {rest});"
     found = probe(ctx, includes, body, {"d": d}, {"c": 3}, generated=sampler, resources={"u_cube": texture})["c"]

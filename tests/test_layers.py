@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from fragtracer.shader_composer import compose
+
 CHECKOUT = Path(__file__).parents[1]
 SOURCE = CHECKOUT / "src" / "fragtracer"
 SHADERS = CHECKOUT / "shaders"
@@ -33,10 +35,10 @@ LAYERS = [
 FACE = "__init__"
 ONLY_IN = {"moderngl": "gpu", "glcontext": "gpu", "mitsuba": "reference", "drjit": "reference"}
 
-SHADER_FOLDERS = ["core", "sampler", "bsdf", "texture", "shape", "emitter", "camera", "film", "split_sum"]
-SHADER_FOLDERS += ["integrator", "display"]
-# Text that the composer makes in memory, for the top of the program alone.
-GENERATED, GENERATED_IN = "generated", "pathtracer.frag"
+# Bottom first; programs, which lie in none, may use all of them.
+SHADER_FOLDERS = ["core", "sampler", "film", "bsdf", "scene", "texture", "shape", "camera", "material", "light"]
+SHADER_FOLDERS += ["integrator", "split_sum", "display"]
+PROGRAM = "pathtracer.frag"  # which lists the whole architecture
 
 RANK = {name: rank for rank, names in enumerate(LAYERS) for name in names}
 
@@ -95,10 +97,7 @@ def shader_violations(path: str, text: str) -> Iterator[str]:
     for line, target in _includes(text):
         where = f"{path}:{line} includes {target}"
         other = Path(target).parent.as_posix()
-        if other == GENERATED:
-            if path != GENERATED_IN:
-                yield f"{where}, which is for {GENERATED_IN} alone"
-        elif other not in SHADER_FOLDERS:
+        if other not in SHADER_FOLDERS:
             yield f"{where}, which is in no folder of SHADER_FOLDERS"
         elif SHADER_FOLDERS.index(other) > rank:
             yield f"{where}, which is not below {folder}"
@@ -128,9 +127,17 @@ def test_shader_includes_go_down() -> None:
 
 
 def test_program_lists_its_folders_from_the_bottom() -> None:
-    folders = [Path(target).parent.name for _, target in _includes((SHADERS / GENERATED_IN).read_text())]
-    ranks = [SHADER_FOLDERS.index(folder) for folder in folders if folder != GENERATED]
+    folders = [Path(target).parent.name for _, target in _includes((SHADERS / PROGRAM).read_text())]
+    ranks = [SHADER_FOLDERS.index(folder) for folder in folders]
     assert all(a <= b for a, b in pairwise(ranks)), folders
+    reached = {Path(place).parent.as_posix() for place in compose(PROGRAM, {}, SHADERS).lines}
+    assert set(folders) == reached & set(SHADER_FOLDERS), "the list leaves a folder out"
+
+
+def test_files_do_not_include_each_other() -> None:
+    """Nor does a folder use another that uses it, which test_shader_includes_go_down already says."""
+    for path in _files(SHADERS, ".glsl", ".frag"):
+        compose(path, {}, SHADERS)  # raises for a cycle
 
 
 @pytest.mark.parametrize(
@@ -180,7 +187,8 @@ def test_right_import_passes(path: str, text: str) -> None:
     [
         ("bsdf/ggx.glsl", '#include "shape/ray.glsl"'),
         ("core/math.glsl", '  # include "film/film.glsl"'),
-        ("shape/ray.glsl", '#include "generated/scene_layout.glsl"'),
+        ("scene/light.glsl", '#include "light/light.glsl"'),
+        ("integrator/path.glsl", '#include "split_sum/shading.glsl"'),
         ("shape/ray.glsl", '#include "volume/fog.glsl"'),
         ("volume/fog.glsl", ""),
     ],

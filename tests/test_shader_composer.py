@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""shader_composer.py: includes, defines, constants, and the way back from a driver's line numbers."""
+"""shader_composer.py: includes, features, and the way back from a driver's line numbers."""
 
 import re
 from collections.abc import Mapping
@@ -72,28 +72,98 @@ def test_missing_include_names_who_wants_it(tmp_path: Path) -> None:
         compose("absent.glsl", {}, tmp_path)
 
 
-def test_unknown_define_is_refused(tmp_path: Path) -> None:
-    """Where it is set, before any file is read."""
-    with pytest.raises(ShaderError, match="unknown shader define HAS_LENSE"):
-        composed(tmp_path, {"main.glsl": ""}, defines={"HAS_LENS": 1, "HAS_LENSE": 1})
+FEATURES = """
+#define CURVE_STRAIGHT 0
+#define CURVE_BENT 1  // to the left
+#ifndef CURVE
+#define CURVE CURVE_STRAIGHT
+#endif
+#ifndef HAS_LENS
+#define HAS_LENS 0  // none by default
+#endif
+#ifndef FILE_GLSL
+#define LENGTH 3.5
+#endif
+"""
+
+
+def test_features_are_what_files_declare(tmp_path: Path) -> None:
+    """By their defaults, in whatever file; a guard of something else declares none."""
+    inner = "  #  ifndef HAS_ROOF  // or else\n# define HAS_ROOF 1\n#endif"
+    files = {"main.glsl": '#include "a.glsl"\n#include "b.glsl"', "a.glsl": FEATURES, "b.glsl": inner}
+    assert composed(tmp_path, files).features == {"CURVE": "CURVE_STRAIGHT", "HAS_LENS": "0", "HAS_ROOF": "1"}
+
+
+def test_features_have_the_values_given(tmp_path: Path) -> None:
+    """Before the text, so that its defaults give way; numbers, or names of constants."""
+    source = composed(tmp_path, {"main.glsl": FEATURES}, defines={"CURVE": "CURVE_BENT", "HAS_LENS": 1})
+    lines = source.text.splitlines()
+    assert lines[0] == "#version 330 core"
+    assert lines.index("#define CURVE CURVE_BENT") < lines.index("#ifndef CURVE")
+    assert "#define HAS_LENS 1" in lines
+    assert source.features["CURVE"] == "CURVE_STRAIGHT"
+    assert not [line for line in composed(tmp_path, {"main.glsl": FEATURES}).text.splitlines()[:6] if "define" in line]
+
+
+def test_features_have_their_values_for_the_driver(ctx: moderngl.Context) -> None:
+    """What is given takes the place of the default, and what is not leaves it."""
+    main = (
+        "layout(location = 0) out vec4 color;\nvoid main() {{ color = vec4(CURVE == {0}, HAS_LENS == {1}, 0, 0); }}\n"
+    )
+    for defines, values in (({}, (0, 0)), ({"CURVE": "CURVE_BENT"}, (1, 0)), ({"CURVE": 1, "HAS_LENS": 2}, (1, 2))):
+        generated = {"main.frag": FEATURES + main.format(*values)}
+        program = FullscreenProgram(ctx, SHADERS, "main.frag", defines, generated)
+        assert drawn(ctx, program)[:2] == [1.0, 1.0]
+        program.release()
 
 
 @pytest.mark.parametrize(
-    "line", ["#if HAS_LENSE", "#ifdef HAS_LENSE", "  #  elif 1 && HAS_LENSE == 2", "#ifndef HAS_LENSE"]
+    ("defines", "message"),
+    [
+        ({"HAS_LENS": 1, "HAS_LENSE": 1}, "main.glsl has no feature HAS_LENSE; it has CURVE, HAS_LENS$"),
+        ({"CURVE_BENT": 1}, "main.glsl has no feature CURVE_BENT"),
+        ({"FILE_GLSL": 1}, "main.glsl has no feature FILE_GLSL"),
+        ({"CURVE": "CURVE_BEND"}, "main.glsl declares no CURVE_BEND that CURVE could be"),
+        ({"CURVE": "1"}, "main.glsl declares no 1 that CURVE could be"),
+    ],
 )
-def test_unknown_define_in_a_condition_is_refused(tmp_path: Path, line: str) -> None:
-    files = {"main.glsl": '#include "a.glsl"', "a.glsl": f"\n{line}\n#endif"}
+def test_a_feature_or_value_that_nobody_declares_is_refused(
+    tmp_path: Path, defines: dict[str, int | str], message: str
+) -> None:
+    with pytest.raises(ShaderError, match=f"^{message}"):
+        composed(tmp_path, {"main.glsl": FEATURES}, defines=defines)
+
+
+def test_a_program_without_features_says_so(tmp_path: Path) -> None:
+    with pytest.raises(ShaderError, match=r"^main\.glsl has no feature HAS_LENS; it has none$"):
+        composed(tmp_path, {"main.glsl": ""}, defines={"HAS_LENS": 1})
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["#if HAS_LENSE", "#ifdef HAS_LENSE", "  #  elif 1 && HAS_LENSE == 2", "#if defined(HAS_LENS) && HAS_LENSE"],
+)
+def test_unknown_name_in_a_condition_is_refused(tmp_path: Path, line: str) -> None:
+    files = {"main.glsl": f'{FEATURES}\n#include "a.glsl"', "a.glsl": f"\n{line}\n#endif"}
     with pytest.raises(ShaderError, match=r"^a\.glsl:2: unknown define HAS_LENSE in a condition"):
         composed(tmp_path, files)
 
 
-def test_known_defines_have_values(tmp_path: Path) -> None:
-    """Those given, and the defaults of the others; comments and defined() may stand in a condition."""
-    body = "#if defined(HAS_LENS) && !HAS_AMBIENT  // unless NOBODY_KNOWS\n#endif"
-    text = composed(tmp_path, {"main.glsl": body}, defines={"LIGHT_COUNT": 7}).text
-    assert "#define LIGHT_COUNT 7\n" in text
-    assert "#define HAS_AMBIENT 0\n" in text
-    assert text.startswith("#version 330 core\n")
+def test_a_name_in_a_condition_before_it_is_defined_is_refused(tmp_path: Path) -> None:
+    """It would count as 0 there; where the file that declares it was included before, all is well."""
+    condition = "#if HAS_LENS && CURVE != CURVE_BENT  // unless NOBODY_KNOWS\n#endif"
+    files = {"main.glsl": '#include "a.glsl"\n#include "b.glsl"', "a.glsl": condition, "b.glsl": FEATURES}
+    with pytest.raises(ShaderError, match=r"^a\.glsl:1: unknown define HAS_LENS in a condition; nothing above"):
+        composed(tmp_path, files)
+    composed(tmp_path, files | {"main.glsl": '#include "b.glsl"\n#include "a.glsl"'})
+    composed(tmp_path, files | {"a.glsl": f'#include "b.glsl"\n{condition}'})
+
+
+def test_path_tracer_has_few_features() -> None:
+    """Each one doubles the programs there are; what can be a uniform, or compiled in by specialise.py, is none."""
+    features = compose("pathtracer.frag", {}, SHADERS).features
+    print(f"{len(features)} features:", *(f"  {name} {value}" for name, value in sorted(features.items())), sep="\n")
+    assert len(features) <= 25
 
 
 # A driver's answer to an error in the third line of the second file, in the words of each.
@@ -134,13 +204,17 @@ def test_error_of_this_driver_has_its_place(ctx: moderngl.Context) -> None:
         FullscreenProgram(ctx, SHADERS, "main.frag", generated=generated)
 
 
-@pytest.mark.parametrize("program", ["pathtracer.frag", "display.frag", "fullscreen.vert"])
+PROGRAMS = sorted(
+    path.relative_to(SHADERS).as_posix() for path in SHADERS.rglob("*") if path.suffix in (".frag", ".vert")
+)
+
+
+@pytest.mark.parametrize("program", PROGRAMS)
 def test_every_line_has_its_place(program: str) -> None:
-    layout = {"generated/scene_layout.glsl": "// made\n// up"}
-    source = compose(program, {}, SHADERS, layout)
+    source = compose(program, {}, SHADERS)
     lines = source.text.splitlines()
     assert len(lines) == len(source.lines)
-    files = {path.relative_to(SHADERS).as_posix(): path.read_text() for path in SHADERS.rglob("*.*")} | layout
+    files = {path.relative_to(SHADERS).as_posix(): path.read_text() for path in SHADERS.rglob("*.*")}
     texts = {name: text.splitlines() for name, text in files.items()}
     for line, place in zip(lines, source.lines, strict=True):
         name, number = place.split(":")
@@ -148,50 +222,15 @@ def test_every_line_has_its_place(program: str) -> None:
             assert texts[name][int(number) - 1] == line
 
 
-CONSTANTS: dict[str, tuple[str, Any]] = {
-    "u_int": ("int", -3),
-    "u_large": ("int", 2**31 - 1),
-    "u_uint": ("uint", 2**32 - 1),
-    "u_float": ("float", 0.1),
-    "u_whole": ("float", 2),
-    "u_tiny": ("float", 1e-30),
-    "u_vec2": ("vec2", (0.25, 1 / 3)),
-    "u_vec3": ("vec3", (1.0, -2.0, 3e5)),
-    "u_vec4": ("vec4", [1, 2, 3, 4]),
-    "u_mat4": ("mat4", tuple(i / 7 for i in range(16))),
-}
-
-
-def test_constants_take_the_place_of_uniforms(ctx: moderngl.Context) -> None:
-    """With the values that the uniforms would have had, in every type; the others stay uniforms."""
-    declared = "".join(f"uniform {kind} {name};  // of the scene\n" for name, (kind, _) in CONSTANTS.items())
-    declared += "".join(f"uniform {kind} twin_{name[2:]};\n" for name, (kind, _) in CONSTANTS.items())
-    checks = "".join(f"    if ({name} == twin_{name[2:]}) count += 1.0;\n" for name in CONSTANTS)
-    main = f"void main() {{\n    float count = 0.0;\n{checks}    out_count = vec4(count);\n}}\n"
-    text = f"{declared}out vec4 out_count;\n{main}"
-    values = {name: value for name, (_, value) in CONSTANTS.items()}
-    program = FullscreenProgram(ctx, SHADERS, "main.frag", generated={"main.frag": text}, constants=values)
-    with pytest.raises(ShaderError, match="no uniform u_float"):
-        program.set({"u_float": 1.0})
-    program.set({f"twin_{name[2:]}": tuple(v) if isinstance(v, list) else v for name, v in values.items()})
+def drawn(ctx: moderngl.Context, program: FullscreenProgram) -> list[float]:
+    """What ``program`` draws into a pixel."""
     outside = ctx.detect_framebuffer()
     target = ctx.texture((1, 1), 4, dtype="f4")
     framebuffer = ctx.framebuffer([target])
     framebuffer.use()
     program.draw()
-    count = np.frombuffer(target.read(), np.float32)[0]
+    pixel = np.frombuffer(target.read(), np.float32).tolist()
     outside.use()
-    for resource in (framebuffer, target, program):
+    for resource in (framebuffer, target):
         resource.release()
-    assert count == len(CONSTANTS)
-
-
-def test_only_the_named_uniforms_are_frozen(tmp_path: Path) -> None:
-    text = "uniform highp float u_a;  // said\nuniform float u_b;\nfloat u_a_local = 1.0;\nuniform uint u_c;"
-    lines = composed(tmp_path, {"main.glsl": text}, constants={"u_a": 0.5, "u_c": 2**31}).text.splitlines()[-4:]
-    assert lines == [
-        "const float u_a = float(0.5);  // said",
-        "uniform float u_b;",
-        "float u_a_local = 1.0;",
-        "const uint u_c = uint(2147483648u);",
-    ]
+    return pixel

@@ -12,6 +12,9 @@
 #include "bsdf/cook_torrance.glsl"
 #include "bsdf/diffuse.glsl"
 
+const int BSDF_DIFFUSE = 0;
+const int BSDF_COOK_TORRANCE = 1;
+
 // f |cos_i| in rgb and the density in a, both without delta lobes.
 vec4 bsdf_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
     vec4 result = vec4(0.0);

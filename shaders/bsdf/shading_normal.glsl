@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What interpolated normals need, so that they neither darken where they should not nor let light through. Both
 // leave a flat surface exactly as it is.
+#include "core/math.glsl"
 
 uniform int u_has_shading_normals;  // 0: every shading normal is the geometric one
 

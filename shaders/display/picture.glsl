@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What the window shows before exposure: the film, what it showed before, and a picture to compare with.
+#include "core/math.glsl"
 
 #ifndef FILM_FITS
 #define FILM_FITS 1  // the film has a texel for each pixel of the picture

@@ -2,7 +2,7 @@
 // What a ray sees that meets no surface.
 #include "integrator/direct.glsl"
 #include "light/light.glsl"
-#include "split_sum/maps.glsl"
+#include "light/maps.glsl"
 
 #define BACKGROUND_ENVIRONMENT 0
 #define BACKGROUND_COLOR 1

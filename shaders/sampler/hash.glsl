@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Independent uniform numbers, straight from a hash: the alternative the texture is tested against.
+#include "core/hash.glsl"
+#include "sampler/roulette.glsl"
+
 uniform uint u_seed;
 
 vec4 sampler_vec4(ivec2 pixel, uint index, int dimension, out float rr_sample) {

@@ -2,6 +2,7 @@
 // Four uniform numbers in [0, 1) for one pixel, sample index and dimension, and a fifth, `rr_sample`, that is independent
 // of them and not stratified, for Russian roulette. A dimension is one use of randomness along a path, four numbers wide.
 #include "core/hash.glsl"
+#include "sampler/roulette.glsl"
 
 #define SAMPLER_TEXTURE 0
 #define SAMPLER_HASH 1
@@ -14,12 +15,6 @@ int dimension_camera() { return 0; }                            // xy: place in 
 int dimension_vertex(int vertex) { return 1 + vertex; }         // xy: BSDF, zw: light
 int dimension_light(int vertex) { return 0x10000 + vertex; }    // where a vertex takes several samples
 int dimension_ambient(int vertex) { return 0x20000 + vertex; }
-
-// From two words and the sample index. All 64 bits of the words count: numbers from a smaller set
-// would be shared by pixels and seeds, and the roulette biased by what that set happens to hold.
-float sampler_rr_sample(uvec4 bits, uint index) {
-    return hash_to_unit(hash_uint(bits.z ^ hash_uint(bits.w + index)));
-}
 
 #if SAMPLER == SAMPLER_TEXTURE
 #include "sampler/texture.glsl"

@@ -6,6 +6,9 @@
 // - the bits of the coordinates are XORed with it (a random digital shift: Owen 2003, Variance with
 //   Alternative Scramblings of Digital Nets), which keeps the stratification of the net.
 // Each block of samples is thus an independent randomisation, so accumulation has no floor.
+#include "core/hash.glsl"
+#include "sampler/roulette.glsl"
+
 uniform highp sampler3D u_random_texture;
 uniform uint u_seed;
 

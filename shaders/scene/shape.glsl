@@ -25,6 +25,9 @@ uniform int u_bvh_shapes;  // which kinds of shapes other than triangles of mesh
 const int BVH_SPHERES = 1;
 const int BVH_FLATS = 2;
 
+bool scene_has_spheres() { return u_sphere_count > 0 || (u_bvh_shapes & BVH_SPHERES) != 0; }
+bool scene_has_flats() { return u_flat_count > 0 || (u_bvh_shapes & BVH_FLATS) != 0; }
+
 uniform int u_mesh_light;  // number of the light that all triangles of meshes that emit are together
 
 struct Plane {
@@ -63,12 +66,15 @@ struct Flat {
     uint material;
     vec3 c;
     uint light;  // as of a sphere
+    vec3 normal;  // unit, on the front
 };
-Flat flat_of(uvec4 t0, uvec4 t1, uvec4 t2) {
-    return Flat(uintBitsToFloat(t0.xyz), t0.w, uintBitsToFloat(t1.xyz), t1.w, uintBitsToFloat(t2.xyz), t2.w);
+Flat flat_of(uvec4 t0, uvec4 t1, uvec4 t2, uvec4 t3) {
+    return Flat(
+        uintBitsToFloat(t0.xyz), t0.w, uintBitsToFloat(t1.xyz), t1.w, uintBitsToFloat(t2.xyz), t2.w,
+        uintBitsToFloat(t3.xyz));
 }
 Flat flat_load(int record) {
-    return flat_of(shape_texel(record, 0), shape_texel(record, 1), shape_texel(record, 2));
+    return flat_of(shape_texel(record, 0), shape_texel(record, 1), shape_texel(record, 2), shape_texel(record, 3));
 }
 
 // Bounds of up to four children in steps of 2^exponent from the origin, a byte for each child: the lower ones in x of each

@@ -94,6 +94,15 @@ vec4 triangle_intersect(vec3 a, vec3 b, vec3 c, BvhRay ray, out bool inside) {
     return vec4(sum != 0.0 && distance > 0.0 ? distance : INFINITE_DISTANCE, barycentrics.yz, sum);
 }
 
+// Unit normal on the front of the triangle a, b, c. Sides are scaled first, since the square of a tiny triangle's area
+// is no float32.
+vec3 triangle_normal(vec3 a, vec3 b, vec3 c) {
+    vec3 u = b - a;
+    vec3 v = c - a;
+    vec3 n = cross(u / max_component(abs(u)), v / max_component(abs(v)));
+    return n / max(length(n), 1e-18);
+}
+
 #if HAS_INSTANCES
 // A direction, or a point relative to the instance's translation, in the space of its mesh.
 vec3 instance_to_local(Instance instance, vec3 v) {

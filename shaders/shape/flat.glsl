@@ -1,17 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Rectangles, disks and triangles of no mesh. Constant shapes are folded by the compiler to a plane and two rows.
-#include "core/math.glsl"
 #include "scene/shape.glsl"
 #include "shape/plane.glsl"
-
-// Unit normal on the front of the triangle a, b, c. Sides are scaled first, since the square of a tiny triangle's area
-// is no float32.
-vec3 triangle_normal(vec3 a, vec3 b, vec3 c) {
-    vec3 u = b - a;
-    vec3 v = c - a;
-    vec3 n = cross(u / max_component(abs(u)), v / max_component(abs(v)));
-    return n / max(length(n), 1e-18);
-}
 
 // Whether the point a + u (b - a) + v (c - a) is one of a shape of this kind.
 bool flat_contains(uint kind, vec2 uv) {
@@ -27,14 +17,13 @@ bool flat_contains(uint kind, vec2 uv) {
 float flat_intersect(Flat f, Ray ray) {
     vec3 edge_u = f.b - f.a;
     vec3 edge_v = f.c - f.a;
-    vec3 normal = triangle_normal(f.a, f.b, f.c);
-    vec3 across = cross(edge_v, normal);
-    vec3 down = cross(normal, edge_u);
+    vec3 across = cross(edge_v, f.normal);
+    vec3 down = cross(f.normal, edge_u);
     vec3 u_row = across / dot(across, edge_u);
     vec3 v_row = down / dot(down, edge_v);
-    float distance = plane_intersect(normal, dot(normal, f.a), ray);
+    float distance = plane_intersect(f.normal, dot(f.normal, f.a), ray);
     vec3 p = ray.origin + distance * ray.direction;
     vec2 uv = vec2(dot(u_row, p) - dot(u_row, f.a), dot(v_row, p) - dot(v_row, f.a));
-    bool is_met = flat_contains(f.kind, uv) && ((f.kind & SHAPE_CULLED) == 0u || dot(normal, ray.direction) < 0.0);
+    bool is_met = flat_contains(f.kind, uv) && ((f.kind & SHAPE_CULLED) == 0u || dot(f.normal, ray.direction) < 0.0);
     return is_met ? distance : INFINITE_DISTANCE;
 }

@@ -69,6 +69,7 @@ Surface surface_at(Ray ray, Hit hit) {
     uvec4 t0 = shape_texel(hit.primitive, 0);
     uvec4 t1 = shape_texel(hit.primitive, 1);
     uvec4 t2 = shape_texel(hit.primitive, 2);
+    uvec4 t3 = shape_texel(hit.primitive, 3);
     uint kind = t0.w >> 24u;
     Surface surface;
     surface.position = ray.origin + hit.distance * ray.direction;
@@ -76,28 +77,30 @@ Surface surface_at(Ray ray, Hit hit) {
     surface.tangent = vec4(0.0);
     surface.color = vec4(1.0);
     surface.light_density = 0.0;
-    if (kind == KIND_PLANE) {
+    surface.material = 0;
+    surface.light = -1;
+    if (u_plane_count > 0 && kind == KIND_PLANE) {
         Plane plane = plane_of(t0, t1);
         surface_set_plane(surface, plane.normal, dot(plane.normal, surface.position) - plane.offset);
         surface.material = int(plane.material);
-        surface.light = -1;
-    } else if (kind == KIND_SPHERE) {
+    }
+    if (scene_has_spheres() && kind == KIND_SPHERE) {
         Sphere sphere = sphere_of(t0, t1);
         surface.normal = normalize(surface.position - sphere.center);
         surface.position = sphere.center + sphere.radius * surface.normal;
         surface.extent = max_component(abs(sphere.center)) + sphere.radius;
         surface.material = int(sphere.material);
         surface.light = int(sphere.light) - 1;
-    } else {
-        Flat shape = flat_of(t0, t1, t2);
-        vec3 normal = triangle_normal(shape.a, shape.b, shape.c);
-        surface_set_plane(surface, normal, dot(normal, surface.position - shape.a));
+    }
+    if (scene_has_flats() && kind >= KIND_RECTANGLE) {
+        Flat shape = flat_of(t0, t1, t2, t3);
+        surface_set_plane(surface, shape.normal, dot(shape.normal, surface.position - shape.a));
         surface.material = int(shape.material);
         surface.light = int(shape.light) - 1;
     }
     surface.shading_normal = surface.normal;
 #if HAS_MESHES
-    if (kind == KIND_TRIANGLE) surface_set_triangle(surface, hit, triangle_of(t0, t1, t2, shape_texel(hit.primitive, 3)));
+    if (kind == KIND_TRIANGLE) surface_set_triangle(surface, hit, triangle_of(t0, t1, t2, t3));
     // A normal that is at odds with the triangle is of no use.
     float side = dot(surface.shading_normal, surface.normal);
     surface.shading_normal = side > 0.0 ? surface.shading_normal : (side < 0.0 ? -surface.shading_normal : surface.normal);

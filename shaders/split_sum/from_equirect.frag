@@ -2,7 +2,7 @@
 // An equirectangular map as a cube map: each texel the mean of lookups spread over it, so that small bright
 // lights keep their energy. Of scene/environment.py: u = 1/2 is -z, u = 3/4 is +x, v = 0 is up.
 #include "core/constants.glsl"
-#include "split_sum/cube.glsl"
+#include "texture/cube.glsl"
 
 uniform highp sampler2D u_map;
 uniform int u_size;  // of a face

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The next level of a cube map: each texel the mean of four, weighted by their solid angle.
-#include "split_sum/cube.glsl"
+#include "texture/cube.glsl"
 
 uniform highp sampler2D u_cube;  // a single level
 uniform int u_size;              // of its faces

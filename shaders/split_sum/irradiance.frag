@@ -2,7 +2,7 @@
 // The irradiance map, divided by pi: what a white Lambert surface of each normal reflects. The sum over all
 // texels of one level of the environment.
 #include "core/constants.glsl"
-#include "split_sum/cube.glsl"
+#include "texture/cube.glsl"
 
 uniform highp sampler2D u_environment;
 uniform int u_environment_size;  // of a face, at level 0

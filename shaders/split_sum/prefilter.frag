@@ -8,7 +8,7 @@
 #include "core/frame.glsl"
 #include "core/hammersley.glsl"
 #include "bsdf/ggx.glsl"
-#include "split_sum/cube.glsl"
+#include "texture/cube.glsl"
 
 uniform highp sampler2D u_environment;
 uniform int u_environment_size;    // of a face, at level 0

@@ -20,7 +20,7 @@ from fragtracer.gpu.tracer import Tracer, TracerProgram
 from fragtracer.packing import PackedScene, pack
 from fragtracer.scene import RenderSettings, Scene
 
-_PROGRAMS = {"path": "pathtracer.frag", "split-sum": "split_sum.frag"}
+PROGRAMS = {"path": "pathtracer.frag", "split-sum": "split_sum.frag"}
 
 
 @dataclass(frozen=True)
@@ -220,7 +220,7 @@ class Renderer:
         return pack(self.scene, self.settings, self.settings.width, self.settings.height, self._most_listed)
 
     def _program(self) -> TracerProgram:
-        name = self._name or _PROGRAMS[self.settings.integrator]
+        name = self._name or PROGRAMS[self.settings.integrator]
         return TracerProgram(name, self._defines, self._level, root=self._shaders)
 
     def _read(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:

@@ -10,7 +10,9 @@ import warnings
 import numpy as np
 import pytest
 
+import fragtracer as ft
 from fragtracer.apps import cli
+from fragtracer.apps.cli.info import contents
 from fragtracer.io.images import read_image, read_metadata
 
 FRAGTRACER = (sys.executable, "-m", "fragtracer")
@@ -149,6 +151,11 @@ def test_a_broken_scene_file_names_file_and_key(tmp_path):
     assert "mine.toml: sphere[0].radius" in done.stderr
 
 
+def test_version_is_printed():
+    done = run("--version")
+    assert (done.returncode, done.stdout) == (0, f"fragtracer {ft.__version__}\n")
+
+
 def test_info_names_the_renderer():
     done = run("info")
     assert done.returncode == 0
@@ -165,6 +172,20 @@ def test_info_says_what_a_model_holds(tmp_path):
     assert "from [0, 0, 0] to [2, 1, 0] m" in done.stdout
     warning = f"fragtracer: warning: {path}: ignored: none.mtl (no such file; its materials are grey)\n"
     assert done.stderr == warning
+
+
+def test_info_counts_every_kind_of_shape_and_light():
+    materials, spot = {"a": ft.Material()}, ft.SpotLight((0, 1, 0), (0, -1, 0), 1.0)
+    scene = ft.Scene(
+        materials=materials,
+        disks=[ft.Disk((0, 0, 0), (0, 1, 0), 1.0, "a")] * 3,
+        spot_lights=[spot] * 2,
+        directional_lights=[ft.DirectionalLight((0, -1, 0), 1.0)],
+    )
+    lines = [line.split() for line in contents(scene)]
+    assert ["disks", "3"] in lines
+    assert ["spot", "lights", "2"] in lines
+    assert ["directional", "lights", "1"] in lines
 
 
 def test_a_model_is_rendered(tmp_path):

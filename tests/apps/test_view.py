@@ -15,7 +15,7 @@ def ball_at(center, **camera) -> Scene:
 
 
 def spot(image: Image) -> tuple[float, float]:
-    """Centre of light, in pixels from the left and the top; sizes are half of its extent."""
+    """Centre of the bright pixels, in pixels from the left and the top."""
     rows, columns = np.nonzero(image[..., 0] > 0.5)
     return float(columns.mean() + 0.5), float(rows.mean() + 0.5)
 
@@ -67,8 +67,8 @@ def test_lens_blurs_what_is_out_of_focus(ctx):
     assert np.abs(sharp - focused).mean() < 0.1 * sharp.mean()
     blurred = rendered(ctx, ball_at((0.0, 0.0, 0.0), aperture_radius=0.4, focus_distance=5.0), 256, (64, 64), bounces=0)
     radius = np.tan(np.arcsin(0.5 / 10)) / np.tan(np.radians(20)) * 32
-    # The circle of confusion: the lens's radius, from the plane of focus on as wide again; 0.4 m at 10 m.
-    reach = radius * (1 + 0.4 / 0.5)
+    # The circle of confusion has the radius of the lens, 0.4 m, at twice the distance of the plane of focus.
+    blurred_radius = radius * (1 + 0.4 / 0.5)
     rows, _ = np.nonzero(blurred[..., 0] > 0)
-    assert np.ptp(rows) + 1 == pytest.approx(2 * reach, abs=2.1)
+    assert np.ptp(rows) + 1 == pytest.approx(2 * blurred_radius, abs=2.1)
     assert blurred.sum() == pytest.approx(sharp.sum(), rel=0.03)

@@ -53,7 +53,7 @@ def test_a_picture_without_a_file_cannot_be_written():
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("[environment]", "environment: say what it is: file, radiance"),
+        ("[environment]", "environment: give one of these: file, radiance"),
         ("[environment]\nfile = 3", "environment.file: must be a text in quotes, got 3"),
         ('[environment]\nfile = "gone.hdr"', "gone.hdr: cannot read: No such file"),
         ('[environment]\nfile = "sky.jpeg2"', "sky.jpeg2: cannot read this kind of image"),
@@ -62,7 +62,7 @@ def test_a_picture_without_a_file_cannot_be_written():
         ("[environment]\nradiance = 1\nstrength = -1", "environment.strength: must be at least 0, got -1"),
         (
             "[environment]\nradiance = 1\n[environment.sky]",
-            "environment: say one of these alone, not radiance and sky: file",
+            "environment: give only one of these, not radiance and sky: file",
         ),
         ("[environment.sky]\nturbidity = 0", "environment.sky.turbidity: must be at least 1, got 0"),
         ("[environment.gradient]\nzenith = 1\nground = 1", "environment.gradient.horizon: is missing"),
@@ -113,7 +113,7 @@ def test_the_command_line_names_an_environment(picture, tmp_path):
 
 
 def test_a_picture_beside_another_light_is_named_as_the_file_names_it(picture, tmp_path):
-    with pytest.raises(SceneError, match="say one of these alone, not file and radiance: file, radiance,"):
+    with pytest.raises(SceneError, match="give only one of these, not file and radiance: file, radiance,"):
         parse(f'[environment]\nfile = "{picture}"\nradiance = 1', tmp_path / "scene.toml")
 
 

@@ -63,10 +63,13 @@ MISTAKES: dict[str, tuple[Any, str]] = {
         lambda d: d["meshes"][0]["primitives"][0].update(attributes={}),
         "meshes[0].primitives[0]: has no POSITION",
     ),
-    "circle": (lambda d: d.update(nodes=[{"children": [0], "mesh": 0}]), "nodes[0]: is below two nodes, or below it"),
+    "circle": (
+        lambda d: d.update(nodes=[{"children": [0], "mesh": 0}]),
+        "nodes[0]: has two parents, or is its own ancestor",
+    ),
     "two parents": (
         lambda d: d.update(nodes=[{"children": [1, 1]}, {"mesh": 0}]),
-        "nodes[1]: is below two nodes, or below itself",
+        "nodes[1]: has two parents, or is its own ancestor",
     ),
     "node": (lambda d: d.update(scenes=[{"nodes": [4]}]), "nodes: there is no number 4, only 1"),
     "scene": (lambda d: d.update(scene=4), "scene: there is no number 4, only 1"),
@@ -93,13 +96,23 @@ MISTAKES: dict[str, tuple[Any, str]] = {
         lambda d: d.update(nodes=[{"mesh": 0, "extensions": {"KHR_lights_punctual": {"light": 0}}}]),
         "nodes[0].light: there is no number 0, only 0",
     ),
-    "large": (lambda d: d.update(nodes=[{"mesh": 0, "scale": [1e30, 1, 1]}]), "this model reaches 1e+30 m; scale it"),
+    "cone": (
+        lambda d: d.update(
+            nodes=[{"mesh": 0, "extensions": {"KHR_lights_punctual": {"light": 0}}}],
+            extensions={"KHR_lights_punctual": {"lights": [{"type": "spot", "spot": {"outerConeAngle": 2}}]}},
+        ),
+        "document.extensions.KHR_lights_punctual: lights[0].spot.outerConeAngle: must be less than or equal to 1.57",
+    ),
+    "large": (
+        lambda d: d.update(nodes=[{"mesh": 0, "scale": [1e30, 1, 1]}]),
+        "this model has bounds of 1e+30 m; scale it",
+    ),
     "joint": (
         lambda d: (
             d.update(nodes=[{"mesh": 0, "skin": 0}], skins=[{"joints": [3]}]),
             d["meshes"][0]["primitives"][0]["attributes"].update(JOINTS_0=1, WEIGHTS_0=1),
         ),
-        "skins[0]: its joint 3 is no node of the scene",
+        "skins[0]: its joint 3 is not a node of the scene",
     ),
     "joints": (
         lambda d: (
@@ -111,7 +124,7 @@ MISTAKES: dict[str, tuple[Any, str]] = {
     ),
     "far": (
         lambda d: d.update(nodes=[{"scale": [1e30, 1, 1], "children": [1]}, {"mesh": 0, "scale": [1e30, 1, 1]}]),
-        "nodes[1]: its place in the world is too far",
+        "nodes[1]: its world matrix overflows",
     ),
     "nothing": (lambda d: d.update(nodes=[{}]), "the scene of this file has no triangles"),
 }

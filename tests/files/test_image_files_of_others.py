@@ -153,6 +153,79 @@ def test_grey_and_layers(tmp_path):
         read_image(exr(tmp_path / "c.exr", {"Z": grey}))
 
 
+@pytest.mark.parametrize("names", ["R", "roughness", "view.Y", "YA"])
+def test_a_single_channel_is_grey(tmp_path, names):
+    grey = PIXELS[..., 0].copy()
+    channels = dict.fromkeys(names if names == "YA" else [names], grey)
+    np.testing.assert_array_equal(read_image(exr(tmp_path / "a.exr", channels)), np.stack([grey] * 3, axis=-1))
+
+
+def luminance_chroma(pixels: NDArray[np.floating], weights: NDArray[np.floating]) -> dict[str, OpenEXR.Channel]:
+    """The channels of a picture, its chroma that of every second pixel and row.
+
+    The library writes the first samples of what it is given, as many as it needs.
+    """
+    y = pixels @ weights
+    channels = {"Y": OpenEXR.Channel(y.astype(np.float32))}
+    for name, color in (("RY", 0), ("BY", 2)):
+        chroma = (pixels[..., color] - y) / y
+        few = np.resize(chroma[::2, ::2], chroma.shape).astype(np.float32)
+        channels[name] = OpenEXR.Channel(few, 2, 2)
+    return channels
+
+
+DISPLAY_P3 = (0.68, 0.32, 0.265, 0.69, 0.15, 0.06, 0.3127, 0.329)
+
+
+@pytest.mark.parametrize(
+    ("header", "weights"),
+    [({}, (0.2126, 0.7152, 0.0722)), ({"chromaticities": DISPLAY_P3}, (0.2290, 0.6917, 0.0793))],
+)
+def test_luminance_and_chroma(tmp_path, header, weights):
+    """Chroma that changes slowly comes back, the luminance of every pixel exactly."""
+    weights = np.divide(weights, np.sum(weights))
+    y, x = np.mgrid[0:40, 0:60]
+    brightness = np.random.default_rng(3).uniform(0.1, 2, y.shape)
+    colors = np.stack([1 + 0.5 * np.sin(x / 9), 1 + 0.3 * np.cos(y / 7), np.full(y.shape, 0.4)], axis=-1)
+    pixels = brightness[..., None] * colors
+    found = read_image(exr(tmp_path / "a.exr", luminance_chroma(pixels, weights), **header))
+    assert found.dtype == np.float32
+    np.testing.assert_allclose(found @ weights, pixels @ weights, rtol=1e-3)
+    inner = np.s_[14:-14, 14:-14]  # beyond it the filter reaches over the border
+    np.testing.assert_allclose(found[inner], pixels[inner], rtol=2e-3)
+    np.testing.assert_allclose(found, pixels, rtol=0.15)
+
+
+def deep() -> NDArray[np.object_]:
+    samples = np.empty((5, 9), object)
+    for index in np.ndindex(samples.shape):
+        samples[index] = np.ones(2, np.float32)
+    return samples
+
+
+@pytest.mark.parametrize(
+    ("channels", "header", "message"),
+    [
+        (dict.fromkeys("RGBZ", deep()), {"type": OpenEXR.deepscanline}, "it is a deep image, of many samples a pixel"),
+        ({"Z": PIXELS[..., 0]}, {}, "it has no channels R, G and B, only Z"),
+        ({"u": PIXELS[..., 0], "v": PIXELS[..., 1]}, {}, "it has no channels R, G and B, only u, v"),
+        ({"Y": PIXELS[..., 0], "RY": PIXELS[..., 0]}, {}, "it has no channels R, G and B, only RY, Y"),
+        (
+            {name: OpenEXR.Channel(np.ones((4, 6), np.float32), 2, 2) for name in "RGB"},
+            {},
+            "its channels R, G, B have fewer samples than pixels",
+        ),
+    ],
+)
+def test_kinds_that_are_not_read_are_not_called_damaged(tmp_path, channels, header, message):
+    channels = {name: item.copy() if isinstance(item, np.ndarray) else item for name, item in channels.items()}
+    path = exr(tmp_path / "a.exr", channels, compression=OpenEXR.ZIPS_COMPRESSION, **header)
+    with pytest.raises(FragtracerError) as error:
+        read_image(path)
+    assert str(error.value).startswith(f"{path}: cannot read this kind of .exr file: {message}")
+    assert "damaged" not in str(error.value)
+
+
 def test_non_finite_values_are_kept(tmp_path):
     pixels = PIXELS.copy()
     pixels[0, 0], pixels[1, 1] = np.nan, -np.inf

@@ -189,7 +189,7 @@ def test_bytes_that_are_named_many_times(tmp_path: Path, monkeypatch: pytest.Mon
     ("name", "message"),
     [
         ("none.obj", "none.obj: no such file"),
-        ("folder.ply", "folder.ply: this is no file; give the name of one"),
+        ("folder.ply", "folder.ply: not a regular file; give the path of one"),
         ("x.fbx", "cannot read this kind of model; choose from .obj, .ply, .gltf, .glb, .npz"),
         (f"{300 * 'x'}.obj", "File name too long"),
     ],

@@ -82,7 +82,7 @@ def test_large_polygons(tmp_path: Path) -> None:
     assert area(read(tmp_path, outline(np.ones(20000)))) == pytest.approx(np.pi, rel=1e-6)
     star = 1 - np.arange(4096) % 2 / 2
     assert area(read(tmp_path, outline(star))) == pytest.approx(2048 * 0.5 * np.sin(2 * np.pi / 4096))
-    with pytest.raises(SceneError, match="a concave face has 4098 corners; cut it into faces of at most 4096"):
+    with pytest.raises(SceneError, match="a concave face has 4098 vertices; split it into faces of at most 4096"):
         read(tmp_path, outline(1 - np.arange(4098) % 2 / 2))
 
 
@@ -240,7 +240,7 @@ def test_degenerate_triangles_and_short_faces(tmp_path: Path) -> None:
         ("v 0 0 x\nf 1 1 1\n", "line 1: v needs 3 numbers, got 0 0 x"),
         (SQUARE + "v nan 0 0\nf 1 2 3\n", "line 5: v must be of finite numbers"),
         (SQUARE + "v 1e39 0 0\nf 1 2 5\n", "positions must be finite, and none beyond"),
-        (SQUARE + "v 1e20 0 0\nf 1 2 5\n", "this model reaches 1e+20 m; scale it to less than 1e+15 m"),
+        (SQUARE + "v 1e20 0 0\nf 1 2 5\n", "this model has bounds of 1e+20 m; scale it to less than 1e+15 m"),
         ("\0\1\2", "there are no faces"),
         (SQUARE + "f 1 2 1 2 1\n", "no face in this file has an area"),
     ],

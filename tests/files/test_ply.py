@@ -151,7 +151,7 @@ BINARY = "ply\nformat binary_little_endian 1.0\n"
         (
             f"ply\nformat ascii 1.0\nelement vertex 1\n{VERTEX}element face 1\n"
             "property list uchar float vertex_indices\nend_header\n0 0 0\n3 0 0 0\n",
-            "types the vertices of a face as fractions",
+            "gives the vertex indices of faces a floating-point type",
         ),
         (
             f"ply\nformat ascii 1.0\nelement vertex 4\n{VERTEX.replace('float', 'double')}element face 1\n{FACE}"

@@ -83,15 +83,16 @@ def test_the_picture_is_the_same(ctx, tmp_path: Path, write) -> None:
     np.testing.assert_allclose(image[inside], expected[inside], atol=1e-4)
 
 
-@pytest.mark.parametrize("kind", ["directional", "point"])
+@pytest.mark.parametrize(("kind", "irradiance"), [("directional", 1), ("point", 0.5), ("spot", 0.125)])
 @pytest.mark.parametrize("scale", [1e-4, 1e5])
-def test_light_of_gltf_arrives(ctx, tmp_path: Path, kind: str, scale: float) -> None:
-    """2 lx that fall at 60 degrees, or 2 cd at a distance of 2: albedo / pi times the irradiance is seen, at any size
-    of the model and however far from the origin."""
-    lights = [{"type": kind, "intensity": 2.0 if kind == "directional" else 2 * scale**2, "color": [1, 0.5, 0.25]}]
+def test_light_of_gltf_arrives(ctx, tmp_path: Path, kind: str, irradiance: float, scale: float) -> None:
+    """2 lx at 60 degrees of incidence, or 2 cd at a distance of 2 m, or a quarter of that 60 degrees off the axis of a
+    spot light: radiance is albedo / pi times the irradiance, at any scale and distance from the origin."""
+    intensity = 2.0 if kind == "directional" else 2 * scale**2
+    lights = [{"type": kind, "intensity": intensity, "color": [1, 0.5, 0.25], "spot": {"outerConeAngle": np.pi / 2}}]
     made = Gltf(
         extensions={"KHR_lights_punctual": {"lights": lights}},
-        cameras=[{"type": "perspective", "perspective": {"yfov": 0.02}}],
+        cameras=[{"type": "perspective", "perspective": {"yfov": 5e-4}}],
         materials=[
             {
                 "pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.5, 0.5, 1], "metallicFactor": 0},
@@ -111,7 +112,6 @@ def test_light_of_gltf_arrives(ctx, tmp_path: Path, kind: str, scale: float) -> 
         ],
     }
     image = rendered(ctx, load(made.write(tmp_path / "x.glb")), 4, (4, 4), bounces=1)
-    irradiance = 1.0 if kind == "directional" else 0.5
     np.testing.assert_allclose(
         image, np.full((4, 4, 3), np.multiply((1, 0.5, 0.25), irradiance * 0.5 / np.pi)), rtol=1e-3
     )
@@ -119,7 +119,7 @@ def test_light_of_gltf_arrives(ctx, tmp_path: Path, kind: str, scale: float) -> 
 
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 @pytest.mark.parametrize("is_double", [True, False])
-def test_what_is_double_sided_shines_to_both_sides(ctx, tmp_path: Path, is_double: bool, estimator: str) -> None:
+def test_both_sides_of_double_sided_surfaces_emit(ctx, tmp_path: Path, is_double: bool, estimator: str) -> None:
     """A lamp between two walls, seen from either side, and the light on the walls."""
     glowing = {"emissiveFactor": [1, 0.5, 0.25], "doubleSided": is_double}
     plain = {"pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.5, 0.5, 1], "metallicFactor": 0}, "doubleSided": True}
@@ -146,6 +146,6 @@ def test_what_is_double_sided_shines_to_both_sides(ctx, tmp_path: Path, is_doubl
     np.testing.assert_allclose(seen(0.5, 0), glow, rtol=1e-6)
     wall = 0.5 * factor * glow
     np.testing.assert_allclose(seen(0.5, 1), wall, rtol=0.02)
-    # What has one side is not there from behind, where the other wall is seen instead.
+    # Back-face culling shows the other wall through a single-sided one.
     np.testing.assert_allclose(seen(-0.5, 0), glow if is_double else wall, rtol=0.02)
     np.testing.assert_allclose(seen(-0.5, -1), is_double * wall, rtol=0.02)

@@ -13,6 +13,8 @@ from fragtracer.resources import folder
 from fragtracer.scene import (
     Ambient,
     Camera,
+    DirectionalLight,
+    Disk,
     Environment,
     Gradient,
     Light,
@@ -23,13 +25,15 @@ from fragtracer.scene import (
     Scene,
     Sky,
     Sphere,
+    SpotLight,
     Triangle,
 )
 from fragtracer.scene.reflectance import DIELECTRIC_F0, METAL_F0
 
 BUNDLED = sorted(path.stem for path in folder("scenes").glob("*.toml"))
 TABLES = (Camera, RenderSettings, Ambient, Environment, Gradient, Sky)
-MODEL = (*TABLES, Material, Light, Sphere, Plane, Rectangle, Triangle)
+LIGHTS = (Light, SpotLight, DirectionalLight)
+MODEL = (*TABLES, Material, *LIGHTS, Sphere, Plane, Rectangle, Disk, Triangle)
 FULL = Scene(
     camera=Camera((1, 2, 3), (0.1, 0.2, 0.3), (0, 0, 1), 33.3, 0.01, 2.5),
     materials={
@@ -40,8 +44,14 @@ FULL = Scene(
     },
     spheres=(Sphere((0, 0, 0), 1e-3, "plain"), Sphere((1e6, -0.0, 0), 1, "metal")),
     rectangles=(Rectangle((0, 0, 0), (0, 2, 0), (3, 0, 0), "shining"),),
+    disks=(Disk((0, 1, 0), (0, 0, -2), 0.25, "metal"), Disk((0, 2, 0), (1e-3, 0, 0), 1e6, "shining")),
     triangles=(Triangle(((0, 0, 0), (1, 0, 0), (0, 1, 0)), 'odd "name" [\n,é'),),
     lights=(Light((0, 1, 0), power=(1, 2, 3)), Light((0, 1, 0), 0.5, radiance=(1, 0, 0))),
+    spot_lights=(
+        SpotLight((0, 3, 0), (0, -5, 1e-3), (4, 5, 6), 12.5, 90),
+        SpotLight((1, 3, 0), (0, -1, 0), (0.1, 0, 0)),
+    ),
+    directional_lights=(DirectionalLight((1, -1, 0), (1 / 3, 2, 3)),),
     ambient=Ambient((0.1, 0.2, 0.3)),
     render=RenderSettings(
         *(100, 50, 7, 3, 2, 4, False, 9, "karis", False, "nee", "hash", "tent", 2**32 - 1),
@@ -77,6 +87,17 @@ def test_what_has_its_default_is_left_out() -> None:
         "[camera]\nfov_degrees = 30.0\n\n[[light]]\nposition = [0.0, 1.0, 0.0]\npower = [1.0, 2.0, 3.0]\n"
     )
     assert parse(dump(scene)) == scene
+
+
+def test_spot_and_directional_lights_and_disks() -> None:
+    made = parse(
+        "[[spot_light]]\nposition = [0, 3, 0]\ndirection = [0, -2, 0]\nintensity = 4\nouter_degrees = 30\n"
+        "[[directional_light]]\ndirection = [1, -1, 0]\nirradiance = [1, 2, 3]\n"
+        f'[[disk]]\ncenter = [0, 1, 2]\nnormal = [0, 1, 0]\nradius = 2\nmaterial = "red"\n{RED}'
+    )
+    assert made.spot_lights == (SpotLight((0, 3, 0), (0, -2, 0), (4, 4, 4), 0, 30),)
+    assert made.directional_lights == (DirectionalLight((1, -1, 0), (1, 2, 3)),)
+    assert made.disks == (Disk((0, 1, 2), (0, 1, 0), 2, "red"),)
 
 
 def test_f0_by_name() -> None:

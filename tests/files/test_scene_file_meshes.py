@@ -150,14 +150,14 @@ def test_bare_models_are_framed_and_lit(tmp_path: Path, scale: float) -> None:
     assert load(tmp_path / "x.toml") == made
 
 
-def test_a_model_for_an_environment_is_not_lit(tmp_path: Path) -> None:
+def test_a_model_for_an_environment_gets_no_lights(tmp_path: Path) -> None:
     (tmp_path / "x.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     made = load(tmp_path / "x.obj", light_models=False)
     assert not made.lights
     assert not any(made.ambient.radiance)
 
 
-def test_a_model_that_glows_is_not_lit(tmp_path: Path) -> None:
+def test_an_emissive_model_gets_no_lights(tmp_path: Path) -> None:
     (tmp_path / "x.mtl").write_text("newmtl lamp\nKe 1 1 1\n")
     (tmp_path / "x.obj").write_text("mtllib x.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl lamp\nf 1 2 3\n")
     made = load(tmp_path / "x.obj")
@@ -187,7 +187,7 @@ def test_a_model_that_glows_is_not_lit(tmp_path: Path) -> None:
         ),
         (
             '[[mesh]]\nfile = "models/x.obj"\nscale = 1\n[[mesh.instance]]',
-            "mesh[0]: say scale in the [[mesh.instance]] tables, which place the copies",
+            "mesh[0]: move scale into the [[mesh.instance]] tables, one for each instance",
         ),
         (
             '[[mesh]]\nfile = "models/x.obj"\n[[mesh.instance]]\ntranslation = 3',

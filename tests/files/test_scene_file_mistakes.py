@@ -9,6 +9,9 @@ from scene_builders import RED, SPHERE
 from fragtracer.errors import SceneError
 from fragtracer.io.toml import load, parse
 
+DISK = '[[disk]]\ncenter = [0, 1, 2]\nnormal = [0, 1, 0]\nradius = 1\nmaterial = "red"\n'
+SPOT_LIGHT = "[[spot_light]]\nposition = [0, 1, 0]\ndirection = [0, -1, 0]\nintensity = 2\n"
+
 
 def message_of(text: str) -> str:
     with pytest.raises(SceneError) as raised:
@@ -98,11 +101,63 @@ MISTAKES = {
         "light[0]: a light of radius 0 has no surface to have a radiance; give its power instead (radiance = 2)",
     ),
     "negative power": ("[[light]]\nposition = [0, 1, 0]\npower = -2", "light[0].power: must be at least 0, got -2"),
+    "spot light by power": (
+        SPOT_LIGHT.replace("intensity", "power"),
+        "spot_light[0].power: there is no such key; choose from",
+    ),
+    "spot light without intensity": (
+        SPOT_LIGHT.replace("intensity = 2", ""),
+        "spot_light[0].intensity: is missing; give a number or three numbers [r, g, b]",
+    ),
+    "spot light without direction": (
+        SPOT_LIGHT.replace("-1", "0"),
+        "spot_light[0].direction: must not have length zero, got [0, 0, 0]; [0, -1, 0] points down",
+    ),
+    "cone inside out": (
+        SPOT_LIGHT + "inner_degrees = 40\nouter_degrees = 30",
+        "spot_light[0].inner_degrees: must be less than outer_degrees, 30, got 40",
+    ),
+    "inner cone beyond the default": (
+        SPOT_LIGHT + "inner_degrees = 50",
+        "spot_light[0].inner_degrees: must be less than outer_degrees, 45, got 50",
+    ),
+    "wide cone": (SPOT_LIGHT + "outer_degrees = 120", "spot_light[0].outer_degrees: must be at most 90, got 120"),
+    "negative irradiance": (
+        "[[directional_light]]\ndirection = [0, -1, 0]\nirradiance = [1, -1, 1]",
+        "directional_light[0].irradiance[1]: must be at least 0, got -1",
+    ),
+    "directional light without direction": (
+        "[[directional_light]]\ndirection = [0, 0, 0]\nirradiance = 1",
+        "directional_light[0].direction: must not have length zero, got [0, 0, 0]; [0, -1, 0] points down",
+    ),
+    "positioned directional light": (
+        "[[directional_light]]\nposition = [0, 9, 0]\ndirection = [0, -1, 0]\nirradiance = 1",
+        "directional_light[0].position: there is no such key; choose from",
+    ),
+    "disk without normal": (
+        DISK.replace("[0, 1, 0]", "[0, 0, 0]") + RED,
+        "disk[0].normal: must not have length zero, got [0, 0, 0]; [0, 1, 0] faces up",
+    ),
+    "disk without radius": (
+        DISK.replace("radius = 1\n", "") + RED,
+        "disk[0].radius: is missing; give a number",
+    ),
+    "negative disk": (
+        DISK.replace("radius = 1", "radius = -1") + RED,
+        "disk[0].radius: must be greater than 0, got -1",
+    ),
+    "disk of no material": (DISK, 'disk[0].material: there is no material "red"; write a table [material.red]'),
+    "one spot light": (
+        "[spot_light]\nintensity = 1",
+        "spot_light: must be an array of tables, each opened by [[spot_light]], got a table",
+    ),
+    "disc": ("[[disc]]", "disc: there is no such key; did you mean disk? choose from disk, "),
+    "spotlight": ("[[spotlight]]", "spotlight: there is no such key; did you mean spot_light? choose from spot_light"),
     "zero normal": (
         '[[plane]]\npoint = [0, 0, 0]\nnormal = [0, 0, 0]\nmaterial = "red"' + RED,
         "plane[0].normal: must not have length zero, got [0, 0, 0]; [0, 1, 0] is a floor",
     ),
-    "plane that shines": (
+    "emissive plane": (
         '[[plane]]\npoint = [0, 0, 0]\nnormal = [0, 1, 0]\nmaterial = "red"' + RED + "emission = 1",
         "plane[0].material: an infinite plane cannot emit light; use a rectangle",
     ),

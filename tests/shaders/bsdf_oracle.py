@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The material in float64: the formulas of its literature, not of the shader's code.
+"""The BSDFs in float64: the formulas of their literature, not of the shader's code.
 
 Arguments broadcast; directions are (..., 3), local, with z = normal.
 """
@@ -18,12 +18,28 @@ REC_709 = np.array([0.2126, 0.7152, 0.0722])
 
 @dataclass(frozen=True)
 class Material:
-    """What the shader calls a Bsdf."""
+    """Of BSDF_COOK_TORRANCE."""
 
     diffuse: Direction = (0.0, 0.0, 0.0)
     alpha: float = 1.0
     f0: Direction = (0.0, 0.0, 0.0)
     f90: Direction = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Lambert:
+    """Of BSDF_DIFFUSE."""
+
+    diffuse: Direction
+
+
+def lambert_eval(p: Lambert, wo: Floats, wi: Floats) -> Floats:
+    """albedo / pi cos_i."""
+    return np.multiply(p.diffuse, wi[..., 2:] / np.pi)
+
+
+def lambert_pdf(p: Lambert, wo: Floats, wi: Floats) -> Floats:
+    return wi[..., 2] / np.pi
 
 
 def fresnel(f0: ArrayLike, f90: ArrayLike, cosine: ArrayLike) -> Floats:
@@ -94,10 +110,12 @@ def bsdf_eval_diffuse(m: Material, wo: Floats, wi: Floats) -> Floats:
 
 
 def bsdf_pdf(m: Material, wo: Floats, wi: Floats) -> Floats:
-    """Density of sampling the lobes, in 1/sr."""
+    """Density of sampling the lobes, in 1/sr, but for a delta lobe."""
     wh, p = _half(wo, wi), specular_probability(m, wo)
-    glossy = visible_normal_pdf(m.alpha, wo, wh) / (4 * (wo * wh).sum(-1))
-    return p * glossy + (1 - p) * wi[..., 2] / np.pi
+    diffuse: Floats = (1 - p) * wi[..., 2] / np.pi
+    if m.alpha == 0:
+        return diffuse
+    return p * visible_normal_pdf(m.alpha, wo, wh) / (4 * (wo * wh).sum(-1)) + diffuse
 
 
 def _diffuse(m: Material, co: Floats, ci: Floats) -> Floats:

@@ -1,61 +1,60 @@
 # SPDX-License-Identifier: MIT
-"""Probes of bsdf/cook_torrance.glsl, and the materials and angles to try it with."""
+"""Probes of bsdf/bsdf.glsl."""
 
+import re
 from collections.abc import Mapping
 
 import moderngl
 import numpy as np
 
 from fragtracer.gpu.probe import probe
-from fragtracer.shader_composer import CONSTANTS
+from fragtracer.resources import folder
 
 from . import Floats
-from .bsdf_oracle import Direction, Material
-from .includes import BSDF
+from .bsdf_models import Model, Parameters
+from .bsdf_oracle import Direction
 
-WHITE = (1.0, 1.0, 1.0)
-MATERIALS = {
-    "lambert": Material(diffuse=(0.8, 0.5, 0.2)),
-    "plastic": Material(diffuse=(0.6, 0.3, 0.1), f0=(0.04, 0.04, 0.04), f90=WHITE),
-    "white dielectric": Material(diffuse=WHITE, f0=(0.04, 0.04, 0.04), f90=WHITE),
-    "diamond": Material(diffuse=WHITE, f0=(0.17, 0.17, 0.17), f90=WHITE),
-    "faint plastic": Material(diffuse=WHITE, f0=(0.02, 0.02, 0.02), f90=(0.5, 0.5, 0.5)),
-    "red plastic": Material(diffuse=WHITE, f0=(0.04, 0.002, 0.0), f90=(1.0, 0.1, 0.0)),
-    "half metallic": Material(diffuse=(0.5, 0.35, 0.15), f0=(0.52, 0.37, 0.165), f90=WHITE),
-    "gold": Material(f0=(1.0, 0.71, 0.29), f90=WHITE),
-    "white metal": Material(f0=WHITE, f90=WHITE),
-}
-ALPHAS = [1e-3, 1e-2, 0.1, 0.5, 1.0]
-DEGREES = [0, 45, 80, 89]
-TERMS = ["SMITH", "SCHLICK_BECKMANN", "KARIS"]
-
-# The material and the viewer are uniforms, so that all probes with the same body share one program.
-_MATERIAL = """
-uniform vec3 u_diffuse; uniform float u_alpha; uniform vec3 u_f0; uniform vec3 u_f90; uniform vec3 u_wo;
-Bsdf the_bsdf() { return Bsdf(u_diffuse, u_alpha, u_f0, u_f90); }
-"""
+UP = (0.0, 0.0, 1.0)
+_STRUCT = re.search(r"struct Bsdf \{(.*?)\};", (folder("shaders") / "bsdf/model.glsl").read_text(), re.DOTALL)
+assert _STRUCT
+# The parameters of all models, with their types.
+FIELDS = {name: kind for kind, name in re.findall(r"^\s*(\w+) (\w+);", _STRUCT[1], re.MULTILINE) if name != "model"}
 
 
 def run(
     ctx: moderngl.Context,
+    model: Model,
+    parameters: Parameters,
     body: str,
     inputs: Mapping[str, Floats],
     outputs: Mapping[str, int],
-    material: Material,
-    wo: Direction = (0.0, 0.0, 1.0),
-    term: str = "SMITH",
+    wo: Direction = UP,
     **features: int,
 ) -> dict[str, Floats]:
-    """A probe in which `b` is the material and `wo` the direction to the viewer; results in float64."""
-    uniforms = {f"u_{name}": value for name, value in vars(material).items()} | {"u_wo": wo}
+    """A probe in which `b` is the BSDF and `wo` the direction to the viewer; results in float64.
+
+    Parameters and viewer are uniforms, so that all probes with the same body share one program. Parameters that the
+    model does not have are 0.
+    """
+    values = vars(parameters)
+    assert set(values) <= set(FIELDS), f"{model.name} has parameters that the shader's Bsdf lacks"
+    declarations = [f"uniform {FIELDS[name]} u_{name};" for name in values]
+    arguments = ", ".join(f"u_{name}" if name in values else f"{kind}(0)" for name, kind in FIELDS.items())
+    glsl = "\n".join(
+        [
+            "uniform vec3 u_wo;",
+            *declarations,
+            f"Bsdf the_bsdf() {{ return Bsdf(BSDF_{model.name}, {arguments}); }}",
+        ]
+    )
     result = probe(
         ctx,
-        [*BSDF, "probe/material.glsl"],
+        ["bsdf/bsdf.glsl", "probe/bsdf.glsl"],
         "Bsdf b = the_bsdf(); vec3 wo = u_wo;\n" + body,
         inputs,
         outputs,
-        {"GEOMETRY_TERM": CONSTANTS[f"GEOMETRY_{term}"], **features},
-        {"probe/material.glsl": _MATERIAL},
-        uniforms,
+        {**model.features, **features},
+        {"probe/bsdf.glsl": glsl},
+        {f"u_{name}": value for name, value in values.items()} | {"u_wo": wo},
     )
     return {name: values.astype(np.float64) for name, values in result.items()}

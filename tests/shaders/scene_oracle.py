@@ -3,37 +3,64 @@
 
 import numpy as np
 
-from fragtracer.scene import Plane, Rectangle, Scene, Sphere, Triangle
+from fragtracer.packing.shapes import disk_axes
+from fragtracer.scene import Disk, Plane, Rectangle, Scene, Sphere, Triangle
 
 from . import Floats, shape_oracle
 
-Shape = Sphere | Plane | Rectangle | Triangle
+Flat = Rectangle | Disk | Triangle
+Shape = Sphere | Plane | Flat
 
 
 def shapes_of(scene: Scene) -> list[Shape]:
-    """In the order of their numbers."""
-    lights = [Sphere(light.position, light.radius, "") for light in scene.lights if light.radius > 0]
-    return [*scene.spheres, *lights, *scene.planes, *scene.rectangles, *scene.triangles]
+    """In the order of their records, where they are on the short list; a round light's material is "light[i]"."""
+    lights = [Sphere(s.position, s.radius, f"light[{i}]") for i, s in enumerate(scene.lights) if s.radius > 0]
+    return [*scene.planes, *scene.spheres, *lights, *scene.rectangles, *scene.disks, *scene.triangles]
 
 
-def plane_of(shape: Plane | Rectangle | Triangle) -> tuple[Floats, Floats]:
+def corners_of(shape: Flat) -> Floats:
+    """The points with coordinates (0, 0), (1, 0) and (0, 1), (3, 3), as the records have them."""
+    match shape:
+        case Rectangle():
+            return np.add(shape.corner, [np.zeros(3), shape.edge_u, shape.edge_v])
+        case Disk():
+            u, v = disk_axes(shape)
+            return np.add(shape.center, shape.radius * np.stack([np.zeros(3), u, v]))
+        case Triangle():
+            return np.array(shape.vertices)
+
+
+def is_culled(scene: Scene, shape: Shape) -> bool:
+    """Whether it is not there from behind."""
+    return shape.material in scene.materials and not scene.materials[shape.material].double_sided
+
+
+def plane_of(shape: Plane | Flat) -> tuple[Floats, Floats]:
     """A point and the unit normal on the front."""
     match shape:
         case Plane():
             point, normal = np.array(shape.point), np.array(shape.normal)
         case Rectangle():
             point, normal = np.array(shape.corner), np.cross(shape.edge_u, shape.edge_v)
+        case Disk():
+            point, normal = np.array(shape.center), np.array(shape.normal)
         case Triangle():
             a, b, c = np.array(shape.vertices)
             point, normal = a, np.cross(b - a, c - a)
     return point, normal / np.linalg.norm(normal)
 
 
-def bounds(shape: Shape, origin: Floats, direction: Floats, doubt: float) -> tuple[Floats, Floats]:
-    """The least and largest distance at which rays may meet a shape known to ``doubt`` metres, if near."""
+def bounds(
+    shape: Shape, origin: Floats, direction: Floats, doubt: float, culled: bool = False
+) -> tuple[Floats, Floats]:
+    """The least and largest distance at which rays may meet a shape known to ``doubt`` metres, if near; one that is
+    ``culled`` only from its front."""
     if isinstance(shape, Sphere):
-        sizes = (max(0.0, shape.radius + e) for e in (doubt, -doubt))
+        sizes = [max(0.0, shape.radius + e) for e in (doubt, -doubt)]
         larger, smaller = (shape_oracle.sphere(shape.center, r, origin, direction) for r in sizes)
+        if culled:
+            inside = np.linalg.norm(origin - shape.center, axis=1) < shape.radius
+            larger, smaller = (np.where(inside, np.inf, x) for x in (larger, smaller))
         height = np.linalg.norm(origin - shape.center, axis=1) - shape.radius
         low, high = np.minimum(larger, smaller), np.maximum(larger, smaller)
     else:
@@ -44,6 +71,9 @@ def bounds(shape: Shape, origin: Floats, direction: Floats, doubt: float) -> tup
             case Rectangle():
                 sides = (shape.corner, shape.edge_u, shape.edge_v, origin, direction)
                 larger, smaller = (shape_oracle.rectangle(*sides, e) for e in (doubt, -doubt))
+            case Disk():
+                round_one = (shape.center, normal, shape.radius, origin, direction)
+                larger, smaller = (shape_oracle.disk(*round_one, e) for e in (doubt, -doubt))
             case Triangle():
                 sides = (shape.vertices, origin, direction)
                 larger, smaller = (shape_oracle.triangle(*sides, e) for e in (doubt, -doubt))
@@ -51,5 +81,8 @@ def bounds(shape: Shape, origin: Floats, direction: Floats, doubt: float) -> tup
         far = np.where(np.isfinite(larger), larger, 0)
         slack = (doubt + 1e-6 * far) / np.maximum(np.abs(direction @ normal), 1e-12)
         low, high = larger - slack, smaller + slack
+        if culled:
+            behind = direction @ normal >= 0
+            low, high = np.where(behind, np.inf, low), np.where(behind, np.inf, high)
     there = np.abs(height) < doubt  # the ray starts on it, and may meet it at once or never
     return np.where(there, 0, low), np.where(there, np.inf, high)

@@ -1,59 +1,103 @@
 # SPDX-License-Identifier: MIT
 """Probes over a packed scene, and a scene with everything in it."""
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
 
 import moderngl
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from fragtracer.gpu.meshes import mesh_textures
 from fragtracer.gpu.probe import probe
-from fragtracer.gpu.tables import folded_texture
+from fragtracer.gpu.specialise import Level, specialise
+from fragtracer.gpu.textures import folded_textures
 from fragtracer.packing import PackedScene
-from fragtracer.scene import Camera, Light, Material, Plane, Rectangle, Scene, Sphere, Triangle
-from fragtracer.shader_composer import CONSTANTS
+from fragtracer.packing.hierarchy import RECORDS_IN_ROW
+from fragtracer.packing.records import Kind, Words
+from fragtracer.resources import folder
+from fragtracer.scene import (
+    Camera,
+    DirectionalLight,
+    Disk,
+    Light,
+    Material,
+    Plane,
+    Rectangle,
+    Scene,
+    Sphere,
+    SpotLight,
+    Triangle,
+)
+from fragtracer.shader_composer import compose
 
 from . import Floats
+
+LAST_UNIT = 15  # that every driver has
+
+
+@lru_cache
+def declared(includes: tuple[str, ...]) -> tuple[frozenset[str], Mapping[str, str]]:
+    """The features of shader files together, and their uniforms by name, with their types."""
+    text = "\n".join(f'#include "{path}"' for path in includes)
+    source = compose("files", {}, folder("shaders"), {"files": text})
+    uniforms = re.findall(r"^uniform\s+(?:highp\s+)?(\w+)\s+(\w+);", source.text, re.MULTILINE)
+    return frozenset(source.features), {name: kind for kind, name in uniforms}
 
 
 def scene_probe(
     ctx: moderngl.Context,
     packed: PackedScene,
-    includes: list[str],
+    includes: Sequence[str],
     body: str,
     inputs: Mapping[str, ArrayLike],
     outputs: Mapping[str, int],
+    level: Level = Level.NOTHING,
 ) -> dict[str, Floats]:
-    """A probe with ``packed`` at hand, from a uniform block or a texture as it wants; results in float64."""
-    resource: moderngl.Buffer | moderngl.Texture
-    resources: dict[str, moderngl.Buffer | moderngl.Texture]
-    if packed.defines["SCENE_IN_UNIFORMS"]:
-        name, resource = "SceneBlock", ctx.buffer(packed.texels.tobytes())
-    else:
-        name, resource = "u_scene", folded_texture(ctx, packed.texels)
-    resources = {name: resource}
-    if packed.environment is not None:
-        resources["u_environment"] = folded_texture(ctx, packed.environment.texels)
-        resources["u_environment_tree"] = folded_texture(ctx, packed.environment.tree)
-    if packed.meshes is not None:
-        resources |= mesh_textures(ctx, packed.meshes)
-    uniforms = {key: value for key, value in packed.uniforms.items() if key.startswith("u_environment")}
-    generated = {"generated/scene_layout.glsl": packed.layout}
+    """A probe with ``packed`` at hand, compiled in to a ``level`` or all in textures; results in float64."""
+    features, kinds = declared(tuple(includes))
+    textures = folded_textures(ctx, packed.tables, [name for name in packed.tables if name in kinds])
+    # Samplers of tables that the scene does not have: each another unit, since types must not share one.
+    missing = [name for name, kind in kinds.items() if "sampler" in kind and name not in textures]
+    uniforms = {name: LAST_UNIT - i for i, name in enumerate(missing)}
+    assert len(inputs) + len(textures) + len(missing) <= LAST_UNIT + 1
     try:
-        result = probe(ctx, includes, body, inputs, outputs, packed.defines, generated, uniforms, resources)
+        result = probe(
+            ctx,
+            includes,
+            body,
+            inputs,
+            outputs,
+            {name: value for name, value in packed.features.items() if name in features},
+            uniforms=uniforms | {name: value for name, value in packed.all_uniforms.items() if name in kinds},
+            resources=textures,
+            text_pass=specialise(packed, level).apply,
+        )
     finally:
-        for used in resources.values():
-            used.release()
+        for texture in textures.values():
+            texture.release()
     return {key: values.astype(np.float64) for key, values in result.items()}
 
 
-def triangles_of(packed: PackedScene) -> tuple[Floats, Floats]:
-    """The records that are triangles, and their vertices (n, 3, 3)."""
-    assert packed.meshes
-    tree = packed.meshes.tree
-    place = np.flatnonzero(tree[:, 0, 3] >> 24 == CONSTANTS["MESH_TRIANGLE"])
-    return place, tree.view(np.float32)[place, :3, :3].astype(np.float64)
+def snake(name: str) -> str:
+    """light_choice of LightChoice."""
+    return re.sub(r"(?<!^)([A-Z])", r"_\1", name).lower()
+
+
+def shape_records(packed: PackedScene) -> tuple[NDArray[np.int64], Words]:
+    """The numbers of all records of u_shapes, and the records (n, 4, 4): the short list, then the BVH."""
+    parts = [part.reshape(-1, 4, 4) for part in packed.tables["u_shapes"]]
+    rows = [max(1, -(-len(part) // RECORDS_IN_ROW)) for part in parts]  # each begins a row
+    first = RECORDS_IN_ROW * (np.cumsum(rows) - rows)
+    numbers = [start + np.arange(len(part)) for start, part in zip(first, parts, strict=True)]
+    return np.concatenate(numbers), np.concatenate(parts)
+
+
+def triangles_of(packed: PackedScene) -> tuple[NDArray[np.int64], Floats]:
+    """The records that are triangles of meshes, and their vertices (n, 3, 3)."""
+    numbers, words = shape_records(packed)
+    chosen = words[:, 0, 3] >> 24 == Kind.TRIANGLE
+    return numbers[chosen], words[chosen].view(np.float32)[:, :3, :3].astype(np.float64)
 
 
 def camera_on(scale: float, shift: float) -> Camera:
@@ -61,9 +105,11 @@ def camera_on(scale: float, shift: float) -> Camera:
     return Camera((shift, shift, shift + 2 * scale), (shift, shift, shift))
 
 
-def random_scene(seed: int = 1, triangles: int = 12, scale: float = 1.0, shift: float = 0.0) -> Scene:
+def random_scene(
+    seed: int = 1, triangles: int = 12, scale: float = 1.0, shift: float = 0.0, culled: bool = False
+) -> Scene:
     """Shapes and lights of all kinds, crossing each other, in a ball of about ``scale`` metres that lies
-    ``shift`` metres off the origin."""
+    ``shift`` metres off the origin; every other material is there from the front alone, if ``culled``."""
     rng = np.random.default_rng(seed)
 
     def points(count: int) -> Floats:
@@ -76,6 +122,7 @@ def random_scene(seed: int = 1, triangles: int = 12, scale: float = 1.0, shift: 
             roughness=float(rng.random()),
             metallic=float(rng.integers(0, 2)),
             emission=tuple(rng.random(3).tolist()) if i >= 7 else 0.0,
+            double_sided=not (culled and i % 2),
         )
         for i, name in enumerate(names)
     }
@@ -90,10 +137,16 @@ def random_scene(seed: int = 1, triangles: int = 12, scale: float = 1.0, shift: 
         spheres=tuple(Sphere(p, float(scale * rng.uniform(0.1, 0.7)), str(rng.choice(names))) for p in points(5)),
         planes=tuple(Plane(p, n, str(rng.choice(names[:7]))) for p, n in zip(3 * points(2), points(2), strict=True)),
         rectangles=tuple(rectangle() for _ in range(5)),
+        disks=tuple(
+            Disk(p, n, float(scale * rng.uniform(0.2, 1)), str(rng.choice(names)))
+            for p, n in zip(points(5), rng.normal(size=(5, 3)), strict=True)
+        ),
         triangles=tuple(Triangle(tuple(points(3)), str(rng.choice(names))) for _ in range(triangles)),
         lights=(
             Light(points(1)[0], radius=0.2 * scale, power=(3.0, 2.0, 1.0)),
             Light(points(1)[0], power=(1.0, 2.0, 3.0)),
             Light(points(1)[0], radius=0.05 * scale, radiance=(5.0, 5.0, 5.0)),
         ),
+        spot_lights=(SpotLight(points(1)[0], points(1)[0] - shift, (2.0, 1.0, 3.0), 20.0, 50.0),),
+        directional_lights=(DirectionalLight(points(1)[0] - shift, (0.5, 0.7, 0.2)),),
     )

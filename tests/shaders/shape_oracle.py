@@ -44,6 +44,15 @@ def rectangle(
     return np.where(inside, distance, np.inf)
 
 
+def disk(
+    center: ArrayLike, normal: ArrayLike, radius: ArrayLike, origin: Floats, direction: Floats, grow: float = 0.0
+) -> Floats:
+    center = np.asarray(center, np.float64)
+    distance = plane(center, normal, origin, direction)
+    out = _at(origin, direction, distance) - center
+    return np.where(np.sqrt(_dot(out, out)) <= np.asarray(radius, np.float64) + grow, distance, np.inf)
+
+
 def triangle(vertices: ArrayLike, origin: Floats, direction: Floats, grow: float | Floats = 0.0) -> Floats:
     """Inside where the point lies to the left of all three sides."""
     a, b, c = np.moveaxis(np.asarray(vertices, np.float64), -2, 0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""camera/thin_lens.glsl with the uniforms of packing.py, against a camera built from vectors in float64."""
+"""camera/camera.glsl with the uniforms of packing/camera.py, against a camera built from vectors in float64."""
 
 import moderngl
 import numpy as np
@@ -12,7 +12,6 @@ from fragtracer.scene import Camera
 from . import Floats
 from .chi_square import assert_fits, fit
 from .domains import Disk
-from .includes import CAMERA
 
 ORIGIN = np.array([0.25, -1.5, 3.0])  # of the packed scene
 CORNERS = np.array([(x, y) for x in (-1, 0, 1) for y in (-1, 0, 1)], np.float64)
@@ -47,11 +46,9 @@ def camera_rays(
 ) -> tuple[Floats, Floats]:
     """Origins in the world, and directions, in float64."""
     uniforms = camera_uniforms(camera, ORIGIN, *size)
-    del uniforms["u_inverse_image_size"]  # of the integrator
-    defines = {"HAS_LENS": int(camera.aperture_radius > 0)}
-    body = "Ray ray = camera_ray(ndc, lens); o = ray.origin; d = ray.direction;"
+    body = "Ray ray = camera_ray_at(ndc, lens); o = ray.origin; d = ray.direction;"
     inputs = {"ndc": ndc, "lens": lens}
-    result = probe(ctx, CAMERA, body, inputs, {"o": 3, "d": 3}, defines, uniforms=uniforms)
+    result = probe(ctx, ["camera/camera.glsl"], body, inputs, {"o": 3, "d": 3}, uniforms=uniforms)
     return result["o"].astype(np.float64) + ORIGIN, result["d"].astype(np.float64)
 
 
@@ -92,3 +89,18 @@ def test_lens(ctx: moderngl.Context, aperture_radius: float, focus_distance: flo
         met = origin + reach[:, None] * direction
         expected = camera.position + depth * through(camera, (160, 90), ndc[:1].astype(np.float64))
         np.testing.assert_allclose(met, np.broadcast_to(expected, met.shape), rtol=0, atol=1e-6 * (depth + 3))
+
+
+def test_pixels_are_the_squares_of_the_image(ctx: moderngl.Context) -> None:
+    """Place u.xy of a pixel, (0, 0) its lower left corner, row 0 at the bottom; u.zw is the place on the lens."""
+    camera = Camera((-3.0, 1.0, -2.0), (4.0, 2.0, 7.0), (0.3, 1.0, -0.2), 50.0, 0.4, 5.0)
+    size = (160, 90)
+    rng = np.random.default_rng(3)
+    pixel, u = rng.integers(0, size, (1000, 2)), rng.random((1000, 4), np.float32)
+    body = "Ray ray = camera_ray(ivec2(pixel), u); o = ray.origin; d = ray.direction;"
+    uniforms = camera_uniforms(camera, ORIGIN, *size)
+    outputs = {"o": 3, "d": 3}
+    found = probe(ctx, ["camera/camera.glsl"], body, {"pixel": pixel, "u": u}, outputs, uniforms=uniforms)
+    origin, direction = camera_rays(ctx, camera, size, 2 * (pixel + u[:, :2]) / size - 1, u[:, 2:])
+    np.testing.assert_allclose(found["o"] + ORIGIN, origin, atol=1e-6)
+    np.testing.assert_allclose(found["d"], direction, atol=1e-6)

@@ -16,13 +16,21 @@ FUNCTION = re.compile(r"^(?:highp\s+)?(\w+)\s+(\w+)\([^()]*\)\s*\{", re.MULTILIN
 SNAKE_CASE = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
 PASCAL_CASE = re.compile(r"([A-Z][a-z0-9]+)+")
 
-# A function begins with the name of its file or folder, or with one of these.
+# A function begins with the name of its file or folder, of a struct that the file declares, or with one of these.
 NOUNS = {
     "core/math.glsl": None,  # helpers without a noun
     "core/warp.glsl": {"square_to"},
     "sampler/sampler.glsl": {"dimension"},
+    "scene/texture.glsl": {"textures"},
+    "scene/vertex.glsl": {"vertices"},
+    "scene/storage.glsl": {"shape", "vertex"},
+    "shape/bvh.glsl": {"node", "instance", "triangle"},
+    "shape/flat.glsl": {"triangle"},
     "shape/intersect.glsl": {"hit", "scene"},
-    "integrator/split_sum_steps.glsl": {"split_sum"},
+    "shape/surface.glsl": {"unit"},
+    "material/visibility.glsl": {"alpha", "closest"},
+    "bsdf/shading_normal.glsl": {"shadow"},
+    "integrator/escape.glsl": {"escaped"},
     "display/tone.glsl": {"srgb"},
     "display/picture.glsl": None,  # what each step from the film to the window does
 }
@@ -30,8 +38,15 @@ NOUNS = {
 WITHOUT_PDF = {
     "split_sum_step_sample": "the density comes with the integrand, from split_sum_kernel_pdf",
     "pixel_filter_sample": "the density is the filter itself, so every sample has the same weight",
-    "path_light_sample": "the radiance of one, divided by its density",
-    "path_ambient_sample": "the radiance of one, divided by its density",
+    "direct_sample": "the radiance of one, divided by its density",
+    "direct_ambient_sample": "the radiance of one, divided by its density",
+    "sampler_rr_sample": "a uniform number",
+    "bsdf_no_sample": "none is drawn",
+    "light_no_sample": "none is drawn",
+    "point_light_sample": "a delta light",
+    "spot_light_sample": "a delta light",
+    "directional_light_sample": "a delta light",
+    "environment_light_sample": "the density comes with the radiance, from environment_radiance_pdf",
 }
 
 
@@ -43,11 +58,14 @@ def misnamed(path: str, text: str) -> Iterator[str]:
     """What in a file is not called as it should be."""
     nouns = NOUNS.get(path, set())
     stem, parent = Path(path).stem, Path(path).parent.name
+    structs = {
+        re.sub(r"(?<!^)([A-Z])", r"_\1", name).lower() for name in re.findall(r"^struct (\w+)", text, re.MULTILINE)
+    }
     for name in functions(text):
         if not SNAKE_CASE.fullmatch(name):
             yield f"{path}: function {name} is not in snake_case"
         is_library = path.endswith(".glsl") and nouns is not None and not name.startswith("is_")
-        if is_library and not any(name.startswith(f"{noun}_") for noun in {stem, parent, *nouns}):
+        if is_library and not any(name.startswith(f"{noun}_") for noun in {stem, parent, *structs, *nouns}):
             yield f"{path}: function {name} begins with neither {stem} nor {parent}"
     for name in re.findall(r"^\s*struct\s+(\w+)", text, re.MULTILINE):
         if not PASCAL_CASE.fullmatch(name):
@@ -73,8 +91,9 @@ def unpaired(names: list[str]) -> list[str]:
 
 
 def densities(name: str) -> set[str]:
-    """bsdf_sample has bsdf_pdf, ggx_sample_vndf has ggx_sample_vndf_pdf."""
-    return {f"{name}_pdf", f"{name.removesuffix('_sample')}_pdf"}
+    """bsdf_sample has bsdf_pdf, or bsdf_eval_pdf with the value; ggx_sample_vndf has ggx_sample_vndf_pdf."""
+    noun = name.removesuffix("_sample")
+    return {f"{name}_pdf", f"{noun}_pdf", f"{noun}_eval_pdf"}
 
 
 @pytest.mark.parametrize("path", FILES)
@@ -86,7 +105,7 @@ def test_names(path: str) -> None:
 
 def test_every_sampler_has_its_density() -> None:
     names = [name for path in FILES for name in functions((SHADERS / path).read_text())]
-    assert {"bsdf_sample", "light_sample", "square_to_triangle", "ggx_sample_vndf"} <= set(names)
+    assert {"bsdf_sample", "light_sample", "square_to_triangle", "ggx_sample_vndf", "area_light_sample"} <= set(names)
     assert not unpaired(names)
     assert set(WITHOUT_PDF) <= set(names)
 
@@ -96,10 +115,11 @@ def test_every_sampler_has_its_density() -> None:
     [
         ("bsdf/ggx.glsl", "float ggxD(float x) {"),
         ("bsdf/ggx.glsl", "float beckmann_d(float x) {"),
+        ("scene/light.glsl", "struct SpotLight { float x; };\nSpotLight point_light_of(uvec4 t0) {"),
         ("shape/cone.glsl", "struct cone_hit { float t; };"),
         ("film/film.glsl", "uniform vec3 color;"),
         ("film/film.glsl", "uniform sampler2D u_image;"),
-        ("display.frag", "layout(location = 1) out vec4 color;"),
+        ("display/display.frag", "layout(location = 1) out vec4 color;"),
         ("core/constants.glsl", "const float Pi = 3.0;"),
     ],
 )
@@ -114,3 +134,4 @@ def test_sampler_without_density_is_found(names: list[str]) -> None:
 
 def test_sampler_with_density_passes() -> None:
     assert not unpaired(["cone_sample", "cone_pdf", "square_to_cone", "square_to_cone_pdf", "film_sample_index"])
+    assert not unpaired(["cone_sample", "cone_eval_pdf"])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""emitter/environment.glsl and sun_light.glsl: the map, its sampler, and the density that belongs to both."""
+"""light/environment.glsl and sun.glsl: the map, its sampler, and the density that belongs to both."""
 
 import moderngl
 import numpy as np
@@ -15,10 +15,10 @@ from . import Floats
 from .chi_square import assert_fits, fit
 from .directions import direction
 from .domains import Box
-from .includes import CORE, EMITTER
 from .scene_probe import scene_probe
 
-SAMPLE = "EnvironmentSample s = environment_sample(u); wi = s.wi; radiance = s.radiance; pdf = s.pdf;"
+ENVIRONMENT = ["light/environment.glsl"]
+SAMPLE = "LightSample s = environment_light_sample(u); wi = s.wi; radiance = s.radiance; pdf = s.pdf;"
 SAMPLED = {"wi": 3, "radiance": 3, "pdf": 1}
 SOLID_ANGLE = 2 * np.pi**2  # of the unit square of places, times sin(theta)
 
@@ -83,7 +83,7 @@ def test_lookup_and_density_are_those_of_the_description(ctx: moderngl.Context, 
     packed = packed_map(pixels, rotation_degrees=50, strength=3.0)
     body = "vec4 r = environment_radiance_pdf(wi); radiance = r.rgb; pdf = r.a;"
     world = (wi @ turned.T).astype(np.float32)
-    got = scene_probe(ctx, packed, EMITTER, body, {"wi": world}, {"radiance": 3, "pdf": 1})
+    got = scene_probe(ctx, packed, ENVIRONMENT, body, {"wi": world}, {"radiance": 3, "pdf": 1})
     wi = world.astype(np.float64) @ turned
     # A rounded direction is off by 2e-7 of a turn; the map's steepest slope says what that may change.
     slope = 3e-7 * (width + height) * pixels.max()
@@ -103,13 +103,15 @@ def test_samples_have_their_density(ctx: moderngl.Context, name: str) -> None:
     height, width, _ = pixels.shape
     packed = packed_map(pixels)
     u = np.random.default_rng(2).random((1 << 18, 2), np.float32)
-    got = scene_probe(ctx, packed, EMITTER, SAMPLE, {"u": u}, SAMPLED)
+    got = scene_probe(ctx, packed, ENVIRONMENT, SAMPLE, {"u": u}, SAMPLED)
     assert np.abs(np.linalg.norm(got["wi"], axis=1) - 1).max() < 1e-6
     assert (got["pdf"] > 0).all()
 
     def pdf(places: Floats) -> Floats:
         wi = direction_of(*places.T)
-        found = scene_probe(ctx, packed, EMITTER, "pdf = environment_pdf(wi);", {"wi": wi}, {"pdf": 1})["pdf"]
+        found = scene_probe(ctx, packed, ENVIRONMENT, "pdf = environment_radiance_pdf(wi).a;", {"wi": wi}, {"pdf": 1})[
+            "pdf"
+        ]
         return found * SOLID_ANGLE * np.hypot(wi[:, 0], wi[:, 2])
 
     cells = (2 * width, 2 * height) if width < 100 else (2 * 50, 2 * height)
@@ -124,7 +126,7 @@ def test_a_sample_is_what_a_path_in_its_direction_finds(ctx: moderngl.Context, n
     packed = packed_map(pixels, rotation_degrees=-77)
     u = np.random.default_rng(3).random((1 << 14, 2), np.float32)
     body = f"{SAMPLE} vec4 met = environment_radiance_pdf(s.wi); again = met.rgb; density = met.a;"
-    got = scene_probe(ctx, packed, EMITTER, body, {"u": u}, SAMPLED | {"again": 3, "density": 1})
+    got = scene_probe(ctx, packed, ENVIRONMENT, body, {"u": u}, SAMPLED | {"again": 3, "density": 1})
     steep = 3e-7 * sum(pixels.shape[:2])
     np.testing.assert_allclose(got["again"], got["radiance"], rtol=1e-5, atol=steep * pixels.max())
     sines = np.hypot(got["wi"][:, 0], got["wi"][:, 2])
@@ -139,9 +141,9 @@ def test_irradiance_by_sampling_is_that_by_integration(ctx: moderngl.Context) ->
     x, z, y = direction(35)
     normal = np.array([x, y, z])
     u = np.random.default_rng(5).random((1 << 20, 2), np.float32)
-    body = "EnvironmentSample s = environment_sample(u); e = s.radiance * max(0.0, dot(s.wi, n)) / s.pdf;"
+    body = "LightSample s = environment_light_sample(u); e = s.radiance * max(0.0, dot(s.wi, n)) / s.pdf;"
     inputs = {"u": u, "n": np.broadcast_to(normal, (len(u), 3))}
-    e = scene_probe(ctx, packed, EMITTER, body, inputs, {"e": 3})["e"]
+    e = scene_probe(ctx, packed, ENVIRONMENT, body, inputs, {"e": 3})["e"]
     expected = irradiance(pixels, normal @ Environment(radiance=1.0, rotation_degrees=130).rotation)
     error = e.std(axis=0) / np.sqrt(len(e))
     assert (np.abs(e.mean(axis=0) - expected) <= 4.5 * error).all()
@@ -199,7 +201,7 @@ def test_half_floats_are_used_where_they_are_exact() -> None:
 def test_huge_and_tiny_radiances_are_held(ctx: moderngl.Context) -> None:
     for scale in (1e-30, 1e30):
         pixels = noise(4, 6) * np.float32(scale)
-        got = scene_probe(ctx, packed_map(pixels), EMITTER, SAMPLE, {"u": np.full((1, 2), 0.3)}, SAMPLED)
+        got = scene_probe(ctx, packed_map(pixels), ENVIRONMENT, SAMPLE, {"u": np.full((1, 2), 0.3)}, SAMPLED)
         assert np.isfinite(got["radiance"]).all()
         assert (got["pdf"] > 0).all()
 
@@ -209,7 +211,7 @@ def test_extreme_numbers_choose_texels_that_shine(ctx: moderngl.Context) -> None
     ends = np.array([0.0, 1 - 2.0**-23, 1 - 2.0**-24])
     u = np.stack(np.meshgrid(ends, ends), -1).reshape(-1, 2)
     for name in ("one texel", "one texel at the nadir", "noise"):
-        got = scene_probe(ctx, packed_map(MAPS[name]), EMITTER, SAMPLE, {"u": u}, SAMPLED)
+        got = scene_probe(ctx, packed_map(MAPS[name]), ENVIRONMENT, SAMPLE, {"u": u}, SAMPLED)
         assert np.isfinite(got["wi"]).all()
         assert np.isfinite(got["pdf"]).all()
 
@@ -220,14 +222,14 @@ def test_one_texel_beyond_either_end_is_the_other_end(ctx: moderngl.Context, wid
     pixels = noise(2, width)
     places = np.array([(-0.5, 0.5), (width + 0.5, 0.5), (width + 0.5, 1.5)], np.float32)
     body = "radiance = environment_bilinear(place).rgb * u_environment_scale;"
-    got = scene_probe(ctx, packed_map(pixels), EMITTER, body, {"place": places}, {"radiance": 3})["radiance"]
+    got = scene_probe(ctx, packed_map(pixels), ENVIRONMENT, body, {"place": places}, {"radiance": 3})["radiance"]
     np.testing.assert_allclose(got, pixels[[0, 0, 1], [-1, 0, 0]], rtol=1e-5)
 
 
 def test_angles_in_turns(ctx: moderngl.Context) -> None:
     angle = np.linspace(-np.pi, np.pi, 10001)
     v = np.stack([np.cos(angle), np.sin(angle)], -1).astype(np.float32)
-    got = probe(ctx, CORE, "a = turns_of(v);", {"v": v * np.float32(7)}, {"a": 1})["a"].astype(np.float64)
+    got = probe(ctx, ["core/math.glsl"], "a = turns_of(v);", {"v": v * np.float32(7)}, {"a": 1})["a"].astype(np.float64)
     exact = np.arctan2(*v.T[::-1].astype(np.float64)) / (2 * np.pi)
     assert np.abs((got - exact + 0.5) % 1 - 0.5).max() < 1.2e-7
 
@@ -237,13 +239,21 @@ def test_sun_is_sampled_uniformly_over_its_disc(ctx: moderngl.Context) -> None:
     cosine = np.cos(np.radians(0.2666))
     one_minus_cos = 2 * np.sin(np.radians(0.2666) / 2) ** 2
     u = np.random.default_rng(8).random((1 << 18, 2), np.float32)
-    body = "wi = sun_light_sample(c, k, u); pdf = sun_light_pdf(c, k, wi); beside = sun_light_pdf(c, k, far);"
+    body = """
+        SunLight sun = SunLight(c, k, vec3(1.0, 2.0, 3.0));
+        LightSample s = sun_light_sample(sun, u); wi = s.wi; said = s.pdf; radiance = s.radiance;
+        far_off = float(s.distance == INFINITE_DISTANCE && s.primitive == NO_PRIMITIVE && !s.delta);
+        pdf = sun_light_pdf(sun, wi); beside = sun_light_pdf(sun, far);"""
     across = np.cross(center, (0, 0, 1)) / np.linalg.norm(np.cross(center, (0, 0, 1)))
     far = center * cosine + across * np.sqrt(1 - cosine**2) * 1.002
     inputs = {"u": u, "c": np.broadcast_to(center, (len(u), 3)), "k": np.full(len(u), one_minus_cos)}
-    got = probe(ctx, [*CORE, "emitter/sun_light.glsl"], body, inputs | {"far": np.broadcast_to(far, (len(u), 3))},
-                {"wi": 3, "pdf": 1, "beside": 1})  # fmt: skip
+    inputs["far"] = np.broadcast_to(far, (len(u), 3))
+    outputs = {"wi": 3, "said": 1, "radiance": 3, "far_off": 1, "pdf": 1, "beside": 1}
+    got = probe(ctx, ["light/sun.glsl"], body, inputs, outputs)
     assert not got["beside"].any()
+    assert (got["radiance"] == (1, 2, 3)).all()
+    assert got["far_off"].all()
+    np.testing.assert_allclose(got["said"], 1 / (2 * np.pi * one_minus_cos), rtol=1e-6)
     assert (got["pdf"] > 0).mean() > 0.999  # float32 puts some on the rim beside it
     np.testing.assert_allclose(got["pdf"][got["pdf"] > 0], 1 / (2 * np.pi * one_minus_cos), rtol=1e-6)
     wi = got["wi"].astype(np.float64)

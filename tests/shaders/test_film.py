@@ -8,7 +8,6 @@ import pytest
 from fragtracer.gpu.probe import probe
 
 from . import Floats
-from .includes import CORE
 
 SAMPLES = 1 << 16
 _WIDTH = 1024
@@ -32,7 +31,7 @@ def accumulate(ctx: moderngl.Context, samples: Floats) -> tuple[Floats, Floats, 
     try:
         result = probe(
             ctx,
-            [*CORE, "film/film.glsl", "probe/samples.glsl"],
+            ["film/film.glsl", "probe/samples.glsl"],
             BODY,
             {"pixel": np.arange(len(samples))},
             {"mean": 3, "variance": 3, "counts": 3},
@@ -110,7 +109,7 @@ def test_film_is_loaded_from_its_textures(ctx: moderngl.Context) -> None:
         mean = film.mean; variance = film.variance; counts = vec2(film.count, film.non_finite);"""
     result = probe(
         ctx,
-        [*CORE, "film/film.glsl"],
+        ["film/film.glsl"],
         body,
         {"x": np.arange(3)},
         {"mean": 3, "variance": 3, "counts": 2},

@@ -7,7 +7,8 @@ import numpy as np
 from fragtracer.gpu.probe import probe
 
 from . import bsdf_oracle
-from .includes import BSDF
+
+FRESNEL = ["bsdf/fresnel.glsl"]
 
 
 def test_schlick(ctx: moderngl.Context) -> None:
@@ -15,14 +16,14 @@ def test_schlick(ctx: moderngl.Context) -> None:
     f0, f90, cosine = rng.random((1 << 14, 3)), rng.random((1 << 14, 3)), rng.random(1 << 14)
     cosine[:2] = 0, 1  # f90 and f0
     inputs = {"f0": f0, "f90": f90, "cosine": cosine}
-    result = probe(ctx, BSDF, "f = fresnel_schlick(f0, f90, cosine);", inputs, {"f": 3})["f"]
+    result = probe(ctx, FRESNEL, "f = fresnel_schlick(f0, f90, cosine);", inputs, {"f": 3})["f"]
     np.testing.assert_allclose(result, bsdf_oracle.fresnel(f0, f90, cosine), rtol=3e-6, atol=3e-7)
 
 
 def test_cosine_beyond_its_range_is_clamped(ctx: moderngl.Context) -> None:
     """Rounding makes cosines a little above 1 and below 0."""
     inputs = {"cosine": [1.0000002, -1e-7, -1.0]}
-    result = probe(ctx, BSDF, "f = fresnel_schlick(vec3(0.04), vec3(1.0), cosine);", inputs, {"f": 3})["f"][:, 0]
+    result = probe(ctx, FRESNEL, "f = fresnel_schlick(vec3(0.04), vec3(1.0), cosine);", inputs, {"f": 3})["f"][:, 0]
     np.testing.assert_array_equal(result, np.array([0.04, 1, 1], np.float32))
 
 
@@ -39,7 +40,7 @@ def test_rough_interface(ctx: moderngl.Context) -> None:
     cosine = rng.random(1 << 12)
     for f0, f90, alpha in SURFACES:
         body = f"r = fresnel_schlick_rough(vec3{f0}, vec3{f90}, {alpha}, cosine);"
-        result = probe(ctx, BSDF, body, {"cosine": cosine}, {"r": 3})["r"]
+        result = probe(ctx, FRESNEL, body, {"cosine": cosine}, {"r": 3})["r"]
         material = bsdf_oracle.Material(alpha=alpha, f0=f0, f90=f90)
         np.testing.assert_allclose(result, bsdf_oracle.interface_reflectance(material, cosine), rtol=3e-6)
         assert (result >= np.float32(f0)).all()

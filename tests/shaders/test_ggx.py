@@ -6,15 +6,14 @@ import numpy as np
 import pytest
 
 from fragtracer.gpu.probe import probe
-from fragtracer.shader_composer import CONSTANTS
 
 from . import bsdf_oracle
-from .bsdf_probe import ALPHAS, TERMS
+from .bsdf_models import ALPHAS, TERMS
 from .chi_square import assert_fits, fit, nodes
 from .directions import direction
 from .domains import VisibleNormals
-from .includes import BSDF
 
+GGX = ["bsdf/ggx.glsl"]
 DEGREES = [0, 45, 80, 89, 89.9]
 # Whole cells, each with an exact rule: the error of an integral is far below that of float32.
 CELLS, ORDER = (16, 16), (8, 12)
@@ -24,14 +23,14 @@ CELLS, ORDER = (16, 16), (8, 12)
 def test_distribution_integrates_to_one(ctx: moderngl.Context, alpha: float) -> None:
     """Over projected solid angle: the facets cover the surface."""
     wh, weights = nodes(VisibleNormals(alpha, (0.0, 0.0, 1.0)), CELLS, ORDER)
-    d = probe(ctx, BSDF, f"d = ggx_d({alpha}, wh);", {"wh": wh}, {"d": 1})["d"].astype(np.float64)
+    d = probe(ctx, GGX, f"d = ggx_d({alpha}, wh);", {"wh": wh}, {"d": 1})["d"].astype(np.float64)
     assert (d * wh[:, 2]) @ weights == pytest.approx(1, abs=2e-5)
     np.testing.assert_allclose(d, bsdf_oracle.ggx_d(alpha, wh), rtol=2e-5)
 
 
 def test_distribution_is_zero_below(ctx: moderngl.Context) -> None:
     wh = [(0, 0, -1), (1, 0, 0), (0.6, 0, -0.8)]
-    d = probe(ctx, BSDF, "d = ggx_d(0.3, wh);", {"wh": wh}, {"d": 1})["d"]
+    d = probe(ctx, GGX, "d = ggx_d(0.3, wh);", {"wh": wh}, {"d": 1})["d"]
     assert d.tolist() == [0, 0, 0]
 
 
@@ -45,8 +44,8 @@ def test_geometry_term(ctx: moderngl.Context, term: str) -> None:
     zeros = np.zeros((len(alpha), 2))
     inputs = {"alpha": alpha, "wo": np.column_stack([zeros, cosine]), "wi": np.column_stack([zeros, cosine[::-1]])}
     body = "g1 = ggx_g1(alpha, wo.z); smith = ggx_g1_smith(alpha, wo.z); g = ggx_g(alpha, wo, wi);"
-    defines = {"GEOMETRY_TERM": CONSTANTS[f"GEOMETRY_{term}"]}
-    result = probe(ctx, BSDF, body, inputs, {"g1": 1, "smith": 1, "g": 1}, defines)
+    defines = {"GEOMETRY_TERM": f"GEOMETRY_{term}"}
+    result = probe(ctx, GGX, body, inputs, {"g1": 1, "smith": 1, "g": 1}, defines)
     expected = bsdf_oracle.g1(term, alpha, cosine)
     np.testing.assert_allclose(result["g1"], expected, rtol=2e-6)
     np.testing.assert_allclose(result["smith"], bsdf_oracle.g1_smith(alpha, cosine), rtol=2e-6)
@@ -63,7 +62,7 @@ def test_no_geometry_term_masks_less_than_smith() -> None:
 
 def _pdf(ctx: moderngl.Context, alpha: float, wo: tuple[float, float, float], wh: np.ndarray) -> np.ndarray:
     body = f"pdf = ggx_sample_vndf_pdf({alpha}, vec3{wo}, wh);"
-    return probe(ctx, BSDF, body, {"wh": wh}, {"pdf": 1})["pdf"]
+    return probe(ctx, GGX, body, {"wh": wh}, {"pdf": 1})["pdf"]
 
 
 @pytest.mark.parametrize("alpha", ALPHAS)
@@ -73,7 +72,7 @@ def test_visible_normals_have_their_density(ctx: moderngl.Context, alpha: float)
     for degrees in DEGREES:
         wo = direction(degrees)
         body = f"wh = ggx_sample_vndf({alpha}, vec3{wo}, u);"
-        wh = probe(ctx, BSDF, body, {"u": u}, {"wh": 3})["wh"]
+        wh = probe(ctx, GGX, body, {"u": u}, {"wh": 3})["wh"]
         fits[f"{degrees}°"] = fit(VisibleNormals(alpha, wo), wh, lambda wh, wo=wo: _pdf(ctx, alpha, wo, wh))
     assert_fits(fits)
 
@@ -98,7 +97,7 @@ def test_visible_normals_of_extreme_arguments(ctx: moderngl.Context) -> None:
     alpha, cosine, x, y = np.stack(np.meshgrid(np.float32([1e-4, *ALPHAS]), cosines, ends, ends), -1).reshape(-1, 4).T
     wo = np.column_stack([np.sqrt(1 - cosine.astype(np.float64) ** 2), np.zeros(len(cosine)), cosine])
     inputs = {"alpha": alpha, "wo": wo, "u": np.column_stack([x, y])}
-    wh = probe(ctx, BSDF, "wh = ggx_sample_vndf(alpha, wo, u);", inputs, {"wh": 3})["wh"].astype(np.float64)
+    wh = probe(ctx, GGX, "wh = ggx_sample_vndf(alpha, wo, u);", inputs, {"wh": 3})["wh"].astype(np.float64)
     np.testing.assert_allclose(np.linalg.norm(wh, axis=1), 1, atol=3e-7)
     assert (wh[:, 2] >= 0).all()
     # Only the very last u.y may miss by rounding; its reflection is below the surface, and no sample.

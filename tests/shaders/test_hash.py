@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from fragtracer.gpu.probe import probe
 
 from .chi_square import assert_uniform
-from .includes import CORE
 
 Words = NDArray[np.uint32]
 EXTREME = np.array([0, 1, 0x1FF, 0x200, 0x7FFFFFFF, 0x80000000, 0xFFFFFE00, 0xFFFFFFFE, 0xFFFFFFFF], np.uint32)
@@ -52,7 +51,7 @@ def test_hashes_are_those_of_their_papers(ctx: moderngl.Context) -> None:
     body = f"""{_WORDS}
         uvec4 h = hash_pcg4d(v); high4 = vec4(h >> 16u); low4 = vec4(h & 0xffffu);
         uint g = hash_uint(v.x); high1 = float(g >> 16u); low1 = float(g & 0xffffu);"""
-    result = probe(ctx, CORE, body, halves(v), {"high4": 4, "low4": 4, "high1": 1, "low1": 1})
+    result = probe(ctx, ["core/hash.glsl"], body, halves(v), {"high4": 4, "low4": 4, "high1": 1, "low1": 1})
     whole = {k: (result[f"high{k}"].astype(np.uint32) << 16) | result[f"low{k}"].astype(np.uint32) for k in "14"}
     np.testing.assert_array_equal(whole["4"], hash_pcg4d(v))
     np.testing.assert_array_equal(whole["1"], hash_uint(v[:, 0]))
@@ -62,7 +61,9 @@ def test_unit_numbers(ctx: moderngl.Context) -> None:
     """The upper 23 bits over 2^23, exactly, for every pattern."""
     v = words(2)
     outputs = {"four": 4, "one": 1}
-    result = probe(ctx, CORE, f"{_WORDS} four = hash_to_unit(v); one = hash_to_unit(v.x);", halves(v), outputs)
+    result = probe(
+        ctx, ["core/hash.glsl"], f"{_WORDS} four = hash_to_unit(v); one = hash_to_unit(v.x);", halves(v), outputs
+    )
     np.testing.assert_array_equal(result["four"], (v >> 9) / np.float32(1 << 23))
     np.testing.assert_array_equal(result["one"], (v[:, 0] >> 9) / np.float32(1 << 23))
     assert result["four"].max() == 1 - 2**-23
@@ -74,7 +75,7 @@ def test_counting_hashes_to_uniform_numbers(ctx: moderngl.Context) -> None:
     for lane in range(4):
         v = np.full((len(count), 4), 12345, np.uint32)
         v[:, lane] = count
-        u = probe(ctx, CORE, f"{_WORDS} u = hash_to_unit(hash_pcg4d(v));", halves(v), {"u": 4})["u"]
+        u = probe(ctx, ["core/hash.glsl"], f"{_WORDS} u = hash_to_unit(hash_pcg4d(v));", halves(v), {"u": 4})["u"]
         numbers = {f"{i}": u[:, i] for i in range(4)}
         pairs = {f"{i}, {j}": u[:, [i, j]] for i in range(4) for j in range(i)}
         in_turn = {f"{i}, next": np.column_stack([u[:-1, i], u[1:, i]])[::2] for i in range(4)}

@@ -1,25 +1,20 @@
 # SPDX-License-Identifier: MIT
-"""shape/material.glsl: what textures make of a material is what scene/material.py makes of the same values."""
+"""material/: what textures make of a material is what scene/material.py makes of the same values."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import moderngl
 import numpy as np
 import pytest
-from numpy.typing import ArrayLike
 
-from fragtracer.gpu.probe import probe
-from fragtracer.packing.materials import mean_emission, pack_materials
-from fragtracer.packing.records import SHAPES, scene_layout, texels_of
+from fragtracer.packing.materials import mean_emission
 from fragtracer.scene import Image, Material, Texture
 from fragtracer.scene.reflectance import METAL_F0
 
 from . import Floats
-from .includes import SHAPE
 from .texture_oracle import lookup
-from .texture_probe import uploaded
+from .texture_probe import material_probe, packed_materials
 
 RNG = np.random.default_rng(3)
 
@@ -28,33 +23,24 @@ def constant(*values: float, channel: str = "r") -> Texture:
     return Texture(Image(np.array(values, np.float32).reshape(1, 1, -1), "linear"), channel=channel)
 
 
+BODY = """
+    Material m = material_at(surface);
+    diffuse = m.diffuse; alpha = m.alpha; f0 = m.f0; f90 = m.f90; emission = m.emission;"""
+OUTPUTS = {"diffuse": 3, "alpha": 1, "f0": 3, "f90": 3, "emission": 3}
+
+
 def run(
     ctx: moderngl.Context,
     materials: Sequence[Material],
-    body: str,
-    inputs: Mapping[str, ArrayLike],
-    outputs: Mapping[str, int],
-    colored: bool = True,
+    index: Floats,
+    uv: Floats | None = None,
+    colors: Floats | None = None,
 ) -> dict[str, Floats]:
-    packed = pack_materials(materials, colored)
-    texels = np.concatenate([texels_of(name, rows) for name, rows in packed.records.items()])
-    layout = scene_layout({**{shape: [] for shape in SHAPES}, **packed.records}, texels, False)
-    block = ctx.buffer(texels.tobytes())
-    defines = {**packed.defines, "SCENE_TEXELS": len(texels)}
-    try:
-        with uploaded(ctx, packed.atlas) as samplers:
-            resources: dict[str, Any] = {"SceneBlock": block, **samplers}
-            generated = {"generated/scene_layout.glsl": layout}
-            return probe(ctx, SHAPE, body, inputs, outputs, defines, generated, resources=resources)
-    finally:
-        block.release()
-
-
-BODY = """
-    Material m = material_select(int(index));
-    m = material_with_maps(m, maps_select(int(index)), uv, color);
-    diffuse = m.diffuse; alpha = m.alpha; f0 = m.f0; f90 = m.f90; emission = m.emission;"""
-OUTPUTS = {"diffuse": 3, "alpha": 1, "f0": 3, "f90": 3, "emission": 3}
+    """The material ``index`` at coordinates of both sets (n, 4), where vertices have ``colors`` (n, 3)."""
+    inputs = {"index": index, "uv": np.zeros((len(index), 4)) if uv is None else uv}
+    if colors is not None:
+        inputs["color"] = np.column_stack([colors, np.ones(len(index))])
+    return material_probe(ctx, packed_materials(materials, colors is not None), BODY, inputs, OUTPUTS)
 
 
 def triple(low: float = 0.0, high: float = 1.0) -> tuple[float, float, float]:
@@ -101,16 +87,15 @@ def expect(found: Mapping[str, Floats], materials: Sequence[Material]) -> None:
 
 def test_textures_multiply_the_constant_values(ctx: moderngl.Context) -> None:
     textured, products, colors = zip(*(random_material() for _ in range(40)), strict=True)
-    index = np.arange(len(textured))
-    found = run(ctx, textured, BODY, {"index": index, "uv": np.zeros((40, 4)), "color": colors}, OUTPUTS)
-    expect(found, products)
+    expect(run(ctx, textured, np.arange(len(textured)), colors=np.array(colors)), products)
 
 
-def test_without_textures_nothing_changes(ctx: moderngl.Context) -> None:
+@pytest.mark.parametrize("colored", [True, False])
+def test_without_textures_nothing_changes(ctx: moderngl.Context, colored: bool) -> None:
+    """Where the values are those of the maps, and where a scene has none."""
     materials = [random_material()[1] for _ in range(20)] + [Material(metal=name) for name in METAL_F0]
     index = np.arange(len(materials))
-    inputs = {"index": index, "uv": np.zeros((len(index), 4)), "color": np.ones((len(index), 3))}
-    expect(run(ctx, materials, BODY, inputs, OUTPUTS), materials)
+    expect(run(ctx, materials, index, colors=np.ones((len(index), 3)) if colored else None), materials)
 
 
 def test_each_map_at_its_own_coordinates(ctx: moderngl.Context) -> None:
@@ -127,8 +112,7 @@ def test_each_map_at_its_own_coordinates(ctx: moderngl.Context) -> None:
         emission_texture=Texture(images[2], offset=(0.2, 0.1), coordinates=1),
     )
     uv = RNG.uniform(-1, 2, (100, 4)).astype(np.float32)
-    inputs = {"index": np.zeros(100), "uv": uv, "color": np.ones((100, 3))}
-    found = run(ctx, [material], BODY, inputs, OUTPUTS)
+    found = run(ctx, [material], np.zeros(100), uv)
     sets = (uv[:, :2].astype(np.float64), uv[:, 2:].astype(np.float64))
     values = {
         name: lookup(texture, sets[texture.coordinates])
@@ -156,10 +140,10 @@ def test_one_lookup_for_two_channels(ctx: moderngl.Context, both: bool) -> None:
     apart = Material(metallic=1.0, metallic_texture=metal)
     one = Material(roughness=0.8, metallic=0.9, roughness_texture=rough, metallic_texture=metal)
     materials = [one, Material()] if both else [one, apart]
-    assert pack_materials(materials, False).defines["HAS_METALLIC_ROUGHNESS"] == both
+    # TEXTURE_METALLIC: some metallic is looked up by itself.
+    assert bool(packed_materials(materials).flags["u_texture_uses"] & 4) != both
     uv = RNG.uniform(-1, 2, (50, 4)).astype(np.float32)
-    inputs = {"index": np.zeros(50), "uv": uv, "color": np.ones((50, 3))}
-    found = run(ctx, materials, BODY, inputs, OUTPUTS)
+    found = run(ctx, materials, np.zeros(50), uv)
     values = lookup(rough, uv[:, :2].astype(np.float64))
     np.testing.assert_allclose(found["alpha"], (0.8 * values[:, 1]) ** 2, atol=1e-5)
     np.testing.assert_allclose(found["diffuse"][:, 0], 0.5 * (1 - 0.9 * values[:, 2]), atol=1e-5)
@@ -168,7 +152,7 @@ def test_one_lookup_for_two_channels(ctx: moderngl.Context, both: bool) -> None:
 def test_unlit_shows_its_albedo(ctx: moderngl.Context) -> None:
     material = Material(albedo=(0.5, 0.6, 0.7), emission=3.0, unlit=True, albedo_texture=constant(0.5, 0.5, 1.0))
     assert not material.is_emissive
-    found = run(ctx, [material], BODY, {"index": [0], "uv": np.zeros((1, 4)), "color": [(1, 1, 0.5)]}, OUTPUTS)
+    found = run(ctx, [material], np.zeros(1), colors=np.array([(1, 1, 0.5)]))
     np.testing.assert_allclose(found["emission"], [(0.25, 0.3, 0.35)], rtol=1e-6)
     assert not found["diffuse"].any()
     assert not found["f0"].any()
@@ -187,11 +171,12 @@ def test_mapped_normal(ctx: moderngl.Context, scale: float, sign: float) -> None
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     tangent = RNG.normal(size=(count, 3))
     uv = np.stack([(np.arange(count) + 0.5) / count, np.full(count, 0.5)] * 2, axis=1)
-    found = run(
+    tangents = np.column_stack([tangent, np.full(count, sign)])
+    found = material_probe(
         ctx,
-        [Material(normal_texture=Texture(image, filter="nearest"), normal_scale=scale)],
-        "value = material_mapped_normal(maps_select(0), uv, n, tangent);",
-        {"n": normal, "uv": uv, "tangent": np.column_stack([tangent, np.full(count, sign)])},
+        packed_materials([Material(normal_texture=Texture(image, filter="nearest"), normal_scale=scale)]),
+        "value = material_shading_normal(surface);",
+        {"index": np.zeros(count), "normal": normal, "uv": uv, "tangent": tangents},
         {"value": 3},
     )["value"]
     along = tangent - normal * (normal * tangent).sum(axis=1, keepdims=True)
@@ -204,10 +189,10 @@ def test_mapped_normal(ctx: moderngl.Context, scale: float, sign: float) -> None
 
 def test_without_a_tangent_or_a_map_the_normal_stays(ctx: moderngl.Context) -> None:
     mapped = Material(normal_texture=constant(1.0, 0.5, 0.5))
-    found = run(
+    found = material_probe(
         ctx,
-        [mapped, Material()],
-        "value = material_mapped_normal(maps_select(int(index)), vec4(0.0), vec3(0.0, 0.0, 1.0), tangent);",
+        packed_materials([mapped, Material()]),
+        "value = material_shading_normal(surface);",
         {"index": [0, 0, 0, 1], "tangent": [(1, 0, 0, 1), (0, 0, 0, 0), (0, 0, 1, 1), (1, 0, 0, 1)]},
         {"value": 3},
     )["value"]
@@ -225,14 +210,21 @@ def test_opacity(ctx: moderngl.Context) -> None:
         Material(opacity=0.5, alpha_mode="mask", alpha_cutoff=0.5),
     ]
     alpha = np.array([0.5, 0.5, 0.5, 1.0, 1.0, 1.0])
-    found = run(
-        ctx,
-        materials,
-        "value = material_opacity(int(index), vec4(0.0), alpha);",
-        {"index": np.arange(6), "alpha": alpha},
-        {"value": 1},
-    )["value"]
+    colors = np.column_stack([np.ones((6, 3)), alpha])
+    packed = packed_materials(materials, colored=True)
+    inputs = {"index": np.arange(6), "color": colors}
+    found = material_probe(ctx, packed, "value = material_opacity(surface);", inputs, {"value": 1})["value"]
     np.testing.assert_allclose(found, [1, 0.25, 0.25 * 128 / 255, 0, 1, 1], rtol=1e-6)
+
+
+@pytest.mark.parametrize("strength", [1.0, 0.4, 0.0])
+def test_occlusion(ctx: moderngl.Context, strength: float) -> None:
+    """Its one channel, as far as the strength lets it; of a material without a map, nothing."""
+    open_share = constant(0.1, 0.3, 0.9, channel="g")
+    materials = [Material(occlusion_texture=open_share, occlusion_strength=strength), Material()]
+    body = "value = material_occlusion(surface);"
+    found = material_probe(ctx, packed_materials(materials), body, {"index": [0, 1]}, {"value": 1})["value"]
+    np.testing.assert_allclose(found, [1 - strength * 0.7, 1], rtol=1e-6)
 
 
 def test_mean_emission() -> None:

@@ -8,14 +8,15 @@ import pytest
 from fragtracer.gpu.probe import probe
 
 from .chi_square import assert_uniform
-from .includes import CORE
 
 BELOW_ONE = np.nextafter(np.float32(1), np.float32(0))
 
 
 def test_cos_sin_turns(ctx: moderngl.Context) -> None:
     turns = np.append(np.linspace(0, 1, 1 << 20), [0.25, 0.5, 0.75, BELOW_ONE, 1e-30]).astype(np.float32)
-    result = probe(ctx, CORE, "cos_sin = cos_sin_turns(turns);", {"turns": turns}, {"cos_sin": 2})["cos_sin"]
+    result = probe(ctx, ["core/math.glsl"], "cos_sin = cos_sin_turns(turns);", {"turns": turns}, {"cos_sin": 2})[
+        "cos_sin"
+    ]
     angle = 2 * np.pi * turns.astype(np.float64)
     np.testing.assert_allclose(result, np.stack([np.cos(angle), np.sin(angle)], -1), rtol=0, atol=3e-7)
 
@@ -26,7 +27,7 @@ def test_choose_first_stretches_what_is_left(ctx: moderngl.Context, probability:
     u = np.random.default_rng(1).random(1 << 21, np.float32)
     body = "stretched = u; first = float(choose_first(probability, stretched));"
     inputs = {"u": u, "probability": np.full(len(u), probability)}
-    result = probe(ctx, CORE, body, inputs, {"first": 1, "stretched": 1})
+    result = probe(ctx, ["core/math.glsl"], body, inputs, {"first": 1, "stretched": 1})
     first = result["first"] > 0
     np.testing.assert_array_equal(first, u < np.float32(probability))
     assert_uniform({"all": result["stretched"]})
@@ -40,7 +41,9 @@ def test_choose_first_at_the_ends(ctx: moderngl.Context) -> None:
     ends = [0, tiny, 1e-20, 2**-24, 0.5, BELOW_ONE]
     cases = np.array([(p, u) for p in [*ends, 1] for u in [*ends, np.nextafter(np.float32(0.5), np.float32(0))]])
     body = "stretched = u; first = float(choose_first(probability, stretched));"
-    result = probe(ctx, CORE, body, {"probability": cases[:, 0], "u": cases[:, 1]}, {"first": 1, "stretched": 1})
+    result = probe(
+        ctx, ["core/math.glsl"], body, {"probability": cases[:, 0], "u": cases[:, 1]}, {"first": 1, "stretched": 1}
+    )
     assert (result["stretched"] >= 0).all()
     assert (result["stretched"] < 1).all()
     for probability in (0, 1):
@@ -55,7 +58,7 @@ def test_power_heuristic(ctx: moderngl.Context) -> None:
     pdf[:3], other[:4] = 0, (1, 0, np.inf, np.inf)
     weights = {"weight": 1, "against": 1}
     body = "weight = power_heuristic(pdf, other); against = power_heuristic(other, pdf);"
-    result = probe(ctx, CORE, body, {"pdf": pdf, "other": other}, weights)
+    result = probe(ctx, ["core/math.glsl"], body, {"pdf": pdf, "other": other}, weights)
     assert result["weight"][:4].tolist() == [0, 0, 0, 0]
     a, b = pdf[4:], other[4:]
     np.testing.assert_allclose(result["weight"][4:], 1 / (1 + (b / a) ** 2), rtol=1e-5, atol=1e-37)
@@ -65,7 +68,7 @@ def test_power_heuristic(ctx: moderngl.Context) -> None:
 def test_luminance_and_max_component(ctx: moderngl.Context) -> None:
     color = np.random.default_rng(3).random((1 << 10, 3)).astype(np.float32)
     body = "y = luminance(color); largest = max_component(color); s = square(color.x);"
-    result = probe(ctx, CORE, body, {"color": color}, {"y": 1, "largest": 1, "s": 1})
+    result = probe(ctx, ["core/math.glsl"], body, {"color": color}, {"y": 1, "largest": 1, "s": 1})
     np.testing.assert_allclose(result["y"], color @ [0.2126, 0.7152, 0.0722], rtol=1e-6)
     np.testing.assert_array_equal(result["largest"], color.max(1))
     np.testing.assert_allclose(result["s"], color[:, 0] ** 2, rtol=1e-6)
@@ -77,7 +80,7 @@ def test_is_finite(ctx: moderngl.Context) -> None:
     triple = np.ones((len(values), 3), np.float32)
     triple[np.arange(len(values)), np.arange(len(values)) % 3] = values
     body = "one = float(is_finite(x)); three = float(is_finite(v));"
-    result = probe(ctx, CORE, body, {"x": values, "v": triple}, {"one": 1, "three": 1})
+    result = probe(ctx, ["core/math.glsl"], body, {"x": values, "v": triple}, {"one": 1, "three": 1})
     np.testing.assert_array_equal(result["one"], np.isfinite(values))
     np.testing.assert_array_equal(result["three"], np.isfinite(values))
 
@@ -93,7 +96,7 @@ def test_frame_is_orthonormal_and_right_handed(ctx: moderngl.Context) -> None:
         tangent = f.tangent; bitangent = f.bitangent; normal = f.normal;
         world = frame_to_world(f, v); back = frame_to_local(f, world);"""
     outputs = {"tangent": 3, "bitangent": 3, "normal": 3, "world": 3, "back": 3}
-    result = probe(ctx, CORE, body, {"n": normals, "v": vector}, outputs)
+    result = probe(ctx, ["core/frame.glsl"], body, {"n": normals, "v": vector}, outputs)
     axes = np.stack([result[name] for name in ("tangent", "bitangent", "normal")], 1).astype(np.float64)
     np.testing.assert_allclose(axes @ axes.transpose(0, 2, 1), np.broadcast_to(np.eye(3), axes.shape), atol=5e-7)
     np.testing.assert_allclose(np.linalg.det(axes), 1, atol=1e-6)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""shape/mesh.glsl and the traversal: against float64, against trying every triangle, and where neighbours meet."""
+"""shape/bvh.glsl with meshes: against float64, against trying every triangle, and where neighbours meet."""
 
 from dataclasses import replace
 
@@ -8,30 +8,30 @@ import numpy as np
 import pytest
 from mesh_shapes import Arrays, ball, field, geometry, mesh_scene, smooth, soup
 
-from fragtracer.packing import PackedScene, meshes, pack
-from fragtracer.packing import copies as mesh_copies
+from fragtracer.packing import PackedScene, hierarchy, instances, pack
 from fragtracer.scene import Geometry, Material, Mesh, Part, Placement, Plane, Scene, Sphere
 
 from . import Floats, shape_oracle
 from .directions import random_directions
-from .includes import SHAPE
-from .scene_probe import camera_on, scene_probe, triangles_of
+from .scene_probe import camera_on, scene_probe, shape_records, triangles_of
 
 MISS = 1e30
+SCENE = ["shape/surface.glsl", "shape/intersect.glsl"]
 TRACE = """
     Hit hit = scene_intersect(Ray(o, d), farthest, int(skipped), any_hit > 0.5);
     t = hit.distance;
-    k = float(hit.primitive == NO_PRIMITIVE ? -1 : hit.primitive - FIRST_MESH);
+    k = float(hit.primitive);
 """
 SEARCH = """
     t = farthest;
     k = -1.0;
-    MeshRay ray = mesh_ray(o, d);
-    for (int record = 0; record < int(count); record++) {
-        if (mesh_texel(record, 0).w >> 24u != uint(MESH_TRIANGLE)) continue;
-        MeshTriangle other = mesh_triangle_load(record);
-        float found = mesh_triangle_intersect(other.a, other.b, other.c, ray).x;
-        if (found < t && FIRST_MESH + record != int(skipped)) { t = found; k = float(record); }
+    BvhRay ray = bvh_ray(o, d);
+    for (int record = int(first); record < int(end); record++) {
+        if (shape_texel(record, 0).w >> 24u != KIND_TRIANGLE) continue;
+        Triangle other = triangle_load(record);
+        bool inside;
+        float found = triangle_intersect(other.a, other.b, other.c, ray, inside).x;
+        if (inside && found < t && record != int(skipped)) { t = found; k = float(record); }
     }
 """
 # A scale, and a shift in units of it.
@@ -56,11 +56,13 @@ def trace(
     body: str = TRACE,
 ) -> tuple[Floats, Floats]:
     """Distance, and the record that was met or -1."""
-    assert packed.meshes
+    numbers, _ = shape_records(packed)
     rows = np.ones(len(origin))
     inputs = {"o": origin, "d": direction, "farthest": farthest * rows, "skipped": skipped * rows}
-    inputs |= {"any_hit": any_hit * rows, "count": len(packed.meshes.tree) * rows}
-    result = scene_probe(ctx, packed, SHAPE, body, inputs, {"t": 1, "k": 1})
+    inputs |= {"any_hit": any_hit * rows}
+    if body == SEARCH:
+        inputs |= {"first": numbers.min() * rows, "end": (numbers.max() + 1) * rows}
+    result = scene_probe(ctx, packed, SCENE, body, inputs, {"t": 1, "k": 1})
     return result["t"], result["k"].astype(int)
 
 
@@ -169,7 +171,7 @@ def test_any_hit_and_closest_hit_among_other_shapes(ctx: moderngl.Context) -> No
     def distance(packed: PackedScene, any_hit: bool = False, farthest: float = MISS) -> Floats:
         body = "t = scene_intersect(Ray(o, d), farthest, NO_PRIMITIVE, any_hit > 0.5).distance;"
         inputs = {"o": origin + scene_origin(packed), "d": direction, "any_hit": np.full(8192, any_hit)}
-        return scene_probe(ctx, packed, SHAPE, body, inputs | {"farthest": np.full(8192, farthest)}, {"t": 1})["t"]
+        return scene_probe(ctx, packed, SCENE, body, inputs | {"farthest": np.full(8192, farthest)}, {"t": 1})["t"]
 
     def scene_origin(packed: PackedScene) -> Floats:
         return (both.origin - packed.origin).astype(np.float32)
@@ -258,7 +260,7 @@ SURFACE = """
     place = vec4(s.position, float(hit.primitive == NO_PRIMITIVE ? -1 : s.material));
     normal = vec4(s.normal, s.extent);
     shading = s.shading_normal;
-    uvs = vec4(s.uv, s.uv_1);
+    uvs = s.uv;
     tangent = s.tangent;
     color = s.color;
 """
@@ -300,15 +302,15 @@ def placed_scene() -> Scene:
     return Scene(materials=materials, meshes=(Mesh(parts, placements),), camera=camera_on(5.0, 0.0))
 
 
-@pytest.mark.parametrize("most_copied", [10**6, 0], ids=["one space", "instances"])
-def test_surface(ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch, most_copied: int) -> None:
+@pytest.mark.parametrize("most_repeated", [10**6, 0], ids=["one space", "instances"])
+def test_surface(ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch, most_repeated: int) -> None:
     """Attributes at a hit, against the matrices and weights of float64, through mirrors and shears."""
-    monkeypatch.setattr(mesh_copies, "MOST_COPIED", most_copied)
-    meshes.pack_meshes.cache_clear()
+    monkeypatch.setattr(instances, "MOST_REPEATED", most_repeated)
+    hierarchy.pack_bvh.cache_clear()
     scene = placed_scene()
     packed = pack(scene, scene.render, 64, 64)
-    meshes.pack_meshes.cache_clear()
-    assert packed.defines["HAS_INSTANCES"] == (most_copied == 0)
+    hierarchy.pack_bvh.cache_clear()
+    assert packed.features["HAS_INSTANCES"] == (most_repeated == 0)
     g = decorated()
     copies = [(matrix, part) for matrix, part in scene.meshes[0].placed()]
     rng = np.random.default_rng(5)
@@ -323,7 +325,7 @@ def test_surface(ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch, most_co
         normal = unit(np.cross(b - a, c - a) @ covector)
         origin = (target + 0.05 * normal).astype(np.float32)  # from outside, nothing else in between
         inputs = {"o": origin, "d": unit(target - origin)}
-        found = scene_probe(ctx, packed, SHAPE, SURFACE, inputs, SURFACES)
+        found = scene_probe(ctx, packed, SCENE, SURFACE, inputs, SURFACES)
         np.testing.assert_allclose(found["place"][:, :3], target, atol=1e-5)
         assert (found["place"][:, 3] == list(scene.materials).index(part.material)).all()
         np.testing.assert_allclose(found["normal"][:, :3], normal, atol=2e-5)
@@ -334,7 +336,7 @@ def test_surface(ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch, most_co
 
         shading = unit(mixed(unit(g.normals @ covector)))
         shading *= np.sign((shading * normal).sum(axis=1, keepdims=True))
-        if most_copied == 0:  # mixed before the matrix, not after
+        if most_repeated == 0:  # mixed before the matrix, not after
             assert ((shading * found["shading"]).sum(axis=1) > 0.9).all()
         else:
             np.testing.assert_allclose(found["shading"], shading, atol=1e-4)
@@ -349,12 +351,12 @@ def unit(vectors: np.ndarray) -> np.ndarray:
     return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
 
 
-@pytest.mark.parametrize("most_copied", [10**6, 0], ids=["one space", "instances"])
+@pytest.mark.parametrize("most_repeated", [10**6, 0], ids=["one space", "instances"])
 def test_one_sided_triangles_are_not_there_from_behind(
-    ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch, most_copied: int
+    ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch, most_repeated: int
 ) -> None:
-    monkeypatch.setattr(mesh_copies, "MOST_COPIED", most_copied)
-    meshes.pack_meshes.cache_clear()
+    monkeypatch.setattr(instances, "MOST_REPEATED", most_repeated)
+    hierarchy.pack_bvh.cache_clear()
     g = geometry(ball())
     materials = {"one": Material(double_sided=False), "two": Material()}
     places = (Placement((0.0, 0.0, 0.0)), Placement((3.0, 0.0, 0.0), scale=(-1.0, 1.0, 1.0)))
@@ -363,8 +365,8 @@ def test_one_sided_triangles_are_not_there_from_behind(
         meshes=(Mesh((Part(g, "one"),), places), Mesh((Part(g, "two"),), (Placement((6.0, 0.0, 0.0)),))),
     )
     packed = pack(scene, scene.render, 64, 64)
-    meshes.pack_meshes.cache_clear()
-    assert packed.defines["HAS_CULLING"]
+    hierarchy.pack_bvh.cache_clear()
+    assert packed.features["HAS_INSTANCES"] == (most_repeated == 0)
     rng = np.random.default_rng(1)
     direction = random_directions(rng, 1000)
     for x, is_there in ((0.0, False), (3.0, False), (6.0, True)):

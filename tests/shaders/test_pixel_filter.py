@@ -8,12 +8,10 @@ import numpy as np
 import pytest
 
 from fragtracer.gpu.probe import probe
-from fragtracer.shader_composer import CONSTANTS
 
 from . import Floats
 from .chi_square import assert_fits, fit
 from .domains import Box, Domain, GaussianPlane
-from .includes import CORE
 
 SIGMA = 0.5
 
@@ -39,8 +37,8 @@ FILTERS: dict[str, tuple[Callable[[Floats], Floats], Domain, float]] = {
 
 
 def offsets(ctx: moderngl.Context, name: str, u: Floats) -> Floats:
-    defines = {"PIXEL_FILTER": CONSTANTS[f"PIXEL_FILTER_{name}"]}
-    includes = [*CORE, "film/pixel_filter.glsl"]
+    defines = {"PIXEL_FILTER": f"PIXEL_FILTER_{name}"}
+    includes = ["film/pixel_filter.glsl"]
     result = probe(ctx, includes, "offset = pixel_filter_sample(u);", {"u": u}, {"offset": 2}, defines)
     return result["offset"].astype(np.float64)
 

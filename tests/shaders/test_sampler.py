@@ -11,11 +11,9 @@ from numpy.typing import NDArray
 from fragtracer.gpu.probe import probe
 from fragtracer.gpu.tracer import _upload_random_texture
 from fragtracer.packing.random_texture import LAYERS, WIDTH
-from fragtracer.shader_composer import CONSTANTS
 
 from . import Floats
 from .chi_square import assert_uniform
-from .includes import SAMPLER
 
 Integers = NDArray[np.integer]
 
@@ -50,11 +48,11 @@ def draw(
     x, y, index, dimension = (np.ravel(c) for c in columns)
     return probe(
         ctx,
-        SAMPLER,
+        ["sampler/sampler.glsl"],
         body,
         {"pixel": np.column_stack([x, y]), "index": index, "dimension": dimension},
         outputs or {"u": 4, "spare": 1},
-        {"SAMPLER": CONSTANTS[f"SAMPLER_{kind}"], "RANDOM_TEXTURE_WIDTH": WIDTH, "RANDOM_TEXTURE_LAYERS": LAYERS},
+        {"SAMPLER": f"SAMPLER_{kind}"},
         uniforms={"u_seed": seed},
         resources={"u_random_texture": texture} if kind == "TEXTURE" else None,
     )

@@ -1,170 +1,354 @@
 # SPDX-License-Identifier: MIT
-"""packing.py and generated/scene_layout.glsl: what is packed is what the shader reads, from all storages."""
+"""scene/: what is packed is what the shader reads, from textures and compiled in (tests/packing/test_records.py says that
+both have the same fields in the same places)."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import moderngl
 import numpy as np
 import pytest
+from mesh_shapes import ball, geometry
 
-from fragtracer.packing import PackedScene, pack
-from fragtracer.packing.records import RECORDS
-from fragtracer.scene import Scene
-from fragtracer.shader_composer import CONSTANTS
+from fragtracer.gpu.specialise import Level
+from fragtracer.packing import PackedScene, instances, pack
+from fragtracer.packing.records import (
+    MESH_LIGHT,
+    RECORDS,
+    SCENE_RECORDS,
+    SHAPE_RECORDS,
+    SIZES,
+    Kind,
+    LightKind,
+    Words,
+    places,
+    texel_count,
+)
+from fragtracer.scene import (
+    DirectionalLight,
+    Disk,
+    Environment,
+    Image,
+    Light,
+    Material,
+    Mesh,
+    Part,
+    Placement,
+    Rectangle,
+    Scene,
+    Sky,
+    Sphere,
+    SpotLight,
+    Texture,
+    Triangle,
+)
 
 from . import Floats
-from .includes import CORE
-from .scene_probe import random_scene, scene_probe
+from .scene_oracle import Shape, corners_of, plane_of, shapes_of
+from .scene_probe import camera_on, random_scene, scene_probe, shape_records, snake
 
-LAYOUT = [*CORE, "generated/scene_layout.glsl"]
-WIDTHS = {"int": 1, "float": 1, "vec3": 3, "vec4": 4}
+SCENE = [f"scene/{name}.glsl" for name in ("light", "material", "shape", "texture", "vertex")]
 Table = dict[str, Floats]
 
-# Triangles, and whether the scene is baked: the last fills more than one row of the texture.
-STORAGES = {"uniform block": (12, False), "baked": (12, True), "texture": (1100, False)}
-
-
-@pytest.fixture(autouse=True)
-def _triangles_stay_single(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("fragtracer.packing.gather.MOST_TRIANGLES", 10**6)
+# Most shapes of the short list, how many triangles, and how much is compiled in.
+STORAGES = {
+    "listed": (10**6, 12, Level.NOTHING),
+    "listed, many": (10**6, 1100, Level.NOTHING),  # more than a row of the texture
+    "compiled in": (10**6, 12, Level.SCENE),
+    "compiled in, many": (10**6, 1100, Level.SCENE),
+    "bvh": (0, 12, Level.NOTHING),
+    "bvh, many": (0, 1100, Level.NOTHING),
+    "bvh, compiled in": (0, 12, Level.SCENE),
+}
 
 
 @pytest.fixture(params=STORAGES)
-def stored(request: pytest.FixtureRequest) -> tuple[Scene, PackedScene]:
-    triangles, baked = STORAGES[request.param]
-    scene = random_scene(triangles=triangles, shift=3.0)
-    packed = pack(scene, scene.render, 64, 64, baked)
-    assert packed.defines["SCENE_IN_UNIFORMS"] == int(request.param != "texture")
-    assert ("BAKED_SCENE" in packed.layout) == baked
-    assert (len(packed.texels) > 4096) == (request.param == "texture")
-    return scene, packed
+def stored(request: pytest.FixtureRequest) -> tuple[Scene, PackedScene, Level]:
+    most_listed, triangles, level = STORAGES[request.param]
+    scene = random_scene(triangles=triangles, shift=3.0, culled=True)
+    return scene, pack(scene, scene.render, 64, 64, most_listed), level
 
 
-def read(ctx: moderngl.Context, packed: PackedScene, record: str, count: int, way: str) -> Table:
-    """All fields of all records of one kind, by x_load or by x_select."""
-    load = f"for (int k = 0; k < {count}; k++) if (k == int(row)) r = {record.lower()}_load(k);"
-    select = f"r = {record.lower()}_select(int(row));"
+def read(
+    ctx: moderngl.Context, packed: PackedScene, record: str, rows: Sequence[int] | Floats, level: Level = Level.NOTHING
+) -> Table:
+    """All fields of some records of one kind, as the shader loads them; whole numbers exactly."""
+    load = f"{record} r = {snake(record)}_load(int(row));"
+    if record == "Node":
+        load = "Node r = node_of(shape_texel(int(row), 0), shape_texel(int(row), 1), shape_texel(int(row), 2));"
     table: Table = {}
-    fields = RECORDS[record]
-    for some in (fields[:8], fields[8:]):  # as many as a probe has results
-        if some:
-            body = f"{record} r; {load if way == 'load' else select}\n"
-            body += "\n".join(f"{name} = {'float' if kind == 'int' else kind}(r.{name});" for name, kind in some)
-            outputs = {name: WIDTHS[kind] for name, kind in some}
-            table |= scene_probe(ctx, packed, LAYOUT, body, {"row": np.arange(count)}, outputs)
+    for name, kind in RECORDS[record]:
+        size, whole = SIZES[kind], kind in ("int", "uint", "uvec2", "uvec3")
+        vector = f"uvec{size}(r.{name})" if size > 1 else f"uint(r.{name})"
+        if not whole:
+            outputs, body = {"value": size}, f"value = r.{name};"
+        else:  # in halves, as a float has 24 bits
+            outputs = {"low": size, "high": size}
+            cast = "float" if size == 1 else f"vec{size}"
+            body = f"low = {cast}({vector} & 0xffffu); high = {cast}({vector} >> 16u);"
+        found = scene_probe(ctx, packed, SCENE, f"{load} {body}", {"row": np.asarray(rows)}, outputs, level)
+        value = found["high"] * 65536 + found["low"] if whole else found["value"]
+        table[name] = np.where(value >= 2**31, value - 2**32, value) if kind == "int" else value
     return table
 
 
-def expect(table: Table, field: str, values: Sequence[Any]) -> None:
+def decoded(record: str, words: Words) -> Table:
+    """The fields of records (n, texels, 4), by the table."""
+    flat = words.reshape(len(words), -1)
+    table: Table = {}
+    for name, kind, place in places(RECORDS[record]):
+        size = SIZES[kind]
+        bits = np.ascontiguousarray(flat[:, place : place + size])
+        types = {"int": np.int32, "uint": np.uint32, "uvec2": np.uint32, "uvec3": np.uint32}
+        values = bits.view(types.get(kind, np.float32)).astype(np.float64)
+        table[name] = values[:, 0] if size == 1 else values
+    return table
+
+
+def full_scene() -> Scene:
+    """With records of every kind."""
+    scene = random_scene(2, 5, culled=True)
+    rng = np.random.default_rng(1)
+    image = Image(rng.integers(0, 256, (3, 4, 4), np.uint8))
+    bumpy = Material(
+        albedo_texture=Texture(image, wrap_u="mirror", scale=(2.0, 3.0), rotation=0.4, offset=(0.1, 0.2)),
+        roughness_texture=Texture(image, channel="g", filter="nearest", coordinates=1),
+        normal_texture=Texture(Image(rng.random((5, 2, 3)), "linear"), wrap_v="clamp"),
+        emission=(1.0, 2.0, 3.0),
+        alpha_mode="mask",
+        alpha_cutoff=0.3,
+    )
+    body = geometry(ball(8, 4), uvs=rng.random((len(ball(8, 4)[0]), 2)))
+    places = tuple(Placement((3.0 * i, 0.0, 5.0), (10.0 * i, 5.0, 0.0), (1.0, 0.5, -2.0)) for i in range(3))
+    return replace(
+        scene,
+        materials=scene.materials | {"bumpy": bumpy, "plain": Material(alpha_mode="blend", opacity=0.4)},
+        meshes=(Mesh((Part(body, "plain"),), places), Mesh((Part(body, "bumpy"),), places[:1])),
+        environment=Environment(sky=Sky(sun_elevation_degrees=30.0)),
+    )
+
+
+@pytest.mark.parametrize("level", [Level.NOTHING, Level.SCENE], ids=["texture", "compiled in"])
+@pytest.mark.parametrize("most_listed", [0, 10**6], ids=["bvh", "listed"])
+def test_every_field_is_read_as_packed(
+    ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch, most_listed: int, level: Level
+) -> None:
+    """Bit for bit, of every record of every kind."""
+    monkeypatch.setattr(instances, "MOST_REPEATED", 0)
+    scene = full_scene()
+    packed = pack(scene, scene.render, 64, 64, most_listed)
+    for record in SCENE_RECORDS:
+        words = packed.scene_records[record]
+        assert len(words), record
+        check(read(ctx, packed, record, np.arange(len(words)), level), decoded(record, words), record)
+    numbers, words = shape_records(packed)
+    kinds = {Kind.SINGLE_TRIANGLE: "Flat", Kind.DISK: "Flat", Kind.RECTANGLE: "Flat"}
+    for kind in Kind:
+        chosen = words[:, 0, 3] >> 24 == kind
+        record = kinds.get(kind, kind.name.capitalize())
+        assert record in SHAPE_RECORDS
+        assert chosen.any(), kind
+        exact = decoded(record, words[chosen][:, : texel_count(RECORDS[record])])
+        check(read(ctx, packed, record, numbers[chosen], level), exact, record)
+    (table,) = packed.tables["u_mesh_lights"]
+    exact = {"MeshLight": decoded("MeshLight", table.reshape(-1, 1, 4))}
+    assert len(table) == packed.uniforms["u_mesh_light_count"] > 0
+    check(read(ctx, packed, "MeshLight", np.arange(len(table)), level), exact["MeshLight"], "MeshLight")
+    assert {name for name, _ in MESH_LIGHT} == set(exact["MeshLight"])
+
+
+def check(found: Mapping[str, Floats], exact: Mapping[str, Floats], record: str) -> None:
+    assert set(found) == set(exact)
+    for name, values in exact.items():
+        np.testing.assert_array_equal(found[name], values, err_msg=f"{record}.{name}")
+
+
+def expect(table: Mapping[str, Floats], field: str, values: Any) -> None:
     np.testing.assert_allclose(table[field], np.array(values, np.float64), rtol=2e-7, atol=1e-37, err_msg=field)
 
 
-@pytest.mark.parametrize("way", ["load", "select"])
-def test_records_are_read_as_packed(ctx: moderngl.Context, stored: tuple[Scene, PackedScene], way: str) -> None:
-    scene, packed = stored
+def numbers_of(packed: PackedScene, *kinds: Kind) -> Floats:
+    numbers, words = shape_records(packed)
+    return numbers[np.isin(words[:, 0, 3] >> 24, kinds)]
+
+
+def row_of(places: Floats, place: Floats, doubt: float) -> int:
+    """The one of ``places`` that is this one."""
+    (row,) = np.flatnonzero(np.abs(places - place).reshape(len(places), -1).max(axis=1) <= doubt)
+    return int(row)
+
+
+def test_shapes_are_read_as_the_scene_has_them(ctx: moderngl.Context, stored: tuple[Scene, PackedScene, Level]) -> None:
+    scene, packed, level = stored
     names = [*scene.materials, "light[0]", "light[2]"]  # the round lights become spheres of their own
-    round_lights = [scene.lights[0], scene.lights[2]]
 
-    spheres = read(ctx, packed, "Sphere", 7, way)
-    centers = [s.center for s in scene.spheres] + [light.position for light in round_lights]
-    expect(spheres, "center", np.subtract(centers, packed.origin))
-    expect(spheres, "radius", [s.radius for s in scene.spheres] + [light.radius for light in round_lights])
-    expect(spheres, "material", [names.index(s.material) for s in scene.spheres] + [10, 11])
+    def expect_material(table: Table, row: int, shape: Shape) -> None:
+        assert table["material"][row] == names.index(shape.material)
+        culled = shape.material in scene.materials and not scene.materials[shape.material].double_sided
+        assert int(table["kind"][row]) & 0xFFFFFF == culled
 
-    planes = read(ctx, packed, "Plane", len(scene.planes), way)
-    normals = np.array([p.normal for p in scene.planes])
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    of_kind: dict[type, list[Any]] = {}
+    for shape in shapes_of(scene):
+        of_kind.setdefault(type(shape), []).append(shape)
+    planes = read(ctx, packed, "Plane", numbers_of(packed, Kind.PLANE), level)
+    normals = np.array([plane_of(p)[1] for p in scene.planes])
     expect(planes, "normal", normals)
     expect(planes, "offset", (normals * (np.array([p.point for p in scene.planes]) - packed.origin)).sum(1))
-    expect(planes, "material", [names.index(p.material) for p in scene.planes])
+    for row, plane in enumerate(scene.planes):
+        expect_material(planes, row, plane)
 
-    for kind, shapes in (("Rectangle", scene.rectangles), ("Triangle", scene.triangles)):
-        table = read(ctx, packed, kind, len(shapes), way)
-        expect(table, "material", [names.index(s.material) for s in shapes])
-        corners = np.array([flat_corners(s) for s in shapes]) - packed.origin
-        check_flat(table, corners)
+    spheres = read(ctx, packed, "Sphere", numbers_of(packed, Kind.SPHERE), level)
+    assert len(spheres["radius"]) == 7
+    for sphere in of_kind[Sphere]:
+        place = np.subtract(sphere.center, packed.origin)
+        row = row_of(spheres["center"], place, 1e-6)
+        expect({"center": spheres["center"][row]}, "center", place)
+        expect({"radius": spheres["radius"][row]}, "radius", sphere.radius)
+        expect_material(spheres, row, sphere)
 
-    materials = read(ctx, packed, "Material", len(names), way)
-    for field, source in (
-        ("diffuse", "diffuse_albedo"),
-        ("alpha", "alpha"),
-        ("f0", "specular_f0"),
-        ("f90", "specular_f90"),
-        ("emission", "emission"),
-    ):
-        table = {field: materials[field][:10]}
+    # Flat shapes are grown by a millionth of the scene, to close cracks.
+    flats = [(Rectangle, Kind.RECTANGLE), (Disk, Kind.DISK), (Triangle, Kind.SINGLE_TRIANGLE)]
+    extent = np.abs(shape_records(packed)[1].view(np.float32)[numbers_mask(packed), :3, :3]).max()
+    for kind, number in flats:
+        table = read(ctx, packed, "Flat", numbers_of(packed, number), level)
+        assert len(table["a"]) == len(of_kind[kind])
+        corners = np.stack([table[name] for name in "abc"], axis=1)
+        for shape in of_kind[kind][:100]:
+            exact = corners_of(shape) - packed.origin
+            row = row_of(corners, exact, 3e-6 * extent * slenderness(exact))
+            assert_grown(corners[row], exact, kind, extent)
+            expect_material(table, row, shape)
+
+    materials = read(ctx, packed, "Material", np.arange(len(names)), level)
+    fields = {"diffuse": "diffuse_albedo", "alpha": "alpha", "f0": "specular_f0", "f90": "specular_f90"}
+    for field, source in (fields | {"emission": "emission"}).items():
+        table = {field: materials[field][: len(scene.materials)]}
         expect(table, field, [getattr(m, source) for m in scene.materials.values()])
-    for row, light in ((10, round_lights[0]), (11, round_lights[1])):
+    for row, light in ((-2, scene.lights[0]), (-1, scene.lights[2])):
         expect({"emission": materials["emission"][row]}, "emission", light.surface_radiance)
         assert not materials["diffuse"][row].any()
         assert not materials["f0"][row].any()
         assert not materials["f90"][row].any()
 
 
-def flat_corners(shape: Any) -> Floats:
-    """The point with coordinates (0, 0) and those with (1, 0) and (0, 1)."""
-    if hasattr(shape, "vertices"):
-        return np.array(shape.vertices)
-    return np.add(shape.corner, [np.zeros(3), shape.edge_u, shape.edge_v])
+def numbers_mask(packed: PackedScene) -> np.ndarray:
+    return shape_records(packed)[1][:, 0, 3] >> 24 >= Kind.RECTANGLE
 
 
-def check_flat(table: Table, corners: Floats) -> None:
-    """The plane holds the corners, and the rows give them their coordinates, but for a millionth of the
-    scene: shapes are grown by that much to close cracks."""
-    extent = np.abs(corners).max()
-    sides = corners[:, [1, 2, 2]] - corners[:, [0, 0, 1]]
-    normal = np.cross(sides[:, 0], sides[:, 1])
-    smallest_height = np.linalg.norm(normal, axis=1) / np.linalg.norm(sides, axis=2).max(1)
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    np.testing.assert_allclose(table["plane"][:, :3], normal, atol=1e-6)
-    height = np.einsum("sx,scx->sc", table["plane"][:, :3], corners) - table["plane"][:, 3:]
-    assert np.abs(height).max() < 1e-6 * extent
-    for row, coordinates in (("u_row", (0, 1, 0)), ("v_row", (0, 0, 1))):
-        found = np.einsum("sx,scx->sc", table[row][:, :3], corners) + table[row][:, 3:]
-        assert (np.abs(found - coordinates).max(1) <= 5e-6 * extent / smallest_height).all(), row
+def slenderness(corners: Floats) -> float:
+    """How much farther the corner of a triangle moves than its sides."""
+    sides = np.linalg.norm(corners - np.roll(corners, 1, 0), axis=1)
+    area = np.linalg.norm(np.cross(corners[1] - corners[0], corners[2] - corners[0])) / 2
+    return float(sides.max() * sides.sum() / (2 * area))
 
 
-@pytest.mark.parametrize("way", ["load", "select"])
-def test_lights_are_read_as_packed(ctx: moderngl.Context, stored: tuple[Scene, PackedScene], way: str) -> None:
-    """Every emitter is a light, and it and its shape know each other."""
-    scene, packed = stored
-    count = packed.defines["LIGHT_COUNT"]
-    table = read(ctx, packed, "Light", count, way)
-    shapes = [*scene.spheres, scene.lights[0], scene.lights[2], *scene.planes, *scene.rectangles, *scene.triangles]
-    numbers = {id(s): i for i, s in enumerate(shapes)}
+def assert_grown(found: Floats, exact: Floats, kind: type, extent: float) -> None:
+    """In its plane, and with the coordinates of its corners, but for a millionth of the scene."""
+    normal = np.cross(exact[1] - exact[0], exact[2] - exact[0])
+    size = np.linalg.norm(normal)
+    normal /= size
+    smallest_height = size / np.linalg.norm(exact - np.roll(exact, 1, 0), axis=1).max()
+    turned = np.cross(found[1] - found[0], found[2] - found[0])
+    np.testing.assert_allclose(turned / np.linalg.norm(turned), normal, atol=1e-6 * max(1, extent / smallest_height))
+    assert np.abs((exact - found[0]) @ normal).max() < 1e-6 * extent
+    rows = np.linalg.pinv(np.stack([found[1] - found[0], found[2] - found[0]], axis=1))
+    coordinates = (exact - found[0]) @ rows.T
+    assert (np.abs(coordinates - [(0, 0), (1, 0), (0, 1)]).max() <= 5e-6 * extent / smallest_height).all()
+
+
+def test_every_emitter_is_a_light_and_they_know_each_other(
+    ctx: moderngl.Context, stored: tuple[Scene, PackedScene, Level]
+) -> None:
+    scene, packed, level = stored
+    count = packed.uniforms["u_light_count"]
+    choices = read(ctx, packed, "LightChoice", np.arange(count), level)
+    spheres = [*scene.spheres, scene.lights[0], scene.lights[2]]
+    shapes = [*spheres, *scene.rectangles, *scene.disks, *scene.triangles]
     emitting = [s for s in shapes if s in scene.lights or scene.materials[s.material].is_emissive]
-    assert count == len(emitting) + 1  # the point light is no shape
-    assert table["primitive"].tolist() == [*(numbers[id(s)] for s in emitting), -1]
+    assert count == len(emitting) + 3  # those that are no shapes
+    kinds = [LightKind.SPHERE if isinstance(s, Sphere | Light) else LightKind.AREA for s in emitting]
+    assert choices["kind"].tolist() == [*kinds, LightKind.POINT, LightKind.SPOT, LightKind.DIRECTIONAL]
+    assert (choices["probability"] > 0).all()
+    assert choices["probability"].sum() == 1
+    np.testing.assert_array_equal(choices["cumulative"], np.cumsum(choices["probability"]) - choices["probability"])
 
-    kinds = [{"Rectangle": "RECTANGLE", "Triangle": "TRIANGLE"}.get(type(s).__name__, "SPHERE") for s in emitting]
-    assert table["kind"].tolist() == [CONSTANTS[f"LIGHT_{kind}"] for kind in [*kinds, "POINT"]]
-    for row, (shape, kind) in enumerate(zip(emitting, kinds, strict=True)):
-        one = {field: values[row] for field, values in table.items()}
+    of_spheres = read(ctx, packed, "SphereLight", np.arange(kinds.count(LightKind.SPHERE)), level)
+    of_areas = read(ctx, packed, "AreaLight", np.arange(kinds.count(LightKind.AREA)), level)
+    numbers, words = shape_records(packed)
+    back = {}  # the shape of each light
+    for kind in Kind:
+        if kind in (Kind.SPHERE, Kind.RECTANGLE, Kind.DISK, Kind.SINGLE_TRIANGLE):
+            chosen = words[:, 0, 3] >> 24 == kind
+            table = read(ctx, packed, "Sphere" if kind == Kind.SPHERE else "Flat", numbers[chosen], level)
+            for number, light in zip(numbers[chosen], table["light"].astype(int), strict=True):
+                if light > 0:
+                    assert light - 1 not in back
+                    back[light - 1] = (number, kind)
+    assert sorted(back) == list(range(len(emitting)))
+
+    for i, (shape, kind) in enumerate(zip(emitting, kinds, strict=True)):
+        table = of_spheres if kind == LightKind.SPHERE else of_areas
+        one = {field: values[int(choices["record"][i])] for field, values in table.items()}
         radiance = shape.surface_radiance if shape in scene.lights else scene.materials[shape.material].emission
         expect(one, "radiance", radiance)
-        if kind == "SPHERE":
+        record, record_kind = back[i]
+        assert one["primitive"] == record
+        if kind == LightKind.SPHERE:
+            assert record_kind == Kind.SPHERE
             expect(one, "radius", shape.radius)
-            expect(one, "position", getattr(shape, "position", getattr(shape, "center", None)) - packed.origin)
+            center = shape.position if isinstance(shape, Light) else shape.center
+            expect(one, "center", np.subtract(center, packed.origin))
             continue
-        corner, u, v = flat_corners(shape)
-        expect(one, "position", corner - packed.origin)
-        expect(one, "edge_u", u - corner)
-        expect(one, "edge_v", v - corner)
+        kind_of = {Rectangle: Kind.RECTANGLE, Disk: Kind.DISK, Triangle: Kind.SINGLE_TRIANGLE}[type(shape)]
+        assert one["kind"] == record_kind == kind_of
+        corner, u, v = corners_of(shape)
+        expect(one, "a", corner - packed.origin)
+        np.testing.assert_allclose(one["edge_u"], u - corner, rtol=2e-7, atol=1e-12)
+        np.testing.assert_allclose(one["edge_v"], v - corner, rtol=2e-7, atol=1e-12)
         expect(one, "area", shape.area)
-        cross = np.cross(u - corner, v - corner)
-        expect(one, "normal", cross / np.linalg.norm(cross))
-    last = {field: values[-1] for field, values in table.items()}
-    expect(last, "radiance", scene.lights[1].intensity)
-    expect(last, "position", np.subtract(scene.lights[1].position, packed.origin))
+        np.testing.assert_allclose(one["normal"], plane_of(shape)[1], rtol=2e-7, atol=1e-12)
 
-    assert (table["probability"] > 0).all()
-    assert table["probability"].sum() == pytest.approx(1, abs=1e-5)
-    np.testing.assert_allclose(table["cumulative"], np.cumsum(table["probability"]), atol=1e-5)
-    assert table["cumulative"][-1] == pytest.approx(1, abs=1e-6)
+    point = read(ctx, packed, "PointLight", [0], level)
+    expect(point, "intensity", [scene.lights[1].intensity])
+    expect(point, "position", [np.subtract(scene.lights[1].position, packed.origin)])
+    (lamp,), spot = scene.spot_lights, read(ctx, packed, "SpotLight", [0], level)
+    assert isinstance(lamp, SpotLight)
+    expect(spot, "position", [np.subtract(lamp.position, packed.origin)])
+    expect(spot, "intensity", [lamp.intensity])
+    np.testing.assert_allclose(spot["direction"][0], lamp.direction / np.linalg.norm(lamp.direction), rtol=2e-7)
+    (far,), parallel = scene.directional_lights, read(ctx, packed, "DirectionalLight", [0], level)
+    assert isinstance(far, DirectionalLight)
+    np.testing.assert_allclose(parallel["wi"][0], -np.array(far.direction) / np.linalg.norm(far.direction), rtol=2e-7)
+    expect(parallel, "irradiance", [far.irradiance])
 
-    for kind, first in (("Sphere", 0), ("Rectangle", 9), ("Triangle", 14)):
-        back = read(ctx, packed, kind, packed.defines[f"{kind.upper()}_COUNT"], way)["light"]
-        for i, light in enumerate(back.astype(int)):
-            assert (first + i in table["primitive"]) == (light >= 0)
-            assert light < 0 or table["primitive"][light] == first + i
+
+def test_attributes_of_vertices_are_read_as_packed(ctx: moderngl.Context) -> None:
+    """A table of each kind, one after the other, over more than a row of the texture."""
+    rng = np.random.default_rng(2)
+    points, triangles = ball(100, 50)
+    size = len(points)
+    image = Image(np.zeros((1, 1, 3), np.uint8))
+    attributes = {
+        "normals": points,
+        "uvs": rng.random((size, 2)),
+        "uvs_1": rng.random((size, 2)),
+        "tangents": np.column_stack([np.roll(points, 1, axis=1), np.ones(size)]),
+        "colors": rng.random((size, 4)),
+    }
+    whole = geometry((points, triangles), **attributes)
+    materials = {"m": Material(normal_texture=Texture(image))}
+    scene = Scene(materials=materials, meshes=(Mesh((Part(whole, "m"),)),), camera=camera_on(1.0, 0.0))
+    packed = pack(scene, scene.render, 64, 64)
+    assert size > 4096
+    expected = {
+        "normal": points / np.linalg.norm(points, axis=1, keepdims=True),
+        "uv": np.column_stack([attributes["uvs"], attributes["uvs_1"]]),
+        "tangent": attributes["tangents"],
+        "color": attributes["colors"],
+    }
+    for level in (Level.NOTHING, Level.SCENE):
+        for name, values in expected.items():
+            body = f"value = vertices_have(ATTRIBUTE_{name.upper()}) ? vertex_texel(u_first_{name} + int(row)) : vec4(-9.0);"
+            found = scene_probe(ctx, packed, SCENE, body, {"row": np.arange(size)}, {"value": 4}, level)["value"]
+            np.testing.assert_allclose(found[:, : values.shape[1]], values, atol=1e-6, err_msg=name)

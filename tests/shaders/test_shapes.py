@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""shape/sphere.glsl, plane.glsl, rectangle.glsl and triangle.glsl against float64, on hard rays.
+"""shape/sphere.glsl, plane.glsl and flat.glsl, and the triangles of bvh.glsl, against float64, on hard rays.
 
 Tolerances are in units of the numbers that take part: a float32 sum of numbers of size s is known
 to about 1e-7 s, so a shape of radius r at distance d is known to a few 1e-7 (r + d).
@@ -13,9 +13,8 @@ from fragtracer.gpu.probe import probe
 
 from . import Floats, shape_oracle
 from .directions import random_directions
-from .includes import CORE
 
-SHAPES = [*CORE, *(f"shape/{name}.glsl" for name in ("ray", "sphere", "plane", "rectangle", "triangle"))]
+SHAPES = ["shape/intersect.glsl"]
 COUNT = 1 << 14
 MISS = 1e30
 
@@ -58,8 +57,9 @@ def test_sphere(ctx: moderngl.Context, name: str) -> None:
     center, radius, origin, direction = rounded(center, radius, origin, direction)
 
     inputs = {"center": center, "radius": radius, "o": origin, "d": direction}
-    body = "t = sphere_intersect(center, radius, Ray(o, d));"
-    t = probe(ctx, SHAPES, body, inputs, {"t": 1})["t"].astype(np.float64)
+    body = "bool front; t = sphere_intersect(center, radius, o, d, front); is_front = float(front);"
+    result = probe(ctx, SHAPES, body, inputs, {"t": 1, "is_front": 1})
+    t, is_front = result["t"].astype(np.float64), result["is_front"] > 0
     offset = origin - center
     scale = np.linalg.norm(offset, axis=1) + radius
     hit = t < MISS
@@ -77,6 +77,10 @@ def test_sphere(ctx: moderngl.Context, name: str) -> None:
     known_to = np.abs(larger[agreed] - smaller[agreed]) + 5e-7 * scale[agreed]
     assert (np.abs(t - exact)[agreed] <= known_to).all()
     assert agreed.mean() > 0.2 or name == "very far"
+    # The front is met from outside.
+    outside = np.linalg.norm(offset, axis=1) - radius
+    known = hit & (np.abs(outside) > 1e-6 * scale)
+    np.testing.assert_array_equal(is_front[known], outside[known] > 0)
 
 
 def test_plane(ctx: moderngl.Context) -> None:
@@ -104,18 +108,45 @@ def test_plane(ctx: moderngl.Context) -> None:
     assert hit.mean() > 0.3
 
 
-def test_ray_in_a_plane_never_hits(ctx: moderngl.Context) -> None:
+KINDS = {"rectangle": "KIND_RECTANGLE", "disk": "KIND_DISK", "triangle": "KIND_SINGLE_TRIANGLE"}
+# Distance to a flat shape: by its formula, as in the short list, and as under the BVH.
+WAYS = {
+    "listed": "t = flat_intersect(Flat(a, {0} << 24u | flags, b, 0u, c, 0u), Ray(o, d));",
+    "bvh": """
+        bool inside;
+        vec4 found = triangle_intersect(a, b, c, bvh_ray(o, d), inside);
+        if (flat_contains({0} << 24u, found.yz) && (flags == 0u || found.w > 0.0)) t = found.x;""",
+}
+
+
+def flat_distance(
+    ctx: moderngl.Context,
+    kind: str,
+    way: str,
+    a: Floats,
+    b: Floats,
+    c: Floats,
+    o: Floats,
+    d: Floats,
+    culled: bool = False,
+) -> Floats:
+    body = f"uint flags = {int(culled)}u; t = INFINITE_DISTANCE; {WAYS[way].format(KINDS[kind])}"
+    t: Floats = probe(ctx, SHAPES, body, {"a": a, "b": b, "c": c, "o": o, "d": d}, {"t": 1})["t"]
+    return t.astype(np.float64)
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_ray_in_a_plane_never_hits(ctx: moderngl.Context, way: str) -> None:
     """Parallel above, below and within, where the distance is infinite or not a number."""
     origin = np.array([(0, 1, 0), (0, -1, 0), (0, 0, 0), (5, 0, 5), (0, -0.0, 0)], np.float32)
     direction = np.array([(1, 0, 0), (0.6, 0, 0.8), (1, 0, 0), (0, 0, -1), (0, -0.0, 1)], np.float32)
-    body = """
-        Ray ray = Ray(o, d); vec4 floor = vec4(0.0, 1.0, 0.0, 0.0);
-        plane = plane_intersect(floor.xyz, 0.0, ray);
-        rectangle = rectangle_intersect(floor, vec4(0.1, 0.0, 0.0, 0.5), vec4(0.0, 0.0, 0.1, 0.5), ray);
-        triangle = triangle_intersect(floor, vec4(0.1, 0.0, 0.0, 0.5), vec4(0.0, 0.0, 0.1, 0.5), ray);"""
-    outputs = {"plane": 1, "rectangle": 1, "triangle": 1}
-    for name, t in probe(ctx, SHAPES, body, {"o": origin, "d": direction}, outputs).items():
-        assert (t >= np.float32(MISS)).all(), name
+    body = "plane = plane_intersect(vec3(0.0, 1.0, 0.0), 0.0, Ray(o, d));"
+    t = probe(ctx, SHAPES, body, {"o": origin, "d": direction}, {"plane": 1})["plane"]
+    assert (t >= np.float32(MISS)).all()
+    corners = (np.broadcast_to(p, (5, 3)) for p in ((-5, 0, -5), (-5, 0, 5), (5, 0, -5)))
+    a, b, c = corners
+    for kind in KINDS:
+        assert (flat_distance(ctx, kind, way, a, b, c, origin, direction) >= np.float32(MISS)).all(), kind
 
 
 def flat_shapes(rng: np.random.Generator, right: bool) -> tuple[Floats, Floats, Floats]:
@@ -126,32 +157,34 @@ def flat_shapes(rng: np.random.Generator, right: bool) -> tuple[Floats, Floats, 
     return rng.normal(size=(COUNT, 3)), u, v
 
 
-@pytest.mark.parametrize("kind", ["rectangle", "triangle"])
-def test_flat_shape(ctx: moderngl.Context, kind: str) -> None:
-    """Rays at known coordinates: well inside and outside, and within 1e-4 of edges and vertices."""
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("kind", KINDS)
+def test_flat_shape(ctx: moderngl.Context, kind: str, way: str) -> None:
+    """Rays at known coordinates: well inside and outside, and within 1e-4 of edges and vertices; and where the shape is
+    culled, from its front alone."""
     rng = np.random.default_rng(3)
-    corner, u, v = flat_shapes(rng, kind == "rectangle")
+    corner, u, v = flat_shapes(rng, kind != "triangle")
+    if kind == "disk":
+        v *= np.linalg.norm(u, axis=1, keepdims=True) / np.linalg.norm(v, axis=1, keepdims=True)
+    corner, far_u, far_v = rounded(corner, corner + u, corner + v)
+    u, v = far_u - corner, far_v - corner
     normal = unit(np.cross(u, v))
     rows = np.linalg.inv(np.stack([u, v, normal], -1))[:, :2]
     coordinates = rng.uniform(-0.5, 1.5, (COUNT, 2))
     near = np.arange(COUNT) % 3 == 0
     vertices = rng.integers(0, 2, (COUNT, 2)).astype(np.float64)
     along = np.where((np.arange(COUNT) % 2)[:, None] == 0, vertices, np.stack([vertices[:, 0], rng.random(COUNT)], -1))
+    if kind == "disk":
+        coordinates = rng.uniform(-1.3, 1.3, (COUNT, 2))
+        turns = 2 * np.pi * rng.random(COUNT)
+        along = np.stack([np.cos(turns), np.sin(turns)], -1)
     coordinates[near] = (along + rng.uniform(-1e-4, 1e-4, (COUNT, 2)))[near]
     target = corner + coordinates[:, :1] * u + coordinates[:, 1:] * v
     distance = 10 ** rng.uniform(-1, 1, COUNT)
     slant = unit(normal * rng.choice([-1, 1], (COUNT, 1)) + rng.normal(size=(COUNT, 3)))
     origin = target + distance[:, None] * slant
     direction = -slant * np.where(rng.random(COUNT) < 0.9, 1, -1)[:, None]
-    inputs = {
-        "plane": np.column_stack([normal, (normal * corner).sum(1)]),
-        "u_row": np.column_stack([rows[:, 0], -(rows[:, 0] * corner).sum(1)]),
-        "v_row": np.column_stack([rows[:, 1], -(rows[:, 1] * corner).sum(1)]),
-        "o": origin,
-        "d": direction,
-    }
-    body = f"t = {kind}_intersect(plane, u_row, v_row, Ray(o, d));"
-    t = probe(ctx, SHAPES, body, inputs, {"t": 1})["t"].astype(np.float64)
+    t = flat_distance(ctx, kind, way, corner, far_u, far_v, origin, direction)
 
     scale = np.linalg.norm(corner, axis=1) + np.linalg.norm(origin, axis=1) + distance
     slope = np.abs((normal * slant).sum(1))
@@ -159,7 +192,11 @@ def test_flat_shape(ctx: moderngl.Context, kind: str) -> None:
     # The same error across the shape, in its coordinates, decides who may be taken for inside.
     doubt = error * np.linalg.norm(rows, axis=2).max(1)
     s, r = coordinates.T
-    depth = np.min([s, r, 1 - s, 1 - r] if kind == "rectangle" else [s, r, 1 - s - r], axis=0)
+    depth = {
+        "rectangle": np.min([s, r, 1 - s, 1 - r], axis=0),
+        "triangle": np.min([s, r, 1 - s - r], axis=0),
+        "disk": 1 - np.hypot(s, r),
+    }[kind]
     ahead = (direction * slant).sum(1) < 0
     hit = t < MISS
     assert not hit[~ahead].any()
@@ -169,3 +206,7 @@ def test_flat_shape(ctx: moderngl.Context, kind: str) -> None:
     decided = np.abs(depth) > doubt
     assert decided.mean() > 0.7
     assert decided[near].mean() > 0.2
+
+    from_front = (direction * normal).sum(1) < 0
+    seen = flat_distance(ctx, kind, way, corner, far_u, far_v, origin, direction, culled=True)
+    np.testing.assert_array_equal(seen, np.where(from_front, t, MISS).astype(np.float32))

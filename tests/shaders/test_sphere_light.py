@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""emitter/sphere_light.glsl: the cone under which a sphere is seen, from close by and from far away."""
+"""light/sphere.glsl: the cone under which a sphere is seen, from close by and from far away."""
 
 import moderngl
 import numpy as np
@@ -11,15 +11,18 @@ from . import shape_oracle
 from .chi_square import assert_fits, fit
 from .directions import direction
 from .domains import Cone
-from .includes import CORE
 
-INCLUDES = [*CORE, "emitter/sphere_light.glsl"]
+INCLUDES = ["light/sphere.glsl"]
 RADIUS = 0.3
 DISTANCES = [1.0001, 1.5, 10.0, 1e4]  # in radii
 WAYS = {"up": (0.0, 0.0, 1.0), "down": (0.0, 0.0, -1.0), "aslant": direction(60), "below": direction(170)}
 
-BODY = "point = sphere_light_sample(center, radius, o, u); pdf = sphere_light_pdf(center, radius, o);"
-OUTPUTS = {"point": 4, "pdf": 1}
+BODY = """
+    SphereLight light = SphereLight(center, radius, vec3(1.0, 2.0, 3.0), 17);
+    LightSample s = sphere_light_sample(light, o, u);
+    point = vec4(s.wi, s.distance); pdf = sphere_light_pdf(light, o); said = s.pdf;
+    radiance = s.radiance; what = vec2(float(s.primitive), float(s.delta));"""
+OUTPUTS = {"point": 4, "pdf": 1, "said": 1, "radiance": 3, "what": 2}
 
 
 def one_minus_cos(distance: float) -> float:
@@ -45,6 +48,10 @@ def test_directions_fill_the_cone(ctx: moderngl.Context, distance: float, way: s
     wi, reach, pdf = result["point"][:, :3].astype(np.float64), result["point"][:, 3], result["pdf"]
     assert np.abs(np.linalg.norm(wi, axis=1) - 1).max() < 5e-7
 
+    np.testing.assert_array_equal(result["said"], pdf)
+    assert (result["radiance"] == (1, 2, 3)).all()
+    assert (result["what"] == (17, 0)).all()
+
     # Close by, sqrt(1 - sin²) has the error of the square root of its own.
     expected = 1 / (2 * np.pi * one_minus_cos(exact))
     np.testing.assert_allclose(pdf, expected, rtol=1e-5 if distance < 1.01 else 1e-6)
@@ -69,6 +76,8 @@ def test_from_inside_there_is_no_sample(ctx: moderngl.Context) -> None:
     inputs = {"o": origin, "u": np.full((4, 2), 0.5)}
     result = probe(ctx, INCLUDES, "vec3 center = vec3(0.0); float radius = 1.0;" + BODY, inputs, OUTPUTS)
     assert result["pdf"][:3].tolist() == [0, 0, 0]
-    assert not result["point"][:3].any()
+    assert result["said"][:3].tolist() == [0, 0, 0]
+    assert not result["radiance"][:3].any()
+    assert not result["point"][:3, 3].any()
     assert np.isfinite(result["pdf"]).all()
     assert np.isfinite(result["point"]).all()

@@ -119,7 +119,7 @@ def test_channel(ctx: moderngl.Context) -> None:
     source = image((3, 3))
     textures = [Texture(source, channel=c) for c in "rgba"]
     uv = np.tile(RNG.random((1, 2)).astype(np.float32), (4, 2))
-    body = "value = vec4(texture_channel(texture_select(int(index)), uv));"
+    body = "value = vec4(texture_channel(texture_load(int(index)), uv));"
     found = looked_up(ctx, textures, np.arange(4), uv, body)
     np.testing.assert_allclose(found[:, 0], lookup(textures[0], uv[:1, :2])[0], rtol=1e-5)
 

@@ -9,8 +9,8 @@ from fragtracer.gpu.probe import probe
 
 from .chi_square import assert_fits, fit
 from .domains import Box, Cone, Disk, Domain, Triangle
-from .includes import CORE
 
+WARP = ["core/warp.glsl"]
 BELOW_ONE = np.nextafter(np.float32(1), np.float32(0))
 CORNERS = np.array([(u, v) for u in (0, 1e-30, 0.5, BELOW_ONE) for v in (0, 1e-30, 0.5, BELOW_ONE)], np.float32)
 
@@ -34,10 +34,10 @@ def test_samples_have_the_density(
     ctx: moderngl.Context, name: str, width: int, arguments: str, pdf_arguments: str, domain: Domain
 ) -> None:
     def pdf(points: np.ndarray) -> np.ndarray:
-        return probe(ctx, CORE, f"pdf = {name}_pdf({pdf_arguments});", {"point": points}, {"pdf": 1})["pdf"]
+        return probe(ctx, WARP, f"pdf = {name}_pdf({pdf_arguments});", {"point": points}, {"pdf": 1})["pdf"]
 
     u = np.random.default_rng(1).random((1 << 20, 2), np.float32)
-    point = probe(ctx, CORE, f"point = {name}(u{arguments});", {"u": u}, {"point": width})["point"]
+    point = probe(ctx, WARP, f"point = {name}(u{arguments});", {"u": u}, {"point": width})["point"]
     # Few cells, for a wrong density that is only a little aslant.
     assert_fits({name: fit(domain, point, pdf, cells=(8, 8))})
 
@@ -48,7 +48,7 @@ def test_results_lie_in_the_domain(
 ) -> None:
     u = np.concatenate([CORNERS, np.random.default_rng(2).random((1 << 16, 2), np.float32)])
     body = f"point = {name}(u{arguments}); pdf = {name}_pdf({pdf_arguments});"
-    result = probe(ctx, CORE, body, {"u": u}, {"point": width, "pdf": 1})
+    result = probe(ctx, WARP, body, {"u": u}, {"point": width, "pdf": 1})
     point = result["point"].astype(np.float64)
     assert np.isfinite(point).all()
     if width == 3:
@@ -62,7 +62,7 @@ def test_results_lie_in_the_domain(
 def test_disk_keeps_its_formula(ctx: moderngl.Context) -> None:
     """u.x is the angle in turns and u.y the square of the radius, so what is stratified stays so."""
     u = np.random.default_rng(3).random((1 << 16, 2), np.float32)
-    disk = probe(ctx, CORE, "disk = square_to_disk(u);", {"u": u}, {"disk": 2})["disk"]
+    disk = probe(ctx, WARP, "disk = square_to_disk(u);", {"u": u}, {"disk": 2})["disk"]
     expected, _ = Disk().place(u[:, 1].astype(np.float64), u[:, 0].astype(np.float64))
     np.testing.assert_allclose(disk, expected, rtol=0, atol=4e-7)
 

@@ -1,64 +1,57 @@
 # SPDX-License-Identifier: MIT
-"""Probes over textures in their atlas."""
+"""Probes over materials and textures, each material on a triangle of its own."""
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 
 import moderngl
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fragtracer.gpu.probe import probe
-from fragtracer.packing.atlas import Atlas, build_atlas
-from fragtracer.packing.records import scene_layout, texels_of
-from fragtracer.packing.textures import texture_record
-from fragtracer.scene import Texture
+from fragtracer.packing import PackedScene, pack
+from fragtracer.scene import Geometry, Material, Mesh, Part, Scene, Texture
 
 from . import Floats
+from .scene_probe import scene_probe
 
 
-@contextmanager
-def uploaded(ctx: moderngl.Context, atlas: Atlas) -> Iterator[dict[str, moderngl.TextureArray]]:
-    """The atlas on the GPU, by the names of its samplers."""
-    arrays = {"u_byte_texels": (atlas.bytes, "f1"), "u_float_texels": (atlas.floats, "f4")}
-    textures = {}
-    for name, (array, dtype) in arrays.items():
-        if len(array):
-            layers, height, width, _ = array.shape
-            textures[name] = ctx.texture_array((width, height, layers), 4, array.tobytes(), dtype=dtype)
-            textures[name].filter = (moderngl.NEAREST, moderngl.NEAREST)
-    try:
-        yield textures
-    finally:
-        for texture in textures.values():
-            texture.release()
+def packed_materials(materials: Sequence[Material], colored: bool = False) -> PackedScene:
+    """Materials that keep their order, with vertices that have colours or not."""
+    corners = np.eye(3)
+    colors = np.ones((3, 4)) if colored else None
+    triangle = Geometry(corners, [(0, 1, 2)], uvs=corners[:, :2], colors=colors)
+    named = {f"material {i}": material for i, material in enumerate(materials)}
+    scene = Scene(materials=named, meshes=(Mesh(tuple(Part(triangle, name) for name in named)),))
+    return pack(scene, scene.render, 64, 64)
+
+
+def material_probe(
+    ctx: moderngl.Context,
+    packed: PackedScene,
+    body: str,
+    inputs: Mapping[str, ArrayLike],
+    outputs: Mapping[str, int],
+) -> dict[str, Floats]:
+    """A probe in which `surface` has the material `index`, the attributes `uv`, `color`, `normal` and `tangent`."""
+    rows = len(np.asarray(inputs["index"]))
+    nothing = {"uv": np.zeros((rows, 4)), "color": np.ones((rows, 4)), "tangent": np.zeros((rows, 4))}
+    body = f"""
+        Surface surface;
+        surface.material = int(index); surface.uv = uv; surface.color = color;
+        surface.shading_normal = surface.normal = normal; surface.tangent = tangent;
+        {body}"""
+    inputs = nothing | {"normal": np.broadcast_to((0, 0, 1), (rows, 3))} | dict(inputs)
+    return scene_probe(ctx, packed, ["material/visibility.glsl"], body, inputs, outputs)
 
 
 def looked_up(
-    ctx: moderngl.Context, textures: Sequence[Texture], index: ArrayLike, uv: ArrayLike, body: str = ""
+    ctx: moderngl.Context,
+    textures: Sequence[Texture],
+    index: ArrayLike,
+    uv: ArrayLike,
+    body: str = "value = texture_value(texture_load(int(index)), uv);",
 ) -> Floats:
     """What the shader finds in ``textures[index]`` at (n, 4) coordinates of both sets, (n, 4)."""
-    atlas = build_atlas(texture.image for texture in textures)
-    records = {"Texture": [texture_record(t, atlas.regions[t.image]) for t in textures]}
-    texels = texels_of("Texture", records["Texture"])
-    defines = {
-        "SCENE_TEXELS": len(texels),
-        "HAS_TEXTURES": 1,
-        "HAS_BYTE_TEXTURES": int(len(atlas.bytes) > 0),
-        "HAS_FLOAT_TEXTURES": int(len(atlas.floats) > 0),
-    }
-    block = ctx.buffer(texels.tobytes())
-    try:
-        with uploaded(ctx, atlas) as samplers:
-            return probe(
-                ctx,
-                ["core/constants.glsl", "generated/scene_layout.glsl", "texture/texture.glsl"],
-                body or "value = texture_value(texture_select(int(index)), uv);",
-                {"index": index, "uv": uv},
-                {"value": 4},
-                defines,
-                {"generated/scene_layout.glsl": scene_layout(records, texels, False)},
-                resources={"SceneBlock": block, **samplers},
-            )["value"].astype(np.float64)
-    finally:
-        block.release()
+    packed = packed_materials([Material(albedo_texture=texture) for texture in textures])
+    number = {texture: i for i, texture in enumerate(dict.fromkeys(textures))}  # equal ones are there once
+    inputs = {"index": np.array([number[t] for t in textures])[np.asarray(index, int)], "uv": uv}
+    return scene_probe(ctx, packed, ["texture/texture.glsl"], body, inputs, {"value": 4})["value"]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Bloom: the glare of bright parts, as numbers; shaders/display_bloom.frag computes the same.
+"""Bloom: the glare of bright parts, as numbers; shaders/display/bloom.frag computes the same.
 
 After the three-stage blur of the PBR document this project grew out of, which has it from the Unreal Engine:
 the bright parts are blurred at 1/16 of the resolution with 11 taps, added at 1/8 and blurred with 9, added at

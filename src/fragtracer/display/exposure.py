@@ -6,7 +6,7 @@ smaller: the mean luminance (Rec. 709) of the pixels of a cell that are finite, 
 and 1e30. Black cells, and those without a finite pixel, do not count. A histogram is made of the others' log2 of
 luminance, with bins of 1/16 stop; the darkest and the brightest tenth of the cells are left out, as the Unreal Engine
 does by default (Epic Games, "Auto exposure in Unreal Engine"), and the mean of the rest is brought to middle grey, 0.18
-(Reinhard et al. 2002, "Photographic tone reproduction for digital images", section 2). shaders/display_meter.frag
+(Reinhard et al. 2002, "Photographic tone reproduction for digital images", section 2). shaders/display/meter.frag
 computes the cells.
 """
 

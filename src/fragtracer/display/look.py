@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The display chain: how linear radiance becomes a picture for a screen (shaders/display.frag)."""
+"""The display chain: how linear radiance becomes a picture for a screen (shaders/display/display.frag)."""
 
 from dataclasses import dataclass
 from typing import Literal

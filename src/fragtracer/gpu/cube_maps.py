@@ -45,7 +45,7 @@ def environment_maps(ctx: moderngl.Context, pixels: Floats, sizes: MapSizes = Ma
     -------
     dict
         ``irradiance`` (one level; divided by pi) and ``prefiltered`` (``levels``): cube maps in the
-        layout of shaders/split_sum/cube.glsl, (rows, columns, 3) float32, row 0 the lowest.
+        layout of shaders/texture/cube.glsl, (rows, columns, 3) float32, row 0 the lowest.
     """
     key = content_digest(pixels, repr(_VERSION), repr(sizes))
     return cached("environment", key, lambda: _environment_maps(ctx, pixels, sizes))

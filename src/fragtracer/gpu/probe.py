@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Runs functions of the shader library over tables of numbers, to test them one by one."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import moderngl
 import numpy as np
@@ -26,6 +26,7 @@ def probe(
     generated: Mapping[str, str] | None = None,
     uniforms: Mapping[str, object] | None = None,
     resources: Mapping[str, Resource] | None = None,
+    text_pass: Callable[[str], str] | None = None,
 ) -> dict[str, NDArray[np.float32]]:
     """Evaluate GLSL for every row of a table.
 
@@ -39,7 +40,7 @@ def probe(
         Columns, (n,) or (n, k) with k from 1 to 4, as float32; they appear as float or veck.
     outputs
         Names and widths (1 to 4) of the results, at most eight.
-    defines, generated, uniforms
+    defines, generated, uniforms, text_pass
         As for :class:`FullscreenProgram`.
     resources
         Textures by the name of their sampler.
@@ -61,7 +62,8 @@ def probe(
     count = rows.pop()
     height = -(-count // _WIDTH)
     source = _source(includes, body, {name: c.shape[1] for name, c in columns.items()}, outputs)
-    program = FullscreenProgram(ctx, folder("shaders"), "probe", defines, {**(generated or {}), "probe": source})
+    generated = {**(generated or {}), "probe": source}
+    program = FullscreenProgram(ctx, folder("shaders"), "probe", defines, generated, text_pass)
     textures = [_texture(ctx, column, height) for column in columns.values()]
     targets = [ctx.texture((_WIDTH, height), 4, dtype="f4") for _ in outputs]
     bound_before = ctx.detect_framebuffer()

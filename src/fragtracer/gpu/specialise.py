@@ -90,12 +90,12 @@ class Specialisation:
 
     def _shape_texel(self, listed: Words) -> str:
         """The result of shape_texel() where the short list is all there is."""
-        first, second, third = (_chain(listed[:, i], "record") for i in range(3))
-        return f"texel == 0 ? {first} : texel == 1 ? {second} : {third}"
+        first, second, third, fourth = (_chain(listed[:, i], "record") for i in range(4))
+        return f"texel == 0 ? {first} : texel == 1 ? {second} : texel == 2 ? {third} : {fourth}"
 
 
 _LIST = ("u_plane_count", "u_sphere_count", "u_flat_count")  # in the order of their records
-_LISTED_TEXELS = {"plane": 2, "sphere": 2, "flat": 3}
+_LISTED_TEXELS = {"plane": 2, "sphere": 2, "flat": 4}
 
 
 def specialise(packed: PackedScene, level: Level, kept: Sequence[str] = ()) -> Specialisation:

@@ -109,7 +109,7 @@ class SceneTextures:
 
 
 class MapTextures:
-    """The maps of the split-sum approximation (shaders/split_sum/maps.glsl), filtered linearly."""
+    """The maps of the split-sum approximation (shaders/light/maps.glsl), filtered linearly."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx

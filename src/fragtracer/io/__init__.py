@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""Models in files that others made: OBJ, PLY, glTF, and our own .npz of arrays.
+"""Model files: OBJ, PLY, glTF, and .npz of arrays.
 
-What a file holds and fragtracer cannot show is said in one warning for each file.
+Features of a file that are ignored are listed in one warning a file.
 """
 
 import os
@@ -21,7 +21,7 @@ __all__ = ["SUFFIXES", "Model", "bounds", "files_of", "load_mesh", "qualified", 
 
 
 def _read_gltf(path: Path) -> Model:
-    """Imported when used: its validators take time to make."""
+    """Imported on first use: building its validators takes time."""
     from fragtracer.io.gltf import read_gltf
 
     return read_gltf(path)
@@ -37,7 +37,7 @@ _files: dict[Path, tuple[Path, ...]] = {}
 
 
 def read_model(file: str | Path) -> Model:
-    """Read a model; one that was read before and has not changed since is not read again.
+    """Read a model, from memory if the file has not changed since it was last read.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def read_model(file: str | Path) -> Model:
     Warns
     -----
     UserWarning
-        One line of what the file holds that is not shown.
+        One line with the features of the file that are ignored.
     """
     path = Path(os.path.abspath(file))
     reader = _READERS.get(path.suffix.lower())
@@ -81,10 +81,9 @@ def load_mesh(path: str | Path) -> tuple[Mesh, dict[str, Material]]:
     Returns
     -------
     mesh : Mesh
-        With its copy at the origin; ``dataclasses.replace`` gives it other ``instances``.
+        With one instance at the origin; ``dataclasses.replace`` gives it other ``instances``.
     materials : dict
-        What its parts are made of, for the ``materials`` of the scene, by names that open with that of the file,
-        as "chair/wood".
+        The materials of its parts, for the ``materials`` of the scene, named FILE/NAME, as "chair/wood".
 
     Raises
     ------
@@ -96,7 +95,7 @@ def load_mesh(path: str | Path) -> tuple[Mesh, dict[str, Material]]:
 
 
 def qualified(model: Model, prefix: str) -> Model:
-    """``model`` with the names of its own materials behind "PREFIX/"; names without a material stay."""
+    """``model`` with its materials renamed to PREFIX/NAME; names that are not materials of its own stay."""
     names = {name: f"{prefix}/{name}" for name in model.materials}
     parts = tuple(
         Part(part.geometry, names.get(part.material, part.material), part.matrix) for part in model.mesh.parts
@@ -106,7 +105,7 @@ def qualified(model: Model, prefix: str) -> Model:
 
 
 def files_of(file: str | Path) -> tuple[Path, ...]:
-    """The files that a model was read from, as far as that is known: at least ``file`` itself."""
+    """The files that a model was read from; ``file`` alone if it was not read yet."""
     path = Path(os.path.abspath(file))
     return _files.get(path, (path,))
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""Meshes made in Python, in a .npz file: every array as it is.
+"""Meshes made in Python, in a .npz file.
 
-The file holds, for part 0, "0.positions", "0.triangles", "0.material", "0.matrix" and those of "0.normals",
-"0.uvs", "0.uvs_1", "0.tangents" and "0.colors" that there are; then "1.positions" and so on. The
-materials are names in the scene that the mesh is in.
+The file holds, for part 0, "0.positions", "0.triangles", "0.material", "0.matrix" and optionally "0.normals",
+"0.uvs", "0.uvs_1", "0.tangents" and "0.colors"; then "1.positions" and so on. "0.material" is the name of a
+material of the scene.
 """
 
 import io

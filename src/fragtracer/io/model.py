@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a model file holds, and the errors that reading one raises."""
+"""The content of a model file, and helpers that all readers share."""
 
 import codecs
 from collections.abc import Iterable
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.errors import SceneError
-from fragtracer.scene import Camera, Geometry, Light, Material, Mesh, Part
+from fragtracer.scene import Camera, DirectionalLight, Geometry, Light, Material, Mesh, Part, SpotLight
 from fragtracer.scene.fields import Triple
 from fragtracer.scene.mesh import Matrix
 
@@ -22,9 +22,9 @@ _FARTHEST = 1e15  # metres
 class Model:
     """The content of one file.
 
-    ``materials`` has those that the parts of ``mesh`` name. ``aspect`` is the width over the height of the picture
-    that the first of ``cameras`` takes, where its file says so. ``ignored`` names what the file holds and fragtracer
-    does not show; ``files`` are all that were read for it.
+    ``materials`` are those of the parts of ``mesh``, by name. ``aspect`` is the aspect ratio (width over height) of the
+    first of ``cameras``, if the file has one. ``ignored`` lists the features of the file that are ignored; ``files``
+    are all files that were read for it.
     """
 
     mesh: Mesh
@@ -32,15 +32,17 @@ class Model:
     cameras: tuple[Camera, ...] = ()
     aspect: float | None = None
     lights: tuple[Light, ...] = ()
+    spot_lights: tuple[SpotLight, ...] = ()
+    directional_lights: tuple[DirectionalLight, ...] = ()
     ignored: tuple[str, ...] = ()
     files: tuple[Path, ...] = ()
 
 
 def read_file(path: Path) -> bytes:
-    """The bytes of a file, or a SceneError that says why there are none."""
+    """The bytes of a file. Raises SceneError if it cannot be read."""
     try:
         if path.exists() and not path.is_file():
-            raise SceneError(f"{path}: this is no file; give the name of one")
+            raise SceneError(f"{path}: not a regular file; give the path of one")
         return path.read_bytes()
     except FileNotFoundError as error:
         raise SceneError(f"{path}: no such file") from error
@@ -49,7 +51,7 @@ def read_file(path: Path) -> bytes:
 
 
 def decoded(path: Path, data: bytes) -> str:
-    """The text of a file: UTF-8, or Latin-1 where it is not, as old programs write the names of images.
+    """The text of a file: UTF-8, or Latin-1 if it is not valid UTF-8, as in files of old exporters.
 
     Raises SceneError for UTF-16.
     """
@@ -62,7 +64,7 @@ def decoded(path: Path, data: bytes) -> str:
 
 
 def geometry(where: str, **arrays: Any) -> Geometry:
-    """A :class:`Geometry`; what is wrong with its arrays becomes a SceneError that opens with ``where``."""
+    """Make a :class:`Geometry`. Raises SceneError, opening with ``where``, if the arrays are not valid."""
     try:
         return Geometry(**arrays)
     except ValueError as error:
@@ -70,19 +72,19 @@ def geometry(where: str, **arrays: Any) -> Geometry:
 
 
 def matrix_rows(matrix: NDArray[Any]) -> Matrix:
-    """A (4, 4) array as :class:`Part` keeps it."""
+    """A (4, 4) array as the ``matrix`` of a :class:`Part`."""
     a, b, c, d = (tuple(row) for row in matrix.astype(np.float64).tolist())
     return (a, b, c, d)
 
 
 def triple(values: NDArray[np.float64]) -> Triple:
-    """Three numbers of an array as the scene model keeps them."""
+    """An array of three numbers as a tuple of floats."""
     x, y, z = (float(value) for value in values)
     return (x, y, z)
 
 
 def points_of(part: Part) -> NDArray[np.float64]:
-    """(n, 3) the vertices of the triangles of ``part``, in the space of its mesh."""
+    """(n, 3) vertices of the triangles of ``part``, in the object space of its mesh."""
     matrix, used = np.asarray(part.matrix), np.zeros(len(part.geometry.positions), bool)
     used[part.geometry.triangles] = True
     points: NDArray[np.float64] = part.geometry.positions[used] @ matrix[:3, :3].T + matrix[:3, 3]
@@ -90,16 +92,16 @@ def points_of(part: Part) -> NDArray[np.float64]:
 
 
 def bounds(mesh: Mesh) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Least and greatest corner of the box about the triangles of all parts, in the space of the mesh."""
+    """Minimum and maximum corner of the axis-aligned bounding box of all parts, in the object space of the mesh."""
     found = [points for points in map(points_of, mesh.parts) if len(points)] or [np.zeros((1, 3))]
     return np.min([p.min(axis=0) for p in found], axis=0), np.max([p.max(axis=0) for p in found], axis=0)
 
 
 def check_size(path: Path, mesh: Mesh) -> None:
-    """Refuse a model whose square would be more than a 32-bit float holds."""
-    reach = float(np.abs(bounds(mesh)).max())
-    if not reach <= _FARTHEST:
-        raise SceneError(f"{path}: this model reaches {reach:.3g} m; scale it to less than {_FARTHEST:g} m")
+    """Raise SceneError if squared distances would overflow a 32-bit float."""
+    farthest = float(np.abs(bounds(mesh)).max())
+    if not farthest <= _FARTHEST:
+        raise SceneError(f"{path}: this model has bounds of {farthest:.3g} m; scale it to less than {_FARTHEST:g} m")
 
 
 def listed(names: Iterable[str]) -> tuple[str, ...]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Image files that a model names: read once each, and a note instead of the image where that fails."""
+"""Image files that a model refers to; those that cannot be read are ignored."""
 
 import os
 from dataclasses import dataclass, field
@@ -13,7 +13,7 @@ from fragtracer.scene.texture import ColorSpace
 
 @dataclass
 class ModelImages:
-    """Images relative to ``folder``. ``notes`` says which could not be read, and why."""
+    """Images relative to ``folder``, each read once. ``notes`` lists those that are ignored, and why."""
 
     folder: Path
     notes: list[str] = field(default_factory=list)
@@ -21,7 +21,7 @@ class ModelImages:
     _read: dict[tuple[Path, ColorSpace], Image | None] = field(default_factory=dict)
 
     def get(self, file: str, color_space: ColorSpace) -> Image | None:
-        """The image in ``file``; None, with a note, where there is none."""
+        """The image in ``file``; None, with a note, if it cannot be read."""
         path = self._path(file)
         key = path, color_space
         if key not in self._read:
@@ -34,7 +34,7 @@ class ModelImages:
         return self._read[key]
 
     def _path(self, file: str) -> Path:
-        """``file``; where there is none, as of another machine's folders, the one of its name beside the model."""
+        """The path of ``file``; if it does not exist, the file of the same name beside the model, if that does."""
         path = Path(os.path.abspath(self.folder / file))
         beside = path if path.exists() else Path(os.path.abspath(self.folder / path.name))
         return beside if beside.is_file() else path

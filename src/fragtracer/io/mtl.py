@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Material libraries of OBJ files: the Phong model of Wavefront, and the keys for PBR that exporters added."""
+"""Material libraries of OBJ files: the Phong model of Wavefront, and its extension for PBR."""
 
 import os
 from collections.abc import Iterable, Iterator
@@ -14,7 +14,7 @@ from fragtracer.io.model_images import ModelImages
 from fragtracer.scene import Image, Material, Texture
 from fragtracer.scene.texture import ColorSpace
 
-# How many values an option of a map has at most.
+# The largest number of values of an option of a map.
 _OPTIONS = {"-o": 3, "-s": 3, "-t": 3, "-mm": 2, "-bm": 1, "-boost": 1, "-texres": 1, "-clamp": 1, "-blendu": 1}
 _OPTIONS |= {"-blendv": 1, "-imfchan": 1, "-type": 1, "-cc": 1}
 _UNSUPPORTED = ("map_ks", "map_ns", "refl", "disp", "decal", "tf", "pc", "ps", "aniso", "map_ps")
@@ -28,9 +28,9 @@ def read_materials(obj: Path, libraries: Iterable[str]) -> tuple[dict[str, Mater
     materials : dict
         By their names.
     files : list
-        The libraries and images that were looked for.
+        The libraries and images, also those that are missing.
     notes : list
-        What is missing, or not supported.
+        What is missing or ignored.
     """
     materials: dict[str, Material] = {}
     images = ModelImages(obj.parent)
@@ -50,7 +50,7 @@ def read_materials(obj: Path, libraries: Iterable[str]) -> tuple[dict[str, Mater
 
 
 def _each(folder: Path, libraries: Iterable[str]) -> Iterator[str]:
-    """One name for each library: a line may have several, or one with spaces."""
+    """The names of libraries: a line has one, perhaps with spaces, or several."""
     for line in libraries:
         yield from [line] if "\0" not in line and os.path.exists(folder / line) else line.split()
 
@@ -71,11 +71,11 @@ def _material(values: dict[str, str], images: ModelImages) -> Material:
     made: dict[str, Any] = {"albedo": _color(values, "kd", 1.0 if "map_kd" in values else 0.5, 1.0)}
     if "map_kd" in values:
         made["albedo_texture"] = _texture(values["map_kd"], "srgb", images)
-    made |= _shine(values)
-    glow = _color(values, "ke", 0.0, np.inf)
+    made |= _reflectance(values)
+    emission = _color(values, "ke", 0.0, np.inf)
     if "map_ke" in values and (texture := _texture(values["map_ke"], "srgb", images)):
-        made["emission_texture"], glow = texture, glow if any(glow) else (1.0, 1.0, 1.0)
-    made["emission"] = glow
+        made["emission_texture"], emission = texture, emission if any(emission) else (1.0, 1.0, 1.0)
+    made["emission"] = emission
     for key, name in (("pr", "roughness"), ("pm", "metallic")):
         if f"map_{key}" in values and (texture := _texture(values[f"map_{key}"], "linear", images)):
             made |= {f"{name}_texture": texture, name: _number(values, key, 1.0, 1)}
@@ -85,8 +85,8 @@ def _material(values: dict[str, str], images: ModelImages) -> Material:
     return Material(**made)
 
 
-def _shine(values: dict[str, str]) -> dict[str, Any]:
-    """Roughness and reflectance. The exponent of Phong is that of a GGX lobe of alpha² = 2 / (Ns + 2)."""
+def _reflectance(values: dict[str, str]) -> dict[str, Any]:
+    """Roughness and specular reflectance. The Phong exponent Ns becomes a GGX alpha² = 2 / (Ns + 2)."""
     if "pr" in values or "pm" in values or "map_pr" in values or "map_pm" in values:
         made = {"roughness": _number(values, "pr", 0.5, 1), "metallic": _number(values, "pm", 0.0, 1)}
     else:
@@ -98,14 +98,14 @@ def _shine(values: dict[str, str]) -> dict[str, Any]:
 
 
 def _normal_map(values: dict[str, str], images: ModelImages) -> dict[str, Any]:
-    """``norm`` is one; ``map_bump`` is one where it is not grey, as grey is a height."""
+    """``norm``, or ``map_bump`` unless it is grey: then it is a height map, which is ignored."""
     line = values.get("norm") or values.get("map_bump") or values.get("bump")
     texture = _texture(line, "linear", images) if line else None
     if texture is None or line is None:
         return {}
     pixels = texture.image.pixels
     if pixels.shape[2] < 3 or (pixels[..., 0] == pixels[..., 2]).all():
-        images.notes.append("map_bump in .mtl (a map of heights)")
+        images.notes.append("map_bump in .mtl (a height map)")
         return {}
     scale = _options(line)[0].get("-bm", [])
     return {"normal_texture": texture, "normal_scale": _float(scale[0], 1.0) if scale and "norm" not in values else 1.0}
@@ -125,7 +125,7 @@ def _alpha(values: dict[str, str], albedo: Texture | None, images: ModelImages) 
 
 
 def _with_alpha(albedo: Texture | None, mask: Texture) -> Texture | None:
-    """The albedo texture with the mask for its alpha."""
+    """The albedo texture with the mask as its alpha; None if they do not fit."""
     if albedo is not None and albedo.image.file == mask.image.file and mask.image.pixels.shape[2] in (2, 4):
         return albedo
     alpha = mask.image.pixels[..., -1 if mask.image.pixels.shape[2] in (2, 4) else 0]
@@ -151,13 +151,13 @@ def _texture(line: str, color_space: ColorSpace, images: ModelImages) -> Texture
     offset = [_float(word, 0.0) for word in options.get("-o", [])] + [0.0, 0.0]
     wrap = "clamp" if options.get("-clamp") == ["on"] else "repeat"
     channel = (options.get("-imfchan") or ["r"])[0]
-    # v runs upwards in the file and downwards here: 1 - (s (1 - v) + o) = s v + (1 - s - o).
+    # v is 0 at the lower edge in the file, at the upper edge here: 1 - (s (1 - v) + o) = s v + (1 - s - o).
     placed = {"scale": (scale[0], scale[1]), "offset": (offset[0], 1 - scale[1] - offset[1])}
     return Texture(image, wrap, wrap, channel=channel if channel in ("r", "g", "b") else "r", **placed)  # type: ignore[arg-type]
 
 
 def _options(line: str) -> tuple[dict[str, list[str]], str]:
-    """The options of a map, and its file, whose name may have spaces."""
+    """The options of a map, and its file name, perhaps with spaces."""
     options: dict[str, list[str]] = {}
     words = line.split()
     while len(words) > 1 and words[0] in _OPTIONS:
@@ -192,7 +192,7 @@ def _number(values: dict[str, str], key: str, otherwise: float, most: float) -> 
 
 
 def _color(values: dict[str, str], key: str, otherwise: float, most: float) -> tuple[float, float, float]:
-    """One number is a grey; anything else, as a spectrum, is not read."""
+    """An RGB colour or a grey; anything else, as a spectrum, is ignored."""
     numbers = [min(max(_float(word, otherwise), 0.0), most) for word in _before_comment(values, key)[:3]]
     if len(numbers) == 1:
         numbers *= 3

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Wavefront OBJ: polygons, texture coordinates, normals, vertex colours and materials.
 
-Read by our own code: the libraries that exist cut concave polygons wrongly, lose coordinates or
-materials, or are C++ that trusts its input.
+Read by our own code: the libraries that exist triangulate concave polygons wrongly, lose texture coordinates
+or materials, or are C++ that trusts its input.
 """
 
 from collections.abc import Iterator
@@ -28,7 +28,7 @@ _NUMERIC = {*_LEAST, "f", "fo"}
 
 @dataclass
 class _Lines:
-    """The lines of a file, told apart by what they hold, each with its number."""
+    """The statements of a file by kind, with their line numbers."""
 
     vertices: dict[str, list[list[str]]] = field(default_factory=lambda: {"v": [], "vt": [], "vn": []})
     numbers: dict[str, list[int]] = field(default_factory=lambda: {"v": [], "vt": [], "vn": [], "f": []})
@@ -109,7 +109,7 @@ def _split(text: str) -> _Lines:
 
 
 def _numbered(text: str) -> Iterator[tuple[int, str]]:
-    """Lines and where they begin; a backslash at the end takes the next one in."""
+    """Logical lines and their numbers; a backslash at the end of a line continues it."""
     first, held = 1, ""
     for number, line in enumerate(text.splitlines(), start=1):
         first = first if held else number
@@ -122,7 +122,7 @@ def _numbered(text: str) -> Iterator[tuple[int, str]]:
 
 
 def _numbers(lines: _Lines, kind: str, where: str) -> Floats:
-    """(n, width) of all rows of one kind, as wide as the shortest, but at least three wide."""
+    """(n, width) numbers of all statements of one kind, truncated to the shortest and padded to three."""
     rows = lines.vertices[kind]
     width = min(map(len, rows), default=0)
     try:
@@ -149,7 +149,7 @@ def _is_row(row: list[str], kind: str) -> bool:
 
 
 def _corners(lines: _Lines, totals: tuple[int, int, int], where: str) -> tuple[Ints, Ints]:
-    """How many corners each face has, and (corners, 3) rows of v, vt and vn from 0, -1 where there is none."""
+    """The number of vertices of each face, and (vertices, 3) indices of v, vt and vn from 0, -1 if there is none."""
     counts = np.fromiter(map(len, lines.faces), np.int64, len(lines.faces))
     words = (f"{word}//".split("/")[:3] for word in chain.from_iterable(lines.faces))
     try:
@@ -181,7 +181,7 @@ def _is_corner(word: str) -> bool:
 
 
 def _groups(lines: _Lines, corners: Ints, triangles: Ints, sources: Ints) -> Iterator[tuple[str, Ints]]:
-    """Names of materials, and the triangles that have one and the same kinds of attributes."""
+    """Material names and triangle indices, grouped by material and by which attributes there are."""
     starts = np.array([0, *(face for face, _ in lines.materials)])
     names = [DEFAULT, *(name for _, name in lines.materials)]
     different = list(dict.fromkeys(names))
@@ -210,7 +210,7 @@ def _part(where: str, corners: NDArray[np.int64], v: Floats, vt: Floats, vn: Flo
 
 
 def _unique(corners: Ints) -> tuple[Ints, Ints]:
-    """Each corner once, and which of them each corner is."""
+    """The unique rows, and the index of each row among them."""
     sizes = [int(size) for size in corners.max(axis=0) + 2]
     if sizes[0] * sizes[1] * sizes[2] >= 2**62:
         found, inverse = np.unique(corners, axis=0, return_inverse=True)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """PLY, ascii and binary of both byte orders: polygons, strips, normals, texture coordinates and colours.
 
-Read by our own code: of the libraries that exist one loses attributes, and one has a licence that
-would bind the users of fragtracer.
+Read by our own code: plyfile is GPL, needs memory for what a header claims, and takes 9 times as long for ASCII;
+other libraries lose attributes.
 """
 
 from collections.abc import Mapping
@@ -65,9 +65,9 @@ def read_ply(path: Path) -> Model:
 
 
 def _colored(colors: NDArray[Any]) -> Material:
-    """What shows the colours of vertices, and their alpha where there is any."""
-    is_clear = colors.shape[1] == 4 and bool((colors[:, 3] < 1).any())
-    return Material(albedo=(1, 1, 1), alpha_mode="blend" if is_clear else "opaque")
+    """A material for vertex colours, with alpha blending if any vertex is not opaque."""
+    is_transparent = colors.shape[1] == 4 and bool((colors[:, 3] < 1).any())
+    return Material(albedo=(1, 1, 1), alpha_mode="blend" if is_transparent else "opaque")
 
 
 def _ignored(elements: list[Element]) -> list[str]:
@@ -100,7 +100,7 @@ def _geometry(where: str, vertices: Table, faces: Table | None, strips: Table | 
         corner_uvs = _corner_uvs(faces, counts, rows, sources)
     for counts, indices in strips.lists.values() if strips else ():
         _check(where, indices[indices >= 0], count)
-        found.append(strip_triangles(_cut_at(indices, counts)))
+        found.append(strip_triangles(_split_strips(indices, counts)))
     triangles = np.concatenate(found) if found else np.zeros((0, 3), np.int64)
     if not len(triangles):
         raise SceneError(f"{where}: there are no faces of three or more vertices in this file")
@@ -132,14 +132,16 @@ def _fraction(column: NDArray[Any]) -> NDArray[np.float32]:
 
 def _check(where: str, indices: Ints, count: int) -> None:
     if indices.dtype.kind == "f":
-        raise SceneError(f"{where}: its header types the vertices of a face as fractions; they must be whole numbers")
+        raise SceneError(
+            f"{where}: the header gives the vertex indices of faces a floating-point type; they must be integers"
+        )
     bad = indices[(indices < 0) | (indices >= count)]
     if len(bad):
         raise SceneError(f"{where}: a face has vertex {bad[0]}; the {count} vertices count from 0 to {count - 1}")
 
 
 def _corner_uvs(faces: Table, counts: Ints, rows: Ints, sources: Ints) -> NDArray[np.float64] | None:
-    """(corners of triangles, 2) of faces that have texture coordinates of their own; 0 of those that have none."""
+    """(corners of triangles, 2) texture coordinates of the faces, 0 for faces without; None if no face has any."""
     if "texcoord" not in faces.lists:
         return None
     numbers, values = faces.lists["texcoord"]
@@ -153,8 +155,8 @@ def _corner_uvs(faces: Table, counts: Ints, rows: Ints, sources: Ints) -> NDArra
     return np.where(np.repeat(has[sources], 3)[:, None], uvs, 0.0)
 
 
-def _cut_at(indices: Ints, counts: Ints) -> list[Ints]:
-    """Strips, cut where one list ends and where an index is negative."""
+def _split_strips(indices: Ints, counts: Ints) -> list[Ints]:
+    """Triangle strips, one for each list and each restart by a negative index."""
     pieces = []
     for strip in np.split(indices, np.cumsum(counts)[:-1]):
         [cuts] = np.nonzero(strip < 0)

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""The header and the tables of a PLY file, checked against the bytes that are there before anything is made of them."""
+"""The header and the elements of a PLY file, checked against its size before memory is allocated."""
 
 import re
+import struct
 import warnings
+from array import array
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -13,12 +15,13 @@ Ints = NDArray[np.int64]
 _TYPES = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4"}
 _TYPES |= {"int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4"}
 _TYPES |= {"float": "f4", "float32": "f4", "double": "f8", "float64": "f8"}
+_CODES = {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I"}  # of numpy types, for struct
 _FORMATS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 
 
 @dataclass(frozen=True)
 class Property:
-    """``count`` is the type of the length of a list, None for a single number; types are those of numpy."""
+    """A property of numpy type ``type``; ``count`` is the type of the length of a list, None for a scalar."""
 
     name: str
     type: str
@@ -34,7 +37,7 @@ class Element:
 
 @dataclass
 class Header:
-    """``format`` is "" for ascii, else the byte order."""
+    """``format`` is "" for ASCII, otherwise the byte order, as numpy has it."""
 
     format: str
     elements: list[Element]
@@ -43,16 +46,16 @@ class Header:
 
 @dataclass
 class Table:
-    """Numbers of one element: columns, and lists as (rows,) lengths and all their numbers in a row."""
+    """The data of one element: a column for each scalar, and for each list its (rows,) lengths and flattened values."""
 
     columns: dict[str, NDArray[Any]]
     lists: dict[str, tuple[Ints, NDArray[Any]]]
 
 
 def read_header(data: bytes) -> tuple[Header, NDArray[Any]]:
-    """The header, and what is behind it: bytes, or numbers where the file is ascii.
+    """The header and the body: bytes, or numbers if the file is ASCII.
 
-    Raises ValueError with a sentence for the user.
+    Raises ValueError with a message for the user.
     """
     end = re.search(rb"(?:^|\n|\r)end_header[ \t]*(?:\r\n|\n|\r|$)", data)
     if not re.match(rb"ply\s", data) or not end:
@@ -71,7 +74,9 @@ def read_header(data: bytes) -> tuple[Header, NDArray[Any]]:
                 header.elements[-1].properties.append(Property(name, _TYPES[kind]))
             case ["property", "list", count, kind, name] if {count, kind} <= _TYPES.keys() and header.elements:
                 if _TYPES[count][0] == "f":
-                    raise ValueError(f"the header counts the {name} of a list in fractions: {line.strip()[:60]}")
+                    raise ValueError(
+                        f"the header gives the length of the list {name} a floating-point type: {line.strip()[:60]}"
+                    )
                 header.elements[-1].properties.append(Property(name, _TYPES[kind], _TYPES[count]))
             case []:
                 pass
@@ -97,7 +102,7 @@ def _ascii(body: bytes) -> NDArray[np.float64]:
 
 
 def read_table(order: str, element: Element, body: NDArray[Any]) -> tuple[Table, NDArray[Any]]:
-    """The table of ``element``, with which ``body`` begins, and the rest of ``body``; errors as there."""
+    """The data of ``element``, at the beginning of ``body``, and the rest of ``body``. Raises ValueError."""
     width = [1 if not order else np.dtype(p.count or p.type).itemsize for p in element.properties]
     if element.count * sum(width) > len(body):
         raise ValueError(f"the header claims {element.count} of {element.name}, more than the file has room for")
@@ -105,10 +110,10 @@ def read_table(order: str, element: Element, body: NDArray[Any]) -> tuple[Table,
 
 
 def _read_equal(order: str, element: Element, body: NDArray[Any]) -> tuple[Table, NDArray[Any]] | None:
-    """The table, where in all rows the lists are as long as in the first."""
+    """The data if all rows have lists of the lengths of the first row, otherwise None."""
     if not element.count:
         return _read_rows(order, element, body)
-    lengths = _first_lengths(order, element, body)
+    lengths = [int(length[0]) for length in _scan(order, element, body, 1)[1]]
     fields: list[Any] = []
     for index, (p, length) in enumerate(zip(element.properties, lengths, strict=True)):
         if p.count:
@@ -131,55 +136,55 @@ def _read_equal(order: str, element: Element, body: NDArray[Any]) -> tuple[Table
     return table, body[size:]
 
 
-def _first_lengths(order: str, element: Element, body: NDArray[Any]) -> list[int]:
-    lengths, at = [], 0
-    for p in element.properties:
-        length, at = _one_length(order, p, body, at)
-        lengths.append(length)
-        at += length * (np.dtype(p.type).itemsize if order else 1)
-    return lengths
-
-
-def _one_length(order: str, p: Property, body: NDArray[Any], at: int) -> tuple[int, int]:
-    """How many numbers of ``p`` there are at ``at``, and where they begin."""
-    if p.count is None:
-        return 1, at
-    size = np.dtype(p.count).itemsize if order else 1
-    raw = body[at : at + size]
-    length = -1.0
-    if len(raw) == size:
-        length = float(raw.view(order + p.count)[0]) if order else float(raw[0])
-    item = np.dtype(p.type).itemsize if order else 1
-    if not (0 <= length <= len(body) and length == int(length) and length * item <= len(body) - at - size):
-        raise ValueError(f"a list of {p.name} is longer than the rest of the file")
-    return int(length), at + size
+def _scan(order: str, element: Element, body: NDArray[Any], rows: int) -> tuple[list[Ints], list[Ints]]:
+    """The (rows,) offsets of the values of each property in the first ``rows`` rows, and their numbers."""
+    offsets, lengths = ([array("q") for _ in element.properties] for _ in range(2))
+    columns = []
+    for index, p in enumerate(element.properties):
+        count = struct.Struct(f"{order}{_CODES[p.count]}") if p.count and order else None
+        item, head = int(p.type[1]) if order else 1, count.size if count else int(p.count is not None)
+        columns.append((p.name, item, head, count, offsets[index].append, lengths[index].append))
+    ends = f"the file ends within the {element.name} that its header claims"
+    data, at = memoryview(body.data), 0
+    for _ in range(rows):
+        for name, item, head, count, add_offset, add_length in columns:
+            start = at + head
+            length: float = 1
+            if head and start <= len(data):
+                length = data[at] if count is None else count.unpack_from(data, at)[0]
+            if not 0 <= length * item <= len(data) - start or length != int(length):
+                raise ValueError(f"a list of {name} is longer than the rest of the file" if head else ends)
+            add_offset(start)
+            add_length(int(length))
+            at = start + int(length) * item
+    return [np.array(item, np.int64) for item in offsets], [np.array(item, np.int64) for item in lengths]
 
 
 def _read_rows(order: str, element: Element, body: NDArray[Any]) -> tuple[Table, NDArray[Any]]:
-    """The table, row by row."""
-    item = [np.dtype(p.type).itemsize if order else 1 for p in element.properties]
-    pieces: list[list[NDArray[Any]]] = [[] for _ in element.properties]
-    at = 0
-    for _ in range(element.count):
-        for p, size, piece in zip(element.properties, item, pieces, strict=True):
-            length, at = _one_length(order, p, body, at)
-            piece.append(body[at : at + length * size])
-            at += length * size
-            if at > len(body):
-                raise ValueError(f"the file ends within the {element.name} that its header claims")
-    table = Table({}, {})
-    for p, size, piece in zip(element.properties, item, pieces, strict=True):
-        joined = np.concatenate(piece) if piece else body[:0]
-        values = _typed(joined.view(order + p.type) if order else joined, p)
+    """The data, row by row."""
+    offsets, lengths = _scan(order, element, body, element.count)
+    table, end = Table({}, {}), 0
+    for p, starts, counts in zip(element.properties, offsets, lengths, strict=True):
+        sizes = counts * int(p.type[1]) if order else counts
+        gathered = _gathered(body, starts, sizes)
+        values = _typed(gathered.view(order + p.type) if order else gathered, p)
         if p.count:
-            table.lists[p.name] = np.array([len(part) // size for part in piece], np.int64), values
+            table.lists[p.name] = counts, values
         else:
             table.columns[p.name] = values
-    return table, body[at:]
+        end = int(starts[-1] + sizes[-1]) if element.count else 0
+    return table, body[end:]
+
+
+def _gathered(body: NDArray[Any], starts: Ints, sizes: Ints) -> NDArray[Any]:
+    """The slices of ``body`` of these starts and sizes, one after the other."""
+    before = np.cumsum(sizes) - sizes
+    gathered: NDArray[Any] = body[np.repeat(starts - before, sizes) + np.arange(sizes.sum())]
+    return gathered
 
 
 def _typed(values: NDArray[Any], p: Property) -> NDArray[Any]:
-    """Numbers of an ascii file as its header types them, those of a binary file in the order of this machine."""
+    """The values in the type of the header and the byte order of this machine."""
     if p.count and p.type[0] != "f":
         if values.dtype.kind == "f" and not ((np.abs(values) < 2**62) & (values == np.rint(values))).all():
             raise ValueError(f"{p.name} must hold whole numbers")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A scene about a bare model: a camera that shows all of it, and light, where its file has none."""
+"""The scene of a bare model: its camera and lights, or default ones."""
 
 from dataclasses import replace
 
@@ -11,7 +11,7 @@ from fragtracer.scene import Ambient, Camera, Light, Material, Mesh, RenderSetti
 
 Floats = NDArray[np.float64]
 _FOV = 35.0  # degrees
-_MARGIN = 1.08  # of the distance at which the model just fills the picture
+_MARGIN = 1.08  # times the distance at which the model just fills the image
 _VIEW = (0.5, 0.35, 1.0)  # from the model to the camera: its front is +z, y is up
 _KEY = (-0.55, 0.8, 0.65)  # from the model to the key light
 _KEY_DISTANCE, _KEY_RADIUS = 3.0, 0.5  # in radii of the model
@@ -22,29 +22,32 @@ _AMBIENT = 0.3  # W/m²/sr
 def stage(model: Model, name: str, light: bool = True) -> Scene:
     """Make a scene of a model.
 
-    The camera is the file's first, with the shape of its picture, or looks at the model from the front, the right and
-    above. A file without lights and without materials that glow all over is lit by a large sphere on the left
-    above and by ambient light, unless ``light`` is false. All lengths go with the size of the model, so that its unit
-    does not matter.
+    The camera is the first of the file, with its aspect ratio, or one that frames the model from the front, the right
+    and above. A model without lights and without untextured emissive materials gets a large spherical key light, on
+    the left above, and ambient light, unless ``light`` is false. Distances are proportional to the bounds of the
+    model, so that its unit does not matter.
     """
     missing = {model.mesh.material_of(part) for part in model.mesh.parts} - model.materials.keys()
     materials = {**model.materials, **{name: Material() for name in sorted(missing)}}
     low, high = bounds(model.mesh)
-    glows = any(item.is_emissive and item.emission_texture is None for item in materials.values())
-    lit = bool(model.lights) or glows or not light
+    emits = any(item.is_emissive and item.emission_texture is None for item in materials.values())
+    has_lights = bool(model.lights or model.spot_lights or model.directional_lights)
+    lit = has_lights or emits or not light
     return Scene(
         camera=model.cameras[0] if model.cameras else _camera(model.mesh, low, high),
         render=_settings(model.aspect),
         materials=materials,
         meshes=(model.mesh,),
         lights=model.lights if lit else (_key_light(low, high),),
+        spot_lights=model.spot_lights,
+        directional_lights=model.directional_lights,
         ambient=Ambient() if lit else Ambient((_AMBIENT,) * 3),
         name=name,
     )
 
 
 def _settings(aspect: float | None) -> RenderSettings:
-    """For a picture of the width over height ``aspect``, as high as usual or, where that is wide, as wide."""
+    """An image of the aspect ratio ``aspect`` that fits into the default size."""
     usual = RenderSettings()
     if aspect is None:
         return usual
@@ -53,7 +56,7 @@ def _settings(aspect: float | None) -> RenderSettings:
 
 
 def _camera(mesh: Mesh, low: Floats, high: Floats) -> Camera:
-    """As near as all vertices allow, in a picture of the default shape."""
+    """As near as possible with all vertices in view, for the default aspect ratio."""
     settings = RenderSettings()
     center, size = (low + high) / 2, float(np.linalg.norm(high - low)) or 1.0
     towards = np.divide(_VIEW, np.linalg.norm(_VIEW))
@@ -65,13 +68,13 @@ def _camera(mesh: Mesh, low: Floats, high: Floats) -> Camera:
     distance = 1e-3 * size
     for points in map(points_of, mesh.parts):
         x, y, z = ((points - center) @ axes).T
-        reach = np.maximum(np.abs(x) / horizontal, np.abs(y) / vertical) + z
-        distance = max(distance, _MARGIN * float(reach.max(initial=0.0)))
+        needed = np.maximum(np.abs(x) / horizontal, np.abs(y) / vertical) + z
+        distance = max(distance, _MARGIN * float(needed.max(initial=0.0)))
     return Camera(triple(center + distance * towards), triple(center), fov_degrees=_FOV)
 
 
 def _key_light(low: Floats, high: Floats) -> Light:
-    """A sphere that gives :data:`_KEY_IRRADIANCE` at the centre of the model, whatever the size of that."""
+    """A spherical light of irradiance :data:`_KEY_IRRADIANCE` at the centre of the bounds."""
     center, radius = (low + high) / 2, (float(np.linalg.norm(high - low)) or 1.0) / 2
     distance = _KEY_DISTANCE * radius
     position = center + distance * np.divide(_KEY, np.linalg.norm(_KEY))

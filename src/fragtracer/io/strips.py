@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Strips and fans of triangles to triangles."""
+"""Triangle strips and fans to indexed triangles."""
 
 from collections.abc import Iterable
 
@@ -9,7 +9,7 @@ from fragtracer.io.polygons import Ints
 
 
 def strip_triangles(strips: Iterable[Ints]) -> Ints:
-    """(n, 3) triangles of strips of indices, all of the orientation of the first; repeats of an index give none."""
+    """(n, 3) triangles of triangle strips, in the orientation of the first of each; degenerate ones are left out."""
     found = [np.zeros((0, 3), np.int64)]
     for strip in strips:
         if len(strip) >= 3:
@@ -23,7 +23,7 @@ def strip_triangles(strips: Iterable[Ints]) -> Ints:
 
 
 def fan_triangles(fan: Ints) -> Ints:
-    """(n, 3) triangles of a fan of indices about its first (glTF 2.0, section 3.7.2.1)."""
+    """(n, 3) triangles of a triangle fan about its first index (glTF 2.0, section 3.7.2.1)."""
     i = np.arange(max(len(fan) - 2, 0))
     triangles: Ints = fan[np.column_stack([i + 1, i + 2, np.zeros_like(i)])].astype(np.int64)
     return triangles

@@ -15,7 +15,7 @@ from fragtracer.io.images import check_regular, npy, read_image
 from fragtracer.scene import Image
 from fragtracer.scene.texture import ColorSpace
 
-# What a file may claim before anything of it is unpacked; Pillow itself warns from 89 million on.
+# Checked against the header, before decoding; Pillow itself warns from 89 million on.
 MOST_PIXELS = 8192 * 8192
 _FORMATS = ["PNG", "JPEG", "BMP", "TGA", "WEBP"]
 _PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
@@ -30,11 +30,11 @@ def read_texture(source: str | Path | bytes, color_space: ColorSpace = "srgb", n
     source
         A .png, .jpg, .bmp, .tga, .webp, .exr, .hdr or .npy file, or the bytes of one of the first five. Alpha is
         kept, palettes are resolved, a PNG of 16 bits a channel becomes float32; .npy is an array as :class:`Image`
-        takes it. Profiles, gamma chunks and
-        the orientation of a photograph are ignored, as glTF 2.0 asks (section 3.8.2).
+        takes it. Colour profiles, gamma chunks and the Exif orientation are ignored, as glTF 2.0 requires (section
+        3.8.2).
     color_space
-        How the colours are meant: "srgb" for colours that are seen, "linear" for everything else, as
-        normals and roughness. The files of floats are always linear.
+        The encoding: "srgb" for colours, "linear" for other data, as normals and roughness. Files of floats are
+        always linear.
     name
         What errors and :attr:`Image.file` call it; left out, the path.
 

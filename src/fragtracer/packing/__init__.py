@@ -101,7 +101,7 @@ def pack(
         "u_float_texels": (surfaces.atlas.floats,),
     }
     if bvh:
-        tables |= {"u_vertices": attributes.parts, "u_mesh_lights": (bvh.mesh_lights.reshape(-1, 4),)}
+        tables |= {"u_vertices": attributes.parts, "u_mesh_lights": (bvh.mesh_light_texels,)}
     if environment.tables:
         tables |= {"u_environment": (environment.tables.texels,), "u_environment_tree": (environment.tables.tree,)}
     listed_spheres = records.spheres if is_listed else 0
@@ -224,7 +224,7 @@ def _attributes(bvh: PackedBvh | None) -> tuple[_Attributes, dict[str, int]]:
 def _parts(listed: Words, bvh: PackedBvh | None) -> Table:
     """The short list and the BVH, each from the beginning of a row."""
     parts = [listed.reshape(-1, 4)] if len(listed) or bvh else []
-    return (*parts, bvh.words.reshape(-1, 4)) if bvh else tuple(parts)
+    return (*parts, bvh.texels) if bvh else tuple(parts)
 
 
 def _points(scene: Scene) -> Floats:
@@ -236,7 +236,7 @@ def _points(scene: Scene) -> Floats:
     points = [np.array([scene.camera.position], np.float64), centers - radii, centers + radii]
     for r in scene.rectangles:
         far = np.add(r.edge_u, r.edge_v)
-        points.append(np.add(r.corner, [(0.0, 0.0, 0.0), r.edge_u, r.edge_v, far]))
+        points.append(np.add(r.corner, np.stack([np.zeros(3), r.edge_u, r.edge_v, far])))
     points += [np.add(d.center, [[-d.radius] * 3, [d.radius] * 3]) for d in scene.disks]
     points += [np.asarray(t.vertices, np.float64) for t in scene.triangles]
     points += [mesh.box_corners() for mesh in scene.meshes]

@@ -7,7 +7,7 @@ shapes. So a mesh that moves, or a shape that changes, builds no BLAS.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -45,6 +45,16 @@ class PackedBvh:
     shape_records: NDArray[np.int64]
     features: Mapping[str, int]
     uniforms: Mapping[str, int]
+
+    @cached_property
+    def texels(self) -> Words:
+        """The records as texels (n, 4), the same array each time: what is the same is not uploaded again."""
+        return self.words.reshape(-1, 4)
+
+    @cached_property
+    def mesh_light_texels(self) -> Words:
+        """The mesh light as texels (n, 4), the same array each time."""
+        return self.mesh_lights.reshape(-1, 4)
 
     @property
     def usual_rounds(self) -> int:

@@ -53,6 +53,7 @@ SHAPE_RECORDS: dict[str, Record] = {
     "Sphere": (("center", "vec3"), ("kind", "uint"), ("radius", "float"), ("material", "uint"), ("light", "uint")),
     "Flat": (
         *(("a", "vec3"), ("kind", "uint"), ("b", "vec3"), ("material", "uint"), ("c", "vec3"), ("light", "uint")),
+        ("normal", "vec3"),
     ),
     "Node": (
         *(("origin", "vec3"), ("kind", "uint"), ("x", "uvec2"), ("y", "uvec2"), ("z", "uvec2")),

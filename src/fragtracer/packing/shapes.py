@@ -106,6 +106,7 @@ def shape_records(
     records = words_of(SHAPE_RECORDS["Sphere"], columns, count, SHAPE_TEXELS)
     kinds, corners = _corners(flats, origin, GROWTH * extent)
     columns = dict(zip("abc", corners.transpose(1, 0, 2), strict=True))
+    columns["normal"] = _normals(corners)
     columns |= {"kind": kinds << 24 | flags[count:], "material": material[count:], "light": lights[count:] + 1}
     flat_records = words_of(SHAPE_RECORDS["Flat"], columns, len(flats), SHAPE_TEXELS)
 
@@ -178,5 +179,12 @@ def _flat_bounds(kinds: NDArray[np.int64], corners: Floats) -> tuple[Floats, Flo
     return np.where(is_disk, a - half, low), np.where(is_disk, a + half, high)
 
 
+def _normals(corners: Floats) -> Floats:
+    """Unit normals (n, 3) on the front of flat shapes. Edges are scaled first: the area of a tiny one is no float64."""
+    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    return _unit(np.cross(_unit(u), _unit(v)))
+
+
 def _unit(vectors: Floats) -> Floats:
-    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+    unit: Floats = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+    return unit

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The scene model: what is in the world, without OpenGL and without files.
+"""The scene model, independent of OpenGL and of files.
 
 Units are metres and radians unless a name says otherwise, colours linear Rec. 709, y is up.
 Every class validates its values when it is made, from Python as from a scene file, and raises
@@ -55,7 +55,7 @@ __all__ = [
 
 @dataclass(frozen=True, config=CONFIG)
 class Scene:
-    """Everything there is to render, and from where. ``materials`` maps the names that shapes use."""
+    """A camera, shapes, lights and render settings. Shapes name their material, a key of ``materials``."""
 
     camera: Camera = Camera()
     materials: Mapping[str, Material] = field(default_factory=dict)

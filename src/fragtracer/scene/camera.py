@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Where a scene is looked at from."""
+"""The camera."""
 
 from typing import Annotated
 

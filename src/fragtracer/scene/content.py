@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Large arrays, which nobody changes, are told apart by what they hold."""
+"""Large read-only arrays, compared by a digest of their content."""
 
 import hashlib
 from typing import Any
@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 
-def kept(values: ArrayLike, dtype: DTypeLike) -> NDArray[Any]:
-    """``values`` in an array that cannot be written; a copy, if the caller could still write in his own."""
+def read_only(values: ArrayLike, dtype: DTypeLike) -> NDArray[Any]:
+    """``values`` as a C-contiguous read-only array; a copy where the caller could still write to the memory."""
     with np.errstate(over="ignore", invalid="ignore"):
         array = np.ascontiguousarray(values, dtype)
     if array.flags.writeable and isinstance(values, np.ndarray) and np.may_share_memory(array, values):
@@ -19,7 +19,7 @@ def kept(values: ArrayLike, dtype: DTypeLike) -> NDArray[Any]:
 
 
 def content_digest(*parts: NDArray[Any] | str | None) -> str:
-    """A name for the content of arrays and texts, the same in every process (BLAKE2b, 128 bits)."""
+    """A BLAKE2b digest (128 bits, hexadecimal) of arrays and strings, the same in every process."""
     digest = hashlib.blake2b(digest_size=16)
     for part in parts:
         if isinstance(part, np.ndarray):

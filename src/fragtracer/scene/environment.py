@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""Light from all around, infinitely far away: pictures of the whole sphere of directions.
+"""Environment lights: radiance from infinitely far away, over the whole sphere of directions.
 
-An equirectangular map is (h, w, 3) float32 radiance. v runs from 0 at the top, which is up (+y), to 1 at
-the bottom, down; u from 0 at the left to 1 at the right. The middle of the picture (u = 0.5) shows what lies
-along -z, where a camera looks by default; u = 0.75 is +x, u = 0.25 is -x, and u = 0 and 1 meet at +z. Values
-belong to the centres of the texels; between them they are bilinear, around in u and constant beyond the first
-and last row.
+An equirectangular map is (h, w, 3) float32 radiance. v is 0 in the top row (+y) and 1 in the bottom row (-y); u is 0
+at the left edge and 1 at the right. u = 0.5 is -z, the default view direction of a camera, u = 0.75 is +x, u = 0.25
+is -x, and u = 0 and 1 are both +z. Texels are samples at their centres; lookups are bilinear, periodic in u and clamped
+to the first and last row in v.
 """
 
 from typing import Annotated, Self
@@ -15,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from fragtracer.scene.content import content_digest, kept
+from fragtracer.scene.content import content_digest, read_only
 from fragtracer.scene.fields import CONFIG, Fraction, NonNegative, Strength, Triple
 from fragtracer.scene.sky import sky_pixels, sun_irradiance
 
@@ -25,16 +24,16 @@ _GRADIENT_ROWS = 256
 
 
 class Panorama:
-    """An equirectangular map, equal to another where its content is.
+    """An equirectangular map; two are equal if their content is.
 
-    ``pixels`` is (h, w, 3) radiance in W/m²/sr, finite and not negative; it is kept as float32.
-    ``file`` is where it comes from, if from a file.
+    ``pixels`` is (h, w, 3) radiance in W/m²/sr, finite and not negative, stored as float32.
+    ``file`` is the file it was read from, if any.
 
     Raises ``ValueError`` for an array of another kind.
     """
 
     def __init__(self, pixels: ArrayLike, file: str | None = None) -> None:
-        array = kept(pixels, np.float32)
+        array = read_only(pixels, np.float32)
         if array.ndim != 3 or array.shape[2] != 3 or array.size == 0:
             raise ValueError(f"the pixels of an environment are (height, width, 3) numbers, got {array.shape}")
         if not (np.isfinite(array).all() and array.min() >= 0):
@@ -55,8 +54,8 @@ class Panorama:
 
 @dataclass(frozen=True, config=CONFIG)
 class Gradient:
-    """Radiance (W/m²/sr) that changes with the sine of the elevation, linearly: from ``horizon`` to
-    ``zenith`` above, and to ``ground`` straight below."""
+    """Radiance (W/m²/sr) that is linear in the sine of the elevation: from ``horizon`` to ``zenith`` at +y, and to
+    ``ground`` at -y."""
 
     zenith: Strength
     horizon: Strength
@@ -73,24 +72,24 @@ class Gradient:
 
 @dataclass(frozen=True, config=CONFIG)
 class Constant:
-    """The same ``radiance`` (W/m²/sr) from everywhere."""
+    """The same ``radiance`` (W/m²/sr) from all directions."""
 
     radiance: Strength
 
     @property
     def pixels(self) -> NDArray[np.float32]:
-        """The equirectangular map, (32, 64, 3): fine enough that directions are sampled nearly evenly."""
+        """The equirectangular map, (32, 64, 3): enough texels for nearly uniform sampling of directions."""
         return np.full((*_CONSTANT_SIZE, 3), self.radiance, np.float32)
 
 
 @dataclass(frozen=True, config=CONFIG)
 class Sky:
-    """A clear sky, its sun and the ground (:mod:`fragtracer.scene.sky` says by which model and in which unit).
+    """A clear sky with its sun and the ground; :mod:`fragtracer.scene.sky` names the model and the unit.
 
-    ``turbidity`` is 1 for pure air, 2 for a very clear day, 10 for a hazy one. The sun stands
-    ``sun_elevation_degrees`` above the horizon and ``sun_azimuth_degrees`` from -z, clockwise seen from above: 90
-    is +x. ``sun_radius_degrees`` makes its shadows softer and its disc dimmer, the light stays the same; without
-    ``sun`` there is the light of the sky alone. ``ground_albedo`` is how much the ground below the horizon reflects.
+    ``turbidity`` is 1 for pure air, 2 for a very clear day, 10 for a hazy one. The sun is
+    ``sun_elevation_degrees`` above the horizon, at the azimuth ``sun_azimuth_degrees`` from -z, clockwise seen from
+    above: 90 is +x. A larger ``sun_radius_degrees`` makes shadows softer and the disc dimmer; the irradiance stays the
+    same. With ``sun`` false there is the sky alone. ``ground_albedo`` is the albedo of the ground below the horizon.
     """
 
     turbidity: Annotated[float, Field(ge=1, le=10)] = 3.0
@@ -109,7 +108,7 @@ class Sky:
 
     @property
     def disc(self) -> "Sun | None":
-        """The sun, in the map; None where there is none or it is below the horizon."""
+        """The sun in the space of the map; None if it is switched off or below the horizon."""
         elevation, azimuth = np.radians((self.sun_elevation_degrees, self.sun_azimuth_degrees))
         irradiance = sun_irradiance(self.turbidity, float(elevation))
         if not (self.sun and irradiance.max() > 0):
@@ -135,12 +134,12 @@ class Sun:
 
 @dataclass(frozen=True, config=CONFIG)
 class Environment:
-    """Light from all around; exactly one of ``image``, ``radiance``, ``gradient`` and ``sky`` says what it looks like.
+    """An environment light, given by exactly one of ``image``, ``radiance``, ``gradient`` and ``sky``.
 
-    ``radiance`` (W/m²/sr) is the same everywhere, as that of :class:`Ambient`, to which an environment adds.
-    The picture is turned by ``rotation_degrees`` about +y, counter-clockwise seen from above: by 90, what
-    was at -z comes to -x. It is multiplied by ``strength`` and ``tint``. Where it is not ``visible``, camera rays
-    that meet nothing see the colour ``background`` (W/m²/sr), while light and reflections stay.
+    ``radiance`` (W/m²/sr) is constant, as that of :class:`Ambient`, to which an environment adds. The map is rotated
+    by ``rotation_degrees`` about +y, counter-clockwise seen from above: 90 takes -z to -x. It is multiplied by
+    ``strength`` and ``tint``. If it is not ``visible``, camera rays that leave the scene see ``background`` (W/m²/sr);
+    illumination and reflections are unchanged.
     """
 
     image: Panorama | None = None
@@ -159,7 +158,7 @@ class Environment:
 
     @property
     def source(self) -> Source:
-        """What it looks like before rotation, strength and tint."""
+        """The one that is given, before rotation, strength and tint."""
         if self.radiance is not None:
             return Constant(self.radiance)
         source = self.image or self.gradient or self.sky
@@ -168,7 +167,7 @@ class Environment:
 
     @property
     def sun(self) -> Sun | None:
-        """The sun, in the world, its radiance multiplied; None where there is none beside the map."""
+        """The sun in world space, scaled by strength and tint; None if there is none."""
         disc = self.sky.disc if self.sky else None
         if disc is None or max(self.scale) == 0:
             return None
@@ -178,7 +177,7 @@ class Environment:
 
     @property
     def scale(self) -> Triple:
-        """What :attr:`pixels` are multiplied by."""
+        """The factor of :attr:`pixels`, strength times tint."""
         r, g, b = (self.strength * tint for tint in self.tint)
         return (r, g, b)
 
@@ -189,28 +188,28 @@ class Environment:
 
     @property
     def rotation(self) -> Floats:
-        """(3, 3) matrix that takes directions of the map to the world."""
+        """(3, 3) matrix from the space of the map to world space."""
         angle = np.radians(self.rotation_degrees)
         c, s = np.cos(angle), np.sin(angle)
         return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
 
 
 def direction_of(u: ArrayLike, v: ArrayLike) -> Floats:
-    """The unit directions (..., 3) of places in a map that is not turned."""
+    """Unit directions (..., 3) of the coordinates u, v, in the space of the map."""
     phi = 2 * np.pi * (np.asarray(u, np.float64) - 0.5)
     theta = np.pi * np.asarray(v, np.float64)
     return np.stack([np.sin(theta) * np.sin(phi), np.cos(theta), -np.sin(theta) * np.cos(phi)], axis=-1)
 
 
 def place_of(direction: ArrayLike) -> Floats:
-    """The places (..., 2), u and v in [0, 1], of directions (..., 3) of any length in a map that is not turned."""
+    """Coordinates (..., 2), u and v in [0, 1], of directions (..., 3) of any length in the space of the map."""
     x, y, z = np.moveaxis(np.asarray(direction, np.float64), -1, 0)
     u = 0.5 + np.arctan2(x, -z) / (2 * np.pi)
     return np.stack([u, np.arctan2(np.hypot(x, z), y) / np.pi], axis=-1)
 
 
 def lookup(pixels: ArrayLike, direction: ArrayLike) -> Floats:
-    """The radiance (..., 3) of a map in directions (..., 3), by the interpolation described above, in float64."""
+    """Radiance (..., 3) of a map in directions (..., 3), interpolated as above, in float64."""
     image = np.asarray(pixels, np.float64)
     height, width, _ = image.shape
     u, v = np.moveaxis(place_of(direction), -1, 0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The kinds of value that the scene model is made of, each checked when it is given."""
+"""The validated value types of the scene model."""
 
 from collections.abc import Iterable
 from typing import Annotated, Any
@@ -13,19 +13,19 @@ _HUGE = 10**300  # an int beyond it stays too large as a float
 
 
 def as_number(value: Any) -> Any:
-    """A whole number, or one of numpy's, as a float; what is no number stays, for the field to refuse."""
+    """An int or a numpy number as a float; anything else unchanged, for the field to reject."""
     if isinstance(value, int) and not isinstance(value, bool):
         return float(max(min(value, _HUGE), -_HUGE))
     return float(value) if isinstance(value, np.integer | np.floating) else value
 
 
 def as_vector(value: Any) -> Any:
-    """Several values, in whatever they come, as a tuple."""
+    """Any iterable as a tuple."""
     return value if isinstance(value, str) or not isinstance(value, Iterable) else tuple(value)
 
 
 def as_color(value: Any) -> Any:
-    """One number stands for all three."""
+    """One number as a grey (r, g, b)."""
     return (value,) * 3 if isinstance(value, int | float | np.number) else as_vector(value)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Light that no shape of the scene gives."""
+"""Lights that are not emissive shapes, and ambient light."""
 
 from typing import Annotated
 
@@ -12,11 +12,11 @@ from fragtracer.scene.fields import CONFIG, NonNegative, Strength, Triple, Vecto
 
 @dataclass(frozen=True, config=CONFIG)
 class Light:
-    """A spherical light, black where it is lit itself.
+    """A spherical light; its surface reflects nothing.
 
-    Exactly one of ``power`` (watts in all directions together, per colour channel; unchanged by the
+    Exactly one of ``power`` (radiant flux in W per colour channel, independent of the
     radius) and ``radiance`` (W/m²/sr at its surface) is given. Radius 0 is a point light, which
-    casts hard shadows, cannot be seen and needs ``power``.
+    casts hard shadows, is invisible and needs ``power``.
     """
 
     position: Vector
@@ -49,7 +49,7 @@ class Light:
 
 @dataclass(frozen=True, config=CONFIG)
 class SpotLight:
-    """A point light that shines into a cone around ``direction`` (of any length), away from ``position``.
+    """A point light that emits into a cone around ``direction`` (of any length), away from ``position``.
 
     ``intensity`` is the radiant intensity on the axis in W/sr. It is constant up to ``inner_degrees`` from
     the axis and falls to 0 at ``outer_degrees`` as t², t being linear in the cosine of the angle
@@ -64,9 +64,9 @@ class SpotLight:
 
     def __post_init__(self) -> None:
         if not length(self.direction) > 0:
-            raise ValueError("direction must not have length zero; [0, -1, 0] shines down")
+            raise ValueError("direction must not have length zero; [0, -1, 0] points down")
         if not self.inner_degrees < self.outer_degrees:
-            raise ValueError("inner_degrees must be less than outer_degrees")
+            raise ValueError(f"inner_degrees must be less than outer_degrees, {self.outer_degrees:g}")
 
     @property
     def power(self) -> Triple:
@@ -89,11 +89,11 @@ class DirectionalLight:
 
     def __post_init__(self) -> None:
         if not length(self.direction) > 0:
-            raise ValueError("direction must not have length zero; [0, -1, 0] shines down")
+            raise ValueError("direction must not have length zero; [0, -1, 0] points down")
 
 
 @dataclass(frozen=True, config=CONFIG)
 class Ambient:
-    """The same radiance (W/m²/sr) from everywhere that no object hides."""
+    """The same radiance (W/m²/sr) from all directions, occluded by objects."""
 
     radiance: Strength = (0.0, 0.0, 0.0)

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""What surfaces are made of."""
+"""Materials."""
 
-from typing import Annotated, Literal
+from dataclasses import fields
+from typing import Annotated, Final, Literal
 
 from pydantic import Field
 from pydantic.dataclasses import dataclass
@@ -10,31 +11,41 @@ from fragtracer.scene.fields import CONFIG, Fraction, Number, Reflectance, Stren
 from fragtracer.scene.reflectance import METAL_F0, grazing_reflectance, reflectance_from_ior
 from fragtracer.scene.texture import Texture
 
-# What a texture can change: NAME of the fields NAME_texture.
+# The parameters that can be textured, by the field NAME_texture.
+DEFAULT_MODEL: Final = "metallic-roughness"
+# The keys that mean something to each model besides those of all: textures of these, emission, opacity, sides, normals.
+MODELS: dict[str, tuple[str, ...]] = {
+    DEFAULT_MODEL: ("albedo", "roughness", "metallic", "ior", "f0", "metal", "specular"),
+}
+_OF_MODELS = {key for keys in MODELS.values() for key in keys}
 TEXTURED = ("albedo", "roughness", "metallic", "normal", "occlusion", "emission")
 
 
 @dataclass(frozen=True, config=CONFIG)
 class Material:
-    """A Cook-Torrance specular lobe over a Lambert base (shaders/bsdf/cook_torrance.glsl).
+    """How a surface scatters and emits.
+
+    ``model`` says by what BSDF. "metallic-roughness" is a Cook-Torrance specular lobe over a Lambert base
+    (shaders/bsdf/cook_torrance.glsl).
 
     ``albedo`` is the colour of the base, and the specular colour of the metallic part. The GGX
     width is ``roughness**2``; roughness below 0.01 is a perfect mirror. The dielectric part's
     reflectance at normal incidence comes from ``ior`` (index of refraction against air, 1.5 where
-    nothing is given) or directly from ``f0``. ``metal`` names a metal of :data:`METAL_F0` and takes
-    the place of albedo, metallic, ior and f0. ``specular`` scales the dielectric reflection: 0
-    leaves pure Lambert. ``emission`` is radiance in W/m²/sr from the front of a surface.
+    nothing is given) or directly from ``f0``. ``metal`` names a metal of :data:`METAL_F0` and
+    replaces albedo, metallic, ior and f0. ``specular`` scales the dielectric reflection: 0
+    is pure Lambert. ``emission`` is the radiance in W/m²/sr of the front of a surface.
 
-    A texture multiplies the value of its name; those of roughness, metallic and occlusion are one
-    channel. ``normal_texture`` holds tangent-space normals (glTF 2.0, section 3.9.3), their x and y
-    scaled by ``normal_scale``. Textures lie on meshes only, which have coordinates for them.
+    A texture multiplies the parameter of its name; roughness, metallic and occlusion use one
+    channel of it. ``normal_texture`` holds tangent-space normals (glTF 2.0, section 3.9.3), their x and y
+    scaled by ``normal_scale``. Only meshes have texture coordinates; other shapes ignore textures.
 
-    ``opacity``, times the alpha of the albedo texture and of the vertex colours, is ignored where ``alpha_mode`` is
-    "opaque", compared with ``alpha_cutoff`` by "mask", and the chance to be met by "blend". A
-    surface that is not ``double_sided`` is not there for rays that come from behind. ``unlit``
-    shows the albedo as radiance and scatters nothing.
+    ``opacity``, times the alpha of the albedo texture and of the vertex colours, is ignored if ``alpha_mode`` is
+    "opaque", thresholded at ``alpha_cutoff`` if "mask", and the probability of a hit if "blend" (stochastic
+    alpha). A surface that is not ``double_sided`` is back-face culled, for all rays. ``unlit`` emits the albedo as
+    radiance and scatters nothing.
     """
 
+    model: Literal["metallic-roughness"] = "metallic-roughness"
     albedo: Reflectance = (0.5, 0.5, 0.5)
     roughness: Fraction = 0.5
     metallic: Fraction = 0.0
@@ -58,6 +69,7 @@ class Material:
     unlit: bool = False
 
     def __post_init__(self) -> None:
+        self._check_model()
         if self.ior is not None and self.f0 is not None:
             raise ValueError("ior and f0 both say how much is reflected; give one of them")
         if self.metal is None:
@@ -69,6 +81,14 @@ class Material:
             if getattr(self, name) != getattr(default, name):
                 raise ValueError(f"metal = {self.metal!r} already says what {name} is; leave {name} out")
 
+    def _check_model(self) -> None:
+        default = {field.name: field.default for field in fields(self)}
+        for key in sorted(_OF_MODELS - set(MODELS[self.model])):
+            given = next((k for k in (key, f"{key}_texture") if getattr(self, k, None) != default.get(k)), None)
+            if given:
+                keys = ", ".join(MODELS[self.model])
+                raise ValueError(f"{given} means nothing to model = {self.model!r}; leave it out; its keys are {keys}")
+
     @property
     def alpha(self) -> float:
         """GGX width."""
@@ -76,12 +96,12 @@ class Material:
 
     @property
     def base_color(self) -> Triple:
-        """The albedo, or the reflectance of the metal that takes its place."""
+        """The albedo, or the reflectance of the named metal."""
         return METAL_F0[self.metal] if self.metal else self.albedo
 
     @property
     def metalness(self) -> float:
-        """``metallic``, or 1 where ``metal`` takes its place."""
+        """``metallic``, or 1 for a named metal."""
         return 1.0 if self.metal else self.metallic
 
     @property
@@ -107,7 +127,7 @@ class Material:
 
     @property
     def specular_f90(self) -> Triple:
-        """Specular reflectance at grazing incidence: of a dielectric for each channel, of a metal white."""
+        """Specular reflectance at grazing incidence, per channel for a dielectric, 1 for a metal."""
         if self.metal:
             return (1.0, 1.0, 1.0)
         dielectric = (1 - self.metallic) * self.specular
@@ -117,7 +137,7 @@ class Material:
 
     @property
     def textures(self) -> dict[str, Texture]:
-        """Those it has, by what they change, a name of :data:`TEXTURED`."""
+        """Its textures by the name of the parameter, of :data:`TEXTURED`."""
         found = {name: getattr(self, f"{name}_texture") for name in TEXTURED}
         return {name: texture for name, texture in found.items() if texture is not None}
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Meshes of triangles, and where copies of them stand."""
+"""Triangle meshes and their instances."""
 
 from collections.abc import Iterator
 from functools import cached_property
@@ -11,12 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import BeforeValidator
 from pydantic.dataclasses import dataclass
 
-from fragtracer.scene.content import content_digest, kept
+from fragtracer.scene.content import content_digest, read_only
 from fragtracer.scene.fields import CONFIG, LARGEST, Number, Scale, Vector, as_tuple, as_vector
 
 
 class Geometry:
-    """Triangles that share vertices, equal to others where their content is.
+    """An indexed triangle mesh; two are equal if their content is.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ class Geometry:
         (vertices, 2) first and second set of texture coordinates; (0, 0) is the upper left corner
         of an image.
     tangents
-        (vertices, 4) tangent and the sign of the bitangent, as in glTF; left out, they follow from ``uvs``.
+        (vertices, 4) tangent and the sign of the bitangent, as in glTF; left out, they are computed from ``uvs``.
     colors
         (vertices, 3 or 4) linear Rec. 709 that multiplies the albedo, and alpha.
 
@@ -55,7 +55,7 @@ class Geometry:
         indices = _table(triangles, (3,), "triangles")
         if indices.size and not (indices.dtype.kind in "iu" and indices.min() >= 0 and indices.max() < count):
             raise ValueError(f"triangles must hold whole numbers from 0 to {count - 1}, the last of the vertices")
-        self.triangles = kept(indices, np.int32)
+        self.triangles = read_only(indices, np.int32)
         self.normals = _attribute(normals, (3,), "normals", count)
         self.uvs = _attribute(uvs, (2,), "uvs", count)
         self.uvs_1 = _attribute(uvs_1, (2,), "uvs_1", count)
@@ -68,7 +68,7 @@ class Geometry:
 
     @cached_property
     def bounds(self) -> NDArray[np.float64]:
-        """(2, 3) lower and upper corner of the box of all triangles, of which there is at least one."""
+        """(2, 3) minimum and maximum corner of the axis-aligned bounding box of the triangles; there must be one."""
         used = self.positions[self.triangles.ravel()] if len(self.positions) else self.positions
         return np.stack([used.min(axis=0), used.max(axis=0)])
 
@@ -106,7 +106,7 @@ def _table(values: ArrayLike, widths: tuple[int, ...], name: str) -> NDArray[Any
 
 
 def _frozen(values: ArrayLike, dtype: Any, widths: tuple[int, ...], name: str) -> NDArray[Any]:
-    array = kept(_table(values, widths, name), dtype)
+    array = read_only(_table(values, widths, name), dtype)
     if not (np.isfinite(array).all() and np.abs(array).max(initial=0) <= LARGEST):
         raise ValueError(f"{name} must be finite, and none beyond {LARGEST}")
     return array
@@ -123,8 +123,8 @@ IDENTITY: Matrix = ((1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 
 
 @dataclass(frozen=True, config=CONFIG)
 class Placement:
-    """Where a copy of a mesh stands: scaled, then turned about x, y and z of the world in that order,
-    then moved."""
+    """The transform of an instance: scale, then rotation about the x, y and z axes of the world in this order,
+    then translation."""
 
     translation: Vector = (0.0, 0.0, 0.0)
     rotation_degrees: Vector = (0.0, 0.0, 0.0)
@@ -136,7 +136,7 @@ class Placement:
 
     @property
     def matrix(self) -> NDArray[np.float64]:
-        """(4, 4) float64 from the mesh to the world."""
+        """(4, 4) float64, object space to world space."""
         x, y, z = np.radians(self.rotation_degrees)
         cx, cy, cz, sx, sy, sz = np.cos(x), np.cos(y), np.cos(z), np.sin(x), np.sin(y), np.sin(z)
         about_x = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
@@ -150,7 +150,7 @@ class Placement:
 
 @dataclass(frozen=True, config=CONFIG)
 class Part:
-    """Triangles of one material. ``matrix`` takes them to the mesh's own space (a node of glTF)."""
+    """Triangles of one material. ``matrix`` takes them to the object space of the mesh, as a glTF node does."""
 
     geometry: Geometry
     material: str
@@ -159,9 +159,9 @@ class Part:
 
 @dataclass(frozen=True, config=CONFIG)
 class Mesh:
-    """A model of several parts, with a copy at each of its ``instances``.
+    """A mesh of one or more parts, drawn once for each of its ``instances``.
 
-    ``material`` takes the place of those of the parts. ``file`` is what it was read from, if a file.
+    ``material`` overrides those of the parts. ``file`` is the file it was read from, if any.
     """
 
     parts: Annotated[tuple[Part, ...], BeforeValidator(as_tuple)]
@@ -171,14 +171,14 @@ class Mesh:
     name: str = "mesh"
 
     def placed(self) -> Iterator[tuple[NDArray[np.float64], Part]]:
-        """Every part at every place: its matrix (4, 4) to the world, and the part; those without triangles left out."""
+        """Each part of each instance that has triangles, with its (4, 4) matrix to world space."""
         for placement in self.instances:
             for part in self.parts:
                 if len(part.geometry.triangles):
                     yield placement.matrix @ np.asarray(part.matrix), part
 
     def box_corners(self) -> NDArray[np.float64]:
-        """The corners of the boxes of all parts at all places, in the world, (n, 3); n is 0 without triangles."""
+        """(n, 3) corners of the bounding boxes of all instances of all parts, in world space; n may be 0."""
         found = [np.zeros((0, 3))]
         for matrix, part in self.placed():
             corners = np.array(list(product(*part.geometry.bounds.T)))
@@ -186,5 +186,5 @@ class Mesh:
         return np.concatenate(found)
 
     def material_of(self, part: Part) -> str:
-        """The name of the material that ``part`` has in the scene."""
+        """The name of the material of ``part`` in the scene."""
         return self.material or part.material

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Reflectance at normal incidence of real metals and dielectrics, linear Rec. 709."""
+"""Reflectance at normal incidence of metals and dielectrics, linear Rec. 709."""
 
 METAL_F0: dict[str, tuple[float, float, float]] = {
-    # The table of the PBR course this project grew out of.
+    # Hoffman 2010, Background: Physically-Based Shading, table 1.
     "aluminium": (0.91, 0.92, 0.92),
     "copper": (0.95, 0.64, 0.54),
     "gold": (1.00, 0.71, 0.29),
@@ -18,6 +18,7 @@ METAL_F0: dict[str, tuple[float, float, float]] = {
     "zinc": (0.664, 0.824, 0.850),
 }
 
+# Hoffman 2010, table 1, too.
 DIELECTRIC_F0: dict[str, float] = {
     "water": 0.02,
     "plastic": 0.03,
@@ -37,8 +38,8 @@ def reflectance_from_ior(ior: float) -> float:
 def grazing_reflectance(f0: float) -> float:
     """Reflectance at grazing incidence of a surface with reflectance ``f0`` at normal incidence.
 
-    1 for every real one. Below 0.02, less than water's, it falls in proportion, down to an interface
-    without contrast, which reflects nothing at any angle (Lagarde and de Rousiers 2014, Moving
+    1 for real materials. Below an ``f0`` of 0.02, that of water, it falls in proportion to 0, so that
+    an ``f0`` of 0 reflects nothing at any angle (Lagarde and de Rousiers 2014, Moving
     Frostbite to Physically Based Rendering, section 3.1.2).
     """
     return min(1.0, 50 * f0)

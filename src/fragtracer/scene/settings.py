@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""How a scene is rendered."""
+"""Render settings."""
 
 from typing import Annotated, Literal
 
@@ -11,16 +11,16 @@ from fragtracer.scene.fields import CONFIG, Fraction
 
 @dataclass(frozen=True, config=CONFIG)
 class RenderSettings:
-    """How to render; what a scene leaves out has these values.
+    """How to render, with the defaults of a scene file.
 
     ``bounces`` counts scattering events on a path: 0 shows emitters only, 1 adds direct light.
     ``rays`` is the number of paths per pixel in one pass, ``light_samples`` the number of shadow
     rays at each vertex. Russian roulette may end a path from vertex ``russian_roulette_depth`` on.
-    ``multiple_scattering`` gives rough specular lobes back what their facets reflect more than once.
-    The ``integrator`` "split-sum" is the approximation of game engines: what a camera ray meets, lit by
-    lookups of the environment and by lights without shadows. Camera rays that meet nothing see the
-    environment as it is, or what that integrator looks up: the map prefiltered for ``background_roughness``,
-    the irradiance over pi, or black.
+    ``multiple_scattering`` compensates rough specular lobes for the energy of multiple scattering between
+    microfacets. The ``integrator`` "split-sum" is the approximation of game engines (Karis 2013): the first hit,
+    shaded by lookups of the prefiltered environment and by lights without shadows. Camera rays that leave the scene
+    see the ``background``: the environment itself, the map prefiltered for ``background_roughness``, its irradiance
+    over pi, or black.
     """
 
     width: Annotated[int, Field(ge=1, le=16384)] = 640

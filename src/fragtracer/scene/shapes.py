@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Surfaces with a formula of their own."""
+"""Analytic shapes: spheres, planes, rectangles, disks and single triangles."""
 
 from typing import Annotated
 

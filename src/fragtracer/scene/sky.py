@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A clear sky and its sun, computed from what air does to sunlight.
+"""A clear sky and its sun, by a model of scattering in the atmosphere.
 
 The atmosphere is a shell of molecules, aerosols and ozone over a sphere (the model of Bruneton and Neyret 2008,
 Precomputed Atmospheric Scattering). Light scattered once is integrated along each line of sight at 17 wavelengths;
@@ -76,8 +76,8 @@ def _density(radius: Floats) -> Floats:
     return np.stack([np.exp(-height / _HEIGHTS[0]), np.exp(-height / _HEIGHTS[1]), ozone], axis=-1)
 
 
-def _reach(radius: Floats, cosine: Floats) -> tuple[Floats, NDArray[np.bool_]]:
-    """How far a line of sight goes through the air, and whether it ends at the ground."""
+def _path_length(radius: Floats, cosine: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+    """Length in metres of a line of sight through the atmosphere, and whether it ends at the ground."""
     b = radius * cosine
     to_ground = b**2 - (radius**2 - _GROUND**2)
     meets = (cosine < 0) & (to_ground >= 0)
@@ -89,7 +89,7 @@ def _sunlight(radius: Floats, cosine: Floats, extinction: Floats) -> Floats:
     """The part of sunlight that arrives, (..., wavelengths), from a sun at ``cosine`` to the vertical."""
     horizon = -np.sqrt(np.maximum(0, 1 - (_GROUND / radius) ** 2))
     risen = np.clip(0.5 + (cosine - horizon) / (2 * _SUN_HALF_ANGLE), 0, 1)  # of the disc
-    far, _ = _reach(radius, np.maximum(cosine, horizon))
+    far, _ = _path_length(radius, np.maximum(cosine, horizon))
     t = far[..., None] * _NODES
     along = np.sqrt(radius[..., None] ** 2 + t**2 + 2 * t * (radius * np.maximum(cosine, horizon))[..., None])
     columns = (_density(along) * (far[..., None] * _WEIGHTS)[..., None]).sum(axis=-2)
@@ -114,7 +114,7 @@ class _Multiple:
         shape = np.broadcast_shapes(radius.shape, to_sun.shape)
         radius, view, to_sun, sun = (np.broadcast_to(a, shape).astype(float) for a in (radius, view, to_sun, sun))
         once, again, transmitted, meets = _march(radius, view, sun, to_sun, extinction, scattering)
-        far, _ = _reach(radius, view)
+        far, _ = _path_length(radius, view)
         at_ground = np.clip((radius * sun + far * to_sun) / _GROUND, -1, 1)
         lit = _sunlight(np.full(shape, _GROUND + 1.0), at_ground, extinction) * np.maximum(at_ground, 0)[..., None]
         ground = (meets[..., None] * transmitted) * lit * albedo / np.pi
@@ -151,7 +151,7 @@ def _march(
     and that between the two ``to_sun``: sunlight scattered towards their start before the phase function,
     by molecules and aerosols (..., 2, wavelengths); what is scattered of a light that is 1 everywhere, or
     that of ``multiple`` (..., wavelengths); the light that passes; and whether the line ends at the ground."""
-    far, meets = _reach(radius, view)
+    far, meets = _path_length(radius, view)
     once = np.zeros((*radius.shape, 2, len(_WAVELENGTHS)))
     again = np.zeros((*radius.shape, len(_WAVELENGTHS)))
     columns = np.zeros((*radius.shape, 3))

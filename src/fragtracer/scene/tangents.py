@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Tangents of a mesh that brings none."""
+"""Tangents of meshes without them."""
 
 from functools import lru_cache
 from typing import Any
@@ -14,13 +14,13 @@ _KEPT = 64
 
 @lru_cache(_KEPT)
 def with_tangents(geometry: Geometry, coordinates: int = 0) -> Geometry:
-    """The geometry with the tangents that follow from its set ``coordinates`` of texture coordinates.
+    """The geometry with tangents computed from its set ``coordinates`` of texture coordinates.
 
     As in MikkTSpace, which glTF 2.0 (section 3.7.2.1) asks for: the tangent of a vertex is the mean of
-    the directions in which u grows on its triangles, each laid into the plane of the vertex normal
-    and weighted by the triangle's angle there; vertices between triangles on which the image is
-    mirrored and not are split. The bitangent points where the image's upper edge is. A geometry
-    with tangents, or without those coordinates, stays as it is.
+    the ∂p/∂u of its triangles, each projected onto the plane of the vertex normal and weighted by the
+    angle of the triangle at the vertex; vertices shared by triangles of mirrored and unmirrored
+    coordinates are split. The bitangent points to the upper edge of the image. A geometry with
+    tangents, or without those coordinates, is returned as it is.
     """
     uvs = (geometry.uvs, geometry.uvs_1)[coordinates]
     if uvs is None or geometry.tangents is not None or not len(geometry.triangles):

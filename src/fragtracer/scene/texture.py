@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Images over surfaces."""
+"""Textures."""
 
 from typing import Annotated, Any, Literal, Self, get_args
 
@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import BeforeValidator, Field
 from pydantic.dataclasses import dataclass
 
-from fragtracer.scene.content import content_digest, kept
+from fragtracer.scene.content import content_digest, read_only
 from fragtracer.scene.fields import CONFIG, Number, as_vector
 
 ColorSpace = Literal["srgb", "linear"]
@@ -17,12 +17,12 @@ Pair = Annotated[tuple[Number, Number], BeforeValidator(as_vector)]
 
 
 class Image:
-    """Pixels of a texture, equal to another where their content is.
+    """Pixels of a texture; two are equal if their content is.
 
     ``pixels`` is (h, w, c) with 1 to 4 channels (grey, grey and alpha, RGB, RGB and alpha), row 0 at
-    the top, uint8 from 0 to 255 or float32, where what is below 0 becomes 0. The colours of ``srgb``
-    pixels are encoded by the curve of IEC 61966-2-1, alpha never is. ``file`` is where the pixels come
-    from, if from a file.
+    the top, uint8 from 0 to 255 or float32, negative values clamped to 0. The colours of ``srgb``
+    pixels are encoded by the curve of IEC 61966-2-1, alpha never is. ``file`` is the file they were read
+    from, if any.
 
     Raises ``ValueError`` for an array of another kind.
     """
@@ -38,7 +38,7 @@ class Image:
             raise ValueError(f"color_space must be one of {', '.join(get_args(ColorSpace))}, got {color_space!r}")
         if array.dtype.kind == "f":
             array = np.maximum(array, 0) if (array < 0).any() else array
-        self.pixels: NDArray[Any] = kept(array, np.uint8 if array.dtype == np.uint8 else np.float32)
+        self.pixels: NDArray[Any] = read_only(array, np.uint8 if array.dtype == np.uint8 else np.float32)
         if not np.isfinite(self.pixels).all():
             raise ValueError("the pixels of a texture must be finite, as float32")
         self.color_space: ColorSpace = color_space
@@ -57,12 +57,12 @@ class Image:
 
 @dataclass(frozen=True, config=CONFIG)
 class Texture:
-    """An image, and how it lies on a surface.
+    """An image, and how it is mapped to texture coordinates.
 
     Texture coordinates (0, 0) are the image's upper left corner, (1, 1) the lower right one, as in
-    glTF. ``offset``, ``rotation`` (radians, counter-clockwise) and ``scale`` change the coordinates
+    glTF. ``offset``, ``rotation`` (radians, counter-clockwise) and ``scale`` transform the coordinates
     before the lookup (glTF, KHR_texture_transform). ``coordinates`` says which of the mesh's two sets to use.
-    ``channel`` picks one channel where a single number is wanted.
+    ``channel`` is the one used by scalar parameters.
     """
 
     image: Image

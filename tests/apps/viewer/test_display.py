@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The display chain of the window (shaders/display*.frag) against that of picture files (images/look.py)."""
+"""The display chain of the window (shaders/display/) against that of picture files (display/look.py)."""
 
 from types import SimpleNamespace
 

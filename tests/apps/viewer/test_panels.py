@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: MIT
 """Materials and lights in the panels."""
 
+import numpy as np
 import pytest
 
 from fragtracer.apps.viewer.panels import lights, materials
-from fragtracer.scene import Light, Material
+from fragtracer.scene import Camera, DirectionalLight, Light, Material, SpotLight
 from fragtracer.scene.reflectance import DIELECTRIC_F0, METAL_F0
 
 
@@ -26,3 +27,38 @@ def test_light_in_other_unit_is_the_same_light() -> None:
     assert there.power is None
     assert there.surface_radiance == pytest.approx(light.surface_radiance)
     assert lights.in_unit(there, "power").power == pytest.approx(light.power)
+
+
+@pytest.mark.parametrize("kind", list(lights.NEW))
+def test_new_light_gives_the_same_irradiance_whatever_its_kind(kind: str) -> None:
+    camera = Camera((0.0, 2.0, 4.0), (1.0, 0.5, 0.0))
+    light = lights.new_light(kind, camera)
+    if isinstance(light, DirectionalLight):
+        irradiance = light.irradiance
+    else:
+        intensity = light.intensity
+        height = np.linalg.norm(np.subtract(light.position, camera.target))
+        irradiance = tuple(i / height**2 for i in intensity)
+        assert light.position[1] > camera.target[1]
+    assert irradiance == pytest.approx((20 / np.pi,) * 3)
+
+
+def test_only_what_is_edited_of_a_light_changes(monkeypatch: pytest.MonkeyPatch) -> None:
+    rows: dict[str, object] = {}
+
+    def row(text: str, value: object, *_: object, **__: object) -> object:
+        return rows.get(text, value)
+
+    for name in ("point", "color", "number", "slider", "choice"):
+        monkeypatch.setattr(lights.widgets, name, row)
+    spot = SpotLight((0.0, 1.0, 0.0), (0.3, -1.0, 0.1), (0.8, 0.4, 0.2), 10.0, 30.0)
+    sun = DirectionalLight((0.3, -1.0, 0.1), (0.8, 0.4, 0.2))
+    lamp = Light((0.0, 1.0, 0.0), 0.2, power=(0.7, 0.3, 0.1))
+    for light in (spot, sun, lamp):
+        assert lights.edit(light) is light
+    rows = {"Position": (1.0, 2.0, 3.0), "Direction": (0.0, 0.0, -1.0), "Intensity": 8.0, "Outer angle": 20.0}
+    assert lights.edit(spot) == SpotLight((1.0, 2.0, 3.0), (0.0, 0.0, -1.0), (8.0, 4.0, 2.0), 10.0, 20.0)
+    rows = {"Colour": (1.0, 1.0, 0.5)}
+    assert lights.edit(sun) == DirectionalLight(sun.direction, (0.8, 0.8, 0.4))
+    rows = {"Direction": (0.0, 0.0, 0.0)}
+    assert lights.edit(sun) is sun, "no direction"

@@ -5,11 +5,13 @@ import numpy as np
 import pytest
 
 import fragtracer as ft
-from fragtracer.apps.viewer import camera, picking
+from fragtracer.apps.viewer import actions, camera, picking
 from fragtracer.apps.viewer.document import Document
+from fragtracer.apps.viewer.input import Click
 from fragtracer.apps.viewer.panels import materials, objects
+from fragtracer.apps.viewer.session import Session
 
-from .models import tetrahedra
+from .models import stage, tetrahedra
 
 
 def test_pick_finds_what_is_in_front() -> None:
@@ -39,13 +41,13 @@ def test_pick_finds_the_lamp_and_the_walls_of_the_cornell_box() -> None:
     assert scene.rectangles[left[0][1]].material == "red"
 
 
-def test_pick_finds_every_copy_of_a_mesh_where_it_is() -> None:
+def test_pick_finds_every_instance_of_a_mesh_where_it_is() -> None:
     scene = tetrahedra()
     mesh, rng = scene.meshes[0], np.random.default_rng(2)
-    for copy in mesh.instances:
+    for instance in mesh.instances:
         geometry = mesh.parts[0].geometry
         for corners in geometry.positions[geometry.triangles]:
-            inside = copy.matrix[:3, :3] @ (rng.dirichlet((1, 1, 1)) @ corners) + copy.matrix[:3, 3]
+            inside = instance.matrix[:3, :3] @ (rng.dirichlet((1, 1, 1)) @ corners) + instance.matrix[:3, 3]
             direction = np.subtract(inside, scene.camera.position)
             distance = float(np.linalg.norm(direction))
             found = picking.pick(Document(scene), np.asarray(scene.camera.position), direction / distance)
@@ -74,9 +76,70 @@ def test_mesh_is_edited_like_other_objects() -> None:
     assert golden.albedo_texture == document.scene.materials["a"].albedo_texture, "a preset leaves textures"
 
 
-@pytest.mark.parametrize("kind", ["spheres", "planes", "rectangles", "lights"])
+def test_pick_finds_a_disk_up_to_its_edge() -> None:
+    scene = stage()
+    disk, origin = scene.disks[0], np.asarray(scene.camera.position)
+    normal = np.asarray(disk.normal) / np.linalg.norm(disk.normal)
+    u = np.cross(normal, (0.0, 1.0, 0.0))
+    u, v = u / np.linalg.norm(u), np.cross(normal, u / np.linalg.norm(u))
+    for angle in np.linspace(0, 2 * np.pi, 12):
+        for radius in (0.0, 0.99, 1.01):
+            point = disk.center + radius * disk.radius * (np.cos(angle) * u + np.sin(angle) * v)
+            distance = float(np.linalg.norm(point - origin))
+            found = picking.pick(Document(scene), origin, (point - origin) / distance)
+            if radius > 1:
+                assert found is None
+            else:
+                assert found is not None
+                assert found[0] == ("disks", 0)
+                assert found[1] == pytest.approx(distance)
+    away = picking.pick(Document(scene), origin, np.array((0.0, 0.0, 1.0)))
+    assert away is None, "it lies behind"
+
+
+def test_click_on_a_mark_selects_the_light_under_it() -> None:
+    session, aspect = Session.of(stage()), 1.5
+    for part in (("lights", 0), ("spot_lights", 0)):
+        place = camera.project(session.camera, session.document.part(part).position, aspect)
+        assert place is not None
+        for offset, expected in ((0.9 * picking.MARK, part), (1.1 * picking.MARK, None)):
+            beside = Click(place[0] + offset / aspect, place[1], focuses=False)
+            actions.click(session, beside, aspect, has_marks=True)
+            assert session.selected == expected
+        actions.click(session, Click(*place, focuses=False), aspect)
+        assert session.selected is None, "without marks there is nothing to be seen"
+        session.edit(session.document.with_hidden(part, True), "hide")
+        actions.click(session, Click(*place, focuses=False), aspect, has_marks=True)
+        assert session.selected is None
+
+
+def test_bounds_hold_what_has_a_place() -> None:
+    scene = stage()
+    assert picking.bounds(scene.disks[0]) == ((1.0, 0.0, 0.0), 1.0)
+    ball = picking.bounds(scene.spot_lights[0])
+    assert ball is not None
+    assert ball[0] == scene.spot_lights[0].position
+    assert picking.bounds(scene.directional_lights[0]) is None
+
+
+@pytest.mark.parametrize("kind", ["disks", "spot_lights", "directional_lights"])
+def test_every_kind_is_hidden_removed_and_called_by_a_name(kind: str) -> None:
+    document, part = Document(stage()), (kind, 0)
+    assert getattr(document.with_hidden(part, True).visible, kind) == ()
+    assert getattr(document.without_part(part).scene, kind) == ()
+    twice = document.with_added(kind, document.part(part))
+    assert twice.part((kind, 1)) == document.part(part)
+    name = {"disks": "Disk 2", "spot_lights": "Spot light 2", "directional_lights": "Directional light 2"}[kind]
+    assert objects.title(twice.scene, (kind, 1)) == name
+    assert objects.materials_of(document.part(part)) == (["a"] if kind == "disks" else [])
+
+
+@pytest.mark.parametrize("kind", ["spheres", "planes", "rectangles", "disks", "lights", "spot_lights"])
 def test_move_shifts_by_the_step(kind: str) -> None:
-    part = getattr(ft.load("cornell-box" if kind == "rectangles" else "three-spheres"), kind)[0]
-    name = {"spheres": "center", "planes": "point", "rectangles": "corner", "lights": "position"}[kind]
+    scenes = {"rectangles": "cornell-box"}
+    scene = stage() if kind in ("disks", "spot_lights") else ft.load(scenes.get(kind, "three-spheres"))
+    part = getattr(scene, kind)[0]
+    names = {"spheres": "center", "planes": "point", "rectangles": "corner", "disks": "center"}
+    name = names.get(kind, "position")
     shifted = getattr(objects.moved(part, (1.0, -2.0, 3.0)), name)
     np.testing.assert_allclose(np.subtract(shifted, getattr(part, name)), (1, -2, 3))

@@ -4,14 +4,15 @@
 import signal
 import sys
 import warnings
+from typing import Annotated
 
 import typer
 
+from fragtracer import __version__
 from fragtracer.apps.cli import bench, compare, develop, doctor, info, render, scenes, view
 from fragtracer.errors import FragtracerError
 
 app = typer.Typer(
-    help="A path tracer in one GLSL fragment shader, proved against Mitsuba.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -31,8 +32,23 @@ for command in (
     app.command()(command)
 
 
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        print(f"fragtracer {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    """A path tracer in one GLSL fragment shader, proved against Mitsuba."""
+
+
 def main() -> None:
-    """Run the command line; errors that the user can mend become one message and exit status 2."""
+    """Run the command line; errors of input become one message and exit status 2."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     warnings.showwarning = lambda message, *_, **__: print(f"fragtracer: warning: {message}", file=sys.stderr)
     try:

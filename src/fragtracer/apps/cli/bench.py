@@ -31,7 +31,7 @@ def bench(
     light_samples: Annotated[str | None, typer.Option(metavar="N,N,..", help="Shadow rays at each vertex.")] = None,
     runs: Annotated[int | None, typer.Option(min=1, max=1000, help="How often each number is measured.")] = None,
     time: Annotated[float | None, typer.Option(min=0.01, metavar="SECONDS", help="For each renderer and run.")] = None,
-    row_limit: Annotated[float, typer.Option(min=0.1, metavar="SECONDS", help="Skip slower frames.")] = 20.0,
+    row_limit: Annotated[float, typer.Option(min=0.1, metavar="SECONDS", help="Ignore slower frames.")] = 20.0,
     reference: Annotated[Literal["own", "mitsuba"], typer.Option(help="Who makes the converged image.")] = "own",
     variant: Annotated[str | None, typer.Option(help="Mitsuba's, as cuda_ad_rgb.  [default: llvm_ad_rgb]")] = None,
     json: Annotated[Path | None, typer.Option(help="Write everything, for --diff.")] = None,

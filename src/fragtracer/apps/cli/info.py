@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""``fragtracer info``: what this machine offers, and what is missing with the mend; or what a scene holds."""
+"""``fragtracer info``: OpenGL and Mitsuba on this machine; or what a scene holds."""
 
 import platform
+from collections.abc import Iterator
 from importlib.util import find_spec
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -11,13 +12,19 @@ from fragtracer import __version__
 from fragtracer.apps.cli.options import SCENE_HELP
 from fragtracer.errors import FragtracerError
 
-_KINDS = ("spheres", "planes", "rectangles", "triangles", "meshes", "lights", "materials")
+if TYPE_CHECKING:
+    from fragtracer.scene import Mesh, Scene
+
+_SHAPES = ("spheres", "planes", "rectangles", "disks", "triangles", "meshes")
+_LIGHTS = ("lights", "spot_lights", "directional_lights")
 
 
 def info(scene: Annotated[str | None, typer.Argument(help=SCENE_HELP)] = None) -> None:
     """Print the OpenGL vendor, renderer, version and limits, and what is missing; with a SCENE, what is in it."""
     if scene is not None:
-        _print_scene(scene)
+        from fragtracer.io.toml import load
+
+        print("\n".join(contents(load(scene))))
         return
     print(f"fragtracer {__version__}, Python {platform.python_version()}, {platform.platform()}")
     works = _print_opengl()
@@ -26,27 +33,29 @@ def info(scene: Annotated[str | None, typer.Argument(help=SCENE_HELP)] = None) -
         raise typer.Exit(2)
 
 
-def _print_scene(name: str) -> None:
-    from fragtracer.io.toml import load
-
-    scene = load(name)
-    print(f"{scene.name}: {scene.description}" if scene.description else scene.name)
-    print(f"camera         at {_row(scene.camera.position)}, to {_row(scene.camera.target)}")
-    for kind in _KINDS:
+def contents(scene: "Scene") -> Iterator[str]:
+    """The lines that say what ``scene`` holds."""
+    yield f"{scene.name}: {scene.description}" if scene.description else scene.name
+    yield _line("camera", f"at {_row(scene.camera.position)}, to {_row(scene.camera.target)}")
+    for kind in (*_SHAPES, *_LIGHTS, "materials"):
         if count := len(getattr(scene, kind)):
-            print(f"{kind:14} {count}")
+            yield _line(kind.replace("_", " "), f"{count}")
     for mesh in scene.meshes:
-        _print_mesh(mesh)
+        yield from _mesh(mesh)
 
 
-def _print_mesh(mesh: Any) -> None:
+def _mesh(mesh: "Mesh") -> Iterator[str]:
     from fragtracer.io import bounds
 
     low, high = bounds(mesh)
     triangles = sum(len(part.geometry.triangles) for part in mesh.parts)
-    copies = f", {len(mesh.instances)} copies" if len(mesh.instances) != 1 else ""
-    print(f"mesh           {mesh.name}: {triangles} triangles in {len(mesh.parts)} parts{copies}")
-    print(f"               from {_row(low)} to {_row(high)} m")
+    instances = f", {len(mesh.instances)} instances" if len(mesh.instances) != 1 else ""
+    yield _line("mesh", f"{mesh.name}: {triangles} triangles in {len(mesh.parts)} parts{instances}")
+    yield _line("", f"from {_row(low)} to {_row(high)} m")
+
+
+def _line(name: str, text: str) -> str:
+    return f"{name:19} {text}"
 
 
 def _row(values: Any) -> str:

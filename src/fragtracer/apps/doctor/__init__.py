@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Does this driver compute what fragtracer asks of it? Checks that need no other renderer.
+"""Does this driver compute correctly? Checks that need no other renderer.
 
 Each check is a function of a context that yields :class:`Finding`; :func:`examine` runs them all.
 """
@@ -12,13 +12,13 @@ from typing import Any
 
 from fragtracer.errors import FragtracerError
 
-# The module of each check, and what it means if it fails.
+# The module of each check, and what its failure means.
 CHECKS = {
     "compile": "the driver's GLSL compiler rejects a program: report it, with the message",
     "numbers": "integer or bit operations differ from the standard: images are noise, or biased",
-    "samplers": "directions are not drawn with their density: images are biased",
-    "intersections": "rays hit the wrong thing: holes, acne or light leaks",
-    "furnace": "the integrator loses or makes light on this driver: brightness is wrong",
+    "samplers": "directions do not follow their pdf: images are biased",
+    "intersections": "rays hit the wrong shape: holes, acne or light leaks",
+    "furnace": "the integrator loses or gains energy on this driver: brightness is wrong",
     "estimators": "light sampling and BSDF sampling disagree: shadows or reflections are wrong",
     "determinism": "the same seed gives different images: results cannot be repeated",
 }
@@ -26,7 +26,7 @@ CHECKS = {
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that was looked at. ``seconds`` is how long it took."""
+    """The result of one check on one ``subject``; ``seconds`` is its duration."""
 
     check: str
     subject: str
@@ -36,7 +36,7 @@ class Finding:
 
     @property
     def meaning(self) -> str:
-        """What a failure means; empty if it passed."""
+        """What the failure means; empty if it passed."""
         return "" if self.passed else CHECKS[self.check]
 
 

@@ -10,7 +10,7 @@ from fragtracer.apps.doctor import Finding
 from fragtracer.errors import FragtracerError
 from fragtracer.io.toml import bundled, load
 from fragtracer.renderer import Renderer
-from fragtracer.scene import Camera, Scene, Triangle
+from fragtracer.scene import Camera, DirectionalLight, Disk, Material, Scene, SpotLight, Triangle
 
 
 def findings(context: Any) -> Iterator[Finding]:
@@ -39,6 +39,15 @@ def _scenes() -> Iterator[tuple[str, Scene]]:
     sail = Triangle(corners, "lamp")
     lamp = replace(next(iter(scenes["furnace"].materials.values())), emission=(1.0, 1.0, 1.0))
     yield "lens, triangle light", Scene(camera=lens, materials={"lamp": lamp}, triangles=(sail,))
+    yield (
+        "disk, spot and directional light",
+        Scene(
+            materials={"matte": Material()},
+            disks=(Disk((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 1.0, "matte"),),
+            spot_lights=(SpotLight((0.0, 1.0, 1.0), (0.0, -1.0, -1.0), (1.0, 1.0, 1.0)),),
+            directional_lights=(DirectionalLight((0.0, 0.0, -1.0), (1.0, 1.0, 1.0)),),
+        ),
+    )
     grid = scenes["roughness-grid"]
     yield "more than a uniform block holds", replace(grid, spheres=grid.spheres * 20)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The same seed gives the same picture, bit for bit, however the work is cut."""
+"""The same seed gives the same picture, bit for bit, whatever the size of a pass."""
 
 from collections.abc import Iterator
 from typing import Any

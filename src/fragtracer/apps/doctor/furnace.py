@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A closed room that shines: the answer is known."""
+"""Furnace test: a closed room whose walls emit, with a known solution."""
 
 from collections.abc import Iterator
 from typing import Any

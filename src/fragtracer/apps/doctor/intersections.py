@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Rays meet shapes where float64 says."""
+"""Intersections agree with float64."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -12,7 +12,7 @@ from fragtracer.gpu.probe import probe
 
 _SHAPES = ["core/constants.glsl", "core/math.glsl", *(f"shape/{n}.glsl" for n in ("ray", "sphere", "plane"))]
 _ROWS = 2**18
-_TOLERANCE = 1e-4  # relative; rays that graze a sphere within this are left out
+_TOLERANCE = 1e-4  # relative; grazing rays are left out
 
 
 def findings(context: Any) -> Iterator[Finding]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The findings as a page to attach to a bug report."""
+"""The findings as an HTML page to attach to a bug report."""
 
 from collections.abc import Mapping, Sequence
 from html import escape

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Samples have their density: a chi² test in coordinates in which it is uniform."""
+"""Samplers follow their pdf: a chi² test in coordinates in which it is uniform."""
 
 import math
 from collections.abc import Iterator
@@ -18,7 +18,7 @@ _LEVEL = 1e-4  # of each test
 # Of the three materials of _energy, seen under cos = 0.8, by 2000 x 2000 points of float64 quadrature.
 _REFLECTED = (1.0, 0.52086, 0.92532)
 
-# GLSL that makes a point of u, and its height and azimuth in [0, 1), uniform if the sampler is right.
+# GLSL that samples a point from u, and its height and azimuth in [0, 1), uniform if the sampler is right.
 _AZIMUTH = "fract(atan(v.y, v.x) / (2.0 * PI) + 1.0)"
 _SAMPLERS = {
     "cosine hemisphere": ("vec3 v = square_to_cosine_hemisphere(u);", "dot(v.xy, v.xy)"),
@@ -61,7 +61,7 @@ def _chi_square_tail(x: float, degrees: int) -> float:
 
 
 def _energy(context: Any, u: NDArray[np.float32]) -> Finding:
-    """A smooth white metal, a rough one and a white dielectric reflect what float64 quadrature says."""
+    """The albedo of a smooth white metal, a rough one and a white dielectric agrees with float64 quadrature."""
     body = """
         vec3 wo = normalize(vec3(0.6, 0.0, 0.8));
         BsdfSample a = bsdf_sample(Bsdf(vec3(0.0), 1e-3, vec3(1.0), vec3(1.0)), wo, u);

@@ -47,27 +47,28 @@ def carry_out(session: Session, action: str) -> bool:
             session.edit(replace(session.document, hidden=frozenset()), "show all")
         case "remove", _ if session.selected is not None:
             scene_panel.remove(session, session.selected)
-        case "add", _:
-            scene_panel.add_light(session)
+        case "add", kind:
+            scene_panel.add_light(session, kind)
         case _:
             return False
     return True
 
 
 def take(session: Session, path: Path) -> None:
-    """Take a file that was dropped: a picture becomes the environment, all else is opened."""
+    """Take a dropped file: an .hdr or .exr image becomes the environment, anything else is opened."""
     if path.suffix.lower() in (".hdr", ".exr"):
         session.light_by(path)
     else:
         session.open(path)
 
 
-def click(session: Session, where: Click, aspect: float) -> None:
-    """Select what was clicked, or put it in focus."""
+def click(session: Session, where: Click, aspect: float, has_marks: bool = False) -> None:
+    """Select what was clicked, or put it in focus; ``has_marks`` if those of lights lie over the picture."""
     origin, direction = cameras.ray(session.camera, where.x, where.y, aspect)
     hit = picking.pick(session.document, origin, direction)
     if not where.focuses:
-        session.selected = hit[0] if hit else None
+        mark = picking.pick_mark(session.document, session.camera, where.x, where.y, aspect) if has_marks else None
+        session.selected = mark or (hit[0] if hit else None)
     elif hit:
         _, _, forward = cameras.axes(session.camera)
         distance = float(hit[1] * (direction @ forward))
@@ -77,13 +78,13 @@ def click(session: Session, where: Click, aspect: float) -> None:
 
 
 def look_at_selected(session: Session) -> None:
-    """Turn and move the camera to what is selected."""
+    """Move the camera so that the selection fills the picture."""
     if session.selected is None:
-        session.say("Select something to look at: click on it")
+        session.say("Nothing is selected: click on an object to frame it")
         return
     ball = picking.bounds(session.document.part(session.selected))
     if ball is None:
-        session.say("This goes on for ever; it cannot be looked at as a whole")
+        session.say("This has no bounds to frame")
         return
     session.camera = cameras.frame(session.camera, *ball)
 
@@ -97,7 +98,7 @@ def save_path(session: Session) -> Path:
 
 
 def fresh(path: Path) -> Path:
-    """``path``, or with a number where there is such a file."""
+    """``path``, numbered if that file exists."""
     number, free = 1, path
     while free.exists():
         number += 1
@@ -106,9 +107,9 @@ def fresh(path: Path) -> Path:
 
 
 def render_command(session: Session, size: tuple[int, int], spp: int) -> str:
-    """The command line that makes the picture in the window.
+    """The command line that renders the picture in the window.
 
-    A scene that is in no file as it is now, seen from here, is written to a new one in the current folder.
+    A scene that differs from its file, be it by the camera alone, is written to a new one in the current folder.
     """
     scene = session.document.scene
     if session.is_saved and session.path is not None and session.camera == session.home and not session.document.hidden:

@@ -1,41 +1,36 @@
 # SPDX-License-Identifier: MIT
-"""The viewer: a loop that takes input, edits the session, traces for a while, and shows what there is."""
+"""The viewer's loop: takes input, edits the session, traces within a time budget, and shows the picture."""
 
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from imgui_bundle import imgui
 from numpy.typing import NDArray
 
 from fragtracer.apps.viewer import actions
-from fragtracer.apps.viewer.display import AUXILIARY, Display, Rectangle
-from fragtracer.apps.viewer.governor import Governor
+from fragtracer.apps.viewer.display import AUXILIARY
+from fragtracer.apps.viewer.dynamic_resolution import DynamicResolution
 from fragtracer.apps.viewer.interface import Interface
 from fragtracer.apps.viewer.layout import Area
 from fragtracer.apps.viewer.live import LiveRenderer
 from fragtracer.apps.viewer.panels.statistics import Figures
 from fragtracer.apps.viewer.refiner import Refiner
+from fragtracer.apps.viewer.screen import Screen
 from fragtracer.apps.viewer.session import Session
 from fragtracer.apps.viewer.statistics import FilmStatistics, FrameTimes
 from fragtracer.apps.viewer.watch import Watch, scene_files, shader_files
-from fragtracer.apps.viewer.window import Window
 from fragtracer.apps.viewer.wipe import Wipe
 from fragtracer.errors import DeviceError, FragtracerError, ShaderError
-from fragtracer.gpu.context import attach_context
 from fragtracer.io.images import write_image
 from fragtracer.resources import folder
 from fragtracer.scene import Scene
 
 _NAP = 0.1  # seconds to wait for events when there is nothing to do
-_BACKGROUND = (0.06, 0.06, 0.07)
-_CHECKED_EVERY = 60  # frames
-_FATAL = ("GL_OUT_OF_MEMORY", "GL_UNKNOWN_ERROR")
-_SHOWN_EVERY = 0.06  # seconds, while the picture is at rest and refines
-_FIRST = 16  # samples per pixel of the picture before others are drawn beside it
-_AWAKE = 0.5  # seconds after the last event before that
+_SHOWN_EVERY = 0.06  # seconds between frames while nothing moves and the picture refines
+_FIRST = 16  # samples per pixel of the picture before those for the significance map are drawn
+_AWAKE = 0.5  # seconds after the last input until the loop waits for events
 
 
 class Viewer:
@@ -48,22 +43,17 @@ class Viewer:
         self, scene: Scene, path: Path | None = None, size: tuple[int, int] = (1280, 720), ini: Path | None = None
     ) -> None:
         self.session = Session.of(scene, path)
-        self.window = Window("fragtracer", size, ini)
-        self.context = attach_context()
-        self.display = Display(self.context)
-        renderer = LiveRenderer(self.session.shown, (65, 37), self.context)
-        self.refiner = Refiner(renderer, Governor())
+        self.screen = Screen(size, ini)
+        renderer = LiveRenderer(self.session.shown, (65, 37), self.screen.context)
+        self.refiner = Refiner(renderer, DynamicResolution())
         self.film_statistics = FilmStatistics()
         self.times = FrameTimes()
         self.wipe = Wipe()
         self.interface = Interface(self.session, self.wipe)
-        self.rectangle: Rectangle = (0, 0, 1, 1)
         self._shaders = Watch(lambda: shader_files(folder("shaders")), whole_folder=True)
         self._file = Watch(lambda: scene_files(self.session.document.scene, self.session.path))
         self._seen_version = self.session.version
-        self._title = ""
-        self._frames = 0
-        self._gathered_before = ""
+        self._seen_view = ""
         self._gl_renderer = renderer.context_info["GL renderer"]
         self._shader_problem = ""
         self._presented: tuple[object, ...] = ()
@@ -71,7 +61,7 @@ class Viewer:
 
     @property
     def is_open(self) -> bool:
-        return not self.window.should_close
+        return not self.screen.window.should_close
 
     @property
     def renderer(self) -> LiveRenderer:
@@ -79,12 +69,12 @@ class Viewer:
 
     @property
     def problem(self) -> str:
-        """What is wrong, as the window shows it."""
+        """The message that the window shows, "" for none."""
         return self._shader_problem or self.refiner.problem or self.session.problem
 
     @property
     def is_done(self) -> bool:
-        """Whether the picture is as fine as was asked for, or paused."""
+        """Whether the target error or number of samples is reached, or refining is paused."""
         session, error = self.session, self.film_statistics.relative_error
         if self.refiner.is_moving:
             return False
@@ -92,20 +82,21 @@ class Viewer:
         return session.paused or fine or bool(session.max_samples and self.renderer.spp >= session.max_samples)
 
     def frame(self) -> None:
-        """One turn of the loop; sleeps for a while where nothing changes."""
+        """One turn of the loop; sleeps for a while if nothing changes."""
         asleep = time.perf_counter() - self.interface.used_at > _AWAKE
-        idle = asleep and self.is_done and not self._gathers_for_comparison
-        self.window.poll(_NAP if idle else 0.0)
+        idle = asleep and self.is_done and not self._draws_for_comparison
+        window = self.screen.window
+        window.poll(_NAP if idle else 0.0)
         start = time.perf_counter()
-        if self.window.is_minimised:
+        if window.is_minimised:
             time.sleep(0.05)
             return
         if self._shows_nothing_new(start):
             self._refine()
             return
         self._watch()
-        with self.window.panels():
-            area, action = self.interface.describe(self.figures, self.times, self.display.compares, self.problem)
+        with window.panels():
+            area, action = self.interface.describe(self.figures, self.times, self.screen.display.compares, self.problem)
             if action:
                 self.do(action)
         self._sync(area)
@@ -115,43 +106,35 @@ class Viewer:
             self.film_statistics.forget()
         elif self.renderer.spp > 1:
             self.film_statistics.look(self.renderer.film)
-        self._draw(self.context.detect_framebuffer(0))
+        self._set_title()
         self._presented = self._on_screen()
         self._presented_at = time.perf_counter()
-        self.window.present()
+        self.screen.show(self.refiner, self.session.display)
         seconds = time.perf_counter() - start
-        self.refiner.governor.note_overhead(seconds - traced)
-        self._check_driver()
+        self.refiner.resolution.note_overhead(seconds - traced)
         self.times.add(seconds, self.renderer.pass_seconds)
 
     def _shows_nothing_new(self, now: float) -> bool:
-        """Whether the time is better spent on the picture: it is at rest, and was shown a moment ago."""
+        """Whether a frame would show nothing new but samples, and the last one was a moment ago."""
         refiner = self.refiner
         fades = refiner.held is not None and self.renderer.spp > 0
-        if refiner.is_moving or fades or self.is_done or self.window.was_touched:
+        if refiner.is_moving or fades or self.is_done or self.screen.window.was_touched:
             return False
-        wait = max(_SHOWN_EVERY, 2 * refiner.governor.overhead)
+        wait = max(_SHOWN_EVERY, 2 * refiner.resolution.overhead)
         return now - self._presented_at < wait and self._presented == self._on_screen()
 
     def _on_screen(self) -> tuple[object, ...]:
-        """What decides over the next frame, apart from samples and events."""
+        """What the next frame depends on, apart from samples and events."""
         session = self.session
         return session.version, session.camera, session.display, session.toast, session.max_samples
 
     def _compare(self) -> None:
-        if problem := self.wipe.update(self.session.shown, self.refiner.size, self.display):
+        if problem := self.wipe.update(self.session.shown, self.refiner.size, self.screen.display):
             self.session.problem = problem
 
-    def _check_driver(self) -> None:
-        """A driver that has lost the context, or memory, says so here, and a black window helps nobody."""
-        self._frames += 1
-        if self._frames % _CHECKED_EVERY == 0 and self.context.error in _FATAL:
-            raise DeviceError("the graphics driver ran out of memory or lost the window's context")
-
     def _refine(self) -> float:
-        """Trace, if there is something to trace; returns for how many seconds."""
-        gathers = self._gathers_for_comparison
-        if gathers and (self.is_done or self._frames % 2):
+        """Trace unless the picture is done; returns the seconds spent."""
+        if self._draws_for_comparison and (self.is_done or self.screen.frames % 2):
             return self._draw_for_comparison()
         if self.is_done:
             self.refiner.fade(limit=0)
@@ -159,20 +142,20 @@ class Viewer:
         return self.refiner.frame(self.session.max_samples or None)
 
     @property
-    def _gathers_for_comparison(self) -> bool:
-        """Whether our own pictures for the significance map are wanted, and can be had now."""
-        at_rest = not (self.refiner.is_moving or self.session.paused or self._gathered())
+    def _draws_for_comparison(self) -> bool:
+        """Whether the significance map needs more of our pictures, and nothing moves."""
+        at_rest = not (self.refiner.is_moving or self.session.paused or self._auxiliary())
         return self.wipe.wants_pictures and at_rest and self.renderer.spp >= _FIRST
 
     def _draw_for_comparison(self) -> float:
         try:
-            return self.wipe.draw_ours(self.renderer, self.refiner.governor.rest_budget)
+            return self.wipe.draw_ours(self.renderer, self.refiner.resolution.rest_budget)
         except DeviceError as error:
             self.session.problem = str(error)
             return 0.0
 
     def _watch(self) -> None:
-        for path in self.window.take_dropped():
+        for path in self.screen.window.take_dropped():
             self.attempt(lambda path=path: actions.take(self.session, Path(path)))  # type: ignore[misc]
             self._file.accept()
         if self._file.changed():
@@ -184,7 +167,7 @@ class Viewer:
 
     def _reload_shaders(self) -> None:
         try:
-            self.display.reload_shaders()
+            self.screen.display.reload_shaders()
             self.refiner.reload_shaders()
         except ShaderError as error:
             self._shader_problem = str(error)
@@ -198,7 +181,7 @@ class Viewer:
         self.wipe.forget_ours()
 
     def attempt(self, action: Callable[[], object]) -> None:
-        """Do something of which the user shall see why it failed."""
+        """Run ``action``; a failure becomes the problem that the window shows."""
         try:
             action()
             self.session.problem = ""
@@ -212,7 +195,7 @@ class Viewer:
             case "panels" | "help" | "layout":
                 self.interface.show(action)
             case "close":
-                self.window.request_close()
+                self.screen.window.request_close()
             case "image png" | "image exr":
                 name = f"{self.session.document.scene.name}.{action.split()[1]}"
                 self.attempt(lambda: self.save_image(actions.fresh(Path.cwd() / name)))
@@ -233,33 +216,31 @@ class Viewer:
     def save_image(self, path: Path) -> None:
         """Write the picture, without panels, with the metadata of ``fragtracer render``."""
         shown = self.session.display
-        metadata = self.renderer.metadata() | {"view": self._gathered() or "radiance"}
+        metadata = self.renderer.metadata() | {"view": self._auxiliary() or "radiance"}
         write_image(path, self.renderer.image(), metadata, **actions.look(shown))
         self.session.say(f"Saved {path}")
 
     def _sync(self, area: Area) -> None:
         """Tell the refiner what has changed since the last frame."""
-        scale, height = self.window.pixels_per_unit, self.window.pixels[1]
-        size = (max(1, round(area.width * scale)), max(1, round(area.height * scale)))
-        self.rectangle = (round(area.x * scale), height - round(area.y * scale) - size[1], *size)
-        self.refiner.resize(size)
+        self.refiner.resize(self.screen.place(area))
         session = self.session
         if session.version != self._seen_version:
             self._seen_version = session.version
             self.refiner.change(session.shown)
-        elif self._gathered() != self._gathered_before:
-            self._gathered_before = self._gathered()
-            self.refiner.gather(self._gathered_before)
+        elif self._auxiliary() != self._seen_view:
+            self._seen_view = self._auxiliary()
+            self.refiner.show_view(self._seen_view)
         elif session.camera != self.refiner.camera:
             self.refiner.look(session.camera)
 
-    def _gathered(self) -> str:
+    def _auxiliary(self) -> str:
+        """The view that the tracer renders in place of radiance, "" for none."""
         view = self.session.display.view
         return view if view in AUXILIARY else ""
 
     @property
     def figures(self) -> Figures:
-        """What is known about the picture."""
+        """The figures of the statistics panel and the status bar."""
         state = "moving" if self.refiner.is_moving else "paused" if self.session.paused else "refining"
         state = "preparing" if self.refiner.is_preparing else state
         return Figures(
@@ -272,53 +253,22 @@ class Viewer:
             gl_renderer=self._gl_renderer,
             gpu_bytes=self.renderer.gpu_bytes,
             pass_seconds=self.renderer.pass_seconds,
-            baked=self.renderer.is_baked,
+            specialised=self.renderer.is_specialised,
             state="done" if state == "refining" and self.is_done else state,
         )
 
-    def _draw(self, target: Any) -> None:
-        """Draw picture and panels into a framebuffer of the size of the window."""
-        everything = (0, 0, *self.window.pixels)
-        target.viewport = target.scissor = everything
-        target.clear(*_BACKGROUND)
-        shown, held = self.renderer.film, self.refiner.held
-        if held is not None and self.renderer.spp == 0:  # the new one has nothing yet, and mixing takes time
-            shown, held = held, None
-        self.display.draw(
-            target,
-            shown,
-            self.rectangle,
-            self.session.display,
-            self.renderer.spp,
-            held,
-            self.refiner.held_weight,
-        )
-        target.viewport = target.scissor = everything
-        self.window.draw_panels()
-        self._set_title()
-
     def _set_title(self) -> None:
         mark = "" if self.session.is_saved else " •"
-        title = f"{self.session.document.scene.name}{mark} – fragtracer"
-        if title != self._title:
-            self._title = title
-            self.window.set_title(title)
+        self.screen.set_title(f"{self.session.document.scene.name}{mark} – fragtracer")
 
     def grab(self) -> NDArray[np.uint8]:
         """What the window shows, (height, width, 3) sRGB bytes, row 0 at the top."""
-        width, height = self.window.pixels
-        target: Any = self.context.simple_framebuffer((width, height), 3)
-        self._draw(target)
-        pixels = np.frombuffer(target.read((0, 0, width, height), 3, alignment=1), np.uint8)
-        self.context.detect_framebuffer(0).use()  # moderngl would bind the released one again
-        target.release()
-        return np.ascontiguousarray(pixels.reshape(height, width, 3)[::-1])
+        return self.screen.grab(self.refiner, self.session.display)
 
     def close(self) -> None:
         self.wipe.stop()
         self.refiner.close()
-        self.display.release()
-        self.window.close()
+        self.screen.close()
 
     def __enter__(self) -> "Viewer":
         return self

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The glare of what the window shows, through shaders/display_bloom.frag; images/bloom.py defines it."""
+"""The glare of what the window shows, through shaders/display/bloom.frag; display/bloom.py defines it."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -7,7 +7,6 @@ from typing import Any
 from fragtracer.display.bloom import BLOCK, TAPS, weights
 from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.resources import folder
-from fragtracer.shader_composer import CONSTANTS
 
 Size = tuple[int, int]
 _LEVEL, _COARSE = 5, 6  # texture units beside those of the picture
@@ -18,7 +17,7 @@ class Bloom:
 
     def __init__(self, context: Any) -> None:
         self._context = context
-        self._programs: dict[tuple[tuple[str, int], ...], FullscreenProgram] = {}
+        self._programs: dict[tuple[tuple[str, int | str], ...], FullscreenProgram] = {}
         self._size: Size | None = None
         self._levels: list[tuple[Any, Any]] = []  # two at each resolution, each with its framebuffer
 
@@ -65,7 +64,7 @@ class Bloom:
         level: int | None = None,
         coarse: int | None = None,
     ) -> None:
-        program = self._program({"BLOOM_PASS": CONSTANTS[f"BLOOM_{kind}"], **(defines or {})})
+        program = self._program({"BLOOM_PASS": f"BLOOM_{kind}", **(defines or {})})
         program.set(uniforms or {})
         for unit, source in ((_LEVEL, level), (_COARSE, coarse)):
             if source is not None:
@@ -75,10 +74,10 @@ class Bloom:
         framebuffer.viewport = framebuffer.scissor = (0, 0, *texture.size)
         program.draw()
 
-    def _program(self, defines: Mapping[str, int]) -> FullscreenProgram:
+    def _program(self, defines: Mapping[str, int | str]) -> FullscreenProgram:
         key = tuple(sorted(defines.items()))
         if key not in self._programs:
-            program = FullscreenProgram(self._context, folder("shaders"), "display_bloom.frag", defines)
+            program = FullscreenProgram(self._context, folder("shaders"), "display/bloom.frag", defines)
             program.set({"u_film_mean": 0, "u_held": 2, "u_other": 3, "u_level": _LEVEL, "u_coarse": _COARSE})
             self._programs[key] = program
         return self._programs[key]

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Moves a camera; every function returns another :class:`Camera` and knows nothing of windows.
 
-Angles are in radians, distances in metres. What is seen follows the hand: a positive ``right`` moves
-the picture to the right.
+Angles are in radians, distances in metres. The picture follows the mouse: a positive ``right`` moves it to
+the right.
 """
 
 from collections.abc import Sequence
@@ -25,7 +25,7 @@ def axes(camera: Camera) -> tuple[Vector, Vector, Vector]:
 
 
 def orbit(camera: Camera, right: float, down: float) -> Camera:
-    """Turn the scene about the target, by hand to the ``right`` and ``down``."""
+    """Turn the scene about the target, to the ``right`` and ``down``."""
     back = np.subtract(camera.position, camera.target)
     return replace(camera, position=_triple(camera.target + _turned(camera, back, -right, -down)))
 
@@ -57,7 +57,7 @@ def fly(camera: Camera, right: float, up: float, forward: float) -> Camera:
 
 
 def frame(camera: Camera, center: Sequence[float], radius: float) -> Camera:
-    """Look at a ball from where the camera is, at the distance at which it fills most of the height."""
+    """Look at a bounding sphere from the current direction, at a distance where it fills most of the height."""
     back = _unit(np.subtract(camera.position, camera.target))
     distance = 1.3 * radius / np.sin(np.radians(camera.fov_degrees) / 2)
     return replace(camera, position=_triple(center + distance * back), target=_triple(np.asarray(center, np.float64)))

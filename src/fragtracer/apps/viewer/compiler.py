@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""Programs are compiled in a process of their own first, so that no frame of the window waits for it.
+"""Compiles programs in a background process, so that no frame of the window waits for the driver.
 
-A driver keeps what it compiled in a cache on disk. After the other process has compiled a program and
-drawn with it, the window's own context finds all of it there, within some milliseconds. Run as a
-module this is that process: it reads pickled (packed scene, sizes of films) from its input, and
-answers each with a byte.
+Drivers cache compiled programs on disk. Once the background process has compiled a program and drawn
+with it, the window's context loads it from that cache within milliseconds. Run as a module, this is that
+process: it reads pickled (packed scene, program, sizes of films) from its input and answers each with a byte.
 """
 
 import os
@@ -15,34 +14,37 @@ import sys
 import threading
 import time
 from collections.abc import Iterable
+from contextlib import suppress
 from typing import Any
 
+from fragtracer.gpu.tracer import TracerProgram
 from fragtracer.packing import PackedScene
 
 Size = tuple[int, int]
-_PATIENCE = 20.0  # seconds; a process that takes longer is of no help any more
+_PATIENCE = 20.0  # seconds; then the window compiles by itself
 
 
 class BackgroundCompiler:
-    """The other process, from the first request until :meth:`close`."""
+    """The background process, from the first request until :meth:`close`."""
 
     def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = None
-        self._requests: queue.SimpleQueue[tuple[PackedScene, list[Size]] | None] = queue.SimpleQueue()
+        self._thread: threading.Thread | None = None  # that talks to it
+        self._requests: queue.SimpleQueue[tuple[PackedScene, TracerProgram, list[Size]] | None] = queue.SimpleQueue()
         self._asked = self._answered = 0
         self._asked_at = 0.0
 
-    def ask(self, packed: PackedScene, sizes: Iterable[Size]) -> int:
-        """Have the program of ``packed`` compiled for films of ``sizes``; returns a number for :meth:`is_done`."""
+    def ask(self, packed: PackedScene, program: TracerProgram, sizes: Iterable[Size]) -> int:
+        """Have ``program`` compiled for ``packed`` and films of ``sizes``; returns a number for :meth:`is_done`."""
         if self._process is None:
             self._start()
         self._asked += 1
         self._asked_at = time.monotonic()
-        self._requests.put((packed, sorted({(_like(w), _like(h)) for w, h in sizes})))
+        self._requests.put((packed, program, sorted({(_like(w), _like(h)) for w, h in sizes})))
         return self._asked
 
     def is_done(self, number: int) -> bool:
-        """Whether there is nothing more to wait for, be it that the other process has failed."""
+        """Whether the request is answered, or the process has failed or takes too long."""
         process = self._process
         failed = process is None or process.poll() is not None or time.monotonic() - self._asked_at > _PATIENCE
         return self._answered >= number or failed
@@ -54,7 +56,8 @@ class BackgroundCompiler:
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
         )
-        threading.Thread(target=self._serve, args=(self._process,), daemon=True).start()
+        self._thread = threading.Thread(target=self._serve, args=(self._process,), daemon=True)
+        self._thread.start()
 
     def _serve(self, process: "subprocess.Popen[bytes]") -> None:
         assert process.stdin is not None
@@ -71,13 +74,18 @@ class BackgroundCompiler:
 
     def close(self) -> None:
         self._requests.put(None)
-        if self._process is not None:
+        if self._process is not None and self._thread is not None:
             self._process.kill()
             self._process.wait()
+            self._thread.join()  # its pipes are broken
+            for pipe in (self._process.stdin, self._process.stdout):
+                assert pipe is not None
+                with suppress(OSError):  # what was still to be written
+                    pipe.close()
 
 
 def _like(side: int) -> int:
-    """A short side of the same kind: llvmpipe compiles powers of two apart."""
+    """A small stand-in for ``side``: llvmpipe compiles other code for powers of two."""
     return 64 if side & (side - 1) == 0 else 65
 
 
@@ -96,19 +104,19 @@ def main() -> None:
     with create_context() as context:
         while True:
             try:
-                packed, sizes = pickle.load(requests)
+                packed, program, sizes = pickle.load(requests)
             except EOFError:
                 return
             try:
                 if tracer is None:
-                    tracer = Tracer(context, packed)
+                    tracer = Tracer(context, packed, program)
                 else:
-                    tracer.load(packed, recompile=True)
+                    tracer.load(packed, program, recompile=True)
                 for size in sizes:
                     film = Film(context, *size)
                     tracer.warm_up(film)
                     film.release()
-            except FragtracerError:  # the window will meet it too, and show it
+            except FragtracerError:  # the window gets it too, and shows it
                 pass
             answers.write(b".")
             answers.flush()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Shows a film in the window, through shaders/display.frag."""
+"""Shows a film in the window, through shaders/display/display.frag."""
 
 from typing import Annotated, Any, Literal
 
@@ -13,7 +13,6 @@ from fragtracer.apps.viewer.meter import Meter
 from fragtracer.gpu.film import Film
 from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.resources import folder
-from fragtracer.shader_composer import CONSTANTS
 
 ToneCurve = Literal["linear", "reinhard", "aces", "agx"]
 View = Literal["radiance", "samples", "standard error", "non-finite", "normals", "depth", "albedo", "bloom"]
@@ -27,7 +26,7 @@ _VIEWS: dict[str, str] = {
     "albedo": "VIEW_ALBEDO",
     "bloom": "VIEW_BLOOM",
 }
-AUXILIARY = ("normals", "depth", "albedo")  # views of other things than light, which the tracer must gather
+AUXILIARY = ("normals", "depth", "albedo")  # views that the tracer renders in place of radiance
 _MEAN, _VARIANCE, _HELD, _OTHER, _BLOOM = range(5)  # texture units
 
 Rectangle = tuple[int, int, int, int]  # left, bottom, width, height, in pixels of the window
@@ -39,7 +38,7 @@ class DisplaySettings:
 
     ``exposure`` is in stops, unless ``auto_exposure`` finds them. ``gamma`` bends the result after the sRGB
     transfer function; 1 leaves it. ``bloom`` adds glare, ``bloom_strength`` times that of what is above
-    ``bloom_threshold`` after exposure (images/look.py); the view "bloom" shows it alone. ``wipe`` is the
+    ``bloom_threshold`` after exposure (display/look.py); the view "bloom" shows it alone. ``wipe`` is the
     share of the width that shows the film where there is a picture to compare. ``error_range`` is the
     relative error, and ``depth_range`` the distance in metres, at the end of their scales.
     """
@@ -65,22 +64,22 @@ class DisplaySettings:
 class Display:
     """The programs that draw a film into a rectangle of the window of ``context``.
 
-    Each way of showing it is a program of its own: a software renderer would go through all of them
-    in one that chooses.
+    Each view is a program of its own: in a single program with branches, a software renderer would
+    execute all of them.
     """
 
     def __init__(self, context: Any) -> None:
         self._context = context
-        self._programs: dict[tuple[int, ...], FullscreenProgram] = {}
-        self._enlarger = FullscreenProgram(context, folder("shaders"), "enlarge.frag")
+        self._programs: dict[tuple[int | str, ...], FullscreenProgram] = {}
+        self._enlarger = FullscreenProgram(context, folder("shaders"), "display/enlarge.frag")
         self._picture: Any = None
         self._picture_buffer: Any = None
-        self._last: dict[str, int] = {}
+        self._last: dict[str, int | str] = {}
         self._other: Any = None
         self._bloom, self._meter = Bloom(context), Meter(context)
 
     def compare_with(self, image: NDArray[np.float32] | None) -> None:
-        """Put a picture, (height, width, 3), beyond the wipe; None takes it away."""
+        """Show a picture, (height, width, 3), right of the wipe; None removes it."""
         if self._other is not None:
             self._other.release()
             self._other = None
@@ -104,8 +103,8 @@ class Display:
         held: Film | None = None,
         held_weight: float = 0.0,
     ) -> None:
-        """Draw ``film`` into the framebuffer ``target``. It has had ``spp`` samples per pixel, and gets
-        ``held_weight`` of the mean of ``held`` over it."""
+        """Draw ``film``, with ``spp`` samples per pixel, into the framebuffer ``target``, blended with
+        ``held`` of weight ``held_weight``."""
         mean, variance = film.textures
         mean.use(_MEAN)
         variance.use(_VARIANCE)
@@ -138,7 +137,7 @@ class Display:
             self._enlarge(target, rectangle)
 
     def _small(self, size: tuple[int, int]) -> Any:
-        """A framebuffer for a picture that is to be enlarged: that is cheaper than to enlarge radiance."""
+        """A framebuffer for a picture to be enlarged, which costs less than to enlarge radiance."""
         if self._picture is None or self._picture.size != size:
             self._release_picture()
             self._picture = self._context.texture(size, 4)
@@ -159,9 +158,9 @@ class Display:
             self._picture = None
 
     def _program(self, settings: DisplaySettings, fits: bool, holds: bool) -> FullscreenProgram:
-        defines = {
-            "TONE_CURVE": CONSTANTS[f"TONE_{settings.tone_curve.upper()}"],
-            "VIEW": CONSTANTS[_VIEWS[settings.view]],
+        defines: dict[str, int | str] = {
+            "TONE_CURVE": f"TONE_{settings.tone_curve.upper()}",
+            "VIEW": _VIEWS[settings.view],
             "FILM_FITS": int(fits),
             "HAS_GAMMA": int(settings.gamma != 1),
             "HAS_BLOOM": int(settings.has_bloom),
@@ -174,14 +173,14 @@ class Display:
         self._last = defines
         return self._programs[key]
 
-    def _compiled(self, defines: dict[str, int]) -> FullscreenProgram:
-        program = FullscreenProgram(self._context, folder("shaders"), "display.frag", defines)
+    def _compiled(self, defines: dict[str, int | str]) -> FullscreenProgram:
+        program = FullscreenProgram(self._context, folder("shaders"), "display/display.frag", defines)
         program.set({"u_film_mean": _MEAN, "u_film_variance": _VARIANCE, "u_held": _HELD, "u_other": _OTHER})
         program.set({"u_bloom": _BLOOM})
         return program
 
     def reload_shaders(self) -> None:
-        """Go on with the shader file as it is now.
+        """Compile the shader file again, and draw with it.
 
         Raises
         ------

@@ -1,20 +1,23 @@
 # SPDX-License-Identifier: MIT
-"""What is edited: a scene, and which parts of it are hidden; with undo and redo."""
+"""The edited scene, which parts of it are hidden, and the history for undo and redo."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
-from fragtracer.scene import Material, Scene
+from fragtracer.scene import DirectionalLight, Light, Material, Scene, SpotLight
 
 Part: TypeAlias = tuple[str, int]  # the name of a tuple of Scene, as "spheres", and the index in it
-KINDS = ("spheres", "planes", "rectangles", "triangles", "meshes", "lights")
+AnyLight: TypeAlias = Light | SpotLight | DirectionalLight
+SHAPES = ("spheres", "planes", "rectangles", "disks", "triangles", "meshes")
+LIGHTS = ("lights", "spot_lights", "directional_lights")
+KINDS = SHAPES + LIGHTS
 _MOST_STEPS = 200
 
 
 @dataclass(frozen=True)
 class Document:
-    """A scene with some of its objects and lights hidden from view, but not gone."""
+    """A scene, some of whose objects and lights are hidden but still saved."""
 
     scene: Scene
     hidden: frozenset[Part] = frozenset()
@@ -44,6 +47,10 @@ class Document:
         parts[index] = value
         return replace(self, scene=_with_kind(self.scene, kind, parts))
 
+    def with_added(self, kind: str, value: Any) -> "Document":
+        """This with one more object or light of ``kind``, the last one."""
+        return replace(self, scene=_with_kind(self.scene, kind, [*getattr(self.scene, kind), value]))
+
     def without_part(self, part: Part) -> "Document":
         """This without an object or light; the ones after it move up."""
         kind, index = part
@@ -62,7 +69,7 @@ class Document:
 
 @dataclass
 class History:
-    """The document as it is, as it was and as it was to be."""
+    """The document now, and the states that undo and redo return to."""
 
     now: Document
     past: list[Document] = field(default_factory=list)
@@ -70,8 +77,8 @@ class History:
     _open: str = ""
 
     def edit(self, document: Document, label: str) -> bool:
-        """Take a step, or widen the last one while ``label`` stays the same and :meth:`close` was
-        not called: a whole drag of a slider is one step. Returns whether anything changed."""
+        """Add a step, or merge it with the last one if that has the same ``label`` and :meth:`close` was not
+        called since: the drag of a slider is one step. Returns whether anything changed."""
         if document == self.now:
             return False
         if label != self._open:

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""The tests of fragtracer.apps.compare on the pictures of a viewer, in a process of its own: to load SciPy
+"""The tests of fragtracer.apps.compare on the pictures of a viewer, in another process, since importing SciPy
 would stop the window for a second.
 
-Looking often at tests finds something sooner or later, so they are looked at only when both sides have
-so many pictures as :data:`LOOKS` says, and these looks share the level of one comparison.
+Repeated tests inflate the probability of a false alarm. They therefore run only at the numbers of pictures
+in :data:`LOOKS`, and share the significance level of one comparison (Šidák).
 """
 
 import pickle
@@ -25,10 +25,10 @@ _CHILD = "from fragtracer.apps.viewer.finding import main; main()"
 
 @dataclass(frozen=True)
 class Finding:
-    """What the tests say of so many ``pictures`` of each side (:mod:`fragtracer.apps.compare.verdict`).
+    """The verdict (:mod:`fragtracer.apps.compare.verdict`) on ``pictures`` of each side.
 
-    ``z`` and ``differs`` are those of the blocks, (rows, columns, 3); a block differs from a magnitude
-    of ``critical`` on. ``differing`` of all ``comparisons`` find a difference.
+    ``z`` and ``differs`` are those of the blocks, (rows, columns, 3); a block differs where |z| is at least
+    ``critical``. ``differing`` of all ``comparisons`` find a difference.
     """
 
     pictures: int

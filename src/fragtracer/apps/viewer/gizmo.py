@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Three arrows on what is selected, to drag it by."""
+"""The translation gizmo on the selected object or light."""
 
 from typing import Any
 
@@ -31,12 +31,13 @@ class Gizmo:
         _gizmo.set_rect(area.x, area.y, area.width, area.height)
         center = ball[0]
         place = _gizmo.Matrix16(_flat(glm.translate(glm.vec3(*center))))
+        before = [float(x) for x in place.values[12:15]]  # the centre as float32
         view, projection = _matrices(camera, area.width / area.height, center)
         moved = _gizmo.manipulate(view, projection, _gizmo.OPERATION.translate, _gizmo.MODE.world, place)
         self.takes_mouse = _gizmo.is_using() or _gizmo.is_over()
         if not moved:
             return None
-        x, y, z = (float(place.values[12 + k]) - center[k] for k in range(3))
+        x, y, z = (float(place.values[12 + k]) - before[k] for k in range(3))
         return x, y, z
 
 

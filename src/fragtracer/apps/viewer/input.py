@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""From mouse and keys to a camera, as users of Blender and Maya expect it."""
+"""Camera navigation by mouse and keys, with the gestures of Blender and Maya."""
 
 from dataclasses import dataclass
 
@@ -17,19 +17,19 @@ _WALK = 0.8  # of the distance to the target in each second
 _RUN = 4.0
 
 HELP = (
-    ("Turn about the target", "drag, middle drag, Alt+drag"),
+    ("Orbit the target", "drag, middle drag, Alt+drag"),
     ("Pan", "Shift+middle drag, Shift+drag, Alt+middle drag"),
-    ("Move nearer, further", "wheel, Ctrl+middle drag, Alt+right drag"),
+    ("Dolly", "wheel, Ctrl+middle drag, Alt+right drag"),
     ("Look around", "right drag"),
     ("Fly", "W A S D, Q down, E up, Shift faster"),
-    ("Select", "click"),
+    ("Select an object, a light or its mark", "click"),
     ("Focus the lens on a point", "Ctrl+click"),
-    ("Look at what is selected", "F"),
+    ("Frame the selection", "F"),
     ("Home", "Home"),
-    ("Viewpoint: go to, keep", "1 … 9, Ctrl+1 … 9"),
+    ("Viewpoint: go to, save", "1 … 9, Ctrl+1 … 9"),
     ("Pause", "Space"),
-    ("Hide selected, show all", "H, Alt+H"),
-    ("Remove selected", "Delete"),
+    ("Hide the selection, show all", "H, Alt+H"),
+    ("Remove the selection", "Delete"),
     ("Undo, redo", "Ctrl+Z, Ctrl+Shift+Z"),
     ("Save scene, save image", "Ctrl+S, F12"),
     ("Compare with Mitsuba, see significance", "M, M again; drag the line"),
@@ -48,7 +48,7 @@ class Click:
 
 
 class Navigator:
-    """Follows the mouse from where it was pressed on the picture to where it is released."""
+    """Tells clicks on the picture from drags, and moves the camera by drags, wheel and keys."""
 
     def __init__(self) -> None:
         self._drag = ""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""All that lies around and over the picture, and what mouse and keys do there; no OpenGL in here."""
+"""The panels and overlays, and the input on them and on the picture; no OpenGL in here."""
 
 import time
 from collections.abc import Callable
@@ -11,7 +11,7 @@ from fragtracer.apps.viewer.gizmo import Gizmo
 from fragtracer.apps.viewer.input import Navigator
 from fragtracer.apps.viewer.layout import Area
 from fragtracer.apps.viewer.panels import display as display_panel
-from fragtracer.apps.viewer.panels import menu, objects, overlay, widgets
+from fragtracer.apps.viewer.panels import marks, menu, objects, overlay, widgets
 from fragtracer.apps.viewer.panels import render as render_panel
 from fragtracer.apps.viewer.panels import scene as scene_panel
 from fragtracer.apps.viewer.panels import statistics as statistics_panel
@@ -23,7 +23,7 @@ from fragtracer.io import toml
 
 
 class Interface:
-    """Edits ``session`` and drags ``wipe``; ``used_at`` is when someone last did something."""
+    """Edits ``session`` and drags ``wipe``; ``used_at`` is the time of the last input."""
 
     def __init__(self, session: Session, wipe: Wipe) -> None:
         self.session, self.wipe = session, wipe
@@ -34,7 +34,7 @@ class Interface:
         self._reset_layout = False
 
     def show(self, what: str) -> None:
-        """Turn the "panels" or the "help" on or off, or make the "layout" what it was at first."""
+        """Toggle the "panels" or the "help", or reset the "layout"."""
         match what:
             case "panels":
                 self.panels_shown = not self.panels_shown
@@ -44,10 +44,10 @@ class Interface:
                 self._reset_layout = True
 
     def describe(self, figures: Figures, times: FrameTimes, compares: bool, problem: str) -> tuple[Area, str]:
-        """Describe the panels of a frame to imgui, and take over what was done in them.
+        """Describe the panels of a frame to imgui, and apply the edits made in them.
 
-        ``compares`` if there is another picture beyond the wipe. Returns what is left to the picture, and the action
-        that was chosen by a key or in the menu, "" for none.
+        ``compares`` if there is a reference right of the wipe. Returns the area that the panels leave to the
+        picture, and the action chosen by a key or in the menu, "" for none.
         """
         chosen = menu.keys()
         area = layout.whole_window()
@@ -91,11 +91,13 @@ class Interface:
     def _navigate(self, area: Area, compares: bool) -> None:
         session = self.session
         session.display = self.wipe.drag(area, session.display, compares)
+        if self.panels_shown:
+            marks.draw(session.camera, area, session.document, session.selected)
         self._drag_selected(area)
         blocked = self._gizmo.takes_mouse or self.wipe.takes_mouse
         session.camera, click = self._navigator.navigate(session.camera, area, blocked)
         if click is not None:
-            actions.click(session, click, area.width / area.height)
+            actions.click(session, click, area.width / area.height, has_marks=self.panels_shown)
         io = imgui.get_io()
         moved = io.mouse_delta.x or io.mouse_delta.y or io.mouse_wheel
         if moved or any(io.mouse_down[:3]) or imgui.is_any_item_active():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Where the panels are at first, and where the picture is among them."""
+"""The default layout of the panels, and the area that they leave to the picture."""
 
 from dataclasses import dataclass
 
@@ -25,7 +25,7 @@ class Area:
 
 
 def dock_panels(reset: bool = False) -> Area:
-    """Make the area where panels dock, and return what they leave to the picture."""
+    """Make the dock space, and return the area that the panels leave to the picture."""
     known = imgui.internal.dock_builder_get_node(imgui.get_id("panels")) is not None
     space = imgui.get_id("panels")
     viewport = imgui.get_main_viewport()
@@ -37,7 +37,7 @@ def dock_panels(reset: bool = False) -> Area:
 
 
 def rescale(factor: float) -> None:
-    """Make docked panels so much wider and higher: text is, on another monitor."""
+    """Scale docked panels by ``factor``, as text is on a monitor of another density."""
     nodes = {}
     for name in (*UPPER, *LOWER):
         window = imgui.internal.find_window_by_name(name)

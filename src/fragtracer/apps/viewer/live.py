@@ -1,37 +1,52 @@
 # SPDX-License-Identifier: MIT
-"""The renderer while someone watches: it stops within a pass, and follows the camera without compiling."""
+"""The renderer of a window: it can pause within a pass, and follows the camera without compiling."""
 
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
+from fragtracer.gpu.context import is_software
 from fragtracer.gpu.film import Film
+from fragtracer.gpu.specialise import Level
+from fragtracer.gpu.tracer import TracerProgram
 from fragtracer.packing import PackedScene, pack
 from fragtracer.packing.camera import camera_uniforms
-from fragtracer.renderer import Renderer
+from fragtracer.renderer import PROGRAMS, Renderer
 from fragtracer.scene import Camera, RenderSettings, Scene
-from fragtracer.shader_composer import CONSTANTS
 
-_AWAY = 4.0  # distances from the middle of the scene; a camera further out moves the origin with it
+_AWAY = 4.0  # times the distance of the first camera; one further out takes the origin of coordinates along
+# Features that a program may have although the scene has nothing of the kind: what was removed needs no other program.
+_SPARE = (
+    *("HAS_POINT_LIGHT", "HAS_SPOT_LIGHT", "HAS_DIRECTIONAL_LIGHT", "HAS_SPHERE_LIGHT", "HAS_AREA_LIGHT"),
+    *("HAS_MESH_LIGHT", "HAS_MESHES", "HAS_INSTANCES", "HAS_DELTA"),
+)
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What is to be rendered next, before its program is in use; see :meth:`LiveRenderer.plan`."""
+    """A packed scene that is not rendered yet, and the program to render it with; see :meth:`LiveRenderer.plan`."""
 
     scene: Scene
     settings: RenderSettings
-    defines: dict[str, int]
     home: Camera  # with which the origin was chosen
-    baked: bool
     packed: PackedScene
+    program: TracerProgram
+
+    @property
+    def is_specialised(self) -> bool:
+        """Whether the scene, but not the camera, is compiled into the program."""
+        return self.program.level is Level.SCENE
+
+    def specialised(self) -> "Plan":
+        """The same with a program that is."""
+        return replace(self, program=replace(self.program, level=Level.SCENE))
 
 
 class LiveRenderer(Renderer):
     """A :class:`Renderer` on the window's ``context`` that works in slices of time.
 
-    ``size`` is (width, height) in pixels; the size in the scene is passed over.
+    ``size`` is (width, height) in pixels; the size in the scene is ignored.
     """
 
     def __init__(self, scene: Scene, size: tuple[int, int], context: Any) -> None:
@@ -40,10 +55,12 @@ class LiveRenderer(Renderer):
         self._pass: Iterator[float] | None = None
         self._pass_rays = 0
         self._slices = 0.0  # seconds that the pass has taken so far
-        self._speeds: dict[bool, float] = {}  # in samples per second, baked and not
+        self._speeds: dict[bool, float] = {}  # in samples per second, of a specialised program and of others
         self.pass_seconds = 0.0  # that the last whole pass took
-        super().__init__(scene, size, context, baked=False, defines=_defines(""))
-        self._origin = self._packed().origin
+        # Which kinds of things there are costs a software renderer much, and hardly ever changes.
+        self._least = Level.KINDS if is_software(context) else Level.NOTHING
+        self._is_specialised = False
+        super().__init__(scene, size, context, specialised=False)
 
     @property
     def size(self) -> tuple[int, int]:
@@ -51,21 +68,21 @@ class LiveRenderer(Renderer):
 
     @property
     def film(self) -> Film:
-        """What the samples are gathered in."""
+        """The film that accumulates the samples."""
         return self._film
 
     @property
-    def is_baked(self) -> bool:
+    def is_specialised(self) -> bool:
         """Whether the scene, but not the camera, is compiled into the program."""
-        return self._baked
+        return self._is_specialised
 
     @property
     def samples_per_second(self) -> float:
-        """The speed of the last draw, be it of the program before; 0 when nothing was measured."""
+        """The speed of the last draw, of this program or else the previous one; 0 before the first measurement."""
         measured = self._tracer.pixel_samples_per_second
         if measured:
-            self._speeds[self._baked] = measured
-        return self._speeds.get(self._baked) or self._speeds.get(False, 0.0)
+            self._speeds[self._is_specialised] = measured
+        return self._speeds.get(self._is_specialised) or self._speeds.get(False, 0.0)
 
     @property
     def max_rays(self) -> int:
@@ -77,27 +94,32 @@ class LiveRenderer(Renderer):
         """Shadow rays at each vertex, at most those of the settings."""
         return min(self._light_samples, self.settings.light_samples)
 
-    def plan(self, scene: Scene, view: str = "", baked: bool = False) -> Plan:
-        """Pack ``scene`` to go on with it, ``baked`` into the program or not.
+    def plan(self, scene: Scene, view: str = "") -> Plan:
+        """Pack ``scene`` to go on with it, by a program that is not specialised.
 
-        ``view`` gathers normals, depth or albedo instead of light, by that name.
+        ``view`` is "normals", "depth" or "albedo" to render these in place of radiance.
         """
         width, height = self.size
         settings = replace(scene.render, width=width, height=height)
         home = scene.camera if self._is_away(scene.camera) else self._home
-        defines = _defines(view)
-        return Plan(scene, settings, defines, home, baked, _packed(scene, settings, home, baked, defines))
+        packed = pack(scene, settings, width, height, self._most_listed, home)
+        return Plan(scene, settings, home, packed, self._program_of(settings, view))
+
+    def quickest(self, plan: Plan) -> Plan:
+        """``plan`` with the fastest program that is compiled already, or as it is if none can render it."""
+        plans = plan.specialised(), plan, self._with_spare_features(plan)
+        return next((p for p in plans if self.knows(p)), plan)
 
     def knows(self, plan: Plan) -> bool:
         """Whether :meth:`adopt` need not compile."""
-        return self._tracer.knows(plan.packed)
+        return self._tracer.knows(plan.packed, plan.program)
 
     def has_maps(self, plan: Plan) -> bool:
         """Whether :meth:`adopt` need not make the maps of an environment."""
         return self._tracer.has_maps(plan.packed)
 
     def adopt(self, plan: Plan, recompile: bool = False) -> None:
-        """Go on with ``plan``; samples stay, for :meth:`restart` to forget.
+        """Render ``plan`` from now on; the samples stay until :meth:`restart`.
 
         ``recompile`` takes the shader files as they are now.
 
@@ -106,34 +128,34 @@ class LiveRenderer(Renderer):
         ShaderError
             If its program does not compile. Nothing has changed then.
         """
-        if not (plan.baked or self.knows(plan)):
+        if not (plan.is_specialised or self.knows(plan)):
             self._speeds.clear()
-        self._tracer.load(plan.packed, recompile)
+        self._tracer.load(plan.packed, plan.program, recompile)
         width, height = self.size  # may have changed meanwhile
         self.scene, self.settings = plan.scene, replace(plan.settings, width=width, height=height)
-        self._defines, self._home, self._baked = plan.defines, plan.home, plan.baked
-        self._origin = plan.packed.origin
+        self._home, self._origin, self._is_specialised = plan.home, plan.packed.origin, plan.is_specialised
+        if not plan.is_specialised:
+            self._features = plan.packed.features
         self._pass = None
         self._set_uniforms()
 
     def warm_up(self) -> None:
-        """Have the driver do now what it puts off until the first draw."""
+        """Make the driver do now the work that it defers to the first draw."""
         self._tracer.warm_up(self._film)
 
     def follows(self, camera: Camera) -> bool:
-        """Whether :meth:`look` is enough for ``camera``, and no other plan needed."""
-        opened = (self.scene.camera.aperture_radius > 0) != (camera.aperture_radius > 0)
-        return not (opened or self._is_away(camera))
+        """Whether :meth:`look` suffices for ``camera``, without another plan."""
+        return not self._is_away(camera)
 
     def look(self, camera: Camera) -> None:
-        """Go on from another camera, which it :meth:`follows`, from no samples."""
+        """Restart from another camera, which it :meth:`follows`."""
         self.scene = replace(self.scene, camera=camera)
         self._set_uniforms()
         self.restart()
 
     def resize(self, size: tuple[int, int], light_samples: int) -> Film:
-        """Go on in another size and with so many light samples, if the settings have as many, from no
-        samples; returns the film of before, which the caller releases."""
+        """Restart at another size, with at most ``light_samples``; returns the previous film, which the
+        caller releases."""
         film = Film(self.context, *size)
         before, self._film = self._film, film
         self.settings = replace(self.settings, width=size[0], height=size[1])
@@ -178,27 +200,34 @@ class LiveRenderer(Renderer):
             yield
 
     def _is_away(self, camera: Camera) -> bool:
-        """Whether the numbers of ``camera`` are so large against the scene's that float32 would show."""
+        """Whether ``camera`` is so far from the origin of coordinates that float32 would lose detail."""
         here, home = (max(map(abs, c.position)) for c in (camera, self._home))
         return here > _AWAY * max(home, 1e-6) or here < home / _AWAY / _AWAY
 
     def _packed(self) -> PackedScene:
-        return _packed(self.scene, self.settings, self._home, self._baked, self._defines)
+        packed = pack(self.scene, self.settings, *self.size, self._most_listed, self._home)
+        self._origin, self._features = packed.origin, packed.features
+        return packed
+
+    def _program(self) -> TracerProgram:
+        return self._program_of(self.settings, "")
+
+    def _program_of(self, settings: RenderSettings, view: str) -> TracerProgram:
+        """The program for a view, not specialised. Fewer light samples than those of the settings are drawn while
+        something moves."""
+        kept = ("u_light_samples",) if settings.light_samples > 1 else ()
+        if view:
+            return TracerProgram("auxiliary.frag", {"AUXILIARY": f"AUXILIARY_{view.upper()}"}, self._least, kept)
+        return TracerProgram(PROGRAMS[settings.integrator], {}, self._least, kept)
+
+    def _with_spare_features(self, plan: Plan) -> Plan:
+        """``plan`` with the features that the last program has besides."""
+        features = dict(plan.packed.features)
+        features |= {name: 1 for name in _SPARE if self._features[name]}
+        return replace(plan, packed=replace(plan.packed, features=features))
 
     def _set_uniforms(self) -> None:
-        """Those that change while the program stays."""
+        """Set the uniforms that change while the program stays."""
         camera = camera_uniforms(self.scene.camera, self._origin, *self.size)
         varied = {"u_light_samples": self.light_samples} if self.settings.light_samples > 1 else {}
         self._tracer.set(camera | varied)
-
-
-def _defines(view: str) -> dict[str, int]:
-    return {"AUXILIARY": CONSTANTS[f"AUXILIARY_{(view or 'none').upper()}"]}
-
-
-def _packed(scene: Scene, settings: RenderSettings, home: Camera, baked: bool, defines: dict[str, int]) -> PackedScene:
-    packed = pack(scene, settings, settings.width, settings.height, baked, home)
-    constants, uniforms = dict(packed.constants), dict(packed.uniforms)
-    if settings.light_samples > 1 and "u_light_samples" in constants:  # fewer while something moves
-        uniforms["u_light_samples"] = constants.pop("u_light_samples")
-    return replace(packed, defines={**packed.defines, **defines}, constants=constants, uniforms=uniforms)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Automatic exposure of a film, through shaders/display_meter.frag; images/exposure.py defines it."""
+"""Automatic exposure of a film, through shaders/display/meter.frag; display/exposure.py defines it."""
 
 import math
 import time
@@ -12,8 +12,8 @@ from fragtracer.gpu.film import Film
 from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.resources import folder
 
-_EVERY = 0.1  # seconds from one look at the film to the next
-_ADAPTATION = 0.2  # seconds in which the exposure goes 63 % of the way
+_EVERY = 0.1  # seconds between two measurements
+_ADAPTATION = 0.2  # time constant of the adaptation, seconds
 
 
 class Meter:
@@ -29,7 +29,7 @@ class Meter:
     def measure(self, film: Film) -> float | None:
         """The exposure in stops for ``film`` as it is, whose mean is read back in cells; None if it is black."""
         if self._program is None:
-            self._program = FullscreenProgram(self._context, folder("shaders"), "display_meter.frag")
+            self._program = FullscreenProgram(self._context, folder("shaders"), "display/meter.frag")
         width, height = (-(-side // CELL) for side in film.size)
         texture = self._context.texture((width, height), 1, dtype="f4")
         framebuffer = self._context.framebuffer([texture])
@@ -44,7 +44,7 @@ class Meter:
         return stops_for(cells) if cells.max() > 0 else None
 
     def follow(self, film: Film) -> float:
-        """The exposure now: it takes a moment to adapt, as an eye does, but not at first, and stays in the dark."""
+        """The exposure now, adapting over time except to the first film; a black film leaves it as it is."""
         now = time.perf_counter()
         if now - self._looked_at >= _EVERY:
             self._looked_at = now
@@ -60,7 +60,7 @@ class Meter:
         return self._stops
 
     def forget(self) -> None:
-        """Begin anew, with the exposure of the next film at once, and the shader file as it then is."""
+        """Adapt to the next film at once, and compile the shader file again."""
         self._target = self._stops = None
         self._looked_at = -math.inf
         if self._program is not None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What lies under the mouse: one ray through the scene model, on the CPU."""
+"""What lies under the mouse: one ray through the scene model, on the CPU, and marks of lights."""
 
 import math
 from collections.abc import Iterator
@@ -7,11 +7,26 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from fragtracer.apps.viewer import camera as cameras
 from fragtracer.apps.viewer.document import KINDS, Document, Part
-from fragtracer.scene import Geometry, Light, Mesh, Plane, Rectangle, Scene, Sphere, Triangle
+from fragtracer.scene import (
+    Camera,
+    Disk,
+    Geometry,
+    Light,
+    Mesh,
+    Plane,
+    Rectangle,
+    Scene,
+    Sphere,
+    SpotLight,
+    Triangle,
+)
 
 Vector = NDArray[np.float64]
 _NEAR = 1e-9
+_MARKED = 0.1  # metres around a light without a surface
+MARK = 0.014  # radius of the mark of such a light, of the picture's height
 
 
 def pick(document: Document, origin: Vector, direction: Vector) -> tuple[Part, float] | None:
@@ -28,14 +43,35 @@ def pick(document: Document, origin: Vector, direction: Vector) -> tuple[Part, f
     return part, distance
 
 
+def marked(document: Document) -> Iterator[tuple[Part, Light | SpotLight]]:
+    """The visible lights that have a place, but no surface: point lights and spot lights."""
+    for index, light in enumerate(document.scene.lights):
+        if light.radius == 0 and ("lights", index) not in document.hidden:
+            yield ("lights", index), light
+    for index, spot in enumerate(document.scene.spot_lights):
+        if ("spot_lights", index) not in document.hidden:
+            yield ("spot_lights", index), spot
+
+
+def pick_mark(document: Document, camera: Camera, x: float, y: float, aspect: float) -> Part | None:
+    """The light whose mark is drawn over a place of the picture, as for :func:`fragtracer.apps.viewer.camera.ray`."""
+    for part, light in marked(document):
+        place = cameras.project(camera, light.position, aspect)
+        if place is not None and math.hypot((place[0] - x) * aspect, place[1] - y) <= MARK:
+            return part
+    return None
+
+
 def bounds(part: object) -> tuple[tuple[float, float, float], float] | None:
-    """Centre and radius of a ball around an object or light; None for what is infinite, and for a mesh
+    """Centre and radius of a bounding sphere; None for what is infinite or has no place, and for a mesh
     without triangles."""
     match part:
-        case Sphere():
+        case Sphere() | Disk():
             return part.center, part.radius
         case Light():
-            return part.position, max(part.radius, 0.1)
+            return part.position, max(part.radius, _MARKED)
+        case SpotLight():
+            return part.position, _MARKED
         case Rectangle():
             corners = np.asarray([part.corner, np.add(np.add(part.corner, part.edge_u), part.edge_v)])
             center = corners.mean(axis=0)
@@ -65,12 +101,16 @@ def _distances(scene: Scene, kind: str, origin: Vector, direction: Vector) -> It
             case Triangle():
                 a, b, c = part.vertices
                 yield _parallelogram(a, np.subtract(b, a), np.subtract(c, a), origin, direction, 1.0)
+            case Disk():
+                yield _disk(part, origin, direction)
             case Mesh():
                 yield _mesh(part, origin, direction)
             case Sphere():
                 yield _sphere(np.asarray(part.center), part.radius, origin, direction)
+            case Light() if part.radius > 0:
+                yield _sphere(np.asarray(part.position), part.radius, origin, direction)
             case _:
-                yield _sphere(np.asarray(part.position), part.radius, origin, direction) if part.radius else None
+                yield None
 
 
 def _sphere(center: Vector, radius: float, origin: Vector, direction: Vector) -> float | None:
@@ -87,6 +127,14 @@ def _sphere(center: Vector, radius: float, origin: Vector, direction: Vector) ->
 def _plane(point: Vector, normal: Vector, origin: Vector, direction: Vector) -> float | None:
     cosine = float(normal @ direction)
     return float(normal @ (point - origin)) / cosine if cosine else None
+
+
+def _disk(disk: Disk, origin: Vector, direction: Vector) -> float | None:
+    center = np.asarray(disk.center)
+    distance = _plane(center, np.asarray(disk.normal), origin, direction)
+    if distance is None or np.linalg.norm(origin + distance * direction - center) > disk.radius:
+        return None
+    return distance
 
 
 def _parallelogram(
@@ -107,12 +155,12 @@ def _parallelogram(
 
 
 def _mesh(mesh: Mesh, origin: Vector, direction: Vector) -> float | None:
-    found = [_copy(part.geometry, matrix, origin, direction) for matrix, part in mesh.placed()]
+    found = [_instance(part.geometry, matrix, origin, direction) for matrix, part in mesh.placed()]
     return min((distance for distance in found if distance is not None), default=None)
 
 
-def _copy(geometry: Geometry, matrix: Vector, origin: Vector, direction: Vector) -> float | None:
-    """The nearest triangle of a copy; distances along a ray are the same in its own space."""
+def _instance(geometry: Geometry, matrix: Vector, origin: Vector, direction: Vector) -> float | None:
+    """The distance to the nearest triangle of an instance: the same along the ray in its object space."""
     if not np.linalg.det(matrix):  # a node of a model may be flat
         return None
     inverse = np.linalg.inv(matrix)

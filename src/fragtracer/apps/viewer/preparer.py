@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The tables of an environment are made in a thread, so that no frame of the window waits for a sky."""
+"""Makes the tables of environments in a thread, so that no frame of the window waits for a sky."""
 
 import threading
 
@@ -9,7 +9,7 @@ from fragtracer.scene.environment import Source
 
 
 class Preparer:
-    """Makes tables one after the other; ``known`` is an environment that has its own already."""
+    """Makes tables one after the other; those of ``known`` are already there."""
 
     def __init__(self, known: Environment | None) -> None:
         self._ready = _source(known)
@@ -17,7 +17,7 @@ class Preparer:
         self._thread: threading.Thread | None = None
 
     def begin(self, environment: Environment | None) -> bool:
-        """Whether nothing is to be made for ``environment``; else it is begun, if nothing else is being made."""
+        """Whether the tables of ``environment`` are ready; if not, begin to make them unless others are being made."""
         source = _source(environment)
         if source is None or source == self._ready:
             return True
@@ -37,5 +37,5 @@ class Preparer:
 
 
 def _source(environment: Environment | None) -> Source | None:
-    """What tables are made of; none for a black environment."""
+    """What its tables are made from; None for a black environment, which needs none."""
     return None if environment is None or max(environment.scale) == 0 else environment.source

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""Mitsuba's picture of what is on the screen, from a process of its own: the window never waits for it.
-For the split-sum approximation it is the path-traced one, by fragtracer itself.
+"""The reference picture of what is on the screen, rendered in a background process: by Mitsuba, or for the
+split-sum approximation by fragtracer's own path integrator.
 
-Run as a module this is that process: it reads a pickled (scene, size) from its input and writes one
-picture after another, each the mean of some samples of its own, and the means of its parts, to its output.
+Run as a module, this is that process: it reads a pickled (scene, size) from its input and writes to its output
+one independent picture after another, each with the means of its blocks.
 """
 
 import os
@@ -27,8 +27,8 @@ Image = NDArray[np.float32]
 
 
 class LiveReference:
-    """Renders ``scene`` at ``size`` until :meth:`stop`; ``image`` is the mean so far, ``means`` are those
-    of the parts of each picture, which are independent."""
+    """Renders ``scene`` at ``size`` until :meth:`stop`; ``image`` is the mean so far, ``means`` are the means of
+    blocks of each independent picture."""
 
     def __init__(self, scene: Scene, size: tuple[int, int]) -> None:
         self.image: Image | None = None
@@ -94,10 +94,10 @@ def main() -> None:
     from fragtracer.errors import FragtracerError
 
     if hasattr(os, "nice"):
-        os.nice(10)  # the window's frames go first
+        os.nice(10)  # the window has priority
     scene, size = pickle.load(sys.stdin.buffer)
     output: Any = sys.stdout.buffer
-    sys.stdout = sys.stderr  # nothing else may write among the pictures
+    sys.stdout = sys.stderr  # only pictures may be written to the output
     try:
         for picture in _truth(scene, size) if scene.render.integrator == "split-sum" else _reference(scene, size):
             if not np.isfinite(picture).all():

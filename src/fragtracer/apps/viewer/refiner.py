@@ -1,71 +1,72 @@
 # SPDX-License-Identifier: MIT
-"""Keeps a picture on the screen: small and at once while something moves, then ever finer."""
+"""Progressive refinement: a small picture at once while something moves, then full resolution and more samples."""
 
 import time
 from dataclasses import replace
 
 from fragtracer.apps.viewer.compiler import BackgroundCompiler
-from fragtracer.apps.viewer.governor import Governor
+from fragtracer.apps.viewer.dynamic_resolution import DynamicResolution
 from fragtracer.apps.viewer.live import LiveRenderer, Plan
 from fragtracer.apps.viewer.preparer import Preparer
 from fragtracer.errors import ShaderError
 from fragtracer.gpu.context import is_software
 from fragtracer.gpu.film import Film
+from fragtracer.gpu.specialise import specialise
 from fragtracer.scene import Camera, Scene
 
 _SETTLED = 0.15  # seconds without a change until the picture is made in full size
-_BAKE_AFTER = 0.3  # seconds without an edit until it is worth compiling the scene into the program
-_FADE = 0.3  # seconds over which the finer picture takes over
-_FADE_SPP = 8  # samples per pixel that it should have by then
-_SLOW = 0.1  # seconds; a driver without a cache takes longer to find a program that was compiled before
-_REST = 3.0  # seconds without any change after which such a driver may take its time
+_SPECIALISE_AFTER = 0.3  # seconds without an edit until the scene is compiled into the program
+_FADE = 0.3  # seconds to fade to the finer picture
+_FADE_SPP = 8  # samples per pixel at which that fade ends
+_SLOW = 0.1  # seconds; a driver that takes longer to load a compiled program has no shader cache
+_REST = 3.0  # seconds without a change until such a driver compiles the scene into the program
 
 
 class Refiner:
-    """Decides what ``renderer`` does in each frame; ``size`` is that of the picture on the screen.
+    """Decides what ``renderer`` does in each frame; ``size`` is that of the picture on the screen, in pixels.
 
-    On a software renderer programs are compiled, and the maps of the split sum made, in a process of their own first;
-    until they are ready, the picture stays as it was.
+    On a software renderer another process first compiles the program and makes the maps of the split sum. Until
+    they are ready, the previous picture stays.
     """
 
-    def __init__(self, renderer: LiveRenderer, governor: Governor) -> None:
+    def __init__(self, renderer: LiveRenderer, resolution: DynamicResolution) -> None:
         self.renderer = renderer
-        self.governor = governor
+        self.resolution = resolution
         self.size = renderer.size
-        self.held: Film | None = None  # the picture of before, shown until the new one is finer
+        self.held: Film | None = None  # the previous picture, faded out as the new one refines
         self.held_weight = 0.0
-        self.problem = ""  # why the program that is wanted cannot be had
-        self._scene, self._view = renderer.scene, ""  # what is wanted
+        self.problem = ""  # why the requested program does not compile
+        self._scene, self._view = renderer.scene, ""  # as requested
         self._preparer = Preparer(renderer.scene.environment)
-        self._is_behind = False  # of what is wanted, until the tables of its environment are made
-        self._waiting: tuple[Plan, int] | None = None  # for a program, or maps
-        self._next: Plan | None = None  # what is wanted instead by now, but not yet asked for
-        self._bake: tuple[Plan, int] | None = None
-        self._shaders: int | None = None  # what the shader files were given to the compiler as
+        self._is_behind = False  # while the tables of the requested environment are being made
+        self._waiting: tuple[Plan, int] | None = None  # and the number of its request to the compiler
+        self._next: Plan | None = None  # the newest plan, to be requested when the waiting one is compiled
+        self._specialising: tuple[Plan, int] | None = None  # like the waiting one
+        self._shaders: int | None = None  # number of the request to compile the changed shader files
         software = is_software(renderer.context)
-        self._bakes = software
-        self._bakes_slowly = False
+        self._specialises = software
+        self._specialises_slowly = False
         self._compiler = BackgroundCompiler() if software else None
         self._changed_at = self._edited_at = self._frame_at = time.perf_counter()
         self._moving = False
 
     @property
     def is_moving(self) -> bool:
-        """Whether the picture is, for the moment, made to be quick rather than fine."""
+        """Whether the picture is a preview: at reduced resolution, or of what was there before."""
         return self._moving or self.is_preparing
 
     @property
     def is_preparing(self) -> bool:
-        """Whether the picture that is wanted cannot be begun yet."""
+        """Whether the requested scene still waits for its program, maps or tables."""
         return self._waiting is not None or self._is_behind
 
     @property
-    def _wants_to_bake(self) -> bool:
-        return self._bakes and not (self.renderer.is_baked or self._is_behind)
+    def _wants_to_specialise(self) -> bool:
+        return self._specialises and not (self.renderer.is_specialised or self._is_behind)
 
     @property
     def camera(self) -> Camera:
-        """From which the picture is made, or will be as soon as its program is compiled."""
+        """The requested camera; the picture follows when its program is compiled."""
         return self._scene.camera
 
     def change(self, scene: Scene) -> None:
@@ -73,8 +74,8 @@ class Refiner:
         self._scene = scene
         self._edit()
 
-    def gather(self, view: str) -> None:
-        """Show normals, depth or albedo, or light again."""
+    def show_view(self, view: str) -> None:
+        """Render normals, depth or albedo, by that name, or radiance ("")."""
         self._view = view
         self._edit()
 
@@ -95,19 +96,19 @@ class Refiner:
             self._begin_change()
 
     def prepare_shaders(self) -> None:
-        """Have the shader files as they are now compiled, for :meth:`reload_shaders` to find."""
+        """Compile the changed shader files in the background, for :meth:`reload_shaders` to take from the cache."""
         plan = self.renderer.plan(self._scene, self._view)
         self._shaders = 0 if self._compiler is None else self._ask(plan)
 
     def take_shaders(self) -> bool:
-        """Whether it is time for :meth:`reload_shaders`."""
+        """Whether they are compiled, so that :meth:`reload_shaders` is quick; True once."""
         if self._shaders is None or (self._compiler is not None and not self._compiler.is_done(self._shaders)):
             return False
         self._shaders = None
         return True
 
     def reload_shaders(self) -> None:
-        """Go on with the shader files as they are now.
+        """Compile the shader files again, and render with them.
 
         Raises
         ------
@@ -117,13 +118,13 @@ class Refiner:
         self.renderer.adopt(self.renderer.plan(self._scene, self._view), recompile=True)
         self.renderer.restart()
         self.problem = ""
-        self._waiting = self._next = self._bake = None
+        self._waiting = self._next = self._specialising = None
         self._is_behind = False
-        self._bakes = self._compiler is not None
+        self._specialises = self._compiler is not None
         self._begin_change()
 
     def frame(self, limit: int | None = None) -> float:
-        """Trace for about as long as a frame may take, up to ``limit`` samples per pixel; returns the seconds."""
+        """Trace for the time budget of a frame, up to ``limit`` samples per pixel; returns the seconds."""
         now = time.perf_counter()
         self.fade(limit)
         self._take_prepared()
@@ -133,15 +134,15 @@ class Refiner:
         return self._preview() if self._moving else self._refine(limit)
 
     def _edit(self) -> None:
-        """Go on with what is wanted now: at once, or when its program has been compiled elsewhere."""
+        """Render the requested scene: now, or when the background process has compiled its program."""
         self._edited_at = time.perf_counter()
-        self._bake = None
+        self._specialising = None
         self._is_behind = not self._preparer.begin(self._scene.environment)
         if not self._is_behind:
             self._go_on(self._scene)
 
     def _go_on(self, scene: Scene) -> None:
-        plan = self.renderer.plan(scene, self._view)
+        plan = self.renderer.quickest(self.renderer.plan(scene, self._view))
         if self._compiler is None or (self.renderer.knows(plan) and self.renderer.has_maps(plan)):
             self._waiting = self._next = None
             self._adopt(plan)
@@ -154,10 +155,10 @@ class Refiner:
 
     def _ask(self, plan: Plan) -> int:
         assert self._compiler is not None
-        return self._compiler.ask(plan.packed, (self.size, self.renderer.size))
+        return self._compiler.ask(plan.packed, plan.program, (self.size, self.renderer.size))
 
     def _take_prepared(self) -> None:
-        """Go on with an environment whose tables are there, and after it with the one that is wanted by now."""
+        """Render with an environment whose tables are ready, even if a newer one was requested meanwhile."""
         environment = self._preparer.take()
         if environment is None or not self._is_behind:
             return
@@ -165,7 +166,7 @@ class Refiner:
         self._go_on(replace(self._scene, environment=environment) if self._is_behind else self._scene)
 
     def _take_compiled(self, now: float) -> None:
-        """Use what the other process has made meanwhile."""
+        """Use what the background process has compiled."""
         if self._compiler is None:
             return
         if self._waiting is not None:
@@ -175,28 +176,28 @@ class Refiner:
                 self._adopt(replace(plan, scene=replace(plan.scene, camera=self._scene.camera)))
                 if later is not None:
                     self._go_on(replace(later.scene, camera=self._scene.camera))
-        elif self._bake is not None:
-            self._bake_when_ready(now, *self._bake)
-        elif self._wants_to_bake and now - self._edited_at > _BAKE_AFTER:
-            plan = self.renderer.plan(self._scene, self._view, baked=True)
-            self._bake = plan, self._ask(plan)
+        elif self._specialising is not None:
+            self._specialise_when_ready(now, *self._specialising)
+        elif self._wants_to_specialise and now - self._edited_at > _SPECIALISE_AFTER:
+            plan = self.renderer.plan(self._scene, self._view).specialised()
+            self._specialising = plan, self._ask(plan)
 
-    def _bake_when_ready(self, now: float, plan: Plan, number: int) -> None:
-        """Samples stay; the camera may have moved meanwhile, and is no part of the program."""
+    def _specialise_when_ready(self, now: float, plan: Plan, number: int) -> None:
+        """Keeps the samples. The camera is not part of the program, so it may have moved meanwhile."""
         assert self._compiler is not None
-        rests = not self._bakes_slowly or now - self._changed_at > _REST
+        rests = not self._specialises_slowly or now - self._changed_at > _REST
         if not (self._compiler.is_done(number) and rests):
             return
-        self._bake = None
+        self._specialising = None
         if not self.renderer.follows(self._scene.camera):
             return
         start = time.perf_counter()
         try:
             self.renderer.adopt(replace(plan, scene=self._scene))
             self.renderer.warm_up()
-        except ShaderError:  # the files may be broken for now: the program that works stays in use
-            self._bakes = False
-        self._bakes_slowly = time.perf_counter() - start > _SLOW
+        except ShaderError:  # a shader file may be broken for now; the last program stays in use
+            self._specialises = False
+        self._specialises_slowly = time.perf_counter() - start > _SLOW
 
     def _adopt(self, plan: Plan) -> None:
         try:
@@ -213,8 +214,8 @@ class Refiner:
         self._moving = True
         self._drop_held()
         renderer = self.renderer
-        most = renderer.settings.light_samples
-        size, light_samples = self.governor.choose(self.size, renderer.samples_per_second, renderer.light_samples, most)
+        now, most = renderer.light_samples, renderer.settings.light_samples
+        size, light_samples = self.resolution.choose(self.size, renderer.samples_per_second, now, most)
         if (size, light_samples) != (renderer.size, renderer.light_samples):
             renderer.resize(size, light_samples).release()
 
@@ -227,8 +228,8 @@ class Refiner:
 
     def _preview(self) -> float:
         renderer = self.renderer
-        rays = self.governor.rays(renderer.size, renderer.samples_per_second, renderer.settings.rays)
-        return renderer.refine(self.governor.budget, rays, whole=True)
+        rays = self.resolution.rays(renderer.size, renderer.samples_per_second, renderer.settings.rays)
+        return renderer.refine(self.resolution.budget, rays, whole=True)
 
     def _refine(self, limit: int | None) -> float:
         renderer = self.renderer
@@ -236,10 +237,10 @@ class Refiner:
         if left <= 0:
             return 0.0
         rays = max(1, min(renderer.settings.rays, renderer.spp, left))
-        return renderer.refine(self.governor.rest_budget, rays)
+        return renderer.refine(self.resolution.rest_budget, rays)
 
     def fade(self, limit: int | None = None) -> None:
-        """Let the finer picture take over a little more, of which there will be ``limit`` samples per pixel."""
+        """Lower the weight of the held picture; the new one will have ``limit`` samples per pixel."""
         now = time.perf_counter()
         seconds, self._frame_at = now - self._frame_at, now
         if self.held is None or self.renderer.spp == 0:
@@ -263,6 +264,7 @@ class Refiner:
 
 
 def _source(plan: Plan) -> tuple[object, ...]:
-    """What decides over the program of ``plan``, and its maps."""
-    packed = plan.packed
-    return packed.program, packed.environment if packed.defines["HAS_SPLIT_SUM_MAPS"] else None
+    """What the program of ``plan``, and its maps, depend on."""
+    packed, program = plan.packed, plan.program
+    compiled_in = specialise(packed, program.level, program.kept).key
+    return program, dict(packed.features), compiled_in, packed.environment if packed.needs_maps else None

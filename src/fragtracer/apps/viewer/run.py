@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Opens the viewer, and drives it where a program and not a person sits before it."""
+"""Opens the viewer, for a user or for a measurement."""
 
 import json
 import sys
@@ -47,7 +47,7 @@ def view(
         A .json file to write the times of the frames to.
     orbit
         Turn the camera about its target in each frame, and edit a material in every 100th, to
-        measure how quick the answer is.
+        measure response times.
 
     Raises
     ------
@@ -92,7 +92,7 @@ def _edit(session: Session) -> None:
     name, material = next(iter(session.document.scene.materials.items()))
     edited = replace(material, roughness=0.6 if material.roughness < 0.55 else 0.5)
     session.edit(session.document.with_material(name, edited), "measure")
-    session.saved = session.document  # nobody will miss it
+    session.saved = session.document  # an edit that need not be rescued
 
 
 @contextmanager

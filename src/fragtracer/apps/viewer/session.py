@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The state of a viewer that is not on the GPU: what is looked at, from where, and what was said about it."""
+"""The state of a viewer that is not on the GPU: the scene, the camera, the selection and the messages."""
 
 import time
 from dataclasses import dataclass, field, replace
@@ -33,14 +33,14 @@ class Session:
     path: Path | None = None
     display: DisplaySettings = field(default_factory=DisplaySettings)
     selected: Part | None = None
-    environment: Environment | None = None  # what comes back when it is switched on
-    material: str = ""  # of those of a selected mesh
+    environment: Environment | None = None  # restored when it is switched on again
+    material: str = ""  # the one that is edited, of a mesh with several
     viewpoints: dict[int, Camera] = field(default_factory=dict)
     paused: bool = False
-    max_samples: int = 0  # per pixel; 0 for no end
-    target_error: float = 0.0  # relative; 0 for no end
-    problem: str = ""  # stays until it is mended
-    version: int = 0  # counts what the picture depends on, except the camera
+    max_samples: int = 0  # per pixel; 0 for no limit
+    target_error: float = 0.0  # relative; 0 for no limit
+    problem: str = ""  # stays until it is solved
+    version: int = 0  # counts edits of what the picture depends on, except the camera
     saved: Document | None = None
     _toast: str = ""
     _toast_at: float = 0.0
@@ -62,7 +62,7 @@ class Session:
 
     @property
     def shown(self) -> Scene:
-        """What is to be rendered now."""
+        """The scene to render: what is visible, from the current camera."""
         return replace(self.document.visible, camera=self.camera)
 
     @property
@@ -70,7 +70,7 @@ class Session:
         return self.document == self.saved
 
     def edit(self, document: Document, label: str) -> None:
-        """Take over an edited document; edits of the same ``label`` in a row are one step of undo."""
+        """Replace the document; consecutive edits with the same ``label`` are one step of undo."""
         if self.history.edit(document, label):
             self._changed()
 
@@ -83,7 +83,7 @@ class Session:
             self._changed()
 
     def open(self, name: str | Path) -> None:
-        """Look at another scene, from its own camera.
+        """Open another scene, with its own camera.
 
         Raises
         ------
@@ -101,7 +101,7 @@ class Session:
         self.say(f"Opened {scene.name}")
 
     def light_by(self, path: Path) -> None:
-        """Take a picture as the environment, turned, as strong and as visible as the one before.
+        """Make an image the environment; rotation, strength and visibility of the previous one stay.
 
         Raises
         ------
@@ -117,8 +117,8 @@ class Session:
         self.say(f"Lit by {path.name}")
 
     def reload(self) -> None:
-        """Take over the file as it is now, as an edit; the camera stays unless the file has another one."""
-        if self.path is None:  # a scene made in Python, of which a texture has changed
+        """Read the file again, as an edit; the camera stays unless that of the file has changed."""
+        if self.path is None:  # a scene made in Python, whose texture has changed
             return
         try:
             scene = toml.load(self.path)
@@ -151,7 +151,7 @@ class Session:
         """Remember where the camera is, for this scene file in later runs too."""
         self.viewpoints[slot] = self.camera
         remember_viewpoints(self.path, self.viewpoints)
-        self.say(f"Viewpoint {slot} kept")
+        self.say(f"Viewpoint {slot} saved")
 
     def say(self, text: str) -> None:
         """Show a line for some seconds."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What the viewer remembers between runs: imgui its layout, this how radiance is shown and viewpoints."""
+"""What the viewer remembers between runs, besides imgui's layout: display settings and viewpoints."""
 
 import json
 import os
@@ -40,7 +40,7 @@ def config_folder() -> Path:
 
 
 def remembered_display() -> DisplaySettings:
-    """The display of the last run, or the usual one."""
+    """The display settings of the last run, or the defaults."""
     with suppress(OSError, ValueError, TypeError):
         kept = json.loads((config_folder() / _FILE).read_text("utf-8"))
         return replace(DisplaySettings(), **{name: kept[name] for name in _KEPT if name in kept})
@@ -48,7 +48,7 @@ def remembered_display() -> DisplaySettings:
 
 
 def remember_display(settings: DisplaySettings) -> None:
-    """Keep ``settings`` for the next run; a folder that cannot be written to is no reason to complain."""
+    """Keep ``settings`` for the next run; does nothing where the folder cannot be written."""
     with suppress(OSError):
         text = json.dumps({name: getattr(settings, name) for name in _KEPT})
         (config_folder() / _FILE).write_text(text, "utf-8")
@@ -65,7 +65,7 @@ def remembered_viewpoints(path: Path | None) -> dict[int, Camera]:
 
 
 def remember_viewpoints(path: Path | None, viewpoints: Mapping[int, Camera]) -> None:
-    """Keep the viewpoints of the scene in the file ``path``; where nothing can be written, nothing is said."""
+    """Keep the viewpoints of the scene in the file ``path``; does nothing where the folder cannot be written."""
     if path is None or not viewpoints:
         return
     with suppress(OSError, ValueError, TypeError, AttributeError):

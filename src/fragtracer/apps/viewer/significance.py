@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Does the picture on the screen differ from Mitsuba's by more than noise?
 
-The samples of one picture are not independent (the sampler spreads them evenly, which is better), so
-they do not say how large their mean's error is. Ours is therefore drawn again and again beside the
-picture on the screen, by the same program, each time with another seed; Mitsuba's comes in independent
-pictures anyway. :mod:`fragtracer.apps.viewer.finding` tests the means of their parts.
+The samples of one picture are not independent (the sampler stratifies them), so their variance does not
+give the error of the mean. Ours is therefore drawn repeatedly on a film of its own, by the same program and
+with a new seed each time; Mitsuba's comes in independent pictures anyway.
+:mod:`fragtracer.apps.viewer.finding` tests the means of their blocks.
 """
 
 from collections.abc import Iterator, Sequence
@@ -24,7 +24,7 @@ _SLICES = 16  # in which a picture is read, so that no frame waits for all of it
 
 
 class Batches:
-    """Our pictures, drawn on a film of their own; of each are kept the ``means`` of its parts.
+    """Our pictures, drawn on a film of their own; only the ``means`` of the blocks of each are kept.
 
     Raises :class:`fragtracer.errors.DeviceError` if the GPU has no room for the film.
     """
@@ -57,7 +57,7 @@ class Batches:
         return self._renderer.draw_seconds - before
 
     def _picture(self, seconds: float) -> Iterator[None]:
-        """The steps to one picture; the parts are averaged elsewhere."""
+        """The steps to one picture; a thread averages its blocks."""
         film = self._film
         film.clear()
         seed = int(self._seeds.spawn(1)[0].generate_state(1)[0])
@@ -83,7 +83,7 @@ class Batches:
 
 
 class Significance:
-    """The finding over the pictures so far; ``finding`` is None before both sides have enough."""
+    """The verdict on the pictures so far; ``finding`` is None until both sides have enough."""
 
     def __init__(self) -> None:
         self.finding: Finding | None = None
@@ -92,7 +92,7 @@ class Significance:
         self._future: Future[Finding] | None = None
 
     def look(self, ours: Sequence[Means], reference: Sequence[Means], non_finite: int) -> None:
-        """Have the pictures judged if it is time for another look, and take over what was found."""
+        """Take the result of the last test, and start the next one when there are pictures enough."""
         if self._future is not None:
             if self._future.done():
                 self.finding, self._future = self._future.result(), None

@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from fragtracer.gpu.film import Film, standard_error
 
 _FRAMES = 160  # that are plotted
-_SLICES = 16  # in which the film is read, so that no frame waits for all of it
+_SLICES = 16  # of the film, one read in each frame
 
 
 class FilmStatistics:
-    """Error and faults of a film, read a slice at a time: exact for the samples up to the last round."""
+    """Error and non-finite samples of a film, read a slice at a time; they lag behind by one round of slices."""
 
     def __init__(self) -> None:
-        self.relative_error: float | None = None  # mean standard error over mean radiance, once known
+        self.relative_error: float | None = None  # mean standard error over mean radiance; None until known
         self.non_finite = 0
         self._slice = 0
         self._mean = self._error = 0.0
@@ -48,7 +48,7 @@ class FilmStatistics:
 
 
 class FrameTimes:
-    """How long frames took, from the input to the picture on the screen."""
+    """Durations of frames, from the input to the picture on the screen."""
 
     def __init__(self) -> None:
         self.recent: deque[float] = deque(maxlen=_FRAMES)  # seconds
@@ -71,7 +71,7 @@ class FrameTimes:
         return (len(self._shown_at) - 1) / max(self._shown_at[-1] - self._shown_at[0], 1e-9)
 
     def summary(self) -> dict[str, float]:
-        """Percentiles in milliseconds of all frames that were kept."""
+        """Count, mean, percentiles and maximum of all frames that were kept, in milliseconds."""
         if not self.all:
             return {}
         milliseconds = 1000 * np.asarray(self.all)

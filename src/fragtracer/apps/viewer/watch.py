@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Notices when files change, by looking at them now and then: it works on every file system."""
+"""Notices when files change by polling them, which works on every file system."""
 
 import time
 from collections.abc import Callable, Iterable
@@ -8,14 +8,14 @@ from pathlib import Path
 from fragtracer.io import toml
 from fragtracer.scene import Scene
 
-_PERIOD = 0.3  # seconds between two looks
+_PERIOD = 0.3  # seconds between two polls
 
 
 class Watch:
     """Tells when any of the files that ``list_files`` names has changed, come or gone.
 
-    With ``whole_folder`` one that is named for the first time, or no more, has come or gone; without,
-    the list follows what is in use, and says nothing of the files.
+    With ``whole_folder``, a file that enters or leaves the list has come or gone. Without, the list follows
+    the scene, and a file that enters or leaves it is no change.
     """
 
     def __init__(self, list_files: Callable[[], Iterable[Path]], whole_folder: bool = False) -> None:
@@ -25,7 +25,7 @@ class Watch:
         self._known = self._look()
 
     def changed(self) -> bool:
-        """Whether something changed since the last call that said so."""
+        """Whether something changed since the last call."""
         now = time.monotonic()
         if now - self._looked_at < _PERIOD:
             return False
@@ -37,7 +37,7 @@ class Watch:
         return any(seen[path] != known[path] for path in seen.keys() & known.keys())
 
     def accept(self) -> None:
-        """Take the files as they are for known: after writing one oneself."""
+        """Ignore the changes so far, such as of a file that the viewer itself has written."""
         self._known = self._look()
 
     def _look(self) -> dict[Path, tuple[int, int] | None]:

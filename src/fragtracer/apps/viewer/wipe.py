@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""The comparison with Mitsuba on the screen: a line to drag, ours on its left; on its right Mitsuba's
-picture, or the map of where the two differ by more than noise. With the split-sum approximation on the
-left, the right is the path-traced truth, or the map of the error."""
+"""The comparison on the screen: a line to drag, with fragtracer's picture on its left and on its right the
+reference, or a map of the difference. The reference is Mitsuba's picture; that of the split-sum approximation
+is the path-traced one."""
 
 from dataclasses import replace
 from typing import Literal
@@ -24,7 +24,7 @@ _GRIP = 8.0  # units to both sides of the line
 
 
 class Wipe:
-    """Holds the reference of the scene on the screen, and lets go of it when that changes."""
+    """Holds the reference of the scene on the screen, and drops it when the scene changes."""
 
     def __init__(self) -> None:
         self.mode: Mode = ""
@@ -42,7 +42,7 @@ class Wipe:
 
     @property
     def image(self) -> Image | None:
-        """Mitsuba's picture so far."""
+        """The reference so far."""
         return None if self._reference is None else self._reference.image
 
     @property
@@ -50,7 +50,7 @@ class Wipe:
         return self._significance
 
     def step(self, scene: Scene, size: tuple[int, int]) -> None:
-        """From nothing to Mitsuba's picture of ``scene``, then to the map, then to nothing."""
+        """Switch from nothing to the reference of ``scene``, then to the map, then to nothing."""
         mode = _AFTER[self.mode]
         if mode == "reference":
             self.start(scene, size)
@@ -59,7 +59,7 @@ class Wipe:
         self.mode = mode
 
     def start(self, scene: Scene, size: tuple[int, int]) -> None:
-        """Begin to render ``scene`` with Mitsuba."""
+        """Begin to render the reference of ``scene``."""
         self.stop()
         self._reference, self._of, self._shown = LiveReference(scene, size), (scene, size), 0
         self.mode = "reference"
@@ -71,7 +71,7 @@ class Wipe:
         self.forget_ours()
 
     def forget_ours(self) -> None:
-        """Our program is another one: its pictures so far say nothing any more."""
+        """Discard our pictures: they were drawn by another program."""
         if self._batches is not None:
             self._batches.release()
         self._batches = None
@@ -79,7 +79,7 @@ class Wipe:
         self._significance = Significance()
 
     def update(self, scene: Scene, size: tuple[int, int], display: Display) -> str:
-        """Show what has come; returns a problem, if there is one. Ends when the scene is another one."""
+        """Show the newest reference; returns a problem, or "". Stops when the scene or size has changed."""
         reference = self._reference
         if reference is not None and (scene, size) != self._of:
             self.stop()
@@ -104,7 +104,7 @@ class Wipe:
         return self.mode == "significance" and not (self._batches is not None and self._batches.is_complete)
 
     def draw_ours(self, renderer: LiveRenderer, seconds: float) -> float:
-        """Draw at our pictures of what ``renderer`` shows, for about ``seconds``; returns how long it took."""
+        """Draw more of our pictures of what ``renderer`` shows, for about ``seconds``; returns how long it took."""
         try:
             if self._batches is None:
                 self._batches = Batches(renderer)
@@ -137,7 +137,7 @@ class Wipe:
 
     @property
     def _name(self) -> str:
-        """Whose picture lies beyond the line."""
+        """Who made the reference."""
         is_split_sum = self._of is not None and self._of[0].render.integrator == "split-sum"
         return "Path traced" if is_split_sum else "Mitsuba"
 
@@ -148,7 +148,7 @@ class Wipe:
             difference.draw(area, x, self._batches.means, self._reference.means)
 
     def _progress(self) -> str:
-        """What the map rests on, or still waits for."""
+        """How many pictures the map is based on, or still waits for."""
         ours = len(self._batches.means) if self._batches is not None else 0
         reference = len(self._reference.means) if self._reference is not None else 0
         finding = self._significance.finding

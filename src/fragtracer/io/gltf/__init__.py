@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """glTF 2.0, as .gltf and .glb.
 
-The document is validated by pydantic and the arrays are cut by numpy: the libraries that exist
-either trust their input or lose samplers, transforms and sets of coordinates.
+The document is validated by pydantic and the arrays are views of the buffers: the libraries that exist
+either trust their input or lose samplers, transforms and sets of texture coordinates.
 """
 
 from pathlib import Path
@@ -13,14 +13,15 @@ from fragtracer.errors import SceneError
 from fragtracer.io.gltf import document as gltf
 from fragtracer.io.gltf.container import Container
 from fragtracer.io.gltf.geometry import Primitives
+from fragtracer.io.gltf.lights import EXTENSION as LIGHTS
+from fragtracer.io.gltf.lights import read_lights
 from fragtracer.io.gltf.materials import Materials
 from fragtracer.io.gltf.nodes import PlacedNode, placed_nodes
-from fragtracer.io.gltf.sides import shining_from_both
+from fragtracer.io.gltf.sides import split_double_sided_emitters
 from fragtracer.io.gltf.skins import Skins
 from fragtracer.io.model import Model, bounds, check_size, listed, matrix_rows, triple
 from fragtracer.io.polygons import Floats
-from fragtracer.scene import Camera, Light, Material, Mesh, Part
-from fragtracer.scene.fields import LARGEST
+from fragtracer.scene import Camera, Material, Mesh, Part
 
 _SUPPORTED = {
     "KHR_texture_transform",
@@ -29,20 +30,18 @@ _SUPPORTED = {
     "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_emissive_strength",
     "KHR_materials_unlit",
-    "KHR_lights_punctual",
+    LIGHTS,
     "EXT_texture_webp",
     "KHR_mesh_quantization",
 }
-_LIGHTS = "KHR_lights_punctual"
 _DEFAULT = "default"
-_FAR = 1000.0  # how many times the size of the model a light that shines in one direction is away
 
 
 def read_gltf(path: Path) -> Model:
-    """Read a .gltf or .glb file: the nodes, cameras and lights of its first scene, in the pose they have at rest.
+    """Read a .gltf or .glb file: the nodes, cameras and lights of its default scene, without animations.
 
-    Photometric numbers are taken for radiometric ones: 1 cd is 1 W/sr, as 1 cd/m² of emission is 1 W/m²/sr.
-    A directional light becomes a point light so far away that its rays are parallel to 1/1000.
+    Photometric numbers are taken for radiometric ones: 1 cd is 1 W/sr, 1 lx is 1 W/m², and 1 cd/m² of emission is
+    1 W/m²/sr.
 
     Raises
     ------
@@ -63,13 +62,22 @@ def read_gltf(path: Path) -> Model:
     check_size(path, mesh)
     low, high = bounds(mesh)
     cameras, aspects = _cameras(container, placed, low, high, notes)
-    lights = _lights(container, placed, low, high, notes)
-    aspect = aspects[0] if aspects else None
-    return Model(mesh, used, cameras, aspect, lights, listed(notes), tuple(dict.fromkeys(container.files)))
+    lights = read_lights(container, placed, notes)
+    return Model(
+        mesh,
+        used,
+        cameras,
+        aspects[0] if aspects else None,
+        tuple(lights.point),
+        tuple(lights.spot),
+        tuple(lights.directional),
+        listed(notes),
+        tuple(dict.fromkeys(container.files)),
+    )
 
 
 def _parts(container: Container, placed: list[PlacedNode], notes: list[str]) -> tuple[list[Part], dict[str, Material]]:
-    """What the nodes show, in the world, and the materials of that."""
+    """The primitives of all nodes in world space, and their materials."""
     primitives, materials = Primitives(container, notes), Materials(container, notes)
     skins = Skins(container, primitives.accessors, {index: matrix for index, _, matrix in placed})
     names, parts, used = _names(container.document), [], {}
@@ -88,7 +96,7 @@ def _parts(container: Container, placed: list[PlacedNode], notes: list[str]) -> 
             name = _DEFAULT if primitive.material is None else names[primitive.material]
             used[name] = material
             parts.append(Part(geometry, name, matrix_rows(at)))
-    return shining_from_both(parts, used)
+    return split_double_sided_emitters(parts, used)
 
 
 def _refuse(container: Container) -> None:
@@ -98,7 +106,7 @@ def _refuse(container: Container) -> None:
 
 
 def _names(document: gltf.Document) -> list[str]:
-    """A name for each material that no other has."""
+    """A unique name for each material."""
     names: list[str] = []
     taken = {_DEFAULT}
     for index, material in enumerate(document.materials):
@@ -113,7 +121,7 @@ def _names(document: gltf.Document) -> list[str]:
 def _cameras(
     container: Container, placed: list[PlacedNode], low: Floats, high: Floats, notes: list[str]
 ) -> tuple[tuple[Camera, ...], list[float | None]]:
-    """The cameras, and the shapes of their pictures."""
+    """The perspective cameras, and their aspect ratios."""
     center, found, aspects = (low + high) / 2, [], []
     for index, node, matrix in placed:
         if node.camera is None:
@@ -140,32 +148,3 @@ def _cameras(
         aspects.append(item.perspective.aspectRatio)
     notes += ["cameras after the first"] if len(found) > 1 else []
     return tuple(found), aspects
-
-
-def _lights(
-    container: Container, placed: list[PlacedNode], low: Floats, high: Floats, notes: list[str]
-) -> tuple[Light, ...]:
-    given = container.extension(gltf.PunctualLights, container.document, _LIGHTS, "the document")
-    found = []
-    for index, node, matrix in placed:
-        place = f"nodes[{index}]"
-        link = container.extension(gltf.NodeLight, node, _LIGHTS, place)
-        if link is None:
-            continue
-        light: gltf.PunctualLight = container.item(given.lights if given else [], link.light, f"{place}.light")
-        if light.type == "spot":
-            notes.append("spot lights")
-            continue
-        found.append(_light(light, matrix, low, high))
-    return tuple(found)
-
-
-def _light(light: gltf.PunctualLight, matrix: Floats, low: Floats, high: Floats) -> Light:
-    """A point light of ``intensity`` in W/sr, or one far away that gives ``intensity`` in W/m² at the model."""
-    position, strength = matrix[:3, 3], 4 * np.pi * light.intensity
-    if light.type == "directional":
-        distance = _FAR * float(np.linalg.norm(high - low) or 1.0)
-        towards = matrix[:3, 2] / (np.linalg.norm(matrix[:3, 2]) or 1.0)
-        position, strength = (low + high) / 2 + distance * towards, strength * distance**2
-    r, g, b = (min(strength * channel, LARGEST) for channel in light.color)
-    return Light(triple(position), power=(r, g, b))

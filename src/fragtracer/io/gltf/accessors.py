@@ -10,12 +10,12 @@ from fragtracer.io.gltf.container import Container
 
 _TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
-_MOST_ZEROS = 2**24  # elements without any bytes in the file
-_MOST_BYTES = 2**32  # of all arrays that do not lie in the file as they are; it can name the same bytes many times
+_MOST_ZEROS = 2**24  # elements of an accessor without a buffer view
+_MOST_BYTES = 2**32  # of all arrays that are not views of a buffer: many accessors can refer to the same bytes
 
 
 class Accessors:
-    """The arrays of one model, each read once; as far as possible they are views of the file."""
+    """The accessors of one model, each read once, as views of the buffers where possible."""
 
     def __init__(self, container: Container) -> None:
         self._container = container

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The bytes of a glTF model: its JSON, and its buffers from the chunk of a .glb, from data URIs or from files."""
+"""The container of a glTF model: its JSON, and buffers in the binary chunk of a .glb, in data URIs or in files."""
 
 import base64
 import binascii
@@ -22,9 +22,9 @@ _JSON, _BIN = 0x4E4F534A, 0x004E4942
 
 
 class Container:
-    """A glTF file and what it refers to. ``files`` are all that were read.
+    """A glTF file and its buffers. ``files`` are all files that were read.
 
-    Raises SceneError, with the file and the place in it, for what cannot be read.
+    Raises SceneError, with the file and the place in it, if they cannot be read.
     """
 
     def __init__(self, path: Path) -> None:
@@ -40,17 +40,17 @@ class Container:
         self._buffers = [self._buffer(index) for index in range(len(self.document.buffers))]
 
     def error(self, place: str, problem: str) -> SceneError:
-        """What to raise where something is wrong at ``place`` of the document."""
+        """The error to raise for a ``problem`` at ``place`` in the document."""
         return SceneError(f"{self.path}: {place}: {problem}")
 
     def item(self, items: list[Any], index: int, place: str) -> Any:
-        """``items[index]``, or the error that it does not exist."""
+        """``items[index]``. Raises SceneError if it does not exist."""
         if index >= len(items):
             raise self.error(place, f"there is no number {index}, only {len(items)} of them")
         return items[index]
 
     def extension(self, cls: type[T], item: Item, name: str, place: str) -> T | None:
-        """The extension ``name`` of ``item``, as a ``cls``; None where it has none."""
+        """The extension ``name`` of ``item``, as a ``cls``; None if it has none."""
         if name not in item.extensions:
             return None
         try:
@@ -68,7 +68,7 @@ class Container:
         return memoryview(buffer)[view.byteOffset : view.byteOffset + view.byteLength]
 
     def fetch(self, uri: str, place: str) -> bytes:
-        """The bytes that a URI stands for; only data and files beside the model are fetched, each once."""
+        """The content of a data URI or of a file relative to the model, each read once."""
         if uri not in self._fetched:
             self._fetched[uri] = self._data(uri, place) if uri.startswith("data:") else self._file(uri, place)
         return self._fetched[uri]
@@ -82,7 +82,7 @@ class Container:
             raise self.error(place, f"{uri[:60]}: {str(error).rpartition(': ')[2]}") from error
 
     def beside(self, uri: str, place: str) -> Path:
-        """The path that a relative URI stands for."""
+        """The path of a relative URI."""
         if re.match(r"[a-zA-Z][a-zA-Z0-9+.-]+:", uri) or uri.startswith(("/", "\\")):
             raise self.error(place, f"only files relative to the model are read, not {uri[:60]!r}")
         path = Path(os.path.abspath(self.path.parent / unquote(uri)))

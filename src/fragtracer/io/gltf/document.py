@@ -185,10 +185,17 @@ class Scene(Item):
     nodes: list[Index] = []
 
 
+class Spot(Item):
+    innerConeAngle: Annotated[float, Field(ge=0, le=1.5709)] = 0.0
+    outerConeAngle: Annotated[float, Field(gt=0, le=1.5709)] = 0.7853981633974483  # at most π/2, as exporters round it
+
+
 class PunctualLight(Item):
     type: Literal["point", "directional", "spot"]
     color: tuple[Positive, Positive, Positive] = (1.0, 1.0, 1.0)
     intensity: Positive = 1.0
+    range: Positive | None = None
+    spot: Spot = Spot()
 
 
 class PunctualLights(Item):

@@ -14,8 +14,8 @@ from fragtracer.io.strips import fan_triangles, strip_triangles
 from fragtracer.scene import Geometry
 
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
-_MOST_TRIANGLES = 2**25  # a small file can name one list of triangles many times over
-# Attribute in the file, its types there, and its name in the scene model.
+_MOST_TRIANGLES = 2**25  # a small file can refer to the same triangles many times
+# Attribute, its accessor types, and its name in the scene model.
 _ATTRIBUTES = (
     ("NORMAL", ("VEC3",), "normals"),
     ("TANGENT", ("VEC4",), "tangents"),
@@ -27,7 +27,7 @@ _KNOWN = {"POSITION", "TEXCOORD_0", "TEXCOORD_1", "NORMAL", "TANGENT", "COLOR_0"
 
 
 class Primitives:
-    """The geometry of one model, each piece made once however many nodes show it."""
+    """The primitives of one model, each read once however many nodes refer to it."""
 
     def __init__(self, container: Container, notes: list[str]) -> None:
         self._container, self._notes = container, notes
@@ -36,7 +36,7 @@ class Primitives:
         self._triangles = 0
 
     def get(self, primitive: gltf.Primitive, place: str) -> Geometry | None:
-        """The triangles of a primitive; None, with a note, where it has none."""
+        """The triangles of a primitive; None if it has none, with a note if it is of points or lines."""
         if primitive.mode < _TRIANGLES:
             self._notes.append("points and lines")
             return None
@@ -44,7 +44,7 @@ class Primitives:
             raise self._container.error(place, "compressed by KHR_draco_mesh_compression, which is not supported")
         if "POSITION" not in primitive.attributes:
             raise self._container.error(place, "has no POSITION")
-        self._notes += ["morph targets (shown without)" for _ in primitive.targets[:1]]
+        self._notes += ["morph targets" for _ in primitive.targets[:1]]
         self._notes += sorted(primitive.attributes.keys() - _KNOWN)
         key = primitive.mode, primitive.indices, *sorted(primitive.attributes.items())
         if key not in self._made:
@@ -75,14 +75,14 @@ class Primitives:
         triangles = _triangles(indices, primitive.mode)
         if "JOINTS_0" not in primitive.attributes:
             arrays, triangles = _used(arrays, triangles)
-        copies = {name: array.copy() for name, array in arrays.items()}  # which do not keep the whole file in memory
+        copies = {name: array.copy() for name, array in arrays.items()}  # views would keep the file in memory
         return geometry(f"{self._container.path}: {place}", triangles=triangles, **copies)
 
 
 def _used(
     arrays: dict[str, NDArray[Any]], triangles: NDArray[np.int64]
 ) -> tuple[dict[str, NDArray[Any]], NDArray[np.int64]]:
-    """The vertices that there are triangles of: many primitives may share one long list."""
+    """The arrays without unused vertices: many primitives may share one long array."""
     count = len(arrays["positions"])
     if not triangles.size or triangles.max() >= count or any(len(array) != count for array in arrays.values()):
         return arrays, triangles

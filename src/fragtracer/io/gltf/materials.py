@@ -19,7 +19,7 @@ _MOST_PIXELS = 2**29  # of all images together
 
 
 class Materials:
-    """The materials of one model. ``notes`` takes what cannot be shown."""
+    """The materials of one model. ``notes`` takes what is ignored."""
 
     def __init__(self, container: Container, notes: list[str]) -> None:
         self._container, self.notes = container, notes
@@ -27,7 +27,7 @@ class Materials:
         self._pixels = 0
 
     def get(self, index: int | None, place: str) -> Material:
-        """The material of that number, the default one of the specification for None."""
+        """The material of this index; for None, the default material of the specification."""
         if index is None:
             return Material(albedo=(1, 1, 1), metallic=1.0, roughness=1.0, double_sided=False)
         item: gltf.Material = self._container.item(self._container.document.materials, index, place)
@@ -58,12 +58,12 @@ class Materials:
         }
         old = self._container.extension(gltf.SpecularGlossiness, item, "KHR_materials_pbrSpecularGlossiness", place)
         made |= self._reflectance(item, place) if old is None else self._specular_glossiness(old, place)
-        if item.alphaMode == "MASK" and item.alphaCutoff > 1:  # no alpha reaches it
+        if item.alphaMode == "MASK" and item.alphaCutoff > 1:  # above every alpha
             made["opacity"] = 0.0
         return Material(**made)
 
     def _specular_glossiness(self, old: gltf.SpecularGlossiness, place: str) -> dict[str, Any]:
-        """The workflow that came before metallic-roughness, which takes the place of that."""
+        """The specular-glossiness workflow, which replaces metallic-roughness."""
         if old.specularGlossinessTexture:
             self.notes.append("specularGlossinessTexture")
         return {
@@ -80,7 +80,7 @@ class Materials:
     def _reflectance(self, item: gltf.Material, place: str) -> dict[str, Any]:
         ior = self._container.extension(gltf.Ior, item, "KHR_materials_ior", place)
         specular = self._container.extension(gltf.Specular, item, "KHR_materials_specular", place)
-        # An index of 0 asks for no refraction at all; one between 0 and 1 is not valid.
+        # An index of 0 means total reflection; one between 0 and 1 is not valid.
         index = 1.5 if ior is None else ior.ior
         f0 = reflectance_from_ior(max(index, 1.0)) if index else 1.0
         if specular is None:
@@ -138,7 +138,7 @@ class Materials:
         return self._images[key]
 
     def _read(self, item: gltf.Image, place: str, color_space: ColorSpace) -> Image | None:
-        """The pixels of an image; a note where there are none, as the model can be shown without."""
+        """The pixels of an image; None, with a note, if it cannot be read."""
         container = self._container
         try:
             if item.bufferView is not None:
@@ -157,5 +157,5 @@ class Materials:
 
 
 def _embedded(data: bytes, color_space: ColorSpace, name: str) -> Image:
-    """An image that is in no file of its own."""
+    """An image in a buffer or a data URI."""
     return Image(read_texture(data, color_space, name).pixels, color_space)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The tree of nodes of a glTF scene (section 3.5), with the place of each in the world."""
+"""The node hierarchy of a glTF scene (section 3.5), with world matrices."""
 
 from collections.abc import Iterator
 
@@ -15,9 +15,9 @@ PlacedNode = tuple[int, gltf.Node, Matrix]
 
 
 def placed_nodes(container: Container) -> Iterator[PlacedNode]:
-    """Number, node and (4, 4) matrix to the world of all nodes of the scene that the file shows first.
+    """Index, node and (4, 4) world matrix of all nodes of the default scene.
 
-    Raises SceneError where a node does not exist, or is met twice, as in a circle.
+    Raises SceneError if a node does not exist or has two parents, as in a cycle.
     """
     document = container.document
     if document.scenes:
@@ -32,18 +32,18 @@ def placed_nodes(container: Container) -> Iterator[PlacedNode]:
         index, above = waiting.pop()
         node: gltf.Node = container.item(document.nodes, index, "nodes")
         if index in met:
-            raise container.error(f"nodes[{index}]", "is below two nodes, or below itself")
+            raise container.error(f"nodes[{index}]", "has two parents, or is its own ancestor")
         met.add(index)
         with np.errstate(over="ignore", invalid="ignore"):
             matrix = above @ local_matrix(node)
         if not np.abs(matrix).max() <= LARGEST:
-            raise container.error(f"nodes[{index}]", "its place in the world is too far to be computed")
+            raise container.error(f"nodes[{index}]", "its world matrix overflows")
         yield index, node, matrix
         waiting += [(child, matrix) for child in reversed(node.children)]
 
 
 def local_matrix(node: gltf.Node) -> Matrix:
-    """(4, 4) from the node to its parent."""
+    """(4, 4) matrix from the node to its parent."""
     if node.matrix is not None:
         return np.array(node.matrix).reshape(4, 4).T
     x, y, z, w = np.array(node.rotation) / (np.linalg.norm(node.rotation) or 1.0)

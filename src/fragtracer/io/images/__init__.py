@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""Image files: radiance as numbers (.exr, .hdr, .npy), or as a picture for a screen (.png).
+"""Image files: radiance as numbers (.exr, .hdr, .npy), or tone mapped for display (.png).
 
 Images are (height, width, 3) float32 arrays of linear Rec. 709 radiance, row 0 at the top.
 
-Pixels that are NaN or infinite are never hidden. OpenEXR and NumPy files keep them as they are. Radiance and
-PNG files cannot: there such a pixel is magenta, as bright as the brightest, and a warning counts them.
+Pixels that are NaN or infinite are never hidden. OpenEXR and NumPy files store them as they are. Radiance and PNG files
+cannot: there they become magenta, as bright as the brightest pixel, with a warning that counts them.
 """
 
 import warnings
@@ -38,7 +38,7 @@ _PREFIX = "fragtracer."
 
 
 def check_writable(path: str | Path) -> None:
-    """Raise :class:`OutputError` where :func:`write_image` could not write ``path``; for use before rendering."""
+    """Raise :class:`OutputError` if :func:`write_image` cannot write ``path``; to be called before rendering."""
     output.check_writable(path, _WRITERS)
 
 
@@ -53,7 +53,7 @@ def write_image(
     bloom_threshold: float = 1.0,
     bloom_alone: bool = False,
 ) -> None:
-    """Write an image in the format that the extension of ``path`` names.
+    """Write an image in the format of the extension of ``path``.
 
     An existing file is replaced only once the new one is complete.
 
@@ -106,13 +106,14 @@ def _as_image(image: npt.ArrayLike) -> FloatImage:
 
 
 def read_image(path: str | Path) -> FloatImage:
-    """Read an image of one of the formats that :func:`write_image` writes, whoever wrote it.
+    """Read an image in one of the formats of :func:`write_image`.
 
     Returns
     -------
     numpy.ndarray
-        (h, w, 3) float32, row 0 at the top. Of an .exr file the R, G and B channels of the first part; of a
-        .png file of 8 bits what it shows, made linear: the exposure and the tone curve stay in it.
+        (h, w, 3) float32, row 0 at the top. Of an .exr file the R, G and B channels of the first part, decoded
+        luminance and chroma, or a single channel as grey; of an 8-bit .png file the decoded sRGB values, still with
+        exposure and tone curve.
 
     Raises
     ------
@@ -123,20 +124,20 @@ def read_image(path: str | Path) -> FloatImage:
 
 
 def read_metadata(path: str | Path) -> dict[str, str]:
-    """The metadata that :func:`write_image` put into a file, empty where there are none; errors as there."""
+    """The metadata that :func:`write_image` stored in a file, perhaps none. Raises as :func:`read_image`."""
     return read_content(path)[1]
 
 
 def read_content(path: str | Path) -> Content:
-    """What :func:`read_image` and :func:`read_metadata` give, both of one look at the file; errors as there."""
+    """The results of :func:`read_image` and :func:`read_metadata`, reading the file once. Raises as these."""
     pixels, entries = _read(path)
     return pixels, {k.removeprefix(_PREFIX): value for k, value in entries.items() if k.startswith(_PREFIX)}
 
 
 def check_regular(path: str | Path) -> None:
-    """Raise OSError for what is there and no file: the end of a pipe or a device may never come."""
+    """Raise OSError if ``path`` exists but is not a regular file: reading a pipe or a device may never end."""
     if Path(path).exists() and not Path(path).is_file():
-        raise OSError("it is no file")
+        raise OSError("it is not a regular file")
 
 
 def _read(path: str | Path) -> Content:

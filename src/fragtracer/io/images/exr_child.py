@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Reads one OpenEXR file, as a program of its own: a damaged file can crash the library, or ask it for any amount of
-memory. ``python exr_child.py FILE RESULT.npy`` writes the pixels and prints what else there is, as JSON.
+"""Reads one OpenEXR file in a process of its own: a damaged file can crash the library or exhaust the memory.
+``python exr_child.py FILE RESULT.npy`` writes the pixels and prints the metadata or an error as JSON.
 
-It imports nothing of fragtracer, so that it starts fast.
+It does not import fragtracer, to start fast.
 """
 
 import json
@@ -15,10 +15,17 @@ from numpy.typing import NDArray
 MOST_PIXELS = 2**27  # 16384 x 8192
 _MOST_BYTES = 2**33
 _MOST_SECONDS = 120
+_REC_709 = (0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329)
+# Of the samples 1, 3, … 13 pixels away on either side, for a pixel between two (OpenEXR, ImfRgbaYca.cpp).
+_CHROMA_FILTER = (0.627123, -0.186077, 0.087929, -0.043159, 0.019597, -0.007540, 0.002128)
+
+
+class Unsupported(ValueError):
+    """The file is valid, but of a kind that is not read."""
 
 
 def limit() -> None:
-    """Let the system end this process where it takes too much; Windows cannot."""
+    """Limit memory and processor time of this process; not possible on Windows."""
     try:
         import resource
     except ImportError:
@@ -30,9 +37,9 @@ def limit() -> None:
 
 
 def read(path: str) -> tuple[NDArray[Any], dict[str, str]]:
-    """The pixels of the display window, (h, w, 3), black where the file has none, and the texts of the header.
+    """The pixels of the display window, (h, w, 3), black outside the data window, and the strings of the header.
 
-    Raises ``ValueError`` or ``RuntimeError`` for a file that is damaged or has no colours.
+    Raises ``Unsupported`` for a valid file of another kind, and ``ValueError`` or ``RuntimeError`` for a damaged one.
     """
     import OpenEXR
 
@@ -40,23 +47,28 @@ def read(path: str) -> tuple[NDArray[Any], dict[str, str]]:
         if beginning.read(4) != b"\x76\x2f\x31\x01":
             raise ValueError("it does not begin as an OpenEXR file does")
     with OpenEXR.File(path, header_only=True) as file:
-        data, display = (_window(file.header(), name) for name in ("dataWindow", "displayWindow"))
+        header = file.header()
+        data, display = (_window(header, name) for name in ("dataWindow", "displayWindow"))
+        chromaticities = header.get("chromaticities") or _REC_709
+        if "deep" in str(header.get("type")):
+            raise Unsupported("it is a deep image, of many samples a pixel; flatten it")
     with OpenEXR.File(path, separate_channels=True) as file:
         if not file.parts:
             raise ValueError("its pixels cannot be decoded")
         channels = {name: channel.pixels for name, channel in file.channels().items()}
         texts = {key: value for key, value in file.header().items() if isinstance(value, str)}
-    stack = np.stack([channels[name] for name in _colors(list(channels))], axis=-1)
-    left, top, right, bottom = data
-    if stack.shape[:2] != (bottom - top + 1, right - left + 1):
-        raise ValueError("its channels have fewer samples than pixels")
+    size = data[3] - data[1] + 1, data[2] - data[0] + 1
+    if {"Y", "RY", "BY"} <= channels.keys():
+        stack = _from_luminance_chroma(channels, size, chromaticities)
+    else:
+        stack = np.stack(_colors(channels, size), axis=-1)
     if data != display:
         stack = _placed(stack, data, display)
     return stack, texts
 
 
 def _window(header: Any, name: str) -> tuple[int, int, int, int]:
-    """Left, top, right and bottom, the last two included."""
+    """Left, top, right and bottom, all inclusive."""
     left, top, right, bottom = (int(x) for corner in header[name] for x in corner)
     width, height = right - left + 1, bottom - top + 1
     if width < 1 or height < 1 or width * height > MOST_PIXELS:
@@ -64,19 +76,64 @@ def _window(header: Any, name: str) -> tuple[int, int, int, int]:
     return left, top, right, bottom
 
 
-def _colors(names: list[str]) -> list[str]:
-    """The channels of red, green and blue: R, G, B, or those of the first layer that has them, or a grey one."""
-    layers = ["", *sorted({name.removesuffix("R") for name in names if name.endswith(".R")})]
-    for layer in layers:
-        if {f"{layer}{color}" for color in "RGB"} <= set(names):
-            return [f"{layer}{color}" for color in "RGB"]
-    if "Y" in names and not {"RY", "BY"} & set(names):
-        return ["Y"] * 3
-    raise ValueError(f"it has no channels R, G and B, only {', '.join(sorted(names)) or 'none'}")
+def _colors(channels: dict[str, NDArray[Any]], size: tuple[int, int]) -> list[NDArray[Any]]:
+    """Red, green and blue: the channels R, G and B, or those of the first layer that has them, or a single grey one."""
+    layers = ["", *sorted({name.removesuffix("R") for name in channels if name.endswith(".R")})]
+    found = [[f"{layer}{color}" for color in "RGB"] for layer in layers]
+    if (grey := _grey(channels.keys() - {"A"})) is not None:
+        found.append([grey] * 3)
+    for names in found:
+        if channels.keys() >= set(names):
+            if any(channels[name].shape != size for name in names):
+                raise Unsupported(f"its channels {', '.join(dict.fromkeys(names))} have fewer samples than pixels")
+            return [channels[name] for name in names]
+    raise Unsupported(f"it has no channels R, G and B, only {', '.join(sorted(channels)) or 'none'}")
+
+
+def _grey(names: set[str]) -> str | None:
+    """The channel of a grey image: Y without chroma, or the only one, unless that is the depth Z."""
+    if "Y" in names and not {"RY", "BY"} & names:
+        return "Y"
+    return next(iter(names)) if len(names) == 1 and names != {"Z"} else None
+
+
+def _from_luminance_chroma(
+    channels: dict[str, NDArray[Any]], size: tuple[int, int], chromaticities: tuple[float, ...]
+) -> NDArray[np.float32]:
+    """(h, w, 3) RGB of luminance Y and the chroma RY = (R - Y) / Y and BY = (B - Y) / Y, subsampled by 2 or not."""
+    height, width = size
+    y, ry, by = (channels[name].astype(np.float32) for name in ("Y", "RY", "BY"))
+    if y.shape != size or ry.shape != by.shape or ry.shape not in (size, (height // 2, width // 2)):
+        raise Unsupported("it has luminance and chroma, which this version of the OpenEXR library cannot decode")
+    if ry.shape != size:
+        ry, by = (_upsampled(_upsampled(chroma, 0), 1) for chroma in (ry, by))
+    red, green, blue = _luminance_weights(chromaticities)
+    r, b = (ry + 1) * y, (by + 1) * y
+    return np.stack([r, (y - red * r - blue * b) / green, b], axis=-1).astype(np.float32)
+
+
+def _upsampled(samples: NDArray[np.float32], axis: int) -> NDArray[np.float32]:
+    """Samples at twice the rate along ``axis``, those between two by :data:`_CHROMA_FILTER`."""
+    count, half = samples.shape[axis], len(_CHROMA_FILTER)
+    padded = np.pad(np.moveaxis(samples, axis, 0), ((half, half), (0, 0)), mode="edge")
+    between = np.zeros_like(padded[:count])
+    for step, weight in enumerate(_CHROMA_FILTER):
+        before, after = half - step, half + step + 1
+        between += np.float32(weight) * (padded[before : before + count] + padded[after : after + count])
+    both = np.stack([padded[half : half + count], between], axis=1).reshape(2 * count, -1)
+    return np.moveaxis(both, 0, axis)
+
+
+def _luminance_weights(chromaticities: tuple[float, ...]) -> NDArray[np.float64]:
+    """The luminance of the red, green and blue primary, of chromaticities x, y of the three and of white."""
+    x, y = np.reshape(chromaticities, (4, 2)).T
+    xyz = np.stack([x / y, np.ones(4), (1 - x - y) / y])
+    weights: NDArray[np.float64] = np.linalg.solve(xyz[:, :3], xyz[:, 3])
+    return weights
 
 
 def _placed(pixels: NDArray[Any], data: tuple[int, ...], display: tuple[int, ...]) -> NDArray[Any]:
-    """Pixels of the data window where they lie in the display window."""
+    """The display window of pixels of the data window, black outside."""
     result = np.zeros((display[3] - display[1] + 1, display[2] - display[0] + 1, 3), pixels.dtype)
     x, y = data[0] - display[0], data[1] - display[1]
     left, top = max(x, 0), max(y, 0)
@@ -87,12 +144,14 @@ def _placed(pixels: NDArray[Any], data: tuple[int, ...], display: tuple[int, ...
 
 
 def main() -> None:
-    """Print {"metadata": {...}}, or {"error": "..."} where the file cannot be read."""
+    """Print {"metadata": {...}}, or {"unsupported": "..."} for a kind that is not read, or {"error": "..."}."""
     limit()
     try:
         pixels, metadata = read(sys.argv[1])
         np.save(sys.argv[2], pixels if pixels.dtype == np.float16 else pixels.astype(np.float32))
         print(json.dumps({"metadata": metadata}))
+    except Unsupported as error:
+        print(json.dumps({"unsupported": str(error)}))
     except MemoryError:
         print(json.dumps({"error": "it needs too much memory"}))
     except Exception as error:

@@ -2,7 +2,7 @@
 """One pair of functions for each image format: ``write_x(path, pixels, metadata)`` and ``read_x(path)``.
 
 Pixels are (h, w, 3) float32, row 0 at the top; those for PNG are sRGB values in [0, 1], all others linear.
-A damaged file raises OSError, RuntimeError or ValueError.
+A damaged file raises OSError, RuntimeError or ValueError, a valid one of a kind that is not read FragtracerError.
 """
 
 import json
@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from fragtracer.display.tone import FloatImage, srgb_decode
+from fragtracer.errors import FragtracerError
 from fragtracer.io.images import exr_child, npy, rgbe
 
 Content = tuple[FloatImage, dict[str, str]]
@@ -35,9 +36,9 @@ def write_exr(path: Path, pixels: FloatImage, metadata: Mapping[str, str]) -> No
 
 
 def read_exr(path: Path) -> Content:
-    """The display window of the first part: its channels R, G and B, float or half, tiled or not.
+    """The display window of the first part, scanline or tiled: RGB, luminance and chroma, or a single channel as grey.
 
-    It is read in another process (:mod:`fragtracer.io.images.exr_child`), where a damaged file can do no harm.
+    It is read in another process (:mod:`fragtracer.io.images.exr_child`), so that a damaged file cannot crash this one.
     """
     environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}  # each thread reserves memory
     with tempfile.TemporaryDirectory() as folder:
@@ -51,6 +52,8 @@ def read_exr(path: Path) -> Content:
             answer = json.loads(done.stdout.strip().rpartition(b"\n")[2])
         except ValueError:
             raise ValueError("the OpenEXR library crashed on it") from None
+        if "unsupported" in answer:
+            raise FragtracerError(f"{path}: cannot read this kind of .exr file: {answer['unsupported']}")
         if "error" in answer:
             raise ValueError(answer["error"])
         return np.load(result).astype(np.float32), answer["metadata"]

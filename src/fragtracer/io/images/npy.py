@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Arrays of NumPy's own format, of which nothing is taken on trust: numpy.load gets memory for what a header claims."""
+"""Arrays in the .npy format, with a header that is not trusted: numpy.load allocates whatever it claims."""
 
 import io
 import math

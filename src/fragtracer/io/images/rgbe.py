@@ -21,7 +21,7 @@ _RESOLUTION = re.compile(rb"([+-][XY]) +(\d{1,9}) +([+-][XY]) +(\d{1,9})")
 
 
 def encode(image: npt.NDArray[np.float32], metadata: Mapping[str, str]) -> bytes:
-    """The file for linear (h, w, 3) radiance in [0, :data:`LARGEST`], its top row first."""
+    """The bytes of a file for linear (h, w, 3) radiance in [0, :data:`LARGEST`], row 0 at the top."""
     lines = ["#?RADIANCE", f"FORMAT={_FORMAT}", *(f"{key}={json.dumps(value)}" for key, value in metadata.items())]
     height, width, _ = image.shape
     return (
@@ -39,9 +39,9 @@ def _to_rgbe(image: npt.NDArray[np.float32]) -> npt.NDArray[np.uint8]:
 
 
 def decode(data: bytes) -> tuple[npt.NDArray[np.float32], dict[str, str]]:
-    """The (h, w, 3) float32 radiance, its top row first, and the variables of the header.
+    """The (h, w, 3) float32 radiance, row 0 at the top, and the variables of the header.
 
-    Scanlines may run in any of the eight ways. What EXPOSURE and COLORCORR say was multiplied is divided out.
+    Scanlines may have any of the eight orientations. Pixels are divided by EXPOSURE and COLORCORR.
 
     Raises
     ------
@@ -71,7 +71,7 @@ def decode(data: bytes) -> tuple[npt.NDArray[np.float32], dict[str, str]]:
 
 
 def _factors(lines: list[str], name: str, count: int) -> npt.NDArray[np.float64]:
-    """The product of all that a variable of ``count`` numbers says."""
+    """The product of all occurrences of a variable of ``count`` numbers."""
     product = np.ones(count)
     for line in lines:
         if line.startswith(f"{name}="):

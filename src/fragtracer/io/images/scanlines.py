@@ -28,8 +28,8 @@ def decode_scanlines(data: bytes, start: int, lines: int, length: int) -> Bytes:
 
 
 def _newer(data: bytes, start: int, lines: int, length: int, marker: bytes) -> Bytes:
-    """Each row is its marker and then four channels, one after the other, of codes: up to 128 says how many bytes
-    follow as they are, more how often, above 128, the next byte is meant."""
+    """Each row is a marker and four channels, one after the other: a code up to 128 is followed by as many literal
+    bytes, a larger one by a byte that is repeated (code - 128) times."""
     if (len(data) - start) // 4 < lines:  # before any memory is taken
         raise ValueError(_DAMAGED)
     source = np.frombuffer(data, np.uint8)
@@ -47,7 +47,7 @@ def _newer(data: bytes, start: int, lines: int, length: int, marker: bytes) -> B
 
 
 def _row(data: bytes, at: int, size: int, codes: list[int]) -> int:
-    """Appends the places of the codes of one row of ``size`` bytes; returns where it ends."""
+    """Append the offsets of the codes of one row of ``size`` bytes; return the offset of its end."""
     found = 0
     append = codes.append
     try:
@@ -70,7 +70,7 @@ def _row(data: bytes, at: int, size: int, codes: list[int]) -> int:
 
 
 def _expand(source: Bytes, codes: NDArray[np.int64]) -> Bytes:
-    """The bytes that codes at these places stand for."""
+    """The decoded bytes of the codes at these offsets."""
     code = source[codes].astype(np.int64)
     is_run = code > 128
     counts = np.where(is_run, code - 128, code)
@@ -84,7 +84,7 @@ def _expand(source: Bytes, codes: NDArray[np.int64]) -> Bytes:
 
 
 def _older(pixels: Bytes, repeats: NDArray[np.bool_], size: int) -> Bytes:
-    """A pixel (1, 1, 1, n) repeats the one before n times; those that follow count 256 times as much each."""
+    """A pixel (1, 1, 1, n) repeats the previous one n times; each further one in a row counts 256 times as much."""
     index = np.arange(len(pixels))
     last = np.maximum.accumulate(np.where(repeats, -1, index))
     if last[0] < 0:

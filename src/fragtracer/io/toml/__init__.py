@@ -1,17 +1,18 @@
 # SPDX-License-Identifier: MIT
-"""Scene files: a TOML file, by its path or as the name of a bundled one, to a :class:`Scene` and back.
+"""Scene files in TOML, to a :class:`Scene` and back.
 
 The tables are ``[camera]``, ``[render]``, ``[ambient]``, ``[environment]``, ``[material.NAME]``, ``[[light]]``,
-``[[sphere]]``, ``[[plane]]``, ``[[rectangle]]``, ``[[triangle]]`` and ``[[mesh]]``, under a ``description``; their
-keys are the fields of the dataclasses of :mod:`fragtracer.scene`, with the name of a file where these hold pixels or
-triangles. The ``f0`` of a material may also name a dielectric of ``DIELECTRIC_F0``.
+``[[spot_light]]``, ``[[directional_light]]``, ``[[sphere]]``, ``[[plane]]``, ``[[rectangle]]``, ``[[disk]]``,
+``[[triangle]]`` and ``[[mesh]]``, under a ``description``; their keys are the fields of the dataclasses of
+:mod:`fragtracer.scene`, with the name of a file where these hold pixels or triangles. The
+``f0`` of a material may also name a dielectric of ``DIELECTRIC_F0``.
 """
 
 import re
-import tomllib
 from pathlib import Path
 from typing import Any
 
+import tomli
 import tomli_w
 
 from fragtracer import output, resources
@@ -36,7 +37,7 @@ def load(name_or_path: str | Path, light_models: bool = True) -> Scene:
         The name of a bundled scene, as "three-spheres", or the path of a .toml file or of a model (.obj, .ply, .gltf,
         .glb, .npz). A model without a camera is framed.
     light_models
-        Whether a model without lights is lit: not, where an environment will be added.
+        Whether a model without lights gets default ones; false if an environment will be added.
 
     Raises
     ------
@@ -60,7 +61,7 @@ def load(name_or_path: str | Path, light_models: bool = True) -> Scene:
 
 
 def files_behind(scene: Scene) -> set[Path]:
-    """The files that a scene needs besides its own: of its meshes, with what those name, and of its textures."""
+    """The files that a scene refers to: models and their dependencies, textures, and the environment map."""
     files = {path for mesh in scene.meshes if mesh.file for path in files_of(mesh.file)}
     textures = (texture for material in scene.materials.values() for texture in material.textures.values())
     images: list[Image | Panorama] = [texture.image for texture in textures]
@@ -70,8 +71,8 @@ def files_behind(scene: Scene) -> set[Path]:
 
 
 def bundled() -> dict[str, str]:
-    """The names of the scenes that come with fragtracer, and what each shows."""
-    return {name: tomllib.loads(path.read_text("utf-8"))["description"] for name, path in _bundled_files().items()}
+    """The names and descriptions of the bundled scenes."""
+    return {name: tomli.loads(path.read_text("utf-8"))["description"] for name, path in _bundled_files().items()}
 
 
 def _bundled_files() -> dict[str, Path]:
@@ -79,7 +80,7 @@ def _bundled_files() -> dict[str, Path]:
 
 
 def parse(text: str, file: str | Path = "scene.toml") -> Scene:
-    """Make a scene of the text of a scene file; ``file`` gives it its name and stands in the messages.
+    """Parse the text of a scene file; ``file`` gives the scene its name and opens the messages.
 
     Raises
     ------
@@ -98,8 +99,8 @@ def parse(text: str, file: str | Path = "scene.toml") -> Scene:
 
 def _toml(text: str, file: str | Path) -> dict[str, Any]:
     try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+        return tomli.loads(text)
+    except tomli.TOMLDecodeError as error:
         raise SceneError(f"{file}: not a TOML file: {error}{_line_of(str(error), text)}") from error
     except (ValueError, RecursionError) as error:
         problem = "has a number of too many digits" if isinstance(error, ValueError) else "is nested too deeply"
@@ -113,7 +114,7 @@ def _line_of(message: str, text: str) -> str:
 
 
 def dump(scene: Scene, folder: str | Path = ".") -> str:
-    """The text of a scene file in ``folder``, of which :func:`parse` makes the same scene; defaults are left out."""
+    """The text of a scene file in ``folder``, the inverse of :func:`parse`; defaults are left out."""
     text = tomli_w.dumps(to_document(scene, Path(folder)))
     # tomli_w gives each number of an array its own line; no other line ends in a bracket or a comma.
     for pattern, joined in ((r"\[\n\s+", "["), (r",\n\s*\]", "]"), (r",\n\s+", ", ")):
@@ -122,10 +123,10 @@ def dump(scene: Scene, folder: str | Path = ".") -> str:
 
 
 def save(scene: Scene, path: str | Path) -> None:
-    """Write a scene file; the scene takes the name of the file when it is read again.
+    """Write a scene file; its name becomes that of the scene when it is read again.
 
-    Models and images in files are named, relative to the new file. Meshes and pictures made in Python are written
-    beside it: as .npz, .png, or .exr and .npy where the pixels are floats.
+    Models and images that have files are referred to by paths relative to the new file. Meshes and images made in
+    Python are written beside it, as .npz, and as .png or, if the pixels are floats, .exr and .npy.
 
     Raises
     ------

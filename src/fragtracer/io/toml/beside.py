@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Files that a scene file needs beside it: for meshes, images and environments that were made in Python."""
+"""Sidecar files of a scene file: meshes, images and environment maps that were made in Python."""
 
 import re
 from collections.abc import Mapping
@@ -19,9 +19,9 @@ from fragtracer.scene.content import content_digest
 
 
 def with_files(scene: Scene, path: Path) -> Scene:
-    """``scene`` with a file for each mesh and picture, written beside ``path`` where there was none.
+    """``scene`` with a file for each mesh, image and map; those without one are written beside ``path``.
 
-    The names hold a digest of the content: what has not changed since the last time is not written again.
+    Their names hold a digest of the content, so that unchanged ones are not written again.
 
     Raises
     ------

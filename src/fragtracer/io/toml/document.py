@@ -14,6 +14,8 @@ from fragtracer.io.toml.textures import TEXTURES, SceneImages, plain_texture, te
 from fragtracer.scene import (
     Ambient,
     Camera,
+    DirectionalLight,
+    Disk,
     Light,
     Material,
     Plane,
@@ -21,13 +23,15 @@ from fragtracer.scene import (
     RenderSettings,
     Scene,
     Sphere,
+    SpotLight,
     Triangle,
 )
 from fragtracer.scene.reflectance import DIELECTRIC_F0
 
 _TABLES = {"camera": Camera, "render": RenderSettings, "ambient": Ambient}
-_SHAPES = {"sphere": Sphere, "plane": Plane, "rectangle": Rectangle, "triangle": Triangle}
-_ARRAYS = {"light": Light, **_SHAPES}
+_SHAPES = {"sphere": Sphere, "plane": Plane, "rectangle": Rectangle, "disk": Disk, "triangle": Triangle}
+_LIGHTS = {"light": Light, "spot_light": SpotLight, "directional_light": DirectionalLight}
+_ARRAYS = {**_LIGHTS, **_SHAPES}
 _KEYS = ("description", *_TABLES, "environment", "material", "mesh", *_ARRAYS)
 
 
@@ -139,7 +143,7 @@ def _scene(values: dict[str, Any], mistakes: list[str]) -> Scene | None:
 
 
 def to_document(scene: Scene, folder: Path) -> dict[str, Any]:
-    """The tables of a file in ``folder`` for a scene, without what has its default value."""
+    """The tables of a scene file in ``folder``, without default values."""
     document: dict[str, Any] = {"description": scene.description} if scene.description else {}
     document |= {key: table for key in _TABLES if (table := plain(getattr(scene, key)))}
     if scene.environment is not None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The environment of a scene file, and environments that are files of their own."""
+"""The ``[environment]`` table of a scene file, and environment maps."""
 
 import os
 import warnings
@@ -20,7 +20,7 @@ _KEYS = ("file", *(item.name for item in fields(Environment) if item.name != "im
 
 
 def read_panorama(path: str | Path) -> Panorama:
-    """The equirectangular picture in an .hdr, .exr, .npy or .png file.
+    """The equirectangular map in an .hdr, .exr, .npy or .png file.
 
     Pixels that are NaN, infinite or negative become black, a negative channel alone 0; a warning counts them.
 
@@ -39,14 +39,14 @@ def read_panorama(path: str | Path) -> Panorama:
 
 
 def environment(table: Any, folder: Path, mistakes: list[str]) -> Environment | None:
-    """Make the environment that ``table`` of a scene file describes.
+    """Make the environment of a table of a scene file.
 
     Parameters
     ----------
     table
         What the file holds under ``[environment]``.
     folder
-        What the name of the picture is relative to.
+        What the path of the map is relative to.
     mistakes
         Takes "path: sentence" for each mistake.
 
@@ -71,7 +71,7 @@ def environment(table: Any, folder: Path, mistakes: list[str]) -> Environment | 
         return None
     given = [key for key in ("file", "radiance", *_SOURCES) if key in table]
     if len(given) != 1:
-        mistake = f"say one of these alone, not {' and '.join(given)}" if given else "say what it is"
+        mistake = f"give only one of these, not {' and '.join(given)}" if given else "give one of these"
         mistakes.append(f"environment: {mistake}: file, radiance, [environment.gradient] or [environment.sky]")
         return None
     return build(Environment, values, "environment", mistakes)
@@ -83,13 +83,13 @@ def plain_environment(environment: Environment, folder: Path) -> dict[str, Any]:
     Raises
     ------
     OutputError
-        If its picture is in no file.
+        If its map has no file.
     """
     table = plain(environment)
     for key in _SOURCES.keys() & table.keys():
         table[key] = plain(table[key])
     if (image := table.pop("image", None)) is not None:
         if image.file is None:
-            raise OutputError("environment: its picture is in no file; fragtracer.save writes one beside the scene")
+            raise OutputError("environment: its map is in no file; fragtracer.save writes one beside the scene")
         table = {"file": relative(image.file, folder)} | table
     return table

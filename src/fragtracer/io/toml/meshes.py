@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""``[[mesh]]`` tables of a scene file: models in files, and where copies of them stand."""
+"""``[[mesh]]`` tables of a scene file: model files and their instances."""
 
 import os
 from collections.abc import Mapping
@@ -20,15 +20,15 @@ KEYS = (*_TEXTS, *_PLACEMENT, "instance")
 
 @dataclass
 class Models:
-    """The models of one scene, each of whose materials open with the name of the file.
+    """The models of one scene, their materials qualified by the name of the file, as "box/wood".
 
-    Files of the same name in other folders count up: "box/wood", "box-2/wood".
+    Files of the same name in other folders are numbered: "box-2/wood".
     """
 
     _prefixes: dict[str, Path] = field(default_factory=dict)
 
     def get(self, file: str | Path) -> Model:
-        """The model in ``file``; raises SceneError where there is none."""
+        """The model in ``file``. Raises SceneError if it cannot be read."""
         path = Path(os.path.abspath(file))
         number, prefix = 1, path.stem
         while self._prefixes.setdefault(prefix, path) != path:
@@ -54,7 +54,7 @@ def read_meshes(value: Any, folder: Path, mistakes: list[str]) -> tuple[list[Mes
     meshes : list
         Those without a mistake.
     materials : dict
-        That came with them.
+        Those of the model files.
     """
     if not isinstance(value, list):
         mistakes.append(f"mesh: must be an array of tables, each opened by [[mesh]], got {show(value)}")
@@ -101,19 +101,19 @@ def _instances(table: Mapping[str, Any], path: str, mistakes: list[str]) -> tupl
         mistakes.append(f"{path}.instance: must be an array of tables, each opened by [[mesh.instance]]")
         return ()
     if own and tables:
-        mistakes.append(f"{path}: say {', '.join(own)} in the [[mesh.instance]] tables, which place the copies")
+        mistakes.append(f"{path}: move {', '.join(own)} into the [[mesh.instance]] tables, one for each instance")
     placed = [build(Placement, item, f"{path}.instance[{index}]", mistakes) for index, item in enumerate(tables)]
     placed = placed or [build(Placement, own, path, mistakes)]
     return tuple(item for item in placed if item is not None)
 
 
 def plain_meshes(scene: Scene, folder: Path) -> tuple[list[dict[str, Any]], dict[str, Material]]:
-    """The ``[[mesh]]`` tables for a file in ``folder``, and the materials that reading it will bring.
+    """The ``[[mesh]]`` tables for a file in ``folder``, and the materials that come with the model files.
 
     Raises
     ------
     OutputError
-        If a mesh is in no file, or not as it is in its file.
+        If a mesh has no file, or differs from the content of its file.
     """
     models, tables, materials = Models(), [], {}
     for index, mesh in enumerate(scene.meshes):
@@ -126,7 +126,7 @@ def plain_meshes(scene: Scene, folder: Path) -> tuple[list[dict[str, Any]], dict
 
 
 def is_stored(mesh: Mesh, models: Models) -> bool:
-    """Whether reading the file of ``mesh`` gives its parts; the meshes of a scene are to be asked for in order."""
+    """Whether the file of ``mesh`` holds its parts. Call it for the meshes of a scene in their order."""
     return _stored(mesh, models) is not None
 
 
@@ -152,5 +152,5 @@ def _plain_mesh(mesh: Mesh, folder: Path) -> dict[str, Any]:
 
 
 def _plain_placement(placement: Placement) -> dict[str, Any]:
-    """What is not the default, and the translation in any case: tomli_w would write an inline table without."""
+    """The fields that are not default, and always the translation: tomli_w would write an empty inline table."""
     return {"translation": placement.translation} | plain(placement)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""One table of a scene file becomes one dataclass of the scene model, or sentences that say what is wrong with it."""
+"""One table of a scene file to one dataclass of the scene model, or a sentence for each mistake in it."""
 
 import difflib
 import json
@@ -80,13 +80,13 @@ def build(cls: type[T], table: Any, path: str, mistakes: list[str]) -> T | None:
 
 
 def plain(item: Any) -> dict[str, Any]:
-    """The fields of a dataclass that have not their default value, by name: the inverse of :func:`build`."""
+    """The fields of a dataclass that differ from their default, by name: the inverse of :func:`build`."""
     values = {field.name: (getattr(item, field.name), field.default) for field in fields(item)}
     return {name: value for name, (value, default) in values.items() if default is MISSING or value != default}
 
 
 def suggest(name: str, allowed: Iterable[str]) -> str:
-    """Which of the names that are allowed may have been meant, and all of them, the likest first."""
+    """The allowed names, the most similar to ``name`` first, and whether that was probably meant."""
     likeness = {known: difflib.SequenceMatcher(None, name, known).ratio() for known in allowed}
     ranked = sorted(likeness, key=likeness.__getitem__, reverse=True)
     guess = (
@@ -102,7 +102,7 @@ def join(path: str, key: str) -> str:
 
 
 def show(value: Any) -> str:
-    """A value as the file writes it, cut to one short line."""
+    """A value in TOML notation, truncated to one short line."""
     match value:
         case Mapping():
             return "a table"
@@ -120,7 +120,7 @@ def show(value: Any) -> str:
 
 
 def too_large(value: Any, path: str = "") -> Iterator[str]:
-    """A sentence for each number that the shader cannot hold."""
+    """A sentence for each number that overflows a 32-bit float."""
     match value:
         case Mapping():
             for key, item in value.items():
@@ -161,7 +161,7 @@ def _expected(cls: type, name: str) -> str:
 
 
 def _whole_table(table: Mapping[str, Any], path: str, text: str) -> str:
-    """Place a mistake that a dataclass found between its fields: at the field that it opens with, or at the table."""
+    """The message of a check of a whole dataclass: at the field with whose name ``text`` begins, or at the table."""
     name, _, rest = text.partition(" ")
     if name in table and rest.startswith("must "):
         head, semicolon, advice = rest.partition(";")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Textures of a scene file: the name of an image file, or a table that also says how the image lies."""
+"""Textures of a scene file: the name of an image file, or a table with its mapping and filter."""
 
 import os
 from collections.abc import Mapping
@@ -29,7 +29,7 @@ class SceneImages:
     _read: dict[tuple[Path, ColorSpace], Image] = field(default_factory=dict)
 
     def image(self, file: str, color_space: ColorSpace) -> Image:
-        """The image in ``file``; raises FragtracerError where there is none."""
+        """The image in ``file``. Raises FragtracerError if it cannot be read."""
         path = Path(os.path.abspath(self.folder / file))
         if (path, color_space) not in self._read:
             image = read_texture(path, color_space)
@@ -39,12 +39,12 @@ class SceneImages:
 
 
 def texture(key: str, value: Any, path: str, images: SceneImages, mistakes: list[str]) -> Texture | None:
-    """Make the texture that ``value`` describes.
+    """Make the texture of a value of a scene file.
 
     Parameters
     ----------
     key
-        One of :data:`TEXTURES`, which says what color space is meant where the file does not.
+        One of :data:`TEXTURES`; it implies the default color space.
     value
         What the scene file holds, the name of an image file or a table if it is right.
     path
@@ -83,12 +83,12 @@ def texture(key: str, value: Any, path: str, images: SceneImages, mistakes: list
 
 
 def implied_space(key: str, file: str) -> ColorSpace:
-    """The color space of an image file where the scene file does not say: sRGB for pictures of colours."""
+    """The default color space of an image file: sRGB for 8-bit albedo and emission."""
     return "srgb" if key in _COLORS and Path(file).suffix.lower() not in _LINEAR_SUFFIXES else "linear"
 
 
 def plain_texture(key: str, texture: Texture, folder: Path) -> str | dict[str, Any]:
-    """What the scene file holds for ``texture``, the inverse of :func:`texture`; its paths are relative to ``folder``.
+    """The value of ``texture`` for a scene file in ``folder``, the inverse of :func:`texture`.
 
     Raises
     ------
@@ -106,7 +106,7 @@ def plain_texture(key: str, texture: Texture, folder: Path) -> str | dict[str, A
 
 
 def relative(file: str, folder: Path) -> str:
-    """``file`` as seen from ``folder``, with slashes; absolute where there is no way, as to another drive."""
+    """``file`` relative to ``folder``, with slashes; absolute if it is on another drive."""
     try:
         return Path(os.path.relpath(file, folder)).as_posix()
     except ValueError:

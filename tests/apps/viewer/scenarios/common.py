@@ -21,8 +21,8 @@ def opened(scene: str = "three-spheres", size: tuple[int, int] = (800, 500)) -> 
 
 def picture(viewer: Viewer) -> Any:
     """The part of the window with the picture, without the panels that lie over it, in [0, 1]."""
-    left, bottom, width, height = viewer.rectangle
-    top = viewer.window.pixels[1] - bottom - height
+    left, bottom, width, height = viewer.screen.rectangle
+    top = viewer.screen.window.pixels[1] - bottom - height
     return viewer.grab()[top : top + height, left : left + width] / 255.0
 
 

@@ -22,7 +22,7 @@ def compares_with_mitsuba() -> None:
         hand.key("m")
         assert viewer.wipe.is_on
         slowest = 0.0
-        while not viewer.display.compares:
+        while not viewer.screen.display.compares:
             viewer.frame()
             slowest = max(slowest, viewer.times.recent[-1])
             assert not viewer.problem
@@ -44,7 +44,7 @@ def compares_with_mitsuba() -> None:
         viewer.session.camera = replace(viewer.session.camera, fov_degrees=50.0)
         hand.frames(2)
         assert not viewer.wipe.is_on
-        assert not viewer.display.compares
+        assert not viewer.screen.display.compares
         assert slowest < 2.0, "the window did not wait for Mitsuba"
 
 
@@ -65,7 +65,7 @@ def compares_split_sum_with_the_truth() -> None:
         assert np.abs(picture(viewer) - smooth)[:60].mean() > 0.01, "the background is another one"
         ours = viewer.renderer.image()
         hand.key("m")
-        hand.until(lambda: viewer.display.compares, "the truth", 60)
+        hand.until(lambda: viewer.screen.display.compares, "the truth", 60)
         hand.until(lambda: viewer.wipe._shown >= 64, "samples", 60)
         truth = viewer.wipe.image
         assert truth is not None

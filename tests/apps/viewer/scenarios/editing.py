@@ -11,6 +11,7 @@ from hand import Hand
 
 import fragtracer as ft
 from fragtracer.apps.viewer.panels import widgets
+from fragtracer.scene import Disk, Light
 
 
 def edits_a_material() -> None:
@@ -43,7 +44,8 @@ def edits_a_material() -> None:
         refined(viewer, hand, 12)
         change = np.abs(picture(viewer) - before).mean(axis=-1)
         x, y = hand.place_of(center)
-        column, row = round(x - viewer.rectangle[0]), round(y - (720 - viewer.rectangle[1] - viewer.rectangle[3]))
+        left, bottom, _, height = viewer.screen.rectangle
+        column, row = round(x - left), round(y - (720 - bottom - height))
         assert change[row - 20 : row + 20, column - 20 : column + 20].mean() > 0.08
         assert change[:40].mean() < 0.02, "and nothing else is"
         hand.key("ctrl+z")
@@ -76,6 +78,39 @@ def drags_a_gizmo() -> None:
         hand.frames(2)
         hand.until(lambda: viewer.renderer.spp >= 4 and not viewer.refiner.is_moving, "albedo")
         np.testing.assert_allclose(viewer.renderer.image()[-1, 0], 0.5, atol=1e-6)
+
+
+def adds_and_moves_lights() -> None:
+    """Each kind of light is added in the menu's way, selected by its mark, and moved by its arrow; F frames a disk."""
+    with opened() as viewer:
+        hand = Hand(viewer)
+        disk = Disk((0.0, 1.4, 0.0), (0.0, 1.0, 1.0), 0.2, "gold")
+        set_scene(viewer, disks=(disk,), lights=(Light((-0.6, 1.3, 0.0), power=10.0),))
+        session = viewer.session
+        for kind in ("spot_lights", "directional_lights"):
+            viewer.do(f"add {kind}")
+            hand.frames(3)
+            assert session.selected == (kind, 0)
+        assert viewer.problem == ""
+        (added,) = session.document.scene.spot_lights
+        set_scene(viewer, spot_lights=(replace(added, position=(0.6, 1.3, 0.0)),))  # from above the picture into it
+        hand.click(*hand.place_of(disk.center))
+        assert session.selected == ("disks", 0)
+        hand.key("f")
+        assert session.camera.target == disk.center
+        hand.key("Home")
+        for part in (("spot_lights", 0), ("lights", 0)):
+            before = session.document.part(part)
+            x, y = hand.place_of(before.position)
+            hand.click(x, y)
+            assert session.selected == part
+            hand.frames(2)
+            hand.drag((x + 30, y), (x + 90, y))
+            after = session.document.part(part)
+            assert after.position[0] > before.position[0] + 0.05
+            assert after.position[1:] == before.position[1:]
+        hand.key("Delete")
+        assert session.document.scene.lights == ()
 
 
 def answers_while_a_sky_is_made() -> None:

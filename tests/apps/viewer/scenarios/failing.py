@@ -26,7 +26,7 @@ def runs_out_of_memory() -> None:
 
     def grow(viewer: Viewer) -> None:
         viewer.session.edit(viewer.session.document.without_part(GOLD), "remove")
-        viewer.window.set_size(1200, 700)
+        viewer.screen.window.set_size(1200, 700)
 
     moderngl.Context.framebuffer = full  # type: ignore[method-assign]
     ends_with_the_scene_kept(grow, "no memory for an image")
@@ -37,7 +37,7 @@ def loses_its_context() -> None:
 
     def lose(viewer: Viewer) -> None:
         viewer.session.edit(viewer.session.document.without_part(GOLD), "remove")
-        viewer.context = Lost(viewer.context)
+        viewer.screen.context = Lost(viewer.screen.context)
 
     ends_with_the_scene_kept(lose, "lost the window's context")
 

@@ -18,15 +18,15 @@ class Hand:
 
     def __init__(self, viewer: Viewer) -> None:
         self.viewer = viewer
-        self._handle = viewer.window._handle
+        self._handle = viewer.screen.window._handle
         self.frames(2)
         self._do("windowfocus", "--sync", str(glfw.get_x11_window(self._handle)))
         self.frames(2)
 
     def frames(self, count: int) -> None:
         """Turn the loop until so many frames were shown."""
-        end = self.viewer._frames + count
-        while self.viewer._frames < end:
+        end = self.viewer.screen.frames + count
+        while self.viewer.screen.frames < end:
             self.viewer.frame()
 
     def until(self, condition: Callable[[], bool], what: str, seconds: float = 30.0) -> None:
@@ -77,10 +77,10 @@ class Hand:
 
     def place_of(self, point: tuple[float, float, float]) -> tuple[float, float]:
         """Where a point of the world is in the window."""
-        left, bottom, width, height = self.viewer.rectangle
+        left, bottom, width, height = self.viewer.screen.rectangle
         found = project(self.viewer.session.camera, point, width / height)
         assert found is not None
-        top = self.viewer.window.pixels[1] - bottom - height
+        top = self.viewer.screen.window.pixels[1] - bottom - height
         return left + found[0] * width, top + found[1] * height
 
     def _do(self, *words: str) -> None:

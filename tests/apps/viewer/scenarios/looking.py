@@ -107,9 +107,9 @@ def shows_help_and_hides() -> None:
         assert len(viewer.session.document.scene.spheres) == 2
         hand.key("space")
         assert viewer.session.paused
-        left, bottom, width, height = viewer.rectangle
+        left, bottom, width, height = viewer.screen.rectangle
         hand._do("keydown", "ctrl")
-        hand.click(left + width / 2, viewer.window.pixels[1] - bottom - height * 0.2)
+        hand.click(left + width / 2, viewer.screen.window.pixels[1] - bottom - height * 0.2)
         hand._do("keyup", "ctrl")
         hand.frames(1)
         assert viewer.session.camera.focus_distance is not None

@@ -20,10 +20,10 @@ def survives_sizes() -> None:
     with opened() as viewer:
         hand = Hand(viewer)
         for width, height in ((1, 1), (40, 700), (3840, 2160), (640, 400)):
-            viewer.window.set_size(width, height)
-            hand.until(lambda size=(width, height): viewer.window.pixels == size, "resize")  # type: ignore[misc]
+            viewer.screen.window.set_size(width, height)
+            hand.until(lambda size=(width, height): viewer.screen.window.pixels == size, "resize")  # type: ignore[misc]
             hand.frames(3)
-            assert viewer.refiner.size == viewer.rectangle[2:]
+            assert viewer.refiner.size == viewer.screen.rectangle[2:]
             hand.until(
                 lambda: not viewer.refiner.is_moving and viewer.renderer.size == viewer.refiner.size, "a picture"
             )
@@ -34,7 +34,7 @@ def survives_sizes() -> None:
                 turns += 1
             assert width != 3840 or turns == 4, "a pass over so many pixels takes several turns of the loop"
         hand.until(lambda: viewer.renderer.spp >= 1, "samples")
-        assert viewer.context.error == "GL_NO_ERROR"
+        assert viewer.screen.context.error == "GL_NO_ERROR"
 
 
 def survives_being_minimised() -> None:
@@ -42,9 +42,9 @@ def survives_being_minimised() -> None:
     with opened() as viewer:
         hand = Hand(viewer)
         refined(viewer, hand, 4)
-        window = glfw.get_x11_window(viewer.window._handle)
+        window = glfw.get_x11_window(viewer.screen.window._handle)
         say_state(window, 3)
-        hand.until(lambda: viewer.window.is_minimised, "minimised")
+        hand.until(lambda: viewer.screen.window.is_minimised, "minimised")
         frames = len(viewer.times.recent)
         viewer.session.camera = replace(viewer.session.camera, fov_degrees=60.0)
         for _ in range(3):
@@ -67,16 +67,16 @@ def goes_to_a_monitor_of_high_density() -> None:
         say_density(96)
     with viewer:
         hand = Hand(viewer)
-        assert viewer.window.scale == 2.0
-        assert viewer.window.pixels == (1600, 1000)
+        assert viewer.screen.window.scale == 2.0
+        assert viewer.screen.window.pixels == (1600, 1000)
         assert imgui.get_style().font_scale_dpi == 2.0
-        side = viewer.window.pixels[0] - viewer.rectangle[2]
+        side = viewer.screen.window.pixels[0] - viewer.screen.rectangle[2]
         hand.click(*hand.place_of(viewer.session.document.part(GOLD).center))
         assert viewer.session.selected == GOLD
         Window.scale = property(lambda _: 1.0)  # type: ignore[assignment]
         hand.frames(3)
         assert imgui.get_style().font_scale_dpi == 1.0, "taken to another monitor"
-        assert viewer.window.pixels[0] - viewer.rectangle[2] == pytest.approx(side / 2, rel=0.1)
+        assert viewer.screen.window.pixels[0] - viewer.screen.rectangle[2] == pytest.approx(side / 2, rel=0.1)
         hand.key("Escape")
         hand.click(*hand.place_of(viewer.session.document.part(("spheres", 0)).center))
         assert viewer.session.selected == ("spheres", 0)
@@ -88,9 +88,9 @@ def draws_more_pixels_than_the_window_has_units() -> None:
     glfw.get_framebuffer_size = lambda handle: tuple(2 * n for n in size(handle))
     with opened() as viewer:
         hand = Hand(viewer)
-        assert viewer.window.pixels_per_unit == 2.0
+        assert viewer.screen.window.pixels_per_unit == 2.0
         refined(viewer, hand, 2)
-        left, bottom, width, height = viewer.rectangle
+        left, bottom, width, height = viewer.screen.rectangle
         assert (left, bottom + height) == (0, 1000 - 2 * imgui.get_frame_height())
         assert viewer.renderer.size == (width, height)
         assert width > 800

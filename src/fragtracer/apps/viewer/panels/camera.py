@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The camera's lens, and viewpoints that are kept."""
+"""Controls of the camera, and saved viewpoints."""
 
 from collections.abc import Mapping
 
@@ -25,11 +25,11 @@ def edit(camera: Camera) -> Camera:
 
 
 def viewpoints(camera: Camera, home: Camera, kept: Mapping[int, Camera]) -> tuple[Camera, int]:
-    """Buttons for home and for nine viewpoints; the camera after that, and which viewpoint to keep it in or 0."""
+    """Buttons for home and for nine viewpoints; returns the camera, and the number to save it under or 0."""
     keep = 0
     if imgui.small_button("Home"):
         camera = home
-    imgui.set_item_tooltip("Click on a number to go to that viewpoint; Ctrl+click keeps the camera there.")
+    imgui.set_item_tooltip("Click on a number to go to that viewpoint; Ctrl+click saves the camera there.")
     for slot in range(1, 10):
         imgui.same_line(0, 3)
         imgui.begin_disabled(slot not in kept and not imgui.get_io().key_ctrl)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The map of how much the split-sum approximation differs from the path-traced truth, with its legend."""
+"""The map of the difference of the split-sum approximation from the path-traced reference, with its legend."""
 
 from collections.abc import Sequence
 
@@ -14,24 +14,24 @@ from fragtracer.apps.viewer.panels import maps
 from fragtracer.apps.viewer.panels.widgets import units
 
 
-def relative_blocks(ours: Sequence[Means], truth: Sequence[Means]) -> NDArray[np.float64]:
-    """(ours - truth) / truth of the blocks' means over all colours, (rows, columns)."""
-    a, b = (np.mean([means["blocks"].mean(axis=(0, 3)) for means in side], axis=0) for side in (ours, truth))
+def relative_blocks(ours: Sequence[Means], reference: Sequence[Means]) -> NDArray[np.float64]:
+    """(ours - reference) / reference of the blocks' means over all channels, (rows, columns)."""
+    a, b = (np.mean([means["blocks"].mean(axis=(0, 3)) for means in side], axis=0) for side in (ours, reference))
     return relative(a - b, b)
 
 
-def draw(area: Area, x: float, ours: Sequence[Means], truth: Sequence[Means]) -> None:
-    """Cover what lies right of ``x`` with the blocks, in the colour of their difference, and say the scale."""
-    if not ours or not truth:
+def draw(area: Area, x: float, ours: Sequence[Means], reference: Sequence[Means]) -> None:
+    """Cover the picture right of ``x`` with blocks coloured by their difference, and draw a label with the scale."""
+    if not ours or not reference:
         return
-    values = relative_blocks(ours, truth)
+    values = relative_blocks(ours, reference)
     limit = round_limit(values)
     maps.draw_blocks(area, x, diverging(values, limit))
-    text = f"blue −{limit:.0%}, red +{limit:.0%} of the truth; all in all {of_picture(ours, truth):+.1%}"
+    text = f"blue −{limit:.0%}, red +{limit:.0%} of the reference; whole picture {of_picture(ours, reference):+.1%}"
     maps.label(x + units(12), area.y + units(34), text)
 
 
-def of_picture(ours: Sequence[Means], truth: Sequence[Means]) -> float:
+def of_picture(ours: Sequence[Means], reference: Sequence[Means]) -> float:
     """The relative difference of the whole picture."""
-    a, b = (float(np.mean([means["image"] for means in side])) for side in (ours, truth))
+    a, b = (float(np.mean([means["image"] for means in side])) for side in (ours, reference))
     return (a - b) / max(b, 1e-30)

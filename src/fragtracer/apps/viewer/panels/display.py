@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""How radiance is shown."""
+"""The display panel: tone mapping, bloom and views."""
 
 from typing import get_args
 

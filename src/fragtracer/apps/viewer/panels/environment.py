@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Light from all around: a preset or a picture, how it is turned, and how strong it is."""
+"""Controls of the environment: a preset or an image, its rotation and its strength."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -19,7 +19,7 @@ _GRADIENT = ("zenith", "horizon", "ground")
 
 
 def edit(environment: Environment | None, last: Environment | None) -> Environment | None:
-    """Controls for ``environment``; ``last`` is what comes back when it is switched on again."""
+    """Controls for ``environment``; ``last`` is restored when it is switched on again."""
     lit = widgets.check("Light", environment is not None)
     if not lit:
         return None
@@ -53,7 +53,7 @@ def edit(environment: Environment | None, last: Environment | None) -> Environme
 
 
 def name_of(environment: Environment) -> str:
-    """The name of the preset that it is like, or of its file."""
+    """The name of the preset with the same source, or of its file."""
     if environment.image is not None:
         return Path(environment.image.file).name if environment.image.file else "Picture"
     return next((name for name, preset in PRESETS.items() if preset.source == environment.source), "Edited")

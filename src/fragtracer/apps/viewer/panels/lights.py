@@ -1,17 +1,34 @@
 # SPDX-License-Identifier: MIT
-"""Lights: a list, and the numbers of one."""
+"""Controls of one light, and new lights."""
+
+from dataclasses import replace
 
 import numpy as np
 
+from fragtracer.apps.viewer.document import AnyLight
 from fragtracer.apps.viewer.panels import widgets
-from fragtracer.scene import Light
+from fragtracer.apps.viewer.panels.widgets import Triple
+from fragtracer.scene import Camera, DirectionalLight, Light, SpotLight
 
+NEW = {"lights": "light", "spot_lights": "spot light", "directional_lights": "directional light"}
 _UNITS = ("power", "radiance")
 _STRONGEST = 1e6
+_NARROWEST = 0.1  # degrees from the inner to the outer angle of a spot light
+_IRRADIANCE = 20 / np.pi  # W/m² that a new light gives to what the camera looks at
 
 
-def edit(light: Light) -> Light:
+def edit(light: AnyLight) -> AnyLight:
     """Controls for ``light``; its colour and its strength are apart."""
+    match light:
+        case SpotLight():
+            return _spot(light)
+        case DirectionalLight():
+            return _directional(light)
+        case _:
+            return _spherical(light)
+
+
+def _spherical(light: Light) -> Light:
     new: dict[str, object] = {"position": widgets.point("Position", light.position)}
     unit = "power" if light.power is not None else "radiance"
     if light.radius > 0:
@@ -20,31 +37,72 @@ def edit(light: Light) -> Light:
             return in_unit(light, chosen)
     value = light.power if light.power is not None else light.radiance
     assert value is not None
-    strength = max(value)
-    color = tuple(x / strength for x in value) if strength > 0 else (1.0, 1.0, 1.0)
-    color = widgets.color("Colour", (color[0], color[1], color[2]))
-    form = "%.2f W" if unit == "power" else "%.2f W/m²/sr"
-    strength = widgets.number(unit.capitalize(), strength, max(strength, 0.1) * 0.01, 0.0, _STRONGEST, form)
-    peak = max(*color, 1e-6)
-    new[unit] = tuple(x / peak * strength for x in color)
+    new[unit] = _strength(unit.capitalize(), value, "%.2f W" if unit == "power" else "%.2f W/m²/sr")
     lowest = 0.0 if unit == "power" else 1e-4
     new["radius"] = widgets.number(
         "Radius", light.radius, 0.002, lowest, 1000.0, "%.3f m", "0 is a point: hard shadows."
     )
-    return _unless_rounding(light, widgets.edited(light, **new))
+    return widgets.edited(light, **new)
+
+
+def _spot(light: SpotLight) -> SpotLight:
+    inner, outer = light.inner_degrees, light.outer_degrees
+    return widgets.edited(
+        light,
+        position=widgets.point("Position", light.position),
+        direction=widgets.point("Direction", light.direction),
+        intensity=_strength("Intensity", light.intensity, "%.2f W/sr"),
+        inner_degrees=widgets.slider("Inner angle", inner, 0.0, max(0.0, outer - _NARROWEST), "%.1f°"),
+        outer_degrees=widgets.slider("Outer angle", outer, min(90.0, inner + _NARROWEST), 90.0, "%.1f°"),
+    )
+
+
+def _directional(light: DirectionalLight) -> DirectionalLight:
+    return widgets.edited(
+        light,
+        direction=widgets.point("Direction", light.direction),
+        irradiance=_strength("Irradiance", light.irradiance, "%.2f W/m²"),
+    )
+
+
+def _strength(text: str, value: Triple, form: str) -> Triple:
+    """Controls for the colour of ``value`` and its largest channel; ``value`` itself unless one was changed."""
+    strength = max(value)
+    r, g, b = value
+    color = (r / strength, g / strength, b / strength) if strength > 0 else (1.0, 1.0, 1.0)
+    new_color = widgets.color("Colour", color)
+    new_strength = widgets.number(text, strength, max(strength, 0.1) * 0.01, 0.0, _STRONGEST, form)
+    if (new_color, new_strength) == (color, strength):
+        return value
+    r, g, b = new_color
+    scale = new_strength / max(*new_color, 1e-6)
+    return r * scale, g * scale, b * scale
 
 
 def in_unit(light: Light, unit: str) -> Light:
     """The same light with its strength given as "power" or "radiance"; its radius is not 0."""
     radiance = light.surface_radiance
     if unit == "radiance":
-        return Light(light.position, light.radius, radiance=radiance)
+        return replace(light, power=None, radiance=radiance)
     r, g, b = (4 * np.pi**2 * light.radius**2 * x for x in radiance)
-    return Light(light.position, light.radius, power=(r, g, b))
+    return replace(light, power=(r, g, b), radiance=None)
 
 
-def _unless_rounding(before: Light, after: Light) -> Light:
-    """``before`` if all that changed is the last digit of a strength that was taken apart and put together."""
-    old, new = (light.power or light.radiance or (0.0, 0.0, 0.0) for light in (before, after))
-    same = np.allclose(old, new, rtol=1e-9, atol=0)
-    return before if same and (after.position, after.radius) == (before.position, before.radius) else after
+def new_light(kind: str, camera: Camera) -> AnyLight:
+    """A white light of ``kind``, one of :data:`NEW`, from above on what ``camera`` looks at."""
+    x, y, z = camera.target
+    distance = float(np.linalg.norm(np.subtract(camera.position, camera.target)))
+    height = 0.5 * distance
+    above = (x, y + height, z)
+    intensity = _IRRADIANCE * height**2
+    match kind:
+        case "spot_lights":
+            return SpotLight(above, (0.0, -1.0, 0.0), _grey(intensity))
+        case "directional_lights":
+            return DirectionalLight((0.0, -1.0, 0.0), _grey(_IRRADIANCE))
+        case _:
+            return Light(above, 0.05 * distance, power=_grey(4 * np.pi * intensity))
+
+
+def _grey(value: float) -> Triple:
+    return value, value, value

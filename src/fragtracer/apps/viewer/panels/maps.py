@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What maps over the picture share: blocks of colours, and words that can be read over anything."""
+"""What maps over the picture share: coloured blocks, and labels that are legible on any background."""
 
 import numpy as np
 from imgui_bundle import imgui
@@ -9,17 +9,17 @@ from fragtracer.apps.viewer.layout import Area
 from fragtracer.apps.viewer.panels.widgets import units
 
 INK = (0.10, 0.10, 0.12, 1.0)
-DARK = (0.08, 0.085, 0.095)  # behind words
-LIGHT = (1.0, 1.0, 1.0, 0.92)  # words
+DARK = (0.08, 0.085, 0.095)  # behind text
+LIGHT = (1.0, 1.0, 1.0, 0.92)  # text
 
 
 def packed(r: float, g: float, b: float, a: float = 1.0) -> int:
-    """A colour as lists of drawing take it."""
+    """A colour as imgui's draw lists take it."""
     return imgui.get_color_u32(imgui.ImVec4(float(r), float(g), float(b), float(a)))
 
 
 def draw_blocks(area: Area, x: float, colors: NDArray[np.uint8], framed: NDArray[np.bool_] | None = None) -> None:
-    """Cover what lies right of ``x`` with ``colors`` (rows, columns, 3), and frame some of the blocks."""
+    """Cover the picture right of ``x`` with ``colors`` (rows, columns, 3), and frame some of the blocks."""
     canvas = imgui.get_background_draw_list()
     canvas.push_clip_rect(imgui.ImVec2(x, area.y), imgui.ImVec2(area.x + area.width, area.y + area.height), True)
     rows, columns, _ = colors.shape
@@ -36,7 +36,7 @@ def draw_blocks(area: Area, x: float, colors: NDArray[np.uint8], framed: NDArray
 
 
 def label(x: float, y: float, text: str, to_the_left: bool = False) -> None:
-    """Words over the picture; ``x`` is where they begin or, ``to_the_left``, end."""
+    """A label over the picture that begins at ``x``, or with ``to_the_left`` ends there."""
     canvas = imgui.get_background_draw_list()
     size = imgui.calc_text_size(text)
     left = x - size.x if to_the_left else x

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A material: presets, and every number of it."""
+"""Controls of a material, with presets."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -16,7 +16,7 @@ PRESETS = (CUSTOM, _MATTE, *DIELECTRIC_F0, *sorted(METAL_F0))
 
 
 def edit(material: Material, of_mesh: bool = False) -> Material:
-    """Controls for ``material``, with those for what only meshes have, if it is one's."""
+    """Controls for ``material``; ``of_mesh`` adds those that apply to meshes alone."""
     preset = preset_of(material)
     chosen = widgets.choice("Preset", preset, PRESETS, "Measured metals and dielectrics.")
     if chosen != preset:
@@ -54,7 +54,7 @@ def _surface(material: Material) -> dict[str, object]:
 
 
 def _textures(material: Material) -> None:
-    """What images lie on it, to be read."""
+    """List its textures."""
     for name, texture in material.textures.items():
         height, width = texture.image.pixels.shape[:2]
         file = Path(texture.image.file).name if texture.image.file else "not from a file"
@@ -62,7 +62,7 @@ def _textures(material: Material) -> None:
 
 
 def preset_of(material: Material) -> str:
-    """The name of the preset that ``material`` is."""
+    """The name of the preset that ``material`` equals, or "custom"."""
     if material.metal is not None:
         return material.metal
     if material.specular == 0 and material.metallic == 0:
@@ -73,7 +73,7 @@ def preset_of(material: Material) -> str:
 
 
 def with_preset(material: Material, preset: str) -> Material:
-    """``material`` made of something else; its roughness, emission and textures stay."""
+    """``material`` with the reflectance of ``preset``; its roughness, emission and textures stay."""
     default = Material()
     names = ("albedo", "metallic", "ior", "f0", "metal", "specular")
     made = {name: getattr(default, name) for name in names}

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""The menu bar and the keys that do the same; both name an action, which the viewer carries out."""
+"""The menu bar and its keyboard shortcuts; both return the name of an action, which the viewer carries out."""
 
 from collections.abc import Sequence
 
 from imgui_bundle import imgui
 
+from fragtracer.apps.viewer.panels import lights
 from fragtracer.apps.viewer.session import Session
 
 _KEY, _CTRL, _SHIFT, _ALT = imgui.Key, imgui.Key.mod_ctrl, imgui.Key.mod_shift, imgui.Key.mod_alt
@@ -27,7 +28,7 @@ KEYS = {
 
 
 def keys() -> str:
-    """The action whose keys were pressed just now; "" for none."""
+    """The action whose keys were pressed in this frame; "" for none."""
     if imgui.get_io().want_text_input:
         return ""
     for chord, action in KEYS.items():
@@ -69,7 +70,8 @@ def draw(session: Session, scenes: Sequence[str]) -> str:
         item("Undo", "undo", "Ctrl+Z", bool(session.history.past))
         item("Redo", "redo", "Ctrl+Shift+Z", bool(session.history.future))
         imgui.separator()
-        item("Add light", "add light")
+        for kind, name in lights.NEW.items():
+            item(f"Add {name}", f"add {kind}")
         item("Hide selected", "hide", "H", session.selected is not None)
         item("Show all", "show all", "Alt+H", bool(session.document.hidden))
         item("Remove selected", "remove", "Del", session.selected is not None)
@@ -78,8 +80,8 @@ def draw(session: Session, scenes: Sequence[str]) -> str:
         item("Panels", "panels", "Tab", ticked=True)
         item("Default layout", "layout")
         item("Home", "home", "Home")
-        item("Mitsuba, significance, neither", "reference", "M")
-        item("Look at selected", "look at selected", "F", session.selected is not None)
+        item("Compare with Mitsuba", "reference", "M")
+        item("Frame selected", "look at selected", "F", session.selected is not None)
         imgui.end_menu()
     if imgui.begin_menu("Help"):
         item("Mouse and keys", "help", "F1")

@@ -1,22 +1,22 @@
 # SPDX-License-Identifier: MIT
-"""The list of what is in the scene, and where one thing of it is."""
+"""The list of objects and lights, and the controls of one object."""
 
 from pathlib import Path
 from typing import Any
 
 from imgui_bundle import imgui
 
-from fragtracer.apps.viewer.document import KINDS, Document, Part
+from fragtracer.apps.viewer.document import KINDS, AnyLight, Document, Part
 from fragtracer.apps.viewer.panels import widgets
 from fragtracer.apps.viewer.theme import MUTED
-from fragtracer.scene import Light, Mesh, Placement, Plane, Rectangle, Scene, Sphere, Triangle
+from fragtracer.scene import Disk, Mesh, Placement, Plane, Rectangle, Scene, Sphere, Triangle
 
 _OWN = "its own"
-_MOST_COPIES = 8  # that are shown
+_MOST_INSTANCES = 8  # that are shown
 
 
 def choose(document: Document, selected: Part | None) -> tuple[Document, Part | None]:
-    """A list with a check box for each part, whether it is seen, and the one that is selected."""
+    """A list with a check box for the visibility of each part; returns the document and what is selected."""
     places = [(kind, index) for kind in KINDS for index in range(len(getattr(document.scene, kind)))]
     rows = imgui.ListClipper()
     rows.begin(len(places))
@@ -34,7 +34,7 @@ def _row(document: Document, selected: Part | None, place: Part) -> tuple[Docume
     imgui.push_style_var(imgui.StyleVar_.frame_padding, imgui.ImVec2(1, 1))
     changed, seen = imgui.checkbox("##seen", seen)
     imgui.pop_style_var()
-    imgui.set_item_tooltip("Seen, or hidden for now")
+    imgui.set_item_tooltip("Visible in the picture")
     if changed:
         document = document.with_hidden(place, not seen)
     imgui.same_line()
@@ -47,10 +47,10 @@ def _row(document: Document, selected: Part | None, place: Part) -> tuple[Docume
 
 
 def title(scene: Scene, part: Part) -> str:
-    """What a part is called: by its name if it has one, else counted from 1."""
+    """The name of a part if it has one, else its kind with a number from 1."""
     kind, index = part
     name = getattr(getattr(scene, kind)[index], "name", "mesh")
-    singular = {"meshes": "mesh"}.get(kind, kind.removesuffix("s"))
+    singular = {"meshes": "mesh"}.get(kind, kind.removesuffix("s")).replace("_", " ")
     return f"{singular.capitalize()} {index + 1}" if name == "mesh" else str(name)
 
 
@@ -58,11 +58,11 @@ def materials_of(part: Any) -> list[str]:
     """The names of the materials of an object, each once; none for a light."""
     if isinstance(part, Mesh):
         return list(dict.fromkeys(map(part.material_of, part.parts)))
-    return [] if isinstance(part, Light) else [part.material]
+    return [] if isinstance(part, AnyLight) else [part.material]
 
 
 def edit(part: Any, materials: list[str]) -> Any:
-    """Controls for the place and size of an object, and which material it has."""
+    """Controls for the position, size and material of an object."""
     if isinstance(part, Mesh):
         return _mesh(part, materials)
     new: dict[str, Any] = {"material": widgets.choice("Material", part.material, materials)}
@@ -74,6 +74,10 @@ def edit(part: Any, materials: list[str]) -> Any:
             new["point"] = widgets.point("Through", part.point)
         case Rectangle():
             new["corner"] = widgets.point("Corner", part.corner)
+        case Disk():
+            new["center"] = widgets.point("Centre", part.center)
+            new["normal"] = widgets.point("Normal", part.normal)
+            new["radius"] = widgets.number("Radius", part.radius, 0.005, 1e-4, 1e6, "%.3f m")
         case Triangle():
             vertices = [widgets.point(f"Vertex {i + 1}", v) for i, v in enumerate(part.vertices)]
             new["vertices"] = tuple(vertices)
@@ -81,44 +85,44 @@ def edit(part: Any, materials: list[str]) -> Any:
 
 
 def _mesh(mesh: Mesh, materials: list[str]) -> Mesh:
-    """Controls for the copies of a mesh and the material that may take the place of its own."""
+    """Controls for the instances of a mesh and the material that may replace its own."""
     count = sum(len(part.geometry.triangles) for part in mesh.parts)
     widgets.pair("Triangles", f"{count:,}" + (f" × {len(mesh.instances)}" if len(mesh.instances) > 1 else ""))
     if mesh.file:
         widgets.pair("File", Path(mesh.file).name)
     chosen = widgets.choice("Material", mesh.material or _OWN, [_OWN, *materials])
     instances = list(mesh.instances)
-    for i, placement in enumerate(instances[:_MOST_COPIES]):
+    for i, placement in enumerate(instances[:_MOST_INSTANCES]):
         if len(instances) > 1:
-            imgui.separator_text(f"Copy {i + 1}")
+            imgui.separator_text(f"Instance {i + 1}")
         imgui.push_id(i)
         instances[i] = _placement(placement)
         imgui.pop_id()
-    if len(instances) > _MOST_COPIES:
-        imgui.text_colored(MUTED, f"and {len(instances) - _MOST_COPIES} more copies")
+    if len(instances) > _MOST_INSTANCES:
+        imgui.text_colored(MUTED, f"and {len(instances) - _MOST_INSTANCES} more instances")
     return widgets.edited(mesh, material=None if chosen == _OWN else chosen, instances=tuple(instances))
 
 
 def _placement(placement: Placement) -> Placement:
     new = {
-        "translation": widgets.point("Moved", placement.translation),
-        "rotation_degrees": widgets.point("Turned", placement.rotation_degrees, 0.5),
-        "scale": widgets.point("Scaled", placement.scale, 0.005),
+        "translation": widgets.point("Translation", placement.translation),
+        "rotation_degrees": widgets.point("Rotation", placement.rotation_degrees, 0.5),
+        "scale": widgets.point("Scale", placement.scale, 0.005),
     }
     return widgets.edited(placement, **new)
 
 
 def moved(part: Any, step: tuple[float, float, float]) -> Any:
-    """A part of a scene, shifted by metres."""
+    """``part``, an object or light with a position, translated by ``step`` metres."""
 
     def shifted(v: tuple[float, float, float]) -> tuple[float, float, float]:
         return v[0] + step[0], v[1] + step[1], v[2] + step[2]
 
     if isinstance(part, Mesh):
-        copies = (widgets.edited(p, translation=shifted(p.translation)) for p in part.instances)
-        return widgets.edited(part, instances=tuple(copies))
+        instances = (widgets.edited(p, translation=shifted(p.translation)) for p in part.instances)
+        return widgets.edited(part, instances=tuple(instances))
     if isinstance(part, Triangle):
         return widgets.edited(part, vertices=tuple(shifted(v) for v in part.vertices))
-    names = {Sphere: "center", Plane: "point", Rectangle: "corner", Light: "position"}
-    name = names[type(part)]
+    names = {Sphere: "center", Disk: "center", Plane: "point", Rectangle: "corner"}
+    name = names.get(type(part), "position")
     return widgets.edited(part, **{name: shifted(getattr(part, name))})

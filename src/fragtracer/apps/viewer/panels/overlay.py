@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What lies over the picture: the status bar, messages, the list of keys."""
+"""Overlays on the picture: the status bar, messages, the list of keys."""
 
 from imgui_bundle import imgui
 
@@ -36,7 +36,7 @@ def status(area: Area, figures: Figures, fps: float) -> None:
 
 
 def messages(area: Area, toast: str, problem: str) -> None:
-    """A passing message, and a problem that stays until it is mended."""
+    """A message for some seconds, and a problem that stays until it is solved."""
     width = area.width - units(20)
     if problem:
         imgui.set_next_window_size_constraints(imgui.ImVec2(0, 0), imgui.ImVec2(width, area.height * 0.6))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""How to render: paths, light, random numbers, and when it is enough."""
+"""The render panel: integrator, paths, light, sampling, and when to stop."""
 
 from typing import get_args, get_type_hints
 
@@ -16,7 +16,7 @@ GEOMETRY, ESTIMATOR, SAMPLER, FILTER, INTEGRATOR, BACKGROUND = (
 
 
 def edit(settings: RenderSettings) -> RenderSettings:
-    """Controls for all that changes the picture."""
+    """Controls for the render settings."""
     new: dict[str, object] = {}
     if widgets.header("Integrator"):
         new["integrator"] = widgets.choice("Light by", settings.integrator, INTEGRATOR, "Paths, or the split sum.")
@@ -47,9 +47,11 @@ def limits(session: Session) -> None:
     """When to stop refining."""
     if not widgets.header("Until"):
         return
-    session.max_samples = widgets.whole("Samples", session.max_samples, 0, 65536, "Per pixel; 0 for no end.", log=True)
+    session.max_samples = widgets.whole(
+        "Samples", session.max_samples, 0, 65536, "Per pixel; 0 for no limit.", log=True
+    )
     percent = widgets.slider("Error", 100 * session.target_error, 0.0, 10.0, "%.2f %%")
     session.target_error = percent / 100
-    label = "Go on" if session.paused else "Pause"
+    label = "Resume" if session.paused else "Pause"
     if imgui.button(label, imgui.ImVec2(-1, 0)):
         session.paused = not session.paused

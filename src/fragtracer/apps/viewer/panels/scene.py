@@ -1,22 +1,22 @@
 # SPDX-License-Identifier: MIT
-"""The scene: its objects and lights, the one that is selected, the camera and the ambient light."""
+"""The scene panel: objects and lights, the selected one, camera, environment and ambient light."""
 
 from dataclasses import replace
 from typing import Any
 
 from imgui_bundle import imgui
 
-from fragtracer.apps.viewer.document import KINDS, Document, Part
+from fragtracer.apps.viewer.document import KINDS, SHAPES, AnyLight, Document, Part
 from fragtracer.apps.viewer.panels import camera, environment, lights, materials, objects, widgets
 from fragtracer.apps.viewer.session import Session
 from fragtracer.apps.viewer.theme import MUTED
-from fragtracer.scene import Ambient, Light, Mesh, Scene
+from fragtracer.scene import Ambient, Mesh, Scene
 
 _LIST_ROWS = 7.5
 
 
 def draw(session: Session) -> None:
-    """All of it; edits go through :meth:`Session.edit`."""
+    """Draw the panel; edits go through :meth:`Session.edit`."""
     if widgets.header("Contents"):
         _contents(session)
     if session.selected is not None and widgets.header(
@@ -43,11 +43,16 @@ def _contents(session: Session) -> None:
     imgui.push_style_color(imgui.Col_.child_bg, imgui.ImVec4(0, 0, 0, 0.18))
     if imgui.begin_child("contents", imgui.ImVec2(0, height)):
         document, session.selected = objects.choose(session.document, session.selected)
-        session.edit(document, "seen")
+        session.edit(document, "visibility")
     imgui.end_child()
     imgui.pop_style_color()
     if imgui.button("Add light"):
-        add_light(session)
+        imgui.open_popup("add light")
+    if imgui.begin_popup("add light"):
+        for kind, name in lights.NEW.items():
+            if imgui.selectable(name.capitalize(), False)[0]:
+                add_light(session, kind)
+        imgui.end_popup()
     imgui.same_line()
     imgui.begin_disabled(session.selected is None)
     if imgui.button("Remove") and session.selected is not None:
@@ -59,7 +64,7 @@ def _selected(session: Session, place: Part) -> None:
     document = session.document
     part: Any = document.part(place)
     imgui.push_id(f"{place}")
-    if isinstance(part, Light):
+    if isinstance(part, AnyLight):
         session.edit(document.with_part(place, lights.edit(part)), f"light {place}")
     else:
         changed = objects.edit(part, list(document.scene.materials))
@@ -86,7 +91,7 @@ def _environment(session: Session) -> None:
 
 
 def _material_of(session: Session, place: Part) -> str:
-    """The name of the material to be edited: of a mesh with several, the one that is chosen."""
+    """The name of the material to edit; of a mesh with several, the chosen one."""
     names = objects.materials_of(session.document.part(place))
     if len(names) > 1:
         name = session.material if session.material in names else names[0]
@@ -95,29 +100,23 @@ def _material_of(session: Session, place: Part) -> str:
     return names[0]
 
 
-def add_light(session: Session) -> None:
-    """Hang a light above what the camera looks at, and select it."""
-    eye, target = session.camera.position, session.camera.target
-    size = sum((a - b) ** 2 for a, b in zip(eye, target, strict=True)) ** 0.5
-    position = (target[0], target[1] + 0.5 * size, target[2])
-    power = 20 * size**2
-    light = Light(position, 0.05 * size, power=(power, power, power))
-    scene = session.document.scene
-    session.edit(replace(session.document, scene=replace(scene, lights=(*scene.lights, light))), "add light")
+def add_light(session: Session, kind: str) -> None:
+    """Add a light of ``kind``, one of :data:`lights.NEW`, above what the camera looks at, and select it."""
+    count = len(getattr(session.document.scene, kind))
+    session.edit(session.document.with_added(kind, lights.new_light(kind, session.camera)), "add light")
     session.history.close()
-    session.selected = ("lights", len(scene.lights))
+    session.selected = (kind, count)
 
 
 def remove(session: Session, place: Part) -> None:
-    """Take a part out of the scene."""
+    """Remove an object or light from the scene."""
     session.edit(session.document.without_part(place), f"remove {place}")
     session.history.close()
     session.selected = None
 
 
 def _shapes(document: Document) -> list[Any]:
-    scene = document.scene
-    return [*scene.spheres, *scene.planes, *scene.rectangles, *scene.triangles, *scene.meshes]
+    return [shape for kind in SHAPES for shape in getattr(document.scene, kind)]
 
 
 def _edit(session: Session, scene: Scene, label: str) -> None:

@@ -22,7 +22,7 @@ _SAYS = {
 
 
 def draw(area: Area, x: float, finding: Finding | None, progress: str) -> None:
-    """Cover what lies right of ``x`` with the blocks, in the colour of their clearest difference, and a legend."""
+    """Cover the picture right of ``x`` with blocks coloured by their largest |z|, and draw a legend."""
     lines = [progress]
     if finding is not None:
         maps.draw_blocks(area, x, diverging(clearest(finding), _LIMIT), np.any(finding.differs, axis=2))
@@ -32,7 +32,7 @@ def draw(area: Area, x: float, finding: Finding | None, progress: str) -> None:
 
 
 def clearest(finding: Finding) -> NDArray[np.float64]:
-    """The z-score of each block in the colour in which it is largest, (rows, columns)."""
+    """The z-score of each block in the channel where it is largest in magnitude, (rows, columns)."""
     largest = np.abs(finding.z).argmax(axis=2)[..., None]
     return np.take_along_axis(finding.z, largest, axis=2)[..., 0]
 
@@ -55,7 +55,7 @@ def _legend(area: Area, x: float, finding: Finding | None, lines: list[str]) -> 
 
 
 def _ramp(canvas: imgui.ImDrawList, left: float, top: float, width: float, limit: float) -> None:
-    """The colours of z, with a mark from where on a block differs, whose frame is dark."""
+    """The colour scale of z, with marks at the critical value."""
     steps = 48
     height = units(10)
     colors = diverging(np.linspace(-_LIMIT, _LIMIT, steps), _LIMIT) / 255

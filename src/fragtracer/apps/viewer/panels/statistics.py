@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What is measured, in figures and as a plot."""
+"""The statistics panel: figures, and a plot of frame times."""
 
 from dataclasses import dataclass
 
@@ -24,7 +24,7 @@ class Figures:
     gl_renderer: str = ""
     gpu_bytes: int = 0
     pass_seconds: float = 0.0
-    baked: bool = False
+    specialised: bool = False
     state: str = ""
 
 
@@ -38,7 +38,8 @@ def draw(figures: Figures, times: FrameTimes) -> None:
     imgui.push_style_var(imgui.StyleVar_.item_spacing, imgui.ImVec2(widgets.units(8), widgets.units(5)))
     widgets.pair("Samples/pixel", f"{figures.spp:,}")
     widgets.pair("Mean error", error_text(figures.relative_error))
-    widgets.pair("Speed", f"{figures.samples_per_second / 1e6:.2f} Msamples/s" + (" (baked)" if figures.baked else ""))
+    speed = f"{figures.samples_per_second / 1e6:.2f} Msamples/s"
+    widgets.pair("Speed", speed + (" (specialised)" if figures.specialised else ""))
     widgets.pair("Last pass", f"{1000 * figures.pass_seconds:.1f} ms at {figures.size[0]}×{figures.size[1]}")
     widgets.label("Not finite", "Samples that were NaN or infinite; they are left out of the mean.")
     imgui.text_colored(BAD if figures.non_finite else MUTED, f"{figures.non_finite:,} samples")

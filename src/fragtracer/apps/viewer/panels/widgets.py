@@ -16,7 +16,7 @@ _CLAMP = imgui.SliderFlags_.always_clamp
 
 
 def edited(value: T, **changes: Any) -> T:
-    """``value`` with other fields; as it was where the scene model finds them wrong."""
+    """``value`` with other fields, or unchanged if the scene model rejects them."""
     if all(getattr(value, name) == new for name, new in changes.items()):
         return value
     try:
@@ -83,7 +83,7 @@ def check(text: str, value: bool) -> bool:
 
 
 def pair(text: str, shown: str) -> None:
-    """A row that is only read."""
+    """A row without a control."""
     label(text)
     imgui.text(shown)
 
@@ -94,5 +94,5 @@ def header(text: str) -> bool:
 
 
 def units(count: float) -> float:
-    """``count`` heights of the usual font in imgui's units."""
+    """``count`` pixels at the default font size, scaled to the current one, in imgui's units."""
     return count * imgui.get_font_size() / FONT_SIZE

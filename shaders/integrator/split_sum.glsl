@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Shading by the split-sum approximation: lookups for the environment, and the lights as points without shadows.
 #include "integrator/escape.glsl"
-#include "split_sum/maps.glsl"
+#include "light/maps.glsl"
 
 // How far split_sum.frag goes from direct light to the approximation, one error after the other.
 #define SPLIT_SUM_OCCLUDED 1

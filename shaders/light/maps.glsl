@@ -2,7 +2,7 @@
 // Lookups in the maps of the split-sum approximation (gpu/cube_maps.py), turned and multiplied as the
 // environment is.
 #include "light/environment.glsl"
-#include "split_sum/cube.glsl"
+#include "texture/cube.glsl"
 
 uniform highp sampler2D u_irradiance_map;   // over pi
 uniform highp sampler2D u_prefiltered_map;  // roughness 0 to 1, level by level

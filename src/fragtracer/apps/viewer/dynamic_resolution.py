@@ -1,24 +1,24 @@
 # SPDX-License-Identifier: MIT
-"""How much to draw in one frame, so that it takes no longer than was promised."""
+"""Dynamic resolution: how much to draw in one frame, so that it keeps within its time budget."""
 
 from dataclasses import dataclass
 
 TARGET = 0.033  # seconds of a frame while something moves
 _SCALES = tuple(2 ** (-k / 2) for k in range(9))  # of the sides of the image, 1 to 1/16
-_MARGIN = 1.35  # by which a larger size must fit before it is taken: no flicker between two
+_MARGIN = 1.35  # hysteresis: a larger size is taken when this many times its pixels fit the budget
 _LEAST = 0.25  # of the target, left to the tracer however slow the panels are
-_MOST_OVERHEAD = 0.2  # seconds; a frame that stalls once is no rule
+_MOST_OVERHEAD = 0.2  # seconds; a single stall must not dominate the average
 _LONGEST = 0.1  # seconds that the tracer may take while nothing moves
-_CAUTION = 4.0e5  # samples per second to count on before any was measured
+_CAUTION = 4.0e5  # samples per second, assumed before any was measured
 
 
 @dataclass
-class Governor:
+class DynamicResolution:
     """Chooses the resolution and the number of samples while something moves; ``target`` is the
     duration of a frame in seconds.
 
-    Light samples go first, then resolution: fewer of either leave every pixel's mean as it is. Fewer
-    bounces would not, and the picture would brighten when it comes to rest.
+    Light samples are lowered first, then the resolution: neither changes the expected value of a pixel.
+    Fewer bounces would darken the picture until it comes to rest.
     """
 
     target: float = TARGET
@@ -44,8 +44,8 @@ class Governor:
     ) -> tuple[tuple[int, int], int]:
         """The size, and the light samples up to ``most``, with which one path per pixel fits into the budget.
 
-        ``samples_per_second`` was measured with ``light_samples``; a path is taken to cost one ray and
-        one more for each of them at every vertex.
+        ``samples_per_second`` was measured with ``light_samples``. The cost model: at every vertex a path
+        traces one ray and one shadow ray for each light sample.
         """
         rays_per_second = (samples_per_second or _CAUTION) * (1 + light_samples)
         affordable = rays_per_second * self.budget / _pixels(full, 0)

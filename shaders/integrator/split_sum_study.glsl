@@ -3,7 +3,7 @@
 // each step makes one more of its errors, and integrates instead of looking up. A step is the integral of the
 // radiance from wi times split_sum_kernel_pdf(wi).rgb, by one sample of the material and one of the environment.
 #include "sampler/sampler.glsl"
-#include "split_sum/shading.glsl"
+#include "integrator/split_sum.glsl"
 
 #if SPLIT_SUM_STEP < SPLIT_SUM_LOOKUPS
 

@@ -1,0 +1,239 @@
+# SPDX-License-Identifier: MIT
+"""What is compiled, and what is uploaded, as a scene is edited in the window."""
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
+
+import moderngl
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from fragtracer.apps.viewer.dynamic_resolution import DynamicResolution
+from fragtracer.apps.viewer.live import LiveRenderer
+from fragtracer.apps.viewer.refiner import Refiner
+from fragtracer.gpu import textures, tracer
+from fragtracer.scene import (
+    Ambient,
+    Camera,
+    DirectionalLight,
+    Disk,
+    Environment,
+    Geometry,
+    Light,
+    Material,
+    Mesh,
+    Panorama,
+    Placement,
+    Plane,
+    Rectangle,
+    RenderSettings,
+    Scene,
+    Sphere,
+    SpotLight,
+    Triangle,
+)
+from fragtracer.scene import Part as MeshPart
+
+SIZE = (40, 24)
+Pixels = NDArray[np.float32]
+Make = Callable[[Scene], Refiner]
+
+
+@pytest.fixture
+def make(ctx: moderngl.Context) -> Iterator[Make]:
+    """Makes a refiner of a scene."""
+    made: list[Refiner] = []
+
+    def refiner(scene: Scene) -> Refiner:
+        made.append(Refiner(LiveRenderer(scene, SIZE, ctx), DynamicResolution()))
+        return made[-1]
+
+    with ctx:
+        yield refiner
+        for each in made:
+            each.close()
+
+
+@pytest.fixture
+def compiled(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The programs that have been compiled for tracing."""
+    found: list[str] = []
+    program = tracer.FullscreenProgram
+
+    def counted(ctx: Any, root: Any, name: str, *rest: Any, **options: Any) -> Any:
+        found.append(name)
+        return program(ctx, root, name, *rest, **options)
+
+    monkeypatch.setattr(tracer, "FullscreenProgram", counted)
+    return found
+
+
+def until(refiner: Refiner, condition: Callable[[], bool]) -> None:
+    end = time.monotonic() + 30
+    while not condition():
+        assert time.monotonic() < end
+        refiner.frame()
+
+
+def everything() -> Scene:
+    """One of every kind."""
+    return Scene(
+        Camera((0.0, 1.0, 9.0), (0.0, 0.5, 0.0)),
+        {"a": Material(), "b": Material(albedo=(0.2, 0.5, 0.9)), "c": Material(emission=(1.0, 2.0, 3.0))},
+        spheres=(Sphere((-2.0, 1.0, 0.0), 0.8, "b"), Sphere((-2.0, 3.0, 0.0), 0.3, "c")),
+        planes=(Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), "a"),),
+        rectangles=(Rectangle((0.0, 1.0, -1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), "c"),),
+        disks=(Disk((0.0, 1.0, 0.0), (0.0, 0.0, 1.0), 0.5, "b"),),
+        triangles=(Triangle(((1.0, 0.0, 0.0), (2.0, 0.0, 0.0), (1.0, 1.0, 0.0)), "a"),),
+        lights=(Light((0.0, 4.0, 2.0), power=50.0), Light((2.0, 4.0, 2.0), power=50.0, radius=0.2)),
+        spot_lights=(SpotLight((1.0, 4.0, 0.0), (0.0, -1.0, 0.0), (9.0, 9.0, 9.0), 20.0, 40.0),),
+        directional_lights=(DirectionalLight((0.0, -1.0, -1.0), (1.0, 1.0, 1.0)),),
+    )
+
+
+LIGHTS = ("lights", "spot_lights", "directional_lights")
+KINDS = ("spheres", "planes", "rectangles", "disks", "triangles", *LIGHTS)
+
+
+def test_what_is_added_removed_or_changed_shows_at_once(make: Make, compiled: list[str]) -> None:
+    scene = everything()
+    materials = dict(scene.materials)
+    edits = [replace(scene, **{kind: getattr(scene, kind) * 2}) for kind in KINDS]
+    edits += [replace(scene, **{kind: ()}) for kind in KINDS]
+    edits += [
+        replace(scene, **dict.fromkeys(LIGHTS, ())),
+        replace(scene, materials=materials | {"b": Material(metal="gold", roughness=0.2)}),
+        replace(scene, materials=materials | {"b": scene.materials["c"], "new": Material(specular=0.1)}),
+        replace(scene, materials=materials | {"c": Material()}),
+        replace(scene, camera=replace(scene.camera, aperture_radius=0.1)),
+        replace(scene, ambient=Ambient((0.1, 0.2, 0.3))),
+        replace(scene, render=replace(scene.render, bounces=2)),
+        replace(scene, render=replace(scene.render, light_samples=3)),
+        scene,
+    ]
+    refiner = make(scene)
+    refiner._specialises = False
+    del compiled[:]
+    for edit in edits:
+        refiner.change(edit)
+        assert not refiner.is_preparing
+        assert refiner.renderer.scene == edit
+        refiner.frame()
+    assert compiled == []
+    assert refiner._compiler is None or refiner._compiler._asked == 0, "nor elsewhere"
+
+
+def drawn(renderer: LiveRenderer) -> Pixels:
+    renderer.restart()
+    while renderer.spp < 4:
+        renderer.refine(10.0, 4)
+    return renderer.image()
+
+
+def test_what_was_removed_leaves_no_trace(make: Make) -> None:
+    """A program that has more kinds of lights than there are makes the same picture as one that has not."""
+    renderer = make(everything()).renderer
+    for integrator in ("path", "split-sum"):
+        scene = everything()
+        scene = replace(scene, render=replace(scene.render, integrator=integrator))
+        renderer.adopt(renderer.plan(scene))
+        edited = replace(scene, **dict.fromkeys(LIGHTS, ()), rectangles=())
+        exact = renderer.plan(edited)
+        assert not renderer.knows(exact)
+        renderer.adopt(renderer.quickest(exact))
+        found = drawn(renderer)
+        renderer.adopt(exact)
+        np.testing.assert_allclose(found, drawn(renderer), rtol=1e-3, atol=1e-5)
+        assert found.any()
+
+
+def test_what_is_new_is_compiled_before_it_shows_and_then_known(make: Make, compiled: list[str]) -> None:
+    scene = everything()
+    plain = replace(scene, spot_lights=())
+    refiner = make(plain)
+    del compiled[:]
+    refiner.change(scene)
+    until(refiner, lambda: refiner.renderer.scene == scene)
+    assert compiled == ["pathtracer.frag"]
+    if refiner._compiler is not None:
+        assert refiner._compiler._asked == 1, "the background process had it first"
+        until(refiner, lambda: refiner.renderer.is_specialised)
+        assert compiled == ["pathtracer.frag"] * 2
+        refiner.change(plain)
+        assert not refiner.renderer.is_specialised, "the values of before are compiled in"
+    refiner.change(scene)
+    assert refiner.renderer.is_specialised == (refiner._compiler is not None), "the program of before is still there"
+    assert refiner.renderer.scene == scene
+    assert len(compiled) <= 2
+
+
+def test_specialised_program_follows_the_camera_its_lens_and_the_environment(make: Make, compiled: list[str]) -> None:
+    environment = Environment(image=Panorama(np.tile(np.float32((0.2, 0.5, 0.9)), (8, 16, 1))))
+    scene = replace(everything(), environment=environment, render=RenderSettings(light_samples=3))
+    refiner = make(scene)
+    if refiner._compiler is None:
+        pytest.skip("only software renderers have such programs")
+    until(refiner, lambda: refiner.renderer.is_specialised)
+    del compiled[:]
+    camera = replace(scene.camera, position=(3.0, 2.0, 8.0), aperture_radius=0.2, focus_distance=5.0)
+    refiner.look(camera)
+    assert refiner.renderer.is_specialised
+    found = drawn(refiner.renderer)
+    turned = replace(scene, camera=camera, environment=replace(environment, rotation_degrees=40.0))
+    refiner.change(turned)
+    assert refiner.renderer.is_specialised
+    assert refiner.renderer.scene == turned
+    assert compiled == []
+    refiner.renderer.adopt(refiner.renderer.plan(replace(scene, camera=camera)))
+    assert not refiner.renderer.is_specialised
+    np.testing.assert_allclose(found, drawn(refiner.renderer), rtol=1e-3, atol=1e-5)
+
+
+@pytest.mark.parametrize("view", ["", "normals", "depth", "albedo"])
+def test_views_are_programs_of_their_own(make: Make, compiled: list[str], view: str) -> None:
+    refiner = make(everything())
+    del compiled[:]
+    refiner.show_view(view)
+    until(refiner, lambda: not refiner.is_preparing)
+    assert compiled == (["auxiliary.frag"] if view else [])
+    until(refiner, lambda: refiner.renderer.spp > 0)
+    image = refiner.renderer.image()
+    assert np.ptp(image) > 0
+    if view == "normals":
+        np.testing.assert_allclose(image[-1, 0], (0.5, 1.0, 0.5), atol=1e-6)
+
+
+def grid(side: int) -> Mesh:
+    """A bumpy square of 2 side^2 triangles, 10 m wide."""
+    x, z = np.meshgrid(np.linspace(-5, 5, side + 1), np.linspace(-5, 5, side + 1))
+    y = 0.05 * np.sin(3 * x) * np.cos(4 * z)
+    i = np.arange(side)[:, None] * (side + 1) + np.arange(side)
+    a, b, c, d = i, i + 1, i + side + 1, i + side + 2
+    corners = np.stack([np.stack([a, c, b], -1), np.stack([b, c, d], -1)]).reshape(-1, 3)
+    return Mesh((MeshPart(Geometry(np.stack([x, y, z], -1).reshape(-1, 3), corners), "a"),), (Placement(),))
+
+
+@pytest.mark.parametrize("kind", ["spheres", "rectangles", "materials", "lights"])
+def test_editing_a_small_thing_does_not_upload_a_mesh(make: Make, monkeypatch: pytest.MonkeyPatch, kind: str) -> None:
+    scene = replace(everything(), meshes=(grid(190),))  # 72,200 triangles
+    refiner = make(scene)
+    uploaded: list[int] = []
+    write = textures._write_rows
+
+    def counted(texture: Any, part: Any, row: int) -> None:
+        uploaded.append(part.nbytes)
+        write(texture, part, row)
+
+    monkeypatch.setattr(textures, "_write_rows", counted)
+    up = {
+        "spheres": (replace(scene.spheres[0], center=(-1.9, 1.2, 0.3)), *scene.spheres[1:]),
+        "rectangles": (replace(scene.rectangles[0], corner=(0.2, 1.0, -1.0)),),
+        "materials": {**scene.materials, "b": Material(albedo=(0.9, 0.1, 0.1))},
+        "lights": (replace(scene.lights[0], position=(0.5, 4.0, 1.0)), *scene.lights[1:]),
+    }
+    refiner.change(replace(scene, **{kind: up[kind]}))
+    assert refiner.renderer.scene != scene
+    assert 0 < sum(uploaded) < 20_000

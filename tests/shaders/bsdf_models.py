@@ -1,0 +1,189 @@
+# SPDX-License-Identifier: MIT
+"""The table of all models of shaders/bsdf/: what each is tried with, and what it must be by its formulas.
+
+Whatever is asked of every BSDF is asked of each entry of :data:`MODELS` by test_bsdf_values.py and test_bsdf_sample.py:
+values and densities, reciprocity, chi² of its samples, weights, albedos, white furnaces, events, and arguments at the
+ends of their ranges. A new model needs an entry and its formulas in float64, and no test of its own for these.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from fragtracer import scene
+
+from . import Floats, bsdf_oracle
+from .bsdf_oracle import Direction, Lambert, Material
+from .domains import Cone, Domain, Reflections
+
+# The parameters of a model: a dataclass whose fields are named as those of the shader's Bsdf.
+Parameters = Any
+Values = Callable[[Parameters, Floats, Floats], Floats]
+
+WHITE = (1.0, 1.0, 1.0)
+ALPHAS = [1e-3, 1e-2, 0.1, 0.5, 1.0]
+DEGREES = [0, 45, 80, 89]
+TERMS = ["SMITH", "SCHLICK_BECKMANN", "KARIS"]
+
+
+def no_slack(_: Parameters, wo: Floats, wi: Floats) -> Floats:
+    return np.full(np.broadcast_shapes(wo.shape, wi.shape)[:-1], 1e-4)
+
+
+def hemisphere(_: Parameters, wo: Direction) -> Domain:
+    return Cone()
+
+
+def no_delta(_: Parameters, wo: Floats) -> tuple[Floats, Floats]:
+    return np.zeros(wo.shape), np.zeros(wo.shape[:-1])
+
+
+@dataclass(frozen=True)
+class Model:
+    """A BSDF that reflects, with one choice of its features.
+
+    Attributes
+    ----------
+    name
+        Of its constant BSDF_... and its feature HAS_...
+    materials
+        Parameter sets by name; all of one material are tried one after the other.
+    value, pdf
+        f |cos_i| (n, 3) and density (n,) of parameters, wo and wi (n, 3), all above the surface, without delta lobes.
+    features
+        Defines of the program.
+    delta
+        Of parameters and wo (n, 3): what a mirror lobe reflects (n, 3), and the chance to sample it (n,).
+    domain
+        Cells for directions from a viewer, smaller where the density is high.
+    tolerance
+        Relative, of values and densities in float32 at wo and wi.
+    whitest
+        Parameter sets that reflect the most, one by one; ``lossless`` are those that must reflect everything.
+    scene_materials
+        Two that test_reference_scenes.py compares with Mitsuba; none where bundled scenes have such materials.
+    largest_weight
+        Of parameters and cosines (n,) of wo: no sample may weigh more, (n, 3).
+    """
+
+    name: str
+    materials: Mapping[str, Sequence[Parameters]]
+    value: Values
+    pdf: Values
+    largest_weight: Callable[[Parameters, Floats], Floats]
+    features: Mapping[str, int | str] = field(default_factory=dict)
+    delta: Callable[[Parameters, Floats], tuple[Floats, Floats]] = no_delta
+    domain: Callable[[Parameters, Direction], Domain] = hemisphere
+    tolerance: Values = no_slack
+    whitest: Sequence[Parameters] = ()
+    lossless: Sequence[Parameters] = ()
+    scene_materials: Sequence[scene.Material] = ()
+
+    @property
+    def glossy(self) -> dict[str, list[Parameters]]:
+        """The parameter sets without a delta lobe."""
+        up = np.array([(0.0, 0.0, 1.0)])
+        return {name: [p for p in some if not self.delta(p, up)[0].any()] for name, some in self.materials.items()}
+
+
+# The material over a Lambert base, of every width, and as a mirror.
+COOK_TORRANCE = {
+    "lambert": Material(diffuse=(0.8, 0.5, 0.2)),
+    "plastic": Material(diffuse=(0.6, 0.3, 0.1), f0=(0.04, 0.04, 0.04), f90=WHITE),
+    "white dielectric": Material(diffuse=WHITE, f0=(0.04, 0.04, 0.04), f90=WHITE),
+    "diamond": Material(diffuse=WHITE, f0=(0.17, 0.17, 0.17), f90=WHITE),
+    "faint plastic": Material(diffuse=WHITE, f0=(0.02, 0.02, 0.02), f90=(0.5, 0.5, 0.5)),
+    "red plastic": Material(diffuse=WHITE, f0=(0.04, 0.002, 0.0), f90=(1.0, 0.1, 0.0)),
+    "half metallic": Material(diffuse=(0.5, 0.35, 0.15), f0=(0.52, 0.37, 0.165), f90=WHITE),
+    "gold": Material(f0=(1.0, 0.71, 0.29), f90=WHITE),
+    "white metal": Material(f0=WHITE, f90=WHITE),
+}
+
+
+def of_all_widths(materials: Mapping[str, Material]) -> dict[str, list[Material]]:
+    return {name: [replace(m, alpha=alpha) for alpha in (0.0, *ALPHAS)] for name, m in materials.items()}
+
+
+def white_materials() -> list[Material]:
+    """What reflects the most: white bases under all interfaces that a scene can ask for, and metals."""
+    reflectances = (0.0, 0.001, 0.01, 0.02, 0.04, 0.17, 0.5, 1.0)
+    chosen = [scene.Material(albedo=WHITE, f0=f0, specular=s) for f0 in reflectances for s in (1.0, 0.3)]
+    odd = ((0.04, 0.0, 0.0), (0.0, 1.0, 0.02), (0.2, 0.01, 0.001))
+    chosen += [scene.Material(albedo=WHITE, f0=f0, metallic=metallic) for f0 in odd for metallic in (0.0, 0.5)]
+    chosen += [scene.Material(albedo=(1.0, 0.5, 0.0), metallic=metallic) for metallic in (0.1, 0.5, 0.9, 1.0)]
+    chosen += [scene.Material(albedo=WHITE, metallic=metallic) for metallic in (0.1, 0.5, 0.9, 1.0)]
+    return [Material(m.diffuse_albedo, 1.0, m.specular_f0, m.specular_f90) for m in chosen]
+
+
+WIDTHS = [1e-3, 0.01, 0.03, 0.06, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0]
+
+
+def cook_torrance(term: str) -> Model:
+    def value(m: Material, wo: Floats, wi: Floats) -> Floats:
+        return bsdf_oracle.bsdf_eval(m, term, wo, wi) if m.alpha > 0 else bsdf_oracle.bsdf_eval_diffuse(m, wo, wi)
+
+    def delta(m: Material, wo: Floats) -> tuple[Floats, Floats]:
+        if m.alpha > 0:
+            return no_delta(m, wo)
+        mirrored = bsdf_oracle.fresnel(m.f0, m.f90, wo[..., 2])
+        masking = bsdf_oracle.g1(term, 0.0, wo[..., 2])[..., None] ** 2
+        return mirrored * masking, bsdf_oracle.specular_probability(m, wo)
+
+    def largest_weight(m: Material, cosine: Floats) -> Floats:
+        """The larger one of the two lobes alone, each divided by its chance, with the most that Fresnel and masking
+        leave."""
+        wo = np.stack([np.sqrt(1 - cosine**2), 0 * cosine, np.maximum(cosine, 1e-30)], -1)
+        chance = bsdf_oracle.specular_probability(m, wo)[:, None]
+        masking = bsdf_oracle.g1(term, m.alpha, wo[:, 2]) / bsdf_oracle.g1_smith(m.alpha, wo[:, 2])
+        specular = np.maximum(m.f0, m.f90) * masking[:, None]
+        base = np.multiply(m.diffuse, 1 - bsdf_oracle.interface_reflectance(m, wo[:, 2]))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.fmax(np.where(chance > 0, specular / chance, 0), np.where(chance < 1, base / (1 - chance), 0))
+
+    return Model(
+        "COOK_TORRANCE",
+        of_all_widths(COOK_TORRANCE),
+        value,
+        bsdf_oracle.bsdf_pdf,
+        largest_weight,
+        {"GEOMETRY_TERM": f"GEOMETRY_{term}"},
+        delta,
+        lambda m, wo: Reflections(m.alpha or 1.0, wo),
+        float32_tolerance,
+        [replace(m, alpha=alpha) for m in white_materials() for alpha in (0.0, *WIDTHS)],
+        [replace(COOK_TORRANCE["white metal"], alpha=1e-3)] if term == "SMITH" else [],
+    )
+
+
+def float32_tolerance(m: Material, wo: Floats, wi: Floats) -> Floats:
+    """1e-4, and what the distribution makes of rounding the half vector: its slope is at most 2 / alpha. Over a smooth base,
+    what a rounded reflectance leaves of the little that is let through."""
+    tolerance = no_slack(m, wo, wi)
+    if m.alpha > 0:
+        return tolerance + 4e-7 / (m.alpha * np.linalg.norm(wo + wi, axis=-1))
+    passed = [1 - bsdf_oracle.interface_reflectance(m, w[..., 2]).max(axis=-1) for w in (wo, wi)]
+    return tolerance + 2e-7 / np.maximum(np.minimum(*passed), 1e-30)
+
+
+DIFFUSE = Model(
+    "DIFFUSE",
+    {
+        "grey": [Lambert((0.5, 0.5, 0.5))],
+        "coloured": [Lambert((0.8, 0.5, 0.2))],
+        "white": [Lambert(WHITE)],
+        "black": [Lambert((0.0, 0.0, 0.0))],
+    },
+    bsdf_oracle.lambert_eval,
+    bsdf_oracle.lambert_pdf,
+    lambda p, cosine: np.broadcast_to(p.diffuse, (len(cosine), 3)),
+    whitest=[Lambert(WHITE)],
+    lossless=[Lambert(WHITE)],
+)
+
+MODELS: dict[str, Model] = {
+    "diffuse": DIFFUSE,
+    **{f"cook-torrance {term}": cook_torrance(term) for term in TERMS},
+}
+CASES = [(name, material) for name, model in MODELS.items() for material in model.materials]

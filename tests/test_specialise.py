@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: MIT
+"""gpu/specialise.py: constants in the place of uniforms, loops and records, line by line, and what that leaves alone."""
+
+import re
+from dataclasses import replace
+from typing import Any
+
+import moderngl
+import numpy as np
+import pytest
+from scene_builders import lambert
+from test_shader_composer import drawn
+
+from fragtracer.errors import ShaderError
+from fragtracer.gpu.program import FullscreenProgram
+from fragtracer.gpu.specialise import Level, Specialisation, specialise
+from fragtracer.io.toml import bundled, load
+from fragtracer.packing import PackedScene, pack
+from fragtracer.resources import folder
+from fragtracer.scene import Camera, Light, Scene, Sphere
+from fragtracer.shader_composer import compose
+
+SHADERS = folder("shaders")
+CONSTANTS: dict[str, tuple[str, Any]] = {
+    "u_int": ("int", -3),
+    "u_large": ("int", 2**31 - 1),
+    "u_uint": ("uint", 2**32 - 1),
+    "u_float": ("float", 0.1),
+    "u_whole": ("float", 2),
+    "u_tiny": ("float", 1e-30),
+    "u_vec2": ("vec2", (0.25, 1 / 3)),
+    "u_vec3": ("vec3", (1.0, -2.0, 3e5)),
+    "u_vec4": ("vec4", [1, 2, 3, 4]),
+    "u_mat4": ("mat4", tuple(i / 7 for i in range(16))),
+}
+
+
+def test_constants_take_the_place_of_uniforms(ctx: moderngl.Context) -> None:
+    """With the values that the uniforms would have had, in every type; the others stay uniforms."""
+    declared = "".join(f"uniform {kind} {name};  // of the scene\n" for name, (kind, _) in CONSTANTS.items())
+    declared += "".join(f"uniform {kind} twin_{name[2:]};\n" for name, (kind, _) in CONSTANTS.items())
+    checks = "".join(f"    if ({name} == twin_{name[2:]}) count += 1.0;\n" for name in CONSTANTS)
+    main = f"void main() {{\n    float count = 0.0;\n{checks}    out_count = vec4(count);\n}}\n"
+    text = f"{declared}out vec4 out_count;\n{main}"
+    values = {name: value for name, (_, value) in CONSTANTS.items()}
+    generated, text_pass = {"main.frag": text}, Specialisation(values).apply
+    program = FullscreenProgram(ctx, SHADERS, "main.frag", generated=generated, text_pass=text_pass)
+    program.set({f"twin_{name[2:]}": tuple(v) if isinstance(v, list) else v for name, v in values.items()})
+    program.set({"u_float": 1.0})  # a tracer sets all that the source declares: it changes nothing now
+    with pytest.raises(ShaderError, match="no uniform u_flaot"):
+        program.set({"u_flaot": 1.0})
+    count = drawn(ctx, program)[0]
+    program.release()
+    assert count == len(CONSTANTS)
+
+
+def test_only_the_named_uniforms_are_frozen() -> None:
+    text = "uniform highp float u_a;  // said\nuniform float u_b;\nfloat u_a_local = 1.0;\nuniform uint u_c;"
+    assert Specialisation({"u_a": 0.5, "u_c": 2**31}).apply(text).splitlines() == [
+        "const float u_a = float(0.5);  // said",
+        "uniform float u_b;",
+        "float u_a_local = 1.0;",
+        "const uint u_c = uint(2147483648u);",
+    ]
+
+
+def packed_as(scene: Scene, most_listed: int = 64) -> PackedScene:
+    return pack(scene, scene.render, 64, 48, most_listed)
+
+
+@pytest.mark.parametrize("name", bundled())
+@pytest.mark.parametrize("level", Level)
+def test_lines_stay_where_they_are(name: str, level: Level) -> None:
+    """A driver's line numbers are those of the files, whatever is compiled in."""
+    packed = packed_as(load(name))
+    text = compose("pathtracer.frag", {}, SHADERS).text
+    changed = specialise(packed, level).apply(text)
+    assert len(changed.splitlines()) == len(text.splitlines())
+    if level is Level.NOTHING:
+        assert changed == text
+
+
+def test_every_place_that_it_looks_for_is_there() -> None:
+    """The pass knows shader files by their text: each loop of the short list, each load of records, and shape_texel."""
+    scene = load("three-spheres")
+    text = compose("pathtracer.frag", {"HAS_SPOT_LIGHT": 1}, SHADERS).text
+    packed = packed_as(replace(scene, lights=(*scene.lights, Light((0.0, 9.0, 0.0), power=1.0))))
+    changed = specialise(packed, Level.VIEW).apply(text)
+    assert len(re.findall(r"\bfor \(int i = 0; i < u_\w+_count; i\+\+\) hit_\w+\(", text)) == 3
+    assert not re.search(r"\bfor \(int i = 0; i < u_\w+_count; i\+\+\) hit_\w+\(", changed)
+    assert changed.count("hit_sphere(hit, ray, sphere_of(") == len(scene.spheres) + 1  # and the lamp
+    assert changed.count("hit_plane(hit, ray, plane_of(") == len(scene.planes)
+    for noun in ("material", "light_choice", "point_light"):
+        loader = re.compile(rf"_load\(int index\) \{{\n(?:    .*\n)?    return {noun}_of\((.*)\);\n")
+        assert "scene_texel" in loader.search(text)[1]
+        assert "scene_texel" not in loader.search(changed)[1]
+    assert "textureLod(u_shapes" in text
+    assert "textureLod(u_shapes" not in changed
+    assert "textureLod(u_shapes" in specialise(packed_as(scene, 0), Level.VIEW).apply(text)  # with a BVH
+
+
+def test_levels_hold_more_and_more() -> None:
+    packed = packed_as(load("three-spheres"))
+    names = [set(specialise(packed, level).constants) for level in Level]
+    assert names[0] == set()
+    assert names[1] == set(packed.flags)
+    assert names[2] == {*packed.flags, *packed.uniforms} - {"u_seed"}
+    assert names[3] == {*packed.all_uniforms} - {"u_seed"}
+    assert "u_bounces" not in specialise(packed, Level.VIEW, ["u_bounces"]).constants
+    assert names[3] - set(specialise(packed, Level.VIEW, ["u_bounces"]).constants) == {"u_bounces"}
+
+
+def test_equal_scenes_share_a_program_and_others_do_not() -> None:
+    """By values, not by identity: an edit that is taken back finds its program again."""
+    ball = Sphere((0.0, 0.0, 0.0), 1.0, "ball")
+    scene = Scene(Camera(), {"ball": lambert(0.5)}, [ball], lights=[Light((0.0, 3.0, 0.0), power=1.0)])
+    edits = {
+        "again": scene,
+        "place": replace(scene, spheres=[replace(ball, center=(0.1, 0.0, 0.0))]),
+        "colour": replace(scene, materials={"ball": lambert(0.6)}),
+        "light": replace(scene, lights=[Light((0.0, 3.0, 0.0), power=2.0)]),
+        "camera": replace(scene, camera=Camera((0.0, 0.1, 4.0))),
+    }
+    keys = {
+        level: {name: specialise(packed_as(s), level).key for name, s in edits.items()}
+        for level in (Level.SCENE, Level.VIEW, Level.KINDS)
+    }
+    first = {level: specialise(packed_as(scene), level).key for level in keys}
+    same = {level: {name for name in edits if keys[level][name] == first[level]} for level in keys}
+    assert same[Level.VIEW] == {"again"}
+    assert same[Level.KINDS] == set(edits)
+    assert "again" in same[Level.SCENE]
+    assert not {"colour", "light", "place"} & same[Level.SCENE]
+    seeded = pack(scene, replace(scene.render, seed=7), 64, 48, 64)
+    assert specialise(seeded, Level.VIEW).key == first[Level.VIEW]
+    assert np.isfinite(hash(first[Level.VIEW]))
