@@ -11,7 +11,6 @@ from fragtracer.apps.bench.speed import against_mitsuba
 from fragtracer.apps.bench.sphere_field import SPHERES, sphere_field
 from fragtracer.apps.bench.statistics import median
 from fragtracer.apps.bench.tables import Column, Plot, Row, Table
-from fragtracer.io.toml import bundled
 from fragtracer.scene import RenderSettings, Scene
 
 COUNTS = (100, 250, SPHERES, 1_000, 10_000)
@@ -57,7 +56,7 @@ def _bounces(plan: Plan) -> int:
 
 
 def _scene(count: int, plan: Plan) -> Scene:
-    scene = case(BUNDLED) if count == SPHERES and BUNDLED in bundled() else sphere_field(count)
+    scene = case(BUNDLED) if count == SPHERES else sphere_field(count)
     width, height = plan.size or _SIZE
     return replace(scene, render=RenderSettings(width=width, height=height, bounces=_bounces(plan)))
 
