@@ -45,17 +45,17 @@ def _flat_findings(
     a = rng.normal(size=(_ROWS, 3)).astype(np.float32)
     u, v, _ = np.linalg.qr(rng.normal(size=(_ROWS, 3, 3))).Q.transpose(1, 0, 2) * rng.uniform(0.5, 3, (3, _ROWS, 1))
     b, c = (a + u).astype(np.float32), (a + v).astype(np.float32)
-    body = "".join(
-        f"{name.lower()} = flat_intersect(Flat(a, KIND_{name} << 24, b, 0u, c, 0u), Ray(o, d));" for name in _FLATS
+    body = "vec3 n = normalize(cross(b - a, c - a));" + "".join(
+        f"{name.lower()} = flat_intersect(Flat(a, KIND_{name} << 24, b, 0u, c, 0u, n), Ray(o, d));" for name in _FLATS
     )
     inputs = {"o": origin, "d": direction, "a": a, "b": b, "c": c}
     found = probe(context, _SHAPES, body, inputs, {name.lower(): 1 for name in _FLATS})
-    o, d, a, b, c = (x.astype(np.float64) for x in (origin, direction, a, b, c))
-    u, v = b - a, c - a
+    o, d, corner, at_u, at_v = (x.astype(np.float64) for x in (origin, direction, a, b, c))
+    u, v = at_u - corner, at_v - corner
     normal = np.cross(u, v) / np.linalg.norm(np.cross(u, v), axis=1, keepdims=True)
     slope = (normal * d).sum(1)
-    distance = (normal * (a - o)).sum(1) / slope
-    p = o + distance[:, None] * d - a
+    distance = (normal * (corner - o)).sum(1) / slope
+    p = o + distance[:, None] * d - corner
     x, y = ((p * w).sum(1) / (w * w).sum(1) for w in (u, v))
     beyond = {
         "RECTANGLE": np.maximum(np.abs(x - 0.5), np.abs(y - 0.5)) - 0.5,
