@@ -136,7 +136,11 @@ def test_every_table_of_the_scene_has_its_offset() -> None:
 
 @pytest.mark.parametrize(
     ("enum", "path", "prefix"),
-    [(Kind, "scene/shape.glsl", "KIND_"), (LightKind, "scene/light.glsl", "LIGHT_"), (BsdfModel, "bsdf/model.glsl", "BSDF_")],
+    [
+        (Kind, "scene/shape.glsl", "KIND_"),
+        (LightKind, "scene/light.glsl", "LIGHT_"),
+        (BsdfModel, "bsdf/model.glsl", "BSDF_"),
+    ],
 )
 def test_enums_agree(enum: type[IntEnum], path: str, prefix: str) -> None:
     assert constants(read(path), prefix) == {member.name: member.value for member in enum}

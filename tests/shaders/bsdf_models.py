@@ -82,9 +82,7 @@ class Model:
     def glossy(self) -> dict[str, list[Parameters]]:
         """The parameter sets without a delta lobe."""
         up = np.array([(0.0, 0.0, 1.0)])
-        return {
-            name: [p for p in some if not self.delta(p, up)[0].any()] for name, some in self.materials.items()
-        }
+        return {name: [p for p in some if not self.delta(p, up)[0].any()] for name, some in self.materials.items()}
 
 
 # The material over a Lambert base, of every width, and as a mirror.
@@ -157,7 +155,7 @@ def cook_torrance(term: str) -> Model:
 
 
 def float32_tolerance(m: Material, wo: Floats, wi: Floats) -> Floats:
-    """1e-4, and what the distribution makes of rounding the half vector: its slope is at most 2 / alpha. Over a smooth base,
+    """1e-4, and what the distribution makes of rounding the half vector: its slope is at most 2 / alpha. Under a mirror,
     what a rounded reflectance leaves of the little that is let through."""
     tolerance = no_slack(m, wo, wi)
     if m.alpha > 0:

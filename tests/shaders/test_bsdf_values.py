@@ -131,7 +131,10 @@ def albedos(
     weights = np.stack([w for _, w in grids])
     count = weights.shape[1]
     inputs, set_b = columns([p for p, _ in places], count)
-    inputs |= {"wi": np.concatenate([wi for wi, _ in grids]), "view": np.repeat([wo for _, wo in places], count, axis=0)}
+    inputs |= {
+        "wi": np.concatenate([wi for wi, _ in grids]),
+        "view": np.repeat([wo for _, wo in places], count, axis=0),
+    }
     body = f"{set_b} value = bsdf_eval(b, view, wi);"
     value = run(ctx, model, parameters[0], body, inputs, {"value": 3}, **features)["value"]
     mirrored = np.concatenate([model.delta(p, np.array([wo]))[0] for p, wo in places])

@@ -58,7 +58,9 @@ def misnamed(path: str, text: str) -> Iterator[str]:
     """What in a file is not called as it should be."""
     nouns = NOUNS.get(path, set())
     stem, parent = Path(path).stem, Path(path).parent.name
-    structs = {re.sub(r"(?<!^)([A-Z])", r"_\1", name).lower() for name in re.findall(r"^struct (\w+)", text, re.MULTILINE)}
+    structs = {
+        re.sub(r"(?<!^)([A-Z])", r"_\1", name).lower() for name in re.findall(r"^struct (\w+)", text, re.MULTILINE)
+    }
     for name in functions(text):
         if not SNAKE_CASE.fullmatch(name):
             yield f"{path}: function {name} is not in snake_case"

@@ -109,7 +109,9 @@ def test_samples_have_their_density(ctx: moderngl.Context, name: str) -> None:
 
     def pdf(places: Floats) -> Floats:
         wi = direction_of(*places.T)
-        found = scene_probe(ctx, packed, ENVIRONMENT, "pdf = environment_radiance_pdf(wi).a;", {"wi": wi}, {"pdf": 1})["pdf"]
+        found = scene_probe(ctx, packed, ENVIRONMENT, "pdf = environment_radiance_pdf(wi).a;", {"wi": wi}, {"pdf": 1})[
+            "pdf"
+        ]
         return found * SOLID_ANGLE * np.hypot(wi[:, 0], wi[:, 2])
 
     cells = (2 * width, 2 * height) if width < 100 else (2 * 50, 2 * height)

@@ -61,7 +61,9 @@ def test_unit_numbers(ctx: moderngl.Context) -> None:
     """The upper 23 bits over 2^23, exactly, for every pattern."""
     v = words(2)
     outputs = {"four": 4, "one": 1}
-    result = probe(ctx, ["core/hash.glsl"], f"{_WORDS} four = hash_to_unit(v); one = hash_to_unit(v.x);", halves(v), outputs)
+    result = probe(
+        ctx, ["core/hash.glsl"], f"{_WORDS} four = hash_to_unit(v); one = hash_to_unit(v.x);", halves(v), outputs
+    )
     np.testing.assert_array_equal(result["four"], (v >> 9) / np.float32(1 << 23))
     np.testing.assert_array_equal(result["one"], (v[:, 0] >> 9) / np.float32(1 << 23))
     assert result["four"].max() == 1 - 2**-23

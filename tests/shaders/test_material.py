@@ -30,7 +30,11 @@ OUTPUTS = {"diffuse": 3, "alpha": 1, "f0": 3, "f90": 3, "emission": 3}
 
 
 def run(
-    ctx: moderngl.Context, materials: Sequence[Material], index: Floats, uv: Floats | None = None, colors: Floats | None = None
+    ctx: moderngl.Context,
+    materials: Sequence[Material],
+    index: Floats,
+    uv: Floats | None = None,
+    colors: Floats | None = None,
 ) -> dict[str, Floats]:
     """The material ``index`` at coordinates of both sets (n, 4), where vertices have ``colors`` (n, 3)."""
     inputs = {"index": index, "uv": np.zeros((len(index), 4)) if uv is None else uv}

@@ -14,7 +14,9 @@ BELOW_ONE = np.nextafter(np.float32(1), np.float32(0))
 
 def test_cos_sin_turns(ctx: moderngl.Context) -> None:
     turns = np.append(np.linspace(0, 1, 1 << 20), [0.25, 0.5, 0.75, BELOW_ONE, 1e-30]).astype(np.float32)
-    result = probe(ctx, ["core/math.glsl"], "cos_sin = cos_sin_turns(turns);", {"turns": turns}, {"cos_sin": 2})["cos_sin"]
+    result = probe(ctx, ["core/math.glsl"], "cos_sin = cos_sin_turns(turns);", {"turns": turns}, {"cos_sin": 2})[
+        "cos_sin"
+    ]
     angle = 2 * np.pi * turns.astype(np.float64)
     np.testing.assert_allclose(result, np.stack([np.cos(angle), np.sin(angle)], -1), rtol=0, atol=3e-7)
 
@@ -39,7 +41,9 @@ def test_choose_first_at_the_ends(ctx: moderngl.Context) -> None:
     ends = [0, tiny, 1e-20, 2**-24, 0.5, BELOW_ONE]
     cases = np.array([(p, u) for p in [*ends, 1] for u in [*ends, np.nextafter(np.float32(0.5), np.float32(0))]])
     body = "stretched = u; first = float(choose_first(probability, stretched));"
-    result = probe(ctx, ["core/math.glsl"], body, {"probability": cases[:, 0], "u": cases[:, 1]}, {"first": 1, "stretched": 1})
+    result = probe(
+        ctx, ["core/math.glsl"], body, {"probability": cases[:, 0], "u": cases[:, 1]}, {"first": 1, "stretched": 1}
+    )
     assert (result["stretched"] >= 0).all()
     assert (result["stretched"] < 1).all()
     for probability in (0, 1):

@@ -120,7 +120,15 @@ WAYS = {
 
 
 def flat_distance(
-    ctx: moderngl.Context, kind: str, way: str, a: Floats, b: Floats, c: Floats, o: Floats, d: Floats, culled: bool = False
+    ctx: moderngl.Context,
+    kind: str,
+    way: str,
+    a: Floats,
+    b: Floats,
+    c: Floats,
+    o: Floats,
+    d: Floats,
+    culled: bool = False,
 ) -> Floats:
     body = f"uint flags = {int(culled)}u; t = INFINITE_DISTANCE; {WAYS[way].format(KINDS[kind])}"
     t: Floats = probe(ctx, SHAPES, body, {"a": a, "b": b, "c": c, "o": o, "d": d}, {"t": 1})["t"]
