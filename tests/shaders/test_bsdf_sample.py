@@ -43,8 +43,8 @@ def albedo(model: Model, parameters: Parameters, wo: Direction) -> Floats:
 
 @pytest.mark.parametrize(("name", "material"), CASES)
 def test_samples_have_their_density(ctx: moderngl.Context, name: str, material: str) -> None:
-    """Where it integrates to less than 1, the rest is samples below the surface, which are none, and a delta lobe, chosen
-    as often as its pdf says."""
+    """Where it integrates to less than 1, the rest is samples below the surface, which are none, and a delta lobe,
+    chosen as often as its pdf says."""
     model, u, fits = MODELS[name], uniform_numbers(), {}
     for parameters in model.materials[material]:
         for degrees in DEGREES:
