@@ -6,7 +6,6 @@ import numpy as np
 from mesh_shapes import ball, geometry, mesh_scene, smooth, soup
 from rendering import rendered
 from shaders.directions import random_directions
-from shaders.includes import EMITTER, SHAPE
 from shaders.scene_probe import scene_probe
 
 from fragtracer.packing import pack
@@ -35,7 +34,7 @@ def normals_reject(ctx: moderngl.Context) -> bool:
         normal = s.shading_normal;"""
     direction = random_directions(np.random.default_rng(1), 1000)
     middle = np.broadcast_to(packed.origin, direction.shape)
-    normal = scene_probe(ctx, packed, SHAPE, body, {"d": direction, "middle": middle}, {"normal": 3})["normal"]
+    normal = scene_probe(ctx, packed, ["shape/intersect.glsl", "shape/surface.glsl"], body, {"d": direction, "middle": middle}, {"normal": 3})["normal"]
     near = (normal * direction).sum(axis=1) > 0.9
     return bool(np.abs(np.linalg.norm(normal, axis=1) - 1).max() > 1e-5 or not near.all())
 
@@ -44,9 +43,10 @@ def choice_rejects(ctx: moderngl.Context) -> bool:
     """Whether triangles that shine are not drawn as their densities say: the mean of 1 / density is the area."""
     scene = mesh_scene(geometry(soup(200, size=1.0)), material=Material(emission=1.0))
     packed = pack(scene, scene.render, 8, 8)
-    assert packed.meshes
     u = np.random.default_rng(1).random((1 << 16, 2))
-    body = "inverse = 1.0 / mesh_light_sample(u).density;"
-    inverse = scene_probe(ctx, packed, EMITTER, body, {"u": u}, {"inverse": 1})["inverse"]
-    area = packed.meshes.power / (3 * np.pi)
+    body = "inverse = 1.0 / triangle_load(mesh_light_sample(vec3(9.0), u).primitive).density;"
+    inverse = scene_probe(ctx, packed, ["light/mesh.glsl"], body, {"u": u}, {"inverse": 1})["inverse"]
+    points, triangles = soup(200, size=1.0)
+    a, b, c = points[triangles].swapaxes(0, 1)
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2
     return bool(abs(inverse.mean() - area) > 5 * inverse.std() / np.sqrt(len(inverse)))

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from fragtracer.gpu.specialise import MOST_LISTED
 from fragtracer.renderer import Renderer
 from fragtracer.resources import folder
 from fragtracer.scene import Scene
@@ -32,12 +33,13 @@ def batches(
     spp: int,
     seeds: Iterable[int],
     size: tuple[int, int] = (32, 32),
-    baked: bool | None = None,
+    specialised: bool | None = None,
     **settings: Any,
 ) -> Image:
     """Independent images, one for each seed, (seeds, height, width, 3)."""
     images = []
-    with Renderer(scene, size, context=ctx, baked=baked, **{"rays": min(spp, CHUNK)} | settings) as renderer:
+    settings = {"rays": min(spp, CHUNK), "specialised": specialised} | settings
+    with Renderer(scene, size, context=ctx, **settings) as renderer:
         for seed in seeds:
             renderer.reset(seed=seed)
             renderer.sample(spp)
@@ -46,6 +48,13 @@ def batches(
     assert np.isfinite(images).all()
     assert np.min(images) >= 0
     return np.stack(images)
+
+
+def list_at_most(monkeypatch: pytest.MonkeyPatch, count: int) -> None:
+    """Have all renderers made afterwards test rays against each shape where there are at most ``count``, and else
+    against a BVH."""
+    for kind in MOST_LISTED:
+        monkeypatch.setitem(MOST_LISTED, kind, count)
 
 
 class Planter:

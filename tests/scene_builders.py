@@ -7,7 +7,20 @@ from typing import Any
 
 import numpy as np
 
-from fragtracer.scene import Camera, Material, Rectangle, Scene, Triangle
+from fragtracer.scene import (
+    Ambient,
+    Camera,
+    DirectionalLight,
+    Disk,
+    Light,
+    Material,
+    Plane,
+    Rectangle,
+    Scene,
+    Sphere,
+    SpotLight,
+    Triangle,
+)
 
 Vector = tuple[float, float, float]
 
@@ -57,6 +70,29 @@ def box(material: str, half: float = 1.0) -> list[Rectangle]:
         walls.append(rectangle(tuple(-axes[i] / 2), tuple(u), tuple(v), material))
         walls.append(rectangle(tuple(axes[i] / 2), tuple(v), tuple(u), material))
     return walls
+
+
+def everything() -> Scene:
+    """Some of each kind of shape, light and material."""
+    materials = {
+        "matte": lambert((0.7, 0.6, 0.5)),
+        "gold": Material(metal="gold", roughness=0.3),
+        "lamp": lambert(0.2, (3.0, 2.0, 1.0)),
+    }
+    half = ((-2.0, 0.0, -1.0), (-1.0, 0.0, -1.0), (-1.5, 1.0, -1.0))
+    return Scene(
+        Camera((0.0, 1.0, 5.0), (0.0, 0.5, 0.0), fov_degrees=40.0),
+        materials,
+        [Sphere((0.0, 0.5, 0.0), 0.5, "gold"), Sphere((2.0, 1.5, -1.0), 0.2, "lamp")],
+        planes=[Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), "matte")],
+        rectangles=[rectangle((0.0, 1.0, -2.0), (3.0, 0.0, 0.0), (0.0, 2.0, 0.0), "matte")],
+        disks=[Disk((0.0, 2.5, 0.0), (0.0, -1.0, 0.0), 0.5, "lamp")],
+        triangles=[Triangle(half, "matte")],
+        lights=[Light((1.0, 2.0, 2.0), power=10.0), Light((-1.0, 2.0, 2.0), 0.1, power=10.0)],
+        spot_lights=[SpotLight((0.0, 3.0, 1.0), (0.0, -1.0, 0.0), 5.0)],
+        directional_lights=[DirectionalLight((0.3, -1.0, -0.2), 0.5)],
+        ambient=Ambient(0.1),
+    )
 
 
 # What each field of the scene model is, for the two functions below: a field that is not here raises.

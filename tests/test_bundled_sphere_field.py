@@ -25,13 +25,13 @@ def script() -> ModuleType:
 
 def test_it_is_what_the_script_makes(script: ModuleType) -> None:
     text = (folder("scenes") / "sphere-field.toml").read_bytes().decode()
-    assert dump(script.field(script.SPHERES)) == text
+    assert dump(script.sphere_field(script.SPHERES)) == text
     assert script.SPHERES == 480
 
 
 @pytest.mark.parametrize("count", [3, 100, 250, 480, 1000])
 def test_spheres_stand_apart_with_a_material_each(script: ModuleType, count: int) -> None:
-    scene = script.field(count)
+    scene = script.sphere_field(count)
     assert len(scene.spheres) == count
     assert len({sphere.material for sphere in scene.spheres}) == count
     assert len(set(scene.materials.values())) == len(scene.materials) == count + 1
@@ -44,7 +44,7 @@ def test_spheres_stand_apart_with_a_material_each(script: ModuleType, count: int
 
 
 def test_kinds_of_material(script: ModuleType) -> None:
-    materials = script.field(480).materials.values()
+    materials = script.sphere_field(480).materials.values()
     metals = [item for item in materials if item.metallic == 1]
     plastics = [item for item in materials if item.metallic == 0 and item.specular == 1]
     assert min(len(metals), len(plastics)) > 80

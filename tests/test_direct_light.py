@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from rendering import ESTIMATORS, Planter, rendered
 from scene_builders import Vector, lambert, rectangle, stare, triangles_of
 
-from fragtracer.scene import Light, Plane, Rectangle, Scene, Sphere
+from fragtracer.packing import pack
+from fragtracer.scene import DirectionalLight, Disk, Light, Plane, Rectangle, Scene, Sphere, SpotLight
 
 T = TypeVar("T")
 
@@ -109,6 +110,143 @@ def test_floor_under_a_flat_light(ctx, estimator, name, shape):
     assert_mean(image, floor_radiance(np.multiply(RADIANCE, form)), 0.02 if estimator == "bsdf" else 0.01, LIFT)
 
 
+def facing_disk(center: Vector, radius: float) -> Disk:
+    """That looks at the origin."""
+    return Disk(center, tuple(-x for x in center), radius, "lamp")
+
+
+def parallel_disk(center: Vector, radius: float) -> Disk:
+    """That looks straight down."""
+    return Disk(center, (0.0, -2.0, 0.0), radius, "lamp")
+
+
+def disk_form(disk: Disk) -> float:
+    """Irradiance at the origin, facing up, by a disk of radiance 1 above the horizon: one that looks straight at it
+    (the cosine over its cone), or straight down (Hottel: a differential area and a parallel disk off its axis)."""
+    x, height, z = disk.center
+    distance, radius = float(np.linalg.norm(disk.center)), disk.radius
+    if abs(np.dot(disk.normal, disk.center)) > (1 - 1e-9) * distance * np.linalg.norm(disk.normal):
+        return float(np.pi * radius**2 / (radius**2 + distance**2) * height / distance)
+    off2 = x**2 + z**2
+    root = np.sqrt((height**2 + off2 + radius**2) ** 2 - 4 * off2 * radius**2)
+    return float(np.pi / 2 * (1 - (height**2 + off2 - radius**2) / root))
+
+
+DISKS = {
+    "overhead": parallel_disk((0.0, 1.0, 0.0), 0.5),
+    "aside": parallel_disk((1.5, 1.2, -0.8), 0.7),
+    "tilted": facing_disk((-1.0, 1.5, 0.5), 0.6),
+    "sky": parallel_disk((0.0, 1.0, 0.0), 4.0),
+    "stamp": facing_disk((0.0, 5.0, 1.0), 0.01),
+}
+
+
+@pytest.mark.parametrize(("estimator", "name"), with_estimators(DISKS, lambda name: name == "stamp"))
+def test_floor_under_a_disk(ctx, estimator, name):
+    image = rendered(ctx, floor_under(disks=[DISKS[name]]), 1024 if estimator == "bsdf" else 256, estimator=estimator)
+    expected = floor_radiance(np.multiply(RADIANCE, disk_form(DISKS[name])))
+    assert_mean(image, expected, 0.02 if estimator == "bsdf" else 0.01, LIFT)
+
+
+def test_the_two_forms_of_a_disk_agree_where_it_is_overhead():
+    disk = DISKS["overhead"]
+    straight = disk_form(disk)
+    off = replace(disk, center=(1e-4, 1.0, 0.0))
+    assert disk_form(off) == pytest.approx(straight, rel=1e-6)
+    assert straight == pytest.approx(np.pi * 0.25 / 1.25)
+
+
+SPOTS = {
+    "on its axis": SpotLight((0.0, 2.0, 0.0), (0.0, -3.0, 0.0), RADIANCE, 10.0, 30.0),
+    "within the inner cone": SpotLight((1.0, 2.0, 0.0), (-0.7, -2.0, 0.1), RADIANCE, 25.0, 40.0),
+    "between the cones": SpotLight((1.0, 2.0, 0.5), (0.1, -1.0, 0.1), RADIANCE, 10.0, 60.0),
+    "no inner cone": SpotLight((-1.0, 1.0, 0.5), (0.5, -1.0, 0.0), RADIANCE, 0.0, 80.0),
+    "beyond the outer cone": SpotLight((1.0, 2.0, 0.0), (1.0, -1.0, 0.0), RADIANCE, 10.0, 30.0),
+    "almost a step": SpotLight((0.0, 3.0, 1.0), (0.0, -3.0, -0.9), RADIANCE, 29.999, 30.0),
+    "facing away": SpotLight((0.0, 2.0, 0.0), (0.0, 1.0, 0.0), RADIANCE, 0.0, 90.0),
+}
+
+
+def spot_irradiance(spot: SpotLight) -> NDArray[np.float64]:
+    """At the origin, facing up: KHR_lights_punctual in float64."""
+    distance = np.linalg.norm(spot.position)
+    cosine = -np.dot(spot.position, spot.direction) / distance / np.linalg.norm(spot.direction)
+    inner, outer = np.cos(np.radians([spot.inner_degrees, spot.outer_degrees]))
+    falloff = np.clip((cosine - outer) / (inner - outer), 0, 1) ** 2
+    return np.multiply(spot.intensity, falloff * spot.position[1] / distance**3)
+
+
+@pytest.mark.parametrize("name", SPOTS)
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_floor_under_a_spot_light(ctx, name, estimator):
+    """Without noise, whatever the estimator: light that no ray can meet."""
+    image = rendered(ctx, floor_under(spot_lights=[SPOTS[name]]), 8, estimator=estimator)
+    irradiance = spot_irradiance(SPOTS[name])
+    assert (irradiance[0] > 0) == (name not in ("beyond the outer cone", "facing away"))
+    np.testing.assert_allclose(image, np.broadcast_to(floor_radiance(irradiance), image.shape), rtol=5 * LIFT)
+
+
+@pytest.mark.parametrize("direction", [(0.0, -1.0, 0.0), (3.0, -4.0, 0.0), (-1.0, -0.02, 1.0), (0.0, 1.0, 0.0)])
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_floor_under_a_directional_light(ctx, direction, estimator):
+    light = DirectionalLight(direction, RADIANCE)
+    image = rendered(ctx, floor_under(directional_lights=[light]), 8, estimator=estimator)
+    irradiance = np.multiply(RADIANCE, max(0.0, -direction[1] / np.linalg.norm(direction)))
+    np.testing.assert_allclose(image, np.broadcast_to(floor_radiance(irradiance), image.shape), rtol=LIFT)
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_lights_that_no_ray_meets_cast_shadows(ctx, estimator):
+    """Of all that is before them, however far away, and of nothing beyond a spot."""
+    spot, sun = SpotLight((0.0, 2.0, 0.0), (0.0, -1.0, 0.0), RADIANCE), DirectionalLight((0.0, -1.0, 0.0), RADIANCE)
+    near, far = Sphere((0.0, 1.0, 0.0), 0.1, "floor"), Sphere((0.0, 50.0, 0.0), 1.0, "floor")
+    for lights, blocker, is_dark in (
+        ({"spot_lights": [spot]}, near, True),
+        ({"spot_lights": [spot]}, far, False),
+        ({"directional_lights": [sun]}, near, True),
+        ({"directional_lights": [sun]}, far, True),
+    ):
+        image = rendered(ctx, floor_under(**lights, spheres=[blocker]), 8, bounces=1, estimator=estimator)
+        assert image.any() != is_dark
+
+
+def many_lights() -> tuple[Scene, NDArray[np.float64]]:
+    """Eighty lights of all kinds whose powers are spread over a thousandfold, and the irradiance of all: more than are
+    looked through one by one. None is as bright as the others together."""
+    rng = np.random.default_rng(4)
+    places = [(*rng.uniform(-2, 2, 1), *rng.uniform(1, 3, 1), *rng.uniform(-2, 2, 1)) for _ in range(60)]
+    # Weak and strong ones side by side in their order, so that one light more or less makes a difference.
+    powers = [tuple(10 ** rng.uniform(-1.5, 1.5) * rng.uniform(0.5, 1, 3)) for _ in places]
+    points = [Light(place, power=power) for place, power in zip(places, powers, strict=True)]
+    spots = [SPOTS[name] for name in ("on its axis", "within the inner cone", "between the cones", "no inner cone")]
+    suns = [DirectionalLight((0.1 * i, -1.0, 0.0), np.multiply(RADIANCE, 0.1 * (i + 1))) for i in range(4)]
+    disks = [
+        Disk((6.0 * np.cos(i), 4.0, 6.0 * np.sin(i)), (0.0, -1.0, 0.0), 0.1 * (i + 1), "lamp") for i in range(6)
+    ]
+    balls = [((5.0 * np.sin(i), 1.5, 5.0 * np.cos(i)), 0.1 * (i + 1)) for i in range(6)]
+    scene = floor_under(
+        lights=[*points, *(Light(*b, radiance=RADIANCE) for b in balls)],
+        spot_lights=spots,
+        directional_lights=suns,
+        disks=disks,
+    )
+    total = sum(np.multiply(p.intensity, p.position[1] / np.linalg.norm(p.position) ** 3) for p in points)
+    total = total + sum(spot_irradiance(spot) for spot in spots)
+    total += sum(np.multiply(s.irradiance, -s.direction[1] / np.linalg.norm(s.direction)) for s in suns)
+    form = sum(disk_form(disk) for disk in disks) + sum(sphere_form(*b) for b in balls)
+    return scene, total + np.multiply(RADIANCE, form)
+
+
+@pytest.mark.parametrize("light_samples", [1, 5])
+@pytest.mark.parametrize("estimator", ["nee", "mis"])
+def test_floor_under_eighty_lights(ctx, light_samples, estimator):
+    """Each is chosen as often as its probability says, by whatever search finds it."""
+    scene, irradiance = many_lights()
+    assert len(pack(scene, scene.render, 8, 8).scene_records["LightChoice"]) == 80
+    image = rendered(ctx, scene, 1024, bounces=1, estimator=estimator, light_samples=light_samples)
+    assert_mean(image, floor_radiance(irradiance), 0.01, LIFT)
+
+
 @pytest.mark.parametrize("position", [(0.0, 1.0, 0.0), (0.0, 30.0, 0.0), (-2.0, 1.0, 1.0)])
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 def test_floor_under_a_point_light(ctx, position, estimator):
@@ -167,6 +305,14 @@ def _check_floor(ctx, estimator: str, **light: Any) -> None:
     assert_mean(image, floor_radiance(np.multiply(RADIANCE, sphere_form(center, radius))), 0.005, LIFT)
 
 
+def _check_spot(ctx) -> None:
+    test_floor_under_a_spot_light(ctx, "between the cones", "nee")
+
+
+def _check_disk(ctx) -> None:
+    test_floor_under_a_disk(ctx, "nee", "aside")
+
+
 def _check_flat(ctx) -> None:
     image = rendered(ctx, floor_under(rectangles=[RECTANGLES["tilted"]]), 256, estimator="nee")
     form = polygon_form(corners(RECTANGLES["tilted"]))
@@ -176,33 +322,42 @@ def _check_flat(ctx) -> None:
 # Errors that the tests above must find: file, text, what stands there instead, and the check.
 PLANTED = {
     "cosine forgotten": (
-        *("bsdf/cook_torrance.glsl", "b.diffuse * (wi.z * INVERSE_PI)", "b.diffuse * INVERSE_PI"),
+        *("bsdf/diffuse.glsl", "b.diffuse * (wi.z * INVERSE_PI)", "b.diffuse * INVERSE_PI"),
         lambda ctx: _check_floor(ctx, "nee"),
     ),
     "lobe 1 % too bright": (
-        *("bsdf/cook_torrance.glsl", "b.diffuse * (wi.z * INVERSE_PI)", "b.diffuse * (1.01 * wi.z * INVERSE_PI)"),
+        *("bsdf/diffuse.glsl", "b.diffuse * (wi.z * INVERSE_PI)", "b.diffuse * (1.01 * wi.z * INVERSE_PI)"),
         lambda ctx: _check_floor(ctx, "mis"),
     ),
     "light counted twice": (
-        *("integrator/path.glsl", "power_heuristic(path.pdf, float(u_light_samples) * light_pdf)", "1.0"),
+        *("integrator/direct.glsl", "power_heuristic(bsdf_pdf, float(u_light_samples) * light_pdf)", "1.0"),
         lambda ctx: _check_floor(ctx, "mis"),
     ),
     "weights without the number of light samples": (
-        *("integrator/path.glsl", "power_heuristic(path.pdf, float(u_light_samples) * light_pdf)"),
-        *("power_heuristic(path.pdf, light_pdf)", lambda ctx: _check_floor(ctx, "mis", light_samples=4)),
+        *("integrator/direct.glsl", "power_heuristic(bsdf_pdf, float(u_light_samples) * light_pdf)"),
+        *("power_heuristic(bsdf_pdf, light_pdf)", lambda ctx: _check_floor(ctx, "mis", light_samples=4)),
     ),
     "cone 1 % too wide": (
         *("core/warp.glsl", "u.y * one_minus_cos_max", "u.y * 1.01 * one_minus_cos_max"),
         lambda ctx: _check_floor(ctx, "nee"),
     ),
     "cosine at the lamp forgotten": (
-        *("emitter/area_light.glsl", "square(distance) / (cos_theta * area)", "square(distance) / area", _check_flat),
+        *("light/area.glsl", "square(distance) / (cos_theta * area)", "square(distance) / area", _check_flat),
     ),
     "area of the lamp 1 % too large": (
-        *("emitter/area_light.glsl", "(cos_theta * area)", "(cos_theta * 1.01 * area)", _check_flat),
+        *("light/area.glsl", "(cos_theta * area)", "(cos_theta * 1.01 * area)", _check_flat),
+    ),
+    "falloff of a spot not squared": ("light/spot.glsl", "return square(clamp(", "return (clamp(", _check_spot),
+    "disk sampled as a square": (
+        *("light/area.glsl", "light.kind == KIND_DISK ? square_to_disk(u)"),
+        *("light.kind == KIND_DISK ? 2.0 * u - 1.0", _check_disk),
+    ),
+    "guide table off by one": (
+        *("light/light.glsl", "min(int(u * float(u_light_count))", "min(int(u * float(u_light_count)) + 1"),
+        lambda ctx: test_floor_under_eighty_lights(ctx, 1, "nee"),
     ),
     "chance of the light forgotten": (
-        *("emitter/light.glsl", "s.pdf *= light.probability;", "s.pdf *= 1.0;"),
+        *("light/light.glsl", "s.pdf *= choice.probability;", "s.pdf *= 1.0;"),
         lambda ctx: test_floor_under_many_lights(ctx, 1, "nee"),
     ),
 }

@@ -142,11 +142,11 @@ def test_estimators_agree_on_a_glossy_floor_under_a_broad_sun(ctx):
 
 
 SUN_MUTATIONS = {
-    "rim cut off": ("emitter/sun_light.glsl", "<= 2.0 * one_minus_cos", "<= 1.9 * one_minus_cos"),
+    "rim cut off": ("light/sun.glsl", "<= 2.0 * sun.one_minus_cos", "<= 1.9 * sun.one_minus_cos"),
     "chance of the sun forgotten": (
-        "integrator/path.glsl",
-        "path.ray.direction) * sun.probability",
-        "path.ray.direction)",
+        "integrator/escape.glsl",
+        "sun_light_pdf(sun, direction) * u_sun_probability",
+        "sun_light_pdf(sun, direction)",
     ),
 }
 
@@ -225,7 +225,7 @@ def test_a_planted_error_is_found(ctx, monkeypatch, tmp_path, name):
     environment = Environment(image=Panorama(noise(5, 8)), rotation_degrees=130.0)
     expected = np.multiply(FLOOR_ALBEDO, irradiance(environment)) / np.pi
     assert_mean(rendered(ctx, floor_under(environment), 4096, bounces=1), expected, 0.01, 2e-4)
-    Planter(monkeypatch, tmp_path)("emitter/environment.glsl", *MUTATIONS[name])
+    Planter(monkeypatch, tmp_path)("light/environment.glsl", *MUTATIONS[name])
     with pytest.raises(AssertionError):
         assert_mean(rendered(ctx, floor_under(environment), 4096, bounces=1), expected, 0.01, 2e-4)
 
@@ -234,7 +234,8 @@ def test_environment_counted_twice_is_found(ctx, monkeypatch, tmp_path):
     environment = ENVIRONMENTS["noise"]
     expected = np.multiply(FLOOR_ALBEDO, irradiance(environment)) / np.pi
     plant = Planter(monkeypatch, tmp_path)
-    plant("integrator/path.glsl", "environment.rgb * path_emission_weight(path, pdf);", "environment.rgb;")
+    weight = "direct_emission_weight(pdf, environment.a * u_environment_probability, certain)"
+    plant("integrator/escape.glsl", f"environment.rgb * {weight};", "environment.rgb;")
     with pytest.raises(AssertionError):
         assert_mean(rendered(ctx, floor_under(environment), 1024, bounces=1), expected, 0.01, 2e-4)
 

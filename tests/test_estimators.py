@@ -168,7 +168,7 @@ def _compare(ctx, name: str, changed: dict, unchanged: dict) -> None:
 # that should agree.
 PLANTED = {
     "lights met by chance count in full": (
-        *("integrator/path.glsl", "power_heuristic(path.pdf, float(u_light_samples) * light_pdf)", "1.0"),
+        *("integrator/direct.glsl", "power_heuristic(bsdf_pdf, float(u_light_samples) * light_pdf)", "1.0"),
         *("three-spheres", {}, {"estimator": "nee"}),
     ),
     "roulette without compensation": (

@@ -8,10 +8,22 @@ import numpy as np
 import pytest
 from agreement import ROUNDING, assert_mean
 from numpy.typing import NDArray
-from rendering import ESTIMATORS, Planter, rendered
+from rendering import ESTIMATORS, Planter, list_at_most, rendered
 from scene_builders import Vector, box, lambert, rectangle, stare, triangles_of
 
-from fragtracer.scene import Ambient, Camera, Light, Material, Plane, Scene, Sphere
+from fragtracer.scene import (
+    Ambient,
+    Camera,
+    DirectionalLight,
+    Disk,
+    Light,
+    Material,
+    Plane,
+    Rectangle,
+    Scene,
+    Sphere,
+    SpotLight,
+)
 from fragtracer.scene.reflectance import METAL_F0
 
 # One albedo and one emission per channel: a run tests three furnaces.
@@ -21,14 +33,25 @@ RADIANCE = (3.0, 1.0, 0.2)
 INSIDE = Camera((0.3, 0.2, 0.9), (-0.2, -0.1, -1.0), fov_degrees=60.0)
 
 
-def furnace(albedo: Vector, triangles: bool = False) -> Scene:
-    """A closed box and a sphere in it, all of one glowing material."""
+def furnace(albedo: Vector, kind: str = "rectangles") -> Scene:
+    """A closed box and a sphere in it, all of one glowing material. Disks are larger than the box's walls, their rims
+    outside of it."""
     walls = box("glow")
-    halves = [half for wall in walls for half in triangles_of(wall)]
-    shapes: dict[str, Any] = {"triangles": halves} if triangles else {"rectangles": walls}
+    shapes: dict[str, Any] = {
+        "rectangles": {"rectangles": walls},
+        "triangles": {"triangles": [half for wall in walls for half in triangles_of(wall)]},
+        "disks": {"disks": [disk_around(wall) for wall in walls]},
+    }[kind]
     return Scene(
         INSIDE, {"glow": lambert(albedo, EMISSION)}, spheres=[Sphere((-0.1, -0.2, -0.3), 0.3, "glow")], **shapes
     )
+
+
+def disk_around(wall: Rectangle) -> Disk:
+    """The disk through the corners of a square, its front the same."""
+    u, v = np.asarray(wall.edge_u), np.asarray(wall.edge_v)
+    center = np.add(wall.corner, (u + v) / 2)
+    return Disk(tuple(center), tuple(np.cross(u, v)), 1.01 * float(np.linalg.norm(u + v)) / 2, wall.material)
 
 
 def after_bounces(albedo: Vector, bounces: int) -> NDArray[np.float64]:
@@ -36,13 +59,13 @@ def after_bounces(albedo: Vector, bounces: int) -> NDArray[np.float64]:
     return np.sum([np.multiply(EMISSION, np.power(albedo, k)) for k in range(bounces + 1)], axis=0)
 
 
-@pytest.mark.parametrize("triangles", [False, True], ids=["rectangles", "triangles"])
+@pytest.mark.parametrize("kind", ["rectangles", "triangles", "disks"])
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 @pytest.mark.parametrize("albedo", ALBEDOS)
-def test_closed_furnace(ctx, albedo, estimator, triangles):
+def test_closed_furnace(ctx, albedo, estimator, kind):
     """Le / (1 - albedo), with russian roulette and as many bounces as it takes."""
     # Light sampling has no finite variance where glowing walls meet, hence its coarser resolution.
-    image = rendered(ctx, furnace(albedo, triangles), 512, bounces=1000, estimator=estimator)
+    image = rendered(ctx, furnace(albedo, kind), 512, bounces=1000, estimator=estimator)
     assert_mean(image, np.divide(EMISSION, np.subtract(1, albedo)), 0.04 if estimator == "nee" else 0.02)
 
 
@@ -53,10 +76,17 @@ def test_furnace_after_few_bounces(ctx, bounces, estimator):
     assert_mean(image, after_bounces(ALBEDOS[0], bounces), 0.03 if estimator == "nee" else 0.0005)
 
 
+@pytest.mark.parametrize("most_listed", [0, 64], ids=["bvh", "list"])
+@pytest.mark.parametrize("kind", ["rectangles", "triangles", "disks"])
 @pytest.mark.parametrize("bounces", [0, 1, 4, 50])
-def test_furnace_has_no_noise_without_light_sampling(ctx, bounces):
+def test_furnace_has_no_noise_without_light_sampling(ctx, monkeypatch, bounces, kind, most_listed):
     """Every path of cosine sampling brings the same: any leak or wrong weight shows in a single one."""
-    image = rendered(ctx, furnace(ALBEDOS[1]), 16, bounces=bounces, estimator="bsdf", russian_roulette=False)
+    list_at_most(monkeypatch, most_listed)
+    _check_without_noise(ctx, bounces, kind)
+
+
+def _check_without_noise(ctx, bounces, kind):
+    image = rendered(ctx, furnace(ALBEDOS[1], kind), 16, bounces=bounces, estimator="bsdf", russian_roulette=False)
     np.testing.assert_allclose(image, np.broadcast_to(after_bounces(ALBEDOS[1], bounces), image.shape), rtol=ROUNDING)
 
 
@@ -128,6 +158,7 @@ SEEN = {
     "sphere": {"spheres": [Sphere((0.0, 0.0, 0.0), 1.0, "lamp")]},
     "rectangle": {"rectangles": [SCREEN]},
     "triangles": {"triangles": triangles_of(SCREEN)},
+    "disk": {"disks": [disk_around(SCREEN)]},
     "ambient": {"ambient": Ambient(RADIANCE)},
     "light": {"lights": [Light((0.0, 0.0, 0.0), 1.0, radiance=RADIANCE)]},
     "power": {"lights": [Light((0.0, 0.0, 0.0), 0.7, power=tuple(np.multiply(RADIANCE, 4 * np.pi**2 * 0.49)))]},
@@ -148,9 +179,12 @@ UNSEEN = {
     "nothing": {},
     "the back of a rectangle": {"rectangles": [back]},
     "the back of triangles": {"triangles": triangles_of(back)},
+    "the back of a disk": {"disks": [disk_around(back)]},
     "the inside of a sphere": {"spheres": [Sphere((0.0, 0.0, 3.0), 1.0, "lamp")]},
     "the inside of a light": {"lights": [Light((0.0, 0.0, 3.0), 1.0, radiance=RADIANCE)]},
     "a point light": {"lights": [Light((0.0, 0.0, 0.0), power=10.0)]},
+    "a spot light": {"spot_lights": [SpotLight((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 10.0)]},
+    "a directional light": {"directional_lights": [DirectionalLight((0.0, 0.0, 1.0), 10.0)]},
     "something black": {"spheres": [Sphere((0.0, 0.0, 0.0), 1.0, "black")], "ambient": Ambient(0.0)},
 }
 
@@ -166,11 +200,11 @@ def test_black_where_there_is_nothing(ctx, name, estimator):
 PLANTED = {
     "roulette without compensation": (
         *("integrator/path.glsl", "path.throughput /= survival;", "path.throughput /= 1.0;"),
-        lambda ctx: test_closed_furnace(ctx, ALBEDOS[0], "mis", False),
+        lambda ctx: test_closed_furnace(ctx, ALBEDOS[0], "mis", "rectangles"),
     ),
     "one bounce too few": (
-        *("integrator/path.glsl", "path.vertex >= u_bounces", "path.vertex >= u_bounces - 1"),
-        lambda ctx: test_furnace_has_no_noise_without_light_sampling(ctx, 4),
+        *("integrator/path.glsl", "path.depth < u_bounces &&", "path.depth < u_bounces - 1 &&"),
+        lambda ctx: _check_without_noise(ctx, 4, "rectangles"),
     ),
     "emission from behind": (
         *("integrator/path.glsl", "surface.light >= 0 && cos_theta > 0.0", "surface.light >= 0"),

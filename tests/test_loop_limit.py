@@ -6,15 +6,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from mesh_shapes import ball, geometry, mesh_scene
+from rendering import list_at_most
 
 from fragtracer.errors import DeviceError
+from fragtracer.gpu.context import is_software
 from fragtracer.io.toml import load
 from fragtracer.renderer import Renderer
 from fragtracer.scene import Camera, Material, RenderSettings, Scene
 
 
 def crowd() -> Scene:
-    """700 spheres that shine, in a texture: each vertex goes through all of them twice."""
+    """700 spheres that shine: without a BVH each vertex goes through all of them twice."""
     scene = load("furnace")
     ball = scene.spheres[0]
     places = [(0.1 * i % 2 - 1, 0.1 * (i // 20) - 1.7, -1.0) for i in range(700)]
@@ -22,8 +24,11 @@ def crowd() -> Scene:
     return replace(scene, spheres=balls, render=RenderSettings(bounces=20, russian_roulette=False, estimator="bsdf"))
 
 
-def test_every_sample_is_taken(ctx):
-    with Renderer(crowd(), (8, 8), context=ctx, rays=64) as renderer:
+@pytest.mark.parametrize("most_listed", [0, 10**6], ids=["bvh", "list"])
+def test_every_sample_is_taken(ctx, monkeypatch, most_listed):
+    list_at_most(monkeypatch, most_listed)
+    # Where 700 shapes are compiled in there are no loops, but a compiler takes a minute.
+    with Renderer(crowd(), (8, 8), context=ctx, rays=64, specialised=False) as renderer:
         renderer.sample(64)
         image = renderer.image()
     # Le / (1 - albedo) less what comes after the last bounce.
@@ -31,11 +36,38 @@ def test_every_sample_is_taken(ctx):
 
 
 def test_a_path_that_a_driver_would_end_is_an_error(ctx, monkeypatch):
+    list_at_most(monkeypatch, 10**6)
     monkeypatch.setattr("fragtracer.gpu.tracer._MAX_ROUNDS", 10**9)
-    with Renderer(crowd(), (8, 8), context=ctx, rays=512) as renderer:
+    with Renderer(crowd(), (8, 8), context=ctx, rays=512, specialised=False) as renderer:
         renderer.sample(512)
         with pytest.raises(DeviceError, match="fewer bounces"):
             renderer.image()
+
+
+def test_shapes_in_a_bvh_take_every_sample_however_many_rounds_that_is(ctx, monkeypatch):
+    """As a mesh does, below: nobody knows how many that is before."""
+    list_at_most(monkeypatch, 0)
+    with Renderer(crowd(), (8, 8), context=ctx, rays=8) as renderer:
+        renderer.sample(512)
+        image = renderer.image()
+    monkeypatch.setattr("fragtracer.gpu.tracer._MAX_ROUNDS", 10**9)
+    with Renderer(crowd(), (8, 8), context=ctx, rays=512) as renderer:
+        assert renderer._tracer.max_rays >= 512
+        renderer.sample(512)
+        if is_software(ctx):
+            assert renderer._tracer.max_rays < 512
+        np.testing.assert_array_equal(renderer.image(), image)
+
+
+def test_a_path_among_shapes_in_a_bvh_that_cannot_be_finished_is_an_error(ctx, monkeypatch):
+    if not is_software(ctx):
+        pytest.skip("a GPU ends no loops")
+    list_at_most(monkeypatch, 0)
+    with (
+        Renderer(crowd(), (8, 8), context=ctx, bounces=10_000) as renderer,
+        pytest.raises(DeviceError, match="fewer bounces"),
+    ):
+        renderer.sample(1)
 
 
 def hollow() -> Scene:

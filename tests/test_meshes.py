@@ -9,12 +9,12 @@ import moderngl
 import numpy as np
 import pytest
 from mesh_shapes import ball, field, geometry, grid, mesh_scene, smooth
-from rendering import ESTIMATORS, batches, rendered
+from rendering import ESTIMATORS, batches, list_at_most, rendered
 from scene_builders import lambert, triangles_of
 from scipy import stats
 
 from fragtracer.errors import SceneError
-from fragtracer.packing import copies, meshes, pack
+from fragtracer.packing import PackedScene, hierarchy, instances, pack
 from fragtracer.renderer import Renderer
 from fragtracer.scene import (
     Ambient,
@@ -29,6 +29,7 @@ from fragtracer.scene import (
     RenderSettings,
     Scene,
     Sphere,
+    Triangle,
 )
 
 BATCHES = 8
@@ -86,16 +87,29 @@ def test_rectangles_as_meshes_give_the_same_image(ctx: moderngl.Context, estimat
     agree(one, other)
 
 
-def test_many_triangles_become_a_mesh_of_the_same_image(ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_many_triangles_in_a_bvh_give_the_same_image(ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch) -> None:
+    """And the same as a mesh of them, of which all that emit are one light."""
     scene = lit_corner()
     triangles = tuple(t for r in scene.rectangles for t in triangles_of(r))
     scene = replace(scene, rectangles=(), triangles=triangles)
     one = batches(ctx, scene, 256, range(BATCHES))
-    monkeypatch.setattr("fragtracer.packing.gather.MOST_TRIANGLES", 0)
+    list_at_most(monkeypatch, 0)
     packed = pack(scene, scene.render, 32, 32)
-    assert packed.defines["TRIANGLE_COUNT"] == 0
-    assert packed.defines["MESH_LIGHT_COUNT"] == 4
+    assert packed.uniforms["u_flat_count"] == 0
+    assert len(packed.scene_records["AreaLight"]) == 4
     agree(one, batches(ctx, scene, 256, range(100, 100 + BATCHES)))
+    names = sorted({t.material for t in triangles})
+    parts = tuple(
+        Part(Geometry(np.concatenate([t.vertices for t in triangles if t.material == name]), _corners(name, triangles)), name)
+        for name in names
+    )
+    as_mesh = replace(scene, triangles=(), meshes=(Mesh(parts),))
+    assert pack(as_mesh, scene.render, 32, 32).uniforms["u_mesh_light_count"] == 4
+    agree(one, batches(ctx, as_mesh, 256, range(200, 200 + BATCHES)))
+
+
+def _corners(name: str, triangles: tuple[Triangle, ...]) -> np.ndarray:
+    return np.arange(3 * sum(t.material == name for t in triangles)).reshape(-1, 3)
 
 
 @pytest.mark.parametrize("estimator", ESTIMATORS)
@@ -173,10 +187,11 @@ def test_copies_are_where_their_matrices_put_them(
         moved = shape.positions @ matrix[:3, :3].T + matrix[:3, 3]
         by_hand.append(Mesh((Part(Geometry(moved, shape.triangles), "ball"),)))
     expected = batches(ctx, replace(scene, meshes=tuple(by_hand)), 128, range(BATCHES))
-    monkeypatch.setattr(copies, "MOST_COPIED", most_copied)
-    meshes.pack_meshes.cache_clear()
+    monkeypatch.setattr(instances, "MOST_REPEATED", most_copied)
+    hierarchy.pack_bvh.cache_clear()
+    assert pack(copied, scene.render, 32, 32).features["HAS_INSTANCES"] == (most_copied == 0)
     agree(expected, batches(ctx, copied, 128, range(100, 100 + BATCHES)))
-    meshes.pack_meshes.cache_clear()
+    hierarchy.pack_bvh.cache_clear()
 
 
 def fails(*_: object, **__: object) -> None:
@@ -198,22 +213,29 @@ def edits() -> dict[str, Callable[[Scene], Scene]]:
 def test_an_edit_builds_no_tree(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     scene = mesh_scene(smooth(ball()))
     before = pack(scene, scene.render, 64, 64)
-    monkeypatch.setattr(copies, "build", fails)
+    monkeypatch.setattr(instances, "build", fails)
     after = pack(edits()[name](scene), scene.render, 64, 64)
-    assert (after.meshes is before.meshes) == (name == "colour")
-    assert after.defines == before.defines
-    assert after.layout == before.layout
+    # The same arrays are not uploaded again (gpu/textures.py).
+    for table, part in (("u_shapes", 1), ("u_vertices", 0), ("u_mesh_lights", 0)):
+        assert (after.tables[table][part] is before.tables[table][part]) == (name == "colour"), table
+    assert after.features == before.features
+    assert after.flags == before.flags
 
 
 def test_a_tree_is_found_on_disk(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = mesh_scene(geometry(field(30, seed=5)))
     first = pack(scene, scene.render, 64, 64)
-    meshes.pack_meshes.cache_clear()
-    copies._tree.cache_clear()
-    monkeypatch.setattr(copies, "build", fails)
+    hierarchy.pack_bvh.cache_clear()
+    instances._topology.cache_clear()
+    monkeypatch.setattr(instances, "build", fails)
     again = pack(scene, scene.render, 64, 64)
-    assert again.meshes is not first.meshes
-    np.testing.assert_array_equal(again.meshes.tree, first.meshes.tree)
+    assert records(again) is not records(first)
+    np.testing.assert_array_equal(records(again), records(first))
+
+
+def records(packed: PackedScene) -> np.ndarray:
+    """Those of the BVH, (n, 4, 4)."""
+    return packed.tables["u_shapes"][1].reshape(-1, 4, 4)
 
 
 def test_a_hundred_copies_of_a_large_mesh_take_the_memory_of_one() -> None:
@@ -223,8 +245,8 @@ def test_a_hundred_copies_of_a_large_mesh_take_the_memory_of_one() -> None:
         pack(replace(mesh_scene(shape), meshes=(Mesh((Part(shape, "mesh"),), p),)), RenderSettings(), 64, 64)
         for p in (places[:1], places)
     )
-    assert many.defines["HAS_INSTANCES"]
-    assert len(many.meshes.tree) < len(one.meshes.tree) + 200
+    assert many.features["HAS_INSTANCES"]
+    assert len(records(many)) < len(records(one)) + 200
 
 
 @pytest.mark.parametrize("scale", [(1e-5, 1e-5, 1e-5), (1.0, 1e-8, 1.0)], ids=["tiny", "flat"])
@@ -236,9 +258,9 @@ def test_a_tiny_or_flat_copy_has_triangles_of_its_own(ctx: moderngl.Context, sca
     scene = replace(mesh_scene(shape), ambient=Ambient(1.0), camera=Camera((0.0, 3.0, 3.0), (0.0, 0.0, 0.0)))
     alike, other = (replace(scene, meshes=(Mesh((Part(shape, "mesh"),), p),)) for p in (places, (*places, odd)))
     one, both = (pack(s, s.render, 64, 64) for s in (alike, other))
-    assert one.defines["HAS_INSTANCES"]
-    assert both.defines["HAS_INSTANCES"]
-    assert len(shape.triangles) < len(both.meshes.tree) - len(one.meshes.tree) < 2 * len(shape.triangles)
+    assert one.features["HAS_INSTANCES"]
+    assert both.features["HAS_INSTANCES"]
+    assert len(shape.triangles) < len(records(both)) - len(records(one)) < 2 * len(shape.triangles)
     image = batches(ctx, other, 16, range(1))[0]
     assert np.isfinite(image).all()
     assert image.mean() > 0.1

@@ -7,6 +7,7 @@ docs/correctness.md (scripts/correctness.py) has the same comparisons with more 
 from dataclasses import replace
 
 import pytest
+from shaders.bsdf_models import MODELS
 
 from fragtracer.apps.compare.rendering import render_ours, render_reference
 from fragtracer.apps.compare.verdict import judge
@@ -63,13 +64,14 @@ REFLECTORS = [
     Disk((0.0, 0.9, -0.8), (0.0, 0.0, 1.0), 0.5, "one-sided"),
     Disk((0.0, 0.3, 0.8), (0.0, 0.0, -1.0), 0.3, "one-sided"),
 ]
+LAMP_ABOVE = Light((-1.0, 3.0, 2.0), 0.5, power=300.0)
 LAMP = Disk((0.3, 2.2, 0.4), (-0.2, -1.0, 0.1), 0.6, "lamp")
 SPOT = SpotLight((1.0, 3.0, 1.5), (-1.0, -2.5, -1.5), (40.0, 35.0, 30.0), 12.0, 25.0)
 SUN = DirectionalLight((1.0, -2.0, -0.7), (3.0, 2.8, 2.5))
 DISKS_AND_LIGHTS = {
     "a disk that emits": replace(BALLS, disks=[LAMP]),
     "a disk that emits, of opacity 0.5": replace(BALLS, disks=[replace(LAMP, material="veil")]),
-    "disks that are lit": replace(BALLS, disks=REFLECTORS, lights=[Light((-1.0, 3.0, 2.0), 0.5, power=300.0)]),
+    "disks that are lit": replace(BALLS, disks=REFLECTORS, lights=[LAMP_ABOVE]),
     "a spot light": replace(BALLS, spot_lights=[SPOT]),
     "a spot light with a hard edge": replace(BALLS, spot_lights=[replace(SPOT, inner_degrees=24.0)]),
     "a directional light": replace(BALLS, directional_lights=[SUN]),
@@ -78,7 +80,18 @@ DISKS_AND_LIGHTS = {
     ),
 }
 
-LEVEL = 0.01 / (len(CASES) + len(DISKS_AND_LIGHTS))
+BSDFS = {
+    name: replace(
+        BALLS,
+        materials=BALLS.materials | {"plastic": model.scene_materials[0], "gold": model.scene_materials[1]},
+        lights=[LAMP_ABOVE],
+        ambient=Ambient(0.2),
+    )
+    for name, model in MODELS.items()
+    if model.scene_materials
+}
+
+LEVEL = 0.01 / (len(CASES) + len(DISKS_AND_LIGHTS) + len(BSDFS))
 RESOLUTION = 0.04  # detectable bias of the image mean, at most
 
 
@@ -92,6 +105,12 @@ def test_a_scene_agrees_with_the_reference(ctx, name, settings):
 @pytest.mark.parametrize("name", DISKS_AND_LIGHTS)
 def test_disks_and_lights_agree_with_the_reference(ctx, name):
     assert_agreement(ctx, DISKS_AND_LIGHTS[name], SPP)
+
+
+@pytest.mark.parametrize("name", BSDFS)
+def test_bsdfs_agree_with_the_reference(ctx, name):
+    """Each model of the table that no bundled scene has."""
+    assert_agreement(ctx, BSDFS[name], SPP)
 
 
 def assert_agreement(ctx, scene, spp):

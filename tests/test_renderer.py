@@ -6,8 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from agreement import ROUNDING
-from rendering import rendered
-from scene_builders import lambert, rectangle
+from mesh_shapes import ball, mesh_scene, smooth
+from rendering import list_at_most, rendered
+from scene_builders import everything, lambert, rectangle
 from small_pictures import SCENES, SIZE, SPP, picture
 
 import fragtracer
@@ -16,7 +17,16 @@ from fragtracer.gpu.film import Film
 from fragtracer.io.toml import load
 from fragtracer.packing import pack
 from fragtracer.renderer import Renderer, render
-from fragtracer.scene import Ambient, Camera, Light, Material, RenderSettings, Scene
+from fragtracer.scene import (
+    Ambient,
+    Camera,
+    Disk,
+    Light,
+    Material,
+    RenderSettings,
+    Scene,
+    Sphere,
+)
 
 
 def test_several_on_one_context(ctx):
@@ -67,8 +77,8 @@ def compiled(monkeypatch):
     programs = []
 
     class Counted(tracer.FullscreenProgram):
-        def __init__(self, *arguments):
-            super().__init__(*arguments)
+        def __init__(self, *arguments, **options):
+            super().__init__(*arguments, **options)
             programs.append(self)
 
     monkeypatch.setattr(tracer, "FullscreenProgram", Counted)
@@ -76,7 +86,7 @@ def compiled(monkeypatch):
 
 
 def test_edited_values_do_not_compile(ctx, compiled):
-    """Colours, places, lights, the camera and the seed are uniforms; other kinds of things are not."""
+    """Colours, places, lights, the camera and the seed are data; other kinds of things are not."""
     scene = load("three-spheres-ambient")
     sphere = replace(scene.spheres[0], center=(-1.0, 0.6, 0.1))
     edited = replace(
@@ -88,23 +98,82 @@ def test_edited_values_do_not_compile(ctx, compiled):
         camera=replace(scene.camera, fov_degrees=50.0),
         ambient=Ambient(0.9),
     )
-    with Renderer(scene, SIZE, context=ctx, baked=False) as renderer:
+    with Renderer(scene, SIZE, context=ctx, specialised=False) as renderer:
         before = len(compiled)
         renderer.sample(4)
         renderer.reset(edited, seed=3, bounces=4, light_samples=2)
         renderer.sample(SPP)
         assert len(compiled) == before
         image = renderer.image()
-        renderer.reset(replace(edited, spheres=[*edited.spheres, sphere]))
-        assert len(compiled) == before + 1
-    fresh = rendered(ctx, edited, SPP, SIZE, seed=3, bounces=4, light_samples=2, baked=False)
+        renderer.reset(replace(edited, disks=[Disk((0.0, 2.0, 0.0), (0.0, -1.0, 0.0), 0.5, "matte")]))
+        assert len(compiled) == before
+        renderer.reset(replace(edited, lights=[*edited.lights, Light((0.0, 2.0, 0.0), power=5.0)]))
+        assert len(compiled) == before + 1  # the first point
+    fresh = rendered(ctx, edited, SPP, SIZE, seed=3, bounces=4, light_samples=2, specialised=False)
     np.testing.assert_array_equal(image, fresh)
+
+
+def edits_of(scene: Scene) -> dict[str, Scene]:
+    """Each kind of thing added, removed and changed, and enough shapes added that another storage holds them."""
+    fields = ("spheres", "planes", "rectangles", "disks", "triangles", "lights", "spot_lights", "directional_lights")
+    found = {}
+    for field in fields:
+        items = getattr(scene, field)
+        found[f"{field} added"] = replace(scene, **{field: [*items, *items]})
+        if field not in ("spot_lights", "directional_lights", "lights"):
+            left = [item for item in items if item.material == "lamp"]
+            found[f"{field} removed"] = replace(scene, **{field: left})
+        found[f"{field} in another order"] = replace(scene, **{field: items[::-1]})
+    for material in ("matte", "gold", "lamp"):
+        other = replace(scene.materials[material], albedo=(0.1, 0.8, 0.3), roughness=0.7)
+        found[f"{material} changed"] = replace(scene, materials=scene.materials | {material: other})
+    more = {f"other {i}": replace(scene.materials["gold"], roughness=0.1 * i) for i in range(1, 9)}
+    balls = [Sphere((0.3 * i - 1.5, 0.1, 1.0), 0.1, name) for i, name in enumerate(more)]
+    found["materials added"] = replace(scene, materials=scene.materials | more, spheres=[*scene.spheres, *balls])
+    shines = replace(scene.materials["gold"], emission=0.5)
+    found["a shape begins to shine"] = replace(scene, materials=scene.materials | {"gold": shines})
+    culled = replace(scene.materials["matte"], double_sided=False)
+    found["a material loses its back"] = replace(scene, materials=scene.materials | {"matte": culled})
+    crowd = [Sphere((0.1 * (i % 20) - 1, 0.1 * (i // 20), -1.0), 0.04, "gold") for i in range(200)]
+    found["many shapes"] = replace(scene, spheres=[*scene.spheres, *crowd])
+    lamps = [Light((0.1 * i, 3.0, 0.0), power=0.1) for i in range(40)]
+    found["many lights"] = replace(scene, lights=[*scene.lights, *lamps])
+    return found
+
+
+@pytest.mark.parametrize("most_listed", [0, 64], ids=["bvh", "list"])
+def test_no_edit_compiles(ctx, compiled, monkeypatch, most_listed):
+    """Unless it brings a kind of thing that there was none of; and each has the picture of a renderer of its own."""
+    list_at_most(monkeypatch, most_listed)
+    scene = everything()
+    settings = {"bounces": 2, "specialised": False}
+    with Renderer(scene, (16, 12), context=ctx, **settings) as renderer:
+        renderer.sample(1)
+        assert len(compiled) == 1
+        for name, edited in edits_of(scene).items():
+            renderer.reset(edited)
+            renderer.sample(4)
+            assert len(compiled) == 1, name
+            image = renderer.image()
+            assert image.any()
+            if name in ("many shapes", "many lights", "materials added", "disks removed", "spheres added"):
+                np.testing.assert_array_equal(image, rendered(ctx, edited, 4, (16, 12), **settings))
+                compiled[1:] = []
+        without = {
+            "a textured mesh": {"meshes": mesh_scene(smooth(ball())).meshes, "materials": scene.materials | {"mesh": lambert(0.5)}},
+            "no spot": {"spot_lights": ()},
+        }
+        for number, changed in enumerate(without.values(), start=2):
+            renderer.reset(replace(scene, **changed))
+            assert len(compiled) == number
+        renderer.reset(scene)
+        assert len(compiled) == 3  # the first program was kept
 
 
 def test_edited_values_show_where_they_are_compiled_in(ctx, compiled):
     scene = load("furnace")
     edited = replace(scene, materials={"furnace": lambert(0.5, 0.3)})
-    with Renderer(scene, SIZE, context=ctx, baked=True, estimator="bsdf") as renderer:
+    with Renderer(scene, SIZE, context=ctx, specialised=True, estimator="bsdf") as renderer:
         renderer.sample(4)
         renderer.reset(edited, russian_roulette=False)
         renderer.sample(4)
@@ -158,7 +227,7 @@ def test_speed_is_by_the_clock_of_the_timer(ctx):
             self.seconds += 0.01
 
     settings = RenderSettings()
-    drawn = tracer.Tracer(ctx, pack(load("mirror"), settings, 64, 16))
+    drawn = tracer.Tracer(ctx, pack(load("mirror"), settings, 64, 16), tracer.TracerProgram())
     film = Film(ctx, 64, 16)
     drawn.timer = Clock()
     for _ in drawn.bands(film, 1):

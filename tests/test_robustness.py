@@ -178,7 +178,7 @@ PLANTED = {
         lambda ctx: test_no_surface_shades_itself(ctx, 1e3, 1.0),
     ),
     "rays start along the normal alone": (
-        *("integrator/path.glsl", "normal - path.ray.direction", "normal"),
+        *("integrator/vertex.glsl", "normal - direction", "normal"),
         lambda ctx: test_closed_box_stays_black_inside(ctx, "mis", rotation(), (30.0, 0.0, 0.0), True),
     ),
 }
@@ -193,6 +193,6 @@ def test_planted_error_is_found(ctx, monkeypatch, tmp_path, file, text, replacem
 
 def test_cracks_between_shapes_are_found(ctx, monkeypatch):
     """The planted error: shapes end where they should, to the last bit, and so neighbours do not meet."""
-    monkeypatch.setattr("fragtracer.packing.shapes._EDGE_GROWTH", 0.0)
+    monkeypatch.setattr("fragtracer.packing.shapes.GROWTH", 0.0)
     with pytest.raises(AssertionError):
         test_closed_box_stays_black_inside(ctx, "mis", rotation(), (30.0, 0.0, 0.0), True)

@@ -1,14 +1,19 @@
 # SPDX-License-Identifier: MIT
 """The same picture, bit for bit, however the work is cut and wherever the scene is kept."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from rendering import rendered
-from scene_builders import lambert
+from rendering import list_at_most, rendered
+from scene_builders import everything, lambert
 from small_pictures import SCENES, SIZE, SPP, picture
 
 from fragtracer.gpu import tracer
+from fragtracer.gpu.specialise import Level
+from fragtracer.gpu.tracer import TracerProgram
 from fragtracer.io.toml import load
+from fragtracer.packing import pack
 from fragtracer.renderer import Renderer
 from fragtracer.scene import Ambient, Camera, Material, Scene, Sphere
 
@@ -61,32 +66,70 @@ def test_bands_keep_the_budget(ctx, monkeypatch):
 def test_compiled_in_or_not(ctx, name):
     """Bit for bit on the drivers known so far; one that folds constants with other rounding may let a path
     in a million go another way."""
-    image, other = picture(ctx, name, baked=True), picture(ctx, name, baked=False)
+    image, other = picture(ctx, name, specialised=True), picture(ctx, name, specialised=False)
     assert abs(other.mean(dtype=np.float64) / image.mean(dtype=np.float64) - 1) < 1e-5
     assert (np.abs(other - image) > 1e-4 * np.abs(image)).mean() < 0.01
 
 
-def test_stored_in_a_texture(ctx, monkeypatch):
-    """A scene too large for the uniform block, and the same one as if the block were larger."""
+@pytest.mark.parametrize("level", Level)
+def test_however_much_is_compiled_in(ctx, monkeypatch, level):
+    """Shapes, lights and materials of all kinds, in a list and in a BVH."""
+    scene = everything()
+    monkeypatch.setattr(Renderer, "_program", lambda _: TracerProgram("pathtracer.frag", {}, level))
+    for most_listed in (0, 64):
+        list_at_most(monkeypatch, most_listed)
+        image = rendered(ctx, scene, SPP, SIZE)
+        monkeypatch.setattr(Renderer, "_program", lambda _: TracerProgram("pathtracer.frag", {}, Level.NOTHING))
+        same(rendered(ctx, scene, SPP, SIZE), image)
+        monkeypatch.setattr(Renderer, "_program", lambda _: TracerProgram("pathtracer.frag", {}, level))
+
+
+def same(image, other):
+    """Where a ray meets a shape is computed in another way, so that a path or two in a million goes another way."""
+    assert abs(other.mean(dtype=np.float64) / image.mean(dtype=np.float64) - 1) < 1e-4
+    assert (np.abs(other - image) > 1e-4 * np.abs(image)).mean() < 0.01
+
+
+@pytest.mark.parametrize("specialised", [False, True])
+@pytest.mark.parametrize("name", [*SCENES, "everything"])
+def test_one_by_one_or_by_a_bvh(ctx, monkeypatch, name, specialised):
+    scene = everything() if name == "everything" else load(name)
+    images = []
+    for most_listed in (0, 10**6):
+        list_at_most(monkeypatch, most_listed)
+        images.append(rendered(ctx, scene, SPP, SIZE, specialised=specialised))
+    same(*images)
+
+
+def test_crossing_from_the_list_to_the_bvh(ctx, monkeypatch):
+    """A renderer to whose scene shapes are added one at a time, and from which they are taken again."""
+    list_at_most(monkeypatch, 10)
+    scene = everything()
+    settings = {"bounces": 3, "specialised": False}
+    balls = [Sphere((0.4 * i - 1.4, 0.2, 1.2), 0.15, ("gold", "lamp", "matte")[i % 3]) for i in range(8)]
+    scenes = [replace(scene, spheres=[*scene.spheres, *balls[:count]]) for count in range(9)]
+    stored = [pack(s, s.render, 8, 8, 10).uniforms["u_bvh_root"] >= 0 for s in scenes]
+    assert sorted(stored) == stored
+    assert set(stored) == {False, True}
+    with Renderer(scene, SIZE, context=ctx, **settings) as renderer:
+        for edited, in_bvh in [*zip(scenes, stored, strict=True), *zip(scenes[::-1], stored[::-1], strict=True)]:
+            renderer.reset(edited)
+            renderer.sample(4)
+            list_at_most(monkeypatch, 10**6 if in_bvh else 0)
+            other = rendered(ctx, edited, 4, SIZE, **settings)
+            same(renderer.image(), other)
+            list_at_most(monkeypatch, 10)
+
+
+def test_many_shapes(ctx, monkeypatch):
+    """600 spheres, some of which shine."""
     rng = np.random.default_rng(5)
     materials = {"ball": Material(albedo=(0.7, 0.4, 0.2), roughness=0.4), "lamp": lambert(0.0, 2.0)}
     balls = [Sphere(rng.uniform(-1, 1, 3), 0.06, "lamp" if i % 50 == 0 else "ball") for i in range(600)]
     scene = Scene(Camera((0.0, 0.0, 4.0)), materials, spheres=balls, ambient=Ambient(0.3))
     images = []
-    for most in (1024, 1 << 16):
-        monkeypatch.setattr("fragtracer.packing._MAX_UNIFORM_TEXELS", most)
+    for most_listed in (0, 10**6):
+        list_at_most(monkeypatch, most_listed)
         images.append(rendered(ctx, scene, 4, SIZE, bounces=3))
     assert images[0].mean() > 0.1
-    np.testing.assert_array_equal(*images)
-    small = load("three-spheres-ambient")
-    inside = rendered(ctx, small, 8, SIZE, baked=False)
-    monkeypatch.setattr("fragtracer.packing._MAX_UNIFORM_TEXELS", 0)
-    np.testing.assert_array_equal(rendered(ctx, small, 8, SIZE, baked=False), inside)
-
-
-def test_paths_that_wait_for_their_neighbours(ctx):
-    """Without regeneration a pixel's paths begin together; they are the same paths."""
-    image = picture(ctx, "cornell-box")
-    with Renderer(load("cornell-box"), SIZE, context=ctx, defines={"PATH_REGENERATION": 0}) as renderer:
-        renderer.sample(SPP)
-        np.testing.assert_allclose(renderer.image(), image, rtol=1e-4, atol=1e-6)
+    same(*images)

@@ -11,6 +11,11 @@
 #include "bsdf/model.glsl"
 #include "bsdf/cook_torrance.glsl"
 #include "bsdf/diffuse.glsl"
+#include "bsdf/eon.glsl"
+
+const int BSDF_DIFFUSE = 0;
+const int BSDF_COOK_TORRANCE = 1;
+const int BSDF_EON = 2;
 
 // f |cos_i| in rgb and the density in a, both without delta lobes.
 vec4 bsdf_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
@@ -20,6 +25,9 @@ vec4 bsdf_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
 #endif
 #if HAS_COOK_TORRANCE
     if (b.model == BSDF_COOK_TORRANCE) result = cook_torrance_eval_pdf(b, wo, wi);
+#endif
+#if HAS_EON
+    if (b.model == BSDF_EON) result = eon_eval_pdf(b, wo, wi);
 #endif
     return result;
 }
@@ -36,6 +44,9 @@ BsdfSample bsdf_sample(Bsdf b, vec3 wo, vec2 u) {
 #endif
 #if HAS_COOK_TORRANCE
     if (b.model == BSDF_COOK_TORRANCE) s = cook_torrance_sample(b, wo, u);
+#endif
+#if HAS_EON
+    if (b.model == BSDF_EON) s = eon_sample(b, wo, u);
 #endif
     return s;
 }

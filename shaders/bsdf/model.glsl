@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: MIT
 // What all models of bsdf.glsl share: the parameters at a point, and the result of sampling.
 
-const int BSDF_DIFFUSE = 0;
-const int BSDF_COOK_TORRANCE = 1;
-
 struct Bsdf {
-    int model;     // BSDF_..., which says which of the parameters count
+    int model;     // BSDF_... of bsdf.glsl, which says which of the parameters count
     vec3 diffuse;  // albedo of the diffuse part, (1 - metallic) included
-    float alpha;   // GGX width
+    float alpha;   // roughness squared, the GGX width
     vec3 f0;       // specular reflectance at normal incidence; f0 = 0 and f90 = 0: no specular lobe
     vec3 f90;      // specular reflectance at grazing incidence
 };

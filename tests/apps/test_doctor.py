@@ -21,8 +21,9 @@ SICKNESS = {
         "normalize(vec3(p, 1.02 * sqrt(max(0.0, 1.0 - dot(p, p)))))",
     ),
     "intersections": ("shape/sphere.glsl", "near = b - half_chord;", "near = b - 1.001 * half_chord;"),
+    "flat intersections": ("shape/flat.glsl", "dot(uv, uv) - 1.0", "dot(uv, uv) - 1.01"),
     "furnace": ("integrator/path.glsl", "*= scattered.weight", "*= 0.99 * scattered.weight"),
-    "estimators": ("emitter/area_light.glsl", "(cos_theta * area)", "(1.1 * cos_theta * area)"),
+    "estimators": ("light/area.glsl", "(cos_theta * area)", "(1.1 * cos_theta * area)"),
     "determinism": ("film/film.glsl", "uint(film.count + film.non_finite)", "uint(u_rays)"),
 }
 
@@ -41,7 +42,7 @@ def test_it_notices(ctx, check, monkeypatch, tmp_path):
     if check == "determinism":
         plant("film/film.glsl", "struct Film {", "uniform int u_rays;\nstruct Film {")
         plant("pathtracer.frag", "uniform int u_rays;  // paths per pixel in this pass\n", "")
-    findings = list(import_module(f"fragtracer.apps.doctor.{check}").findings(ctx))
+    findings = list(import_module(f"fragtracer.apps.doctor.{check.split()[-1]}").findings(ctx))
     assert [finding for finding in findings if not finding.passed]
 
 

@@ -44,7 +44,7 @@ SHAPES = {
 
 def cost(bvh: Bvh, boxes: np.ndarray) -> float:
     """Steps that a ray which meets the root takes on average, by the areas of boxes."""
-    child_boxes, root = bvh.child_boxes(boxes)
+    child_boxes, root = bvh.child_bounds(boxes)
     return 1 + sum(area(box) for box in child_boxes[bvh.is_there]) / area(root)
 
 
@@ -90,7 +90,7 @@ def median_split(boxes: np.ndarray) -> float:
 def test_every_box_is_there_once_and_within_all_boxes_above(name: str) -> None:
     boxes = boxes_of(SHAPES[name])
     bvh = build(boxes)
-    child_boxes, root = bvh.child_boxes(boxes)
+    child_boxes, root = bvh.child_bounds(boxes)
     np.testing.assert_array_equal(root, boxes.min(axis=1))
     layout = bvh.layout()
     assert sorted([*layout.nodes, *layout.boxes]) == list(range(layout.count))

@@ -1,17 +1,19 @@
 # SPDX-License-Identifier: MIT
 """The atlas: every image whole, at its own place, and made smaller only with a warning and by means over areas."""
 
+import re
 import tracemalloc
 
 import numpy as np
 import pytest
 
 from fragtracer.packing.atlas import Atlas, build_atlas
+from fragtracer.resources import folder
 from fragtracer.scene import Image
-from fragtracer.shader_composer import CONSTANTS
 
 RNG = np.random.default_rng(2)
-SRGB, FLOAT = CONSTANTS["TEXTURE_SRGB"], CONSTANTS["TEXTURE_FLOAT"]
+TEXT = (folder("shaders") / "scene" / "texture.glsl").read_text("utf-8")
+SRGB, FLOAT = (int(re.search(rf"const int TEXTURE_{name} = (\d+);", TEXT)[1]) for name in ("SRGB", "FLOAT"))
 
 
 def random_image(height: int, width: int, color_space: str = "linear") -> Image:

@@ -139,7 +139,7 @@ def test_every_table_of_the_scene_has_its_offset() -> None:
     [
         (Kind, "scene/shape.glsl", "KIND_"),
         (LightKind, "scene/light.glsl", "LIGHT_"),
-        (BsdfModel, "bsdf/model.glsl", "BSDF_"),
+        (BsdfModel, "bsdf/bsdf.glsl", "BSDF_"),
     ],
 )
 def test_enums_agree(enum: type[IntEnum], path: str, prefix: str) -> None:

@@ -22,7 +22,8 @@ from fragtracer.packing.materials import PackedMaterials, mean_emission, needed_
 from fragtracer.packing.records import SCENE_RECORDS, Words, texel_count, words_of_rows
 from fragtracer.packing.settings import needs_maps, settings_features, settings_uniforms
 from fragtracer.packing.shapes import CULLED, Shapes, finite_shapes, plane_records, shape_records
-from fragtracer.scene import Camera, Material, Mesh, RenderSettings, Scene
+from fragtracer.packing.space import Space, space_of
+from fragtracer.scene import Material, Mesh, RenderSettings, Scene
 from fragtracer.scene.tangents import with_tangents
 
 Floats = NDArray[np.float64]
@@ -41,7 +42,6 @@ class PackedScene:
     are uniforms that say what kinds of things there are, ``movable`` those that change as the camera moves or the
     environment turns, ``uniforms`` all others. ``scene_records`` and ``listed`` are the records of u_scene by kind and
     of the short list of shapes. ``path_rounds`` are those of all loops along one path, at most; with a BVH, mostly.
-    ``origin`` (3,) is the point of the world that is the shader's (0, 0, 0).
     """
 
     tables: Mapping[str, Table]
@@ -54,7 +54,12 @@ class PackedScene:
     environment: EnvironmentTables | None
     needs_maps: bool
     path_rounds: int
-    origin: Floats
+    space: Space
+
+    @property
+    def origin(self) -> Floats:
+        """(3,): the point of the world that is the shader's (0, 0, 0)."""
+        return self.space.origin
 
     @property
     def all_uniforms(self) -> dict[str, Any]:
@@ -67,17 +72,17 @@ def pack(
     width: int,
     height: int,
     most_listed: int = 0,
-    home: Camera | None = None,
+    space: Space | None = None,
 ) -> PackedScene:
     """Pack ``scene`` for an image of ``width`` x ``height`` pixels rendered with ``settings``.
 
     Where there are at most ``most_listed`` shapes besides planes and meshes, every ray is tested against each, without
-    a BVH. For a camera that moves, ``home`` is where it began: the origin is chosen with that one, so that nothing but
-    :attr:`PackedScene.movable` changes on its way.
+    a BVH. ``space`` are the coordinates of an earlier packing, kept while they serve: nothing but
+    :attr:`PackedScene.movable` changes while the camera moves, and meshes are not packed again when something beside
+    them is edited.
     """
-    points = _points(scene if home is None else replace(scene, camera=home))
-    origin: Floats = (points.min(axis=0) + points.max(axis=0)) / 2
-    extent = float(max(np.abs(points - origin).max(), np.finfo(np.float32).tiny))
+    space = space_of(scene, space)
+    origin, extent = space.origin, space.extent
     shapes, materials = finite_shapes(scene)
     surfaces = pack_materials(scene, materials)
     light_of = emissive_shapes(shapes, materials)
@@ -136,7 +141,7 @@ def pack(
         environment.tables,
         needs_maps(settings),
         vertex_rounds * (settings.bounces + 2),
-        origin,
+        space,
     )
 
 
@@ -225,19 +230,3 @@ def _parts(listed: Words, bvh: PackedBvh | None) -> Table:
     """The short list and the BVH, each from the beginning of a row."""
     parts = [listed.reshape(-1, 4)] if len(listed) or bvh else []
     return (*parts, bvh.texels) if bvh else tuple(parts)
-
-
-def _points(scene: Scene) -> Floats:
-    """Points (n, 3) that bound everything finite, the camera included; but not lights, nor spheres that emit: a sun far
-    away loses nothing by its distance, and would take the precision from what it shines on."""
-    spheres = [s for s in scene.spheres if not scene.materials[s.material].is_emissive]
-    centers = np.array([s.center for s in spheres], np.float64).reshape(-1, 3)
-    radii = np.array([s.radius for s in spheres], np.float64)[:, None]
-    points = [np.array([scene.camera.position], np.float64), centers - radii, centers + radii]
-    for r in scene.rectangles:
-        far = np.add(r.edge_u, r.edge_v)
-        points.append(np.add(r.corner, [(0.0, 0.0, 0.0), r.edge_u, r.edge_v, far]))
-    points += [np.add(d.center, [[-d.radius] * 3, [d.radius] * 3]) for d in scene.disks]
-    points += [np.asarray(t.vertices, np.float64) for t in scene.triangles]
-    points += [mesh.box_corners() for mesh in scene.meshes]
-    return np.concatenate(points)

@@ -169,7 +169,7 @@ def _punctual_lights(scene: Scene, origin: Floats, extent: float) -> list[LightS
         inner, outer = np.cos(np.radians([spot.inner_degrees, spot.outer_degrees]))
         scale = 1 / max(inner - outer, 1e-6)
         record = {"position": np.subtract(spot.position, origin), "intensity": spot.intensity}
-        record |= {"direction": spot.direction / np.linalg.norm(spot.direction)}
+        record |= {"direction": np.asarray(spot.direction) / np.linalg.norm(spot.direction)}
         record |= {"cos_scale": scale, "cos_offset": -outer * scale}
         if max(spot.intensity) > 0:
             sources.append(LightSource(LightKind.SPOT, sum(spot.power), record))

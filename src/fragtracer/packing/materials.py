@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Materials and their textures as records of shaders/scene/{material,texture}.glsl."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -10,7 +10,7 @@ import numpy as np
 from fragtracer.packing.atlas import Atlas, Region, build_atlas, mean_color
 from fragtracer.packing.records import BsdfModel
 from fragtracer.scene import Material, Scene, Texture
-from fragtracer.scene.material import TEXTURED
+from fragtracer.scene.material import DEFAULT_MODEL, TEXTURED
 
 _ALPHA_DELTA = 1e-4  # of bsdf/cook_torrance.glsl
 _ALPHA_MODES = ("opaque", "mask", "blend")
@@ -47,7 +47,7 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
     has_maps = bool(textures) or colored
     has_alpha = any(m.alpha_mode != "opaque" for m in packed)
     specular = [m for m in packed if not m.unlit and _specular_from(m) > 0]
-    models = _models(packed, bool(specular))
+    models = [_model(m, bool(specular)) for m in packed]
     records = {
         "Material": [_material(m, model) for m, model in zip(packed, models, strict=True)],
         "Maps": [_maps(m, index) for m in packed] if has_maps else [],
@@ -116,10 +116,13 @@ def _without_textures(material: Material) -> Material:
     return replace(material, **none) if none else material
 
 
-def _models(materials: Sequence[Material], specular: bool) -> list[BsdfModel]:
-    """The model of each. Where any has a specular lobe, all that have none are Cook-Torrance without one, which is the
-    same: every model that a program has costs time on a machine that runs both sides of a branch."""
-    return [BsdfModel.COOK_TORRANCE if specular else BsdfModel.DIFFUSE for _ in materials]
+def _model(material: Material, specular: bool) -> BsdfModel:
+    """The shader's model. Where any material has a ``specular`` lobe, all of the default model that have none are
+    Cook-Torrance without one, which is the same: every model that a program has costs time on a machine that runs both
+    sides of a branch."""
+    if material.model == DEFAULT_MODEL:
+        return BsdfModel.COOK_TORRANCE if specular else BsdfModel.DIFFUSE
+    return BsdfModel[material.model.replace("-", "_").upper()]
 
 
 def _share_texture(material: Material) -> bool:

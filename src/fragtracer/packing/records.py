@@ -105,6 +105,7 @@ class BsdfModel(IntEnum):
 
     DIFFUSE = 0
     COOK_TORRANCE = 1
+    EON = 2
 
 
 def places(record: Record) -> Iterator[tuple[str, str, int]]:

@@ -91,9 +91,8 @@ def _notes(scene: Scene, plugin: bool) -> dict[str, str]:
 
 
 def _copy_plugins(folder: Path) -> None:
-    folder.mkdir(exist_ok=True)
-    for source in Path(plugins.__file__).parent.glob("*.py"):
-        shutil.copyfile(source, folder / source.name)
+    source = Path(plugins.__file__).parent
+    shutil.copytree(source, folder, dirs_exist_ok=True, ignore=shutil.ignore_patterns("__pycache__"))
 
 
 def _scene_element(tree: Tree, notes: dict[str, str]) -> ET.Element:

@@ -12,6 +12,7 @@ from fragtracer.reference.plugins import NAME, SURFACE, UNLIT
 from fragtracer.reference.shapes import Tree
 from fragtracer.reference.textures import TextureFolder
 from fragtracer.scene import Image, Material, RenderSettings, Texture
+from fragtracer.scene.material import DEFAULT_MODEL
 
 _WHITE = Image([[1.0]], "linear")
 
@@ -22,8 +23,8 @@ def rgb(color: Any) -> Tree:
 
 
 def is_lambert(material: Material) -> bool:
-    """Whether the material has no specular lobe at all."""
-    return max(*material.specular_f0, *material.specular_f90) == 0
+    """Whether the material is a Lambert base without a specular lobe."""
+    return material.model == DEFAULT_MODEL and max(*material.specular_f0, *material.specular_f90) == 0
 
 
 def lambert(material: Material) -> Tree:
@@ -32,8 +33,8 @@ def lambert(material: Material) -> Tree:
 
 
 def is_plain(material: Material, attributes: MeshAttributes) -> bool:
-    """Whether the material is uniform, opaque, double-sided and without shading normals."""
-    return not (
+    """Whether the material is of the default model, uniform, opaque, double-sided and without shading normals."""
+    return material.model == DEFAULT_MODEL and not (
         has_images(material) or attributes != MeshAttributes(uv=attributes.uv) or has_null_transmission(material)
     )
 
@@ -56,7 +57,7 @@ def geometry_term(settings: RenderSettings) -> str:
 def exact_bsdf(material: Material, geometry: str, attributes: MeshAttributes, textures: TextureFolder) -> Tree:
     """The same material: Mitsuba's ``diffuse`` where that is exact, our plugins elsewhere."""
     if material.unlit:
-        black = replace(material, albedo=(0.0, 0.0, 0.0), metal=None, metallic=0.0, specular=0.0)
+        black = replace(material, model=DEFAULT_MODEL, albedo=(0.0, 0.0, 0.0), metal=None, metallic=0.0, specular=0.0)
         return surface(black, geometry, attributes, textures) if has_null_transmission(material) else lambert(black)
     if not is_plain(material, attributes):
         return surface(material, geometry, attributes, textures)
@@ -76,6 +77,7 @@ def surface(material: Material, geometry: str, attributes: MeshAttributes, textu
     """The plugin for a material that varies over a mesh; of a named metal the albedo is its reflectance."""
     tree: Tree = {
         "type": SURFACE,
+        "model": material.model,
         "albedo": list(material.base_color),
         "metallic": float(material.metalness),
         "roughness": float(material.roughness),

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Materials."""
 
-from typing import Annotated, Literal
+from dataclasses import fields
+from typing import Annotated, Final, Literal
 
 from pydantic import Field
 from pydantic.dataclasses import dataclass
@@ -11,12 +12,23 @@ from fragtracer.scene.reflectance import METAL_F0, grazing_reflectance, reflecta
 from fragtracer.scene.texture import Texture
 
 # The parameters that can be textured, by the field NAME_texture.
+DEFAULT_MODEL: Final = "metallic-roughness"
+# The keys that mean something to each model besides those of all: textures of these, emission, opacity, sides, normals.
+MODELS: dict[str, tuple[str, ...]] = {
+    DEFAULT_MODEL: ("albedo", "roughness", "metallic", "ior", "f0", "metal", "specular"),
+    "eon": ("albedo", "roughness"),
+}
+_OF_MODELS = {key for keys in MODELS.values() for key in keys}
 TEXTURED = ("albedo", "roughness", "metallic", "normal", "occlusion", "emission")
 
 
 @dataclass(frozen=True, config=CONFIG)
 class Material:
-    """A Cook-Torrance specular lobe over a Lambert base (shaders/bsdf/cook_torrance.glsl).
+    """How a surface scatters and emits.
+
+    ``model`` says by what BSDF. "metallic-roughness" is a Cook-Torrance specular lobe over a Lambert base
+    (shaders/bsdf/cook_torrance.glsl), "eon" a rough diffuse surface without a specular lobe, such as clay
+    (shaders/bsdf/eon.glsl), whose roughness of 0 is Lambert's.
 
     ``albedo`` is the colour of the base, and the specular colour of the metallic part. The GGX
     width is ``roughness**2``; roughness below 0.01 is a perfect mirror. The dielectric part's
@@ -35,6 +47,7 @@ class Material:
     radiance and scatters nothing.
     """
 
+    model: Literal["metallic-roughness", "eon"] = "metallic-roughness"
     albedo: Reflectance = (0.5, 0.5, 0.5)
     roughness: Fraction = 0.5
     metallic: Fraction = 0.0
@@ -58,6 +71,7 @@ class Material:
     unlit: bool = False
 
     def __post_init__(self) -> None:
+        self._check_model()
         if self.ior is not None and self.f0 is not None:
             raise ValueError("ior and f0 both say how much is reflected; give one of them")
         if self.metal is None:
@@ -68,6 +82,14 @@ class Material:
         for name in ("albedo", "metallic", "ior", "f0", "specular"):
             if getattr(self, name) != getattr(default, name):
                 raise ValueError(f"metal = {self.metal!r} already says what {name} is; leave {name} out")
+
+    def _check_model(self) -> None:
+        default = {field.name: field.default for field in fields(self)}
+        for key in sorted(_OF_MODELS - set(MODELS[self.model])):
+            given = next((k for k in (key, f"{key}_texture") if getattr(self, k, None) != default.get(k)), None)
+            if given:
+                keys = ", ".join(MODELS[self.model])
+                raise ValueError(f"{given} means nothing to model = {self.model!r}; leave it out; its keys are {keys}")
 
     @property
     def alpha(self) -> float:
@@ -99,6 +121,8 @@ class Material:
     @property
     def specular_f0(self) -> Triple:
         """Specular reflectance at normal incidence."""
+        if self.model == "eon":
+            return (0.0, 0.0, 0.0)
         if self.metal:
             return METAL_F0[self.metal]
         dielectric, metallic = (1 - self.metallic) * self.specular, self.metallic
@@ -108,6 +132,8 @@ class Material:
     @property
     def specular_f90(self) -> Triple:
         """Specular reflectance at grazing incidence, per channel for a dielectric, 1 for a metal."""
+        if self.model == "eon":
+            return (0.0, 0.0, 0.0)
         if self.metal:
             return (1.0, 1.0, 1.0)
         dielectric = (1 - self.metallic) * self.specular

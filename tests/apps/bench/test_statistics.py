@@ -42,7 +42,7 @@ def test_verdict_only_where_the_spread_allows_one(
     assert compare(old, new, more_is_better) == verdict
 
 
-def test_chance_alone_is_seldom_called_a_difference() -> None:
+def test_noise_alone_is_seldom_called_a_difference() -> None:
     rng = np.random.default_rng(1)
     pairs = [[median(rng.lognormal(0, 0.2, 7).tolist()) for _ in range(2)] for _ in range(2000)]
     called = np.mean([compare(old, new, True) in ("better", "worse") for old, new in pairs])

@@ -11,6 +11,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+import fragtracer.renderer
+from fragtracer.apps.viewer import live
+from fragtracer.apps.viewer import refiner as refiner_module
 from fragtracer.apps.viewer.dynamic_resolution import DynamicResolution
 from fragtracer.apps.viewer.live import LiveRenderer
 from fragtracer.apps.viewer.refiner import Refiner
@@ -42,10 +45,12 @@ Pixels = NDArray[np.float32]
 Make = Callable[[Scene], Refiner]
 
 
-@pytest.fixture
-def make(ctx: moderngl.Context) -> Iterator[Make]:
-    """Makes a refiner of a scene."""
+@pytest.fixture(params=["software", "gpu"])
+def make(ctx: moderngl.Context, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[Make]:
+    """Makes a refiner of a scene that takes its context for one of these, whatever it is."""
     made: list[Refiner] = []
+    for module in (live, refiner_module, fragtracer.renderer):
+        monkeypatch.setattr(module, "is_software", lambda _: request.param == "software")
 
     def refiner(scene: Scene) -> Refiner:
         made.append(Refiner(LiveRenderer(scene, SIZE, ctx), DynamicResolution()))
@@ -170,12 +175,11 @@ def test_what_is_new_is_compiled_before_it_shows_and_then_known(make: Make, comp
     assert len(compiled) <= 2
 
 
+@pytest.mark.parametrize("make", ["software"], indirect=True)
 def test_specialised_program_follows_the_camera_its_lens_and_the_environment(make: Make, compiled: list[str]) -> None:
     environment = Environment(image=Panorama(np.tile(np.float32((0.2, 0.5, 0.9)), (8, 16, 1))))
     scene = replace(everything(), environment=environment, render=RenderSettings(light_samples=3))
     refiner = make(scene)
-    if refiner._compiler is None:
-        pytest.skip("only software renderers have such programs")
     until(refiner, lambda: refiner.renderer.is_specialised)
     del compiled[:]
     camera = replace(scene.camera, position=(3.0, 2.0, 8.0), aperture_radius=0.2, focus_distance=5.0)
@@ -218,6 +222,7 @@ def grid(side: int) -> Mesh:
 
 @pytest.mark.parametrize("kind", ["spheres", "rectangles", "materials", "lights"])
 def test_editing_a_small_thing_does_not_upload_a_mesh(make: Make, monkeypatch: pytest.MonkeyPatch, kind: str) -> None:
+    """Not even where it leaves the bounds of all else."""
     scene = replace(everything(), meshes=(grid(190),))  # 72,200 triangles
     refiner = make(scene)
     uploaded: list[int] = []
@@ -229,7 +234,7 @@ def test_editing_a_small_thing_does_not_upload_a_mesh(make: Make, monkeypatch: p
 
     monkeypatch.setattr(textures, "_write_rows", counted)
     up = {
-        "spheres": (replace(scene.spheres[0], center=(-1.9, 1.2, 0.3)), *scene.spheres[1:]),
+        "spheres": (replace(scene.spheres[0], center=(-1.9, 1.2, 9.5)), *scene.spheres[1:]),
         "rectangles": (replace(scene.rectangles[0], corner=(0.2, 1.0, -1.0)),),
         "materials": {**scene.materials, "b": Material(albedo=(0.9, 0.1, 0.1))},
         "lights": (replace(scene.lights[0], position=(0.5, 4.0, 1.0)), *scene.lights[1:]),

@@ -11,8 +11,9 @@ from fragtracer.apps.viewer import actions, camera, run, settings
 from fragtracer.apps.viewer.display import DisplaySettings
 from fragtracer.apps.viewer.document import Document, History
 from fragtracer.apps.viewer.session import Session
-from fragtracer.apps.viewer.watch import Watch, scene_files
+from fragtracer.apps.viewer.watch import Watch, scene_files, shader_files
 from fragtracer.errors import FragtracerError
+from fragtracer.resources import folder
 from fragtracer.scene import Environment, Material, Scene, Sphere
 
 from .models import tetrahedra
@@ -138,6 +139,13 @@ def test_watch_sees_the_files_of_a_scene_and_not_that_the_list_changes(tmp_path:
     assert not changed()
     path.write_text("", "utf-8")
     assert changed(), "it has come"
+
+
+def test_every_shader_file_is_watched() -> None:
+    root = folder("shaders")
+    files = {path for path in root.rglob("*.*") if path.suffix != ".md"}
+    assert root / "display" / "display.frag" in files
+    assert set(shader_files(root)) == files
 
 
 def test_viewpoints_are_remembered_for_each_scene_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""How fast fragtracer is on this machine, what its cost grows with, and how it fares against Mitsuba.
+"""How fast fragtracer is on this machine, how its cost grows, and how it compares with Mitsuba.
 
-Each benchmark fills a :class:`fragtracer.apps.bench.tables.Table` row by row, so that an interrupted one
-keeps what it has; :mod:`fragtracer.apps.bench.suite` knows them all by name.
+Each benchmark fills a :class:`fragtracer.apps.bench.tables.Table` row by row, so that an interrupted run keeps the rows
+that are finished; :mod:`fragtracer.apps.bench.suite` lists them by name.
 """

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""What single choices buy: each variant against the same program with that choice undone, by turns."""
+"""What single choices buy: the default and a variant without one of them, in turns."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from typing import Any
@@ -14,28 +14,30 @@ from fragtracer.apps.bench.error import Reference, make_reference, sample_for
 from fragtracer.apps.bench.plan import Benchmark, Plan, Progress, steps
 from fragtracer.apps.bench.statistics import median
 from fragtracer.apps.bench.tables import Column, Row, Table
+from fragtracer.apps.bench.variants import NO_PATH_REGENERATION, ONE_BSDF_EVALUATION, Edit
 from fragtracer.scene import Scene
 
 
 @dataclass(frozen=True)
 class Variant:
-    """Settings and shader defines that differ from the default's, and which of them both sides share."""
+    """By which settings, edits of the shaders and options of the renderer a variant differs from the default, and the
+    settings that both share."""
 
     name: str
     settings: Mapping[str, Any] = field(default_factory=dict)
-    defines: Mapping[str, int] = field(default_factory=dict)
-    options: Mapping[str, Any] = field(default_factory=dict)  # of the renderer
-    shared: Mapping[str, Any] = field(default_factory=dict)  # settings
+    edits: Sequence[Edit] = ()
+    options: Mapping[str, Any] = field(default_factory=dict)
+    shared: Mapping[str, Any] = field(default_factory=dict)
 
 
 VARIANTS = (
     Variant("hash sampler, not the texture", {"sampler": "hash"}),
-    Variant("no path regeneration", defines={"PATH_REGENERATION": 0}),
+    Variant("no path regeneration", edits=NO_PATH_REGENERATION),
     Variant("no Russian roulette, 16 bounces", {"russian_roulette": False}, shared={"bounces": 16}),
     Variant("light sampling alone, no MIS", {"estimator": "nee"}),
     Variant("BSDF sampling alone, no MIS", {"estimator": "bsdf"}),
-    Variant("scene in uniforms, not in the program", options={"baked": False}),
-    Variant("one BRDF evaluation for 8 light samples", {}, {"SINGLE_LIGHT_EVALUATION": 1}, shared={"light_samples": 8}),
+    Variant("no specialisation", options={"specialised": False}),
+    Variant("one BSDF evaluation for 8 light samples", edits=ONE_BSDF_EVALUATION, shared={"light_samples": 8}),
     Variant("geometry term schlick-beckmann, not smith", {"geometry": "schlick-beckmann"}),
     Variant("geometry term karis, not smith", {"geometry": "karis"}),
 )
@@ -63,10 +65,10 @@ def table(plan: Plan) -> Table:
         ),
         keys=("scene", "size", "variant"),
         notes=[
-            "Times, errors and efficiencies are those of the variant over the default's.",
+            "Times, errors and efficiencies are those of the variant divided by the default's.",
             "Bias is the root mean square over pixels of the difference of expectations, relative to the brightness, "
-            "from pairs of independent images: what it is for the default is the noise of this measurement. "
-            "A geometry term is another material, so that its bias is how different it looks.",
+            "from pairs of independent images. The default has none: its figure is the noise of this measurement. "
+            "Another geometry term is another material, so its bias is the difference between the two materials.",
         ],
     )
 
@@ -97,7 +99,7 @@ def _row(default: Scene, changed: Scene, variant: Variant, reference: Reference,
     for number in range(runs):
         part(number / runs, "")
         with ExitStack() as stack:
-            theirs = stack.enter_context(Ours(changed, number, variant.defines, **variant.options))
+            theirs = stack.enter_context(Ours(changed, number, variant.edits, **variant.options))
             ours = stack.enter_context(Ours(default, number))
             sample_for(ours, plan.seconds or _SECONDS)
             while theirs.spp < ours.spp:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""fragtracer and Mitsuba under one face: add samples, look at the clock, take the image."""
+"""fragtracer and Mitsuba with the same methods: add samples, look at the clock, take the image."""
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack
 from types import TracebackType
 from typing import Any, Protocol, Self
@@ -10,6 +10,7 @@ from typing import Any, Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from fragtracer.apps.bench.variants import Edit, edited_shaders
 from fragtracer.reference.render import ReferenceRenderer
 from fragtracer.renderer import Renderer
 from fragtracer.scene import Scene
@@ -32,12 +33,22 @@ class Contender(Protocol):
 
 
 class Ours:
-    """fragtracer on ``scene``, compiled and warm; a ``with`` block."""
+    """fragtracer on ``scene``, compiled and warm; a ``with`` block.
+
+    ``edits`` are made in its shaders; ``options`` are those of :class:`Renderer`.
+    """
 
     name = "fragtracer"
 
-    def __init__(self, scene: Scene, seed: int = 0, defines: Mapping[str, int] | None = None, **options: Any) -> None:
-        self._renderer = Renderer(scene, defines=defines, seed=seed, **options)
+    def __init__(self, scene: Scene, seed: int = 0, edits: Sequence[Edit] = (), **options: Any) -> None:
+        start = time.perf_counter()
+        with ExitStack() as stack:
+            shaders = stack.enter_context(edited_shaders(edits))
+            self._renderer = stack.enter_context(Renderer(scene, shaders=shaders, seed=seed, **options))
+            self._stack = stack.pop_all()
+        self._renderer.sample(1)
+        self._renderer.image()
+        self.first_picture = time.perf_counter() - start  # seconds from the scene to one sample of each pixel
         self.step = self._renderer.settings.rays
         self.restart()
 
@@ -67,7 +78,7 @@ class Ours:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._renderer.close()
+        self._stack.close()
 
 
 class Mitsuba:

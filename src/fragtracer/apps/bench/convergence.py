@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Error over time, and efficiency 1 / (error × time), against Mitsuba on the same scene by turns."""
+"""Error over time, and efficiency 1 / (error × time), against Mitsuba on the same scene, in turns."""
 
 from contextlib import ExitStack
 from dataclasses import dataclass, field
@@ -43,7 +43,7 @@ def table(plan: Plan) -> Table:
             Plot("seconds", ("efficiency_ratio",), ("scene", "bounces"), "seconds", "efficiency over Mitsuba's"),
         ),
         notes=[
-            "The last column leaves out the 1 % of pixels that are worst in each image, on both sides.",
+            "The last column leaves out the 1 % of pixels that are worst in each image, for both renderers.",
             "The clock starts when a renderer is compiled and warm, and stands while the other one works.",
         ],
     )
@@ -51,7 +51,7 @@ def table(plan: Plan) -> Table:
 
 @dataclass
 class _Log:
-    """What one renderer did by one time, in each run: samples, error, and ``cost``, error times the exact seconds."""
+    """Of one renderer at one time, for each run: samples per pixel, error, and ``cost``, error times exact seconds."""
 
     spp: list[float] = field(default_factory=list)
     error: list[float] = field(default_factory=list)
@@ -81,7 +81,7 @@ def _run_scene(scene: Scene, plan: Plan, result: Table, part: Progress) -> None:
     part(0.0, "reference")
     reference = make_reference(scene, _REFERENCE_TIME * longest, plan.reference, plan.variant)
     waited = _REFERENCE_TIME / (_REFERENCE_TIME + runs)
-    noise = f"its own relMSE {reference.noise:.1e} (taken off)"
+    noise = f"its own relMSE {reference.noise:.1e} (subtracted)"
     result.notes.append(f"{scene.name}: reference by {plan.reference}, {noise}")
     times = _times(longest)
     logs: dict[float, tuple[_Log, _Log]] = {t: (_Log(), _Log()) for t in times}
@@ -124,7 +124,7 @@ def _row(t: float, ours: _Log, mitsuba: _Log) -> Row:
 
 
 def _ratio(ours: list[float], mitsuba: list[float]) -> Estimate | None:
-    """How many times less ours costs."""
+    """Mitsuba's cost over ours."""
     return median([m / o for o, m in zip(ours, mitsuba, strict=True)]) if min(*ours, *mitsuba) > 0 else None
 
 

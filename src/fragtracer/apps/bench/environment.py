@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""Frames per second and memory of a scene lit by its environment, empty and full, by both integrators; the case of
-the PBR document (André, Clerc and Cozzolino, table 2), whose figures stand beside."""
+"""Frames per second and memory of a scene lit by its environment, with and without its objects, by both integrators,
+beside the figures of the PBR document (André, Clerc and Cozzolino, table 2)."""
 
 from dataclasses import replace
 from typing import Literal
@@ -43,7 +43,7 @@ def table(plan: Plan) -> Table:
         notes=[
             "A frame is one path, or one lookup, for each pixel. The document's engine rasterises, at a size that it "
             "does not say, on a laptop's RTX 2060, a GTX 1060 and a GTX 550 Ti, in this order; its 53 objects are 49 "
-            "spheres, a textured sphere and three models, as are those here, but other models.",
+            "spheres, a textured sphere and three models; here there are as many of each, but other models.",
             GPU_NOTE,
         ],
     )

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""How far an image is from the truth, when the truth itself is a noisy image.
+"""The error of an image against a reference that is itself noisy.
 
-The reference is two independent images r1 and r2. Their difference tells their noise, which is taken
-off the error of an image x that is independent of both:
+The reference is two independent images r1 and r2. Their difference measures their noise, which is subtracted from the
+error of an image x that is independent of both:
 E[(x - r)²] = error of x + noise of r, r = (r1 + r2) / 2, noise of r = E[(r1 - r2)²] / 4.
 """
 
@@ -32,12 +32,12 @@ class Reference:
         return relative_weight((self.first + self.second) / 2)
 
     def relative_mse(self, image: Image) -> float:
-        """Mean squared error relative to the brightness of each pixel, the reference's noise taken off."""
+        """Mean squared error relative to the brightness of each pixel, the reference's noise subtracted."""
         error = (image - (self.first + self.second) / 2) ** 2 - (self.first - self.second) ** 2 / 4
         return float((error * self.weight).mean())
 
     def trimmed_mse(self, image: Image) -> float:
-        """:meth:`relative_mse` without the 1 % of pixels that are worst in ``image``: the many, not the caustics."""
+        """:meth:`relative_mse` without the 1 % of pixels with the largest error in ``image``: without caustics."""
         raw = ((image - (self.first + self.second) / 2) ** 2 * self.weight).mean(axis=2)
         noise = ((self.first - self.second) ** 2 / 4 * self.weight).mean(axis=2)
         kept = raw <= np.quantile(raw, 1 - _TRIMMED)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""How long one frame takes: a pass of ``rays`` paths for every pixel."""
+"""How long one frame takes, which is a pass of ``rays`` paths for every pixel."""
 
 import time
 from collections.abc import Callable

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Meshes of a thousand to a million triangles: building their trees, memory, the cost of a ray, speed against
+"""Meshes of a thousand to a million triangles: building their BVHs, memory, the time of a ray, speed against
 Mitsuba."""
 
 import time
@@ -7,16 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from fragtracer.apps.bench.contenders import Mitsuba, Ours
+from fragtracer.apps.bench.contenders import Ours
 from fragtracer.apps.bench.memory import resident_mib
 from fragtracer.apps.bench.plan import Benchmark, Plan, Progress, steps
-from fragtracer.apps.bench.speed import seconds_per_sample
-from fragtracer.apps.bench.statistics import inverse, median, scaled, write_exponent
+from fragtracer.apps.bench.speed import against_mitsuba
+from fragtracer.apps.bench.statistics import Estimate, inverse, median, write_exponent
 from fragtracer.apps.bench.tables import Column, Plot, Row, Table
 from fragtracer.apps.bench.work import count_work
 from fragtracer.bvh import build
-from fragtracer.errors import FragtracerError
-from fragtracer.packing.copies import triangle_boxes
+from fragtracer.packing.instances import triangle_bounds
 from fragtracer.scene import (
     Ambient,
     Camera,
@@ -61,7 +60,7 @@ def table(plan: Plan) -> Table:
         plots=(Plot("triangles", ("ns",), (), "triangles", "nanoseconds per ray"),),
         notes=[
             f"A knot of that many triangles over a plane, a round light and an even sky; {width}x{height} pixels, "
-            f"{_BOUNCES} bounces. The build is that of the tree, without reading and packing. The exponent p of "
+            f"{_BOUNCES} bounces. The build is that of the BVH, without reading and packing. The exponent p of "
             "time per ray ~ triangles^p is fitted to all rows, ± its standard error."
         ],
     )
@@ -78,37 +77,19 @@ def _row(scene: Scene, plan: Plan, result: Table, part: Progress) -> Row:
     count = len(geometry.triangles)
     built = median([_seconds_to_build(geometry) for _ in range(_BUILDS)])
     row: Row = {"triangles": count, "build": built, "rate": inverse(built, count)}
-    settings = scene.render
-    pixels = settings.width * settings.height
-    runs, seconds = plan.runs or _RUNS, plan.seconds or _SECONDS
     rays = count_work(scene, 8).rays
     with Ours(scene) as ours:
-        mine = median([_watched(ours, seconds, part, (i + 1) / runs / 2) / pixels for i in range(runs)])
         row |= {"host_mib": round(resident_mib()), "gpu_mib": round(ours.gpu_bytes / _MIB)}
-    row |= {"ns": scaled(mine, 1e9 / rays), "fragtracer": inverse(mine, 1e-6), "mitsuba": None, "ratio": None}
-    try:
-        with Mitsuba(scene, variant=plan.variant) as mitsuba:
-            note = f"Mitsuba is {mitsuba.variant}"
-            if note not in result.notes:
-                result.notes.append(note)
-            theirs = median([_watched(mitsuba, seconds, part, 0.5 + (i + 1) / runs / 2) / pixels for i in range(runs)])
-    except FragtracerError as error:
-        result.notes.append(f"no Mitsuba: {error}")
-    else:
-        row |= {"mitsuba": inverse(theirs, 1e-6), "ratio": f"{theirs.value / mine.value:.2f}"}
-    return row
-
-
-def _watched(contender: Any, seconds: float, part: Progress, share: float) -> float:
-    result: float = seconds_per_sample(contender, seconds)
-    part(share, contender.name)
-    return result
+        row |= against_mitsuba(ours, scene, plan, result, part, plan.runs or _RUNS, plan.seconds or _SECONDS)
+    rate = row["fragtracer"]
+    assert isinstance(rate, Estimate)
+    return row | {"ns": inverse(rate, 1e3 / rays)}
 
 
 def _seconds_to_build(geometry: Geometry) -> float:
-    boxes = triangle_boxes(geometry.positions[geometry.triangles].astype(np.float32))
+    bounds = triangle_bounds(geometry.positions[geometry.triangles].astype(np.float32))
     start = time.perf_counter()
-    build(boxes)
+    build(bounds)
     return time.perf_counter() - start
 
 

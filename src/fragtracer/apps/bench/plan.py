@@ -20,10 +20,10 @@ _LIMITS = {"rays": (1, 1024), "bounces": (0, 10000), "light_samples": (1, 1024)}
 
 @dataclass(frozen=True)
 class Plan:
-    """The user's wishes; None leaves a choice to the benchmark.
+    """What the user asks for; None leaves a choice to the benchmark.
 
-    ``seconds`` is the time that each renderer gets where time is what is varied. A row of the sweep
-    ends early when one frame takes longer than ``row_limit`` seconds.
+    ``seconds`` is the time of each renderer in a run. A row of the sweep ends early when one frame takes longer than
+    ``row_limit`` seconds.
     """
 
     scenes: tuple[str, ...] | None = None
@@ -45,15 +45,15 @@ class Plan:
                     raise FragtracerError(f"{option} {value}: give whole numbers from {low} to {high}")
 
     def describe(self) -> dict[str, str]:
-        """The wishes that were made, as text by name."""
+        """What was asked for, as text by name."""
         chosen = {f.name: getattr(self, f.name) for f in fields(self)}
         return {name: _text(value) for name, value in chosen.items() if value is not None}
 
 
 @dataclass(frozen=True)
 class Benchmark:
-    """``table`` makes it, empty; ``run`` appends its rows, and what it has appended counts, whatever
-    ends it."""
+    """``table`` makes an empty table; ``run`` appends its rows one by one, so that an interrupted run keeps those that
+    are finished."""
 
     table: Callable[[Plan], Table]
     run: Callable[[Plan, Table, Progress], None]

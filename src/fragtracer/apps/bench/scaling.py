@@ -1,19 +1,16 @@
 # SPDX-License-Identifier: MIT
-"""How the time of a frame grows with one thing at a time, and the exponent of that growth."""
+"""How the time of a frame grows with one setting at a time, and the exponent of that growth."""
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
-
-import numpy as np
 
 from fragtracer.apps.bench.cases import case, with_settings
 from fragtracer.apps.bench.frames import frame_time
 from fragtracer.apps.bench.plan import Benchmark, Plan, Progress, steps
 from fragtracer.apps.bench.statistics import scaled, write_exponent
 from fragtracer.apps.bench.tables import Column, Plot, Row, Table
-from fragtracer.scene import Plane, Scene, Sphere, Triangle
+from fragtracer.scene import Scene
 
 _SIZE = (320, 180)
 _RUNS = 5
@@ -24,10 +21,10 @@ def table(plan: Plan) -> Table:
     width, height = plan.size or _SIZE
     return Table(
         "scaling",
-        "Time of a frame over one quantity",
+        "Time of a frame over one setting",
         (
             Column("scene", "scene"),
-            Column("quantity", "quantity"),
+            Column("quantity", "setting"),
             Column("value", "value"),
             Column("ms", "ms/frame", "less"),
             Column("exponent", "exponent"),
@@ -36,9 +33,8 @@ def table(plan: Plan) -> Table:
         plots=(Plot("value", ("ms",), ("quantity",), "value", "milliseconds per frame"),),
         notes=[
             f"Where it is not varied: {width}x{height} pixels, {_BASE['rays']} rays, {_BASE['bounces']} bounces, "
-            "1 light sample. The exponent p of time ~ value^p is fitted to all values of a quantity, ± its standard "
-            "error; fixed costs pull it below what it is for large values. Spheres and triangles stand on a plane; "
-            "beyond 64 triangles a tree finds them."
+            "1 light sample. The exponent p of time ~ value^p is fitted to all values of a setting, ± its standard "
+            "error; fixed costs pull it below what it is for large values."
         ],
     )
 
@@ -71,41 +67,12 @@ def _curves(
     def sized(side: int) -> Scene:
         return with_settings(scene, (side, side), **_BASE)
 
-    def filled(fill: Callable[[Scene, int], Scene]) -> Callable[[int], Scene]:
-        return lambda count: with_settings(fill(scene, count), size, **_BASE)
-
     return {
         "rays": (plan.rays or (1, 2, 4, 8, 16, 32), setting("rays")),
         "bounces": (plan.bounces or (1, 2, 4, 8, 16), setting("bounces")),
         "light samples": (plan.light_samples or (1, 2, 4, 8, 16), setting("light_samples")),
         "image side": (sides, sized),
-        "spheres": ((1, 4, 16, 64, 192), filled(_with_spheres)),
-        "triangles": ((1, 4, 16, 64, 256, 1024, 4096), filled(_with_triangles)),
     }
-
-
-def _with_spheres(scene: Scene, count: int) -> Scene:
-    material = next(iter(scene.materials))
-    side = 0.8 / np.sqrt(count)
-    centers = [(x, side / 2, z) for x, z in _grid(count)]
-    return replace(scene, spheres=tuple(Sphere(c, side / 2, material) for c in centers), planes=_floor(material))
-
-
-def _with_triangles(scene: Scene, count: int) -> Scene:
-    material = next(iter(scene.materials))
-    side = 0.8 / np.sqrt(count)
-    corners = [((x - side, 0.0, z), (x + side, 0.0, z), (x, 2 * side, z)) for x, z in _grid(count)]
-    return replace(scene, spheres=(), triangles=tuple(Triangle(c, material) for c in corners), planes=_floor(material))
-
-
-def _grid(count: int) -> list[tuple[float, float]]:
-    """Places spread over a square of 3 m, (x, z)."""
-    side = int(np.ceil(np.sqrt(count)))
-    return [(3 * ((i % side + 0.5) / side - 0.5), 3 * ((i // side + 0.5) / side - 0.5)) for i in range(count)]
-
-
-def _floor(material: str) -> tuple[Plane, ...]:
-    return (Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), material),)
 
 
 BENCHMARK = Benchmark(table, run)

@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: MIT
-"""Samples per second against Mitsuba: the same scene, size, depth, box filter and roulette, by turns."""
+"""Samples per second against Mitsuba: the same scene, size, depth, box filter and roulette, in turns."""
+
+from contextlib import ExitStack
 
 from fragtracer.apps.bench.cases import case, with_settings
 from fragtracer.apps.bench.contenders import Contender, Mitsuba, Ours
 from fragtracer.apps.bench.plan import Benchmark, Plan, Progress, steps
-from fragtracer.apps.bench.statistics import Estimate, inverse, median
+from fragtracer.apps.bench.statistics import inverse, median
 from fragtracer.apps.bench.tables import Column, Row, Table
+from fragtracer.errors import FragtracerError
 from fragtracer.scene import Scene
 
 _SIZES = {
@@ -45,22 +48,40 @@ def run(plan: Plan, result: Table, progress: Progress) -> None:
 
 
 def _row(scene: Scene, plan: Plan, result: Table, part: Progress) -> Row:
-    pixels = scene.render.width * scene.render.height
-    with Ours(scene) as ours, Mitsuba(scene, variant=plan.variant) as mitsuba:
-        note = f"Mitsuba is {mitsuba.variant}"
-        if note not in result.notes:
-            result.notes.append(note)
-        seconds: tuple[list[float], list[float]] = ([], [])
-        runs = plan.runs or _RUNS
-        for number in range(runs):
-            part(number / runs, "")
-            seconds[0].append(seconds_per_sample(ours, plan.seconds or _SECONDS) / pixels)
-            seconds[1].append(seconds_per_sample(mitsuba, plan.seconds or _SECONDS) / pixels)
-    ratio = median([theirs / mine for mine, theirs in zip(*seconds, strict=True)])
-    rates: list[Estimate] = [inverse(median(times), 1e-6) for times in seconds]
     settings = scene.render
     key: Row = {"scene": scene.name, "size": f"{settings.width}x{settings.height}", "bounces": settings.bounces}
-    return key | {"fragtracer": rates[0], "mitsuba": rates[1], "ratio": ratio}
+    with Ours(scene) as ours:
+        return key | against_mitsuba(ours, scene, plan, result, part, plan.runs or _RUNS, plan.seconds or _SECONDS)
+
+
+def against_mitsuba(
+    ours: Ours, scene: Scene, plan: Plan, result: Table, part: Progress, runs: int, seconds: float
+) -> Row:
+    """Millions of samples per second of ``ours`` and of Mitsuba on ``scene``, in turns of ``seconds``, and their ratio.
+
+    A note in ``result`` says which Mitsuba it is, or why there is none.
+    """
+    pixels = scene.render.width * scene.render.height
+    with ExitStack() as stack:
+        contenders: list[Contender] = [ours]
+        try:
+            mitsuba = stack.enter_context(Mitsuba(scene, variant=plan.variant))
+            contenders.append(mitsuba)
+            note = f"Mitsuba is {mitsuba.variant}"
+        except FragtracerError as error:
+            note = f"no Mitsuba: {error}"
+        if note not in result.notes:
+            result.notes.append(note)
+        times: list[list[float]] = [[] for _ in contenders]
+        for number in range(runs):
+            part(number / runs, "")
+            for contender, found in zip(contenders, times, strict=True):
+                found.append(seconds_per_sample(contender, seconds) / pixels)
+    row: Row = {"fragtracer": inverse(median(times[0]), 1e-6)}
+    if len(times) > 1:
+        row["mitsuba"] = inverse(median(times[1]), 1e-6)
+        row["ratio"] = median([theirs / mine for mine, theirs in zip(*times, strict=True)])
+    return row
 
 
 def seconds_per_sample(contender: Contender, seconds: float) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 CONFIDENCE = 0.95
-# Two groups of four runs that differ by chance alone lie fully apart in 2 of 70 cases.
+# Two groups of four runs that measure the same lie fully apart in 2 of 70 cases.
 _FEWEST_RUNS = 4
 
 
@@ -43,7 +43,7 @@ def median(values: Sequence[float]) -> Estimate:
 
 
 def _binomial_tail(count: int, most: int) -> float:
-    """Chance of at most ``most`` heads in ``count`` throws of a fair coin."""
+    """Probability of at most ``most`` heads in ``count`` throws of a fair coin."""
     return float(sum(math.comb(count, k) for k in range(min(most, count) + 1)) / 2**count)
 
 
@@ -66,27 +66,42 @@ def compare(old: Estimate, new: Estimate, more_is_better: bool) -> str:
     return "better" if (new.value > old.value) == more_is_better else "worse"
 
 
+def slope(x: ArrayLike, y: ArrayLike) -> tuple[float, float] | None:
+    """b of y = a + b x by least squares, and its standard error; None for fewer than three points."""
+    x, y = np.asarray(x, np.float64), np.asarray(y, np.float64)
+    if len(x) < 3:
+        return None
+    centred = x - x.mean()
+    b = float(centred @ y / (centred @ centred))
+    residual = y - y.mean() - b * centred
+    return b, math.sqrt(float(residual @ residual) / (len(x) - 2) / float(centred @ centred))
+
+
 def growth_exponent(x: ArrayLike, y: ArrayLike) -> tuple[float, float] | None:
     """p of y ~ x^p by least squares of the logarithms, and its standard error; None for fewer than
     three points."""
-    log_x, log_y = np.log(np.asarray(x, np.float64)), np.log(np.asarray(y, np.float64))
-    if len(log_x) < 3:
-        return None
-    centred = log_x - log_x.mean()
-    slope = float(centred @ log_y / (centred @ centred))
-    residual = log_y - log_y.mean() - slope * centred
-    error = math.sqrt(float(residual @ residual) / (len(log_x) - 2) / float(centred @ centred))
-    return slope, error
+    return slope(np.log(x), np.log(y))
 
 
 def write_exponent(rows: Sequence[dict[str, Any]], x: str, y: str) -> None:
     """Write the exponent of ``y`` ~ ``x`` ^ p into the last of ``rows``, its standard error behind it."""
+    _write_fit(rows, "exponent", growth_exponent(*_measured(rows, x, y)), 2)
+
+
+def write_growth(rows: Sequence[dict[str, Any]], x: str, y: str) -> None:
+    """Write b of ``y`` = a + b log10(``x``) into the last of ``rows``, its standard error behind it."""
+    at, found = _measured(rows, x, y)
+    _write_fit(rows, "growth", slope(np.log10(at), found), 1)
+
+
+def _measured(rows: Sequence[dict[str, Any]], x: str, y: str) -> tuple[list[int], list[float]]:
     points = [(row[x], row[y]) for row in rows]
-    measured = [
-        (at, found.value) for at, found in points if isinstance(at, int) and at > 0 and isinstance(found, Estimate)
-    ]
-    fitted = growth_exponent([at for at, _ in measured], [value for _, value in measured])
+    measured = [(at, y.value) for at, y in points if isinstance(at, int) and at > 0 and isinstance(y, Estimate)]
+    return [at for at, _ in measured], [value for _, value in measured]
+
+
+def _write_fit(rows: Sequence[dict[str, Any]], column: str, fit: tuple[float, float] | None, digits: int) -> None:
     for row in rows:
-        row["exponent"] = None
-    if fitted:
-        rows[-1]["exponent"] = f"{fitted[0]:.2f} ±{fitted[1]:.2f}"
+        row[column] = None
+    if fit:
+        rows[-1][column] = f"{fit[0]:.{digits}f} ±{fit[1]:.{digits}f}"

@@ -3,21 +3,34 @@
 
 from collections.abc import Sequence
 
-from fragtracer.apps.bench import ablations, convergence, environment, memory, meshes, scaling, speed, sweep
+from fragtracer.apps.bench import (
+    ablations,
+    convergence,
+    environment,
+    lights,
+    memory,
+    meshes,
+    scaling,
+    shapes,
+    speed,
+    spheres,
+    sweep,
+)
 from fragtracer.apps.bench.machine import describe_machine
 from fragtracer.apps.bench.plan import Benchmark, Plan, Progress
 from fragtracer.apps.bench.tables import Results
 from fragtracer.errors import FragtracerError
 
-BENCHMARKS: dict[str, Benchmark] = {
-    "sweep": sweep.BENCHMARK,
-    "speed": speed.BENCHMARK,
-    "error": convergence.BENCHMARK,
-    "ablations": ablations.BENCHMARK,
-    "scaling": scaling.BENCHMARK,
-    "meshes": meshes.BENCHMARK,
-    "memory": memory.BENCHMARK,
-    "environment": environment.BENCHMARK,
+BENCHMARKS: dict[str, tuple[Benchmark, ...]] = {
+    "sweep": (sweep.BENCHMARK,),
+    "speed": (speed.BENCHMARK,),
+    "error": (convergence.BENCHMARK,),
+    "ablations": (ablations.BENCHMARK,),
+    "scaling": (scaling.BENCHMARK, shapes.BENCHMARK, lights.BENCHMARK),
+    "meshes": (meshes.BENCHMARK,),
+    "spheres": (spheres.BENCHMARK,),
+    "memory": (memory.BENCHMARK,),
+    "environment": (environment.BENCHMARK,),
 }
 
 
@@ -29,13 +42,13 @@ def run_suite(names: Sequence[str], plan: Plan, progress: Progress) -> Results:
     """
     results = Results(describe_machine(), plan.describe(), complete=False)
     try:
-        for place, name in enumerate(names):
-            benchmark = BENCHMARKS[name]
+        benchmarks = [(name, benchmark) for name in names for benchmark in BENCHMARKS[name]]
+        for place, (name, benchmark) in enumerate(benchmarks):
             table = benchmark.table(plan)
             results.tables.append(table)
 
             def part(share: float, text: str, place: int = place, name: str = name) -> None:
-                progress((place + share) / len(names), f"{name}: {text}")
+                progress((place + share) / len(benchmarks), f"{name}: {text}")
 
             benchmark.run(plan, table, part)
         results.complete = True

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""How much there is to do for a sample: rays and vertices, counted by a build of the same program."""
+"""The rays and vertices of a sample, counted by a variant of the same program."""
 
 from dataclasses import dataclass
 
+from fragtracer.apps.bench.variants import COUNT_WORK, edited_shaders
 from fragtracer.renderer import Renderer
 from fragtracer.scene import Scene
 
@@ -28,6 +29,9 @@ def count_work(scene: Scene, spp: int = _SPP) -> Work:
     settings = scene.render
     scale = min(1.0, _SIDE / max(settings.width, settings.height))
     width, height = (max(1, round(scale * side)) for side in (settings.width, settings.height))
-    with Renderer(scene, (width, height), defines={"COUNT_WORK": 1}, rays=16) as renderer:
+    with (
+        edited_shaders(COUNT_WORK) as shaders,
+        Renderer(scene, (width, height), shaders=shaders, rays=16) as renderer,
+    ):
         path_rays, shadow_rays, vertices = renderer.render(spp).mean((0, 1), dtype=float).tolist()
     return Work(path_rays, shadow_rays, vertices)

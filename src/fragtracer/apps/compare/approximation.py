@@ -19,7 +19,6 @@ from fragtracer.apps.compare.measures import relative
 from fragtracer.apps.compare.rendering import Progress, part_of
 from fragtracer.renderer import Renderer
 from fragtracer.scene import Scene
-from fragtracer.shader_composer import CONSTANTS
 
 Floats = NDArray[np.float64]
 
@@ -36,7 +35,7 @@ class Stage:
     error: str
     explanation: str
     settings: Mapping[str, Any]
-    defines: Mapping[str, int] = field(default_factory=dict)
+    defines: Mapping[str, str] = field(default_factory=dict)
 
 
 def stages(scene: Scene) -> list[Stage]:
@@ -48,7 +47,8 @@ def stages(scene: Scene) -> list[Stage]:
         Stage("single scattering", "lost multiple scattering", once, path),
         Stage("direct light", "missing interreflection", "surfaces are dark to each other", {**path, "bounces": 1}),
     ]
-    lit = bool(scene.lights) or any(m.is_emissive for m in scene.materials.values())
+    lamps = (*scene.lights, *scene.spot_lights, *scene.directional_lights)
+    lit = bool(lamps) or any(m.is_emissive for m in scene.materials.values())
     if lit or (scene.environment is not None and scene.environment.sun is not None):
         found.append(_step("OCCLUDED", "lights as points", "lights are points without shadows, with the k of lamps"))
     found += [
@@ -67,8 +67,8 @@ def stages(scene: Scene) -> list[Stage]:
 
 def _step(name: str, error: str, explanation: str) -> Stage:
     smith = name in ("OCCLUDED", "UNOCCLUDED")
-    masking = CONSTANTS["GEOMETRY_SMITH" if smith else "GEOMETRY_KARIS_ENVIRONMENT"]
-    defines = {"SPLIT_SUM_STEP": CONSTANTS[f"SPLIT_SUM_{name}"], "GEOMETRY_TERM": masking}
+    masking = "GEOMETRY_SMITH" if smith else "GEOMETRY_KARIS_ENVIRONMENT"
+    defines = {"SPLIT_SUM_STEP": f"SPLIT_SUM_{name}", "GEOMETRY_TERM": masking}
     title = error if name == "OCCLUSION_MAP" else f"with {error}"
     return Stage(title, error, explanation, {"integrator": "split-sum"}, defines)
 
@@ -172,8 +172,8 @@ def measure_approximation(
 
 def _surfaces(scene: Scene, size: tuple[int, int] | None, context: Any) -> tuple[NDArray[np.bool_], Floats]:
     """Where all of 64 rays through a pixel meet something, and its mean distance."""
-    defines = {"AUXILIARY": CONSTANTS["AUXILIARY_DEPTH"]}
-    with Renderer(scene, size, context, defines=defines, integrator="path") as renderer:
+    defines = {"AUXILIARY": "AUXILIARY_DEPTH"}
+    with Renderer(scene, size, context, defines=defines, program="auxiliary.frag") as renderer:
         renderer.sample(64)
         depth = renderer.image()[..., 0].astype(np.float64)
         # A ray that meets nothing has depth 0, which shows as scatter beyond that of a surface.

@@ -10,18 +10,18 @@ from fragtracer.apps.doctor import Finding
 from fragtracer.errors import FragtracerError
 from fragtracer.io.toml import bundled, load
 from fragtracer.renderer import Renderer
-from fragtracer.scene import Camera, DirectionalLight, Disk, Material, Scene, SpotLight, Triangle
+from fragtracer.scene import Camera, DirectionalLight, Disk, Scene, SpotLight, Triangle
 
 
 def findings(context: Any) -> Iterator[Finding]:
     for name, scene in _scenes():
         slowest, failures, count = 0.0, [], 0
         for settings in _settings():
-            for baked in (False, True):
+            for specialised in (False, True):
                 count += 1
                 start = time.perf_counter()
                 try:
-                    with Renderer(scene, (8, 8), context, baked=baked, **settings) as renderer:
+                    with Renderer(scene, (8, 8), context, specialised=specialised, **settings) as renderer:
                         renderer.sample(1)
                         renderer.image()
                 except FragtracerError as error:
@@ -39,17 +39,13 @@ def _scenes() -> Iterator[tuple[str, Scene]]:
     sail = Triangle(corners, "lamp")
     lamp = replace(next(iter(scenes["furnace"].materials.values())), emission=(1.0, 1.0, 1.0))
     yield "lens, triangle light", Scene(camera=lens, materials={"lamp": lamp}, triangles=(sail,))
-    yield (
-        "disk, spot and directional light",
-        Scene(
-            materials={"matte": Material()},
-            disks=(Disk((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 1.0, "matte"),),
-            spot_lights=(SpotLight((0.0, 1.0, 1.0), (0.0, -1.0, -1.0), (1.0, 1.0, 1.0)),),
-            directional_lights=(DirectionalLight((0.0, 0.0, -1.0), (1.0, 1.0, 1.0)),),
-        ),
-    )
     grid = scenes["roughness-grid"]
-    yield "more than a uniform block holds", replace(grid, spheres=grid.spheres * 20)
+    yield "more than a short list holds", replace(grid, spheres=grid.spheres * 20)
+    disk = Disk((0.0, 1.0, 0.0), (0.0, -1.0, 0.0), 0.5, "lamp")
+    spot, sun = SpotLight((0.0, 3.0, 0.0), (0.0, -1.0, 0.0), 10.0), DirectionalLight((0.0, -1.0, 0.0), 1.0)
+    materials = {"lamp": lamp, **grid.materials}
+    lights = {"disks": (disk,), "spot_lights": (spot,), "directional_lights": (sun,)}
+    yield "disk, spot and directional light", replace(grid, materials=materials, **lights)
 
 
 def _settings() -> Iterator[dict[str, Any]]:

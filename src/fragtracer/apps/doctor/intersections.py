@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from fragtracer.apps.doctor import Finding
 from fragtracer.gpu.probe import probe
 
-_SHAPES = ["core/constants.glsl", "core/math.glsl", *(f"shape/{n}.glsl" for n in ("ray", "sphere", "plane"))]
+_SHAPES = [f"shape/{name}.glsl" for name in ("sphere", "plane", "flat")]
+_FLATS = ("RECTANGLE", "DISK", "SINGLE_TRIANGLE")
 _ROWS = 2**18
 _TOLERANCE = 1e-4  # relative; grazing rays are left out
 
@@ -23,7 +24,10 @@ def findings(context: Any) -> Iterator[Finding]:
     center = rng.normal(size=(_ROWS, 3)).astype(np.float32)
     radius = np.exp(rng.uniform(-5, 3, _ROWS)).astype(np.float32)
     inputs = {"o": origin, "d": direction, "c": center, "r": radius}
-    body = "s = sphere_intersect(c, r, Ray(o, d)); p = plane_intersect(normalize(c), r, Ray(o, d));"
+    body = """
+        bool is_front;
+        s = sphere_intersect(c, r, o, d, is_front);
+        p = plane_intersect(normalize(c), r, Ray(o, d));"""
     found = probe(context, _SHAPES, body, inputs, {"s": 1, "p": 1})
     o, d, c = (a.astype(np.float64) for a in (origin, direction, center))
     yield _compare("spheres", found["s"], *_sphere(o, d, c, radius.astype(np.float64)))
@@ -31,6 +35,38 @@ def findings(context: Any) -> Iterator[Finding]:
     slope = (normal * d).sum(1)
     distance = (radius - (normal * o).sum(1)) / slope
     yield _compare("planes", found["p"], np.where(distance > 0, distance, np.inf), np.abs(slope) < 1e-3)
+    yield from _flat_findings(context, rng, origin, direction)
+
+
+def _flat_findings(
+    context: Any, rng: np.random.Generator, origin: NDArray[np.float32], direction: NDArray[np.float32]
+) -> Iterator[Finding]:
+    """Rectangles, disks and triangles, as large as the distance to them."""
+    a = rng.normal(size=(_ROWS, 3)).astype(np.float32)
+    u, v, _ = np.linalg.qr(rng.normal(size=(_ROWS, 3, 3))).Q.transpose(1, 0, 2) * rng.uniform(0.5, 3, (3, _ROWS, 1))
+    b, c = (a + u).astype(np.float32), (a + v).astype(np.float32)
+    body = "".join(
+        f"{name.lower()} = flat_intersect(Flat(a, KIND_{name} << 24, b, 0u, c, 0u), Ray(o, d));" for name in _FLATS
+    )
+    inputs = {"o": origin, "d": direction, "a": a, "b": b, "c": c}
+    found = probe(context, _SHAPES, body, inputs, {name.lower(): 1 for name in _FLATS})
+    o, d, a, b, c = (x.astype(np.float64) for x in (origin, direction, a, b, c))
+    u, v = b - a, c - a
+    normal = np.cross(u, v) / np.linalg.norm(np.cross(u, v), axis=1, keepdims=True)
+    slope = (normal * d).sum(1)
+    distance = (normal * (a - o)).sum(1) / slope
+    p = o + distance[:, None] * d - a
+    x, y = ((p * w).sum(1) / (w * w).sum(1) for w in (u, v))
+    beyond = {
+        "RECTANGLE": np.maximum(np.abs(x - 0.5), np.abs(y - 0.5)) - 0.5,
+        "DISK": np.hypot(x, y) - 1,
+        "SINGLE_TRIANGLE": -np.minimum(np.minimum(x, y), 1 - x - y),
+    }
+    for name, outside in beyond.items():
+        unclear = (np.abs(slope) < 1e-2) | (np.abs(outside) < 1e-3) | (np.abs(distance) < 1e-3)
+        expected = np.where((distance > 0) & (outside < 0), distance, np.inf)
+        subject = {"SINGLE_TRIANGLE": "triangles"}.get(name, f"{name.lower()}s")
+        yield _compare(subject, found[name.lower()], expected, unclear)
 
 
 def _sphere(

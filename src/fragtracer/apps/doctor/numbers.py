@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from fragtracer.apps.doctor import Finding
 from fragtracer.gpu.probe import probe
 
-_CORE = ["core/constants.glsl", "core/math.glsl", "core/hash.glsl"]
+_CORE = ["core/math.glsl", "core/hash.glsl"]
 _ROWS = 65536
 
 

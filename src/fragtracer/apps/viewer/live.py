@@ -12,10 +12,10 @@ from fragtracer.gpu.specialise import Level
 from fragtracer.gpu.tracer import TracerProgram
 from fragtracer.packing import PackedScene, pack
 from fragtracer.packing.camera import camera_uniforms
+from fragtracer.packing.space import Space
 from fragtracer.renderer import PROGRAMS, Renderer
 from fragtracer.scene import Camera, RenderSettings, Scene
 
-_AWAY = 4.0  # times the distance of the first camera; one further out takes the origin of coordinates along
 # Features that a program may have although the scene has nothing of the kind: what was removed needs no other program.
 _SPARE = (
     *("HAS_POINT_LIGHT", "HAS_SPOT_LIGHT", "HAS_DIRECTIONAL_LIGHT", "HAS_SPHERE_LIGHT", "HAS_AREA_LIGHT"),
@@ -29,7 +29,6 @@ class Plan:
 
     scene: Scene
     settings: RenderSettings
-    home: Camera  # with which the origin was chosen
     packed: PackedScene
     program: TracerProgram
 
@@ -50,7 +49,7 @@ class LiveRenderer(Renderer):
     """
 
     def __init__(self, scene: Scene, size: tuple[int, int], context: Any) -> None:
-        self._home = scene.camera
+        self._space: Space | None = None
         self._light_samples = scene.render.light_samples
         self._pass: Iterator[float] | None = None
         self._pass_rays = 0
@@ -101,9 +100,8 @@ class LiveRenderer(Renderer):
         """
         width, height = self.size
         settings = replace(scene.render, width=width, height=height)
-        home = scene.camera if self._is_away(scene.camera) else self._home
-        packed = pack(scene, settings, width, height, self._most_listed, home)
-        return Plan(scene, settings, home, packed, self._program_of(settings, view))
+        packed = pack(scene, settings, width, height, self._most_listed, self._space)
+        return Plan(scene, settings, packed, self._program_of(settings, view))
 
     def quickest(self, plan: Plan) -> Plan:
         """``plan`` with the fastest program that is compiled already, or as it is if none can render it."""
@@ -133,7 +131,7 @@ class LiveRenderer(Renderer):
         self._tracer.load(plan.packed, plan.program, recompile)
         width, height = self.size  # may have changed meanwhile
         self.scene, self.settings = plan.scene, replace(plan.settings, width=width, height=height)
-        self._home, self._origin, self._is_specialised = plan.home, plan.packed.origin, plan.is_specialised
+        self._space, self._is_specialised = plan.packed.space, plan.is_specialised
         if not plan.is_specialised:
             self._features = plan.packed.features
         self._pass = None
@@ -145,7 +143,7 @@ class LiveRenderer(Renderer):
 
     def follows(self, camera: Camera) -> bool:
         """Whether :meth:`look` suffices for ``camera``, without another plan."""
-        return not self._is_away(camera)
+        return self._space is not None and self._space.serves(camera)
 
     def look(self, camera: Camera) -> None:
         """Restart from another camera, which it :meth:`follows`."""
@@ -199,14 +197,9 @@ class LiveRenderer(Renderer):
                 return
             yield
 
-    def _is_away(self, camera: Camera) -> bool:
-        """Whether ``camera`` is so far from the origin of coordinates that float32 would lose detail."""
-        here, home = (max(map(abs, c.position)) for c in (camera, self._home))
-        return here > _AWAY * max(home, 1e-6) or here < home / _AWAY / _AWAY
-
     def _packed(self) -> PackedScene:
-        packed = pack(self.scene, self.settings, *self.size, self._most_listed, self._home)
-        self._origin, self._features = packed.origin, packed.features
+        packed = pack(self.scene, self.settings, *self.size, self._most_listed, self._space)
+        self._space, self._features = packed.space, packed.features
         return packed
 
     def _program(self) -> TracerProgram:
@@ -228,6 +221,7 @@ class LiveRenderer(Renderer):
 
     def _set_uniforms(self) -> None:
         """Set the uniforms that change while the program stays."""
-        camera = camera_uniforms(self.scene.camera, self._origin, *self.size)
+        assert self._space is not None
+        camera = camera_uniforms(self.scene.camera, self._space.origin, *self.size)
         varied = {"u_light_samples": self.light_samples} if self.settings.light_samples > 1 else {}
         self._tracer.set(camera | varied)

@@ -19,7 +19,7 @@ an unlit material; and ``fragtracer_spot`` (spot.py), a spot light.
 
 from functools import lru_cache
 
-from .lobes import DELTA_ALPHA
+from .models.metallic_roughness import DELTA_ALPHA
 
 NAME = "fragtracer_cooktorrance"
 SPOT = "fragtracer_spot"

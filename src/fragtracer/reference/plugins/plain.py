@@ -7,7 +7,7 @@ Its parameters: ``diffuse_albedo``, ``specular_f0`` and ``specular_f90`` (three 
 
 from typing import Any
 
-from .lobes import DELTA_ALPHA, Lobes, schlick_k
+from .models.metallic_roughness import DELTA_ALPHA, Lobes, schlick_k
 
 
 def plain_class(mi: Any, dr: Any) -> type:

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """``fragtracer_surface``: a material that varies over a mesh, with shading normals, alpha and culled back faces.
 
-Its parameters: ``albedo`` (three numbers), ``roughness``, ``metallic``, ``specular``, ``dielectric_f0``
-(three numbers), ``geometry``, ``opacity``, ``alpha_mode`` ("opaque", "mask" or "blend"), ``alpha_cutoff``,
-``double_sided``, ``normal_scale``; and children ``albedo_texture``, ``alpha_texture``,
+Its parameters: ``model`` (models/), ``albedo`` (three numbers), ``roughness``, ``metallic``, ``specular``,
+``dielectric_f0`` (three numbers), ``geometry``, ``opacity``, ``alpha_mode`` ("opaque", "mask" or "blend"),
+``alpha_cutoff``, ``double_sided``, ``normal_scale``; and children ``albedo_texture``, ``alpha_texture``,
 ``roughness_texture``, ``metallic_texture`` and ``normal_texture``, each a ``fragtracer_texture`` and
 each with its set of coordinates, as ``albedo_set``: "uv", or the name of an attribute of the mesh.
 
@@ -16,7 +16,7 @@ sign), ``vertex_color`` and ``vertex_alpha`` are read where ``has_shading`` and 
 
 from typing import Any
 
-from .lobes import Lobes, schlick_k
+from .models import Parameters, lobes_of
 
 _SPECULAR_RANGE = (0.1, 0.9)
 _LEAST_COSINE = 0.01  # of the shading normal and the viewer: where it is less, the normal bends to the viewer
@@ -36,6 +36,7 @@ def surface_class(mi: Any, dr: Any) -> type:
             self.albedo = mi.Color3f([float(x) for x in props["albedo"]])
             self.dielectric_f0 = mi.Color3f([float(x) for x in props.get("dielectric_f0", [0.0, 0.0, 0.0])])
             self.geometry, self.alpha_mode = str(props.get("geometry", "smith")), str(props.get("alpha_mode", "opaque"))
+            self.model = str(props.get("model", "metallic-roughness"))
             self.double_sided = bool(props.get("double_sided", True))
             names = ("albedo", "alpha", "roughness", "metallic", "normal")
             self.textures = {n: props[f"{n}_texture"] for n in names if f"{n}_texture" in props}
@@ -127,15 +128,15 @@ def surface_class(mi: Any, dr: Any) -> type:
                 albedo = albedo * si.shape.eval_attribute_3("vertex_color", si, active)
             return dr.clip(albedo, 0, 1)
 
-        def _lobes(self, si: Any, active: Any) -> Lobes:
+        def _lobes(self, si: Any, active: Any) -> Any:
             """The material of docs/material.md at the point."""
             albedo = self.albedo_at(si, active)
             metallic, alpha = self._number("metallic", si, active), dr.square(self._number("roughness", si, active))
             dielectric = (1 - metallic) * self.values["specular"]
             f0 = dielectric * self.dielectric_f0 + metallic * albedo
             f90 = dielectric * _grazing(self.dielectric_f0) + metallic * _grazing(dr.max(albedo))
-            k = schlick_k(self.geometry, alpha)
-            return Lobes((1 - metallic) * albedo, f0, f90, alpha, self.geometry, k, _SPECULAR_RANGE)
+            parameters = Parameters((1 - metallic) * albedo, f0, f90, alpha, self.geometry, _SPECULAR_RANGE)
+            return lobes_of(self.model, parameters)
 
         def _frame(self, si: Any, active: Any) -> Any:
             """The frame around the shading normal, and in it the geometric normal, both on the viewer's side."""

@@ -16,7 +16,7 @@ from fragtracer.io.images import read_image
 
 
 def converges() -> None:
-    """The picture is that of ``fragtracer render``, and is shown by the curves of images/tone.py."""
+    """The picture is that of ``fragtracer render``, and is shown by the curves of display/tone.py."""
     with opened(size=(560, 340)) as viewer:
         hand = Hand(viewer)
         refined(viewer, hand, 128)

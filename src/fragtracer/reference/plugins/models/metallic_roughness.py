@@ -18,6 +18,8 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from . import Parameters
+
 SMITH = ("smith", "smith-multiple-scattering")
 DELTA_ALPHA = 1e-4  # the specular lobe of a smaller alpha is a perfect mirror
 
@@ -110,6 +112,10 @@ class Lobes:
     geometry: str
     k: Any
     specular_range: tuple[float, float]
+
+    @classmethod
+    def of(cls, p: Parameters) -> "Lobes":
+        return cls(p.albedo, p.f0, p.f90, p.alpha, p.geometry, schlick_k(p.geometry, p.alpha), p.specular_range)
 
     @property
     def delta(self) -> Any:

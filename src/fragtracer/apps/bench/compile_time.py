@@ -1,0 +1,34 @@
+# SPDX-License-Identifier: MIT
+"""Seconds that a driver takes to compile the program of a scene, printed by a process of its own.
+
+usage: python -m fragtracer.apps.bench.compile_time SCENE WIDTH HEIGHT
+
+A process that has compiled before, or has the driver's cache, would take less.
+"""
+
+import sys
+import time
+
+from fragtracer.gpu.context import create_context, is_software
+from fragtracer.gpu.film import Film
+from fragtracer.gpu.specialise import MOST_LISTED, Level
+from fragtracer.gpu.tracer import Tracer, TracerProgram
+from fragtracer.io.toml import load
+from fragtracer.packing import pack
+
+
+def compile_seconds(name: str, width: int, height: int) -> float:
+    """From the packed scene to the end of the first draw: with the upload of textures, which takes milliseconds."""
+    scene = load(name)
+    context = create_context()
+    is_soft = is_software(context)
+    packed = pack(scene, scene.render, width, height, MOST_LISTED["software" if is_soft else "gpu"])
+    film = Film(context, width, height)
+    start = time.perf_counter()
+    tracer = Tracer(context, packed, TracerProgram(level=Level.VIEW if is_soft else Level.NOTHING))
+    tracer.warm_up(film)
+    return time.perf_counter() - start
+
+
+if __name__ == "__main__":
+    print(compile_seconds(sys.argv[1], int(sys.argv[2]), int(sys.argv[3])))

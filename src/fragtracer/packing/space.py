@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: MIT
+"""The coordinates of the shader: relative to the middle of the scene, which may be far from the origin of the world and
+keeps its precision."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fragtracer.scene import Camera, Scene
+
+Floats = NDArray[np.float64]
+
+# Coordinates are chosen anew where the camera or the rest of the scene reaches further than so many times the extent
+# that they were chosen for, or where all of the scene is so many times smaller.
+_MOST_CAMERA = 8.0
+_MOST_CONTENT = 2.0
+_MOST_SHRUNK = 16.0
+
+
+@dataclass(frozen=True, eq=False)
+class Space:
+    """``origin`` (3,) is the point of the world that is the shader's (0, 0, 0), ``extent`` how far in metres the scene
+    extended from there when it was chosen, camera included. ``low`` and ``high`` (3,) bound what is there besides the
+    camera, in the world."""
+
+    origin: Floats
+    extent: float
+    low: Floats
+    high: Floats
+
+    def serves(self, camera: Camera) -> bool:
+        """Whether these coordinates are precise enough to see the scene by ``camera``."""
+        low, high = np.minimum(self.low, camera.position), np.maximum(self.high, camera.position)
+        reach, content = self._reach(low, high), self._reach(self.low, self.high)
+        if content < 0:  # there are planes at most: what is near is what the camera looks at
+            seen = float(np.linalg.norm(np.subtract(camera.position, camera.target)))
+            return reach <= _MOST_CAMERA * max(self.extent, seen)
+        is_near = content <= _MOST_CONTENT * self.extent and reach <= _MOST_CAMERA * self.extent
+        return bool(is_near and _MOST_SHRUNK * (high - low).max() / 2 >= self.extent)
+
+    def _reach(self, low: Floats, high: Floats) -> float:
+        return float(np.maximum(high - self.origin, self.origin - low).max())
+
+
+def space_of(scene: Scene, before: Space | None = None) -> Space:
+    """Coordinates for ``scene``: those of ``before`` while they serve, so that an edit or a step of the camera moves
+    nothing else."""
+    points = _points(scene)
+    low, high = points.min(axis=0, initial=np.inf), points.max(axis=0, initial=-np.inf)
+    if before is not None and (kept := replace(before, low=low, high=high)).serves(scene.camera):
+        return kept
+    corners = np.stack([np.minimum(low, scene.camera.position), np.maximum(high, scene.camera.position)])
+    origin: Floats = (corners[0] + corners[1]) / 2
+    extent = float(max(np.abs(corners - origin).max(), np.finfo(np.float32).tiny))
+    return Space(origin, extent, low, high)
+
+
+def _points(scene: Scene) -> Floats:
+    """Points (n, 3) that bound everything finite but the camera and lights, spheres that emit among them: a far sun
+    loses nothing by its distance, and would take the precision from what it shines on."""
+    spheres = [s for s in scene.spheres if not scene.materials[s.material].is_emissive]
+    centers = np.array([s.center for s in spheres], np.float64).reshape(-1, 3)
+    radii = np.array([s.radius for s in spheres], np.float64)[:, None]
+    points: list[Floats] = [centers - radii, centers + radii]
+    for r in scene.rectangles:
+        far = np.add(r.edge_u, r.edge_v)
+        points.append(r.corner + np.array([(0.0, 0.0, 0.0), r.edge_u, r.edge_v, far]))
+    points += [np.add(d.center, [[-d.radius] * 3, [d.radius] * 3]) for d in scene.disks]
+    points += [np.asarray(t.vertices, np.float64) for t in scene.triangles]
+    points += [mesh.box_corners() for mesh in scene.meshes]
+    return np.concatenate(points)

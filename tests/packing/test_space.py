@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: MIT
+"""The coordinates of the shader stay while a scene is edited, and are chosen anew where they would lose precision."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fragtracer.packing.space import space_of
+from fragtracer.scene import Camera, Light, Material, Scene, Sphere
+
+MATERIALS = {"a": Material(), "sun": Material(emission=(1.0, 1.0, 1.0))}
+SCENE = Scene(Camera((104.0, 0.0, 0.0), (100.0, 0.0, 0.0)), MATERIALS, spheres=(Sphere((100.0, 0.0, 0.0), 1.0, "a"),))
+
+
+def moved(x: float, radius: float = 1.0) -> Scene:
+    return replace(SCENE, spheres=(Sphere((x, 0.0, 0.0), radius, "a"),))
+
+
+def seen_from(x: float) -> Scene:
+    return replace(SCENE, camera=Camera((x, 0.0, 0.0), (100.0, 0.0, 0.0)))
+
+
+def test_origin_is_the_middle_of_what_is_finite_and_of_the_camera() -> None:
+    space = space_of(SCENE)
+    np.testing.assert_allclose(space.origin, (101.5, 0.0, 0.0))
+    assert space.extent == 2.5
+    far = replace(
+        SCENE, spheres=(*SCENE.spheres, Sphere((1e6, 0.0, 0.0), 1.0, "sun")), lights=(Light((0, 1e9, 0), power=1.0),)
+    )
+    assert space_of(far).extent == 2.5, "what emits is not looked at closely"
+    assert space_of(Scene()).extent > 0
+
+
+def test_nothing_but_planes_is_seen_from_all_sides() -> None:
+    before = space_of(Scene(Camera((104.0, 0.0, 0.0), (100.0, 0.0, 0.0))))
+    assert before.serves(Camera((100.0, 0.0, 4.0), (100.0, 0.0, 0.0)))
+    assert before.serves(Camera((96.0, 0.0, 0.0), (100.0, 0.0, 0.0)))
+    assert not before.serves(Camera((1e6, 0.0, 0.0), (1e6 + 1, 0.0, 0.0)))
+
+
+@pytest.mark.parametrize(
+    ("scene", "stays"),
+    [
+        (moved(98.0), True),
+        (moved(105.4), True),
+        (moved(95.0), False),
+        (moved(1e6), False),
+        (seen_from(107.0), True),
+        (seen_from(121.0), True),
+        (seen_from(122.0), False),
+        (seen_from(101.1), True),
+        (replace(moved(100.0, 0.01), camera=Camera((100.2, 0.0, 0.0), (100.0, 0.0, 0.0))), False),
+    ],
+)
+def test_origin_stays_while_it_serves(scene: Scene, stays: bool) -> None:
+    before = space_of(SCENE)
+    after = space_of(scene, before)
+    assert ((after.origin == before.origin).all() and after.extent == before.extent) == stays
+    if scene.spheres == SCENE.spheres:
+        assert before.serves(scene.camera) == stays
+    if not stays:
+        assert after.extent == space_of(scene).extent
+    assert after.serves(scene.camera)
