@@ -158,8 +158,8 @@ def cook_torrance(term: str) -> Model:
 
 
 def float32_tolerance(m: Material, wo: Floats, wi: Floats) -> Floats:
-    """1e-4, and what the distribution makes of rounding the half vector: its slope is at most 2 / alpha. Over a smooth base,
-    what a rounded reflectance leaves of the little that is let through."""
+    """1e-4, and what the distribution makes of rounding the half vector: its slope is at most 2 / alpha. Under a
+    mirror, what a rounded reflectance leaves of the little that is let through."""
     tolerance = no_slack(m, wo, wi)
     if m.alpha > 0:
         return tolerance + 4e-7 / (m.alpha * np.linalg.norm(wo + wi, axis=-1))

@@ -31,6 +31,7 @@ NOUNS = {
     "material/visibility.glsl": {"alpha", "closest"},
     "bsdf/shading_normal.glsl": {"shadow"},
     "integrator/escape.glsl": {"escaped"},
+    "integrator/split_sum_study.glsl": {"split_sum"},
     "display/tone.glsl": {"srgb"},
     "display/picture.glsl": None,  # what each step from the film to the window does
 }

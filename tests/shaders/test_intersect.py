@@ -37,7 +37,7 @@ INTERSECT = (
 
 
 def shape_numbers(scene: Scene, packed: PackedScene) -> NDArray[np.int64]:
-    """The number of the shape (of shapes_of) of each record of u_shapes, -1 where a record is no shape; each has one."""
+    """The number of the shape (of shapes_of) of each record of u_shapes, -1 where that is no shape; each has one."""
     numbers, words = shape_records(packed)
     is_shape = words[:, 0, 3] >> 24 >= Kind.PLANE
     record, words = numbers[is_shape], words[is_shape]

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""scene/: what is packed is what the shader reads, from textures and compiled in (tests/packing/test_records.py says that
-both have the same fields in the same places)."""
+"""scene/: what is packed is what the shader reads, from textures and compiled in.
+
+That both have the same fields in the same places is what tests/packing/test_records.py says.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -349,6 +351,7 @@ def test_attributes_of_vertices_are_read_as_packed(ctx: moderngl.Context) -> Non
     }
     for level in (Level.NOTHING, Level.SCENE):
         for name, values in expected.items():
-            body = f"value = vertices_have(ATTRIBUTE_{name.upper()}) ? vertex_texel(u_first_{name} + int(row)) : vec4(-9.0);"
+            has = f"vertices_have(ATTRIBUTE_{name.upper()})"
+            body = f"value = {has} ? vertex_texel(u_first_{name} + int(row)) : vec4(-9.0);"
             found = scene_probe(ctx, packed, SCENE, body, {"row": np.arange(size)}, {"value": 4}, level)["value"]
             np.testing.assert_allclose(found[:, : values.shape[1]], values, atol=1e-6, err_msg=name)
