@@ -27,7 +27,7 @@ Kind = Literal["spheres", "rectangles", "mesh triangles"]
 KINDS: tuple[Kind, ...] = ("spheres", "rectangles", "mesh triangles")
 SIDE = 3.0  # of the square that a field covers, metres
 COVER = 0.4  # area of the shapes, seen by the camera, over that of the square
-_GREY = {"grey": Material(albedo=0.5, specular=0.0)}
+_GREY = {"grey": Material(albedo=(0.5,) * 3, specular=0.0)}
 _FLOOR = (Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), "grey"),)
 _CAMERA = Camera((0.0, 3.0, 3.0), (0.0, 0.0, 0.0), fov_degrees=40.0)
 _UPWARDS = np.array([0.0, 1.0, -1.0]) / math.sqrt(2)  # in the plane of flat shapes, which face the camera

@@ -35,13 +35,15 @@ def sphere_field(count: int) -> Scene:
         name = f"{index:0{len(str(count))}}"
         materials[name] = _material(rng)
         spheres.append(Sphere((x, radius, z), radius, name))
-    materials["ground"] = Material(albedo=0.5, specular=0.0)
+    materials["ground"] = Material(albedo=(0.5,) * 3, specular=0.0)
     return Scene(
         camera=Camera((13.0, 2.0, 3.0), (0.0, 0.0, 0.0), fov_degrees=20.0, aperture_radius=0.05, focus_distance=10.0),
         materials=materials,
         spheres=tuple(spheres),
         planes=(Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), "ground"),),
-        environment=Environment(gradient=Gradient(zenith=(0.5, 0.7, 1.0), horizon=(0.75, 0.85, 1.0), ground=1.0)),
+        environment=Environment(
+            gradient=Gradient(zenith=(0.5, 0.7, 1.0), horizon=(0.75, 0.85, 1.0), ground=(1.0,) * 3)
+        ),
         render=RenderSettings(width=480, height=270, bounces=10),
         description=f"A field of {count:,} spheres, each with a material of its own: matte, metal or plastic",
     )
