@@ -215,8 +215,7 @@ def test_meshes_have_a_row_for_each_count(monkeypatch: pytest.MonkeyPatch) -> No
     rows = _run(meshes.BENCHMARK, Plan(size=TINY, runs=1, seconds=0.01)).rows
     np.testing.assert_allclose([row["triangles"] for row in rows], meshes.TRIANGLES, rtol=0.1)
     for row in rows:
-        assert all(_value(row[name]) > 0 for name in ("build", "rate", "ns", "fragtracer", "mitsuba"))
-        assert float(str(row["ratio"])) > 0
+        assert all(_value(row[name]) > 0 for name in ("build", "rate", "ns", "fragtracer", "mitsuba", "ratio"))
     assert "±" in str(rows[-1]["exponent"])
 
 

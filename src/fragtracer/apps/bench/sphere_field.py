@@ -41,7 +41,9 @@ def sphere_field(count: int) -> Scene:
         materials=materials,
         spheres=tuple(spheres),
         planes=(Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), "ground"),),
-        environment=Environment(gradient=Gradient(zenith=(0.5, 0.7, 1.0), horizon=(0.75, 0.85, 1.0), ground=(1.0,) * 3)),
+        environment=Environment(
+            gradient=Gradient(zenith=(0.5, 0.7, 1.0), horizon=(0.75, 0.85, 1.0), ground=(1.0,) * 3)
+        ),
         render=RenderSettings(width=480, height=270, bounces=10),
         description=f"A field of {count:,} spheres, each with a material of its own: matte, metal or plastic",
     )
