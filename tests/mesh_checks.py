@@ -34,7 +34,14 @@ def normals_reject(ctx: moderngl.Context) -> bool:
         normal = s.shading_normal;"""
     direction = random_directions(np.random.default_rng(1), 1000)
     middle = np.broadcast_to(packed.origin, direction.shape)
-    normal = scene_probe(ctx, packed, ["shape/intersect.glsl", "shape/surface.glsl"], body, {"d": direction, "middle": middle}, {"normal": 3})["normal"]
+    normal = scene_probe(
+        ctx,
+        packed,
+        ["shape/intersect.glsl", "shape/surface.glsl"],
+        body,
+        {"d": direction, "middle": middle},
+        {"normal": 3},
+    )["normal"]
     near = (normal * direction).sum(axis=1) > 0.9
     return bool(np.abs(np.linalg.norm(normal, axis=1) - 1).max() > 1e-5 or not near.all())
 

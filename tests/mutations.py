@@ -120,7 +120,10 @@ MUTATIONS = [
         "",
     ),
     Mutation(
-        "light samples summed, not averaged", "integrator/direct.glsl", "        direct /= float(u_light_samples);\n", ""
+        "light samples summed, not averaged",
+        "integrator/direct.glsl",
+        "        direct /= float(u_light_samples);\n",
+        "",
     ),
     Mutation(
         "visible normals sampled without the stretch",
@@ -220,7 +223,9 @@ MUTATIONS = [
         "",
     ),
     Mutation("falloff of a spot not squared", "light/spot.glsl", "return square(clamp(", "return (clamp("),
-    Mutation("spot shines backwards", "light/spot.glsl", "spot_light_falloff(light, -wi)", "spot_light_falloff(light, wi)"),
+    Mutation(
+        "spot shines backwards", "light/spot.glsl", "spot_light_falloff(light, -wi)", "spot_light_falloff(light, wi)"
+    ),
     Mutation("spot without its inverse square", "light/spot.glsl", "intensity / square(distance)", "intensity"),
     Mutation("directional light at a distance", "light/directional.glsl", "INFINITE_DISTANCE", "1.0"),
     Mutation(

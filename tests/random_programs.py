@@ -83,7 +83,10 @@ CHOICES = {
 # What no scene asks for, but the viewer and the study of the split-sum approximation do; of every program a part.
 PROGRAMS = {
     "pathtracer.frag": {},
-    "split_sum.frag": {"SPLIT_SUM_STEP": [9, 9, 1, 2, 3, 4, 5, 6, 7, 8], "GEOMETRY_TERM": ["GEOMETRY_KARIS_ENVIRONMENT"]},
+    "split_sum.frag": {
+        "SPLIT_SUM_STEP": [9, 9, 1, 2, 3, 4, 5, 6, 7, 8],
+        "GEOMETRY_TERM": ["GEOMETRY_KARIS_ENVIRONMENT"],
+    },
     "auxiliary.frag": {"AUXILIARY": ["AUXILIARY_NORMALS", "AUXILIARY_DEPTH", "AUXILIARY_ALBEDO"]},
 }
 ENVIRONMENTS = [None, None, Environment(radiance=1.0), Environment(radiance=1.0, visible=False), Environment(sky=Sky())]

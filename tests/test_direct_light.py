@@ -220,9 +220,7 @@ def many_lights() -> tuple[Scene, NDArray[np.float64]]:
     points = [Light(place, power=power) for place, power in zip(places, powers, strict=True)]
     spots = [SPOTS[name] for name in ("on its axis", "within the inner cone", "between the cones", "no inner cone")]
     suns = [DirectionalLight((0.1 * i, -1.0, 0.0), np.multiply(RADIANCE, 0.1 * (i + 1))) for i in range(4)]
-    disks = [
-        Disk((6.0 * np.cos(i), 4.0, 6.0 * np.sin(i)), (0.0, -1.0, 0.0), 0.1 * (i + 1), "lamp") for i in range(6)
-    ]
+    disks = [Disk((6.0 * np.cos(i), 4.0, 6.0 * np.sin(i)), (0.0, -1.0, 0.0), 0.1 * (i + 1), "lamp") for i in range(6)]
     balls = [((5.0 * np.sin(i), 1.5, 5.0 * np.cos(i)), 0.1 * (i + 1)) for i in range(6)]
     scene = floor_under(
         lights=[*points, *(Light(*b, radiance=RADIANCE) for b in balls)],

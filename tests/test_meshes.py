@@ -100,7 +100,10 @@ def test_many_triangles_in_a_bvh_give_the_same_image(ctx: moderngl.Context, monk
     agree(one, batches(ctx, scene, 256, range(100, 100 + BATCHES)))
     names = sorted({t.material for t in triangles})
     parts = tuple(
-        Part(Geometry(np.concatenate([t.vertices for t in triangles if t.material == name]), _corners(name, triangles)), name)
+        Part(
+            Geometry(np.concatenate([t.vertices for t in triangles if t.material == name]), _corners(name, triangles)),
+            name,
+        )
         for name in names
     )
     as_mesh = replace(scene, triangles=(), meshes=(Mesh(parts),))

@@ -103,7 +103,8 @@ def samplers_reject(ctx) -> bool:
     includes = ["core/warp.glsl", "light/sphere.glsl"]
     body = """
         SphereLight light = SphereLight(vec3(0.0, 3.0, 0.0), 1.0, vec3(1.0), 0);
-        height = (1.0 - sphere_light_sample(light, vec3(0.0), u).wi.y) / sphere_light_one_minus_cos(vec3(0.0, 3.0, 0.0), 1.0, vec3(0.0));
+        float y = sphere_light_sample(light, vec3(0.0), u).wi.y;
+        height = (1.0 - y) / sphere_light_one_minus_cos(vec3(0.0, 3.0, 0.0), 1.0, vec3(0.0));
         weights = square_to_triangle(u);"""
     u = np.random.default_rng(1).random((100_000, 2))
     found = probe(ctx, includes, body, {"u": u}, {"height": 1, "weights": 2})
@@ -159,7 +160,7 @@ def lights_reject(ctx) -> bool:
 
 
 def storage_rejects(ctx, monkeypatch) -> bool:
-    """Whether shapes of all kinds look otherwise one by one than in a BVH, or single-sided ones are not what they are."""
+    """Whether shapes look otherwise one by one than in a BVH, or single-sided ones are seen from behind."""
     for most_listed in (0, 64):
         with monkeypatch.context() as patch:
             list_at_most(patch, most_listed)

@@ -161,7 +161,10 @@ def test_no_edit_compiles(ctx, compiled, monkeypatch, most_listed):
                 np.testing.assert_array_equal(image, rendered(ctx, edited, 4, (16, 12), **settings))
                 compiled[1:] = []
         without = {
-            "a textured mesh": {"meshes": mesh_scene(smooth(ball())).meshes, "materials": scene.materials | {"mesh": lambert(0.5)}},
+            "a textured mesh": {
+                "meshes": mesh_scene(smooth(ball())).meshes,
+                "materials": scene.materials | {"mesh": lambert(0.5)},
+            },
             "no spot": {"spot_lights": ()},
         }
         for number, changed in enumerate(without.values(), start=2):

@@ -107,7 +107,9 @@ def test_features_have_the_values_given(tmp_path: Path) -> None:
 
 def test_features_have_their_values_for_the_driver(ctx: moderngl.Context) -> None:
     """What is given takes the place of the default, and what is not leaves it."""
-    main = "layout(location = 0) out vec4 color;\nvoid main() {{ color = vec4(CURVE == {0}, HAS_LENS == {1}, 0, 0); }}\n"
+    main = (
+        "layout(location = 0) out vec4 color;\nvoid main() {{ color = vec4(CURVE == {0}, HAS_LENS == {1}, 0, 0); }}\n"
+    )
     for defines, values in (({}, (0, 0)), ({"CURVE": "CURVE_BENT"}, (1, 0)), ({"CURVE": 1, "HAS_LENS": 2}, (1, 2))):
         generated = {"main.frag": FEATURES + main.format(*values)}
         program = FullscreenProgram(ctx, SHADERS, "main.frag", defines, generated)
@@ -202,7 +204,9 @@ def test_error_of_this_driver_has_its_place(ctx: moderngl.Context) -> None:
         FullscreenProgram(ctx, SHADERS, "main.frag", generated=generated)
 
 
-PROGRAMS = sorted(path.relative_to(SHADERS).as_posix() for path in SHADERS.rglob("*") if path.suffix in (".frag", ".vert"))
+PROGRAMS = sorted(
+    path.relative_to(SHADERS).as_posix() for path in SHADERS.rglob("*") if path.suffix in (".frag", ".vert")
+)
 
 
 @pytest.mark.parametrize("program", PROGRAMS)

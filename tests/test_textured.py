@@ -30,7 +30,9 @@ def test_an_image_in_a_furnace_is_seen_texel_by_texel(ctx: moderngl.Context, est
     """Lambert under the same radiance from everywhere reflects its albedo: here that of each pixel's own texel."""
     pixels = np.random.default_rng(1).integers(0, 256, (8, 8, 3), np.uint8)
     material = Material(albedo=1.0, specular=0.0, albedo_texture=texture(pixels, "srgb"))
-    image = batches(ctx, facing({"m": material}, mesh(quad(), "m")), 16, [0], (8, 8), specialised, estimator=estimator)[0]
+    image = batches(ctx, facing({"m": material}, mesh(quad(), "m")), 16, [0], (8, 8), specialised, estimator=estimator)[
+        0
+    ]
     values = pixels / 255
     expected = np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
     np.testing.assert_allclose(image, expected, atol=2e-5)

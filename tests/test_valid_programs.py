@@ -123,9 +123,7 @@ def alone(path: str, language: str) -> Iterator[str]:
         ("light/light.glsl", '#include "light/spot.glsl"\n'),
     ],
 )
-def test_an_include_left_out_is_found(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, file: str, text: str
-) -> None:
+def test_an_include_left_out_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, file: str, text: str) -> None:
     """The first is one that only the hash sampler misses, whose own includes stand behind those of the other one."""
     copy = tmp_path / "shaders"
     shutil.copytree(SHADERS, copy)
