@@ -44,7 +44,7 @@ def _scenes() -> Iterator[tuple[str, Scene]]:
     disk = Disk((0.0, 1.0, 0.0), (0.0, -1.0, 0.0), 0.5, "lamp")
     spot, sun = SpotLight((0.0, 3.0, 0.0), (0.0, -1.0, 0.0), 10.0), DirectionalLight((0.0, -1.0, 0.0), 1.0)
     materials = {"lamp": lamp, **grid.materials}
-    lights = {"disks": (disk,), "spot_lights": (spot,), "directional_lights": (sun,)}
+    lights: dict[str, Any] = {"disks": (disk,), "spot_lights": (spot,), "directional_lights": (sun,)}
     yield "disk, spot and directional light", replace(grid, materials=materials, **lights)
 
 
