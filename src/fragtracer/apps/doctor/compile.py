@@ -42,10 +42,15 @@ def _scenes() -> Iterator[tuple[str, Scene]]:
     grid = scenes["roughness-grid"]
     yield "more than a short list holds", replace(grid, spheres=grid.spheres * 20)
     disk = Disk((0.0, 1.0, 0.0), (0.0, -1.0, 0.0), 0.5, "lamp")
-    spot, sun = SpotLight((0.0, 3.0, 0.0), (0.0, -1.0, 0.0), 10.0), DirectionalLight((0.0, -1.0, 0.0), 1.0)
+    spot, sun = (
+        SpotLight((0.0, 3.0, 0.0), (0.0, -1.0, 0.0), (10.0,) * 3),
+        DirectionalLight((0.0, -1.0, 0.0), (1.0,) * 3),
+    )
     materials = {"lamp": lamp, **grid.materials}
-    lights: dict[str, Any] = {"disks": (disk,), "spot_lights": (spot,), "directional_lights": (sun,)}
-    yield "disk, spot and directional light", replace(grid, materials=materials, **lights)
+    yield (
+        "disk, spot and directional light",
+        replace(grid, materials=materials, disks=(disk,), spot_lights=(spot,), directional_lights=(sun,)),
+    )
 
 
 def _settings() -> Iterator[dict[str, Any]]:
