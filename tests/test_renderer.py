@@ -125,7 +125,8 @@ def edits_of(scene: Scene) -> dict[str, Scene]:
             found[f"{field} removed"] = replace(scene, **{field: left})
         found[f"{field} in another order"] = replace(scene, **{field: items[::-1]})
     for material in ("matte", "gold", "lamp"):
-        other = replace(scene.materials[material], albedo=(0.1, 0.8, 0.3), roughness=0.7)
+        color = {"metal": "copper"} if material == "gold" else {"albedo": (0.1, 0.8, 0.3)}
+        other = replace(scene.materials[material], roughness=0.7, **color)
         found[f"{material} changed"] = replace(scene, materials=scene.materials | {material: other})
     more = {f"other {i}": replace(scene.materials["gold"], roughness=0.1 * i) for i in range(1, 9)}
     balls = [Sphere((0.3 * i - 1.5, 0.1, 1.0), 0.1, name) for i, name in enumerate(more)]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""gpu/specialise.py: constants in the place of uniforms, loops and records, line by line, and what that leaves alone."""
+"""gpu/specialise.py: constants in the place of uniforms, loops and records, line by line."""
 
 import re
 from dataclasses import replace
