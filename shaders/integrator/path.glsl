@@ -37,36 +37,31 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
     uint end = index + uint(count);
     float rr_sample;
     Path path = path_begin(pixel, sampler_vec4(pixel, index, dimension_camera(), rr_sample));
-    // The loop tests at its end: a software renderer runs a body once more than a leading test lets pass.
+    // The loop tests at its end: a software renderer runs a body once more than a leading test lets pass. And it computes
+    // surface, vertex and next direction of every lane, those whose path ends too, which do not use them: their branch
+    // would be run all the same, and every assignment in it be masked.
     do {
-        bool scatters = false;
-        Vertex vertex;
-
         // The next surface along the ray.
         Hit hit = closest_hit(path.ray, hash_uint(path.seed + uint(path.depth)));
-        if (hit.primitive == NO_PRIMITIVE) {
-            path.radiance += path.throughput * escaped_radiance(path.ray.direction, path.depth, path.pdf, path.certain);
-        } else {
-            Surface surface = surface_at(path.ray, hit);
-            Material material = material_at(surface);
+        bool is_hit = hit.primitive != NO_PRIMITIVE;
+        Surface surface = surface_at(path.ray, hit);
+        Material material = material_at(surface);
 
-            // Emission, of lights from their front alone, weighed against the sample of it at the vertex before.
-            float cos_theta = -dot(surface.normal, path.ray.direction);
-            if (u_light_count > 0 && surface.light >= 0 && cos_theta > 0.0) {
-                float pdf = light_pdf(surface.light, path.ray.origin, hit.distance, cos_theta, surface.light_density);
-                path.radiance += path.throughput * material.emission * direct_emission_weight(path.pdf, pdf, path.certain);
-            }
-            if (material.unlit != 0) path.radiance += path.throughput * material.emission;
-
-            // The end, by the number of bounces or Russian roulette (Arvo and Kirk 1990, Particle Transport and Image
-            // Synthesis).
-            float survival = path.depth < u_russian_roulette_vertex ? 1.0 : min(0.95, path.eta_scale * max_component(path.throughput));
-            scatters = material.unlit == 0 && path.depth < u_bounces && path.rr_sample < survival;
-            if (scatters) {
-                path.throughput /= survival;
-                vertex = vertex_at(surface, material, path.ray.direction, hash_uint(~path.seed + uint(path.depth)));
-            }
+        // Emission: of what lies behind everything, or of the surface. Lights emit from their front alone, weighed against
+        // the sample of them at the vertex before.
+        float cos_theta = -dot(surface.normal, path.ray.direction);
+        if (!is_hit) path.radiance += path.throughput * escaped_radiance(path.ray.direction, path.depth, path.pdf, path.certain);
+        if (is_hit && u_light_count > 0 && surface.light >= 0 && cos_theta > 0.0) {
+            float pdf = light_pdf(surface.light, path.ray.origin, hit.distance, cos_theta, surface.light_density);
+            path.radiance += path.throughput * material.emission * direct_emission_weight(path.pdf, pdf, path.certain);
         }
+        if (is_hit && material.unlit != 0) path.radiance += path.throughput * material.emission;
+
+        // The end, by the number of bounces or Russian roulette (Arvo and Kirk 1990, Particle Transport and Image
+        // Synthesis).
+        float survival = path.depth < u_russian_roulette_vertex ? 1.0 : min(0.95, path.eta_scale * max_component(path.throughput));
+        bool scatters = is_hit && material.unlit == 0 && path.depth < u_bounces && path.rr_sample < survival;
+        path.throughput /= survival;
 
         // A path that has ended is a sample.
         if (!scatters) {
@@ -76,21 +71,22 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
 
         // One draw of random numbers serves the path that goes on and the one that begins.
         vec4 u = sampler_vec4(pixel, index, scatters ? dimension_vertex(path.depth) : dimension_camera(), rr_sample);
-        if (scatters) {
-            // Direct light.
-            path.radiance += path.throughput * direct_light(vertex, path.depth, pixel, index, u.zw);
 
-            // The next direction, drawn from the BSDF. Where there is none, the path ends at what it meets.
-            BsdfSample scattered = bsdf_sample(vertex.bsdf, vertex.wo, u.xy);
-            path.ray = Ray(vertex_origin(vertex, scattered.wi), frame_to_world(vertex.frame, scattered.wi));
-            path.throughput *= scattered.weight * vertex_shading_factor(vertex, scattered.wi);
-            path.eta_scale *= square(scattered.eta);
-            path.depth = scattered.pdf > 0.0 ? path.depth + 1 : u_bounces;
-            path.pdf = scattered.pdf;
-            path.certain = bsdf_is_delta(scattered);
-            path.rr_sample = rr_sample;
-        } else {
-            path = path_begin(pixel, u);
-        }
+        // Direct light.
+        Vertex vertex = vertex_at(surface, material, path.ray.direction, hash_uint(~path.seed + uint(path.depth)));
+        if (scatters) path.radiance += path.throughput * direct_light(vertex, path.depth, pixel, index, u.zw);
+
+        // The next direction, drawn from the BSDF. Where there is none, the path ends at what it meets.
+        BsdfSample scattered = bsdf_sample(vertex.bsdf, vertex.wo, u.xy);
+        path.ray = Ray(vertex_origin(vertex, scattered.wi), frame_to_world(vertex.frame, scattered.wi));
+        path.throughput *= scattered.weight * vertex_shading_factor(vertex, scattered.wi);
+        path.eta_scale *= square(scattered.eta);
+        path.depth = scattered.pdf > 0.0 ? path.depth + 1 : u_bounces;
+        path.pdf = scattered.pdf;
+        path.certain = bsdf_is_delta(scattered);
+        path.rr_sample = rr_sample;
+
+        // Regeneration.
+        if (!scatters) path = path_begin(pixel, u);
     } while (index < end);
 }
