@@ -4,7 +4,7 @@ BIN := .venv/bin
 ARGS :=
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint wheel clean
+.PHONY: help demo test check lint wheel clean
 .NOTPARALLEL:
 
 help: ## print this list
@@ -21,6 +21,17 @@ demo: ## render three-spheres, compare it with Mitsuba, and open the viewer wher
 test: ## run all tests; make test ARGS="-k film" runs some
 	@scripts/setup gl window atomic llvm xvfb xdotool glslang
 	$(BIN)/pytest -q -n auto --maxprocesses 4 --dist loadfile $(ARGS)
+
+# The tests that catch most mistakes for their time: layers, records, the shader library, closed forms, a file of each kind.
+CHECKED := tests/test_layers.py tests/test_shader_composer.py tests/test_specialise.py tests/packing tests/bvh \
+	tests/shaders/test_conventions.py tests/shaders/test_fresnel.py tests/shaders/test_ggx.py tests/shaders/test_shapes.py \
+	tests/shaders/test_warp.py tests/test_furnace.py tests/test_renderer.py tests/files/test_scene_file.py \
+	tests/files/test_gltf_scene.py tests/apps/viewer/test_session.py
+
+check: ## what to run while working: style, types, and the tests that catch most mistakes, in less than 90 s
+	@$(MAKE) --no-print-directory lint
+	@scripts/setup gl
+	$(BIN)/pytest -q -n auto --maxprocesses 4 --dist loadfile $(CHECKED)
 
 lint: ## check style and types
 	@scripts/setup

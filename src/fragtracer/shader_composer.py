@@ -55,6 +55,7 @@ def compose(
     root: Path,
     generated: Mapping[str, str] | None = None,
     language: str = "330 core",
+    optional: Mapping[str, int | str] | None = None,
 ) -> ShaderSource:
     """Assemble ``program`` with everything it includes.
 
@@ -73,6 +74,8 @@ def compose(
         Text in the place of files, by their path.
     language
         One of :data:`LANGUAGES`.
+    optional
+        Values for those of the features that the program has, where ``defines`` gives none.
 
     Raises
     ------
@@ -81,6 +84,7 @@ def compose(
     """
     expanded = list(_expand(program, root, generated or {}, set(), ()))
     features, constants = _declared([line for _, line in expanded])
+    defines = {name: value for name, value in (optional or {}).items() if name in features} | dict(defines)
     for name, value in defines.items():
         if name not in features:
             raise ShaderError(f"{program} has no feature {name}; it has {', '.join(sorted(features)) or 'none'}")

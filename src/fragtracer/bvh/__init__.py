@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Bounding volume hierarchies: trees of boxes over triangles, for rays to find them by."""
+"""Bounding volume hierarchies: trees of bounds over shapes, for rays to find them by."""
 
 from fragtracer.bvh.tree import Bvh, Layout, build
 

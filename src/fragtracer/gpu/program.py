@@ -17,8 +17,8 @@ _UNIFORM = re.compile(r"\buniform\s+(?:highp\s+)?\w+\s+(\w+)")
 class FullscreenProgram:
     """Compiles ``fragment`` (a path below ``root``) and draws it over the bound framebuffer.
 
-    ``defines`` and ``generated`` are those of :func:`compose`; ``text_pass`` changes the text, line by line, before it
-    goes to the driver.
+    ``defines``, ``generated`` and ``optional`` are those of :func:`compose`; ``text_pass`` changes the text, line by
+    line, before it goes to the driver.
 
     Raises
     ------
@@ -34,9 +34,10 @@ class FullscreenProgram:
         defines: Mapping[str, int | str] | None = None,
         generated: Mapping[str, str] | None = None,
         text_pass: Callable[[str], str] | None = None,
+        optional: Mapping[str, int | str] | None = None,
     ) -> None:
         vertex = compose("fullscreen.vert", {}, root)
-        source = compose(fragment, defines or {}, root, generated)
+        source = compose(fragment, defines or {}, root, generated, optional=optional)
         text = source.text if text_pass is None else text_pass(source.text)
         try:
             self._program = ctx.program(vertex_shader=vertex.text, fragment_shader=text)

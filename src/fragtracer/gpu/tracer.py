@@ -21,7 +21,6 @@ from fragtracer.packing import PackedScene
 from fragtracer.packing.environment import EnvironmentTables
 from fragtracer.packing.random_texture import random_texture
 from fragtracer.resources import folder
-from fragtracer.shader_composer import compose
 
 # No draw is meant to last longer: operating systems reset a GPU that is silent for about 2 s.
 DRAW_BUDGET = 0.05  # seconds
@@ -203,9 +202,14 @@ class Tracer:
             if known == key:
                 return kept
         root = program.root or folder("shaders")
-        features = compose(program.name, {}, root).features
-        defines = {name: value for name, value in packed.features.items() if name in features} | dict(program.defines)
-        compiled = FullscreenProgram(self._ctx, root, program.name, defines, text_pass=specialisation.apply)
+        compiled = FullscreenProgram(
+            self._ctx,
+            root,
+            program.name,
+            program.defines,
+            text_pass=specialisation.apply,
+            optional=packed.features,
+        )
         if recompile:
             self._forget(0)
         self._kept.insert(0, (key, compiled))

@@ -57,8 +57,15 @@ class PackedLights:
 
 def emissive_shapes(shapes: Sequence[Shape], materials: Mapping[str, Material]) -> NDArray[np.int64]:
     """The number of the light that each shape is, (n,), or -1: shapes are the first of all lights."""
-    emits = np.array([max(plain_emission(materials[shape.material])) > 0 for shape in shapes], bool)
+    emissive = _emissions(materials).keys()
+    emits = np.array([shape.material in emissive for shape in shapes], bool)
     return np.where(emits, np.cumsum(emits) - 1, -1)
+
+
+def _emissions(materials: Mapping[str, Material]) -> dict[str, tuple[float, float, float]]:
+    """The radiance of those that emit, by name."""
+    found = {name: plain_emission(material) for name, material in materials.items()}
+    return {name: radiance for name, radiance in found.items() if max(radiance) > 0}
 
 
 def pack_lights(
@@ -72,10 +79,11 @@ def pack_lights(
     distant: Sequence[LightSource],
 ) -> PackedLights:
     """Pack all lights: emissive ``shapes`` first, whose records are ``primitives`` (n,), then the meshes together."""
+    emissions = _emissions(materials)
     sources = [
-        _shape_light(shape, emission, origin, int(primitive))
+        _shape_light(shape, emissions[shape.material], origin, int(primitive))
         for shape, primitive in zip(shapes, primitives, strict=True)
-        if max(emission := plain_emission(materials[shape.material])) > 0
+        if shape.material in emissions
     ]
     mesh_light = len(sources) if mesh_power > 0 else -1
     if mesh_power > 0:
@@ -147,7 +155,7 @@ def _area_light(shape: Rectangle | Disk | Triangle) -> tuple[Kind, Floats, Float
             a, edge_u, edge_v = (np.asarray(v, np.float64) for v in (shape.corner, shape.edge_u, shape.edge_v))
             return Kind.RECTANGLE, a, edge_u, edge_v
         case Disk():
-            u, v = disk_axes(shape)
+            (u,), (v,) = disk_axes([shape.normal])
             return Kind.DISK, np.asarray(shape.center, np.float64), shape.radius * u, shape.radius * v
         case Triangle():
             a, b, c = (np.asarray(v, np.float64) for v in shape.vertices)

@@ -65,8 +65,8 @@ def plane_records(
     planes: Sequence[Plane], materials: Mapping[str, Material], index: Mapping[str, int], origin: Floats
 ) -> Words:
     """Records (n, 4, 4) of planes about ``origin``; ``index`` has the numbers of materials."""
-    normals = _unit(np.array([p.normal for p in planes], np.float64).reshape(-1, 3))
-    points = np.array([p.point for p in planes], np.float64).reshape(-1, 3) - origin
+    normals = _unit(_vectors([p.normal for p in planes]))
+    points = _vectors([p.point for p in planes]) - origin
     columns = {
         "normal": normals,
         "kind": Kind.PLANE << 24 | _flags(planes, materials),
@@ -93,7 +93,7 @@ def shape_records(
     flats = shapes[len(spheres) :]
     material = np.array([index[shape.material] for shape in shapes], np.int64)
     flags = _flags(shapes, materials)
-    centers = np.array([s.center for s in spheres], np.float64).reshape(-1, 3) - origin
+    centers = _vectors([s.center for s in spheres]) - origin
     radii = np.array([s.radius for s in spheres], np.float64)
     count = len(spheres)
     columns = {
@@ -124,48 +124,50 @@ def _flags(shapes: Sequence[Shape | Plane], materials: Mapping[str, Material]) -
 
 def _corners(flats: Sequence[Shape], origin: Floats, growth: float) -> tuple[NDArray[np.int64], Floats]:
     """The kinds (n,) of flat shapes and their points a, b and c (n, 3, 3), grown by so many metres."""
-    kinds = np.empty(len(flats), np.int64)
-    corners = np.empty((len(flats), 3, 3))
-    for i, shape in enumerate(flats):
-        match shape:
-            case Rectangle():
-                kinds[i], corners[i] = Kind.RECTANGLE, _rectangle(shape, growth)
-            case Disk():
-                kinds[i], corners[i] = Kind.DISK, _disk(shape, growth)
-            case Triangle():
-                kinds[i], corners[i] = Kind.SINGLE_TRIANGLE, _triangle(shape, growth)
-    return kinds, corners - origin
+    rectangles = [shape for shape in flats if isinstance(shape, Rectangle)]
+    disks = [shape for shape in flats if isinstance(shape, Disk)]
+    triangles = [shape for shape in flats if isinstance(shape, Triangle)]
+    counts = [len(rectangles), len(disks), len(triangles)]
+    kinds = np.repeat([Kind.RECTANGLE, Kind.DISK, Kind.SINGLE_TRIANGLE], counts).astype(np.int64)
+    corners = [_rectangles(rectangles, growth), _disks(disks, growth), _triangles(triangles, growth)]
+    return kinds, np.concatenate(corners) - origin
 
 
-def _rectangle(r: Rectangle, growth: float) -> Floats:
-    u, v = np.asarray(r.edge_u), np.asarray(r.edge_v)
-    step_u, step_v = growth * u / np.linalg.norm(u), growth * v / np.linalg.norm(v)
-    a = np.subtract(r.corner, step_u + step_v)
-    return np.stack([a, a + u + 2 * step_u, a + v + 2 * step_v])
+def _rectangles(rectangles: Sequence[Rectangle], growth: float) -> Floats:
+    corner = _vectors([r.corner for r in rectangles])
+    u, v = _vectors([r.edge_u for r in rectangles]), _vectors([r.edge_v for r in rectangles])
+    step_u, step_v = growth * _unit(u), growth * _unit(v)
+    a = corner - step_u - step_v
+    return np.stack([a, a + u + 2 * step_u, a + v + 2 * step_v], axis=1)
 
 
-def _disk(d: Disk, growth: float) -> Floats:
-    u, v = disk_axes(d)
-    center, radius = np.asarray(d.center), d.radius + growth
-    return np.stack([center, center + radius * u, center + radius * v])
+def _disks(disks: Sequence[Disk], growth: float) -> Floats:
+    center = _vectors([d.center for d in disks])
+    radius = np.array([d.radius + growth for d in disks], np.float64)[:, None]
+    u, v = disk_axes([d.normal for d in disks])
+    return np.stack([center, center + radius * u, center + radius * v], axis=1)
 
 
-def disk_axes(d: Disk) -> tuple[Floats, Floats]:
-    """Unit vectors u and v in the plane of a disk with u × v along its normal."""
-    normal = _unit(np.asarray(d.normal, np.float64)[None])[0]
-    least = np.eye(3)[np.abs(normal).argmin()]
-    u = np.cross(least, normal)
-    u /= np.linalg.norm(u)
+def disk_axes(normals: Sequence[Sequence[float]]) -> tuple[Floats, Floats]:
+    """Unit vectors u and v (n, 3) in the planes of ``normals`` of any length, with u × v along them."""
+    normal = _unit(_vectors(normals))
+    u = _unit(np.cross(np.eye(3)[np.abs(normal).argmin(axis=1)], normal))
     return u, np.cross(normal, u)
 
 
-def _triangle(t: Triangle, growth: float) -> Floats:
-    vertices = np.asarray(t.vertices)
-    sides = np.linalg.norm(np.roll(vertices, -1, 0) - np.roll(vertices, -2, 0), axis=1)
-    incenter = sides @ vertices / sides.sum()
-    inradius = 2 * t.area / sides.sum()
-    grown: Floats = incenter + (vertices - incenter) * (1 + growth / inradius)
+def _triangles(triangles: Sequence[Triangle], growth: float) -> Floats:
+    vertices = np.array([t.vertices for t in triangles], np.float64).reshape(-1, 3, 3)
+    opposite = np.roll(vertices, -1, 1) - np.roll(vertices, -2, 1)
+    sides = np.linalg.norm(opposite, axis=2)[..., None]
+    perimeter = sides.sum(axis=1, keepdims=True)
+    incenter = (sides * vertices).sum(axis=1, keepdims=True) / perimeter
+    doubled_area = np.linalg.norm(np.cross(opposite[:, 0], opposite[:, 1]), axis=1)[:, None, None]
+    grown: Floats = incenter + (vertices - incenter) * (1 + growth * perimeter / doubled_area)
     return grown
+
+
+def _vectors(vectors: Sequence[Sequence[float]]) -> Floats:
+    return np.array(vectors, np.float64).reshape(-1, 3)
 
 
 def _flat_bounds(kinds: NDArray[np.int64], corners: Floats) -> tuple[Floats, Floats]:

@@ -63,10 +63,14 @@ def _points(scene: Scene) -> Floats:
     centers = np.array([s.center for s in spheres], np.float64).reshape(-1, 3)
     radii = np.array([s.radius for s in spheres], np.float64)[:, None]
     points: list[Floats] = [centers - radii, centers + radii]
-    for r in scene.rectangles:
-        far = np.add(r.edge_u, r.edge_v)
-        points.append(r.corner + np.array([(0.0, 0.0, 0.0), r.edge_u, r.edge_v, far]))
-    points += [np.add(d.center, [[-d.radius] * 3, [d.radius] * 3]) for d in scene.disks]
-    points += [np.asarray(t.vertices, np.float64) for t in scene.triangles]
+    corner, u, v = (
+        np.array([getattr(r, name) for r in scene.rectangles], np.float64).reshape(-1, 3)
+        for name in ("corner", "edge_u", "edge_v")
+    )
+    points += [corner, corner + u, corner + v, corner + u + v]
+    disks = np.array([d.center for d in scene.disks], np.float64).reshape(-1, 3)
+    reach = np.array([d.radius for d in scene.disks], np.float64)[:, None]
+    points += [disks - reach, disks + reach]
+    points.append(np.array([t.vertices for t in scene.triangles], np.float64).reshape(-1, 3))
     points += [mesh.box_corners() for mesh in scene.meshes]
     return np.concatenate(points)
