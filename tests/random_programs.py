@@ -45,6 +45,7 @@ MATERIALS = {
     "metal": Material(metal="gold", roughness=0.4),
     "mirror": Material(metal="silver", roughness=0.0),
     "black": Material(albedo=0.0, specular=0.0),
+    "clay": Material(model="eon"),
 }
 IMAGE = Image(np.zeros((1, 1, 3), np.uint8))
 BYTES = Texture(IMAGE)

@@ -23,7 +23,7 @@ WHITE = Environment(radiance=(1.0, 1.0, 1.0))
 GRADIENT = Environment(gradient=Gradient(zenith=(0.2, 0.5, 1.0), horizon=(1.0, 0.9, 0.7), ground=(0.2, 0.1, 0.1)))
 PICTURE = Environment(image=Panorama(oracle.picture(128)), rotation_degrees=70.0, strength=0.5, tint=(1.0, 0.8, 1.5))
 LOOKED_UP = ("LOOKUPS", "OCCLUSION_MAP")
-STEPS = re.findall(r"#define SPLIT_SUM_(\w+) \d", (folder("shaders") / "split_sum" / "shading.glsl").read_text("utf-8"))
+STEPS = re.findall(r"#define SPLIT_SUM_(\w+) \d", (folder("shaders") / "integrator/split_sum.glsl").read_text("utf-8"))
 
 
 def at(step: str) -> dict[str, Any]:
@@ -261,12 +261,12 @@ MUTATIONS = [
 def test_planted_errors_are_found(
     ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, name: str, text: str, replacement: str
 ) -> None:
-    Planter(monkeypatch, tmp_path)("split_sum/shading.glsl", text, replacement)
+    Planter(monkeypatch, tmp_path)("integrator/split_sum.glsl", text, replacement)
     with pytest.raises(AssertionError):
         test_dielectric_under_white_light_is_the_formula(ctx, 0.4)
 
 
 def test_mirrored_lookups_are_found(ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    Planter(monkeypatch, tmp_path)("split_sum/shading.glsl", "vec3(-vertex.wo.xy, vertex.wo.z)", "vertex.wo")
+    Planter(monkeypatch, tmp_path)("integrator/split_sum.glsl", "vec3(-vertex.wo.xy, vertex.wo.z)", "vertex.wo")
     with pytest.raises(AssertionError):
         test_mirror_is_the_path_traced_one(ctx)

@@ -111,7 +111,10 @@ def test_plane(ctx: moderngl.Context) -> None:
 KINDS = {"rectangle": "KIND_RECTANGLE", "disk": "KIND_DISK", "triangle": "KIND_SINGLE_TRIANGLE"}
 # Distance to a flat shape: by its formula, as in the short list, and as under the BVH.
 WAYS = {
-    "listed": "t = flat_intersect(Flat(a, {0} << 24u | flags, b, 0u, c, 0u), Ray(o, d));",
+    "listed": """
+        vec3 normal = normalize(cross(b - a, c - a));
+        t = flat_intersect(Flat(a, {0} << 24u | flags, b, 0u, c, 0u, normal), Ray(o, d));
+        """,
     "bvh": """
         bool inside;
         vec4 found = triangle_intersect(a, b, c, bvh_ray(o, d), inside);

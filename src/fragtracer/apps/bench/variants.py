@@ -43,8 +43,8 @@ COUNT_WORK = (
     Edit(_PATH, "        Hit hit = closest_hit(", "        sample_work.x += 1.0;\n        Hit hit = closest_hit("),
     Edit(
         _PATH,
-        "                path.throughput /= survival;\n",
-        "                path.throughput /= survival;\n                sample_work.z += 1.0;\n",
+        "        path.throughput /= survival;\n",
+        "        path.throughput /= survival;\n        sample_work.z += float(scatters);\n",
     ),
     Edit(
         _PATH,
@@ -55,21 +55,19 @@ COUNT_WORK = (
 
 # A loop over paths around one over vertices: the same picture, but a pixel waits for the longest path beside it.
 NO_PATH_REGENERATION = (
-    Edit(_PATH, "    Path path = path_begin(pixel, sampler_vec4(pixel, index, dimension_camera(), rr_sample));\n", ""),
     Edit(
         _PATH,
-        "    do {\n        bool scatters = false;\n",
+        "    do {\n        // The next surface along the ray.\n",
         "    do {\n"
-        "        Path path = path_begin(pixel, sampler_vec4(pixel, index, dimension_camera(), rr_sample));\n"
-        "        bool scatters;\n"
-        "        do {\n"
-        "        scatters = false;\n",
+        "        path = path_begin(pixel, sampler_vec4(pixel, index, dimension_camera(), rr_sample));\n"
+        "        bool goes_on;\n"
+        "        do {\n",
     ),
     Edit(_PATH, "scatters ? dimension_vertex(path.depth) : dimension_camera()", "dimension_vertex(path.depth)"),
     Edit(
         _PATH,
-        "        } else {\n            path = path_begin(pixel, u);\n        }\n    } while (index < end);\n",
-        "        }\n        } while (scatters);\n    } while (index < end);\n",
+        "        if (!scatters) path = path_begin(pixel, u);\n    } while (index < end);\n",
+        "        goes_on = scatters;\n        } while (goes_on);\n    } while (index < end);\n",
     ),
 )
 
