@@ -24,7 +24,7 @@ def corners_of(shape: Flat) -> Floats:
         case Rectangle():
             return np.add(shape.corner, [np.zeros(3), shape.edge_u, shape.edge_v])
         case Disk():
-            u, v = disk_axes(shape)
+            u, v = (axes[0] for axes in disk_axes([shape.normal]))
             return np.add(shape.center, shape.radius * np.stack([np.zeros(3), u, v]))
         case Triangle():
             return np.array(shape.vertices)
