@@ -2,7 +2,8 @@
 """Compiles what a scene holds into its program: a pass over the text of a shader, of which nothing else knows.
 
 A software renderer runs both sides of every branch and reads every uniform for each of its lanes, so that constants are
-worth a factor of 2 to 6 there (docs/performance.md, "What limits us"). A GPU gains nothing.
+worth a factor of 2 to 6 there (docs/performance.md, "What limits us"). GPUs, on which it was never
+measured, do without.
 """
 
 import re
@@ -15,7 +16,8 @@ import numpy as np
 from fragtracer.packing import PackedScene
 from fragtracer.packing.records import Words
 
-# With more shapes than these a BVH is faster than testing all of them (docs/performance.md, "What limits us").
+# With more shapes than these a BVH is faster than testing all of them (docs/performance.md, "What limits us"); the
+# number for GPUs is a guess.
 MOST_LISTED = {"software": 64, "gpu": 8}
 # With more records than these a texture is read faster than a value chosen by comparisons.
 _MOST_SELECTED = 8
