@@ -37,7 +37,7 @@ def normals_reject(ctx: moderngl.Context) -> bool:
     normal = scene_probe(
         ctx,
         packed,
-        ["shape/intersect.glsl", "shape/surface.glsl"],
+        ["shape/intersect.glsl"],
         body,
         {"d": direction, "middle": middle},
         {"normal": 3},

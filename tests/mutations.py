@@ -230,9 +230,9 @@ MUTATIONS = [
     Mutation("directional light at a distance", "light/directional.glsl", "INFINITE_DISTANCE", "1.0"),
     Mutation(
         "disk sampled as the square around it",
-        "light/area.glsl",
-        "light.kind == KIND_DISK ? square_to_disk(u)",
-        "light.kind == KIND_DISK ? 2.0 * u - 1.0",
+        "shape/flat.glsl",
+        "kind == KIND_DISK ? square_to_disk(u)",
+        "kind == KIND_DISK ? 2.0 * u - 1.0",
     ),
     Mutation(
         "disk sampled with the area of that square",
@@ -244,7 +244,7 @@ MUTATIONS = [
     Mutation("front of a sphere inverted", "shape/sphere.glsl", "is_front = near > 0.0", "is_front = near <= 0.0"),
     Mutation(
         "culling of listed spheres inverted",
-        "shape/intersect.glsl",
+        "shape/shape.glsl",
         "if (is_front || (sphere.kind & SHAPE_CULLED)",
         "if (!is_front || (sphere.kind & SHAPE_CULLED)",
     ),
@@ -257,23 +257,23 @@ MUTATIONS = [
     Mutation("inside of a sphere not met", "shape/sphere.glsl", "is_front ? near : far", "near"),
     Mutation(
         "BVH ignores rectangles",
-        "shape/bvh.glsl",
+        "shape/shape.glsl",
         "kind == KIND_TRIANGLE || kind >= KIND_RECTANGLE",
         "kind == KIND_TRIANGLE || kind > KIND_RECTANGLE",
     ),
     Mutation(
         "BVH ignores disks",
-        "shape/bvh.glsl",
+        "shape/shape.glsl",
         "kind == KIND_TRIANGLE || kind >= KIND_RECTANGLE",
         "kind == KIND_TRIANGLE || kind == KIND_RECTANGLE || kind > KIND_DISK",
     ),
     Mutation(
         "BVH ignores triangles of no mesh",
-        "shape/bvh.glsl",
+        "shape/shape.glsl",
         "kind == KIND_TRIANGLE || kind >= KIND_RECTANGLE",
         "kind == KIND_TRIANGLE || (kind >= KIND_RECTANGLE && kind != KIND_SINGLE_TRIANGLE)",
     ),
-    Mutation("BVH ignores spheres", "shape/bvh.glsl", "&& kind == KIND_SPHERE", "&& kind == KIND_PLANE"),
+    Mutation("BVH ignores spheres", "shape/shape.glsl", "&& kind == KIND_SPHERE", "&& kind == KIND_PLANE"),
     Mutation("fourth child ignored", "shape/bvh.glsl", "near.w <= far.w && node.count > 3u", "false"),
     Mutation(
         "shadow rays stop at the short list",
@@ -283,7 +283,7 @@ MUTATIONS = [
     ),
     Mutation(
         "flat shape in the BVH taken for a triangle",
-        "shape/bvh.glsl",
+        "shape/shape.glsl",
         "if ((u_bvh_shapes & BVH_FLATS) != 0 && kind != KIND_TRIANGLE) inside",
         "if ((u_bvh_shapes & BVH_FLATS) == 0 && kind != KIND_TRIANGLE) inside",
     ),

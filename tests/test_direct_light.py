@@ -347,8 +347,8 @@ PLANTED = {
     ),
     "falloff of a spot not squared": ("light/spot.glsl", "return square(clamp(", "return (clamp(", _check_spot),
     "disk sampled as a square": (
-        *("light/area.glsl", "light.kind == KIND_DISK ? square_to_disk(u)"),
-        *("light.kind == KIND_DISK ? 2.0 * u - 1.0", _check_disk),
+        *("shape/flat.glsl", "kind == KIND_DISK ? square_to_disk(u)"),
+        *("kind == KIND_DISK ? 2.0 * u - 1.0", _check_disk),
     ),
     "guide table off by one": (
         *("light/light.glsl", "min(int(u * float(u_light_count))", "min(int(u * float(u_light_count)) + 1"),

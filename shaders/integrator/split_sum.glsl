@@ -44,54 +44,11 @@ vec3 split_sum_environment(Vertex vertex, float occlusion) {
     return split_sum_shade(vertex, irradiance, prefiltered);
 }
 
-// The light as seen from far away: direction in xyz of `towards`, and irradiance at normal incidence. Meshes that emit
-// have no one place, and give no light, as in a game engine; the environment is looked up.
-vec3 split_sum_light_irradiance(LightChoice choice, vec3 origin, out vec3 towards) {
-    LightSample s = light_no_sample();
-#if HAS_POINT_LIGHT
-    if (choice.kind == LIGHT_POINT) s = point_light_sample(point_light_load(choice.record), origin);
-#endif
-#if HAS_SPOT_LIGHT
-    if (choice.kind == LIGHT_SPOT) s = spot_light_sample(spot_light_load(choice.record), origin);
-#endif
-#if HAS_DIRECTIONAL_LIGHT
-    if (choice.kind == LIGHT_DIRECTIONAL) s = directional_light_sample(directional_light_load(choice.record));
-#endif
-#if HAS_SUN
-    if (choice.kind == LIGHT_SUN) {
-        SunLight sun = sun_light_load(choice.record);
-        s.wi = sun.direction;
-        s.radiance = sun.radiance * (2.0 * PI * sun.one_minus_cos);
-    }
-#endif
-#if HAS_SPHERE_LIGHT
-    if (choice.kind == LIGHT_SPHERE) {
-        SphereLight sphere = sphere_light_load(choice.record);
-        vec3 to_center = sphere.center - origin;
-        s.wi = normalize(to_center);
-        s.radiance = sphere.radiance * (PI * square(sphere.radius) / dot(to_center, to_center));
-    }
-#endif
-#if HAS_AREA_LIGHT
-    if (choice.kind == LIGHT_AREA) {
-        AreaLight area = area_light_load(choice.record);
-        vec3 to_middle = area.a - origin;
-        if (area.kind == KIND_RECTANGLE) to_middle += 0.5 * (area.edge_u + area.edge_v);
-        if (area.kind == KIND_SINGLE_TRIANGLE) to_middle += (area.edge_u + area.edge_v) / 3.0;
-        s.wi = normalize(to_middle);
-        s.radiance = area.radiance * (max(0.0, -dot(s.wi, area.normal)) * area.area / dot(to_middle, to_middle));
-    }
-#endif
-    towards = s.wi;
-    return s.radiance;
-}
-
 // Cook-Torrance with the k of a lamp, and what Fresnel leaves at the half vector for the base.
 vec3 split_sum_light(Vertex vertex, LightChoice choice) {
-    vec3 towards;
-    vec3 irradiance = split_sum_light_irradiance(choice, vertex.origin, towards);
+    LightSample light = light_punctual(choice, vertex.origin);
     vec3 wo = vertex.wo;
-    vec3 wi = frame_to_local(vertex.frame, towards);
+    vec3 wi = frame_to_local(vertex.frame, light.wi);
     if (wi.z <= 0.0 || wo.z <= 0.0) return vec3(0.0);
     Bsdf b = vertex.bsdf;
     vec3 wh = normalize(wo + wi);
@@ -102,7 +59,7 @@ vec3 split_sum_light(Vertex vertex, LightChoice choice) {
         float masking = ggx_g1_schlick(k, wo.z) * ggx_g1_schlick(k, wi.z);
         reflected += fresnel * (ggx_d(b.alpha, wh) * masking / (4.0 * wo.z));
     }
-    return reflected * irradiance;
+    return reflected * light.radiance;
 }
 
 vec3 split_sum_lights(Vertex vertex) {

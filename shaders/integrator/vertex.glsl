@@ -4,7 +4,7 @@
 #include "bsdf/shading_normal.glsl"
 #include "core/frame.glsl"
 #include "material/material.glsl"
-#include "shape/surface.glsl"
+#include "shape/shape.glsl"
 
 struct Vertex {
     vec3 origin;     // of rays that are reflected

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The contract of lights, the choice among them, and the dispatch to one file for each kind.
 //
-//   light_sample  a direction to a light, chosen by power, with the radiance from there if nothing occludes it
-//   light_pdf     the density of that sample, for a surface that emits and is met by BSDF sampling
+//   light_sample    a direction to a light, chosen by power, with the radiance from there if nothing occludes it
+//   light_pdf       the density of that sample, for a surface that emits and is met by BSDF sampling
+//   light_punctual  one light as if all of it were at its centre, for approximations without shadows
 //
 // Densities are over solid angle and include the probability of the choice. Each kind's file has KIND_light_sample() and,
 // where the light can be met, KIND_light_pdf(), without the choice. A light that no ray meets has a delta sample: its pdf
@@ -17,6 +18,15 @@
 #include "light/spot.glsl"
 #include "light/sun.glsl"
 #include "scene/light.glsl"
+
+const int LIGHT_POINT = 0;
+const int LIGHT_SPOT = 1;
+const int LIGHT_DIRECTIONAL = 2;
+const int LIGHT_SPHERE = 3;
+const int LIGHT_AREA = 4;         // rectangles, disks and triangles of no mesh
+const int LIGHT_MESH = 5;         // all triangles of meshes that emit
+const int LIGHT_SUN = 6;
+const int LIGHT_ENVIRONMENT = 7;
 
 const int FEW_LIGHTS = 8;
 
@@ -93,4 +103,29 @@ float light_pdf(int number, vec3 origin, float distance, float cos_theta, float 
     if (choice.kind == LIGHT_MESH) pdf = mesh_light_pdf(density, distance, cos_theta);
 #endif
     return pdf * choice.probability;
+}
+
+// A delta sample of one light. Meshes that emit have no one place, and give no light, as in a game engine; the
+// environment is looked up (light/maps.glsl).
+LightSample light_punctual(LightChoice choice, vec3 origin) {
+    LightSample s = light_no_sample();
+#if HAS_POINT_LIGHT
+    if (choice.kind == LIGHT_POINT) s = point_light_sample(point_light_load(choice.record), origin);
+#endif
+#if HAS_SPOT_LIGHT
+    if (choice.kind == LIGHT_SPOT) s = spot_light_sample(spot_light_load(choice.record), origin);
+#endif
+#if HAS_DIRECTIONAL_LIGHT
+    if (choice.kind == LIGHT_DIRECTIONAL) s = directional_light_sample(directional_light_load(choice.record));
+#endif
+#if HAS_SPHERE_LIGHT
+    if (choice.kind == LIGHT_SPHERE) s = sphere_light_punctual(sphere_light_load(choice.record), origin);
+#endif
+#if HAS_AREA_LIGHT
+    if (choice.kind == LIGHT_AREA) s = area_light_punctual(area_light_load(choice.record), origin);
+#endif
+#if HAS_SUN
+    if (choice.kind == LIGHT_SUN) s = sun_light_punctual(sun_light_load(choice.record));
+#endif
+    return s;
 }

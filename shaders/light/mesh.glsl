@@ -6,11 +6,30 @@
 #include "light/area.glsl"
 #include "light/sample.glsl"
 #include "material/visibility.glsl"
-#include "scene/light.glsl"
+#include "scene/storage.glsl"
+#include "shape/triangle.glsl"
 
 #ifndef HAS_MESH_LIGHT
 #define HAS_MESH_LIGHT 0
 #endif
+
+uniform int u_mesh_light_count;  // triangles of meshes that emit
+uniform highp usampler2D u_mesh_lights;
+
+// A row of the alias table over all triangles of meshes that emit.
+struct MeshLight {
+    float threshold;
+    int record;  // of the triangle that is chosen below the threshold
+    int other;  // of the one chosen above it
+};
+MeshLight mesh_light_of(uvec4 t0) {
+    return MeshLight(uintBitsToFloat(t0.x), int(t0.y), int(t0.z));
+}
+MeshLight mesh_light_load(int index) {
+    vec2 place = vec2(index & 4095, index >> 12) + 0.5;
+    return mesh_light_of(textureLod(u_mesh_lights, place / vec2(textureSize(u_mesh_lights, 0)), 0.0));
+}
+
 #if HAS_MESH_LIGHT
 
 // Density over solid angle at `distance` under the angle `cos_theta` to the normal, where it is `density` over area;
@@ -25,7 +44,7 @@ vec3 mesh_light_radiance(int record, Triangle t, vec2 barycentrics) {
     surface.uv = vec4(0.0);
     surface.tangent = vec4(0.0);
     surface.color = vec4(1.0);
-    surface_set_triangle(surface, Hit(0.0, record, barycentrics, -1), t);  // what emits is no instance
+    triangle_set_surface(surface, Hit(0.0, record, barycentrics, -1), t);  // what emits is no instance
 #if HAS_ALPHA
     return material_opacity(surface) * material_at(surface).emission;
 #else

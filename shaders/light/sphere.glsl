@@ -5,11 +5,27 @@
 #include "core/math.glsl"
 #include "core/warp.glsl"
 #include "light/sample.glsl"
-#include "scene/light.glsl"
+#include "scene/storage.glsl"
 
 #ifndef HAS_SPHERE_LIGHT
 #define HAS_SPHERE_LIGHT 0
 #endif
+
+uniform int u_first_sphere_light;  // texel of u_scene where the table begins
+
+struct SphereLight {
+    vec3 center;
+    float radius;
+    vec3 radiance;
+    int primitive;  // the record of its shape
+};
+SphereLight sphere_light_of(uvec4 t0, uvec4 t1) {
+    return SphereLight(uintBitsToFloat(t0.xyz), uintBitsToFloat(t0.w), uintBitsToFloat(t1.xyz), int(t1.w));
+}
+SphereLight sphere_light_load(int index) {
+    int first = u_first_sphere_light + 2 * index;
+    return sphere_light_of(scene_texel(first), scene_texel(first + 1));
+}
 
 // 1 - cos of the half angle under which the sphere is seen; 0 from inside, where nothing is emitted.
 // Written as sin^2 / (1 + cos) to stay precise for distant lights.
@@ -39,4 +55,11 @@ LightSample sphere_light_sample(SphereLight light, vec3 origin, vec2 u) {
     s.pdf = square_to_uniform_cone_pdf(one_minus_cos_max);
     s.primitive = light.primitive;
     return s;
+}
+
+LightSample sphere_light_punctual(SphereLight light, vec3 origin) {
+    vec3 to_center = light.center - origin;
+    float distance = length(to_center);
+    vec3 irradiance = light.radiance * (PI * square(light.radius) / square(distance));
+    return LightSample(to_center / distance, distance, irradiance, 1.0, true, light.primitive);
 }

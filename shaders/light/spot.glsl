@@ -3,11 +3,30 @@
 // KHR_lights_punctual, "Inner and Outer Cone Angles").
 #include "core/math.glsl"
 #include "light/sample.glsl"
-#include "scene/light.glsl"
+#include "scene/storage.glsl"
 
 #ifndef HAS_SPOT_LIGHT
 #define HAS_SPOT_LIGHT 0
 #endif
+
+uniform int u_first_spot_light;  // texel of u_scene where the table begins
+
+struct SpotLight {
+    vec3 position;
+    float cos_scale;
+    vec3 direction;  // unit, of the axis, away from the light
+    float cos_offset;
+    vec3 intensity;  // on the axis
+};
+SpotLight spot_light_of(uvec4 t0, uvec4 t1, uvec4 t2) {
+    return SpotLight(
+        uintBitsToFloat(t0.xyz), uintBitsToFloat(t0.w), uintBitsToFloat(t1.xyz), uintBitsToFloat(t1.w),
+        uintBitsToFloat(t2.xyz));
+}
+SpotLight spot_light_load(int index) {
+    int first = u_first_spot_light + 3 * index;
+    return spot_light_of(scene_texel(first), scene_texel(first + 1), scene_texel(first + 2));
+}
 
 // What is left of the intensity in a direction from the light.
 float spot_light_falloff(SpotLight light, vec3 direction) {

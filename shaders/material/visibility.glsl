@@ -6,6 +6,7 @@
 #include "core/hash.glsl"
 #include "material/material.glsl"
 #include "shape/intersect.glsl"
+#include "shape/shape.glsl"
 
 #ifndef HAS_ALPHA
 #define HAS_ALPHA 0

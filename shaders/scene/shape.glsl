@@ -1,81 +1,19 @@
 // SPDX-License-Identifier: MIT
 // Records of u_shapes: first the short list of shapes that every ray is tested against (planes, which are infinite,
 // and the shapes of a scene that has few), then a BVH of two levels over all others. The highest byte of the first
-// texel's last word is the kind of a record.
+// texel's last word is the kind of a record. Here are those of the BVH and of meshes; the record of any other shape
+// stands in its own file, shape/NAME.glsl.
 #include "scene/storage.glsl"
 
 const uint KIND_NODE = 0u;
 const uint KIND_TRIANGLE = 1u;  // of a mesh
 const uint KIND_INSTANCE = 2u;
-const uint KIND_PLANE = 3u;
-const uint KIND_SPHERE = 4u;
-const uint KIND_RECTANGLE = 5u;
-const uint KIND_DISK = 6u;
-const uint KIND_SINGLE_TRIANGLE = 7u;  // of no mesh
 
 const uint SHAPE_CULLED = 1u;  // flag of a shape or an instance: only its front is met
 
-// The short list: planes, then spheres, then flat shapes, from record 0 on.
-uniform int u_plane_count;
-uniform int u_sphere_count;
-uniform int u_flat_count;
-
-uniform int u_bvh_root;    // its record; -1: there is no BVH
-uniform int u_bvh_shapes;  // which kinds of shapes other than triangles of meshes its leaves are:
-const int BVH_SPHERES = 1;
-const int BVH_FLATS = 2;
-
-bool scene_has_spheres() { return u_sphere_count > 0 || (u_bvh_shapes & BVH_SPHERES) != 0; }
-bool scene_has_flats() { return u_flat_count > 0 || (u_bvh_shapes & BVH_FLATS) != 0; }
-
-uniform int u_mesh_light;  // number of the light that all triangles of meshes that emit are together
-
-struct Plane {
-    vec3 normal;
-    uint kind;
-    float offset;  // dot(normal, p) of its points
-    uint material;
-};
-Plane plane_of(uvec4 t0, uvec4 t1) {
-    return Plane(uintBitsToFloat(t0.xyz), t0.w, uintBitsToFloat(t1.x), t1.y);
-}
-Plane plane_load(int record) {
-    return plane_of(shape_texel(record, 0), shape_texel(record, 1));
-}
-
-struct Sphere {
-    vec3 center;
-    uint kind;
-    float radius;
-    uint material;
-    uint light;  // the number of the light that it is, plus one; 0: it is none
-};
-Sphere sphere_of(uvec4 t0, uvec4 t1) {
-    return Sphere(uintBitsToFloat(t0.xyz), t0.w, uintBitsToFloat(t1.x), t1.y, t1.z);
-}
-Sphere sphere_load(int record) {
-    return sphere_of(shape_texel(record, 0), shape_texel(record, 1));
-}
-
-// A rectangle, disk or triangle: the points a + u (b - a) + v (c - a) with u and v in [0, 1], on the unit disk, or with
-// u, v and 1 - u - v not negative.
-struct Flat {
-    vec3 a;
-    uint kind;
-    vec3 b;
-    uint material;
-    vec3 c;
-    uint light;  // as of a sphere
-    vec3 normal;  // unit, on the front
-};
-Flat flat_of(uvec4 t0, uvec4 t1, uvec4 t2, uvec4 t3) {
-    return Flat(
-        uintBitsToFloat(t0.xyz), t0.w, uintBitsToFloat(t1.xyz), t1.w, uintBitsToFloat(t2.xyz), t2.w,
-        uintBitsToFloat(t3.xyz));
-}
-Flat flat_load(int record) {
-    return flat_of(shape_texel(record, 0), shape_texel(record, 1), shape_texel(record, 2), shape_texel(record, 3));
-}
+uniform int u_bvh_root;      // its record; -1: there is no BVH
+uniform int u_bvh_shapes;    // BVH_... of shape/: the kinds of its leaves besides triangles of meshes
+uniform int u_mesh_light;    // number of the light that all triangles of meshes that emit are together
 
 // Bounds of up to four children in steps of 2^exponent from the origin, a byte for each child: the lower ones in x of each
 // vector, the upper ones in y (Ylitie, Karras and Laine 2017, Efficient Incoherent Ray Traversal on GPUs Through

@@ -2,6 +2,8 @@
 // Rays, and where they start: a secondary ray leaves from a point moved off its surface by a few
 // dozen units in the last place of the coordinates involved, so no constant depends on scene scale.
 
+#include "core/frame.glsl"
+
 struct Ray { vec3 origin; vec3 direction; };
 
 // What a ray meets.
@@ -18,4 +20,20 @@ const float RAY_OFFSET = 4e-6;
 // `extent` is the largest coordinate that took part in computing `position`.
 vec3 ray_offset_origin(vec3 position, vec3 normal, float extent) {
     return position + normal * (RAY_OFFSET * extent);
+}
+
+// A ray as nodes and triangles want it. Distances are in units of `direction`, which need not be a unit.
+struct BvhRay {
+    vec3 origin;
+    vec3 direction;
+    vec3 inverse;       // of the direction
+    vec3 across, down;  // with the direction, axes of a space in which the ray runs along z
+    vec3 along;         // direction / direction^2: dot(along, p) is the distance of p
+};
+
+BvhRay bvh_ray(vec3 origin, vec3 direction) {
+    Frame frame = frame_from_normal(normalize(direction));
+    // Finite and not 0 for all: a ray within the plane of a side must not make NaN.
+    vec3 finite = mix(direction, vec3(1e-20), lessThan(abs(direction), vec3(1e-20)));
+    return BvhRay(origin, direction, 1.0 / finite, frame.tangent, frame.bitangent, direction / dot(direction, direction));
 }

@@ -7,32 +7,9 @@ from typing import Any
 
 __version__ = version("fragtracer")
 
-# What the package offers and where it lives: imported when first used, so that a command pays only
-# for what it needs.
-_PUBLIC = {
-    "Camera": "scene",
-    "Material": "scene",
-    "Sphere": "scene",
-    "Plane": "scene",
-    "Rectangle": "scene",
-    "Disk": "scene",
-    "Triangle": "scene",
-    "Geometry": "scene",
-    "Part": "scene",
-    "Placement": "scene",
-    "Mesh": "scene",
-    "Image": "scene",
-    "Texture": "scene",
-    "Light": "scene",
-    "SpotLight": "scene",
-    "DirectionalLight": "scene",
-    "Ambient": "scene",
-    "Environment": "scene",
-    "Panorama": "scene",
-    "Gradient": "scene",
-    "Sky": "scene",
-    "RenderSettings": "scene",
-    "Scene": "scene",
+# Where what the package offers lives, besides all of fragtracer.scene: imported when first used, so that a command pays
+# only for what it needs.
+_PLACES = {
     "load": "io.toml",
     "save": "io.toml",
     "load_mesh": "io",
@@ -44,10 +21,19 @@ _PUBLIC = {
     "write_image": "io.images",
     "FragtracerError": "errors",
 }
-__all__ = sorted(_PUBLIC)
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _PUBLIC:
-        raise AttributeError(f"module 'fragtracer' has no attribute {name!r}")
-    return getattr(import_module(f"fragtracer.{_PUBLIC[name]}"), name)
+    if name in _PLACES:
+        return getattr(import_module(f"fragtracer.{_PLACES[name]}"), name)
+    if not name.startswith("_") or name == "__all__":
+        scene = import_module("fragtracer.scene")
+        if name == "__all__":
+            return sorted([*scene.__all__, *_PLACES])
+        if name in scene.__all__:
+            return getattr(scene, name)
+    raise AttributeError(f"module 'fragtracer' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return [*globals(), *__getattr__("__all__")]

@@ -11,24 +11,18 @@ from fragtracer.bvh.tree import MAX_DEPTH
 from fragtracer.gpu.textures import WIDTH as TEXTURE_WIDTH
 from fragtracer.packing import _ATTRIBUTE_FLAGS, atlas, materials, pack, random_texture, shapes
 from fragtracer.packing.hierarchy import MOST_RECORDS, RECORDS_IN_ROW
-from fragtracer.packing.records import (
-    MESH_LIGHT,
-    RECORDS,
-    SCENE_RECORDS,
-    SHAPE_RECORDS,
-    SHAPE_TEXELS,
-    SIZES,
-    BsdfModel,
-    Kind,
-    LightKind,
-    places,
-    texel_count,
-)
+from fragtracer.packing.lights import LIGHT_RECORDS, MESH_LIGHT, LightKind
+from fragtracer.packing.records import MATERIAL_RECORDS, SIZES, BsdfModel, places, texel_count
+from fragtracer.packing.shapes import SHAPE_RECORDS, SHAPE_TEXELS, Kind
 from fragtracer.resources import folder
 from fragtracer.scene import Disk, Material, Scene, Sphere
 
 SHADERS = folder("shaders")
-SCENE = "\n".join(path.read_text() for path in sorted((SHADERS / "scene").glob("*.glsl")))
+FOLDERS = ("scene", "light", "shape")
+SCENE = "\n".join(path.read_text() for name in FOLDERS for path in sorted((SHADERS / name).glob("*.glsl")))
+SCENE_RECORDS = MATERIAL_RECORDS | LIGHT_RECORDS
+RECORDS = SCENE_RECORDS | SHAPE_RECORDS | {"MeshLight": MESH_LIGHT}
+NO_RECORDS = {"Ray", "Hit", "BvhRay", "Surface", "LightSample"}  # structs of these folders that lie in no texture
 LANES = "xyzw"
 
 
@@ -97,8 +91,7 @@ def read(path: str) -> str:
 
 def test_records_lie_where_the_shader_reads_them() -> None:
     assert not disagreements(SCENE)
-    assert set(re.findall(r"^struct (\w+)", SCENE, re.MULTILINE)) == set(RECORDS)
-    assert RECORDS["MeshLight"] is MESH_LIGHT
+    assert set(re.findall(r"^struct (\w+)", SCENE, re.MULTILINE)) == set(RECORDS) | NO_RECORDS
 
 
 PLANTED = [
@@ -135,15 +128,15 @@ def test_every_table_of_the_scene_has_its_offset() -> None:
 
 
 @pytest.mark.parametrize(
-    ("enum", "path", "prefix"),
+    ("enum", "paths", "prefix"),
     [
-        (Kind, "scene/shape.glsl", "KIND_"),
-        (LightKind, "scene/light.glsl", "LIGHT_"),
-        (BsdfModel, "bsdf/bsdf.glsl", "BSDF_"),
+        (Kind, ("scene/shape.glsl", "shape/plane.glsl", "shape/sphere.glsl", "shape/flat.glsl"), "KIND_"),
+        (LightKind, ("light/light.glsl",), "LIGHT_"),
+        (BsdfModel, ("bsdf/bsdf.glsl",), "BSDF_"),
     ],
 )
-def test_enums_agree(enum: type[IntEnum], path: str, prefix: str) -> None:
-    assert constants(read(path), prefix) == {member.name: member.value for member in enum}
+def test_enums_agree(enum: type[IntEnum], paths: tuple[str, ...], prefix: str) -> None:
+    assert constants("".join(map(read, paths)), prefix) == {member.name: member.value for member in enum}
 
 
 def test_flags_agree() -> None:
@@ -153,7 +146,7 @@ def test_flags_agree() -> None:
     kinds = {"SPHERES": {"spheres": (ball,)}, "FLATS": {"disks": (disk,)}}
     scenes = {name: Scene(materials={"m": Material()}, **some) for name, some in kinds.items()}
     found = {name: pack(scene, scene.render, 8, 8).flags["u_bvh_shapes"] for name, scene in scenes.items()}
-    assert constants(shape, "BVH_") == found
+    assert constants(read("shape/sphere.glsl") + read("shape/flat.glsl"), "BVH_") == found
     material = constants(read("scene/material.glsl"), "ALPHA_")
     assert material == {mode.upper(): i for i, mode in enumerate(materials._ALPHA_MODES)}
     texture = read("scene/texture.glsl")
@@ -181,7 +174,7 @@ def test_textures_are_as_wide_as_they_are_read() -> None:
     assert constants(read("scene/storage.glsl"), "SHAPE_") == {"TEXELS": SHAPE_TEXELS}
     folded = code(f"vec2(index & {TEXTURE_WIDTH - 1}, index >> {TEXTURE_WIDTH.bit_length() - 1})")
     assert storage.count(folded) == 2
-    assert code(read("scene/light.glsl")).count(folded) == 1
+    assert code(read("light/mesh.glsl")).count(folded) == 1
     rows = RECORDS_IN_ROW.bit_length() - 1
     shift = SHAPE_TEXELS.bit_length() - 1
     assert code(f"vec2((record & {RECORDS_IN_ROW - 1}) << {shift} | texel, record >> {rows})") in storage

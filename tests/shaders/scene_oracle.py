@@ -1,5 +1,14 @@
 # SPDX-License-Identifier: MIT
-"""Where rays meet the shapes of a scene, one by one and in float64."""
+"""The table of all shapes of a scene, and where rays meet them, one by one and in float64.
+
+Whatever is asked of every shape is asked of each entry of :data:`SHAPES`: hits in every kind of storage, distances and
+surfaces (test_intersect.py), the record that the shader reads (test_scene_layout.py), and the picture beside Mitsuba's
+(test_reference_scenes.py). A new shape needs an entry and its distances in :func:`bounds`, and no test of its own for
+these.
+"""
+
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -86,3 +95,22 @@ def bounds(
             low, high = np.where(behind, np.inf, low), np.where(behind, np.inf, high)
     there = np.abs(height) < doubt  # the ray starts on it, and may meet it at once or never
     return np.where(there, 0, low), np.where(there, np.inf, high)
+
+
+def _rectangle(rng: np.random.Generator, place: Floats, scale: float, material: str) -> Rectangle:
+    u, v, _ = np.linalg.qr(rng.normal(size=(3, 3)))[0] * scale * rng.uniform(0.3, 2, (3, 1))
+    return Rectangle(place, u, v, material)
+
+
+# From random numbers, a place (3,), a scale in metres and a material: a shape that lies there.
+SHAPES: dict[str, Callable[[np.random.Generator, Floats, float, str], Any]] = {
+    "spheres": lambda rng, place, scale, material: Sphere(place, float(scale * rng.uniform(0.1, 0.7)), material),
+    "planes": lambda rng, place, scale, material: Plane(place, rng.normal(size=3), material),
+    "rectangles": _rectangle,
+    "disks": lambda rng, place, scale, material: Disk(
+        place, rng.normal(size=3), float(scale * rng.uniform(0.2, 1)), material
+    ),
+    "triangles": lambda rng, place, scale, material: Triangle(
+        (place, *(place + scale * rng.normal(size=(2, 3)))), material
+    ),
+}

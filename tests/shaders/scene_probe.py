@@ -4,6 +4,7 @@
 import re
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
+from typing import Any
 
 import moderngl
 import numpy as np
@@ -14,24 +15,15 @@ from fragtracer.gpu.specialise import Level, specialise
 from fragtracer.gpu.textures import folded_textures
 from fragtracer.packing import PackedScene
 from fragtracer.packing.hierarchy import RECORDS_IN_ROW
-from fragtracer.packing.records import Kind, Words
+from fragtracer.packing.records import Words
+from fragtracer.packing.shapes import Kind
 from fragtracer.resources import folder
-from fragtracer.scene import (
-    Camera,
-    DirectionalLight,
-    Disk,
-    Light,
-    Material,
-    Plane,
-    Rectangle,
-    Scene,
-    Sphere,
-    SpotLight,
-    Triangle,
-)
+from fragtracer.scene import Camera, Material, Scene
 from fragtracer.shader_composer import compose
 
 from . import Floats
+from .light_oracle import LIGHTS
+from .scene_oracle import SHAPES
 
 LAST_UNIT = 15  # that every driver has
 
@@ -127,26 +119,12 @@ def random_scene(
         for i, name in enumerate(names)
     }
 
-    def rectangle() -> Rectangle:
-        u, v, _ = np.linalg.qr(rng.normal(size=(3, 3)))[0] * scale * rng.uniform(0.3, 2, (3, 1))
-        return Rectangle(points(1)[0], u, v, str(rng.choice(names)))
-
-    return Scene(
-        camera=camera_on(scale, shift),
-        materials=materials,
-        spheres=tuple(Sphere(p, float(scale * rng.uniform(0.1, 0.7)), str(rng.choice(names))) for p in points(5)),
-        planes=tuple(Plane(p, n, str(rng.choice(names[:7]))) for p, n in zip(3 * points(2), points(2), strict=True)),
-        rectangles=tuple(rectangle() for _ in range(5)),
-        disks=tuple(
-            Disk(p, n, float(scale * rng.uniform(0.2, 1)), str(rng.choice(names)))
-            for p, n in zip(points(5), rng.normal(size=(5, 3)), strict=True)
-        ),
-        triangles=tuple(Triangle(tuple(points(3)), str(rng.choice(names))) for _ in range(triangles)),
-        lights=(
-            Light(points(1)[0], radius=0.2 * scale, power=(3.0, 2.0, 1.0)),
-            Light(points(1)[0], power=(1.0, 2.0, 3.0)),
-            Light(points(1)[0], radius=0.05 * scale, radiance=(5.0, 5.0, 5.0)),
-        ),
-        spot_lights=(SpotLight(points(1)[0], points(1)[0] - shift, (2.0, 1.0, 3.0), 20.0, 50.0),),
-        directional_lights=(DirectionalLight(points(1)[0] - shift, (0.5, 0.7, 0.2)),),
-    )
+    counts = dict.fromkeys(SHAPES, 5) | {"planes": 2, "triangles": triangles}
+    contents: dict[str, list[Any]] = {kind: [] for kind in SHAPES}
+    for kind, shape in SHAPES.items():
+        for place in points(counts[kind]):
+            is_plane = kind == "planes"  # which is further away, and cannot emit
+            material = str(rng.choice(names[:7] if is_plane else names))
+            contents[kind].append(shape(rng, 3 * place if is_plane else place, scale, material))
+    contents |= {kind: model.random(rng, np.full(3, shift), scale) for kind, model in LIGHTS.items()}
+    return Scene(camera=camera_on(scale, shift), materials=materials, **contents)

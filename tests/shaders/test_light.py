@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from fragtracer.gpu.probe import probe
 from fragtracer.gpu.specialise import Level
 from fragtracer.packing import PackedScene, pack
+from fragtracer.packing.shapes import Kind
 from fragtracer.scene import (
     Camera,
-    DirectionalLight,
     Disk,
     Light,
     Material,
@@ -28,6 +28,7 @@ from fragtracer.scene import (
 from . import Floats, domains
 from .chi_square import assert_fits, assert_uniform, fit
 from .directions import direction, random_directions
+from .light_oracle import LIGHTS, khronos_falloff, sphere_irradiance
 from .scene_oracle import bounds, corners_of, shapes_of
 from .scene_probe import camera_on, random_scene, scene_probe, shape_records
 
@@ -223,20 +224,15 @@ def test_density_of_a_sample_is_that_of_its_hit(ctx: moderngl.Context, most_list
             behind = (delta == 0) & (result["number"] == i) & (result["cosine"] <= 0)
             assert not pdf[behind].any()  # behind it is dark
     assert len(np.unique(result["number"][found & (delta == 0)])) == len(shines)
-    # And a delta light is one of the three: a point, a spot and a parallel one, each with its chance.
+    # And a delta light is one of the others, with its probability.
     _, own = choices(packed)
-    assert len(own) == len(shines) + 3
-    np.testing.assert_allclose(np.unique(pdf[delta == 1]), np.unique(own[-3:] / STEPS), rtol=1e-6)
+    np.testing.assert_allclose(np.unique(pdf[delta == 1]), np.unique(own[len(shines) :] / STEPS), rtol=1e-6)
 
 
 CEILING = Rectangle((-0.5, 2.0, -0.5), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), "dim")  # its front looks down
 HATCH = Disk((0.3, 1.8, 0.6), (0.2, -1.0, -0.3), 0.5, "dim")
 GABLE = Triangle(((1.0, 0.5, 0.0), (1.5, 2.0, 1.0), (1.2, 1.5, -1.0)), "bright")
 BALL = Sphere((-1.0, 1.5, 0.5), 0.4, "dim")
-LAMP = Light((0.5, 1.0, 1.0), power=(30.0, 20.0, 10.0))
-SPOT = SpotLight((0.4, 2.0, -0.3), (-0.2, -1.0, 0.3), (6.0, 5.0, 4.0), 10.0, 40.0)
-SUN = DirectionalLight((0.3, -2.0, 0.4), (0.9, 0.8, 0.7))
-GLOBE = Light((0.0, 1.5, -1.5), radius=0.5, radiance=(1.0, 2.0, 3.0))
 
 
 def lit_by(**contents: Any) -> Scene:
@@ -244,24 +240,16 @@ def lit_by(**contents: Any) -> Scene:
     return Scene(camera=Camera((0.0, 1.0, 3.0)), materials=materials, **contents)
 
 
-ROOMS = {
-    "rectangle": lit_by(rectangles=(CEILING,)),
-    "disk": lit_by(disks=(HATCH,)),
-    "triangle": lit_by(triangles=(GABLE,)),
-    "sphere": lit_by(spheres=(BALL,)),
-    "point": lit_by(lights=(LAMP,)),
-    "spot": lit_by(spot_lights=(SPOT,)),
-    "directional": lit_by(directional_lights=(SUN,)),
-    "all": lit_by(
-        lights=(LAMP, GLOBE),
-        rectangles=(CEILING,),
-        disks=(HATCH,),
-        triangles=(GABLE,),
-        spheres=(BALL,),
-        spot_lights=(SPOT,),
-        directional_lights=(SUN,),
-    ),
+EMISSIVE = {
+    "rectangle": {"rectangles": (CEILING,)},
+    "disk": {"disks": (HATCH,)},
+    "triangle": {"triangles": (GABLE,)},
+    "sphere": {"spheres": (BALL,)},
 }
+OWN = {name: {kind: (light,)} for kind, model in LIGHTS.items() for name, light in model.examples.items()}
+EVERYTHING = {kind: tuple(model.examples.values()) for kind, model in LIGHTS.items()}
+EVERYTHING |= {kind: shapes for contents in EMISSIVE.values() for kind, shapes in contents.items()}
+ROOMS = {name: lit_by(**contents) for name, contents in (EMISSIVE | OWN | {"all": EVERYTHING}).items()}
 
 
 def polygon_irradiance(corners: Floats, normal: Floats) -> float:
@@ -289,34 +277,17 @@ def irradiance(scene: Scene, normal: Floats) -> Floats:
         total += polygon_irradiance(corners, normal) * np.array(scene.materials[d.material].emission)
     for t in scene.triangles:
         total += polygon_irradiance(np.array(t.vertices), normal) * np.array(scene.materials[t.material].emission)
-    balls = [(s.center, s.radius, scene.materials[s.material].emission) for s in scene.spheres]
-    balls += [(light.position, light.radius, light.surface_radiance) for light in scene.lights if light.radius > 0]
-    for center, radius, radiance in balls:
-        distance = np.linalg.norm(center)
-        total += np.pi * (radius / distance) ** 2 * (center @ normal) / distance * np.array(radiance)
-    for light in scene.lights:
-        if light.radius == 0:
-            distance = np.linalg.norm(light.position)
-            total += np.array(light.intensity) * (np.array(light.position) @ normal) / distance**3
-    for spot in scene.spot_lights:
-        distance = np.linalg.norm(spot.position)
-        shared = np.array(spot.intensity) * khronos_falloff(spot, -np.array(spot.position) / distance)
-        total += shared * (np.array(spot.position) @ normal) / distance**3
-    for far in scene.directional_lights:
-        total += np.array(far.irradiance) * -(np.array(far.direction) @ normal) / np.linalg.norm(far.direction)
+    for s in scene.spheres:
+        emission = np.array(scene.materials[s.material].emission)
+        total += sphere_irradiance(np.array(s.center), s.radius, normal) * emission
+    for kind, model in LIGHTS.items():
+        for light in getattr(scene, kind):
+            total += model.irradiance(light, normal)
     return total
 
 
-def khronos_falloff(spot: SpotLight, direction: Floats) -> Floats:
-    """Of unit directions (..., 3) from the light: the code that KHR_lights_punctual gives for its cone angles."""
-    inner, outer = np.radians([spot.inner_degrees, spot.outer_degrees])
-    scale = 1 / max(0.001, np.cos(inner) - np.cos(outer))
-    offset = -np.cos(outer) * scale
-    cosine = direction @ (np.array(spot.direction) / np.linalg.norm(spot.direction))
-    falloff: Floats = np.clip(cosine * scale + offset, 0, 1) ** 2
-    return falloff
-
-
+(SPOT,) = LIGHTS["spot_lights"].examples.values()
+(SUN,) = LIGHTS["directional_lights"].examples.values()
 SPOTS = [
     SPOT,
     SpotLight((1.0, 2.0, 3.0), (0.0, 0.0, -1.0), (1.0, 2.0, 3.0), 0.0, 90.0),
@@ -400,6 +371,9 @@ def test_irradiance(ctx: moderngl.Context, name: str) -> None:
         assert (error < 0.005 * expected).all()
 
 
+RECTANGLE, DISK, TRIANGLE = Kind.RECTANGLE, Kind.DISK, Kind.SINGLE_TRIANGLE
+
+
 def test_flat_lights_are_dark_from_behind(ctx: moderngl.Context) -> None:
     """Above the ceiling and the disk, and below the triangle whose front is above."""
     turned = replace(GABLE, vertices=GABLE.vertices[::-1])
@@ -408,15 +382,15 @@ def test_flat_lights_are_dark_from_behind(ctx: moderngl.Context) -> None:
         numbers, words = shape_records(packed)
         kind = dict(zip(numbers.tolist(), (words[:, 0, 3] >> 24).tolist(), strict=True))
         u = np.random.default_rng(3).random((1 << 12, 2), np.float32)
-        for place, lit in (((0.0, 3.0, 0.0), {7}), ((0.0, 0.0, 0.0), {5, 6})):
+        for place, lit in (((0.0, 3.0, 0.0), {TRIANGLE}), ((0.0, 0.0, 0.0), {RECTANGLE, DISK})):
             origin = np.broadcast_to(np.array(place) - packed.origin, (len(u), 3))
             result = scene_probe(ctx, packed, LIGHT, SAMPLE, {"o": origin, "u": u}, SAMPLED)
             of = np.array([kind[int(p)] for p in result["pdf"][:, 2]])
-            assert set(of.tolist()) == {5, 6, 7}
-            for one in {5, 6, 7} - lit:
+            assert set(of.tolist()) == {RECTANGLE, DISK, TRIANGLE}
+            for one in {RECTANGLE, DISK, TRIANGLE} - lit:
                 assert not result["pdf"][of == one, 0].any()
-            if lit == {5, 6}:
-                assert (result["pdf"][np.isin(of, (5, 6)), 0] > 0).all()
+            if lit == {RECTANGLE, DISK}:
+                assert (result["pdf"][np.isin(of, (RECTANGLE, DISK)), 0] > 0).all()
 
 
 KINDS = {"rectangle": "KIND_RECTANGLE", "disk": "KIND_DISK", "triangle": "KIND_SINGLE_TRIANGLE"}

@@ -16,7 +16,7 @@ from .directions import random_directions
 from .scene_probe import camera_on, scene_probe, shape_records, triangles_of
 
 MISS = 1e30
-SCENE = ["shape/surface.glsl", "shape/intersect.glsl"]
+SCENE = ["shape/intersect.glsl"]
 TRACE = """
     Hit hit = scene_intersect(Ray(o, d), farthest, int(skipped), any_hit > 0.5);
     t = hit.distance;

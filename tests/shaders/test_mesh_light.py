@@ -11,7 +11,7 @@ from scipy import stats
 
 from fragtracer.packing import PackedScene, pack
 from fragtracer.packing.alias import alias_table
-from fragtracer.packing.records import LightKind
+from fragtracer.packing.lights import LightKind
 from fragtracer.scene import Light, Material, Mesh, Part, Placement, Rectangle, Scene, Sphere
 
 from .chi_square import assert_likely, chi_square

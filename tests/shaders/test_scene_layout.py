@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""scene/: what is packed is what the shader reads, from textures and compiled in.
+"""scene/, light/ and shape/: what is packed is what the shader reads, from textures and compiled in.
 
 That both have the same fields in the same places is what tests/packing/test_records.py says.
 """
@@ -15,18 +15,9 @@ from mesh_shapes import ball, geometry
 
 from fragtracer.gpu.specialise import Level
 from fragtracer.packing import PackedScene, instances, pack
-from fragtracer.packing.records import (
-    MESH_LIGHT,
-    RECORDS,
-    SCENE_RECORDS,
-    SHAPE_RECORDS,
-    SIZES,
-    Kind,
-    LightKind,
-    Words,
-    places,
-    texel_count,
-)
+from fragtracer.packing.lights import LIGHT_RECORDS, MESH_LIGHT, LightKind
+from fragtracer.packing.records import MATERIAL_RECORDS, SIZES, Words, places, texel_count
+from fragtracer.packing.shapes import SHAPE_RECORDS, Kind
 from fragtracer.scene import (
     DirectionalLight,
     Disk,
@@ -50,7 +41,9 @@ from . import Floats
 from .scene_oracle import Shape, corners_of, plane_of, shapes_of
 from .scene_probe import camera_on, random_scene, scene_probe, shape_records, snake
 
-SCENE = [f"scene/{name}.glsl" for name in ("light", "material", "shape", "texture", "vertex")]
+SCENE = [f"scene/{name}.glsl" for name in ("material", "texture", "vertex")] + ["shape/shape.glsl", "light/light.glsl"]
+SCENE_RECORDS = MATERIAL_RECORDS | LIGHT_RECORDS
+RECORDS = SCENE_RECORDS | SHAPE_RECORDS | {"MeshLight": MESH_LIGHT}
 Table = dict[str, Floats]
 
 # Most shapes of the short list, how many triangles, and how much is compiled in.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""shape/sphere.glsl, plane.glsl and flat.glsl, and the triangles of bvh.glsl, against float64, on hard rays.
+"""shape/sphere.glsl, plane.glsl and flat.glsl, and triangle.glsl, against float64, on hard rays.
 
 Tolerances are in units of the numbers that take part: a float32 sum of numbers of size s is known
 to about 1e-7 s, so a shape of radius r at distance d is known to a few 1e-7 (r + d).

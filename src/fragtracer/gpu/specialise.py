@@ -15,6 +15,7 @@ import numpy as np
 
 from fragtracer.packing import PackedScene
 from fragtracer.packing.records import Words
+from fragtracer.packing.shapes import LISTED
 
 # With more shapes than these a BVH is faster than testing all of them (docs/performance.md, "What limits us"); the
 # number for GPUs is a guess.
@@ -78,7 +79,7 @@ class Specialisation:
         indent, counter, call, before, noun, after = loop.groups()
         count = int(str(self.constants[counter]))
         start = sum(int(str(self.constants[name])) for name in _LIST[: _LIST.index(counter)])
-        texels = _LISTED_TEXELS[noun]
+        texels = LISTED[noun]
         calls = (
             f"{call}({before}{noun}_of({', '.join(map(_texel, record[:texels]))}), {start + i}{after});"
             for i, record in enumerate(listed[start : start + count])
@@ -96,8 +97,7 @@ class Specialisation:
         return f"texel == 0 ? {first} : texel == 1 ? {second} : texel == 2 ? {third} : {fourth}"
 
 
-_LIST = ("u_plane_count", "u_sphere_count", "u_flat_count")  # in the order of their records
-_LISTED_TEXELS = {"plane": 2, "sphere": 2, "flat": 4}
+_LIST = [f"u_{noun}_count" for noun in LISTED]
 
 
 def specialise(packed: PackedScene, level: Level, kept: Sequence[str] = ()) -> Specialisation:

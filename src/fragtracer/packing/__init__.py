@@ -17,9 +17,9 @@ from fragtracer.packing.camera import camera_uniforms
 from fragtracer.packing.environment import EnvironmentTables, pack_environment
 from fragtracer.packing.hierarchy import ATTRIBUTES, RECORDS_IN_ROW, PackedBvh, pack_bvh
 from fragtracer.packing.instances import MeshMaterial
-from fragtracer.packing.lights import emissive_shapes, pack_lights
+from fragtracer.packing.lights import LIGHT_RECORDS, emissive_shapes, pack_lights
 from fragtracer.packing.materials import PackedMaterials, mean_emission, needed_attributes, pack_materials
-from fragtracer.packing.records import SCENE_RECORDS, Words, texel_count, words_of_rows
+from fragtracer.packing.records import MATERIAL_RECORDS, Words, texel_count, words_of_rows
 from fragtracer.packing.settings import needs_maps, settings_features, settings_uniforms
 from fragtracer.packing.shapes import CULLED, Shapes, finite_shapes, plane_records, shape_records
 from fragtracer.packing.space import Space, space_of
@@ -109,11 +109,9 @@ def pack(
         tables |= {"u_vertices": attributes.parts, "u_mesh_lights": (bvh.mesh_light_texels,)}
     if environment.tables:
         tables |= {"u_environment": (environment.tables.texels,), "u_environment_tree": (environment.tables.tree,)}
-    listed_spheres = records.spheres if is_listed else 0
     uniforms: dict[str, Any] = {
         "u_plane_count": len(planes),
-        "u_sphere_count": listed_spheres,
-        "u_flat_count": len(listed) - len(planes) - listed_spheres,
+        **{f"u_{noun}_count": count if is_listed else 0 for noun, count in records.counts.items()},
         **_NO_BVH,
         **(bvh.uniforms if bvh else {}),
         **offsets,
@@ -145,7 +143,7 @@ def pack(
     )
 
 
-_NO_SHAPES = Shapes(np.zeros((0, 4, 4), np.uint32), np.zeros((6, 0), np.float32), 0)
+_NO_SHAPES = Shapes(np.zeros((0, 4, 4), np.uint32), np.zeros((6, 0), np.float32), {})
 _NO_BVH = {"u_bvh_root": -1, "u_mesh_light_count": 0, "u_bvh_shapes": 0}
 _ATTRIBUTE_FLAGS = {name: 1 << i for i, name in enumerate(ATTRIBUTES)}  # ATTRIBUTE_... of scene/vertex.glsl
 
@@ -188,7 +186,7 @@ def _with_tangents(meshes: Sequence[Mesh], materials: Iterable[tuple[str, Materi
 def _scene_words(records: Mapping[str, list[dict[str, Any]]]) -> tuple[dict[str, Words], dict[str, int]]:
     """The words of records by kind, and the uniforms with the texels where they begin."""
     words, offsets, first = {}, {}, 0
-    for name, record in SCENE_RECORDS.items():
+    for name, record in (MATERIAL_RECORDS | LIGHT_RECORDS).items():
         words[name] = words_of_rows(record, records.get(name, []))
         offsets[f"u_first_{_snake(name)}"] = first
         first += texel_count(record) * len(words[name])

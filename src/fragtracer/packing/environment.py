@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.display.tone import REC_709
-from fragtracer.packing.lights import LightSource
-from fragtracer.packing.records import LightKind
+from fragtracer.packing.lights import LightKind, LightSource
 from fragtracer.scene import Environment
 from fragtracer.scene.environment import Source
 

@@ -17,8 +17,9 @@ from fragtracer.bvh import Bvh, build
 from fragtracer.errors import SceneError
 from fragtracer.packing.alias import alias_table, choice_probabilities
 from fragtracer.packing.instances import Blas, Instance, MeshMaterial, TransformedInstance, fit, instances_of
-from fragtracer.packing.records import MESH_LIGHT, SHAPE_RECORDS, SHAPE_TEXELS, Kind, Words, words_of
-from fragtracer.packing.shapes import GROWTH, Shapes
+from fragtracer.packing.lights import MESH_LIGHT
+from fragtracer.packing.records import Words, words_of
+from fragtracer.packing.shapes import GROWTH, SHAPE_RECORDS, SHAPE_TEXELS, Kind, Shapes
 from fragtracer.scene import Mesh
 
 Floats = NDArray[np.float64]
@@ -137,7 +138,7 @@ class _Packer:
         lights, power = self._lights()
         features = {"HAS_MESHES": int(bool(placed)), "HAS_INSTANCES": int(bool(shared))}
         uniforms = {"u_bvh_root": self._first, "u_mesh_light_count": len(lights)}
-        uniforms["u_bvh_shapes"] = int(shapes.spheres > 0) + 2 * int(len(shapes) > shapes.spheres)
+        uniforms["u_bvh_shapes"] = shapes.flags
         vertices = {name: np.concatenate(tables) for name, tables in self._vertices.items() if tables}
         return PackedBvh(self._words, self._first, vertices, lights, power, self._first + of_shapes, features, uniforms)
 

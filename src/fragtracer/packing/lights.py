@@ -1,38 +1,67 @@
 # SPDX-License-Identifier: MIT
-"""All that emits, as records of shaders/scene/light.glsl."""
+"""All that emits, as records of shaders/scene/light.glsl and shaders/light/."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from enum import IntEnum
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fragtracer.errors import SceneError
 from fragtracer.packing.alias import choice_probabilities
 from fragtracer.packing.materials import plain_emission
-from fragtracer.packing.records import Kind, LightKind
-from fragtracer.packing.shapes import Shape, disk_axes
-from fragtracer.scene import Disk, Material, Rectangle, Scene, Sphere, Triangle
+from fragtracer.packing.records import Record
+from fragtracer.packing.shapes import Shape, flat_corners
+from fragtracer.scene import LIGHTS, DirectionalLight, Light, Material, Scene, Sphere, SpotLight
 
 Floats = NDArray[np.float64]
-_TABLES = {
-    LightKind.POINT: "PointLight",
-    LightKind.SPOT: "SpotLight",
-    LightKind.DIRECTIONAL: "DirectionalLight",
-    LightKind.SPHERE: "SphereLight",
-    LightKind.AREA: "AreaLight",
-    LightKind.SUN: "SunLight",
+
+
+class LightKind(IntEnum):
+    """LIGHT_... of light/light.glsl."""
+
+    POINT = 0
+    SPOT = 1
+    DIRECTIONAL = 2
+    SPHERE = 3
+    AREA = 4
+    MESH = 5
+    SUN = 6
+    ENVIRONMENT = 7
+
+    @property
+    def feature(self) -> str:
+        """The define of shaders/light/ that says that there is one."""
+        return f"HAS_{self.name}" if self in (LightKind.SUN, LightKind.ENVIRONMENT) else f"HAS_{self.name}_LIGHT"
+
+    @property
+    def record(self) -> str:
+        """The name of its table, a key of :data:`LIGHT_RECORDS` if it has one."""
+        return f"{self.name.capitalize()}Light"
+
+
+LIGHT_RECORDS: dict[str, Record] = {
+    "LightChoice": (
+        *(("cumulative", "float"), ("probability", "float"), ("kind", "int"), ("record", "int")),
+        *(("guide_first", "int"), ("guide_last", "int")),
+    ),
+    "PointLight": (("position", "vec3"), ("intensity", "vec3")),
+    "SpotLight": (
+        *(("position", "vec3"), ("cos_scale", "float"), ("direction", "vec3"), ("cos_offset", "float")),
+        ("intensity", "vec3"),
+    ),
+    "DirectionalLight": (("wi", "vec3"), ("irradiance", "vec3")),
+    "SphereLight": (("center", "vec3"), ("radius", "float"), ("radiance", "vec3"), ("primitive", "int")),
+    "AreaLight": (
+        *(("a", "vec3"), ("area", "float"), ("edge_u", "vec3"), ("kind", "uint"), ("edge_v", "vec3")),
+        *(("primitive", "int"), ("normal", "vec3"), ("radiance", "vec3")),
+    ),
+    "SunLight": (("direction", "vec3"), ("one_minus_cos", "float"), ("radiance", "vec3")),
 }
-_FEATURES = {
-    LightKind.POINT: "HAS_POINT_LIGHT",
-    LightKind.SPOT: "HAS_SPOT_LIGHT",
-    LightKind.DIRECTIONAL: "HAS_DIRECTIONAL_LIGHT",
-    LightKind.SPHERE: "HAS_SPHERE_LIGHT",
-    LightKind.AREA: "HAS_AREA_LIGHT",
-    LightKind.MESH: "HAS_MESH_LIGHT",
-    LightKind.SUN: "HAS_SUN",
-    LightKind.ENVIRONMENT: "HAS_ENVIRONMENT",
-}
+# A row of the alias table over all triangles of meshes that emit.
+MESH_LIGHT: Record = (("threshold", "float"), ("record", "int"), ("other", "int"))
 # Probabilities are multiples of the step between random numbers, so that each light is chosen exactly as often as said.
 _STEPS = 2**23
 
@@ -79,23 +108,20 @@ def pack_lights(
     distant: Sequence[LightSource],
 ) -> PackedLights:
     """Pack all lights: emissive ``shapes`` first, whose records are ``primitives`` (n,), then the meshes together."""
-    emissions = _emissions(materials)
-    sources = [
-        _shape_light(shape, emissions[shape.material], origin, int(primitive))
-        for shape, primitive in zip(shapes, primitives, strict=True)
-        if shape.material in emissions
-    ]
+    sources = _shape_lights(shapes, _emissions(materials), origin, primitives)
     mesh_light = len(sources) if mesh_power > 0 else -1
     if mesh_power > 0:
         sources.append(LightSource(LightKind.MESH, mesh_power, {}))
-    sources += _punctual_lights(scene, origin, extent)
+    sources += _own_lights(scene, origin, extent)
     sources += distant
+    if len(sources) > _STEPS:
+        raise SceneError(f"there are {len(sources):,} lights; at most {_STEPS:,} can be told apart when one is chosen")
     steps = _steps(np.array([source.power for source in sources]))
-    records: dict[str, list[dict[str, Any]]] = {name: [] for name in ("LightChoice", *_TABLES.values())}
+    records: dict[str, list[dict[str, Any]]] = {name: [] for name in LIGHT_RECORDS}
     cumulative = np.concatenate([[0], np.cumsum(steps)])
     guide = _guide(cumulative)
     for i, source in enumerate(sources):
-        table = records.get(_TABLES.get(source.kind, ""), [])
+        table = records.get(source.kind.record, [])
         choice = {"cumulative": cumulative[i] / _STEPS, "probability": steps[i] / _STEPS}
         choice |= {"kind": source.kind, "record": len(table)}
         records["LightChoice"].append(choice | {"guide_first": guide[i, 0], "guide_last": guide[i, 1]})
@@ -106,7 +132,7 @@ def pack_lights(
     }
     return PackedLights(
         records,
-        {name: int(kind in kinds) for kind, name in _FEATURES.items()},
+        {kind.feature: int(kind in kinds) for kind in LightKind},
         {
             "u_light_count": len(sources),
             "u_mesh_light": mesh_light,
@@ -137,53 +163,67 @@ def _guide(cumulative: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.stack([first, last], axis=1)
 
 
-def _shape_light(shape: Shape, radiance: Sequence[float], origin: Floats, primitive: int) -> LightSource:
-    record: dict[str, Any] = {"radiance": radiance, "primitive": primitive}
-    if isinstance(shape, Sphere):
-        record |= {"center": np.subtract(shape.center, origin), "radius": shape.radius}
-        return LightSource(LightKind.SPHERE, 4 * np.pi**2 * shape.radius**2 * sum(radiance), record)
-    kind, a, edge_u, edge_v = _area_light(shape)
-    normal = np.cross(edge_u, edge_v)
-    record |= {"kind": kind, "a": a - origin, "edge_u": edge_u, "edge_v": edge_v, "area": shape.area}
-    record |= {"normal": normal / np.linalg.norm(normal)}
-    return LightSource(LightKind.AREA, np.pi * shape.area * sum(radiance), record)
-
-
-def _area_light(shape: Rectangle | Disk | Triangle) -> tuple[Kind, Floats, Floats, Floats]:
-    match shape:
-        case Rectangle():
-            a, edge_u, edge_v = (np.asarray(v, np.float64) for v in (shape.corner, shape.edge_u, shape.edge_v))
-            return Kind.RECTANGLE, a, edge_u, edge_v
-        case Disk():
-            (u,), (v,) = disk_axes([shape.normal])
-            return Kind.DISK, np.asarray(shape.center, np.float64), shape.radius * u, shape.radius * v
-        case Triangle():
-            a, b, c = (np.asarray(v, np.float64) for v in shape.vertices)
-            return Kind.SINGLE_TRIANGLE, a, b - a, c - a
-
-
-def _punctual_lights(scene: Scene, origin: Floats, extent: float) -> list[LightSource]:
-    """Lights that no ray meets; a directional one is chosen by what it shines onto a disk as large as the scene."""
-    sources = [
-        LightSource(
-            LightKind.POINT,
-            4 * np.pi * sum(light.intensity),
-            {"position": np.subtract(light.position, origin), "intensity": light.intensity},
-        )
-        for light in scene.lights
-        if light.radius == 0 and max(light.intensity) > 0
-    ]
-    for spot in scene.spot_lights:
-        inner, outer = np.cos(np.radians([spot.inner_degrees, spot.outer_degrees]))
-        scale = 1 / max(inner - outer, 1e-6)
-        record = {"position": np.subtract(spot.position, origin), "intensity": spot.intensity}
-        record |= {"direction": np.asarray(spot.direction) / np.linalg.norm(spot.direction)}
-        record |= {"cos_scale": scale, "cos_offset": -outer * scale}
-        if max(spot.intensity) > 0:
-            sources.append(LightSource(LightKind.SPOT, sum(spot.power), record))
-    for light in scene.directional_lights:
-        wi = -np.asarray(light.direction) / np.linalg.norm(light.direction)
-        if max(light.irradiance) > 0:
-            power = np.pi * extent**2 * sum(light.irradiance)
-            sources.append(LightSource(LightKind.DIRECTIONAL, power, {"wi": wi, "irradiance": light.irradiance}))
+def _shape_lights(
+    shapes: Sequence[Shape],
+    emissions: Mapping[str, tuple[float, float, float]],
+    origin: Floats,
+    primitives: NDArray[np.int64],
+) -> list[LightSource]:
+    sources = []
+    emissive = [(shape, int(p)) for shape, p in zip(shapes, primitives, strict=True) if shape.material in emissions]
+    spheres = [(shape, p) for shape, p in emissive if isinstance(shape, Sphere)]
+    flats = [(shape, p) for shape, p in emissive if not isinstance(shape, Sphere)]
+    for sphere, primitive in spheres:
+        radiance = emissions[sphere.material]
+        record = {"radiance": radiance, "primitive": primitive, "radius": sphere.radius}
+        record["center"] = np.subtract(sphere.center, origin)
+        sources.append(LightSource(LightKind.SPHERE, 4 * np.pi**2 * sphere.radius**2 * sum(radiance), record))
+    kinds, corners = flat_corners([shape for shape, _ in flats], origin)
+    edges_u, edges_v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    normals = np.cross(edges_u, edges_v)
+    for i, (shape, primitive) in enumerate(flats):
+        radiance = emissions[shape.material]
+        record = {"radiance": radiance, "primitive": primitive, "kind": kinds[i], "area": shape.area}
+        record |= {"a": corners[i, 0], "edge_u": edges_u[i], "edge_v": edges_v[i]}
+        record["normal"] = normals[i] / np.linalg.norm(normals[i])
+        sources.append(LightSource(LightKind.AREA, np.pi * shape.area * sum(radiance), record))
     return sources
+
+
+def _own_lights(scene: Scene, origin: Floats, extent: float) -> Iterator[LightSource]:
+    """The lights of ``scene`` that are no shapes and not black."""
+    for name in LIGHTS:
+        for light in getattr(scene, name):
+            source = _SOURCES[type(light)](light, origin, extent)
+            if source is not None and source.power > 0:
+                yield source
+
+
+def _point(light: Light, origin: Floats, extent: float) -> LightSource | None:
+    if light.radius > 0:
+        return None  # one of finite_shapes()
+    record = {"position": np.subtract(light.position, origin), "intensity": light.intensity}
+    return LightSource(LightKind.POINT, 4 * np.pi * sum(light.intensity), record)
+
+
+def _spot(light: SpotLight, origin: Floats, extent: float) -> LightSource:
+    inner, outer = np.cos(np.radians([light.inner_degrees, light.outer_degrees]))
+    scale = 1 / max(inner - outer, 1e-6)
+    record = {"position": np.subtract(light.position, origin), "intensity": light.intensity}
+    record |= {"direction": np.asarray(light.direction) / np.linalg.norm(light.direction)}
+    record |= {"cos_scale": scale, "cos_offset": -outer * scale}
+    return LightSource(LightKind.SPOT, sum(light.power), record)
+
+
+def _directional(light: DirectionalLight, origin: Floats, extent: float) -> LightSource:
+    """Its power is what it shines onto a disk as large as the scene."""
+    wi = -np.asarray(light.direction) / np.linalg.norm(light.direction)
+    record = {"wi": wi, "irradiance": light.irradiance}
+    return LightSource(LightKind.DIRECTIONAL, np.pi * extent**2 * sum(light.irradiance), record)
+
+
+_SOURCES: Mapping[type, Callable[[Any, Floats, float], LightSource | None]] = {
+    Light: _point,
+    SpotLight: _spot,
+    DirectionalLight: _directional,
+}

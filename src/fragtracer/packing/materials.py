@@ -9,7 +9,7 @@ import numpy as np
 
 from fragtracer.packing.atlas import Atlas, Region, build_atlas, mean_color
 from fragtracer.packing.records import BsdfModel
-from fragtracer.scene import Material, Scene, Texture
+from fragtracer.scene import SHAPES, Material, Scene, Texture
 from fragtracer.scene.material import DEFAULT_MODEL, TEXTURED
 
 _ALPHA_DELTA = 1e-4  # of bsdf/cook_torrance.glsl
@@ -94,8 +94,7 @@ def _apart(scene: Scene, materials: Mapping[str, Material]) -> tuple[list[Materi
     """The materials to pack, and their numbers by name for shapes and for meshes; one that both use is there twice if
     it has textures."""
     on_meshes = {mesh.material_of(part) for mesh in scene.meshes for part in mesh.parts}
-    kinds = (scene.spheres, scene.planes, scene.rectangles, scene.disks, scene.triangles)
-    on_shapes = {shape.material for shapes in kinds for shape in shapes}
+    on_shapes = {shape.material for kind in SHAPES for shape in getattr(scene, kind)}
     packed: list[Material] = []
     of_shapes: dict[str, int] = {}
     of_meshes: dict[str, int] = {}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""How records lie in textures of 32-bit words. The structs of shaders/scene/ say the same; a test holds them to it."""
+"""How records lie in textures of 32-bit words. The structs of shaders/ say the same; a test holds them to it."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from enum import IntEnum
@@ -12,7 +12,7 @@ Record = tuple[tuple[str, str], ...]
 Words = NDArray[np.uint32]
 
 # Fields fill texels of four words in this order and never straddle two of them.
-SCENE_RECORDS: dict[str, Record] = {
+MATERIAL_RECORDS: dict[str, Record] = {
     "Material": (
         *(("diffuse", "vec3"), ("alpha", "float"), ("f0", "vec3"), ("bsdf", "int")),
         *(("f90", "vec3"), ("unlit", "int"), ("emission", "vec3")),
@@ -31,73 +31,8 @@ SCENE_RECORDS: dict[str, Record] = {
         *(("x", "int"), ("y", "int"), ("width", "int"), ("height", "int")),
         *(("layer", "int"), ("flags", "int"), ("wrap_u", "int"), ("wrap_v", "int")),
     ),
-    "LightChoice": (
-        *(("cumulative", "float"), ("probability", "float"), ("kind", "int"), ("record", "int")),
-        *(("guide_first", "int"), ("guide_last", "int")),
-    ),
-    "PointLight": (("position", "vec3"), ("intensity", "vec3")),
-    "SpotLight": (
-        *(("position", "vec3"), ("cos_scale", "float"), ("direction", "vec3"), ("cos_offset", "float")),
-        ("intensity", "vec3"),
-    ),
-    "DirectionalLight": (("wi", "vec3"), ("irradiance", "vec3")),
-    "SphereLight": (("center", "vec3"), ("radius", "float"), ("radiance", "vec3"), ("primitive", "int")),
-    "AreaLight": (
-        *(("a", "vec3"), ("area", "float"), ("edge_u", "vec3"), ("kind", "uint"), ("edge_v", "vec3")),
-        *(("primitive", "int"), ("normal", "vec3"), ("radiance", "vec3")),
-    ),
-    "SunLight": (("direction", "vec3"), ("one_minus_cos", "float"), ("radiance", "vec3")),
 }
-SHAPE_RECORDS: dict[str, Record] = {
-    "Plane": (("normal", "vec3"), ("kind", "uint"), ("offset", "float"), ("material", "uint")),
-    "Sphere": (("center", "vec3"), ("kind", "uint"), ("radius", "float"), ("material", "uint"), ("light", "uint")),
-    "Flat": (
-        *(("a", "vec3"), ("kind", "uint"), ("b", "vec3"), ("material", "uint"), ("c", "vec3"), ("light", "uint")),
-        ("normal", "vec3"),
-    ),
-    "Node": (
-        *(("origin", "vec3"), ("kind", "uint"), ("x", "uvec2"), ("y", "uvec2"), ("z", "uvec2")),
-        *(("first", "uint"), ("count", "uint")),
-    ),
-    "Triangle": (
-        *(("a", "vec3"), ("kind", "uint"), ("b", "vec3"), ("material", "uint"), ("c", "vec3"), ("density", "float")),
-        ("vertices", "uvec3"),
-    ),
-    "Instance": (
-        *(("row_x", "vec3"), ("kind", "uint"), ("row_y", "vec3"), ("root", "uint")),
-        *(("row_z", "vec3"), ("material", "uint"), ("translation", "vec3")),
-    ),
-}
-MESH_LIGHT: Record = (("threshold", "float"), ("record", "int"), ("other", "int"))
-RECORDS = SCENE_RECORDS | SHAPE_RECORDS | {"MeshLight": MESH_LIGHT}
-SHAPE_TEXELS = 4  # of each record of u_shapes
 SIZES = {"int": 1, "uint": 1, "float": 1, "vec2": 2, "uvec2": 2, "vec3": 3, "uvec3": 3, "vec4": 4}
-
-
-class Kind(IntEnum):
-    """Of a record of u_shapes, KIND_... in scene/shape.glsl."""
-
-    NODE = 0
-    TRIANGLE = 1
-    INSTANCE = 2
-    PLANE = 3
-    SPHERE = 4
-    RECTANGLE = 5
-    DISK = 6
-    SINGLE_TRIANGLE = 7
-
-
-class LightKind(IntEnum):
-    """LIGHT_... in light/light.glsl."""
-
-    POINT = 0
-    SPOT = 1
-    DIRECTIONAL = 2
-    SPHERE = 3
-    AREA = 4
-    MESH = 5
-    SUN = 6
-    ENVIRONMENT = 7
 
 
 class BsdfModel(IntEnum):

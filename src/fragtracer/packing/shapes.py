@@ -1,18 +1,58 @@
 # SPDX-License-Identifier: MIT
-"""Shapes with a formula of their own as records of shaders/scene/shape.glsl."""
+"""Shapes with a formula of their own as records of shaders/shape/, and the kinds of all records of u_shapes."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from enum import IntEnum
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fragtracer.packing.records import SHAPE_RECORDS, SHAPE_TEXELS, Kind, Words, words_of
-from fragtracer.scene import Disk, Light, Material, Plane, Rectangle, Scene, Sphere, Triangle
+from fragtracer.packing.records import Record, Words, texel_count, words_of
+from fragtracer.scene import SHAPES, Disk, Light, Material, Plane, Rectangle, Scene, Sphere, Triangle
 from fragtracer.scene.content import content_digest
 
 Floats = NDArray[np.float64]
+
+
+class Kind(IntEnum):
+    """Of a record of u_shapes, KIND_... of scene/shape.glsl and shape/."""
+
+    NODE = 0
+    TRIANGLE = 1
+    INSTANCE = 2
+    PLANE = 3
+    SPHERE = 4
+    RECTANGLE = 16
+    DISK = 17
+    SINGLE_TRIANGLE = 18
+
+
+SHAPE_RECORDS: dict[str, Record] = {
+    "Plane": (("normal", "vec3"), ("kind", "uint"), ("offset", "float"), ("material", "uint")),
+    "Sphere": (("center", "vec3"), ("kind", "uint"), ("radius", "float"), ("material", "uint"), ("light", "uint")),
+    "Flat": (
+        *(("a", "vec3"), ("kind", "uint"), ("b", "vec3"), ("material", "uint"), ("c", "vec3"), ("light", "uint")),
+        ("normal", "vec3"),
+    ),
+    "Node": (
+        *(("origin", "vec3"), ("kind", "uint"), ("x", "uvec2"), ("y", "uvec2"), ("z", "uvec2")),
+        *(("first", "uint"), ("count", "uint")),
+    ),
+    "Triangle": (
+        *(("a", "vec3"), ("kind", "uint"), ("b", "vec3"), ("material", "uint"), ("c", "vec3"), ("density", "float")),
+        ("vertices", "uvec3"),
+    ),
+    "Instance": (
+        *(("row_x", "vec3"), ("kind", "uint"), ("row_y", "vec3"), ("root", "uint")),
+        *(("row_z", "vec3"), ("material", "uint"), ("translation", "vec3")),
+    ),
+}
+
+SHAPE_TEXELS = 4  # of each record of u_shapes
+
 Shape = Sphere | Rectangle | Disk | Triangle
 CULLED = 1  # SHAPE_CULLED of scene/shape.glsl
 
@@ -24,11 +64,16 @@ GROWTH = 1e-6
 @dataclass(frozen=True, eq=False)
 class Shapes:
     """Records (n, 4, 4) of shapes and their bounds (6, n), as :mod:`fragtracer.bvh` wants them: equal to others where
-    their content is. ``spheres`` come first."""
+    their content is. ``counts`` are those of each kind of record by its noun, in the order of the records."""
 
     words: Words
     bounds: NDArray[np.float32]
-    spheres: int
+    counts: Mapping[str, int]
+
+    @property
+    def flags(self) -> int:
+        """Which kinds there are, BVH_... of shaders/shape/."""
+        return sum((count > 0) << i for i, count in enumerate(self.counts.values()))
 
     def __len__(self) -> int:
         return len(self.words)
@@ -47,13 +92,14 @@ class Shapes:
 def finite_shapes(scene: Scene) -> tuple[list[Shape], dict[str, Material]]:
     """The shapes of ``scene`` that are finite, those of its lights with a radius among them, in the order of their
     records: spheres, then flat shapes. And all materials, those of such lights included."""
-    spheres, materials = list(scene.spheres), dict(scene.materials)
+    lit, materials = [], dict(scene.materials)
     for i, light in enumerate(scene.lights):
         if light.radius > 0:
             name = f"light[{i}]"
             materials[name] = light_material(light)
-            spheres.append(Sphere(light.position, light.radius, name))
-    return [*spheres, *scene.rectangles, *scene.disks, *scene.triangles], materials
+            lit.append(Sphere(light.position, light.radius, name))
+    shapes = [shape for name in SHAPES if name != "planes" for shape in getattr(scene, name)]
+    return [*shapes[: len(scene.spheres)], *lit, *shapes[len(scene.spheres) :]], materials
 
 
 def light_material(light: Light) -> Material:
@@ -89,48 +135,53 @@ def shape_records(
     ``shapes`` are in the order of :func:`finite_shapes`, ``index`` has the numbers of materials, ``lights`` (n,) the
     number of the light that each shape is, or -1.
     """
-    spheres = [shape for shape in shapes if isinstance(shape, Sphere)]
-    flats = shapes[len(spheres) :]
     material = np.array([index[shape.material] for shape in shapes], np.int64)
     flags = _flags(shapes, materials)
-    centers = _vectors([s.center for s in spheres]) - origin
-    radii = np.array([s.radius for s in spheres], np.float64)
-    count = len(spheres)
-    columns = {
-        "center": centers,
-        "kind": Kind.SPHERE << 24 | flags[:count],
-        "radius": radii,
-        "material": material[:count],
-        "light": lights[:count] + 1,
-    }
-    records = words_of(SHAPE_RECORDS["Sphere"], columns, count, SHAPE_TEXELS)
-    kinds, corners = _corners(flats, origin, GROWTH * extent)
-    columns = dict(zip("abc", corners.transpose(1, 0, 2), strict=True))
-    columns["normal"] = _normals(corners)
-    columns |= {"kind": kinds << 24 | flags[count:], "material": material[count:], "light": lights[count:] + 1}
-    flat_records = words_of(SHAPE_RECORDS["Flat"], columns, len(flats), SHAPE_TEXELS)
-
-    low, high = _flat_bounds(kinds, corners)
-    low = np.concatenate([centers - radii[:, None], low])
-    high = np.concatenate([centers + radii[:, None], high])
-    growth = GROWTH * np.maximum(extent, np.maximum(np.abs(low), np.abs(high)).max(axis=1, initial=0.0))[:, None]
-    bounds = np.concatenate([(low - growth).T, -(high + growth).T]).astype(np.float32)
-    return Shapes(np.concatenate([records, flat_records]), bounds, count)
+    growth = GROWTH * extent
+    words, lows, highs, counts, first = [], [], [], {}, 0
+    for noun, (classes, geometry) in _GEOMETRY.items():
+        some = [shape for shape in shapes if isinstance(shape, classes)]
+        columns, low, high = geometry(some, origin, growth)
+        part = slice(first, first + len(some))
+        columns["kind"] = columns["kind"] << 24 | flags[part]
+        columns |= {"material": material[part], "light": lights[part] + 1}
+        words.append(words_of(SHAPE_RECORDS[noun.capitalize()], columns, len(some), SHAPE_TEXELS))
+        lows.append(low)
+        highs.append(high)
+        counts[noun] = len(some)
+        first += len(some)
+    low, high = np.concatenate(lows), np.concatenate(highs)
+    around = GROWTH * np.maximum(extent, np.maximum(np.abs(low), np.abs(high)).max(axis=1, initial=0.0))[:, None]
+    bounds = np.concatenate([(low - around).T, -(high + around).T]).astype(np.float32)
+    return Shapes(np.concatenate(words), bounds, counts)
 
 
 def _flags(shapes: Sequence[Shape | Plane], materials: Mapping[str, Material]) -> NDArray[np.int64]:
     return np.array([0 if materials[shape.material].double_sided else CULLED for shape in shapes], np.int64)
 
 
-def _corners(flats: Sequence[Shape], origin: Floats, growth: float) -> tuple[NDArray[np.int64], Floats]:
-    """The kinds (n,) of flat shapes and their points a, b and c (n, 3, 3), grown by so many metres."""
-    rectangles = [shape for shape in flats if isinstance(shape, Rectangle)]
-    disks = [shape for shape in flats if isinstance(shape, Disk)]
-    triangles = [shape for shape in flats if isinstance(shape, Triangle)]
-    counts = [len(rectangles), len(disks), len(triangles)]
-    kinds = np.repeat([Kind.RECTANGLE, Kind.DISK, Kind.SINGLE_TRIANGLE], counts).astype(np.int64)
-    corners = [_rectangles(rectangles, growth), _disks(disks, growth), _triangles(triangles, growth)]
-    return kinds, np.concatenate(corners) - origin
+def _sphere_geometry(spheres: Sequence[Sphere], origin: Floats, growth: float) -> tuple[dict[str, Any], Floats, Floats]:
+    centers = _vectors([s.center for s in spheres]) - origin
+    radii = np.array([s.radius for s in spheres], np.float64)
+    kinds = np.full(len(spheres), Kind.SPHERE, np.int64)
+    return {"kind": kinds, "center": centers, "radius": radii}, centers - radii[:, None], centers + radii[:, None]
+
+
+def _flat_geometry(flats: Sequence[Shape], origin: Floats, growth: float) -> tuple[dict[str, Any], Floats, Floats]:
+    kinds, corners = flat_corners(flats, origin, growth)
+    columns: dict[str, Any] = dict(zip("abc", corners.transpose(1, 0, 2), strict=True))
+    return {"kind": kinds, "normal": _normals(corners), **columns}, *_flat_bounds(kinds, corners)
+
+
+def flat_corners(flats: Sequence[Shape], origin: Floats, growth: float = 0.0) -> tuple[NDArray[np.int64], Floats]:
+    """Flat shapes about ``origin``, all rectangles before all disks before all triangles: their kinds (n,) and their
+    points with coordinates (0, 0), (1, 0) and (0, 1), (n, 3, 3); beyond the edges by ``growth`` metres."""
+    kinds, corners = [], []
+    for cls, (kind, corners_of) in _FLATS.items():
+        some = [shape for shape in flats if isinstance(shape, cls)]
+        kinds.append(np.full(len(some), kind, np.int64))
+        corners.append(corners_of(some, growth))
+    return np.concatenate(kinds), np.concatenate(corners) - origin
 
 
 def _rectangles(rectangles: Sequence[Rectangle], growth: float) -> Floats:
@@ -190,3 +241,20 @@ def _normals(corners: Floats) -> Floats:
 def _unit(vectors: Floats) -> Floats:
     unit: Floats = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
     return unit
+
+
+# Of flat shapes: the kind, and the points a, b and c (n, 3, 3), grown by so many metres.
+_FLATS: Mapping[type, tuple[Kind, Callable[[Sequence[Any], float], Floats]]] = {
+    Rectangle: (Kind.RECTANGLE, _rectangles),
+    Disk: (Kind.DISK, _disks),
+    Triangle: (Kind.SINGLE_TRIANGLE, _triangles),
+}
+# By the noun of the record, in the order of the records: columns about an origin, and lower and upper corners (n, 3) of
+# the bounds; shapes grow by so many metres.
+_Geometry = Callable[[Sequence[Any], Floats, float], tuple[dict[str, Any], Floats, Floats]]
+_GEOMETRY: Mapping[str, tuple[tuple[type, ...], _Geometry]] = {
+    "sphere": ((Sphere,), _sphere_geometry),
+    "flat": (tuple(_FLATS), _flat_geometry),
+}
+# What may stand on the short list, in this order, and the texels that its records need.
+LISTED = {noun: texel_count(SHAPE_RECORDS[noun.capitalize()]) for noun in ("plane", *_GEOMETRY)}

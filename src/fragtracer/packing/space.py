@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fragtracer.scene import Camera, Scene
+from fragtracer.scene import SHAPES, Camera, Scene, Sphere
 
 Floats = NDArray[np.float64]
 
@@ -59,18 +59,7 @@ def space_of(scene: Scene, before: Space | None = None) -> Space:
 def _points(scene: Scene) -> Floats:
     """Points (n, 3) that bound everything finite but the camera and lights, spheres that emit among them: a far sun
     loses nothing by its distance, and would take the precision from what it shines on."""
-    spheres = [s for s in scene.spheres if not scene.materials[s.material].is_emissive]
-    centers = np.array([s.center for s in spheres], np.float64).reshape(-1, 3)
-    radii = np.array([s.radius for s in spheres], np.float64)[:, None]
-    points: list[Floats] = [centers - radii, centers + radii]
-    corner, u, v = (
-        np.array([getattr(r, name) for r in scene.rectangles], np.float64).reshape(-1, 3)
-        for name in ("corner", "edge_u", "edge_v")
-    )
-    points += [corner, corner + u, corner + v, corner + u + v]
-    disks = np.array([d.center for d in scene.disks], np.float64).reshape(-1, 3)
-    reach = np.array([d.radius for d in scene.disks], np.float64)[:, None]
-    points += [disks - reach, disks + reach]
-    points.append(np.array([t.vertices for t in scene.triangles], np.float64).reshape(-1, 3))
-    points += [mesh.box_corners() for mesh in scene.meshes]
-    return np.concatenate(points)
+    shapes = [shape for kind in SHAPES if kind != "planes" for shape in getattr(scene, kind)]
+    kept = [s.bounds for s in shapes if not (isinstance(s, Sphere) and scene.materials[s.material].is_emissive)]
+    bounds = np.array(kept, np.float64).reshape(-1, 3)
+    return np.concatenate([bounds, *(mesh.box_corners() for mesh in scene.meshes)])

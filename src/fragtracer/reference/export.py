@@ -10,19 +10,17 @@ from typing import Any
 import numpy as np
 
 from fragtracer.errors import OutputError
-from fragtracer.reference import plugins
-from fragtracer.reference.lights import spot_note
+from fragtracer.reference import lights, plugins, shapes
 from fragtracer.reference.materials import geometry_term
 from fragtracer.reference.meshes import MeshAttributes, with_needed_tangents
 from fragtracer.reference.nearest import note
 from fragtracer.reference.shapes import Tree
 from fragtracer.reference.translate import scene_tree
-from fragtracer.scene import Scene
+from fragtracer.scene import LIGHTS, Scene
 
 _TAGS = {
-    **dict.fromkeys(("sphere", "disk", "rectangle", "ply"), "shape"),
-    **dict.fromkeys(("area", "point", "constant", "envmap"), "emitter"),
-    **dict.fromkeys(("spot", "directional", plugins.SPOT, plugins.UNLIT), "emitter"),
+    **dict.fromkeys(shapes.TYPES, "shape"),
+    **dict.fromkeys((*lights.TYPES, "constant", "envmap", plugins.UNLIT), "emitter"),
     **dict.fromkeys(("perspective", "thinlens"), "sensor"),
     **dict.fromkeys(("box", "tent", "gaussian"), "rfilter"),
     **dict.fromkeys(("diffuse", "twosided", "blendbsdf", "mask", "normalmap", plugins.NAME, plugins.SURFACE), "bsdf"),
@@ -50,7 +48,7 @@ def export_mitsuba(scene: Scene, folder: Path | str, plugin: bool = False) -> li
     Returns
     -------
     list of str
-        What each material and each spot light became and how near that is; then how to open the scene.
+        What each material and each light that is not the same became, and how near that is; then how to open the scene.
         The former are also comments in the file.
 
     Raises
@@ -75,7 +73,7 @@ def export_mitsuba(scene: Scene, folder: Path | str, plugin: bool = False) -> li
 
 
 def _notes(scene: Scene, plugin: bool) -> dict[str, str]:
-    """By its key in the tree one for each material, with all attributes that it reads, and each spot light."""
+    """By its key in the tree one for each material, with all attributes that it reads, and each light that changes."""
     attributes = {
         name: MeshAttributes.of(with_needed_tangents(part.geometry, scene.materials[name]), scene.materials[name])
         for mesh in scene.meshes
@@ -86,8 +84,12 @@ def _notes(scene: Scene, plugin: bool) -> dict[str, str]:
         f"material_{i}": f"{name}: {note(material, geometry, plugin, attributes.get(name, MeshAttributes()))}"
         for i, (name, material) in enumerate(scene.materials.items())
     }
-    spots = {f"spot_light_{i}": light for i, light in enumerate(scene.spot_lights)}
-    return notes | {key: f"{key}: {spot_note(light, plugin)}" for key, light in spots.items()}
+    for kind in LIGHTS:
+        for i, light in enumerate(getattr(scene, kind)):
+            key = f"{kind.removesuffix('s')}_{i}"
+            if text := lights.note(light, plugin):
+                notes[key] = f"{key}: {text}"
+    return notes
 
 
 def _copy_plugins(folder: Path) -> None:
@@ -98,8 +100,8 @@ def _copy_plugins(folder: Path) -> None:
 def _scene_element(tree: Tree, notes: dict[str, str]) -> ET.Element:
     root = ET.Element("scene", version="3.0.0")
     for key, value in tree.items():
-        found = re.match(r"material_\d+|spot_light_\d+", key)
-        if found:
+        found = re.match(r"[a-z_]+_\d+", key)
+        if found and found[0] in notes:
             text = notes[found[0]]
             root.append(ET.Comment(f" {re.sub('-(?=-)', '- ', text)} "))  # XML forbids two dashes
         if key != "type":

@@ -3,6 +3,7 @@
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -11,8 +12,27 @@ from fragtracer.reference.plugins import SPOT
 from fragtracer.reference.shapes import Tree, towards
 from fragtracer.scene import DirectionalLight, Light, SpotLight
 
+TYPES = ("area", "point", "spot", "directional", SPOT)  # of emitters below
 
-def light(light: Light) -> Tree:
+
+def emitter(light: Any, plugins: bool) -> Tree:
+    """A light of any kind, with fragtracer's own ``plugins`` where Mitsuba has none that is the same."""
+    match light:
+        case SpotLight():
+            return _spot(light) if plugins else _nearest_spot(light)
+        case DirectionalLight():
+            return _directional(light)
+        case Light():
+            return _light(light)
+    raise TypeError(f"there is no {type(light).__name__} in Mitsuba")
+
+
+def note(light: Any, plugins: bool) -> str | None:
+    """What a light becomes in an exported scene, and how near that is; None where it is the same."""
+    return _spot_note(light, plugins) if isinstance(light, SpotLight) else None
+
+
+def _light(light: Light) -> Tree:
     """A ``point`` emitter, or an ``area`` emitter on a black sphere."""
     if light.radius == 0:
         return {"type": "point", "position": list(light.position), "intensity": rgb(light.intensity)}
@@ -25,12 +45,12 @@ def light(light: Light) -> Tree:
     }
 
 
-def directional(light: DirectionalLight) -> Tree:
+def _directional(light: DirectionalLight) -> Tree:
     """Mitsuba's ``directional``, the same."""
     return {"type": "directional", "direction": list(light.direction), "irradiance": rgb(light.irradiance)}
 
 
-def spot(light: SpotLight) -> Tree:
+def _spot(light: SpotLight) -> Tree:
     """fragtracer's own plugin, the same."""
     return {
         "type": SPOT,
@@ -42,7 +62,7 @@ def spot(light: SpotLight) -> Tree:
     }
 
 
-def nearest_spot(light: SpotLight) -> Tree:
+def _nearest_spot(light: SpotLight) -> Tree:
     """Mitsuba's ``spot`` of the same intensity on the axis, the same cone and nearly the same power."""
     return {
         "type": "spot",
@@ -63,8 +83,7 @@ def _beam_width(light: SpotLight) -> float:
     return (math.sqrt(outer**2 + 8 * inner**2) - outer) / 2
 
 
-def spot_note(light: SpotLight, plugin: bool) -> str:
-    """What a spot light becomes in an exported scene, and how near that is."""
+def _spot_note(light: SpotLight, plugin: bool) -> str:
     if plugin:
         return f"{SPOT}, the same"
     beam, outer = np.radians([_beam_width(light), light.outer_degrees])

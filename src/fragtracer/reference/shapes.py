@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fragtracer.scene import Camera, Disk, Mesh, Plane, Rectangle, Scene, Sphere
+from fragtracer.scene import LIGHTS, SHAPES, Camera, Disk, Mesh, Plane, Rectangle, Scene, Sphere
 
 Tree = dict[str, Any]
 Matrix = NDArray[np.float64]
@@ -44,12 +44,11 @@ def towards(origin: ArrayLike, direction: ArrayLike) -> Matrix:
 def bounding_radius(scene: Scene) -> float:
     """Radius in metres of the sphere around the camera that bounds everything finite."""
     eye = np.asarray(scene.camera.position)
-    points: list[tuple[ArrayLike, float]] = [(scene.camera.target, 0.0), *((s.center, s.radius) for s in scene.spheres)]
-    points += [(disk.center, disk.radius) for disk in scene.disks]
-    points += [(light.position, light.radius) for light in scene.lights]
-    points += [(spot.position, 0.0) for spot in scene.spot_lights]
-    points += [(r.corner, float(np.linalg.norm(np.add(r.edge_u, r.edge_v)))) for r in scene.rectangles]
-    points += [(vertex, 0.0) for t in scene.triangles for vertex in t.vertices]
+    points: list[tuple[ArrayLike, float]] = [(scene.camera.target, 0.0)]
+    boxes = [shape.bounds for kind in SHAPES if kind != "planes" for shape in getattr(scene, kind)]
+    points += [(np.mean(box, axis=0), float(np.linalg.norm(np.subtract(*box))) / 2) for box in boxes]
+    placed = [light for kind in LIGHTS for light in getattr(scene, kind) if hasattr(light, "position")]
+    points += [(light.position, getattr(light, "radius", 0.0)) for light in placed]
     points += [(center, radius) for mesh in scene.meshes for center, radius in _bounding_spheres(mesh)]
     return max(float(np.linalg.norm(np.subtract(point, eye))) + radius for point, radius in points)
 
@@ -72,6 +71,23 @@ def plane_radius(scene: Scene, plane: Plane) -> float:
     height = abs(float(normal @ np.subtract(scene.camera.position, plane.point)))
     pixel = 2 * np.tan(np.radians(scene.camera.fov_degrees) / 2) / scene.render.height
     return max(1e4 * bounding_radius(scene), float(height / (RIM_PIXELS * pixel)))
+
+
+TYPES = ("sphere", "disk", "rectangle", "ply")  # of shapes below
+
+
+def shape(scene: Scene, shape: Any) -> Tree:
+    """A shape of ``scene`` that is no triangle."""
+    match shape:
+        case Plane():
+            return plane_disk(scene, shape)
+        case Sphere():
+            return sphere(shape)
+        case Rectangle():
+            return rectangle(shape)
+        case Disk():
+            return disk(shape)
+    raise TypeError(f"there is no {type(shape).__name__} in Mitsuba")
 
 
 def plane_disk(scene: Scene, plane: Plane) -> Tree:

@@ -40,7 +40,7 @@ from fragtracer.reference.meshes import MeshAttributes, with_needed_tangents, wo
 from fragtracer.reference.nearest import nearest_bsdf
 from fragtracer.reference.shapes import Tree
 from fragtracer.reference.textures import TextureFolder
-from fragtracer.scene import RenderSettings, Scene
+from fragtracer.scene import LIGHTS, SHAPES, RenderSettings, Scene
 
 NEVER = 1_000_000  # a depth that no path reaches
 
@@ -85,12 +85,9 @@ def scene_tree(scene: Scene, folder: Path, plugins: bool = True) -> Tree:
         emitter = emitter_of(scene.materials[name], attributes, textures, plugins)
         if emitter:
             tree[key]["emitter"] = emitter
-    for i, light in enumerate(scene.lights):
-        tree[f"light_{i}"] = lights.light(light)
-    for i, spot in enumerate(scene.spot_lights):
-        tree[f"spot_light_{i}"] = lights.spot(spot) if plugins else lights.nearest_spot(spot)
-    for i, directional in enumerate(scene.directional_lights):
-        tree[f"directional_light_{i}"] = lights.directional(directional)
+    for kind in LIGHTS:
+        for i, light in enumerate(getattr(scene, kind)):
+            tree[f"{kind.removesuffix('s')}_{i}"] = lights.emitter(light, plugins)
     tree |= environment_emitters(scene, folder)
     if scene.environment is None and max(scene.ambient.radiance) > 0:
         tree["ambient"] = {"type": "constant", "radiance": rgb(scene.ambient.radiance)}
@@ -147,10 +144,12 @@ def _film(settings: RenderSettings) -> Tree:
 def _shapes(scene: Scene, folder: Path, smooth: bool) -> dict[str, tuple[Tree, str, MeshAttributes]]:
     """Every shape by its key, with the name of its material and the attributes that this reads."""
     plain = MeshAttributes()
-    found = {f"sphere_{i}": (shapes.sphere(s), s.material, plain) for i, s in enumerate(scene.spheres)}
-    found |= {f"plane_{i}": (shapes.plane_disk(scene, p), p.material, plain) for i, p in enumerate(scene.planes)}
-    found |= {f"rectangle_{i}": (shapes.rectangle(r), r.material, plain) for i, r in enumerate(scene.rectangles)}
-    found |= {f"disk_{i}": (shapes.disk(d), d.material, plain) for i, d in enumerate(scene.disks)}
+    found = {
+        f"{kind.removesuffix('s')}_{i}": (shapes.shape(scene, shape), shape.material, plain)
+        for kind in SHAPES
+        for i, shape in enumerate(getattr(scene, kind))
+        if kind != "triangles"
+    }
     for i, name in enumerate(dict.fromkeys(t.material for t in scene.triangles)):
         vertices = [t.vertices for t in scene.triangles if t.material == name]
         found[f"triangles_{i}"] = (shapes.triangle_mesh(folder / f"triangles_{i}.ply", vertices), name, plain)

@@ -2,7 +2,8 @@
 """The validated value types of the scene model."""
 
 from collections.abc import Iterable
-from typing import Annotated, Any
+from dataclasses import fields
+from typing import Annotated, Any, TypeVar, get_args
 
 import numpy as np
 from pydantic import BeforeValidator, ConfigDict, Field
@@ -41,9 +42,23 @@ NonNegative = Annotated[float, BeforeValidator(as_number), Field(ge=0, le=LARGES
 Positive = Annotated[float, BeforeValidator(as_number), Field(gt=0, le=LARGEST)]
 Fraction = Annotated[float, BeforeValidator(as_number), Field(ge=0, le=1)]
 Vector = Annotated[Triple, BeforeValidator(as_vector)]
+Point = Annotated[Vector, "a place, which moves with what it belongs to"]
+Points = Annotated[tuple[Point, Point, Point], BeforeValidator(as_tuple)]
 Reflectance = Annotated[tuple[Fraction, Fraction, Fraction], BeforeValidator(as_color)]
 Scale = Annotated[Triple, BeforeValidator(as_color)]
 Strength = Annotated[tuple[NonNegative, NonNegative, NonNegative], BeforeValidator(as_color)]
+T = TypeVar("T")
+Many = Annotated[tuple[T, ...], BeforeValidator(as_tuple)]
+
+
+def kinds_of(cls: type) -> dict[str, type]:
+    """What the fields of a dataclass hold that are :data:`Many`, by name."""
+    found: dict[str, type] = {}
+    for field in fields(cls):
+        (many, *_) = get_args(field.type) or (None,)
+        if get_args(many):
+            found[field.name] = get_args(many)[0]
+    return found
 
 
 def length(v: Triple) -> float:

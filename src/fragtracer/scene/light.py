@@ -7,7 +7,9 @@ import numpy as np
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from fragtracer.scene.fields import CONFIG, NonNegative, Strength, Triple, Vector, length
+from fragtracer.scene.fields import CONFIG, Many, NonNegative, Point, Strength, Triple, Vector, kinds_of, length
+
+__all__ = ["Ambient", "DirectionalLight", "Light", "SpotLight"]
 
 
 @dataclass(frozen=True, config=CONFIG)
@@ -19,7 +21,7 @@ class Light:
     casts hard shadows, is invisible and needs ``power``.
     """
 
-    position: Vector
+    position: Point
     radius: NonNegative = 0.0
     power: Strength | None = None
     radiance: Strength | None = None
@@ -56,7 +58,7 @@ class SpotLight:
     (Khronos Group, KHR_lights_punctual, "Inner and Outer Cone Angles").
     """
 
-    position: Vector
+    position: Point
     direction: Vector
     intensity: Strength
     inner_degrees: Annotated[float, Field(ge=0, lt=90)] = 0.0
@@ -90,6 +92,18 @@ class DirectionalLight:
     def __post_init__(self) -> None:
         if not length(self.direction) > 0:
             raise ValueError("direction must not have length zero; [0, -1, 0] points down")
+
+
+@dataclass(frozen=True, config=CONFIG, kw_only=True)
+class LightLists:
+    """The lights of a scene. The tables of a scene file have the names of the fields without their s."""
+
+    lights: Many[Light] = ()
+    spot_lights: Many[SpotLight] = ()
+    directional_lights: Many[DirectionalLight] = ()
+
+
+LIGHTS = kinds_of(LightLists)
 
 
 @dataclass(frozen=True, config=CONFIG)

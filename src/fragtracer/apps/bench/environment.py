@@ -3,7 +3,7 @@
 beside the figures of the PBR document (André, Clerc and Cozzolino, table 2)."""
 
 from dataclasses import replace
-from typing import Literal
+from typing import Any, Literal
 
 from fragtracer.apps.bench.cases import case
 from fragtracer.apps.bench.frames import RUNS, frame_time
@@ -12,7 +12,7 @@ from fragtracer.apps.bench.plan import Benchmark, Plan, Progress, steps
 from fragtracer.apps.bench.statistics import inverse
 from fragtracer.apps.bench.tables import Column, Row, Table
 from fragtracer.renderer import Renderer
-from fragtracer.scene import RenderSettings, Scene
+from fragtracer.scene import LIGHTS, SHAPES, RenderSettings, Scene
 
 SCENE = "spheres-49"
 SIZE = (1280, 720)
@@ -65,7 +65,8 @@ def _measure(scene: Scene, empty: bool, integrator: Integrator, plan: Plan, resu
     width, height = plan.size or SIZE
     settings = RenderSettings(width, height, rays=1, bounces=_BOUNCES, integrator=integrator)
     if empty:
-        scene = replace(scene, spheres=(), planes=(), rectangles=(), triangles=(), meshes=(), lights=())
+        nothing: dict[str, Any] = dict.fromkeys(("meshes", *SHAPES, *LIGHTS), ())
+        scene = replace(scene, **nothing)
     scene = replace(scene, render=settings)
     measured = frame_time(scene, plan.runs or RUNS, plan.row_limit, progress=lambda share: progress(share, ""))
     with Renderer(scene) as renderer:

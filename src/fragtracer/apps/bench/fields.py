@@ -71,7 +71,7 @@ def light_field(count: int, render: RenderSettings) -> Scene:
     spheres = tuple(Sphere((x, 0.3, z), 0.3, "grey") for x, _, z in _places(9, 0.0).tolist())
     power = (300.0 / count,) * 3
     lights = tuple(Light(tuple(place), 0.1 / math.sqrt(count), power=power) for place in _places(count, 2.5).tolist())
-    return Scene(_CAMERA, _GREY, spheres, _FLOOR, lights=lights, render=render, name=f"{count} lights")
+    return Scene(_CAMERA, _GREY, spheres=spheres, planes=_FLOOR, lights=lights, render=render, name=f"{count} lights")
 
 
 def _scene(render: RenderSettings, **shapes: object) -> Scene:

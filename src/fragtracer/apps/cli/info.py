@@ -15,9 +15,6 @@ from fragtracer.errors import FragtracerError
 if TYPE_CHECKING:
     from fragtracer.scene import Mesh, Scene
 
-_SHAPES = ("spheres", "planes", "rectangles", "disks", "triangles", "meshes")
-_LIGHTS = ("lights", "spot_lights", "directional_lights")
-
 
 def info(scene: Annotated[str | None, typer.Argument(help=SCENE_HELP)] = None) -> None:
     """Print the OpenGL vendor, renderer, version and limits, and what is missing; with a SCENE, what is in it."""
@@ -35,9 +32,11 @@ def info(scene: Annotated[str | None, typer.Argument(help=SCENE_HELP)] = None) -
 
 def contents(scene: "Scene") -> Iterator[str]:
     """The lines that say what ``scene`` holds."""
+    from fragtracer.scene import LIGHTS, SHAPES
+
     yield f"{scene.name}: {scene.description}" if scene.description else scene.name
     yield _line("camera", f"at {_row(scene.camera.position)}, to {_row(scene.camera.target)}")
-    for kind in (*_SHAPES, *_LIGHTS, "materials"):
+    for kind in (*SHAPES, "meshes", *LIGHTS, "materials"):
         if count := len(getattr(scene, kind)):
             yield _line(kind.replace("_", " "), f"{count}")
     for mesh in scene.meshes:

@@ -18,7 +18,7 @@ from fragtracer.apps.compare.machine import describe_machine
 from fragtracer.apps.compare.measures import relative
 from fragtracer.apps.compare.rendering import Progress, part_of
 from fragtracer.renderer import Renderer
-from fragtracer.scene import Scene
+from fragtracer.scene import LIGHTS, Scene
 
 Floats = NDArray[np.float64]
 
@@ -47,8 +47,7 @@ def stages(scene: Scene) -> list[Stage]:
         Stage("single scattering", "lost multiple scattering", once, path),
         Stage("direct light", "missing interreflection", "surfaces are dark to each other", {**path, "bounces": 1}),
     ]
-    lamps = (*scene.lights, *scene.spot_lights, *scene.directional_lights)
-    lit = bool(lamps) or any(m.is_emissive for m in scene.materials.values())
+    lit = any(getattr(scene, kind) for kind in LIGHTS) or any(m.is_emissive for m in scene.materials.values())
     if lit or (scene.environment is not None and scene.environment.sun is not None):
         found.append(_step("OCCLUDED", "lights as points", "lights are points without shadows, with the k of lamps"))
     found += [

@@ -5,14 +5,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
-from fragtracer.scene import DirectionalLight, Light, Material, Scene, SpotLight
+from fragtracer.scene import LIGHTS, SHAPES, Material, Scene
 
 Part: TypeAlias = tuple[str, int]  # the name of a tuple of Scene, as "spheres", and the index in it
-AnyLight: TypeAlias = Light | SpotLight | DirectionalLight
-SHAPES = ("spheres", "planes", "rectangles", "disks", "triangles", "meshes")
-LIGHTS = ("lights", "spot_lights", "directional_lights")
-KINDS = SHAPES + LIGHTS
+OBJECTS = (*SHAPES, "meshes")
+KINDS = (*OBJECTS, *LIGHTS)
 _MOST_STEPS = 200
+
+
+def is_light(part: Any) -> bool:
+    """Whether a part is a light, and no object."""
+    return isinstance(part, tuple(LIGHTS.values()))
 
 
 @dataclass(frozen=True)

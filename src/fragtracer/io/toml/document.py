@@ -11,27 +11,11 @@ from fragtracer.io.toml.environments import environment, plain_environment
 from fragtracer.io.toml.meshes import plain_meshes, read_meshes
 from fragtracer.io.toml.tables import build, join, plain, show, suggest
 from fragtracer.io.toml.textures import TEXTURES, SceneImages, plain_texture, texture
-from fragtracer.scene import (
-    Ambient,
-    Camera,
-    DirectionalLight,
-    Disk,
-    Light,
-    Material,
-    Plane,
-    Rectangle,
-    RenderSettings,
-    Scene,
-    Sphere,
-    SpotLight,
-    Triangle,
-)
+from fragtracer.scene import LIGHTS, SHAPES, Ambient, Camera, Material, RenderSettings, Scene
 from fragtracer.scene.reflectance import DIELECTRIC_F0
 
 _TABLES = {"camera": Camera, "render": RenderSettings, "ambient": Ambient}
-_SHAPES = {"sphere": Sphere, "plane": Plane, "rectangle": Rectangle, "disk": Disk, "triangle": Triangle}
-_LIGHTS = {"light": Light, "spot_light": SpotLight, "directional_light": DirectionalLight}
-_ARRAYS = {**_LIGHTS, **_SHAPES}
+_ARRAYS = {name.removesuffix("s"): cls for name, cls in (LIGHTS | SHAPES).items()}
 _KEYS = ("description", *_TABLES, "environment", "material", "mesh", *_ARRAYS)
 
 
@@ -115,7 +99,7 @@ def _material(table: Any, path: str, images: SceneImages, mistakes: list[str]) -
 def _missing_materials(document: Mapping[str, Any], found: Mapping[str, Material]) -> Iterator[str]:
     materials = document.get("material", {})
     materials = {**materials, **found} if isinstance(materials, Mapping) else materials
-    for key in (*_SHAPES, "mesh"):
+    for key in (*(name.removesuffix("s") for name in SHAPES), "mesh"):
         shapes = document.get(key)
         for index, shape in enumerate(shapes if isinstance(shapes, list) else []):
             name = shape.get("material") if isinstance(shape, Mapping) else None

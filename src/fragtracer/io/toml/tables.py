@@ -14,7 +14,7 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from fragtracer.scene import Gradient, Image, Panorama, Reflectance, Sky, Strength, Texture, Vector
-from fragtracer.scene.fields import LARGEST, Scale
+from fragtracer.scene.fields import LARGEST, Point, Points, Scale
 from fragtracer.scene.texture import Pair
 
 T = TypeVar("T")
@@ -24,6 +24,7 @@ _KINDS = {
     bool: "true or false",
     str: "a text in quotes",
     Vector: "three numbers [x, y, z]",
+    Point: "three numbers [x, y, z]",
     Reflectance: "a number or three numbers [r, g, b]",
     Strength: "a number or three numbers [r, g, b]",
     Scale: "a number or three numbers [x, y, z]",
@@ -33,7 +34,7 @@ _KINDS = {
     Gradient: "a table [environment.gradient]",
     Sky: "a table [environment.sky]",
     Texture: 'the name of an image file or a table { file = "…" }',
-    tuple[Vector, Vector, Vector]: "three points [[x, y, z], [x, y, z], [x, y, z]]",
+    Points: "three points [[x, y, z], [x, y, z], [x, y, z]]",
 }
 _ITEMS = {
     "a number or three numbers [x, y, z]": "a number",

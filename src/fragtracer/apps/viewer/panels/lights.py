@@ -2,10 +2,10 @@
 """Controls of one light, and new lights."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from fragtracer.apps.viewer.document import AnyLight
 from fragtracer.apps.viewer.panels import widgets
 from fragtracer.apps.viewer.panels.widgets import Triple
 from fragtracer.scene import Camera, DirectionalLight, Light, SpotLight
@@ -17,15 +17,16 @@ _NARROWEST = 0.1  # degrees from the inner to the outer angle of a spot light
 _IRRADIANCE = 20 / np.pi  # W/m² that a new light gives to what the camera looks at
 
 
-def edit(light: AnyLight) -> AnyLight:
+def edit(light: Any) -> Any:
     """Controls for ``light``; its colour and its strength are apart."""
     match light:
         case SpotLight():
             return _spot(light)
         case DirectionalLight():
             return _directional(light)
-        case _:
+        case Light():
             return _spherical(light)
+    return light  # of a kind without controls
 
 
 def _spherical(light: Light) -> Light:
@@ -88,7 +89,7 @@ def in_unit(light: Light, unit: str) -> Light:
     return replace(light, power=(r, g, b), radiance=None)
 
 
-def new_light(kind: str, camera: Camera) -> AnyLight:
+def new_light(kind: str, camera: Camera) -> Light | SpotLight | DirectionalLight:
     """A white light of ``kind``, one of :data:`NEW`, from above on what ``camera`` looks at."""
     x, y, z = camera.target
     distance = float(np.linalg.norm(np.subtract(camera.position, camera.target)))

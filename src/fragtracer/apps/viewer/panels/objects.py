@@ -1,15 +1,17 @@
 # SPDX-License-Identifier: MIT
 """The list of objects and lights, and the controls of one object."""
 
+from dataclasses import Field, fields
 from pathlib import Path
 from typing import Any
 
 from imgui_bundle import imgui
 
-from fragtracer.apps.viewer.document import KINDS, AnyLight, Document, Part
+from fragtracer.apps.viewer.document import KINDS, Document, Part, is_light
 from fragtracer.apps.viewer.panels import widgets
 from fragtracer.apps.viewer.theme import MUTED
-from fragtracer.scene import Disk, Mesh, Placement, Plane, Rectangle, Scene, Sphere, Triangle
+from fragtracer.scene import Mesh, Placement, Scene, Vector
+from fragtracer.scene.fields import Point, Points, Positive
 
 _OWN = "its own"
 _MOST_INSTANCES = 8  # that are shown
@@ -58,30 +60,26 @@ def materials_of(part: Any) -> list[str]:
     """The names of the materials of an object, each once; none for a light."""
     if isinstance(part, Mesh):
         return list(dict.fromkeys(map(part.material_of, part.parts)))
-    return [] if isinstance(part, AnyLight) else [part.material]
+    return [] if is_light(part) else [part.material]
 
 
 def edit(part: Any, materials: list[str]) -> Any:
     """Controls for the position, size and material of an object."""
     if isinstance(part, Mesh):
         return _mesh(part, materials)
-    new: dict[str, Any] = {"material": widgets.choice("Material", part.material, materials)}
-    match part:
-        case Sphere():
-            new["center"] = widgets.point("Centre", part.center)
-            new["radius"] = widgets.number("Radius", part.radius, 0.005, 1e-4, 1e6, "%.3f m")
-        case Plane():
-            new["point"] = widgets.point("Through", part.point)
-        case Rectangle():
-            new["corner"] = widgets.point("Corner", part.corner)
-        case Disk():
-            new["center"] = widgets.point("Centre", part.center)
-            new["normal"] = widgets.point("Normal", part.normal)
-            new["radius"] = widgets.number("Radius", part.radius, 0.005, 1e-4, 1e6, "%.3f m")
-        case Triangle():
-            vertices = [widgets.point(f"Vertex {i + 1}", v) for i, v in enumerate(part.vertices)]
-            new["vertices"] = tuple(vertices)
-    return widgets.edited(part, **new)
+    material = widgets.choice("Material", part.material, materials)
+    new = {field.name: _control(field, getattr(part, field.name)) for field in fields(part) if field.name != "material"}
+    return widgets.edited(part, material=material, **new)
+
+
+def _control(field: Field[Any], value: Any) -> Any:
+    """The control of a number, a vector or several vectors in metres."""
+    name = field.name.capitalize().replace("_", " ")
+    if field.type == Positive:
+        return widgets.number(name, value, 0.005, 1e-4, 1e6, "%.3f m")
+    if field.type in (Vector, Point):
+        return widgets.point(name, value)
+    return tuple(widgets.point(f"{name} {i + 1}", v) for i, v in enumerate(value))
 
 
 def _mesh(mesh: Mesh, materials: list[str]) -> Mesh:
@@ -121,8 +119,7 @@ def moved(part: Any, step: tuple[float, float, float]) -> Any:
     if isinstance(part, Mesh):
         instances = (widgets.edited(p, translation=shifted(p.translation)) for p in part.instances)
         return widgets.edited(part, instances=tuple(instances))
-    if isinstance(part, Triangle):
-        return widgets.edited(part, vertices=tuple(shifted(v) for v in part.vertices))
-    names = {Sphere: "center", Disk: "center", Plane: "point", Rectangle: "corner"}
-    name = names.get(type(part), "position")
-    return widgets.edited(part, **{name: shifted(getattr(part, name))})
+    values = {field.name: (field.type, getattr(part, field.name)) for field in fields(part)}
+    new = {name: shifted(value) for name, (kind, value) in values.items() if kind == Point}
+    several = {name: value for name, (kind, value) in values.items() if kind == Points}
+    return widgets.edited(part, **new, **{name: tuple(map(shifted, value)) for name, value in several.items()})

@@ -6,7 +6,7 @@ from typing import Any
 
 from imgui_bundle import imgui
 
-from fragtracer.apps.viewer.document import KINDS, SHAPES, AnyLight, Document, Part
+from fragtracer.apps.viewer.document import KINDS, OBJECTS, Document, Part, is_light
 from fragtracer.apps.viewer.panels import camera, environment, lights, materials, objects, widgets
 from fragtracer.apps.viewer.session import Session
 from fragtracer.apps.viewer.theme import MUTED
@@ -64,7 +64,7 @@ def _selected(session: Session, place: Part) -> None:
     document = session.document
     part: Any = document.part(place)
     imgui.push_id(f"{place}")
-    if isinstance(part, AnyLight):
+    if is_light(part):
         session.edit(document.with_part(place, lights.edit(part)), f"light {place}")
     else:
         changed = objects.edit(part, list(document.scene.materials))
@@ -116,7 +116,7 @@ def remove(session: Session, place: Part) -> None:
 
 
 def _shapes(document: Document) -> list[Any]:
-    return [shape for kind in SHAPES for shape in getattr(document.scene, kind)]
+    return [shape for kind in OBJECTS for shape in getattr(document.scene, kind)]
 
 
 def _edit(session: Session, scene: Scene, label: str) -> None:
