@@ -9,6 +9,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from shaders.bsdf_models import MODELS
+from shaders.light_oracle import LIGHTS
+from shaders.scene_oracle import SHAPES
 
 from fragtracer.gpu.specialise import Level, Specialisation, specialise
 from fragtracer.packing import PackedScene, hierarchy, instances, pack
@@ -16,25 +19,17 @@ from fragtracer.resources import folder
 from fragtracer.scene import (
     Ambient,
     Camera,
-    DirectionalLight,
-    Disk,
     Environment,
     Geometry,
     Image,
-    Light,
     Material,
     Mesh,
     Part,
     Placement,
-    Plane,
-    Rectangle,
     RenderSettings,
     Scene,
     Sky,
-    Sphere,
-    SpotLight,
     Texture,
-    Triangle,
 )
 from fragtracer.shader_composer import compose
 
@@ -45,7 +40,7 @@ MATERIALS = {
     "metal": Material(metal="gold", roughness=0.4),
     "mirror": Material(metal="silver", roughness=0.0),
     "black": Material(albedo=0.0, specular=0.0),
-    "clay": Material(model="eon"),
+    **{name: model.scene_materials[0] for name, model in MODELS.items() if model.scene_materials},
 }
 IMAGE = Image(np.zeros((1, 1, 3), np.uint8))
 BYTES = Texture(IMAGE)
@@ -64,14 +59,6 @@ MESH_MATERIALS = {
     "pane": Material(albedo_texture=BYTES, alpha_mode="blend", opacity=0.5),
     "unlit": Material(unlit=True),
 }
-SHAPES = {
-    "spheres": lambda m: Sphere((0.0, 0.0, 0.0), 1.0, m),
-    "planes": lambda m: Plane((0.0, -1.0, 0.0), (0.0, 1.0, 0.0), m),
-    "rectangles": lambda m: Rectangle((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), m),
-    "disks": lambda m: Disk((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 1.0, m),
-    "triangles": lambda m: Triangle(((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), m),
-}
-LIGHTS = [Light((0.0, 3.0, 0.0), power=1.0), Light((0.0, 4.0, 0.0), radius=0.5, power=1.0)]
 ATTRIBUTES = {"normals": 3, "uvs": 2, "uvs_1": 2, "tangents": 4, "colors": 4}
 CHOICES = {
     "geometry": ["smith", "schlick-beckmann", "karis"],
@@ -126,20 +113,29 @@ def program_of(
     return Program(name, asked, specialise(packed, level), traits)
 
 
+def shape_of(kind: str, material: str) -> Any:
+    return SHAPES[kind](np.random.default_rng(1), np.zeros(3), 1.0, material)
+
+
 def random_program(rng: random.Random) -> Program:
     """Of a scene with a few features out of all there are."""
     names = rng.sample(sorted(MATERIALS), rng.choice([1, 1, 2, 6]))
     materials = {name: MATERIALS[name] for name in names}
     kinds = rng.sample(sorted(SHAPES), rng.choice([0, 1, 1, 2, 3, 5]))
     shapes: dict[str, Any] = {
-        kind: [SHAPES[kind](rng.choice(names)) for _ in range(rng.choice([1, 3]))] for kind in kinds
+        kind: [shape_of(kind, rng.choice(names)) for _ in range(rng.choice([1, 3]))] for kind in kinds
     }
     for kind in kinds:
         if kind != "planes" and rng.random() < 0.3:
             materials["lamp"] = Material(emission=1.0)
-            shapes[kind].append(SHAPES[kind]("lamp"))
+            shapes[kind].append(shape_of(kind, "lamp"))
     if "rectangles" in shapes and rng.random() < 0.05:
         shapes["rectangles"] *= 30  # too many for a short list
+    lights = {
+        kind: rng.sample(list(model.examples.values()), rng.choice([0, 0, 1, len(model.examples)]))
+        * rng.choice([1, 1, 12])
+        for kind, model in LIGHTS.items()
+    }
     meshes = []
     shared = rng.random() < 0.3
     if rng.random() < 0.5:
@@ -153,12 +149,10 @@ def random_program(rng: random.Random) -> Program:
         meshes=meshes,
         camera=Camera(aperture_radius=rng.choice([0.0, 0.1])),
         materials=materials,
-        lights=rng.sample(LIGHTS, rng.choice([0, 1, 1, 2])),
-        spot_lights=[SpotLight((0.0, 3.0, 0.0), (0.0, -1.0, 0.0), 1.0)] * rng.choice([0, 0, 0, 1, 2]),
-        directional_lights=[DirectionalLight((0.0, -1.0, 0.0), 1.0)] * rng.choice([0, 0, 0, 1, 12]),
         ambient=Ambient(rng.choice([0.0, 1.0])),
         environment=rng.choice(ENVIRONMENTS),
         **shapes,
+        **lights,
     )
     settings = RenderSettings(**{name: rng.choice(values) for name, values in CHOICES.items()})
     settings = replace(settings, multiple_scattering=settings.geometry == "smith" and rng.random() < 0.5)

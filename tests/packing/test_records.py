@@ -4,6 +4,7 @@
 import re
 from enum import IntEnum
 
+import numpy as np
 import pytest
 
 from fragtracer import bvh
@@ -22,8 +23,14 @@ FOLDERS = ("scene", "light", "shape")
 SCENE = "\n".join(path.read_text() for name in FOLDERS for path in sorted((SHADERS / name).glob("*.glsl")))
 SCENE_RECORDS = MATERIAL_RECORDS | LIGHT_RECORDS
 RECORDS = SCENE_RECORDS | SHAPE_RECORDS | {"MeshLight": MESH_LIGHT}
+NONE = dict.fromkeys(shapes._GEOMETRY, 0)
+NO_WORDS, NO_BOUNDS = np.zeros((0, 4, 4), np.uint32), np.zeros((6, 0), np.float32)
 NO_RECORDS = {"Ray", "Hit", "BvhRay", "Surface", "LightSample"}  # structs of these folders that lie in no texture
 LANES = "xyzw"
+
+
+def read(path: str) -> str:
+    return (SHADERS / path).read_text()
 
 
 def code(text: str) -> str:
@@ -85,10 +92,6 @@ def constants(text: str, prefix: str) -> dict[str, int]:
     return {name: int(number) for name, number in found}
 
 
-def read(path: str) -> str:
-    return (SHADERS / path).read_text()
-
-
 def test_records_lie_where_the_shader_reads_them() -> None:
     assert not disagreements(SCENE)
     assert set(re.findall(r"^struct (\w+)", SCENE, re.MULTILINE)) == set(RECORDS) | NO_RECORDS
@@ -128,32 +131,33 @@ def test_every_table_of_the_scene_has_its_offset() -> None:
 
 
 @pytest.mark.parametrize(
-    ("enum", "paths", "prefix"),
+    ("enum", "text", "prefix"),
     [
-        (Kind, ("scene/shape.glsl", "shape/plane.glsl", "shape/sphere.glsl", "shape/flat.glsl"), "KIND_"),
-        (LightKind, ("light/light.glsl",), "LIGHT_"),
-        (BsdfModel, ("bsdf/bsdf.glsl",), "BSDF_"),
+        (Kind, SCENE, "KIND_"),
+        (LightKind, read("light/light.glsl"), "LIGHT_"),
+        (BsdfModel, read("bsdf/bsdf.glsl"), "BSDF_"),
     ],
 )
-def test_enums_agree(enum: type[IntEnum], paths: tuple[str, ...], prefix: str) -> None:
-    assert constants("".join(map(read, paths)), prefix) == {member.name: member.value for member in enum}
+def test_enums_agree(enum: type[IntEnum], text: str, prefix: str) -> None:
+    assert constants(text, prefix) == {member.name: member.value for member in enum}
 
 
 def test_flags_agree() -> None:
     shape = read("scene/shape.glsl")
     assert constants(shape, "SHAPE_") == {"CULLED": shapes.CULLED}
+    flags = {f"{noun.upper()}S": shapes.Shapes(NO_WORDS, NO_BOUNDS, {**NONE, noun: 1}).flags for noun in NONE}
+    assert constants(SCENE, "BVH_") == flags | {"STACK": 2 * (MAX_DEPTH + 1)}
     ball, disk = Sphere((0, 0, 0), 1, "m"), Disk((0, 0, 0), (0, 1, 0), 1, "m")
-    kinds = {"SPHERES": {"spheres": (ball,)}, "FLATS": {"disks": (disk,)}}
-    scenes = {name: Scene(materials={"m": Material()}, **some) for name, some in kinds.items()}
-    found = {name: pack(scene, scene.render, 8, 8).flags["u_bvh_shapes"] for name, scene in scenes.items()}
-    assert constants(read("shape/sphere.glsl") + read("shape/flat.glsl"), "BVH_") == found
+    for name, some in {"SPHERES": {"spheres": (ball,)}, "FLATS": {"disks": (disk,)}}.items():
+        scene = Scene(materials={"m": Material()}, **some)
+        assert pack(scene, scene.render, 8, 8).flags["u_bvh_shapes"] == flags[name]
     material = constants(read("scene/material.glsl"), "ALPHA_")
     assert material == {mode.upper(): i for i, mode in enumerate(materials._ALPHA_MODES)}
     texture = read("scene/texture.glsl")
     assert constants(texture, "WRAP_") == {mode.upper(): i for i, mode in enumerate(materials._WRAP_MODES)}
-    flags = {"SRGB": atlas.TEXTURE_SRGB, "FLOAT": atlas.TEXTURE_FLOAT, "NEAREST": materials.TEXTURE_NEAREST}
+    texture_flags = {"SRGB": atlas.TEXTURE_SRGB, "FLOAT": atlas.TEXTURE_FLOAT, "NEAREST": materials.TEXTURE_NEAREST}
     uses = {name.upper(): use for name, use in materials._USES.items()}
-    assert constants(texture, "TEXTURE_") == flags | uses
+    assert constants(texture, "TEXTURE_") == texture_flags | uses
     attributes = {name.upper(): flag for name, flag in _ATTRIBUTE_FLAGS.items()}
     assert constants(read("scene/vertex.glsl"), "ATTRIBUTE_") == attributes
 
@@ -161,7 +165,6 @@ def test_flags_agree() -> None:
 def test_sizes_agree() -> None:
     sampler = constants(read("sampler/texture.glsl"), "RANDOM_")
     assert (sampler["WIDTH"], sampler["LAYERS"]) == (random_texture.WIDTH, random_texture.LAYERS)
-    assert constants(read("shape/bvh.glsl"), "BVH_") == {"STACK": 2 * (MAX_DEPTH + 1)}
     assert bvh.tree.WIDTH == 4  # node_intersect() of shape/bvh.glsl
     assert constants(read("light/environment.glsl"), "ENVIRONMENT_") == {"WIDTH": TEXTURE_WIDTH}
     (alpha_delta,) = re.findall(r"^const float ALPHA_DELTA = (\S+);", read("bsdf/cook_torrance.glsl"), re.MULTILINE)

@@ -46,9 +46,6 @@ WITHOUT_PDF = {
     "bsdf_no_sample": "none is drawn",
     "light_no_sample": "none is drawn",
     "flat_sample": "uniform in its coordinates, so that the density is 1 over the area",
-    "point_light_sample": "a delta light",
-    "spot_light_sample": "a delta light",
-    "directional_light_sample": "a delta light",
     "environment_light_sample": "the density comes with the radiance, from environment_radiance_pdf",
 }
 
@@ -89,8 +86,15 @@ def misnamed(path: str, text: str) -> Iterator[str]:
 def unpaired(names: list[str]) -> list[str]:
     """Samplers and maps without a density."""
     samplers = [n for n in names if re.search(r"_sample($|_(?!index))|^square_to_", n) and not n.endswith("_pdf")]
-    known = set(names) | set(WITHOUT_PDF)
-    return [n for n in samplers if n not in known or (n not in WITHOUT_PDF and not densities(n) & known)]
+    known, exempt = set(names), set(WITHOUT_PDF) | delta_lights()
+    return [n for n in samplers if n not in exempt and not densities(n) & known]
+
+
+def delta_lights() -> set[str]:
+    """The samplers of lights that no ray can meet."""
+    text = "".join(path.read_text() for path in sorted(SHADERS.glob("light/*.glsl")))
+    samplers = re.findall(r"^LightSample (\w+_light_sample)(\(.*?)^\}", text, re.MULTILINE | re.DOTALL)
+    return {name for name, body in samplers if ", 1.0, true, NO_PRIMITIVE);" in body}
 
 
 def densities(name: str) -> set[str]:

@@ -12,14 +12,15 @@ from fragtracer.gpu.specialise import Level
 from fragtracer.gpu.tracer import TracerProgram
 from fragtracer.packing import PackedScene, pack
 from fragtracer.packing.camera import camera_uniforms
+from fragtracer.packing.lights import LightKind
 from fragtracer.packing.space import Space
 from fragtracer.renderer import PROGRAMS, Renderer
 from fragtracer.scene import Camera, RenderSettings, Scene
 
 # Features that a program may have although the scene has nothing of the kind: what was removed needs no other program.
 _SPARE = (
-    *("HAS_POINT_LIGHT", "HAS_SPOT_LIGHT", "HAS_DIRECTIONAL_LIGHT", "HAS_SPHERE_LIGHT", "HAS_AREA_LIGHT"),
-    *("HAS_MESH_LIGHT", "HAS_MESHES", "HAS_INSTANCES", "HAS_DELTA"),
+    *(kind.feature for kind in LightKind if kind not in (LightKind.SUN, LightKind.ENVIRONMENT)),
+    *("HAS_MESHES", "HAS_INSTANCES", "HAS_DELTA"),
 )
 
 
