@@ -93,7 +93,7 @@ def test_every_box_is_there_once_and_within_all_boxes_above(name: str) -> None:
     child_boxes, root = bvh.child_bounds(boxes)
     np.testing.assert_array_equal(root, boxes.min(axis=1))
     layout = bvh.layout()
-    assert sorted([*layout.nodes, *layout.boxes]) == list(range(layout.count))
+    assert sorted([*layout.nodes, *layout.leaves]) == list(range(layout.count))
 
     reached, visited, deepest = [], 0, 0
     todo = [(0 if len(bvh.children) else ~0, root, 0, 0)]
@@ -102,7 +102,7 @@ def test_every_box_is_there_once_and_within_all_boxes_above(name: str) -> None:
         if node < 0:
             reached.append(~node)
             np.testing.assert_array_equal(boxes[:, ~node], box)
-            assert layout.boxes[~node] == record
+            assert layout.leaves[~node] == record
             continue
         visited += 1
         deepest = max(deepest, depth + 1)
@@ -165,7 +165,7 @@ def test_a_tree_that_would_be_too_deep_is_balanced(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr("fragtracer.bvh.tree.MAX_DEPTH", depth - 1)
     bvh = build(boxes)
     assert bvh.depth <= 7  # 2^7 > 120
-    assert sorted(~bvh.children[bvh.is_box]) == list(range(120))
+    assert sorted(~bvh.children[bvh.is_leaf]) == list(range(120))
 
 
 def test_equal_boxes_are_paired_many_at_a_time() -> None:

@@ -1,59 +1,59 @@
 # SPDX-License-Identifier: MIT
-"""Pairs boxes into a binary tree, bottom up (Meister and Bittner 2018, Parallel Locally-Ordered
+"""Pairs primitives into a binary tree by their bounds, bottom up (Meister and Bittner 2018, Parallel Locally-Ordered
 Clustering for Bounding Volume Hierarchy Construction).
 
-Boxes are sorted along a Z-curve; each looks for the one nearby with which it makes the box of the least
+Primitives are sorted along a Z-curve; each looks for the one nearby with which its bounds have the least
 surface area; two that choose each other become one; and so on until one is left. Every step is
-done for all boxes at once, in pieces that fit the cache.
+done for all primitives at once, in pieces that fit the cache.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
-Boxes = NDArray[np.float32]  # (6, n): the lower corner, and the upper one negated, so that a union is a minimum
+Bounds = NDArray[np.float32]  # (6, n): the lower corner, and the upper one negated, so that a union is a minimum
 Indices = NDArray[np.int32]
 
-RADIUS = 16  # how far along the curve a box looks, to both sides
+RADIUS = 16  # how far along the curve a primitive looks, to both sides
 _PIECE = 4096
 _CODE_BITS = 5  # of a pair's distance along the curve and its phase, in place of the last bits of its area
 _CURVE_BITS = 21  # for each axis
 
 
-def cluster(boxes: Boxes) -> tuple[Indices, list[tuple[Indices, Indices]]]:
-    """Order ``boxes`` along the curve and pair them.
+def cluster(bounds: Bounds) -> tuple[Indices, list[tuple[Indices, Indices]]]:
+    """Order primitives with these ``bounds`` along the curve and pair them.
 
     Returns
     -------
     order
-        (n,) the boxes along the curve.
+        (n,) the primitives along the curve.
     rounds
-        For each round the left and right members of the pairs it made. Boxes are numbered along the
+        For each round the left and right members of the pairs it made. Primitives are numbered along the
         curve, pairs from n on in the order of their making; the last pair holds all.
     """
-    order = _curve_order(boxes)
-    boxes = boxes[:, order]
-    ids = np.arange(boxes.shape[1], dtype=np.int32)
-    made = boxes.shape[1]
+    order = _curve_order(bounds)
+    bounds = bounds[:, order]
+    ids = np.arange(bounds.shape[1], dtype=np.int32)
+    made = bounds.shape[1]
     rounds = []
     while len(ids) > 1:
-        partner = _nearest(boxes)
+        partner = _nearest(bounds)
         place = np.arange(len(ids))
         left = np.flatnonzero((partner[partner] == place) & (place < partner))
         right = partner[left]
         rounds.append((ids[left], ids[right]))
         ids[left] = np.arange(made, made + len(left))
         made += len(left)
-        boxes[:, left] = np.minimum(boxes[:, left], boxes[:, right])
+        bounds[:, left] = np.minimum(bounds[:, left], bounds[:, right])
         kept = np.ones(len(ids), bool)
         kept[right] = False
         kept = np.flatnonzero(kept)
-        boxes, ids = boxes.take(kept, axis=1), ids[kept]
+        bounds, ids = bounds.take(kept, axis=1), ids[kept]
     return order, rounds
 
 
-def _curve_order(boxes: Boxes) -> Indices:
-    """The boxes sorted by the Morton codes of their centres."""
-    centers = boxes[:3].astype(np.float64) - boxes[3:]
+def _curve_order(bounds: Bounds) -> Indices:
+    """The primitives sorted by the Morton codes of their centres."""
+    centers = bounds[:3].astype(np.float64) - bounds[3:]
     low = centers.min(axis=1, keepdims=True)
     extent = float((centers.max(axis=1, keepdims=True) - low).max())
     cells = ((centers - low) * ((2**_CURVE_BITS - 1) / extent if extent > 0 else 0.0)).astype(np.uint64)
@@ -74,15 +74,15 @@ def _spread(x: NDArray[np.uint64]) -> NDArray[np.uint64]:
     return x
 
 
-def _nearest(boxes: Boxes) -> NDArray[np.int64]:
-    """For each box the place of the one it goes with best.
+def _nearest(bounds: Bounds) -> NDArray[np.int64]:
+    """For each primitive the place of the one it goes with best.
 
     Pairs are compared by area, then by their distance k along the curve, then by a phase: whether the
     place of the first member, over k, is odd. A pair has the same key from both sides and no two pairs of one
-    box have the same, so that choices never run in a circle; and the phase parts long rows of equal
-    boxes into pairs at once.
+    primitive have the same, so that choices never run in a circle; and the phase parts long rows of equal
+    bounds into pairs at once.
     """
-    count = boxes.shape[1]
+    count = bounds.shape[1]
     best = np.full(count, np.iinfo(np.int32).max, np.int32)
     union, area = np.empty((6, _PIECE), np.float32), np.empty(_PIECE, np.float32)
     for start in range(0, count, _PIECE):
@@ -91,7 +91,7 @@ def _nearest(boxes: Boxes) -> NDArray[np.int64]:
             if size <= 0:
                 break
             both = np.minimum(
-                boxes[:, start : start + size], boxes[:, start + k : start + k + size], out=union[:, :size]
+                bounds[:, start : start + size], bounds[:, start + k : start + k + size], out=union[:, :size]
             )
             sides = np.add(both[:3], both[3:], both[:3])  # negative, all three
             half = np.add(sides[1], sides[2], area[:size])

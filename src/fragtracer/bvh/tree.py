@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Trees of boxes with up to four children a node: boxes are paired by clustering, then pairs of pairs made one."""
+"""BVHs with up to four children a node: primitives are paired by clustering, then pairs of pairs are merged."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -7,20 +7,20 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fragtracer.bvh.cluster import Boxes, Indices, cluster
+from fragtracer.bvh.cluster import Bounds, Indices, cluster
 
 WIDTH = 4  # children of a node at most
 NONE = np.iinfo(np.int32).min  # in place of a child
-# A deeper tree is built again, balanced: the stack of shape/bvh.glsl holds two trees of this depth.
+# A deeper BVH is built again, balanced: the stack of shape/bvh.glsl holds two of this depth.
 MAX_DEPTH = 31
 
 
 @dataclass(frozen=True)
 class Bvh:
-    """A tree over n boxes: which belong together, not where they are.
+    """The topology of a BVH over n primitives.
 
     ``children`` (nodes, WIDTH) are the inner nodes, the root first and each before its descendants: a node, ~i for
-    the box i, or NONE. A single box has no node. ``depth`` is the number of nodes from the root to the
+    the primitive i, or NONE. A single primitive has no node. ``depth`` is the number of nodes from the root to the
     deepest, both counted.
     """
 
@@ -33,8 +33,8 @@ class Bvh:
         return self.children >= 0
 
     @property
-    def is_box(self) -> NDArray[np.bool_]:
-        """(nodes, WIDTH): which children are boxes."""
+    def is_leaf(self) -> NDArray[np.bool_]:
+        """(nodes, WIDTH): which children are primitives."""
         return (self.children < 0) & self.is_there
 
     @property
@@ -43,23 +43,23 @@ class Bvh:
         there: NDArray[np.bool_] = self.children != NONE
         return there
 
-    def child_bounds(self, boxes: Boxes) -> tuple[NDArray[np.float32], Boxes]:
-        """Fit the tree to ``boxes`` (6, n).
+    def child_bounds(self, bounds: Bounds) -> tuple[NDArray[np.float32], Bounds]:
+        """Fit the BVH to the ``bounds`` (6, n) of its primitives.
 
-        Returns the boxes of the children of each node, (nodes, WIDTH, 6), infinity where there is none,
+        Returns the bounds of the children of each node, (nodes, WIDTH, 6), infinity where there is none,
         and that of the root, (6,).
         """
         if not len(self.children):
-            return np.empty((0, WIDTH, 6), np.float32), boxes[:, 0]
+            return np.empty((0, WIDTH, 6), np.float32), bounds[:, 0]
         result = np.full((len(self.children), WIDTH, 6), np.inf, np.float32)
-        result[self.is_box] = boxes.T[~self.children[self.is_box]]
+        result[self.is_leaf] = bounds.T[~self.children[self.is_leaf]]
         for node, slot in reversed(list(self._levels())):
             result[node, slot] = result[self.children[node, slot]].min(axis=1)
         return result, result[0].min(axis=0)
 
     def layout(self) -> "Layout":
-        """Places for nodes and boxes in a row of records: the root first, siblings side by side, and what is below a
-        node in one piece."""
+        """Places for nodes and primitives in a row of records: the root first, siblings side by side, and what is below
+        a node in one piece."""
         count = self.is_there.sum(axis=1)
         below = np.zeros(self.children.shape, np.int64)  # records below each child
         levels = list(self._levels())
@@ -72,10 +72,10 @@ class Bvh:
             child = self.children[node, slot]
             nodes[child] = first[node] + slot
             first[child] = first[node] + count[node] + before[node, slot]
-        node, slot = np.nonzero(self.is_box)
-        boxes = np.zeros(len(node) or 1, np.int64)
-        boxes[~self.children[node, slot]] = first[node] + slot
-        return Layout(nodes, first, boxes)
+        node, slot = np.nonzero(self.is_leaf)
+        leaves = np.zeros(len(node) or 1, np.int64)
+        leaves[~self.children[node, slot]] = first[node] + slot
+        return Layout(nodes, first, leaves)
 
     def _levels(self) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64]]]:
         """The children that are nodes, by node and slot, of each level from the root down."""
@@ -89,25 +89,26 @@ class Bvh:
 
 @dataclass(frozen=True)
 class Layout:
-    """The records of the ``nodes`` (nodes,) of a tree, of the ``first`` child of each, and of its ``boxes`` (n,)."""
+    """The records of the ``nodes`` (nodes,) of a BVH, of the ``first`` child of each, and of the primitives,
+    ``leaves`` (n,)."""
 
     nodes: NDArray[np.int64]
     first: NDArray[np.int64]
-    boxes: NDArray[np.int64]
+    leaves: NDArray[np.int64]
 
     @property
     def count(self) -> int:
         """Number of records."""
-        return len(self.nodes) + len(self.boxes)
+        return len(self.nodes) + len(self.leaves)
 
 
-def build(boxes: Boxes) -> Bvh:
-    """Build a tree over ``boxes`` (6, n) float32: lower corners, and upper ones negated; n > 0."""
-    boxes = np.ascontiguousarray(boxes, np.float32)
-    order, rounds = cluster(boxes)
-    sorted_boxes = boxes[:, order]
-    bvh = _widened(order, rounds, sorted_boxes)
-    return bvh if bvh.depth <= MAX_DEPTH else _widened(order, _balanced(len(order)), sorted_boxes)
+def build(bounds: Bounds) -> Bvh:
+    """Build a BVH over primitives with the ``bounds`` (6, n) float32: lower corners, and upper ones negated; n > 0."""
+    bounds = np.ascontiguousarray(bounds, np.float32)
+    order, rounds = cluster(bounds)
+    in_order = bounds[:, order]
+    bvh = _widened(order, rounds, in_order)
+    return bvh if bvh.depth <= MAX_DEPTH else _widened(order, _balanced(len(order)), in_order)
 
 
 def _balanced(count: int) -> list[tuple[Indices, Indices]]:
@@ -122,10 +123,11 @@ def _balanced(count: int) -> list[tuple[Indices, Indices]]:
     return rounds
 
 
-def _widened(order: Indices, rounds: Sequence[tuple[Indices, Indices]], boxes: Boxes) -> Bvh:
-    """The tree of ``rounds`` over sorted ``boxes`` in which rays take the fewest steps, of all that leave out pairs."""
+def _widened(order: Indices, rounds: Sequence[tuple[Indices, Indices]], bounds: Bounds) -> Bvh:
+    """Of the BVHs that leave out some pairs of ``rounds``, that in which rays take the fewest steps; ``bounds`` are in
+    the order of :func:`cluster`."""
     count = len(order)
-    trees, first_share = _cheapest(rounds, boxes)
+    trees, first_share = _cheapest(rounds, bounds)
     pairs = np.concatenate([np.empty((0, 2), np.int32), *(np.stack(members, axis=1) for members in rounds)])
     levels: list[Indices] = []
     made = 1
@@ -145,43 +147,43 @@ def _widened(order: Indices, rounds: Sequence[tuple[Indices, Indices]], boxes: B
                 (width, pairs[pair, 1], share - first_share[pair, share]),
             ):
                 slots[row, place], shares[row, place] = member, trees[member, part]
-        is_pair, is_box = slots >= count, (slots >= 0) & (slots < count)
+        is_pair, is_leaf = slots >= count, (slots >= 0) & (slots < count)
         level = slots[is_pair].astype(np.int64) - count
-        slots[is_box] = ~order[slots[is_box]]
+        slots[is_leaf] = ~order[slots[is_leaf]]
         slots[is_pair] = np.arange(made, made + len(level), dtype=np.int32)
         made += len(level)
         levels.append(slots)
     return Bvh(np.concatenate([np.empty((0, WIDTH), np.int32), *levels]), len(levels))
 
 
-def _cheapest(rounds: Sequence[tuple[Indices, Indices]], boxes: Boxes) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-    """How a tree of ``rounds`` is best widened (Ylitie, Karras and Laine 2017, section 4.1): a step at a node or a box
-    costs its area.
+def _cheapest(rounds: Sequence[tuple[Indices, Indices]], bounds: Bounds) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    """How the binary tree of ``rounds`` is best widened (Ylitie, Karras and Laine 2017, section 4.1): a step at a node or a
+    primitive costs its area.
 
     Returns
     -------
     trees
-        (2 n - 1, WIDTH) for each box and pair: how many trees hold it best where there is room for at most so many.
+        (2 n - 1, WIDTH) for each primitive and pair: how many BVHs hold it best if there may be at most so many.
     first_share
-        (n - 1, WIDTH + 1) for each pair that is held by so many trees: how many of them hold its first member.
+        (n - 1, WIDTH + 1) for each pair that is held by so many BVHs: how many of them hold its first member.
     """
-    count = boxes.shape[1]
-    bounds = np.empty((6, 2 * count - 1), np.float32)
-    bounds[:, :count] = boxes
+    count = bounds.shape[1]
+    merged = np.empty((6, 2 * count - 1), np.float32)
+    merged[:, :count] = bounds
     cost = np.empty((2 * count - 1, WIDTH), np.float32)  # by the number of trees there is room for; [0] is not used
-    cost[:count] = _half_area(boxes)[:, None]
+    cost[:count] = _half_area(bounds)[:, None]
     trees = np.ones((2 * count - 1, WIDTH), np.uint8)
     first_share = np.zeros((count - 1, WIDTH + 1), np.uint8)
     made = count
     for a, b in rounds:
         new = slice(made, made + len(a))
-        bounds[:, new] = np.minimum(bounds[:, a], bounds[:, b])
+        merged[:, new] = np.minimum(merged[:, a], merged[:, b])
         split = [np.empty(0, np.float32)] * (WIDTH + 1)
         for room in range(2, WIDTH + 1):
             parts = np.stack([cost[a, k] + cost[b, room - k] for k in range(1, room)])
             split[room] = parts.min(axis=0)
             first_share[made - count : made - count + len(a), room] = parts.argmin(axis=0) + 1
-        cost[new, 1] = _half_area(bounds[:, new]) + split[WIDTH]
+        cost[new, 1] = _half_area(merged[:, new]) + split[WIDTH]
         for room in range(2, WIDTH):
             gains = split[room] < cost[new, room - 1]
             cost[new, room] = np.where(gains, split[room], cost[new, room - 1])
@@ -190,7 +192,7 @@ def _cheapest(rounds: Sequence[tuple[Indices, Indices]], boxes: Boxes) -> tuple[
     return trees, first_share
 
 
-def _half_area(boxes: Boxes) -> NDArray[np.float32]:
-    x, y, z = boxes[:3] + boxes[3:]
+def _half_area(bounds: Bounds) -> NDArray[np.float32]:
+    x, y, z = bounds[:3] + bounds[3:]
     area: NDArray[np.float32] = x * y + y * z + z * x
     return area

@@ -59,7 +59,7 @@ class PackedBvh:
 
     @property
     def usual_rounds(self) -> int:
-        """How many steps few rays take more than: what is met grows with the depth of the tree."""
+        """How many steps few rays take more than: what is met grows with the depth of the BVH."""
         return 16 + 4 * int(np.log2(len(self.words)))
 
 
@@ -122,17 +122,17 @@ class _Packer:
         self._write(layout.nodes, _nodes(top, self._first + layout.first, top.child_bounds(bounds)[0]))
         end = layout.count
         root_of = {}
-        for tree in shared:
-            root_of[tree] = end
-            self._add(tree, end, end + 1)
-            end += tree.layout.count
-        for root, instance in zip(layout.boxes, placed, strict=False):
+        for one in shared:
+            root_of[one] = end
+            self._add(one, end, end + 1)
+            end += one.layout.count
+        for root, instance in zip(layout.leaves, placed, strict=False):
             if isinstance(instance, TransformedInstance):
                 self._add_instance(instance, root, root_of[instance.blas])
             else:
                 self._add(instance, root, end)
                 end += instance.layout.count - 1
-        of_shapes = layout.boxes[len(placed) :]
+        of_shapes = layout.leaves[len(placed) :]
         self._write(of_shapes, shapes.words)
 
         lights, power = self._lights()
@@ -159,7 +159,7 @@ class _Packer:
         if self._vertices:
             columns["vertices"] = triangles + self._vertex_count
             self._add_vertices(instance)
-        place = moved(layout.boxes)
+        place = moved(layout.leaves)
         self._write(place, words_of(SHAPE_RECORDS["Triangle"], columns, len(triangles)))
         if instance.material.power:
             edges = blas.corners[:, 1:].astype(np.float64) - blas.corners[:, :1]
