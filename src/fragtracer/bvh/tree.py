@@ -157,8 +157,8 @@ def _widened(order: Indices, rounds: Sequence[tuple[Indices, Indices]], bounds: 
 
 
 def _cheapest(rounds: Sequence[tuple[Indices, Indices]], bounds: Bounds) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-    """How the binary tree of ``rounds`` is best widened (Ylitie, Karras and Laine 2017, section 4.1): a step at a node or
-    a primitive costs its area.
+    """How the binary tree of ``rounds`` is best widened (Ylitie, Karras and Laine 2017, section 4.1): a step at a node,
+    or at a primitive, costs its area.
 
     Returns
     -------
