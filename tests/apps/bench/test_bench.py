@@ -6,8 +6,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fragtracer.apps.bench import ablations, convergence, environment, memory, meshes, scaling, speed, suite, sweep
+from fragtracer.apps.bench import (
+    ablations,
+    convergence,
+    environment,
+    memory,
+    meshes,
+    scaling,
+    speed,
+    suite,
+    sweep,
+    yardstick,
+)
 from fragtracer.apps.bench.cases import case, with_settings
+from fragtracer.apps.bench.contenders import Sampling
 from fragtracer.apps.bench.error import Reference
 from fragtracer.apps.bench.frames import frame_time
 from fragtracer.apps.bench.plan import Benchmark, Plan, Progress
@@ -18,6 +30,7 @@ from fragtracer.apps.cli.bench import NAMES
 from fragtracer.errors import FragtracerError
 from fragtracer.gpu.timer import DrawTimer
 from fragtracer.reference.variant import find_llvm
+from fragtracer.scene import Scene
 
 TINY = (16, 9)
 needs_mitsuba = pytest.mark.skipif(find_llvm() is None, reason="scalar_rgb is too slow for these tests")
@@ -79,10 +92,36 @@ def test_work_of_a_furnace_is_known(bounces: int) -> None:
 
 @needs_mitsuba
 def test_speed_against_mitsuba() -> None:
-    plan = Plan(scenes=("three-spheres-lambert", "cornell-box"), size=TINY, runs=2, seconds=0.01)
+    plan = Plan(scenes=("three-spheres-lambert", "cornell-box"), size=TINY, runs=2, seconds=0.01, sampler="independent")
     rows = _run(speed.BENCHMARK, plan).rows
     assert [row["scene"] for row in rows] == ["three-spheres-lambert", "cornell-box"]
     assert all(_value(row[name]) > 0 for row in rows for name in ("fragtracer", "mitsuba", "ratio"))
+
+
+class FakeMitsuba:
+    """Of a sampling, and nothing else."""
+
+    def __init__(self, scene: Scene, seed: int, variant: str | None, sampling: Sampling) -> None:
+        self.sampling = sampling
+
+    def __enter__(self) -> "FakeMitsuba":
+        return self
+
+    def __exit__(self, *_: object) -> None: ...
+
+
+def test_mitsuba_has_the_sampler_that_does_most(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(yardstick, "Mitsuba", FakeMitsuba)
+    scene, tried = with_settings(case("cornell-box"), (512, 512)), []
+
+    def cost(mitsuba: Any) -> float:
+        return {Sampling("multijitter", 64): 1.0, Sampling("orthogonal", 49): 2.0}.get(mitsuba.sampling, 3.0)
+
+    assert yardstick.sampling_for(scene, Plan(), cost, tried.append) == Sampling("multijitter", 64)
+    assert len(tried) == 10
+    assert yardstick.sampling_for(scene, Plan(sampler="orthogonal"), cost, tried.append) == Sampling("orthogonal", 49)
+    large = with_settings(scene, (1920, 1080))  # as many paths as fit
+    assert yardstick.sampling_for(large, Plan(), cost, tried.append).spp == 16
 
 
 def test_lambert_case_is_matte_and_keeps_its_light() -> None:
@@ -93,9 +132,9 @@ def test_lambert_case_is_matte_and_keeps_its_light() -> None:
 
 
 @needs_mitsuba
-@pytest.mark.parametrize("reference", ["own", "mitsuba"])
+@pytest.mark.parametrize("reference", ["both", "own", "mitsuba"])
 def test_error_over_time(reference: Any) -> None:
-    plan = Plan(scenes=("cornell-box",), size=(32, 32), runs=1, seconds=0.5, reference=reference)
+    plan = Plan(scenes=("cornell-box",), size=(32, 32), runs=1, seconds=0.5, reference=reference, sampler="independent")
     rows = _run(convergence.BENCHMARK, plan).rows
     assert [row["seconds"] for row in rows] == [0.5 / 16, 0.5 / 8, 0.5 / 4, 0.5 / 2, 0.5]
     errors = [_value(row["fragtracer_error"]) for row in rows]
@@ -212,7 +251,7 @@ def test_impossible_numbers_are_refused(numbers: dict[str, tuple[int, ...]]) -> 
 @needs_mitsuba
 def test_meshes_have_a_row_for_each_count(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(meshes, "TRIANGLES", (100, 1000, 5000))
-    rows = _run(meshes.BENCHMARK, Plan(size=TINY, runs=1, seconds=0.01)).rows
+    rows = _run(meshes.BENCHMARK, Plan(size=TINY, runs=1, seconds=0.01, sampler="independent")).rows
     np.testing.assert_allclose([row["triangles"] for row in rows], meshes.TRIANGLES, rtol=0.1)
     for row in rows:
         assert all(_value(row[name]) > 0 for name in ("build", "rate", "ns", "fragtracer", "mitsuba", "ratio"))

@@ -4,6 +4,7 @@
 import time
 from collections.abc import Sequence
 from contextlib import ExitStack
+from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, Protocol, Self
 
@@ -16,8 +17,17 @@ from fragtracer.renderer import Renderer
 from fragtracer.scene import Scene
 
 Image = NDArray[np.float64]
-_MOST_SPP = 64  # of one step of Mitsuba
-_MOST_PATHS = 2**22  # of it in flight at once
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """A sampler of Mitsuba, and how many samples per pixel it takes in one pass."""
+
+    sampler: str = "independent"
+    spp: int = 16
+
+    def __str__(self) -> str:
+        return f"{self.sampler}, {self.spp} spp a pass"
 
 
 class Contender(Protocol):
@@ -86,13 +96,14 @@ class Mitsuba:
 
     name = "Mitsuba"
 
-    def __init__(self, scene: Scene, seed: int = 0, variant: str | None = None) -> None:
+    def __init__(
+        self, scene: Scene, seed: int = 0, variant: str | None = None, sampling: Sampling = Sampling()
+    ) -> None:
         self._stack = ExitStack()
-        self._renderer = self._stack.enter_context(ReferenceRenderer(scene, variant=variant))
+        renderer = ReferenceRenderer(scene, variant=variant, sampler=sampling.sampler)
+        self.step = renderer.passes_of = sampling.spp
+        self._renderer = self._stack.enter_context(renderer)
         self.variant = self._renderer.variant
-        pixels = scene.render.width * scene.render.height
-        self.step = max(1, min(_MOST_SPP, _MOST_PATHS // pixels))
-        self._renderer.passes_of = self.step
         self._seeds = np.random.default_rng(seed)
         self.restart()
 

@@ -6,15 +6,16 @@ from dataclasses import dataclass, field
 
 from fragtracer.apps.bench.cases import case, with_settings
 from fragtracer.apps.bench.contenders import Contender, Mitsuba, Ours, race
-from fragtracer.apps.bench.error import Reference, make_reference
+from fragtracer.apps.bench.error import Reference, make_reference, sample_for
 from fragtracer.apps.bench.plan import Benchmark, Plan, Progress, steps
 from fragtracer.apps.bench.statistics import Estimate, inverse, median
 from fragtracer.apps.bench.tables import Column, Plot, Row, Table
+from fragtracer.apps.bench.yardstick import sampling_for
 from fragtracer.scene import Scene
 
 _SIZES = {"three-spheres": (512, 512), "roughness-grid": (512, 512), "cornell-box": (256, 256)}
 _BOUNCES = 5
-_RUNS = 5
+_RUNS = 6
 _SECONDS = 16.0
 _REFERENCE_TIME = 2.0  # for each of its two images, in units of the longest time of a contender
 
@@ -36,6 +37,7 @@ def table(plan: Plan) -> Table:
             Column("mitsuba_efficiency", "Mitsuba, 1/(relMSE·s)"),
             Column("efficiency_ratio", "efficiency ratio", "more"),
             Column("trimmed_ratio", "of the best 99 % of pixels", "more"),
+            Column("sampling", "Mitsuba's sampler"),
         ),
         keys=("scene", "size", "bounces", "seconds"),
         plots=(
@@ -83,6 +85,7 @@ def _run_scene(scene: Scene, plan: Plan, result: Table, part: Progress) -> None:
     waited = _REFERENCE_TIME / (_REFERENCE_TIME + runs)
     noise = f"its own relMSE {reference.noise:.1e} (subtracted)"
     result.notes.append(f"{scene.name}: reference by {plan.reference}, {noise}")
+    sampling = sampling_for(scene, plan, lambda m: _cost(m, reference, longest / 4), lambda text: part(waited, text))
     times = _times(longest)
     logs: dict[float, tuple[_Log, _Log]] = {t: (_Log(), _Log()) for t in times}
     settings = scene.render
@@ -92,14 +95,20 @@ def _run_scene(scene: Scene, plan: Plan, result: Table, part: Progress) -> None:
         with ExitStack() as stack:
             ours, mitsuba = (
                 stack.enter_context(Ours(scene, number)),
-                stack.enter_context(Mitsuba(scene, number, plan.variant)),
+                stack.enter_context(Mitsuba(scene, number, plan.variant, sampling)),
             )
             for t in times:
                 part(waited + (1 - waited) * (number + t / longest) / runs, f"run {number + 1} of {runs}")
                 race((ours, mitsuba), t)
                 logs[t][0].add(ours, reference)
                 logs[t][1].add(mitsuba, reference)
-        result.rows[before:] = [key | _row(t, *logs[t]) for t in times]
+        result.rows[before:] = [key | _row(t, *logs[t]) | {"sampling": str(sampling)} for t in times]
+
+
+def _cost(mitsuba: Mitsuba, reference: Reference, seconds: float) -> float:
+    """relMSE times seconds."""
+    sample_for(mitsuba, seconds)
+    return reference.relative_mse(mitsuba.image()) * mitsuba.seconds
 
 
 def _times(longest: float) -> list[float]:

@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from fragtracer.apps.bench.contenders import Contender, Image, Mitsuba, Ours
+from fragtracer.apps.bench.contenders import Contender, Image, Mitsuba, Ours, Sampling
 from fragtracer.apps.compare.relative_error import relative_weight
 from fragtracer.scene import Scene
 
@@ -56,12 +56,12 @@ class Reference:
 
 
 def make_reference(
-    scene: Scene, seconds: float, who: Literal["own", "mitsuba"] = "own", variant: str | None = None
+    scene: Scene, seconds: float, who: Literal["both", "own", "mitsuba"] = "both", variant: str | None = None
 ) -> Reference:
-    """Sample each of the two images for ``seconds``."""
+    """Sample each of the two images for ``seconds``, one by each renderer or two by one of them."""
     images = []
-    for seed in (_REFERENCE_SEED, _REFERENCE_SEED + 1):
-        with Ours(scene, seed) if who == "own" else Mitsuba(scene, seed, variant) as contender:
+    for seed, own in ((_REFERENCE_SEED, who != "mitsuba"), (_REFERENCE_SEED + 1, who == "own")):
+        with Ours(scene, seed) if own else Mitsuba(scene, seed, variant, Sampling("multijitter")) as contender:
             sample_for(contender, seconds)
             images.append(contender.image())
     return Reference(images[0], images[1])

@@ -55,6 +55,7 @@ def table(plan: Plan) -> Table:
             Column("fragtracer", "fragtracer, Msamples/s", "more"),
             Column("mitsuba", "Mitsuba, Msamples/s"),
             Column("ratio", "ratio", "more"),
+            Column("sampling", "Mitsuba's sampler"),
         ),
         keys=("triangles",),
         plots=(Plot("triangles", ("ns",), (), "triangles", "nanoseconds per ray"),),

@@ -34,8 +34,9 @@ class Plan:
     runs: int | None = None
     seconds: float | None = None
     row_limit: float = 20.0
-    reference: Literal["own", "mitsuba"] = "own"
+    reference: Literal["both", "own", "mitsuba"] = "both"
     variant: str | None = None  # of Mitsuba
+    sampler: str = "best"  # of Mitsuba, or that which does most for a scene
 
     def __post_init__(self) -> None:
         for name, (low, high) in _LIMITS.items():

@@ -8,6 +8,7 @@ from fragtracer.apps.bench.contenders import Contender, Mitsuba, Ours
 from fragtracer.apps.bench.plan import Benchmark, Plan, Progress, steps
 from fragtracer.apps.bench.statistics import inverse, median
 from fragtracer.apps.bench.tables import Column, Row, Table
+from fragtracer.apps.bench.yardstick import sampling_for
 from fragtracer.errors import FragtracerError
 from fragtracer.scene import Scene
 
@@ -33,6 +34,7 @@ def table(plan: Plan) -> Table:
             Column("fragtracer", "fragtracer, Msamples/s", "more"),
             Column("mitsuba", "Mitsuba, Msamples/s"),
             Column("ratio", "ratio", "more"),
+            Column("sampling", "Mitsuba's sampler"),
         ),
         keys=("scene", "size", "bounces"),
     )
@@ -65,7 +67,10 @@ def against_mitsuba(
     with ExitStack() as stack:
         contenders: list[Contender] = [ours]
         try:
-            mitsuba = stack.enter_context(Mitsuba(scene, variant=plan.variant))
+            sampling = sampling_for(
+                scene, plan, lambda m: seconds_per_sample(m, seconds / 2), lambda text: part(0.0, text)
+            )
+            mitsuba = stack.enter_context(Mitsuba(scene, 0, plan.variant, sampling))
             contenders.append(mitsuba)
             note = f"Mitsuba is {mitsuba.variant}"
         except FragtracerError as error:
@@ -79,6 +84,7 @@ def against_mitsuba(
                 found.append(seconds_per_sample(contender, seconds) / pixels)
     row: Row = {"fragtracer": inverse(median(times[0]), 1e-6)}
     if len(times) > 1:
+        row["sampling"] = str(sampling)
         row["mitsuba"] = inverse(median(times[1]), 1e-6)
         row["ratio"] = median([theirs / mine for mine, theirs in zip(*times, strict=True)])
     return row

@@ -32,6 +32,7 @@ def table(plan: Plan) -> Table:
             Column("fragtracer", "fragtracer, Msamples/s", "more"),
             Column("mitsuba", "Mitsuba, Msamples/s"),
             Column("ratio", "ratio", "more"),
+            Column("sampling", "Mitsuba's sampler"),
             Column("compile", "compile, s", "less"),
             Column("first", "first picture, s", "less"),
         ),

@@ -32,8 +32,14 @@ def bench(
     runs: Annotated[int | None, typer.Option(min=1, max=1000, help="How often each number is measured.")] = None,
     time: Annotated[float | None, typer.Option(min=0.01, metavar="SECONDS", help="For each renderer and run.")] = None,
     row_limit: Annotated[float, typer.Option(min=0.1, metavar="SECONDS", help="Ignore slower frames.")] = 20.0,
-    reference: Annotated[Literal["own", "mitsuba"], typer.Option(help="Who makes the converged image.")] = "own",
+    reference: Annotated[
+        Literal["both", "own", "mitsuba"], typer.Option(help="Who makes the two halves of the converged image.")
+    ] = "both",
     variant: Annotated[str | None, typer.Option(help="Mitsuba's, as cuda_ad_rgb.  [default: llvm_ad_rgb]")] = None,
+    sampler: Annotated[
+        Literal["best", "independent", "stratified", "multijitter", "orthogonal", "ldsampler"],
+        typer.Option(help="Mitsuba's; best tries all of them on each scene."),
+    ] = "best",
     json: Annotated[Path | None, typer.Option(help="Write everything, for --diff.")] = None,
     csv: Annotated[Path | None, typer.Option(help="Write the numbers.")] = None,
     report: Annotated[Path | None, typer.Option(help="Write a page with plots, .html.")] = None,
@@ -60,6 +66,7 @@ def bench(
         row_limit,
         reference,
         variant,
+        sampler,
     )
     outputs = {suffix: path for suffix, path in ((".json", json), (".csv", csv), (".html", report)) if path}
     results = _measure(_names(what), plan, outputs)
