@@ -74,7 +74,7 @@ SHAPES = {
 LIGHTS = [Light((0.0, 3.0, 0.0), power=1.0), Light((0.0, 4.0, 0.0), radius=0.5, power=1.0)]
 ATTRIBUTES = {"normals": 3, "uvs": 2, "uvs_1": 2, "tangents": 4, "colors": 4}
 CHOICES = {
-    "geometry": ["smith", "schlick-beckmann", "karis"],
+    "geometry": ["smith", "smith-height-correlated", "schlick-beckmann", "karis"],
     "estimator": ["mis", "nee", "bsdf"],
     "sampler": ["texture", "hash"],
     "pixel_filter": ["box", "tent", "gaussian"],
