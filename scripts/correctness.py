@@ -63,7 +63,7 @@ def cases() -> Iterator[tuple[str, str, Scene]]:
     for name in bundled():
         yield name, "as it is", load(name)
     for name in ("three-spheres", "roughness-grid", "mirror"):
-        for geometry in ("schlick-beckmann", "karis"):
+        for geometry in ("smith-height-correlated", "schlick-beckmann", "karis"):
             yield name, f"geometry term {geometry}", _with(name, geometry=geometry)
     for name in ("three-spheres", "roughness-grid"):
         yield name, "multiple scattering", _with(name, multiple_scattering=True)

@@ -61,7 +61,7 @@ MESH_MATERIALS = {
 }
 ATTRIBUTES = {"normals": 3, "uvs": 2, "uvs_1": 2, "tangents": 4, "colors": 4}
 CHOICES = {
-    "geometry": ["smith", "schlick-beckmann", "karis"],
+    "geometry": ["smith", "smith-height-correlated", "schlick-beckmann", "karis"],
     "estimator": ["mis", "nee", "bsdf"],
     "sampler": ["texture", "hash"],
     "pixel_filter": ["box", "tent", "gaussian"],

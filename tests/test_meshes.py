@@ -123,11 +123,13 @@ def test_furnace_in_a_closed_flat_mesh(ctx: moderngl.Context, estimator: str) ->
     settings = RenderSettings(bounces=4, russian_roulette=False)
     inward = geometry((points, triangles[:, ::-1]))
     scene = mesh_scene(inward, material=lambert(0.5, 1.0), camera=camera, render=settings)
-    image = rendered(ctx, scene, 1024, estimator=estimator)
-    # By BSDF sampling each sample is the answer. Light sampling alone has no finite variance where triangles meet.
-    tolerance = {"bsdf": 1e-5, "mis": 0.2, "nee": 10.0}[estimator]
-    np.testing.assert_allclose(image, 2 * (1 - 0.5**5), rtol=tolerance)
-    np.testing.assert_allclose(np.median(image), 2 * (1 - 0.5**5), rtol=1e-5 if estimator == "bsdf" else 0.01)
+    image = rendered(ctx, scene, 256, estimator=estimator)
+    error = image.astype(np.float64) / (2 * (1 - 0.5**5)) - 1
+    # By BSDF sampling each sample is the answer. Light sampling alone has no finite variance where triangles meet: nine
+    # pixels of ten are held to a bound of their own, the others by the mean.
+    share, of_pixel, of_mean = {"bsdf": (1, 1e-5, 1e-5), "mis": (1, 0.02, 0.001), "nee": (0.9, 0.04, 0.005)}[estimator]
+    assert np.quantile(np.abs(error), share) < of_pixel
+    assert abs(error.mean()) < of_mean
 
 
 def test_furnace_around_a_smooth_mesh(ctx: moderngl.Context) -> None:

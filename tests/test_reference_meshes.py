@@ -5,11 +5,14 @@ Intersection, light sampling and texture filtering are Mitsuba's own; shading no
 are those of our plugin (reference/plugins/surface.py).
 """
 
+import io
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import PIL.Image
 import pytest
+from files.data import Gltf
 from mesh_shapes import ball, field, geometry, grid, smooth
 
 from fragtracer.apps.compare.rendering import render_ours, render_reference
@@ -192,21 +195,88 @@ def test_a_mesh_agrees_with_the_reference(ctx, name):
     assert verdict.detectable_bias.max() < RESOLUTION
 
 
-SHARED = Path(__file__).parents[2] / "shared" / "data"
-MODELS = (
-    "gltf/BoxTextured/glTF/BoxTextured.gltf",
-    "gltf/TextureCoordinateTest/glTF/TextureCoordinateTest.gltf",
-    "gltf/SimpleMeshes/glTF/SimpleMeshes.gltf",
-    "mesh/stanford-bunny.obj",
-    "mesh/cube_binary.ply",
-)
+def textured_gltf(folder: Path) -> Path:
+    """A node with a mesh that another node mirrors, textures of colour and of roughness, a metal, and a camera."""
+    shape = globe(12, 6)
+    gltf = Gltf(samplers=[{"wrapS": 33648, "wrapT": 33071, "magFilter": 9729}])
+    gltf.content["images"] = [
+        {"bufferView": gltf.view(_png(pixels)), "mimeType": "image/png"}
+        for pixels in (PICTURE.pixels, np.repeat(NUMBERS.pixels, 3, -1))
+    ]
+    gltf.content["textures"] = [{"source": i, "sampler": 0} for i in range(2)]
+    maps = {"baseColorTexture": {"index": 0}, "metallicRoughnessTexture": {"index": 1}}
+    gltf.content["materials"] = [
+        {"pbrMetallicRoughness": maps | {"metallicFactor": 0.5}, "doubleSided": True},
+        {"pbrMetallicRoughness": {"baseColorFactor": [1.0, 0.7, 0.3, 1.0], "roughnessFactor": 0.4}},
+    ]
+    names = {"POSITION": shape.positions, "NORMAL": shape.normals, "TEXCOORD_0": shape.uvs}
+    attributes = {name: gltf.array(values) for name, values in names.items()}
+    halves = np.array_split(shape.triangles.ravel(), [len(shape.triangles) // 2 * 3])
+    gltf.content["meshes"] = [
+        {
+            "primitives": [
+                {"attributes": attributes, "indices": gltf.array(half, "<u2"), "material": i}
+                for i, half in enumerate(halves)
+            ]
+        }
+    ]
+    gltf.content["cameras"] = [{"type": "perspective", "perspective": {"yfov": 0.7, "znear": 0.1}}]
+    gltf.content["nodes"] = [
+        {"children": [1, 2], "translation": [0, 0.2, 0]},
+        {"mesh": 0, "translation": [-0.8, 0, 0], "rotation": [0, 0.6, 0, 0.8]},
+        {"mesh": 0, "translation": [0.9, 0, -0.3], "scale": [-0.6, 0.8, 0.6]},
+        {"camera": 0, "translation": [0, 0.5, 5]},
+    ]
+    gltf.content["scenes"] = [{"nodes": [0, 3]}]
+    return gltf.write(folder / "textured.glb")
 
 
-@pytest.mark.parametrize("file", MODELS)
-def test_a_model_by_others_agrees_with_the_reference(ctx, file):
-    if not (SHARED / file).exists():
-        pytest.skip(f"{file} of the shared test data is not here")
-    model = load(SHARED / file)
+def polygons_obj(folder: Path) -> Path:
+    """Quads and a pentagon by indices that count from the end, smooth normals, and two materials of a library."""
+    (folder / "a.mtl").write_text("newmtl red\nKd 0.7 0.2 0.1\nNs 60\nnewmtl grey\nKd 0.5 0.5 0.5\nillum 1\n")
+    shape, lines = globe(12, 6), ["mtllib a.mtl", "usemtl red"]
+    for kind, values in (("v", shape.positions), ("vt", shape.uvs), ("vn", shape.normals)):
+        lines += [f"{kind} {' '.join(f'{x:.6f}' for x in row)}" for row in values]
+    count = len(shape.positions)
+    for column in range(12):
+        for row in range(6):
+            first = column * 7 + row - count
+            lines.append("f " + " ".join(f"{i}/{i}/{i}" for i in (first, first + 1, first + 8, first + 7)))
+    lines += ["usemtl grey", *(f"v {x} -1.2 {z}" for x, z in ((-2, -2), (-2, 2), (0, 2.5), (2, 2), (2, -2)))]
+    lines.append("f -5 -4 -3 -2 -1")
+    (folder / "polygons.obj").write_text("\n".join(lines) + "\n")
+    return folder / "polygons.obj"
+
+
+def colored_ply(folder: Path) -> Path:
+    """Binary, its numbers the other way round; quads, normals and colours of vertices."""
+    shape = globe(12, 6)
+    table = np.zeros(len(shape.positions), [("p", ">f4", 3), ("n", ">f4", 3), ("c", "u1", 3)])
+    table["p"], table["n"] = shape.positions, shape.normals
+    table["c"] = np.random.default_rng(0).integers(60, 256, table["c"].shape)
+    first = (7 * np.arange(12)[:, None] + np.arange(6)).ravel()
+    faces = np.zeros(len(first), [("count", "u1"), ("corners", ">i4", 4)])
+    faces["count"], faces["corners"] = 4, np.stack([first, first + 1, first + 8, first + 7], 1)
+    names = [f"property float {name}" for name in ("x", "y", "z", "nx", "ny", "nz")]
+    names += [f"property uchar {name}" for name in ("red", "green", "blue")]
+    head = ["ply", "format binary_big_endian 1.0", f"element vertex {len(table)}", *names]
+    head += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header", ""]
+    (folder / "colored.ply").write_bytes("\n".join(head).encode() + table.tobytes() + faces.tobytes())
+    return folder / "colored.ply"
+
+
+def _png(pixels) -> bytes:
+    file = io.BytesIO()
+    PIL.Image.fromarray(pixels).save(file, "PNG")
+    return file.getvalue()
+
+
+MODELS = (textured_gltf, polygons_obj, colored_ply)
+
+
+@pytest.mark.parametrize("write", MODELS)
+def test_a_model_agrees_with_the_reference(ctx, tmp_path, write):
+    model = load(write(tmp_path))
     reference = render_reference(model, SIZE, SPP // 4, BATCHES)
     ours = render_ours(model, SIZE, SPP // 4, BATCHES, context=ctx)
     verdict = judge(ours.pictures, reference.pictures, alpha=0.01 / len(MODELS), non_finite=ours.non_finite)

@@ -29,9 +29,9 @@ from fragtracer.scene import (
 pytest.importorskip("mitsuba", reason="Mitsuba is not installed")
 pytestmark = pytest.mark.slow
 
-SPECULAR = ("three-spheres", "mirror", "roughness-grid")
 CASES = [(name, {}) for name in bundled()]
-CASES += [(name, {"geometry": geometry}) for name in SPECULAR for geometry in ("schlick-beckmann", "karis")]
+CASES += [("roughness-grid", {"geometry": term}) for term in ("smith-height-correlated", "schlick-beckmann", "karis")]
+CASES += [("three-spheres", {"geometry": "smith-height-correlated"}), ("mirror", {"geometry": "karis"})]
 CASES += [
     (name, {"bounces": bounces, "light_samples": light_samples})
     for name in ("three-spheres", "three-spheres-ambient", "cornell-box")

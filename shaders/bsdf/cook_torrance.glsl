@@ -2,7 +2,8 @@
 // A Cook-Torrance specular lobe over a Lambert base.
 //   specular  D F G / (4 cos_o cos_i), F = Schlick at the half vector (Cook and Torrance 1982)
 //   diffuse   albedo / pi (1 - R(cos_o)) (1 - R(cos_i)), light that passes the interface twice, R being
-//             what the rough interface reflects at the mean normal (fresnel_schlick_rough)
+//             what the rough interface reflects at the mean normal (fresnel_schlick_rough); after Kelemen and
+//             Szirmay-Kalos 2001, A Microfacet Based Coupled Specular-Matte BRDF Model, not normalised as theirs
 // The second form is reciprocal and never reflects more than it receives; the common factor
 // 1 - F(wo . wh) reflects up to 1.9 times the light at grazing angles (docs/material.md).
 #include "bsdf/fresnel.glsl"
@@ -18,7 +19,7 @@
 #define HAS_DELTA 1  // some specular lobe may be a perfect mirror
 #endif
 #ifndef MULTIPLE_SCATTERING
-#define MULTIPLE_SCATTERING 0  // its part of the specular lobe, for Smith's geometry term
+#define MULTIPLE_SCATTERING 0  // its part of the specular lobe, for Smith's uncorrelated geometry term
 #endif
 
 // A wider lobe than this is resolved by float32; a narrower one cannot be told from a mirror.
@@ -26,9 +27,14 @@ const float ALPHA_DELTA = 1e-4;
 
 bool cook_torrance_is_mirror(Bsdf b) { return HAS_DELTA == 1 && b.alpha < ALPHA_DELTA; }
 
-// What the interface lets through to the base, or back out, at an angle to the normal.
+// What the interface lets through to the base, or back out, at an angle to the normal. The height-correlated term lets
+// the facets reflect more at grazing angles: less of the rise towards them is lost to their tilt (docs/material.md).
 vec3 cook_torrance_transmittance(Bsdf b, float cos_theta) {
+#if GEOMETRY_TERM == GEOMETRY_SMITH_HEIGHT_CORRELATED
+    return 1.0 - fresnel_schlick_rough(b.f0, b.f90, 0.95 * b.alpha, cos_theta);
+#else
     return 1.0 - fresnel_schlick_rough(b.f0, b.f90, b.alpha, cos_theta);
+#endif
 }
 
 // Probability of choosing the specular lobe: its share of the energy reflected towards wo.

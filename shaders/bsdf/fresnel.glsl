@@ -8,9 +8,10 @@ vec3 fresnel_schlick(vec3 f0, vec3 f90, float cos_theta) {
     return f0 + (f90 - f0) * (m2 * m2 * m);
 }
 
-// What a rough surface reflects at the angle to its mean normal: at grazing angles less than a smooth
-// one, since its facets tilt. The form of Lagarde 2011, Adopting a Physically Based Shading Model, with
-// alpha in the place of roughness, so that it stays above what a GGX surface of that width reflects.
+// An estimate of what a rough surface reflects at the angle to its mean normal: at grazing angles less than
+// a smooth one, since its facets tilt. The form of Lagarde 2011, Adopting a Physically Based Shading Model,
+// with alpha in the place of roughness, which is enough for a base that passes the rest twice never to
+// reflect more, together with a GGX lobe of that width, than both receive.
 vec3 fresnel_schlick_rough(vec3 f0, vec3 f90, float alpha, float cos_theta) {
     return fresnel_schlick(f0, max((1.0 - alpha) * f90, f0), cos_theta);
 }

@@ -4,9 +4,10 @@
 #include "core/math.glsl"
 
 #define GEOMETRY_SMITH 0
-#define GEOMETRY_SCHLICK_BECKMANN 1
-#define GEOMETRY_KARIS 2
-#define GEOMETRY_KARIS_ENVIRONMENT 3
+#define GEOMETRY_SMITH_HEIGHT_CORRELATED 1
+#define GEOMETRY_SCHLICK_BECKMANN 2
+#define GEOMETRY_KARIS 3
+#define GEOMETRY_KARIS_ENVIRONMENT 4
 #ifndef GEOMETRY_TERM
 #define GEOMETRY_TERM GEOMETRY_SMITH
 #endif
@@ -20,11 +21,17 @@ float ggx_d(float alpha, vec3 wh) {
     return a2 * INVERSE_PI / (t * t);
 }
 
-// Exact Smith masking of GGX (Walter et al. 2007, eq. 34). The root is not below cos_theta, but its square may be
-// too small for a float32.
+// Smith's masking of GGX (Walter et al. 2007, eq. 34). The root is not below cos_theta, but its square may be too small
+// for a float32.
 float ggx_g1_smith(float alpha, float cos_theta) {
     float a2 = alpha * alpha;
     return 2.0 * cos_theta / (cos_theta + max(cos_theta, sqrt(a2 + (1.0 - a2) * cos_theta * cos_theta)));
+}
+
+// Smith's Lambda of GGX: the same G1 is 1 / (1 + Lambda).
+float ggx_lambda(float alpha, float cos_theta) {
+    float a2 = alpha * alpha;
+    return 0.5 * max(cos_theta, sqrt(a2 + (1.0 - a2) * cos_theta * cos_theta)) / cos_theta - 0.5;
 }
 
 // Masking with a width k (Schlick 1994, eq. 19).
@@ -33,10 +40,10 @@ float ggx_g1_schlick(float k, float cos_theta) { return cos_theta / (cos_theta *
 // k of a light that shines from one direction (Karis 2013, Real Shading in Unreal Engine 4, eq. 4).
 float ggx_k_direct(float alpha) { return square(sqrt(alpha) + 1.0) / 8.0; }
 
-// The chosen masking term G1: exact, or Schlick's with k = sqrt(2 alpha^2 / pi), with Karis's k, or with his
+// The chosen masking term G1: Smith's, or Schlick's with k = sqrt(2 alpha^2 / pi), with Karis's k, or with his
 // k = roughness^2 / 2 for light from all around.
 float ggx_g1(float alpha, float cos_theta) {
-#if GEOMETRY_TERM == GEOMETRY_SMITH
+#if GEOMETRY_TERM == GEOMETRY_SMITH || GEOMETRY_TERM == GEOMETRY_SMITH_HEIGHT_CORRELATED
     return ggx_g1_smith(alpha, cos_theta);
 #elif GEOMETRY_TERM == GEOMETRY_SCHLICK_BECKMANN
     return ggx_g1_schlick(alpha * sqrt(2.0 * INVERSE_PI), cos_theta);
@@ -47,11 +54,18 @@ float ggx_g1(float alpha, float cos_theta) {
 #endif
 }
 
-// Bidirectional shadowing and masking, separable: G = G1(wo) G1(wi).
-float ggx_g(float alpha, vec3 wo, vec3 wi) { return ggx_g1(alpha, wo.z) * ggx_g1(alpha, wi.z); }
+// Masking and shadowing together: uncorrelated, that is, the product of the two; or, of Smith's, correlated by the
+// height of the facet (Heitz 2014, Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs, eq. 99).
+float ggx_g(float alpha, vec3 wo, vec3 wi) {
+#if GEOMETRY_TERM == GEOMETRY_SMITH_HEIGHT_CORRELATED
+    return 1.0 / (1.0 + ggx_lambda(alpha, wo.z) + ggx_lambda(alpha, wi.z));
+#else
+    return ggx_g1(alpha, wo.z) * ggx_g1(alpha, wi.z);
+#endif
+}
 
 // What a white metal reflects at an angle, of all light, by single scattering: the directional albedo
-// of D and Smith's G with F = 1. A fit of our own, within 0.35 % of the integral (docs/material.md).
+// of D and Smith's uncorrelated G with F = 1. A fit of our own, within 0.35 % of the integral (docs/material.md).
 float ggx_albedo(float alpha, float cos_theta) {
     const mat4 fit = mat4(
         0.0611, 0.0268, 0.5768, -0.2798,
@@ -83,7 +97,7 @@ vec3 ggx_sample_vndf(float alpha, vec3 wo, vec2 u) {
 }
 
 // Its density over the solid angle of wh (Heitz 2018, Sampling the GGX Distribution of Visible
-// Normals, eq. 1). It belongs to the sampler, so it uses the exact G1 whichever term shades.
+// Normals, eq. 1). It belongs to the sampler, so it uses Smith's G1 whichever term shades.
 float ggx_sample_vndf_pdf(float alpha, vec3 wo, vec3 wh) {
     return ggx_g1_smith(alpha, wo.z) * max(0.0, dot(wo, wh)) * ggx_d(alpha, wh) / wo.z;
 }

@@ -59,13 +59,13 @@ def test_files_by_others() -> None:
     assert readable == ["malformed/mesh/invalid/malformed2.obj"]
 
 
-@pytest.mark.skipif(not MALFORMED, reason="there is no shared data")
-def test_command_line() -> None:
-    path = shared("malformed", "mesh", "invalid", "malformed.obj")
+def test_command_line(tmp_path: Path) -> None:
+    path = tmp_path / "malformed.obj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 12\n")
     command = [sys.executable, "-m", "fragtracer", "render", str(path), "-o", "none.png"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 2
-    assert done.stderr == f"fragtracer: {path}: line 23: v 12 does not exist; there are 8, counted from 1\n"
+    assert done.stderr == f"fragtracer: {path}: line 5: v 12 does not exist; there are 3, counted from 1\n"
 
 
 def good_files(folder: Path) -> Iterator[Path]:

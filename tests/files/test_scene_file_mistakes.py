@@ -189,7 +189,7 @@ MISTAKES = {
     "wide camera": ("[camera]\nfov_degrees = 180", "camera.fov_degrees: must be less than 180, got 180"),
     "choice": (
         '[render]\ngeometry = "smiht"',
-        'render.geometry: must be one of "smith", "schlick-beckmann", "karis", got "smiht"',
+        'render.geometry: must be one of "smith", "smith-height-correlated", "schlick-beckmann", "karis", got "smiht"',
     ),
     "fraction of a bounce": ("[render]\nbounces = 1.5", "render.bounces: must be a whole number, got 1.5"),
     "one for true": ("[render]\nrussian_roulette = 1", "render.russian_roulette: must be true or false, got 1"),

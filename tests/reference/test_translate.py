@@ -153,7 +153,7 @@ def test_ambient_light_on_a_convex_body(mi):
     assert image[0, 0] == pytest.approx([1, 0.5, 2])
 
 
-@pytest.mark.parametrize("geometry", ["smith", "schlick-beckmann", "karis"])
+@pytest.mark.parametrize("geometry", ["smith", "smith-height-correlated", "karis"])
 @pytest.mark.parametrize("roughness", [0.01, 0.3, 1.0])
 def test_metal_under_ambient_light(mi, roughness, geometry):
     silver = {"silver": Material(metal="silver", roughness=roughness)}

@@ -8,6 +8,7 @@ ends of their ranges. A new model needs an entry and its formulas in float64, an
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -25,7 +26,7 @@ Values = Callable[[Parameters, Floats, Floats], Floats]
 WHITE = (1.0, 1.0, 1.0)
 ALPHAS = [1e-3, 1e-2, 0.1, 0.5, 1.0]
 DEGREES = [0, 45, 80, 89]
-TERMS = ["SMITH", "SCHLICK_BECKMANN", "KARIS"]
+TERMS = ["SMITH", "SMITH_HEIGHT_CORRELATED", "SCHLICK_BECKMANN", "KARIS"]
 
 
 def no_slack(_: Parameters, wo: Floats, wi: Floats) -> Floats:
@@ -102,6 +103,10 @@ COOK_TORRANCE = {
 }
 
 
+# Those tried with each other geometry term: a term is no matter of the material's colours.
+OF_EACH_TERM = ("plastic", "half metallic", "gold")
+
+
 def of_all_widths(materials: Mapping[str, Material]) -> dict[str, list[Material]]:
     return {name: [replace(m, alpha=alpha) for alpha in (0.0, *ALPHAS)] for name, m in materials.items()}
 
@@ -121,6 +126,10 @@ WIDTHS = [1e-3, 0.01, 0.03, 0.06, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0]
 
 
 def cook_torrance(term: str) -> Model:
+    smith = "SMITH" in term
+    # The other terms are nowhere larger than Smith's (test_ggx.py), and share its base.
+    whitest = white_materials() if smith else [COOK_TORRANCE["white metal"]]
+
     def value(m: Material, wo: Floats, wi: Floats) -> Floats:
         return bsdf_oracle.bsdf_eval(m, term, wo, wi) if m.alpha > 0 else bsdf_oracle.bsdf_eval_diffuse(m, wo, wi)
 
@@ -128,32 +137,32 @@ def cook_torrance(term: str) -> Model:
         if m.alpha > 0:
             return no_delta(m, wo)
         mirrored = bsdf_oracle.fresnel(m.f0, m.f90, wo[..., 2])
-        masking = bsdf_oracle.g1(term, 0.0, wo[..., 2])[..., None] ** 2
+        masking = bsdf_oracle.g(term, 0.0, wo[..., 2], wo[..., 2])[..., None]
         return mirrored * masking, bsdf_oracle.specular_probability(m, wo)
 
     def largest_weight(m: Material, cosine: Floats) -> Floats:
         """The larger one of the two lobes alone, each divided by its chance, with the most that Fresnel and masking
         leave."""
         wo = np.stack([np.sqrt(1 - cosine**2), 0 * cosine, np.maximum(cosine, 1e-30)], -1)
-        chance = bsdf_oracle.specular_probability(m, wo)[:, None]
+        chance = bsdf_oracle.specular_probability(m, wo, term)[:, None]
         masking = bsdf_oracle.g1(term, m.alpha, wo[:, 2]) / bsdf_oracle.g1_smith(m.alpha, wo[:, 2])
         specular = np.maximum(m.f0, m.f90) * masking[:, None]
-        base = np.multiply(m.diffuse, 1 - bsdf_oracle.interface_reflectance(m, wo[:, 2]))
+        base = np.multiply(m.diffuse, 1 - bsdf_oracle.interface_reflectance(m, wo[:, 2], term))
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.fmax(np.where(chance > 0, specular / chance, 0), np.where(chance < 1, base / (1 - chance), 0))
 
     return Model(
         "COOK_TORRANCE",
-        of_all_widths(COOK_TORRANCE),
+        of_all_widths(COOK_TORRANCE if term == "SMITH" else {name: COOK_TORRANCE[name] for name in OF_EACH_TERM}),
         value,
-        bsdf_oracle.bsdf_pdf,
+        partial(bsdf_oracle.bsdf_pdf, term=term),
         largest_weight,
         {"GEOMETRY_TERM": f"GEOMETRY_{term}"},
         delta,
         lambda m, wo: Reflections(m.alpha or 1.0, wo),
         float32_tolerance,
-        [replace(m, alpha=alpha) for m in white_materials() for alpha in (0.0, *WIDTHS)],
-        [replace(COOK_TORRANCE["white metal"], alpha=1e-3)] if term == "SMITH" else [],
+        [replace(m, alpha=alpha) for m in whitest for alpha in (0.0, *WIDTHS)],
+        [replace(COOK_TORRANCE["white metal"], alpha=1e-3)] if smith else [],
     )
 
 

@@ -63,10 +63,17 @@ def g1_smith(alpha: ArrayLike, cosine: ArrayLike) -> Floats:
 def g1(term: str, alpha: ArrayLike, cosine: ArrayLike) -> Floats:
     """The masking term of GEOMETRY_<term>."""
     alpha = np.asarray(alpha, np.float64)
-    if term == "SMITH":
+    if "SMITH" in term:
         return g1_smith(alpha, cosine)
     k = np.sqrt(2 * alpha**2 / np.pi) if term == "SCHLICK_BECKMANN" else (np.sqrt(alpha) + 1) ** 2 / 8
     return cosine / (cosine * (1 - k) + k)
+
+
+def g(term: str, alpha: ArrayLike, co: ArrayLike, ci: ArrayLike) -> Floats:
+    """Masking and shadowing of GEOMETRY_<term>: their product, or 1 / (1 / G1(co) + 1 / G1(ci) - 1) if the height of a
+    facet correlates them (Heitz 2014, eq. 99)."""
+    one, other = g1(term, alpha, co), g1(term, alpha, ci)
+    return 1 / (1 / one + 1 / other - 1) if term == "SMITH_HEIGHT_CORRELATED" else one * other
 
 
 def visible_normal_pdf(alpha: ArrayLike, wo: Floats, wh: Floats) -> Floats:
@@ -75,14 +82,16 @@ def visible_normal_pdf(alpha: ArrayLike, wo: Floats, wh: Floats) -> Floats:
     return g1_smith(alpha, wo[..., 2]) * cosine * ggx_d(alpha, wh) / wo[..., 2]
 
 
-def interface_reflectance(m: Material, cosine: ArrayLike) -> Floats:
-    """R, what the rough interface keeps from the base: Schlick towards max((1 - alpha) f90, f0), (..., 3)."""
-    return fresnel(m.f0, np.maximum((1 - m.alpha) * np.asarray(m.f90), m.f0), cosine)
+def interface_reflectance(m: Material, cosine: ArrayLike, term: str = "SMITH") -> Floats:
+    """R, what the rough interface keeps from the base: Schlick towards max((1 - alpha) f90, f0), (..., 3); with the
+    height-correlated term of 0.95 alpha."""
+    alpha = 0.95 * m.alpha if term == "SMITH_HEIGHT_CORRELATED" else m.alpha
+    return fresnel(m.f0, np.maximum((1 - alpha) * np.asarray(m.f90), m.f0), cosine)
 
 
-def specular_probability(m: Material, wo: Floats) -> Floats:
+def specular_probability(m: Material, wo: Floats, term: str = "SMITH") -> Floats:
     """How often the specular lobe is sampled."""
-    r = interface_reflectance(m, wo[..., 2])
+    r = interface_reflectance(m, wo[..., 2], term)
     specular, diffuse = r @ REC_709, (np.asarray(m.diffuse) * (1 - r) * (1 - np.asarray(m.f0))) @ REC_709
     return specular / np.maximum(specular + diffuse, 1e-300)
 
@@ -91,9 +100,8 @@ def bsdf_eval(m: Material, term: str, wo: Floats, wi: Floats) -> Floats:
     """f |cos_i| of the glossy and the diffuse lobe, (..., 3), for directions above the surface."""
     wh, co, ci = _half(wo, wi), wo[..., 2], wi[..., 2]
     f = fresnel(m.f0, m.f90, (wo * wh).sum(-1))
-    g = g1(term, m.alpha, co) * g1(term, m.alpha, ci)
-    specular = f * (ggx_d(m.alpha, wh) * g / (4 * co * ci))[..., None]
-    return (specular + _diffuse(m, co, ci)) * ci[..., None]
+    specular = f * (ggx_d(m.alpha, wh) * g(term, m.alpha, co, ci) / (4 * co * ci))[..., None]
+    return (specular + _diffuse(m, co, ci, term)) * ci[..., None]
 
 
 def bsdf_eval_compensated(m: Material, wo: Floats, wi: Floats, single: ArrayLike) -> Floats:
@@ -104,22 +112,22 @@ def bsdf_eval_compensated(m: Material, wo: Floats, wi: Floats, single: ArrayLike
     return diffuse + (bsdf_eval(m, "SMITH", wo, wi) - diffuse) * (1 + np.asarray(m.f0) * (1 - single) / single)
 
 
-def bsdf_eval_diffuse(m: Material, wo: Floats, wi: Floats) -> Floats:
+def bsdf_eval_diffuse(m: Material, wo: Floats, wi: Floats, term: str = "SMITH") -> Floats:
     """f |cos_i| of the diffuse lobe alone."""
-    return _diffuse(m, wo[..., 2], wi[..., 2]) * wi[..., 2:]
+    return _diffuse(m, wo[..., 2], wi[..., 2], term) * wi[..., 2:]
 
 
-def bsdf_pdf(m: Material, wo: Floats, wi: Floats) -> Floats:
+def bsdf_pdf(m: Material, wo: Floats, wi: Floats, term: str = "SMITH") -> Floats:
     """Density of sampling the lobes, in 1/sr, but for a delta lobe."""
-    wh, p = _half(wo, wi), specular_probability(m, wo)
+    wh, p = _half(wo, wi), specular_probability(m, wo, term)
     diffuse: Floats = (1 - p) * wi[..., 2] / np.pi
     if m.alpha == 0:
         return diffuse
     return p * visible_normal_pdf(m.alpha, wo, wh) / (4 * (wo * wh).sum(-1)) + diffuse
 
 
-def _diffuse(m: Material, co: Floats, ci: Floats) -> Floats:
-    passed = (1 - interface_reflectance(m, co)) * (1 - interface_reflectance(m, ci))
+def _diffuse(m: Material, co: Floats, ci: Floats, term: str) -> Floats:
+    passed = (1 - interface_reflectance(m, co, term)) * (1 - interface_reflectance(m, ci, term))
     return np.asarray(m.diffuse) / np.pi * passed
 
 

@@ -13,7 +13,7 @@ from fragtracer.scene import Material
 
 
 def nearest_bsdf(material: Material, geometry: str, attributes: MeshAttributes, textures: TextureFolder) -> Tree:
-    """Mitsuba's own material nearest to ours; its geometry term is "smith" whatever ``geometry`` says.
+    """Mitsuba's own material nearest to ours; its geometry term is Smith's, uncorrelated, whatever ``geometry`` says.
 
     Rough dielectrics become ``principled``, since ``roughplastic`` loses light as it gets rougher: at
     alpha = 1 its base is less than half as bright as ours.
@@ -135,7 +135,7 @@ def note(material: Material, geometry: str, plugin: bool, attributes: MeshAttrib
     if kinds[-1].endswith("conductor"):
         differs.append("a metal of the same reflectance at every angle, no rise towards grazing")
     if geometry != "smith":
-        differs.append(f"Smith's geometry term in place of {geometry}")
+        differs.append(f"Smith's uncorrelated geometry term in place of {geometry}")
     return f"{' and '.join(kinds)}, nearly the same: {'; '.join(differs)}"
 
 
@@ -148,5 +148,5 @@ def _textured_note(material: Material, geometry: str) -> str:
     if material.alpha_mode != "opaque":
         differs.append("shadows of holes need the integrator volpath, which is set")
     if geometry != "smith":
-        differs.append(f"Smith's geometry term in place of {geometry}")
+        differs.append(f"Smith's uncorrelated geometry term in place of {geometry}")
     return f"principled, nearly the same: {'; '.join(differs)}"

@@ -16,6 +16,8 @@ class RenderSettings:
     ``bounces`` counts scattering events on a path: 0 shows emitters only, 1 adds direct light.
     ``rays`` is the number of paths per pixel in one pass, ``light_samples`` the number of shadow
     rays at each vertex. Russian roulette may end a path from vertex ``russian_roulette_depth`` on.
+    ``geometry`` is the masking and shadowing of microfacets: Smith's, "smith" without correlation of the two and
+    "smith-height-correlated" with it, or one of two approximations (docs/material.md).
     ``multiple_scattering`` compensates rough specular lobes for the energy of multiple scattering between
     microfacets. The ``integrator`` "split-sum" is the approximation of game engines (Karis 2013): the first hit,
     shaded by lookups of the prefiltered environment and by lights without shadows. Camera rays that leave the scene
@@ -31,7 +33,7 @@ class RenderSettings:
     light_samples: Annotated[int, Field(ge=1, le=1024)] = 1
     russian_roulette: bool = True
     russian_roulette_depth: Annotated[int, Field(ge=1)] = 5
-    geometry: Literal["smith", "schlick-beckmann", "karis"] = "smith"
+    geometry: Literal["smith", "smith-height-correlated", "schlick-beckmann", "karis"] = "smith"
     multiple_scattering: bool = False
     estimator: Literal["mis", "nee", "bsdf"] = "mis"
     sampler: Literal["texture", "hash"] = "texture"

@@ -38,6 +38,7 @@ VARIANTS = (
     Variant("BSDF sampling alone, no MIS", {"estimator": "bsdf"}),
     Variant("no specialisation", options={"specialised": False}),
     Variant("one BSDF evaluation for 8 light samples", edits=ONE_BSDF_EVALUATION, shared={"light_samples": 8}),
+    Variant("geometry term smith-height-correlated, not smith", {"geometry": "smith-height-correlated"}),
     Variant("geometry term schlick-beckmann, not smith", {"geometry": "schlick-beckmann"}),
     Variant("geometry term karis, not smith", {"geometry": "karis"}),
 )

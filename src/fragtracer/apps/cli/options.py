@@ -20,7 +20,8 @@ Size = Annotated[
 Bounces = Annotated[int | None, typer.Option(min=0, max=10000, help="Scattering events on a path.")]
 LightSamples = Annotated[int | None, typer.Option(min=1, max=1024, help="Shadow rays at each vertex.")]
 GeometryTerm = Annotated[
-    Literal["smith", "schlick-beckmann", "karis"] | None, typer.Option(help="Geometry term of the material.")
+    Literal["smith", "smith-height-correlated", "schlick-beckmann", "karis"] | None,
+    typer.Option(help="Geometry term of the material."),
 ]
 MultipleScattering = Annotated[
     bool | None, typer.Option(help="Give rough lobes what their facets reflect more than once.")

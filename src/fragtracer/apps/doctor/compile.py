@@ -53,7 +53,7 @@ def _scenes() -> Iterator[tuple[str, Scene]]:
 
 
 def _settings() -> Iterator[dict[str, Any]]:
-    for geometry in ("schlick-beckmann", "karis"):
+    for geometry in ("smith-height-correlated", "schlick-beckmann", "karis"):
         yield {"geometry": geometry}
     yield {"multiple_scattering": True}
     yield {"estimator": "nee", "sampler": "hash", "pixel_filter": "tent"}

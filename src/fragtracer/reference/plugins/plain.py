@@ -2,7 +2,8 @@
 """``fragtracer_cooktorrance``: a uniform two-sided material.
 
 Its parameters: ``diffuse_albedo``, ``specular_f0`` and ``specular_f90`` (three numbers each),
-``alpha`` (GGX width) and ``geometry`` ("smith", "schlick-beckmann", "karis" or "smith-multiple-scattering").
+``alpha`` (GGX width) and ``geometry`` ("smith", "smith-height-correlated", "schlick-beckmann", "karis" or
+"smith-multiple-scattering").
 """
 
 from typing import Any

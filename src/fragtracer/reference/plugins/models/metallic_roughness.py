@@ -8,6 +8,7 @@ References
 ----------
 - Trowbridge, Reitz 1975, "Average irregularity representation of a rough surface"; in its
   microfacet form: Walter et al. 2007, "Microfacet models for refraction", eq. 33 and 34 (D, G1).
+- Heitz 2014, "Understanding the masking-shadowing function in microfacet-based BRDFs", eq. 99.
 - Schlick 1994, "An inexpensive BRDF model for physically-based rendering", eq. 15 (F), 19 (G).
 - Karis 2013, "Real shading in Unreal Engine 4", eq. 4 (k of the analytic lights).
 - Turquin 2019, "Practical multiple scattering compensation for microfacet models".
@@ -20,7 +21,7 @@ from typing import Any
 
 from . import Parameters
 
-SMITH = ("smith", "smith-multiple-scattering")
+SMITH = ("smith", "smith-height-correlated", "smith-multiple-scattering")
 DELTA_ALPHA = 1e-4  # the specular lobe of a smaller alpha is a perfect mirror
 
 
@@ -30,6 +31,15 @@ def smith_g1_over_cos(c: Any, alpha: Any) -> Any:
 
     alpha2 = dr.square(alpha)
     return 2 / (c + dr.sqrt(dr.fma(1 - alpha2, dr.square(c), alpha2)))
+
+
+def smith_g2_over_cosines(c: Any, d: Any, alpha: Any) -> Any:
+    """G2 / (c d) of Smith for GGX at two cosines, correlated by height (Heitz 2014, eq. 99, multiplied out)."""
+    import drjit as dr
+
+    alpha2 = dr.square(alpha)
+    one, other = (x * dr.sqrt(alpha2 + (1 - alpha2) * dr.square(y)) for x, y in ((c, d), (d, c)))
+    return 2 / (one + other)
 
 
 def schlick_g1_over_cos(c: Any, k: Any) -> Any:
@@ -47,7 +57,7 @@ def schlick_k(geometry: str, alpha: Any) -> Any:
         return math.sqrt(2 / math.pi) * alpha
     if geometry == "karis":
         return dr.square(dr.sqrt(alpha) + 1) / 8
-    raise ValueError(f"geometry must be smith, schlick-beckmann, karis or {SMITH[1]}, not {geometry!r}")
+    raise ValueError(f"geometry must be {', '.join(SMITH)}, schlick-beckmann or karis, not {geometry!r}")
 
 
 # What single scattering loses, over 9 alpha² / (c² + 9 alpha²): a row for each power of alpha, in it the
@@ -128,13 +138,20 @@ class Lobes:
 
     def interface(self, c: Any) -> Any:
         """What the rough interface keeps from the diffuse base, by its mean normal: Schlick's form
-        that rises to max((1 - alpha) F90, F0) (after Lagarde 2011, with alpha for roughness)."""
+        that rises to max((1 - alpha) F90, F0) (after Lagarde 2011, with alpha for roughness); with the
+        height-correlated term of 0.95 alpha."""
         import drjit as dr
 
-        return self.f0 + (dr.maximum((1 - self.alpha) * self.f90, self.f0) - self.f0) * (1 - c) ** 5
+        alpha = 0.95 * self.alpha if self.geometry == "smith-height-correlated" else self.alpha
+        return self.f0 + (dr.maximum((1 - alpha) * self.f90, self.f0) - self.f0) * (1 - c) ** 5
 
-    def g1_over_cos(self, c: Any) -> Any:
-        return smith_g1_over_cos(c, self.alpha) if self.geometry in SMITH else schlick_g1_over_cos(c, self.k)
+    def g_over_cosines(self, c: Any, d: Any) -> Any:
+        """The geometry term over both cosines."""
+        if self.geometry == "smith-height-correlated":
+            return smith_g2_over_cosines(c, d, self.alpha)
+        if self.geometry in SMITH:
+            return smith_g1_over_cos(c, self.alpha) * smith_g1_over_cos(d, self.alpha)
+        return schlick_g1_over_cos(c, self.k) * schlick_g1_over_cos(d, self.k)
 
     def specular_probability(self, wo: Any) -> Any:
         """The lobes are chosen by the Fresnel term at n·wo."""
@@ -154,7 +171,7 @@ class Lobes:
         pdf = (1 - p_specular) * wi.z / dr.pi
         wh = dr.normalize(wo + wi)
         d = dr.select(self.delta, 0, ggx_d(wh, dr.maximum(self.alpha, DELTA_ALPHA)) / 4)
-        specular = self.fresnel(dr.dot(wo, wh)) * (d * self.g1_over_cos(wo.z) * self.g1_over_cos(wi.z) * wi.z)
+        specular = self.fresnel(dr.dot(wo, wh)) * (d * self.g_over_cosines(wo.z, wi.z) * wi.z)
         if self.geometry == "smith-multiple-scattering":
             once = smith_albedo(dr.maximum(wo.z, 1e-6), self.alpha)
             specular *= 1 + self.f0 * (1 - once) / once
@@ -173,5 +190,5 @@ class Lobes:
         wi = dr.select(specular, mirrored, mi.warp.square_to_cosine_hemisphere(u))
         value, pdf = self.eval_pdf(wo, wi)
         mirror = specular & self.delta
-        value = dr.select(mirror, self.fresnel(wo.z) * dr.square(self.g1_over_cos(wo.z) * wo.z), value)
+        value = dr.select(mirror, self.fresnel(wo.z) * self.g_over_cosines(wo.z, wo.z) * dr.square(wo.z), value)
         return wi, value, dr.select(mirror, p_specular, pdf), specular
