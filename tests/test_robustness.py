@@ -6,13 +6,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from rendering import Image, Planter, rendered
+from rendering import Image, Planter, list_at_most, rendered
 from scene_builders import Vector, box, lambert, moved, rectangle, scaled, triangles_of
 
 from fragtracer.io.toml import load
 from fragtracer.scene import Ambient, Camera, Light, Material, Plane, Rectangle, Scene, Sphere
 
 SIZE = (48, 40)
+
+
+@pytest.fixture(params=["listed", "bvh"])
+def storage(request, monkeypatch):
+    """Finite shapes on the short list, or in the BVH."""
+    list_at_most(monkeypatch, {"listed": 64, "bvh": 0}[request.param])
 
 
 def shares_beyond(image: Image, other: Image, relative: float) -> float:
@@ -105,6 +111,13 @@ def test_closed_box_stays_black_inside(ctx, estimator, rotation, offset, triangl
     assert not rendered(ctx, scene, 64, (64, 64), **settings).any()
 
 
+@pytest.mark.parametrize("triangles", [False, True], ids=["rectangles", "triangles"])
+def test_closed_box_in_the_bvh_stays_black_inside(ctx, monkeypatch, triangles):
+    list_at_most(monkeypatch, 0)
+    test_closed_box_stays_black_inside(ctx, "mis", rotation(), (30.0, 0.0, 0.0), triangles)
+
+
+@pytest.mark.usefixtures("storage")
 @pytest.mark.parametrize("factor", [1e-3, 1.0, 1e3])
 def test_light_under_a_floor_stays_there(ctx, factor):
     """Neither the floor nor the foot of what stands on it lets light through."""
@@ -139,8 +152,8 @@ def lit_from_the_eye(height: float) -> Scene:
     )
 
 
-@pytest.mark.parametrize("height", [1.0, 0.1, 0.01])
-@pytest.mark.parametrize("factor", [1e-3, 1.0, 1e3])
+@pytest.mark.usefixtures("storage")
+@pytest.mark.parametrize(("factor", "height"), [(1e-3, 1.0), (1e-3, 0.01), (1.0, 0.1), (1e3, 1.0), (1e3, 0.01)])
 def test_no_surface_shades_itself(ctx, factor, height):
     """Not one sample of 150,000 is dark, the floor's at grazing angles neither."""
     image = rendered(ctx, scaled(lit_from_the_eye(height), factor), 1, (480, 320), bounces=1)
