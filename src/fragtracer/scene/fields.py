@@ -36,11 +36,11 @@ def as_tuple(value: Any) -> Any:
 
 
 LARGEST = 3.4e38  # of a 32-bit float, which is what the shader computes with
-Number = Annotated[float, BeforeValidator(as_number), Field(ge=-LARGEST, le=LARGEST)]
+Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST), BeforeValidator(as_number)]
 Triple = tuple[Number, Number, Number]
-NonNegative = Annotated[float, BeforeValidator(as_number), Field(ge=0, le=LARGEST)]
-Positive = Annotated[float, BeforeValidator(as_number), Field(gt=0, le=LARGEST)]
-Fraction = Annotated[float, BeforeValidator(as_number), Field(ge=0, le=1)]
+NonNegative = Annotated[float, Field(ge=0, le=LARGEST), BeforeValidator(as_number)]
+Positive = Annotated[float, Field(gt=0, le=LARGEST), BeforeValidator(as_number)]
+Fraction = Annotated[float, Field(ge=0, le=1), BeforeValidator(as_number)]
 Vector = Annotated[Triple, BeforeValidator(as_vector)]
 Point = Annotated[Vector, "a place, which moves with what it belongs to"]
 Points = Annotated[tuple[Point, Point, Point], BeforeValidator(as_tuple)]

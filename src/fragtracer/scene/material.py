@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Materials."""
 
-from dataclasses import fields
 from typing import Annotated, Final, Literal
 
 from pydantic import Field
@@ -19,6 +18,7 @@ MODELS: dict[str, tuple[str, ...]] = {
     "eon": ("albedo", "roughness"),
 }
 _OF_MODELS = {key for keys in MODELS.values() for key in keys}
+_OF_OTHERS = {model: sorted(_OF_MODELS - set(keys)) for model, keys in MODELS.items()}  # keys that mean nothing to it
 TEXTURED = ("albedo", "roughness", "metallic", "normal", "occlusion", "emission")
 
 
@@ -84,9 +84,9 @@ class Material:
                 raise ValueError(f"metal = {self.metal!r} already says what {name} is; leave {name} out")
 
     def _check_model(self) -> None:
-        default = {field.name: field.default for field in fields(self)}
-        for key in sorted(_OF_MODELS - set(MODELS[self.model])):
-            given = next((k for k in (key, f"{key}_texture") if getattr(self, k, None) != default.get(k)), None)
+        for key in _OF_OTHERS[self.model]:
+            names = (key, f"{key}_texture")
+            given = next((k for k in names if getattr(self, k, None) != getattr(Material, k, None)), None)
             if given:
                 keys = ", ".join(MODELS[self.model])
                 raise ValueError(f"{given} means nothing to model = {self.model!r}; leave it out; its keys are {keys}")

@@ -8,6 +8,7 @@ import re
 import types
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import MISSING, fields
+from functools import cache
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
 from pydantic import ValidationError
@@ -43,6 +44,7 @@ _ITEMS = {
     "a number or three numbers [r, g, b]": "a number",
     "three points [[x, y, z], [x, y, z], [x, y, z]]": "three numbers [x, y, z]",
 }
+_BARE_KEY = re.compile(r"[\w-]+")
 _BOUNDS = {"gt": "greater than", "ge": "at least", "lt": "less than", "le": "at most"}
 
 
@@ -68,16 +70,22 @@ def build(cls: type[T], table: Any, path: str, mistakes: list[str]) -> T | None:
     if not isinstance(table, Mapping):
         mistakes.append(f"{path}: must be a table, with a line for each of its keys, got {show(table)}")
         return None
-    names = [field.name for field in fields(cls)]  # type: ignore[arg-type]
+    names = _names(cls)
     unknown = [f"{join(path, key)}: there is no such key; {suggest(key, names)}" for key in table if key not in names]
     try:
-        made = cls(**{key: value for key, value in table.items() if key in names})
+        made = cls(**({key: value for key, value in table.items() if key in names} if unknown else table))
     except ValidationError as error:
         found = [_sentence(cls, table, path, detail) for detail in error.errors(include_url=False)]
         mistakes += dict.fromkeys(unknown + found)
         return None
     mistakes += unknown
     return None if unknown else made
+
+
+@cache
+def _names(cls: type) -> dict[str, None]:
+    """The fields of a dataclass, in their order."""
+    return dict.fromkeys(field.name for field in fields(cls))
 
 
 def plain(item: Any) -> dict[str, Any]:
@@ -98,7 +106,7 @@ def suggest(name: str, allowed: Iterable[str]) -> str:
 
 def join(path: str, key: str) -> str:
     """The path of ``key`` in the table at ``path``, quoted as TOML wants it."""
-    name = key if re.fullmatch(r"[\w-]+", key) else json.dumps(key, ensure_ascii=False)
+    name = key if _BARE_KEY.fullmatch(key) else json.dumps(key, ensure_ascii=False)
     return f"{path}.{name}" if path else name
 
 
@@ -120,15 +128,35 @@ def show(value: Any) -> str:
     return text if len(text) <= 60 else text[:59] + "…"
 
 
-def too_large(value: Any, path: str = "") -> Iterator[str]:
+def too_large(document: Mapping[str, Any]) -> Iterator[str]:
     """A sentence for each number that overflows a 32-bit float."""
+    if _has_too_large(document):
+        yield from _too_large(document, "")
+
+
+def _has_too_large(document: Mapping[str, Any]) -> bool:
+    """Whether there is such a number: a loop, since a document of many tables is mostly numbers, and mostly right."""
+    items: list[Any] = [document]
+    for item in items:
+        kind = type(item)
+        if kind is float or kind is int:
+            if LARGEST < abs(item) < math.inf:
+                return True
+        elif kind is list:
+            items += item
+        elif kind is dict:
+            items += item.values()
+    return False
+
+
+def _too_large(value: Any, path: str) -> Iterator[str]:
     match value:
         case Mapping():
             for key, item in value.items():
-                yield from too_large(item, join(path, key))
+                yield from _too_large(item, join(path, key))
         case list():
             for index, item in enumerate(value):
-                yield from too_large(item, f"{path}[{index}]")
+                yield from _too_large(item, f"{path}[{index}]")
         case int() | float() if LARGEST < abs(value) < math.inf:
             yield f"{path}: must be a number between -{LARGEST} and {LARGEST}, got {show(value)}"
 
