@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from fragtracer.packing.shapes import disk_axes
+from fragtracer import scene as model
+from fragtracer.packing.shapes import FLATS, Kind, disk_axes
 from fragtracer.scene import Disk, Plane, Rectangle, Scene, Sphere, Triangle
 
 from . import Floats, shape_oracle
@@ -24,7 +25,13 @@ Shape = Sphere | Plane | Flat
 def shapes_of(scene: Scene) -> list[Shape]:
     """In the order of their records, where they are on the short list; a round light's material is "light[i]"."""
     lights = [Sphere(s.position, s.radius, f"light[{i}]") for i, s in enumerate(scene.lights) if s.radius > 0]
-    return [*scene.planes, *scene.spheres, *lights, *scene.rectangles, *scene.disks, *scene.triangles]
+    others = [s for kind in model.SHAPES if kind not in ("planes", "spheres") for s in getattr(scene, kind)]
+    return [*scene.planes, *scene.spheres, *lights, *others]
+
+
+def kind_of(shape: Shape) -> Kind:
+    """Of its record."""
+    return FLATS[type(shape)][0] if type(shape) in FLATS else Kind[type(shape).__name__.upper()]
 
 
 def corners_of(shape: Flat) -> Floats:
@@ -46,16 +53,13 @@ def is_culled(scene: Scene, shape: Shape) -> bool:
 
 def plane_of(shape: Plane | Flat) -> tuple[Floats, Floats]:
     """A point and the unit normal on the front."""
-    match shape:
-        case Plane():
-            point, normal = np.array(shape.point), np.array(shape.normal)
-        case Rectangle():
-            point, normal = np.array(shape.corner), np.cross(shape.edge_u, shape.edge_v)
-        case Disk():
-            point, normal = np.array(shape.center), np.array(shape.normal)
-        case Triangle():
-            a, b, c = np.array(shape.vertices)
-            point, normal = a, np.cross(b - a, c - a)
+    if isinstance(shape, Plane):
+        point, normal = np.array(shape.point), np.array(shape.normal)
+    elif isinstance(shape, Disk):
+        point, normal = np.array(shape.center), np.array(shape.normal)
+    else:
+        point, b, c = corners_of(shape)
+        normal = np.cross(b - point, c - point)
     return point, normal / np.linalg.norm(normal)
 
 

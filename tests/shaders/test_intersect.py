@@ -15,7 +15,7 @@ from fragtracer.scene import Disk, Material, Plane, Rectangle, Scene, Sphere, Tr
 
 from . import Floats, shape_oracle
 from .directions import random_directions
-from .scene_oracle import bounds, corners_of, is_culled, plane_of, shapes_of
+from .scene_oracle import bounds, corners_of, is_culled, kind_of, plane_of, shapes_of
 from .scene_probe import camera_on, random_scene, scene_probe, shape_records
 
 COUNT = 1 << 12
@@ -58,19 +58,10 @@ def shape_numbers(scene: Scene, packed: PackedScene) -> NDArray[np.int64]:
                 there = np.abs(middles - middle).max(axis=1) < near
             case _:
                 there = np.abs(points[:, 0] - corners_of(shape)[0] + packed.origin).max(axis=1) < near
-        there &= kinds == KINDS[type(shape)]
+        there &= kinds == kind_of(shape)
         assert there.sum() == 1, shape
         result[record[there]] = i
     return result
-
-
-KINDS = {
-    Plane: Kind.PLANE,
-    Sphere: Kind.SPHERE,
-    Rectangle: Kind.RECTANGLE,
-    Disk: Kind.DISK,
-    Triangle: Kind.SINGLE_TRIANGLE,
-}
 
 
 def incenter(vertices: Floats) -> Floats:
@@ -135,7 +126,7 @@ def test_closest_hit(ctx: moderngl.Context, storage: str, scale: float, culled: 
     np.testing.assert_array_equal(far_t[hit], t[hit])
 
 
-# Each shape of the BVH by itself, by the functions that the traversal uses.
+# Each shape of the BVH by itself, by the function that the traversal uses.
 SEARCH = """
     t = farthest;
     k = -1.0;
@@ -144,17 +135,9 @@ SEARCH = """
         uvec4 t0 = shape_texel(record, 0);
         uvec4 t1 = shape_texel(record, 1);
         uvec4 t2 = shape_texel(record, 2);
-        uint kind = t0.w >> 24u;
-        float found = INFINITE_DISTANCE;
-        bool front = true;
-        if (kind == KIND_SPHERE) found = sphere_intersect(uintBitsToFloat(t0.xyz), uintBitsToFloat(t1.x), o, d, front);
-        if (kind >= KIND_RECTANGLE) {
-            bool inside;
-            vec4 met = triangle_intersect(
-                uintBitsToFloat(t0.xyz), uintBitsToFloat(t1.xyz), uintBitsToFloat(t2.xyz), ray, inside);
-            front = met.w > 0.0;
-            if (flat_contains(t0.w, met.yz)) found = met.x;
-        }
+        vec2 barycentrics;
+        bool front;
+        float found = shape_intersect(t0, t1, t2, ray, barycentrics, front);
         bool there = front || (t0.w & SHAPE_CULLED) == 0u;
         if (found < t && there && record != int(skipped)) { t = found; k = float(record); }
     }

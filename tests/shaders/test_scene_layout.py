@@ -17,10 +17,11 @@ from fragtracer.gpu.specialise import Level
 from fragtracer.packing import PackedScene, instances, pack
 from fragtracer.packing.lights import LIGHT_RECORDS, MESH_LIGHT, LightKind
 from fragtracer.packing.records import MATERIAL_RECORDS, SIZES, Words, places, texel_count
-from fragtracer.packing.shapes import SHAPE_RECORDS, Kind
+from fragtracer.packing.shapes import FLATS, SHAPE_RECORDS, Kind
 from fragtracer.scene import (
+    LIGHTS,
+    SHAPES,
     DirectionalLight,
-    Disk,
     Environment,
     Image,
     Light,
@@ -28,17 +29,15 @@ from fragtracer.scene import (
     Mesh,
     Part,
     Placement,
-    Rectangle,
     Scene,
     Sky,
     Sphere,
     SpotLight,
     Texture,
-    Triangle,
 )
 
 from . import Floats
-from .scene_oracle import Shape, corners_of, plane_of, shapes_of
+from .scene_oracle import Shape, corners_of, kind_of, plane_of, shapes_of
 from .scene_probe import camera_on, random_scene, scene_probe, shape_records, snake
 
 SCENE = [f"scene/{name}.glsl" for name in ("material", "texture", "vertex")] + ["shape/shape.glsl", "light/light.glsl"]
@@ -138,10 +137,10 @@ def test_every_field_is_read_as_packed(
         assert len(words), record
         check(read(ctx, packed, record, np.arange(len(words)), level), decoded(record, words), record)
     numbers, words = shape_records(packed)
-    kinds = {Kind.SINGLE_TRIANGLE: "Flat", Kind.DISK: "Flat", Kind.RECTANGLE: "Flat"}
+    flat = [kind for kind, _ in FLATS.values()]
     for kind in Kind:
         chosen = words[:, 0, 3] >> 24 == kind
-        record = kinds.get(kind, kind.name.capitalize())
+        record = "Flat" if kind in flat else kind.name.capitalize()
         assert record in SHAPE_RECORDS
         assert chosen.any(), kind
         exact = decoded(record, words[chosen][:, : texel_count(RECORDS[record])])
@@ -203,9 +202,8 @@ def test_shapes_are_read_as_the_scene_has_them(ctx: moderngl.Context, stored: tu
         expect_material(spheres, row, sphere)
 
     # Flat shapes are grown by a millionth of the scene, to close cracks.
-    flats = [(Rectangle, Kind.RECTANGLE), (Disk, Kind.DISK), (Triangle, Kind.SINGLE_TRIANGLE)]
     extent = np.abs(shape_records(packed)[1].view(np.float32)[numbers_mask(packed), :3, :3]).max()
-    for kind, number in flats:
+    for kind, (number, _) in FLATS.items():
         table = read(ctx, packed, "Flat", numbers_of(packed, number), level)
         assert len(table["a"]) == len(of_kind[kind])
         corners = np.stack([table[name] for name in "abc"], axis=1)
@@ -259,11 +257,13 @@ def test_every_emitter_is_a_light_and_they_know_each_other(
     count = packed.uniforms["u_light_count"]
     choices = read(ctx, packed, "LightChoice", np.arange(count), level)
     spheres = [*scene.spheres, scene.lights[0], scene.lights[2]]
-    shapes = [*spheres, *scene.rectangles, *scene.disks, *scene.triangles]
+    shapes = [*spheres, *(s for kind in SHAPES if kind not in ("planes", "spheres") for s in getattr(scene, kind))]
     emitting = [s for s in shapes if s in scene.lights or scene.materials[s.material].is_emissive]
-    assert count == len(emitting) + 3  # those that are no shapes
+    own = [light for kind in LIGHTS for light in getattr(scene, kind) if light not in spheres]
+    assert count == len(emitting) + len(own)
     kinds = [LightKind.SPHERE if isinstance(s, Sphere | Light) else LightKind.AREA for s in emitting]
-    assert choices["kind"].tolist() == [*kinds, LightKind.POINT, LightKind.SPOT, LightKind.DIRECTIONAL]
+    nouns = [type(light).__name__.removesuffix("Light").upper() or "POINT" for light in own]
+    assert choices["kind"].tolist() == [*kinds, *(LightKind[noun] for noun in nouns)]
     assert (choices["probability"] > 0).all()
     assert choices["probability"].sum() == 1
     np.testing.assert_array_equal(choices["cumulative"], np.cumsum(choices["probability"]) - choices["probability"])
@@ -273,7 +273,7 @@ def test_every_emitter_is_a_light_and_they_know_each_other(
     numbers, words = shape_records(packed)
     back = {}  # the shape of each light
     for kind in Kind:
-        if kind in (Kind.SPHERE, Kind.RECTANGLE, Kind.DISK, Kind.SINGLE_TRIANGLE):
+        if kind in {kind_of(shape) for shape in shapes_of(scene)} - {Kind.PLANE}:
             chosen = words[:, 0, 3] >> 24 == kind
             table = read(ctx, packed, "Sphere" if kind == Kind.SPHERE else "Flat", numbers[chosen], level)
             for number, light in zip(numbers[chosen], table["light"].astype(int), strict=True):
@@ -295,8 +295,7 @@ def test_every_emitter_is_a_light_and_they_know_each_other(
             center = shape.position if isinstance(shape, Light) else shape.center
             expect(one, "center", np.subtract(center, packed.origin))
             continue
-        kind_of = {Rectangle: Kind.RECTANGLE, Disk: Kind.DISK, Triangle: Kind.SINGLE_TRIANGLE}[type(shape)]
-        assert one["kind"] == record_kind == kind_of
+        assert one["kind"] == record_kind == kind_of(shape)
         corner, u, v = corners_of(shape)
         expect(one, "a", corner - packed.origin)
         np.testing.assert_allclose(one["edge_u"], u - corner, rtol=2e-7, atol=1e-12)

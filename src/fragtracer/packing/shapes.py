@@ -92,14 +92,14 @@ class Shapes:
 def finite_shapes(scene: Scene) -> tuple[list[Shape], dict[str, Material]]:
     """The shapes of ``scene`` that are finite, those of its lights with a radius among them, in the order of their
     records: spheres, then flat shapes. And all materials, those of such lights included."""
-    lit, materials = [], dict(scene.materials)
+    materials = dict(scene.materials)
+    shapes = [shape for name in SHAPES if name != "planes" for shape in getattr(scene, name)]
     for i, light in enumerate(scene.lights):
         if light.radius > 0:
             name = f"light[{i}]"
             materials[name] = light_material(light)
-            lit.append(Sphere(light.position, light.radius, name))
-    shapes = [shape for name in SHAPES if name != "planes" for shape in getattr(scene, name)]
-    return [*shapes[: len(scene.spheres)], *lit, *shapes[len(scene.spheres) :]], materials
+            shapes.append(Sphere(light.position, light.radius, name))
+    return sorted(shapes, key=lambda shape: _ORDER[type(shape)]), materials
 
 
 def light_material(light: Light) -> Material:
@@ -177,7 +177,7 @@ def flat_corners(flats: Sequence[Shape], origin: Floats, growth: float = 0.0) ->
     """Flat shapes about ``origin``, all rectangles before all disks before all triangles: their kinds (n,) and their
     points with coordinates (0, 0), (1, 0) and (0, 1), (n, 3, 3); beyond the edges by ``growth`` metres."""
     kinds, corners = [], []
-    for cls, (kind, corners_of) in _FLATS.items():
+    for cls, (kind, corners_of) in FLATS.items():
         some = [shape for shape in flats if isinstance(shape, cls)]
         kinds.append(np.full(len(some), kind, np.int64))
         corners.append(corners_of(some, growth))
@@ -244,7 +244,7 @@ def _unit(vectors: Floats) -> Floats:
 
 
 # Of flat shapes: the kind, and the points a, b and c (n, 3, 3), grown by so many metres.
-_FLATS: Mapping[type, tuple[Kind, Callable[[Sequence[Any], float], Floats]]] = {
+FLATS: Mapping[type, tuple[Kind, Callable[[Sequence[Any], float], Floats]]] = {
     Rectangle: (Kind.RECTANGLE, _rectangles),
     Disk: (Kind.DISK, _disks),
     Triangle: (Kind.SINGLE_TRIANGLE, _triangles),
@@ -254,7 +254,8 @@ _FLATS: Mapping[type, tuple[Kind, Callable[[Sequence[Any], float], Floats]]] = {
 _Geometry = Callable[[Sequence[Any], Floats, float], tuple[dict[str, Any], Floats, Floats]]
 _GEOMETRY: Mapping[str, tuple[tuple[type, ...], _Geometry]] = {
     "sphere": ((Sphere,), _sphere_geometry),
-    "flat": (tuple(_FLATS), _flat_geometry),
+    "flat": (tuple(FLATS), _flat_geometry),
 }
+_ORDER = {cls: i for i, cls in enumerate(cls for classes, _ in _GEOMETRY.values() for cls in classes)}
 # What may stand on the short list, in this order, and the texels that its records need.
 LISTED = {noun: texel_count(SHAPE_RECORDS[noun.capitalize()]) for noun in ("plane", *_GEOMETRY)}

@@ -70,7 +70,7 @@ def build(cls: type[T], table: Any, path: str, mistakes: list[str]) -> T | None:
     if not isinstance(table, Mapping):
         mistakes.append(f"{path}: must be a table, with a line for each of its keys, got {show(table)}")
         return None
-    names = _names(cls)
+    names = _names(cls)  # type: ignore[arg-type]  # mypy does not take a type for hashable
     unknown = [f"{join(path, key)}: there is no such key; {suggest(key, names)}" for key in table if key not in names]
     try:
         made = cls(**({key: value for key, value in table.items() if key in names} if unknown else table))
