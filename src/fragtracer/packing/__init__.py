@@ -97,7 +97,7 @@ def pack(
     mesh_power = bvh.mesh_power if bvh else 0.0
     lights = pack_lights(scene, shapes, materials, primitives, origin, extent, mesh_power, environment.lights)
 
-    scene_records, offsets = _scene_words({**surfaces.records, **lights.records})
+    scene_records, offsets = _scene_words(surfaces.words, lights.records)
     attributes, attribute_flags = _attributes(bvh)
     tables: dict[str, Table] = {
         "u_scene": (np.concatenate([words.reshape(-1, 4) for words in scene_records.values()]),),
@@ -183,11 +183,13 @@ def _with_tangents(meshes: Sequence[Mesh], materials: Iterable[tuple[str, Materi
     return tuple(replace(mesh, parts=tuple(part_with(mesh, part) for part in mesh.parts)) for mesh in meshes)
 
 
-def _scene_words(records: Mapping[str, list[dict[str, Any]]]) -> tuple[dict[str, Words], dict[str, int]]:
-    """The words of records by kind, and the uniforms with the texels where they begin."""
+def _scene_words(
+    known: Mapping[str, Words], records: Mapping[str, list[dict[str, Any]]]
+) -> tuple[dict[str, Words], dict[str, int]]:
+    """The words of records by kind, some of them ``known``, and the uniforms with the texels where they begin."""
     words, offsets, first = {}, {}, 0
     for name, record in (MATERIAL_RECORDS | LIGHT_RECORDS).items():
-        words[name] = words_of_rows(record, records.get(name, []))
+        words[name] = known[name] if name in known else words_of_rows(record, records.get(name, []))
         offsets[f"u_first_{_snake(name)}"] = first
         first += texel_count(record) * len(words[name])
     return words, offsets

@@ -1,15 +1,16 @@
 # SPDX-License-Identifier: MIT
 """Materials and their textures as records of shaders/scene/{material,texture}.glsl."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from fragtracer.packing.atlas import Atlas, Region, build_atlas, mean_color
-from fragtracer.packing.records import BsdfModel
+from fragtracer.packing.records import MATERIAL_RECORDS, BsdfModel, Words, words_of, words_of_rows
 from fragtracer.scene import SHAPES, Material, Scene, Texture
+from fragtracer.scene.fields import Triple
 from fragtracer.scene.material import DEFAULT_MODEL, TEXTURED
 
 _ALPHA_DELTA = 1e-4  # of bsdf/cook_torrance.glsl
@@ -22,13 +23,13 @@ _USES = {"albedo": 1, "roughness": 2, "metallic": 4, "normal": 8, "occlusion": 1
 
 @dataclass(frozen=True, eq=False)
 class PackedMaterials:
-    """Records by kind, features, flags (uniforms that say what kinds of things there are), and the images of textures.
+    """Words of the records by kind, features, flags (uniforms that say what kinds of things there are), and images.
 
     ``of_shapes`` and ``of_meshes`` are the numbers of materials by name: those of shapes, which have no texture
     coordinates, leave the textures out.
     """
 
-    records: Mapping[str, list[dict[str, Any]]]
+    words: Mapping[str, Words]
     features: Mapping[str, int]
     flags: Mapping[str, int]
     atlas: Atlas
@@ -39,20 +40,23 @@ class PackedMaterials:
 def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMaterials:
     """Pack ``materials``, those of ``scene`` and of its lights."""
     packed, of_shapes, of_meshes = _apart(scene, materials)
-    textured = [m for m in packed if m.textures]
+    textured = [packed[i] for i in of_meshes.values() if packed[i].textures]
     textures = list(dict.fromkeys(t for m in textured for t in m.textures.values()))
     atlas = build_atlas(texture.image for texture in textures)
     index = {texture: i for i, texture in enumerate(textures)}
     colored = any(part.geometry.colors is not None for mesh in scene.meshes for part in mesh.parts)
     has_maps = bool(textures) or colored
     has_alpha = any(m.alpha_mode != "opaque" for m in packed)
-    specular = [m for m in packed if not m.unlit and _specular_from(m) > 0]
+    lobes = [(m.specular_f0, m.specular_f90) for m in packed]
+    specular = [m for m, lobe in zip(packed, lobes, strict=True) if not m.unlit and _specular_from(m, *lobe) > 0]
     models = [_model(m, bool(specular)) for m in packed]
-    records = {
-        "Material": [_material(m, model) for m, model in zip(packed, models, strict=True)],
-        "Maps": [_maps(m, index) for m in packed] if has_maps else [],
-        "Opacity": [_opacity(m, index) for m in packed] if has_alpha else [],
-        "Texture": [_texture(t, atlas.regions[t.image]) for t in textures],
+    words = {
+        "Material": _material_words(packed, models, lobes),
+        "Maps": words_of_rows(MATERIAL_RECORDS["Maps"], [_maps(m, index) for m in packed] if has_maps else []),
+        "Opacity": words_of_rows(
+            MATERIAL_RECORDS["Opacity"], [_opacity(m, index) for m in packed] if has_alpha else []
+        ),
+        "Texture": words_of_rows(MATERIAL_RECORDS["Texture"], [_texture(t, atlas.regions[t.image]) for t in textures]),
     }
     used = {name for m in textured for name in m.textures}
     if all(_share_texture(m) for m in textured):
@@ -68,7 +72,7 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
         "u_texture_uses": sum(_USES[name] for name in used),
         "u_has_float_texels": int(len(atlas.floats) > 0),
     }
-    return PackedMaterials(records, features, flags, atlas, of_shapes, of_meshes)
+    return PackedMaterials(words, features, flags, atlas, of_shapes, of_meshes)
 
 
 def mean_emission(material: Material) -> tuple[float, float, float]:
@@ -132,22 +136,27 @@ def _share_texture(material: Material) -> bool:
     )
 
 
-def _specular_from(material: Material) -> float:
-    constant = max(*material.specular_f0, *material.specular_f90)
+def _specular_from(material: Material, f0: Triple, f90: Triple) -> float:
+    constant = max(*f0, *f90)
     return max(constant, material.specular) if material.metallic_texture else constant
 
 
-def _material(material: Material, model: BsdfModel) -> dict[str, Any]:
-    if material.unlit:
-        return {"emission": material.base_color, "unlit": 1, "bsdf": model}
-    return {
-        "diffuse": material.diffuse_albedo,
-        "alpha": material.alpha,
-        "f0": material.specular_f0,
-        "bsdf": model,
-        "f90": material.specular_f90,
-        "emission": material.emission,
+def _material_words(
+    materials: Sequence[Material], models: Sequence[BsdfModel], lobes: Sequence[tuple[Triple, Triple]]
+) -> Words:
+    """Records of ``materials`` with their models, and the f0 and f90 of their specular lobes."""
+    scatters = np.array([not m.unlit for m in materials], np.float64)
+    f0, f90 = np.array(lobes, np.float64).reshape(-1, 2, 3).transpose(1, 0, 2)
+    columns = {
+        "diffuse": np.array([m.diffuse_albedo for m in materials]).reshape(-1, 3) * scatters[:, None],
+        "alpha": np.array([m.alpha for m in materials]) * scatters,
+        "f0": f0 * scatters[:, None],
+        "bsdf": np.array(models, np.int64),
+        "f90": f90 * scatters[:, None],
+        "unlit": scatters == 0,
+        "emission": np.array([m.base_color if m.unlit else m.emission for m in materials]).reshape(-1, 3),
     }
+    return words_of(MATERIAL_RECORDS["Material"], columns, len(materials))
 
 
 def _maps(material: Material, index: Mapping[Texture, int]) -> dict[str, Any]:

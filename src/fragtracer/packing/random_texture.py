@@ -73,11 +73,13 @@ def _scramble(values: NDArray[np.uint32], bits: int, rng: np.random.Generator) -
     which every column holds each combination of the upper log2(n) bits once: there, a bit is
     flipped or not by a coin of its own for each combination of the bits above it; the bits below
     are alone under theirs and so simply random (Owen 1995, Randomly Permuted (t,m,s)-Nets)."""
-    result = rng.integers(0, 1 << (bits - _POINT_BITS), values.shape, dtype=np.uint32)
-    for column in range(values.shape[1]):
-        for level in range(_POINT_BITS):
-            shift = bits - 1 - level
-            coins = rng.integers(0, 2, 1 << level, dtype=np.uint32)
-            bit = (values[:, column] >> shift & 1) ^ coins[values[:, column] >> (shift + 1)]
-            result[:, column] |= bit << shift
-    return result
+    lower = np.uint32(bits - _POINT_BITS)
+    result = rng.integers(0, 1 << int(lower), values.shape, dtype=np.uint32)
+    coins = rng.integers(0, 2, (values.shape[1], (1 << _POINT_BITS) - 1), dtype=np.uint32)  # level by level
+    flips = np.zeros((values.shape[1], 1), np.uint32)  # by the bits of the levels so far
+    for level in range(_POINT_BITS):
+        above = (1 << level) - 1
+        flips = np.repeat(flips << 1 | coins[:, above : above + (1 << level)], 2, axis=1)
+    upper = values >> lower
+    flipped = upper ^ np.take_along_axis(flips.T, upper.astype(np.int64), axis=0)
+    return result | flipped << lower

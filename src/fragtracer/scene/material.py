@@ -20,6 +20,7 @@ MODELS: dict[str, tuple[str, ...]] = {
 _OF_MODELS = {key for keys in MODELS.values() for key in keys}
 _OF_OTHERS = {model: sorted(_OF_MODELS - set(keys)) for model, keys in MODELS.items()}  # keys that mean nothing to it
 TEXTURED = ("albedo", "roughness", "metallic", "normal", "occlusion", "emission")
+_TEXTURE_FIELDS = {name: f"{name}_texture" for name in TEXTURED}
 
 
 @dataclass(frozen=True, config=CONFIG)
@@ -126,8 +127,8 @@ class Material:
         if self.metal:
             return METAL_F0[self.metal]
         dielectric, metallic = (1 - self.metallic) * self.specular, self.metallic
-        r, g, b = (dielectric * d + metallic * a for d, a in zip(self.dielectric_f0, self.albedo, strict=True))
-        return (r, g, b)
+        (r0, g0, b0), (r, g, b) = self.dielectric_f0, self.albedo
+        return (dielectric * r0 + metallic * r, dielectric * g0 + metallic * g, dielectric * b0 + metallic * b)
 
     @property
     def specular_f90(self) -> Triple:
@@ -138,14 +139,14 @@ class Material:
             return (1.0, 1.0, 1.0)
         dielectric = (1 - self.metallic) * self.specular
         metallic = self.metallic * grazing_reflectance(max(self.albedo))
-        r, g, b = (dielectric * grazing_reflectance(d) + metallic for d in self.dielectric_f0)
-        return (r, g, b)
+        r, g, b = map(grazing_reflectance, self.dielectric_f0)
+        return (dielectric * r + metallic, dielectric * g + metallic, dielectric * b + metallic)
 
     @property
     def textures(self) -> dict[str, Texture]:
         """Its textures by the name of the parameter, of :data:`TEXTURED`."""
-        found = {name: getattr(self, f"{name}_texture") for name in TEXTURED}
-        return {name: texture for name, texture in found.items() if texture is not None}
+        fields = _TEXTURE_FIELDS.items()
+        return {name: texture for name, field in fields if (texture := getattr(self, field)) is not None}
 
     @property
     def is_emissive(self) -> bool:
