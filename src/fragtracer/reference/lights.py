@@ -2,27 +2,38 @@
 """Lights as Mitsuba's emitters."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
 
 from fragtracer.reference.materials import rgb
-from fragtracer.reference.plugins import SPOT
+from fragtracer.reference.plugins import SPHERE_LIGHT, SPOT
 from fragtracer.reference.shapes import Tree, towards
 from fragtracer.scene import DirectionalLight, Light, SpotLight
 
 
-def light(light: Light) -> Tree:
-    """A ``point`` emitter, or an ``area`` emitter on a black sphere."""
+def light(light: Light, plugins: bool) -> Tree:
+    """A ``point`` emitter, or a black sphere that emits."""
     if light.radius == 0:
         return {"type": "point", "position": list(light.position), "intensity": rgb(light.intensity)}
-    return {
-        "type": "sphere",
-        "center": list(light.position),
-        "radius": float(light.radius),
-        "bsdf": {"type": "diffuse", "reflectance": rgb((0, 0, 0))},
-        "emitter": {"type": "area", "radiance": rgb(light.surface_radiance)},
-    }
+    return black_sphere(light.position, light.radius, light.surface_radiance, plugins)
+
+
+def black_sphere(center: Iterable[float], radius: float, radiance: Iterable[float], plugins: bool) -> Tree:
+    """A sphere that emits ``radiance`` and reflects nothing."""
+    sphere: Tree = {"type": "sphere", "center": [float(x) for x in center], "radius": float(radius)}
+    emitter: Tree = {"type": "area", "radiance": rgb(radiance)}
+    black = {"type": "diffuse", "reflectance": rgb((0, 0, 0))}
+    return sphere | {"bsdf": black, "emitter": sphere_light(sphere, emitter) if plugins else emitter}
+
+
+def sphere_light(shape: Tree, emitter: Tree) -> Tree:
+    """fragtracer's own plugin where ``shape`` is a sphere and ``emitter`` uniform; else ``emitter``."""
+    if shape["type"] != "sphere" or emitter["type"] != "area" or emitter["radiance"]["type"] != "rgb":
+        return emitter
+    size = {"center": shape["center"], "radius": shape["radius"]}
+    return {"type": SPHERE_LIGHT, "radiance": emitter["radiance"]["value"]} | size
 
 
 def directional(light: DirectionalLight) -> Tree:

@@ -38,6 +38,7 @@ from fragtracer.reference.environment import environment_emitters, hides_emitter
 from fragtracer.reference.materials import emitter_of, exact_bsdf, geometry_term, has_null_transmission, rgb
 from fragtracer.reference.meshes import MeshAttributes, with_needed_tangents, world_mesh
 from fragtracer.reference.nearest import nearest_bsdf
+from fragtracer.reference.plugins import PATH
 from fragtracer.reference.shapes import Tree
 from fragtracer.reference.textures import TextureFolder
 from fragtracer.scene import RenderSettings, Scene
@@ -74,7 +75,7 @@ def scene_tree(scene: Scene, folder: Path, plugins: bool = True) -> Tree:
     textures = TextureFolder(folder)
     bsdf = exact_bsdf if plugins else nearest_bsdf
     found = _shapes(scene, folder, smooth=not plugins)
-    tree: Tree = {"type": "scene", "integrator": _integrator(scene), "sensor": _sensor(scene)}
+    tree: Tree = {"type": "scene", "integrator": _integrator(scene, plugins), "sensor": _sensor(scene)}
     used = {(name, attributes) for _, name, attributes in found.values()}
     unused = {(name, MeshAttributes()) for name in scene.materials.keys() - {name for name, _ in used}}
     keys = {(name, attributes): _material_key(numbers[name], attributes) for name, attributes in used | unused}
@@ -84,14 +85,14 @@ def scene_tree(scene: Scene, folder: Path, plugins: bool = True) -> Tree:
         tree[key] = {**shape, "bsdf": {"type": "ref", "id": keys[name, attributes]}}
         emitter = emitter_of(scene.materials[name], attributes, textures, plugins)
         if emitter:
-            tree[key]["emitter"] = emitter
+            tree[key]["emitter"] = lights.sphere_light(shape, emitter) if plugins else emitter
     for i, light in enumerate(scene.lights):
-        tree[f"light_{i}"] = lights.light(light)
+        tree[f"light_{i}"] = lights.light(light, plugins)
     for i, spot in enumerate(scene.spot_lights):
         tree[f"spot_light_{i}"] = lights.spot(spot) if plugins else lights.nearest_spot(spot)
     for i, directional in enumerate(scene.directional_lights):
         tree[f"directional_light_{i}"] = lights.directional(directional)
-    tree |= environment_emitters(scene, folder)
+    tree |= environment_emitters(scene, folder, plugins)
     if scene.environment is None and max(scene.ambient.radiance) > 0:
         tree["ambient"] = {"type": "constant", "radiance": rgb(scene.ambient.radiance)}
     return tree
@@ -101,11 +102,14 @@ def _material_key(number: int, attributes: MeshAttributes) -> str:
     return "_".join(["material", str(number), *filter(None, [attributes.key])])
 
 
-def _integrator(scene: Scene) -> Tree:
+def _integrator(scene: Scene, plugins: bool) -> Tree:
     settings, hidden = scene.render, hides_emitters(scene)
     rr_depth = settings.russian_roulette_depth if settings.russian_roulette else NEVER
-    kind = "volpath" if any(map(has_null_transmission, scene.materials.values())) else "path"
-    return {"type": kind, "max_depth": settings.bounces + 1, "rr_depth": rr_depth, "hide_emitters": hidden}
+    null_transmission = any(map(has_null_transmission, scene.materials.values()))
+    tree: Tree = {"max_depth": settings.bounces + 1, "rr_depth": rr_depth, "hide_emitters": hidden}
+    if plugins:
+        return {"type": PATH, "null_transmission": null_transmission} | tree
+    return {"type": "volpath" if null_transmission else "path"} | tree
 
 
 def _sensor(scene: Scene) -> Tree:
