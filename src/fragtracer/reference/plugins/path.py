@@ -7,6 +7,9 @@ largest coordinate. Intersections, emitters and materials are Mitsuba's, and the
 event estimation and BSDF sampling with the power heuristic (Veach 1997, "Robust Monte Carlo methods for light
 transport simulation", section 9.2.4). As in ``volpath`` null transmission does not count as scattering.
 
+In vectorised variants the points of a pixel and of the lens are a randomised lattice, each of them uniform and independent
+of all other random numbers: the mean is the same, edges are less noisy. All other numbers are those of the scene's sampler.
+
 Its parameters: ``max_depth`` and ``rr_depth`` as of ``path``, ``hide_emitters`` (the camera sees emitters as
 black) and ``null_transmission`` (whether some material has it).
 """
@@ -14,20 +17,42 @@ black) and ``null_transmission`` (whether some material has it).
 from functools import partial
 from typing import Any
 
+# Cranley and Patterson 1976, "Randomization of number theoretic methods for multiple integration"; the generators, times
+# 2^32: Roberts 2018, "The unreasonable effectiveness of quasirandom sequences".
+_KRONECKER = (3242174889, 2447445414)
 RAY_OFFSET = 2.0**-18  # 64 half units in the last place
 
 
 def path_class(mi: Any, dr: Any) -> type:
     """The plugin's class for the active variant of Mitsuba ``mi`` with Dr.Jit ``dr``."""
 
-    class Path(mi.SamplingIntegrator):  # type: ignore[misc]
+    is_jit = dr.is_jit_v(mi.Float)
+    base = mi.ad.integrators.common.ADIntegrator if is_jit else mi.SamplingIntegrator
+
+    class Path(base):  # type: ignore[misc, valid-type]
         def __init__(self, props: Any) -> None:
             super().__init__(props)
             self.max_depth, self.rr_depth = int(props["max_depth"]), int(props["rr_depth"])
             self.hides_emitters = bool(props.get("hide_emitters", False))
             self.null_transmission = bool(props.get("null_transmission", False))
 
-        def sample(self, scene: Any, sampler: Any, ray: Any, medium: Any = None, active: Any = True) -> Any:
+        if is_jit:
+
+            def prepare(self, sensor: Any, seed: Any = 0, spp: int = 0, aovs: Any = ()) -> Any:
+                self.seed = seed
+                return super().prepare(sensor, seed, spp, list(aovs))
+
+            def sample_rays(self, scene: Any, sensor: Any, sampler: Any) -> Any:
+                return super().sample_rays(scene, sensor, _CameraSampler(sampler, self.seed))
+
+            def sample(self, mode: Any, scene: Any, sampler: Any, ray: Any, active: Any = True, **_: Any) -> Any:
+                return *self._traced(scene, sampler, ray, active), None
+        else:
+
+            def sample(self, scene: Any, sampler: Any, ray: Any, medium: Any = None, active: Any = True) -> Any:
+                return self._traced(scene, sampler, ray, active)
+
+        def _traced(self, scene: Any, sampler: Any, ray: Any, active: Any) -> Any:
             # Of the last scattering: where, its density, and whether no emitter sample could have been drawn there.
             scattered, pdf, alone = mi.Point3f(ray.o), mi.Float(1), mi.Bool(True)
             seen, depth = mi.Bool(not self.hides_emitters), mi.UInt32(0)
@@ -110,6 +135,22 @@ def path_class(mi: Any, dr: Any) -> type:
 
         def to_string(self) -> str:
             return f"FragtracerPath[max_depth={self.max_depth}, rr_depth={self.rr_depth}]"
+
+    class _CameraSampler:
+        """The points of each pixel and lens: a Kronecker sequence, rotated by random numbers of each pixel and seed."""
+
+        def __init__(self, sampler: Any, seed: Any) -> None:
+            self.sample_count = sampler.sample_count
+            index = dr.arange(mi.UInt32, sampler.wavefront_size())
+            count = dr.opaque(mi.UInt32, self.sample_count())
+            self.pixel, self.number = index // count, index % count
+            self.key = dr.opaque(mi.UInt32, seed)
+
+        def next_2d(self) -> Any:
+            self.key, salt = mi.sample_tea_32(self.key, 1)
+            rotations = mi.sample_tea_32(self.pixel, salt)
+            turned = (r + self.number * step for r, step in zip(rotations, _KRONECKER, strict=True))
+            return mi.Point2f(*(mi.Float(x >> 8) * 2.0**-24 for x in turned))
 
     def _offset(point: Any, normal: Any, direction: Any, extent: Any) -> Any:
         """``point`` moved off a surface, to the side that ``direction`` points to."""
