@@ -39,7 +39,7 @@ CASES += [
 ]
 CASES += [(name, {"multiple_scattering": True}) for name in ("three-spheres", "roughness-grid")]
 CASES += [("furnace", {"estimator": "bsdf"}), ("cornell-box", {"estimator": "nee"})]
-CASES += [("red-bounce", {"pixel_filter": kind}) for kind in ("tent", "gaussian")]
+CASES += [("three-spheres-ambient", {"pixel_filter": kind}) for kind in ("tent", "gaussian")]
 
 SIZE, BATCHES = (48, 36), 16
 SPP, SPP_OF_MESHES = 4096, 1024

@@ -80,11 +80,12 @@ def path_class(mi: Any, dr: Any) -> type:
             si = scene.ray_intersect(ray, active)
             radiance += throughput * self._emission(scene, si, scattered, pdf, alone, active & seen)
 
-            active &= si.is_valid() & (depth + 1 < self.max_depth)
+            may_scatter = depth + 1 < self.max_depth
+            active &= si.is_valid() & (may_scatter | self.null_transmission)
             bsdf = si.bsdf(mi.RayDifferential3f(ray))
             extent = dr.maximum(dr.max(dr.abs(si.p)), dr.max(dr.abs(ray.o)))
 
-            smooth = active & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth)
+            smooth = active & may_scatter & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth)
             ds, weight = scene.sample_emitter_direction(si, sampler.next_2d(smooth), False, smooth)
             value, bsdf_pdf = bsdf.eval_pdf(context, si, si.to_local(ds.d), smooth)
             weight *= value * dr.select(ds.delta, 1, _power_heuristic(ds.pdf, bsdf_pdf))
@@ -95,7 +96,9 @@ def path_class(mi: Any, dr: Any) -> type:
             throughput = dr.select(active, throughput * weight, throughput)
             wi = si.to_world(sampled.wo)
             ray = mi.Ray3f(_offset(si.p, si.n, wi, extent), wi, ray.time, ray.wavelengths)
-            scatters = active & ~mi.has_flag(sampled.sampled_type, mi.BSDFFlags.Null)
+            null = mi.has_flag(sampled.sampled_type, mi.BSDFFlags.Null)
+            active &= null | may_scatter
+            scatters = active & ~null
             delta = mi.has_flag(sampled.sampled_type, mi.BSDFFlags.Delta)
             scattered = dr.select(scatters, si.p, scattered)
             pdf, alone = dr.select(scatters, sampled.pdf, pdf), dr.select(scatters, delta, alone)
