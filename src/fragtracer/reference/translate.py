@@ -13,12 +13,14 @@ Where the two renderers differ:
 - An infinite plane is a disk around the foot of the camera, so large that its rim lies less than
   1/50 pixel under the horizon. It is Mitsuba's one flat shape that is intersected analytically: a
   rectangle is two triangles, whose float32 vertices lose the digits that a nearby hit needs.
-- A light is an ``area`` emitter on a black sphere; one of radius 0 is a ``point`` emitter.
+- A light is a black sphere that emits; one of radius 0 is a ``point`` emitter. Mitsuba rounds the cone of a small or
+  far sphere: our plugin (plugins/sphere_light.py) does not.
+- Mitsuba starts rays some tenths of a millimetre off a surface: our integrator (plugins/path.py) starts them nearer.
 - Mitsuba's ``spot`` falls off linearly in the angle: our plugin (plugins/spot.py) has the falloff of glTF.
 - A mesh is a PLY file for each part of each instance, with face normals: shading normals, normal maps and
   alpha are our plugin's (plugins/surface.py), since Mitsuba's own differ.
-- Where a material has alpha or culled back faces, the integrator is ``volpath``: null transmission is not
-  counted as scattering there, and shadow rays pass through it too.
+- Without our plugin the integrator is ``path``, or ``volpath`` where a material has alpha or culled back faces: null
+  transmission is not counted as scattering there, and shadow rays pass through it too.
 - Mitsuba's gaussian filter is cut off at 4 standard deviations and lowered to 0 there; ours is not.
 - Path choices (``rays``, ``light_samples``, ``estimator``, ``sampler``) have no counterpart: they
   change the noise, not the mean.
@@ -56,8 +58,8 @@ def scene_tree(scene: Scene, folder: Path, plugins: bool = True) -> Tree:
     folder
         Where triangles and images are written; the folder exists.
     plugins
-        Whether materials and spot lights are fragtracer's own plugins, which are exact. Otherwise they are
-        the nearest ones of Mitsuba, which interpolates the vertex normals itself.
+        Whether materials, spot lights, the emitters of spheres and the integrator are fragtracer's own plugins, which
+        are exact. Otherwise they are the nearest ones of Mitsuba, which interpolates the vertex normals itself.
 
     Returns
     -------
@@ -172,10 +174,10 @@ def _shapes(scene: Scene, folder: Path, smooth: bool) -> dict[str, tuple[Tree, s
     return found
 
 
-def to_mitsuba(scene: Scene, folder: Path | None = None) -> Tree:
+def to_mitsuba(scene: Scene, folder: Path | None = None, plugins: bool = True) -> Tree:
     """The scene as a dictionary for ``mi.load_dict``, for the variant that is active.
 
-    ``folder`` is for the triangles, which Mitsuba reads when it loads the dictionary; left out, it
+    ``plugins`` is as for :func:`scene_tree`. ``folder`` is for the triangles, which Mitsuba reads when it loads the dictionary; left out, it
     is a temporary one that lasts as long as the process.
     """
     import mitsuba as mi
@@ -189,7 +191,7 @@ def to_mitsuba(scene: Scene, folder: Path | None = None) -> Tree:
             return {key: loadable(v) for key, v in value.items()}
         return mi.ScalarTransform4f(value) if isinstance(value, np.ndarray) else value
 
-    tree: Tree = loadable(scene_tree(scene, folder or _temporary_folder()))
+    tree: Tree = loadable(scene_tree(scene, folder or _temporary_folder(), plugins))
     return tree
 
 
