@@ -52,16 +52,16 @@ A difference counts however small it is and however dark the place: there is no 
 
 Two of Mitsuba's single-precision errors would show: its sphere emitter computes 1 - cos of the light's cone by
 subtraction (22 % too much on a plane 340 m away), and its rays start some tenths of a millimetre off a surface (a
-ten-thousandth of the square metre around a shadow in light-size-0 is lit that should not be, or the other way about). So the
-reference has an emitter (`reference/plugins/sphere_light.py`) and an integrator (`reference/plugins/path.py`) of its
-own: the first is right to 0.002 % from 0.2 m to 100 km, the second has less than a tenth of those points wrong, against
-closed forms and float64 ray casting (`tests/reference/test_precision.py`). `tests/reference/test_path.py` compares the
-integrator with Mitsuba's own `path` and `volpath`, and `tests/test_reference_lambert.py` compares fragtracer with
-Mitsuba without any plugin. Intersections, emitters on other shapes, films and filters are Mitsuba's.
+ten-thousandth of the square metre around a shadow in light-size-0 is lit that should not be, or the other way about).
+So the reference has an emitter (`reference/plugins/sphere_light.py`) and an integrator (`reference/plugins/path.py`) of
+its own: the first is right to 0.002 % from 0.2 m to 100 km, the second has less than a tenth of those points wrong,
+against closed forms and float64 ray casting (`tests/reference/test_precision.py`). `tests/reference/test_path.py`
+compares the integrator with Mitsuba's own `path` and `volpath`, and `tests/test_reference_lambert.py` compares
+fragtracer with Mitsuba without any plugin. Intersections, emitters on other shapes, films and filters are Mitsuba's.
 
 One kind of false difference is known: light that one renderer finds so rarely that a small dark part misses it in every
-batch. fragtracer draws the points of a gaussian pixel filter by its density, Mitsuba weighs evenly drawn ones; in black sky
-two pixels from a lit sphere fragtracer has its first such point after some ten thousand samples. So the rows of
+batch. fragtracer draws the points of a gaussian pixel filter by its density, Mitsuba weighs evenly drawn ones: in black
+sky two pixels from a lit sphere fragtracer has its first such point after some ten thousand samples. So the rows of
 pixel filters are of a scene without black background.
 
 Of meshes, intersection, light sampling and texture filtering are Mitsuba's own. Shading normals, normal maps, alpha and

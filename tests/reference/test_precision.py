@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""The reference's single precision against float64 and closed forms, and Mitsuba's own integrator and emitter beside it,
-whose errors are the reason for reference/plugins/path.py and sphere_light.py."""
+"""The reference's single precision against float64 and closed forms, and beside it Mitsuba's own integrator and
+emitter, whose errors are the reason for reference/plugins/path.py and sphere_light.py."""
 
 import numpy as np
 import pytest
@@ -74,9 +74,9 @@ def test_the_edge_of_a_shadow_is_where_it_should_be(mi):
     world = mi.load_dict(
         to_mitsuba(Scene(spheres=[sphere], planes=scene.planes, lights=scene.lights, materials=scene.materials))
     )
-    wrong = {}
+    wrong, above, down = {}, points + np.array([0, 0.1, 0]), np.broadcast_to((0.0, -1.0, 0.0), points.shape)
     for integrator in ("path", "fragtracer_path"):
-        found = radiance(mi, world, integrator, points + (0, 0.1, 0), np.broadcast_to((0.0, -1.0, 0.0), points.shape))
+        found = radiance(mi, world, integrator, above, down)
         wrong[integrator] = ((found > 0) != exact).mean()
     assert wrong["path"] > 5e-5
     assert wrong["fragtracer_path"] < 5e-6

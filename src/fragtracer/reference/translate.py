@@ -177,8 +177,8 @@ def _shapes(scene: Scene, folder: Path, smooth: bool) -> dict[str, tuple[Tree, s
 def to_mitsuba(scene: Scene, folder: Path | None = None, plugins: bool = True) -> Tree:
     """The scene as a dictionary for ``mi.load_dict``, for the variant that is active.
 
-    ``plugins`` is as for :func:`scene_tree`. ``folder`` is for the triangles, which Mitsuba reads when it loads the dictionary; left out, it
-    is a temporary one that lasts as long as the process.
+    ``folder`` is for the triangles, which Mitsuba reads when it loads the dictionary; left out, it is a
+    temporary one that lasts as long as the process. ``plugins`` is as for :func:`scene_tree`.
     """
     import mitsuba as mi
 

@@ -29,9 +29,9 @@ def to_json(comparison: Comparison) -> dict[str, Any]:
       ``spp_needed`` for a conclusion.
     - ``image``, ``regions``, ``blocks``: for each scale ``rows``, ``columns``, the ``level`` of one
       test, and as [row][column][colour] ``ours``, ``reference``, ``relative_difference``,
-      ``relative_error`` (standard), ``degrees`` of freedom, ``p``, ``z``, ``differs``, ``lit``, ``detectable_bias``. The image also has
-      ``equivalent`` and ``provable_margin``, regions ``equivalent`` and ``judged`` (precise enough to be asked for
-      equivalence).
+      ``relative_error`` (standard), ``degrees`` of freedom, ``p``, ``z``, ``differs``, ``lit`` (not black in both) and
+      ``detectable_bias``. The image also has ``equivalent`` and ``provable_margin``, regions ``equivalent``
+      and ``judged`` (precise enough to be asked for equivalence).
     - ``measures``: ``relative_mse`` (relMSE, :mod:`.relative_error`) of one image against the other,
       ``expected_relative_mse`` by noise alone, ``flip``, ``exposure`` in stops under which FLIP saw the images.
     - ``time``: for ``ours`` and ``reference`` ``start`` (loading and compiling), ``render``, the ``relative_mse`` of

@@ -115,7 +115,7 @@ class Verdict:
 
     @property
     def _provable_regions(self) -> Floats:
-        """The smallest margin that all regions of equal renderers prove with a probability of 95 %, (rows, columns, 3)."""
+        """The smallest margin that all regions of equal renderers prove with a probability of 95 %."""
         power = 1 - (1 - POWER) / self.regions.p.size
         return statistics.provable_margin(self.regions.pair, self.alpha, power)
 
@@ -143,7 +143,7 @@ class Verdict:
     def detectable_bias(self) -> Floats:
         """The smallest relative bias of the whole picture's mean that the difference test finds with
         a probability of 95 %, per colour (3,)."""
-        return self.image.detectable_bias[0, 0]
+        return np.asarray(self.image.detectable_bias[0, 0])
 
     @property
     def judged_share(self) -> tuple[int, int]:

@@ -103,5 +103,6 @@ def _equivalence(comparison: Comparison) -> str:
     proved = verdict.equivalent_regions & verdict.judged_regions & verdict.regions.lit
     margin = f"within ±{exact(verdict.margin)}"
     mean = "is" if verdict.equivalent_image.all() else "is not shown to be"
-    regions = f"of {lit} means of regions that are not black {judged} are precise enough to be tested, {proved.sum()} are equal"
+    regions = f"of {lit} means of regions that are not black {judged} are precise enough to be tested"
+    regions = f"{regions}, {proved.sum()} are equal"
     return f"The picture's mean radiance {mean} equal {margin} in each colour; {regions}."

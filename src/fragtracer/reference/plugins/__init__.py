@@ -14,8 +14,8 @@ scene. To use it::
 The plugins: ``fragtracer_cooktorrance`` (plain.py), a uniform material; ``fragtracer_surface``
 (surface.py), one with textures, shading normals, alpha or culled back faces, for meshes;
 ``fragtracer_texture`` (texture.py), the image of one of those; ``fragtracer_unlit`` (unlit.py), the emitter of
-an unlit material; ``fragtracer_spot`` (spot.py), a spot light; ``fragtracer_sphere_light`` (sphere_light.py), the emitter
-of a sphere; and ``fragtracer_path`` (path.py), the integrator.
+an unlit material; ``fragtracer_spot`` (spot.py), a spot light; ``fragtracer_sphere_light`` (sphere_light.py), the
+emitter of a sphere; and ``fragtracer_path`` (path.py), the integrator.
 """
 
 from functools import lru_cache

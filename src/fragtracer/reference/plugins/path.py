@@ -2,13 +2,16 @@
 """``fragtracer_path``: Mitsuba's ``path`` and ``volpath``, with rays that start nearer to the surface.
 
 Mitsuba's own integrators start rays 9e-5 (1 + the largest coordinate) metres off a surface and end shadow rays a
-thousandth short of the light. Here both ends are moved off their surfaces by :data:`RAY_OFFSET` of the
-largest coordinate. Intersections, emitters and materials are Mitsuba's, and the estimator is that of its ``path``: next
+thousandth short of the light. Here both ends are moved off their surfaces by :data:`RAY_OFFSET` of the largest
+coordinate of them and of where the ray before came from; and shadow rays look for the nearest intersection, since
+Mitsuba's own test whether a sphere is in the way (``ray_test``) rounds more, and finds the light itself.
+Intersections, emitters and materials are Mitsuba's, and the estimator is that of its ``path``: next
 event estimation and BSDF sampling with the power heuristic (Veach 1997, "Robust Monte Carlo methods for light
 transport simulation", section 9.2.4). As in ``volpath`` null transmission does not count as scattering.
 
-In vectorised variants the points of a pixel and of the lens are a randomised lattice, each of them uniform and independent
-of all other random numbers: the mean is the same, edges are less noisy. All other numbers are those of the scene's sampler.
+In vectorised variants the points of a pixel and of the lens are a randomised lattice, each of them uniform and
+independent of all other random numbers: the mean is the same, edges are less noisy. All other numbers are those of the
+scene's sampler.
 
 Its parameters: ``max_depth`` and ``rr_depth`` as of ``path``, ``hide_emitters`` (the camera sees emitters as
 black) and ``null_transmission`` (whether some material has it).
@@ -17,8 +20,8 @@ black) and ``null_transmission`` (whether some material has it).
 from functools import partial
 from typing import Any
 
-# Cranley and Patterson 1976, "Randomization of number theoretic methods for multiple integration"; the generators, times
-# 2^32: Roberts 2018, "The unreasonable effectiveness of quasirandom sequences".
+# Times 2^32: Roberts 2018, "The unreasonable effectiveness of quasirandom sequences". The rotation: Cranley and
+# Patterson 1976, "Randomization of number theoretic methods for multiple integration".
 _KRONECKER = (3242174889, 2447445414)
 RAY_OFFSET = 2.0**-18  # 64 half units in the last place
 
@@ -49,7 +52,9 @@ def path_class(mi: Any, dr: Any) -> type:
                 return *self._traced(scene, sampler, ray, active), None
         else:
 
-            def sample(self, scene: Any, sampler: Any, ray: Any, medium: Any = None, active: Any = True) -> Any:
+            def sample(  # type: ignore[misc]
+                self, scene: Any, sampler: Any, ray: Any, medium: Any = None, active: Any = True
+            ) -> Any:
                 return self._traced(scene, sampler, ray, active)
 
         def _traced(self, scene: Any, sampler: Any, ray: Any, active: Any) -> Any:
