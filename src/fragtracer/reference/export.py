@@ -29,7 +29,7 @@ _TAGS = {
     **dict.fromkeys(("diffuse", "twosided", "blendbsdf", "mask", "normalmap", plugins.NAME, plugins.SURFACE), "bsdf"),
     **dict.fromkeys(("bitmap", "mesh_attribute", plugins.TEXTURE), "texture"),
     **dict.fromkeys(("conductor", "roughconductor", "plastic", "principled"), "bsdf"),
-    **dict.fromkeys(("path", "volpath", plugins.PATH), "integrator"),
+    **dict.fromkeys(("path", "volpath"), "integrator"),
     "independent": "sampler",
     "hdrfilm": "film",
 }

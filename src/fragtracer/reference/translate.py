@@ -11,16 +11,17 @@ Where the two renderers differ:
 - Russian roulette: Mitsuba may end a path after its ``rr_depth``-th scattering event. Off is a depth that
   no path reaches. It changes the noise, never the mean.
 - An infinite plane is a disk around the foot of the camera, so large that its rim lies less than
-  1/50 pixel under the horizon. It is Mitsuba's one flat shape that is intersected analytically: a
+  1/50000 pixel under the horizon. It is Mitsuba's one flat shape that is intersected analytically: a
   rectangle is two triangles, whose float32 vertices lose the digits that a nearby hit needs.
 - A light is a black sphere that emits; one of radius 0 is a ``point`` emitter. Mitsuba rounds the cone of a small or
   far sphere: our plugin (plugins/sphere_light.py) does not.
-- Mitsuba starts rays some tenths of a millimetre off a surface: our integrator (plugins/path.py) starts them nearer.
+- Mitsuba starts rays some tenths of a millimetre off a surface: :func:`to_mitsuba` has our integrator
+  (plugins/path.py), which starts them nearer, except in scalar variants.
 - Mitsuba's ``spot`` falls off linearly in the angle: our plugin (plugins/spot.py) has the falloff of glTF.
 - A mesh is a PLY file for each part of each instance, with face normals: shading normals, normal maps and
   alpha are our plugin's (plugins/surface.py), since Mitsuba's own differ.
-- Without our plugin the integrator is ``path``, or ``volpath`` where a material has alpha or culled back faces: null
-  transmission is not counted as scattering there, and shadow rays pass through it too.
+- Where a material has alpha or culled back faces, the integrator is ``volpath``: null transmission is not
+  counted as scattering there, and shadow rays pass through it too.
 - Mitsuba's gaussian filter is cut off at 4 standard deviations and lowered to 0 there; ours is not.
 - Path choices (``rays``, ``light_samples``, ``estimator``, ``sampler``) have no counterpart: they
   change the noise, not the mean.
@@ -58,8 +59,8 @@ def scene_tree(scene: Scene, folder: Path, plugins: bool = True) -> Tree:
     folder
         Where triangles and images are written; the folder exists.
     plugins
-        Whether materials, spot lights, the emitters of spheres and the integrator are fragtracer's own plugins, which
-        are exact. Otherwise they are the nearest ones of Mitsuba, which interpolates the vertex normals itself.
+        Whether materials, spot lights and the emitters of spheres are fragtracer's own plugins, which are exact.
+        Otherwise they are the nearest ones of Mitsuba, which interpolates the vertex normals itself.
 
     Returns
     -------
@@ -77,7 +78,7 @@ def scene_tree(scene: Scene, folder: Path, plugins: bool = True) -> Tree:
     textures = TextureFolder(folder)
     bsdf = exact_bsdf if plugins else nearest_bsdf
     found = _shapes(scene, folder, smooth=not plugins)
-    tree: Tree = {"type": "scene", "integrator": _integrator(scene, plugins), "sensor": _sensor(scene)}
+    tree: Tree = {"type": "scene", "integrator": _integrator(scene), "sensor": _sensor(scene)}
     used = {(name, attributes) for _, name, attributes in found.values()}
     unused = {(name, MeshAttributes()) for name in scene.materials.keys() - {name for name, _ in used}}
     keys = {(name, attributes): _material_key(numbers[name], attributes) for name, attributes in used | unused}
@@ -104,14 +105,11 @@ def _material_key(number: int, attributes: MeshAttributes) -> str:
     return "_".join(["material", str(number), *filter(None, [attributes.key])])
 
 
-def _integrator(scene: Scene, plugins: bool) -> Tree:
+def _integrator(scene: Scene) -> Tree:
     settings, hidden = scene.render, hides_emitters(scene)
     rr_depth = settings.russian_roulette_depth if settings.russian_roulette else NEVER
-    null_transmission = any(map(has_null_transmission, scene.materials.values()))
-    tree: Tree = {"max_depth": settings.bounces + 1, "rr_depth": rr_depth, "hide_emitters": hidden}
-    if plugins:
-        return {"type": PATH, "null_transmission": null_transmission} | tree
-    return {"type": "volpath" if null_transmission else "path"} | tree
+    kind = "volpath" if any(map(has_null_transmission, scene.materials.values())) else "path"
+    return {"type": kind, "max_depth": settings.bounces + 1, "rr_depth": rr_depth, "hide_emitters": hidden}
 
 
 def _sensor(scene: Scene) -> Tree:
@@ -191,8 +189,12 @@ def to_mitsuba(scene: Scene, folder: Path | None = None, plugins: bool = True) -
             return {key: loadable(v) for key, v in value.items()}
         return mi.ScalarTransform4f(value) if isinstance(value, np.ndarray) else value
 
-    tree: Tree = loadable(scene_tree(scene, folder or _temporary_folder(), plugins))
-    return tree
+    tree = scene_tree(scene, folder or _temporary_folder(), plugins)
+    if plugins and not str(mi.variant()).startswith("scalar"):
+        own = tree["integrator"]
+        tree["integrator"] = own | {"type": PATH, "null_transmission": own["type"] == "volpath"}
+    world: Tree = loadable(tree)
+    return world
 
 
 def _temporary_folder() -> Path:

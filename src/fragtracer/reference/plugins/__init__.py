@@ -15,7 +15,8 @@ The plugins: ``fragtracer_cooktorrance`` (plain.py), a uniform material; ``fragt
 (surface.py), one with textures, shading normals, alpha or culled back faces, for meshes;
 ``fragtracer_texture`` (texture.py), the image of one of those; ``fragtracer_unlit`` (unlit.py), the emitter of
 an unlit material; ``fragtracer_spot`` (spot.py), a spot light; ``fragtracer_sphere_light`` (sphere_light.py), the
-emitter of a sphere; and ``fragtracer_path`` (path.py), the integrator.
+emitter of a sphere; and ``fragtracer_path`` (path.py), the integrator, which needs a variant that
+is not scalar.
 """
 
 from functools import lru_cache
@@ -53,7 +54,7 @@ def _register(variant: str) -> tuple[type, ...]:
     from .texture import texture_class
     from .unlit import unlit_class
 
-    factories = (plain_class, surface_class, texture_class, unlit_class, spot_class, sphere_light_class, path_class)
+    factories = (plain_class, surface_class, texture_class, unlit_class, spot_class, sphere_light_class)
     plugins = tuple(factory(mi, dr) for factory in factories)
     mi.register_bsdf(NAME, plugins[0])
     mi.register_bsdf(SURFACE, plugins[1])
@@ -61,5 +62,7 @@ def _register(variant: str) -> tuple[type, ...]:
     mi.register_emitter(UNLIT, plugins[3])
     mi.register_emitter(SPOT, plugins[4])
     mi.register_emitter(SPHERE_LIGHT, plugins[5])
-    mi.register_integrator(PATH, plugins[6])
+    if dr.is_jit_v(mi.Float):
+        plugins += (path_class(mi, dr),)
+        mi.register_integrator(PATH, plugins[-1])
     return plugins

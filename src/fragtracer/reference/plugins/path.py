@@ -9,7 +9,7 @@ Intersections, emitters and materials are Mitsuba's, and the estimator is that o
 event estimation and BSDF sampling with the power heuristic (Veach 1997, "Robust Monte Carlo methods for light
 transport simulation", section 9.2.4). As in ``volpath`` null transmission does not count as scattering.
 
-In vectorised variants the points of a pixel and of the lens are a randomised lattice, each of them uniform and
+It needs a vectorised variant. The points of a pixel and of the lens are a randomised lattice, each of them uniform and
 independent of all other random numbers: the mean is the same, edges are less noisy. All other numbers are those of the
 scene's sampler.
 
@@ -29,42 +29,28 @@ RAY_OFFSET = 2.0**-18  # 64 half units in the last place
 def path_class(mi: Any, dr: Any) -> type:
     """The plugin's class for the active variant of Mitsuba ``mi`` with Dr.Jit ``dr``."""
 
-    is_jit = dr.is_jit_v(mi.Float)
-    base = mi.ad.integrators.common.ADIntegrator if is_jit else mi.SamplingIntegrator
-
-    class Path(base):  # type: ignore[misc, valid-type]
+    class Path(mi.ad.integrators.common.ADIntegrator):  # type: ignore[misc]
         def __init__(self, props: Any) -> None:
             super().__init__(props)
             self.max_depth, self.rr_depth = int(props["max_depth"]), int(props["rr_depth"])
             self.hides_emitters = bool(props.get("hide_emitters", False))
             self.null_transmission = bool(props.get("null_transmission", False))
 
-        if is_jit:
+        def prepare(self, sensor: Any, seed: Any = 0, spp: int = 0, aovs: Any = ()) -> Any:
+            self.seed = seed
+            return super().prepare(sensor, seed, spp, list(aovs))
 
-            def prepare(self, sensor: Any, seed: Any = 0, spp: int = 0, aovs: Any = ()) -> Any:
-                self.seed = seed
-                return super().prepare(sensor, seed, spp, list(aovs))
+        def sample_rays(self, scene: Any, sensor: Any, sampler: Any) -> Any:
+            return super().sample_rays(scene, sensor, _CameraSampler(sampler, self.seed))
 
-            def sample_rays(self, scene: Any, sensor: Any, sampler: Any) -> Any:
-                return super().sample_rays(scene, sensor, _CameraSampler(sampler, self.seed))
-
-            def sample(self, mode: Any, scene: Any, sampler: Any, ray: Any, active: Any = True, **_: Any) -> Any:
-                return *self._traced(scene, sampler, ray, active), None
-        else:
-
-            def sample(  # type: ignore[misc]
-                self, scene: Any, sampler: Any, ray: Any, medium: Any = None, active: Any = True
-            ) -> Any:
-                return self._traced(scene, sampler, ray, active)
-
-        def _traced(self, scene: Any, sampler: Any, ray: Any, active: Any) -> Any:
+        def sample(self, mode: Any, scene: Any, sampler: Any, ray: Any, active: Any = True, **_: Any) -> Any:
             # Of the last scattering: where, its density, and whether no emitter sample could have been drawn there.
             scattered, pdf, alone = mi.Point3f(ray.o), mi.Float(1), mi.Bool(True)
             seen, depth = mi.Bool(not self.hides_emitters), mi.UInt32(0)
             found = mi.Color3f(0), mi.Color3f(1)
             state = (mi.Bool(active), mi.Ray3f(ray), *found, scattered, pdf, alone, seen, depth, sampler)
             state = dr.while_loop(state, lambda active, *_: active, partial(self._extended, scene))
-            return state[2], mi.Bool(True), []
+            return state[2], mi.Bool(True), [], None
 
         def _extended(
             self,

@@ -29,7 +29,7 @@ def sphere_light_class(mi: Any, dr: Any) -> type:
             """A direction of the cone, all alike; from inside there is none."""
             towards = self.center - it.p
             distance = dr.norm(towards)
-            one_minus_cos_max = self._one_minus_cos_max(it.p)
+            one_minus_cos_max = dr.maximum(self._one_minus_cos_max(it.p), 1e-30)
             one_minus_cos = sample.x * one_minus_cos_max
             sine, cosine = dr.safe_sqrt(one_minus_cos * (2 - one_minus_cos)), 1 - one_minus_cos
             phi = 2 * math.pi * sample.y
@@ -46,7 +46,8 @@ def sphere_light_class(mi: Any, dr: Any) -> type:
 
         def pdf_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
             one_minus_cos_max = self._one_minus_cos_max(it.p)
-            return dr.select(active & (one_minus_cos_max > 0), 1 / (2 * math.pi * one_minus_cos_max), 0)
+            density = 1 / (2 * math.pi * dr.maximum(one_minus_cos_max, 1e-30))
+            return dr.select(active & (one_minus_cos_max > 0), density, 0)
 
         def eval_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
             return dr.select(active & (dr.dot(ds.d, ds.n) < 0), self.radiance, 0)
