@@ -16,6 +16,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
+from fragtracer.apps.compare.rendering import Rendering
+from fragtracer.apps.compare.verdict import judge
+
 LEVEL = 1e-4  # probability that a correct renderer fails an assertion, over random seeds
 ROUNDING = 3e-6  # relative, of some hundred float32 operations and of the running mean
 
@@ -67,6 +70,21 @@ def assert_agree(a: ArrayLike, b: ArrayLike, resolution: float, blocks: tuple[in
             failed.append(f"{part}: {difference} of {size} is more than {tolerance}")
     assert not failed, f"{len(failed)} of {len(parts)} regions differ; " + "\n".join(failed)
     assert not noisy, noisy
+
+
+def assert_proved(ours: Rendering, reference: Rendering, level: float) -> None:
+    """Two renderings of one scene agree: no part differs, and the mean of each colour and of each region that is
+    measured well enough is equivalent within 2 %; and images 1 % brighter or darker would be refused for their mean.
+
+    ``level`` is the probability that a correct renderer is refused, and that the means of different ones are accepted.
+    """
+    verdict = judge(ours.pictures, reference.pictures, 0.02, level, ours.non_finite)
+    image = verdict.image
+    found = verdict.outcome, verdict.differing, image.pair.relative_difference, image.detectable_bias
+    assert verdict.outcome == "agreement", found
+    for factor in (0.99, 1.01):
+        scaled = judge(factor * ours.pictures.astype(np.float64), reference.pictures, 0.02, level)
+        assert scaled.image.differs.any(), (factor, *found)
 
 
 def _welch(a: Array, b: Array) -> tuple[Array, Array, Array]:

@@ -1,16 +1,20 @@
 # SPDX-License-Identifier: MIT
 """Lambert scenes agree with Mitsuba's own path tracer and diffuse material, without any plugin of ours."""
 
+from dataclasses import replace
 from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
+import numpy as np
 import pytest
 from agreement import assert_agree
 from rendering import Image, Planter, batches
 from scene_builders import all_lambert
 
 from fragtracer.io.toml import load
-from fragtracer.reference.render import render_reference
-from fragtracer.reference.variant import find_llvm
+from fragtracer.reference.translate import to_mitsuba
+from fragtracer.reference.variant import find_llvm, mitsuba_variant
 from fragtracer.scene import Scene
 
 pytest.importorskip("mitsuba", reason="Mitsuba is not installed")
@@ -28,7 +32,13 @@ def scene_of(name: str) -> Scene:
 
 @cache
 def reference(name: str) -> Image:
-    return render_reference(scene_of(name), SIZE, SPP[name] * SEEDS, seed=7, batches=SEEDS)
+    with mitsuba_variant("llvm_ad_rgb"), TemporaryDirectory() as folder:
+        import mitsuba as mi
+
+        scene = scene_of(name)
+        scene = replace(scene, render=replace(scene.render, width=SIZE[0], height=SIZE[1]))
+        world = mi.load_dict(to_mitsuba(scene, Path(folder), plugins=False))
+        return np.stack([np.array(mi.render(world, spp=SPP[name], seed=seed)) for seed in range(100, 100 + SEEDS)])
 
 
 @pytest.fixture(autouse=True)

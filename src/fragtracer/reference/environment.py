@@ -8,9 +8,9 @@ Where the two renderers differ:
   one for the middle between two, and one for each pole: 2 h + 1, which interpolate to the very same values.
 - Mitsuba takes one emitter at infinity, so ambient light is added to the map.
 - The sun is a sphere so far away that its direction is the same all over the scene. It occludes the map behind
-  it, to which our sun is added: so it also emits the mean radiance that it occludes. Mitsuba computes 1 - cos of the
-  sphere's cone by subtraction in float32: the sphere has the nearest size at which that is exact, and its radiance is
-  scaled to keep its power.
+  it, to which our sun is added: so it also emits the mean radiance that it occludes. Without our plugin Mitsuba
+  computes 1 - cos of the sphere's cone by subtraction in float32: then the sphere has the nearest size at which that
+  is exact, and its radiance is scaled to keep its power.
 - An environment that is not visible hides every emitter from Mitsuba's camera (``hide_emitters``).
 """
 
@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from fragtracer.errors import FragtracerError
 from fragtracer.io.images import write_image
+from fragtracer.reference.lights import black_sphere
 from fragtracer.reference.shapes import Tree, bounding_radius
 from fragtracer.scene import Environment, Scene
 from fragtracer.scene.environment import Sun, lookup
@@ -29,7 +30,7 @@ from fragtracer.scene.environment import Sun, lookup
 _SUN_DISTANCE = 1e6  # in bounding radii of the scene
 
 
-def environment_emitters(scene: Scene, folder: Path) -> dict[str, Tree]:
+def environment_emitters(scene: Scene, folder: Path, plugins: bool) -> dict[str, Tree]:
     """The emitters at infinity by their keys, with the map written into ``folder``."""
     environment = scene.environment
     if environment is None:
@@ -42,16 +43,11 @@ def environment_emitters(scene: Scene, folder: Path) -> dict[str, Tree]:
     emitters: dict[str, Tree] = {"environment": {"type": "envmap", "filename": str(path), "to_world": turn}}
     if (sun := environment.sun) is not None:
         distance = sun_distance(scene)
-        exact = max(1.0, np.round(sun.one_minus_cos * 2**24)) / 2**24
-        own = np.array(sun.radiance) * (sun.one_minus_cos / exact)
-        hidden = _mean_over(replace(sun, one_minus_cos=exact), radiance, environment.rotation)
-        emitters["sun"] = {
-            "type": "sphere",
-            "center": [float(distance * x) for x in sun.direction],
-            "radius": float(distance * np.sqrt(exact * (2 - exact))),
-            "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": [0.0, 0.0, 0.0]}},
-            "emitter": {"type": "area", "radiance": {"type": "rgb", "value": (own + hidden).tolist()}},
-        }
+        one_minus_cos = sun.one_minus_cos if plugins else max(1.0, np.round(sun.one_minus_cos * 2**24)) / 2**24
+        own = np.array(sun.radiance) * (sun.one_minus_cos / one_minus_cos)
+        hidden = _mean_over(replace(sun, one_minus_cos=one_minus_cos), radiance, environment.rotation)
+        center, radius = distance * np.array(sun.direction), distance * np.sqrt(one_minus_cos * (2 - one_minus_cos))
+        emitters["sun"] = black_sphere(center, radius, own + hidden, plugins)
     return emitters
 
 

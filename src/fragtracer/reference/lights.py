@@ -2,17 +2,18 @@
 """Lights as Mitsuba's emitters."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from fragtracer.reference.materials import rgb
-from fragtracer.reference.plugins import SPOT
+from fragtracer.reference.plugins import SPHERE_LIGHT, SPOT
 from fragtracer.reference.shapes import Tree, towards
 from fragtracer.scene import DirectionalLight, Light, SpotLight
 
-TYPES = ("area", "point", "spot", "directional", SPOT)  # of emitters below
+TYPES = ("area", "point", "spot", "directional", SPOT, SPHERE_LIGHT)  # of emitters below
 
 
 def emitter(light: Any, plugins: bool) -> Tree:
@@ -23,7 +24,7 @@ def emitter(light: Any, plugins: bool) -> Tree:
         case DirectionalLight():
             return _directional(light)
         case Light():
-            return _light(light)
+            return _light(light, plugins)
     raise TypeError(f"there is no {type(light).__name__} in Mitsuba")
 
 
@@ -32,17 +33,27 @@ def note(light: Any, plugins: bool) -> str | None:
     return _spot_note(light, plugins) if isinstance(light, SpotLight) else None
 
 
-def _light(light: Light) -> Tree:
-    """A ``point`` emitter, or an ``area`` emitter on a black sphere."""
+def _light(light: Light, plugins: bool) -> Tree:
+    """A ``point`` emitter, or a black sphere that emits."""
     if light.radius == 0:
         return {"type": "point", "position": list(light.position), "intensity": rgb(light.intensity)}
-    return {
-        "type": "sphere",
-        "center": list(light.position),
-        "radius": float(light.radius),
-        "bsdf": {"type": "diffuse", "reflectance": rgb((0, 0, 0))},
-        "emitter": {"type": "area", "radiance": rgb(light.surface_radiance)},
-    }
+    return black_sphere(light.position, light.radius, light.surface_radiance, plugins)
+
+
+def black_sphere(center: Iterable[float], radius: float, radiance: Iterable[float], plugins: bool) -> Tree:
+    """A sphere that emits ``radiance`` and reflects nothing."""
+    sphere: Tree = {"type": "sphere", "center": [float(x) for x in center], "radius": float(radius)}
+    emitter: Tree = {"type": "area", "radiance": rgb(radiance)}
+    black = {"type": "diffuse", "reflectance": rgb((0, 0, 0))}
+    return sphere | {"bsdf": black, "emitter": sphere_light(sphere, emitter) if plugins else emitter}
+
+
+def sphere_light(shape: Tree, emitter: Tree) -> Tree:
+    """fragtracer's own plugin where ``shape`` is a sphere and ``emitter`` uniform; else ``emitter``."""
+    if shape["type"] != "sphere" or emitter["type"] != "area" or emitter["radiance"]["type"] != "rgb":
+        return emitter
+    size = {"center": shape["center"], "radius": shape["radius"]}
+    return {"type": SPHERE_LIGHT, "radiance": emitter["radiance"]["value"]} | size
 
 
 def _directional(light: DirectionalLight) -> Tree:

@@ -24,7 +24,8 @@ class ReferenceRenderer:
 
     ``size`` is (width, height) in pixels, the scene's own if left out; for ``variant`` see
     :func:`fragtracer.reference.variant.choose_variant`, and for what the block may raise
-    :func:`fragtracer.reference.variant.mitsuba_variant`. ``sampler`` is Mitsuba's name of one.
+    :func:`fragtracer.reference.variant.mitsuba_variant`. ``sampler`` is Mitsuba's name of one,
+    and ``exact`` as for :func:`fragtracer.reference.translate.to_mitsuba`.
     """
 
     def __init__(
@@ -33,12 +34,14 @@ class ReferenceRenderer:
         size: tuple[int, int] | None = None,
         variant: str | None = None,
         sampler: str = "independent",
+        exact: bool = True,
     ) -> None:
         width, height = size or (scene.render.width, scene.render.height)
         self.scene = replace(scene, render=replace(scene.render, width=width, height=height))
         self.passes_of = max(1, MAX_PATHS // (width * height))  # samples per pixel in one pass, at most
         self._variant = variant
         self._sampler = sampler
+        self._exact = exact
 
     def __enter__(self) -> Self:
         with ExitStack() as stack:
@@ -46,7 +49,7 @@ class ReferenceRenderer:
             import mitsuba as mi
 
             folder = stack.enter_context(tempfile.TemporaryDirectory())
-            tree = to_mitsuba(self.scene, Path(folder))
+            tree = to_mitsuba(self.scene, Path(folder), exact=self._exact)
             tree["sensor"]["sampler"] = {"type": self._sampler, "sample_count": self.passes_of}
             self._world = mi.load_dict(tree, parallel=False)
             self._stack = stack.pop_all()

@@ -17,7 +17,7 @@ Tree = dict[str, Any]
 Matrix = NDArray[np.float64]
 Columns = dict[str, NDArray[np.float64]]
 
-RIM_PIXELS = 0.002  # the rim lies below the horizon by less than this
+RIM_PIXELS = 2e-5  # the rim lies below the horizon by less than this
 
 
 def matrix(x: ArrayLike, y: ArrayLike, z: ArrayLike, origin: ArrayLike) -> Matrix:

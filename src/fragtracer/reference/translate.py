@@ -11,9 +11,12 @@ Where the two renderers differ:
 - Russian roulette: Mitsuba may end a path after its ``rr_depth``-th scattering event. Off is a depth that
   no path reaches. It changes the noise, never the mean.
 - An infinite plane is a disk around the foot of the camera, so large that its rim lies less than
-  1/50 pixel under the horizon. It is Mitsuba's one flat shape that is intersected analytically: a
+  1/50000 pixel under the horizon. It is Mitsuba's one flat shape that is intersected analytically: a
   rectangle is two triangles, whose float32 vertices lose the digits that a nearby hit needs.
-- A light is an ``area`` emitter on a black sphere; one of radius 0 is a ``point`` emitter.
+- A light is a black sphere that emits; one of radius 0 is a ``point`` emitter. Mitsuba rounds the cone of a small or
+  far sphere: our plugin (plugins/sphere_light.py) does not.
+- Mitsuba starts rays some tenths of a millimetre off a surface: :func:`to_mitsuba` has our integrator
+  (plugins/path.py), which starts them nearer, except in scalar variants.
 - Mitsuba's ``spot`` falls off linearly in the angle: our plugin (plugins/spot.py) has the falloff of glTF.
 - A mesh is a PLY file for each part of each instance, with face normals: shading normals, normal maps and
   alpha are our plugin's (plugins/surface.py), since Mitsuba's own differ.
@@ -38,6 +41,7 @@ from fragtracer.reference.environment import environment_emitters, hides_emitter
 from fragtracer.reference.materials import emitter_of, exact_bsdf, geometry_term, has_null_transmission, rgb
 from fragtracer.reference.meshes import MeshAttributes, with_needed_tangents, world_mesh
 from fragtracer.reference.nearest import nearest_bsdf
+from fragtracer.reference.plugins import PATH, SPHERE_LIGHT
 from fragtracer.reference.shapes import Tree
 from fragtracer.reference.textures import TextureFolder
 from fragtracer.scene import LIGHTS, SHAPES, RenderSettings, Scene
@@ -55,8 +59,8 @@ def scene_tree(scene: Scene, folder: Path, plugins: bool = True) -> Tree:
     folder
         Where triangles and images are written; the folder exists.
     plugins
-        Whether materials and spot lights are fragtracer's own plugins, which are exact. Otherwise they are
-        the nearest ones of Mitsuba, which interpolates the vertex normals itself.
+        Whether materials, spot lights and the emitters of spheres are fragtracer's own plugins, which are exact.
+        Otherwise they are the nearest ones of Mitsuba, which interpolates the vertex normals itself.
 
     Returns
     -------
@@ -84,11 +88,11 @@ def scene_tree(scene: Scene, folder: Path, plugins: bool = True) -> Tree:
         tree[key] = {**shape, "bsdf": {"type": "ref", "id": keys[name, attributes]}}
         emitter = emitter_of(scene.materials[name], attributes, textures, plugins)
         if emitter:
-            tree[key]["emitter"] = emitter
+            tree[key]["emitter"] = lights.sphere_light(shape, emitter) if plugins else emitter
     for kind in LIGHTS:
         for i, light in enumerate(getattr(scene, kind)):
             tree[f"{kind.removesuffix('s')}_{i}"] = lights.emitter(light, plugins)
-    tree |= environment_emitters(scene, folder)
+    tree |= environment_emitters(scene, folder, plugins)
     if scene.environment is None and max(scene.ambient.radiance) > 0:
         tree["ambient"] = {"type": "constant", "radiance": rgb(scene.ambient.radiance)}
     return tree
@@ -167,11 +171,12 @@ def _shapes(scene: Scene, folder: Path, smooth: bool) -> dict[str, tuple[Tree, s
     return found
 
 
-def to_mitsuba(scene: Scene, folder: Path | None = None) -> Tree:
+def to_mitsuba(scene: Scene, folder: Path | None = None, plugins: bool = True, exact: bool = True) -> Tree:
     """The scene as a dictionary for ``mi.load_dict``, for the variant that is active.
 
-    ``folder`` is for the triangles, which Mitsuba reads when it loads the dictionary; left out, it
-    is a temporary one that lasts as long as the process.
+    ``folder`` is for the triangles, which Mitsuba reads when it loads the dictionary; left out, it is a
+    temporary one that lasts as long as the process. ``plugins`` is as for :func:`scene_tree`. Unless it is to be
+    ``exact``, integrator and emitters of spheres are Mitsuba's own, which are faster.
     """
     import mitsuba as mi
 
@@ -184,8 +189,19 @@ def to_mitsuba(scene: Scene, folder: Path | None = None) -> Tree:
             return {key: loadable(v) for key, v in value.items()}
         return mi.ScalarTransform4f(value) if isinstance(value, np.ndarray) else value
 
-    tree: Tree = loadable(scene_tree(scene, folder or _temporary_folder()))
-    return tree
+    tree = scene_tree(scene, folder or _temporary_folder(), plugins)
+    if not exact:
+        tree = _with_own_emitters(tree)
+    elif plugins and not str(mi.variant()).startswith("scalar"):
+        own = tree["integrator"]
+        tree["integrator"] = own | {"type": PATH, "null_transmission": own["type"] == "volpath"}
+    world: Tree = loadable(tree)
+    return world
+
+
+def _with_own_emitters(tree: Tree) -> Tree:
+    found = {key: _with_own_emitters(value) if isinstance(value, dict) else value for key, value in tree.items()}
+    return {"type": "area", "radiance": rgb(found["radiance"])} if found["type"] == SPHERE_LIGHT else found
 
 
 def _temporary_folder() -> Path:

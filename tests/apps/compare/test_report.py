@@ -64,6 +64,8 @@ def test_page_has_the_verdict_and_the_numbers(compared):
     assert text.count(bias) >= 2
     for expected in ("equal within ±1 %", "a device", "a variant", "2.0 s", "3.0 s", "4, 4", f"{WIDTH}"):
         assert expected in text
+    assert "48 of 48" in text
+    assert text.count(words.percent(comparison.verdict.block_biases[0])) >= 2
     assert "disagree on" in render_report(compared(1.02))
     assert "use --spp" in render_report(compared(deviation=2.0))
 
@@ -96,6 +98,8 @@ def test_json_is_strict_and_comes_back(compared, factor):
     assert np.shape(again["blocks"]["z"]) == comparison.verdict.blocks.z.shape
     assert again["image"]["ours"][0][0] == comparison.verdict.image.pair.ours[0, 0].tolist()
     assert again["settings"]["width"] == WIDTH
+    assert again["verdict"]["regions_judged"] == again["verdict"]["regions_lit"] == 48
+    assert np.shape(again["blocks"]["detectable_bias"]) == comparison.verdict.blocks.z.shape
     assert again["settings"]["bounces"] == comparison.scene.render.bounces
 
 

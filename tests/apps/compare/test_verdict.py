@@ -84,6 +84,61 @@ def test_regions_that_are_too_noisy_do_not_decide():
     assert verdict.outcome == "agreement"
 
 
+def test_light_that_leaks_into_black_shadow_is_found():
+    """However little it is of the image mean."""
+    rng = np.random.default_rng(12)
+    shadow = np.ones((HEIGHT, WIDTH, 1))
+    shadow[8:20, 8:24] = 1e-5
+    ours, reference = noisy(rng) * shadow, noisy(rng) * shadow
+    ours[:, 12:16, 12:16] += 1e-6
+    verdict = judge(ours, reference)
+    assert not verdict.image.differs.any()
+    assert verdict.blocks.differs[4, 4].all()
+    ours[:, 12:16, 12:16] -= 1e-6
+    assert judge(ours, reference).outcome == "agreement"
+
+
+def test_regions_judged_and_the_biases_of_blocks():
+    """Black regions are not counted, and dark ones in too much noise are not judged."""
+    rng = np.random.default_rng(13)
+    factor = np.ones((HEIGHT, WIDTH, 1))
+    factor[: HEIGHT // 4] = 0
+    noise = np.zeros((HEIGHT, WIDTH, 1))
+    noise[-HEIGHT // 4 :] = 1
+    ours, reference = (noisy(rng) * factor + noise * rng.normal(0, 1, (BATCHES, HEIGHT, WIDTH, 3)) for _ in range(2))
+    verdict = judge(ours, reference)
+    assert verdict.judged_share == (24, 36)
+    median, worst = verdict.block_biases
+    assert worst > 0.5 > 0.05 > median == np.median(verdict.blocks.detectable_bias[2:])
+    assert judge(0 * ours, 0 * reference).judged_share == (0, 0)
+    assert judge(0 * ours, 0 * reference).block_biases == (0, 0)
+
+
+@pytest.mark.parametrize(("judged", "bias"), [(0.9, 1.0), (0.01, 0.004)])
+def test_samples_for_judged_regions_and_for_the_median_block_are_enough(judged, bias):
+    rng = np.random.default_rng(14)
+    factor = judge(noisy(rng, 0.5), noisy(rng, 0.5)).spp_factor_for(judged, bias)
+    assert factor > 1
+    deviation = 0.5 / (1.05 * factor) ** 0.5
+    found = [judge(noisy(rng, deviation), noisy(rng, deviation)) for _ in range(9)]
+    enough = [v.judged_share[0] >= judged * v.judged_share[1] and v.block_biases[0] <= bias for v in found]
+    assert sum(enough) >= 5
+    assert judge(noisy(rng, 0.1 * deviation), noisy(rng, 0.1 * deviation)).spp_factor_for(judged, bias) < 0.1
+
+
+def test_scores_of_noise_follow_the_normal_distribution():
+    """Also where parts without noise, whose scores are those of rounding, are in the picture."""
+    rng = np.random.default_rng(15)
+    still = np.ones((HEIGHT, WIDTH, 1))
+    still[: HEIGHT // 2] = 0
+    scores = []
+    for _ in range(20):
+        ours, reference = (0.5 + 0.02 * still * rng.normal(size=(BATCHES, HEIGHT, WIDTH, 3)) for _ in range(2))
+        scores.append(judge(ours * (1 + 1e-6 * (1 - still)), reference).blocks.noise_z)
+    assert len(scores[0]) == judge(ours, reference).blocks.p.size / 2
+    assert stats.kstest(np.concatenate(scores), "norm").pvalue > 1e-3
+
+
 def test_pictures_without_noise():
     picture = np.broadcast_to(np.float32(0.5), (4, HEIGHT, WIDTH, 3)).copy()
     assert judge(picture, picture * np.float32(1 + 3e-6)).outcome == "agreement"

@@ -100,7 +100,7 @@ class Mitsuba:
         self, scene: Scene, seed: int = 0, variant: str | None = None, sampling: Sampling = Sampling()
     ) -> None:
         self._stack = ExitStack()
-        renderer = ReferenceRenderer(scene, variant=variant, sampler=sampling.sampler)
+        renderer = ReferenceRenderer(scene, variant=variant, sampler=sampling.sampler, exact=False)
         self.step = renderer.passes_of = sampling.spp
         self._renderer = self._stack.enter_context(renderer)
         self.variant = self._renderer.variant

@@ -24,12 +24,14 @@ def to_json(comparison: Comparison) -> dict[str, Any]:
     - ``scene``: its name.
     - ``verdict``: ``outcome`` ("agreement", "disagreement" or "inconclusive"), ``exit_status``,
       ``summary`` in words, ``margin``, ``alpha``, ``power``, the number of ``comparisons`` and of those
-      ``differing``, ``non_finite_samples``, and ``spp_needed`` for a conclusion.
+      ``differing``, ``regions_judged`` and ``regions_lit`` (colours counted each), the
+      ``detectable_bias_of_blocks`` (``median`` and ``worst`` of those not black), ``non_finite_samples``, and
+      ``spp_needed`` for a conclusion.
     - ``image``, ``regions``, ``blocks``: for each scale ``rows``, ``columns``, the ``level`` of one
       test, and as [row][column][colour] ``ours``, ``reference``, ``relative_difference``,
-      ``relative_error`` (standard), ``degrees`` of freedom, ``p``, ``z``, ``differs``. The image also has
-      ``equivalent``, ``detectable_bias`` and ``provable_margin``, regions ``equivalent`` and ``judged``
-      (precise enough to be asked for equivalence).
+      ``relative_error`` (standard), ``degrees`` of freedom, ``p``, ``z``, ``differs``, ``lit`` (not black in both) and
+      ``detectable_bias``. The image also has ``equivalent`` and ``provable_margin``, regions ``equivalent``
+      and ``judged`` (precise enough to be asked for equivalence).
     - ``measures``: ``relative_mse`` (relMSE, :mod:`.relative_error`) of one image against the other,
       ``expected_relative_mse`` by noise alone, ``flip``, ``exposure`` in stops under which FLIP saw the images.
     - ``time``: for ``ours`` and ``reference`` ``start`` (loading and compiling), ``render``, the ``relative_mse`` of
@@ -39,7 +41,7 @@ def to_json(comparison: Comparison) -> dict[str, Any]:
     """
     verdict = comparison.verdict
     image = _scale(verdict.image) | {"equivalent": _plain(verdict.equivalent_image[None, None])}
-    image |= {name: _plain(getattr(verdict, name)[None, None]) for name in ("detectable_bias", "provable_margin")}
+    image |= {"provable_margin": _plain(verdict.provable_margin[None, None])}
     judged = {"judged": _plain(verdict.judged_regions), "equivalent": _plain(verdict.equivalent_regions)}
     return {
         "schema": SCHEMA,
@@ -73,6 +75,9 @@ def machine(comparison: Comparison) -> dict[str, str]:
 def _verdict(verdict: Verdict) -> dict[str, Any]:
     names = ("outcome", "exit_status", "margin", "alpha", "comparisons", "differing")
     found = {name: getattr(verdict, name) for name in names}
+    found |= dict(zip(("regions_judged", "regions_lit"), verdict.judged_share, strict=True))
+    biases = dict(zip(("median", "worst"), map(_finite, verdict.block_biases), strict=True))
+    found |= {"detectable_bias_of_blocks": biases}
     return found | {"power": statistics.POWER, "non_finite_samples": verdict.non_finite}
 
 
@@ -80,7 +85,8 @@ def _scale(scale: Scale) -> dict[str, Any]:
     rows, columns, _ = scale.p.shape
     pair = scale.pair
     arrays = {name: getattr(pair, name) for name in ("ours", "reference", "relative_difference", "relative_error")}
-    arrays |= {"degrees": pair.degrees(), "p": scale.p, "z": scale.z, "differs": scale.differs}
+    arrays |= {"degrees": pair.degrees(), "p": scale.p, "z": scale.z, "differs": scale.differs, "lit": scale.lit}
+    arrays |= {"detectable_bias": scale.detectable_bias}
     head: dict[str, Any] = {"rows": rows, "columns": columns, "level": scale.level}
     return head | {name: _plain(array) for name, array in arrays.items()}
 
@@ -104,6 +110,10 @@ def _time(comparison: Comparison) -> dict[str, Any]:
         for rendering, relative_mse, efficiency in zip(renderings, errors, found.efficiencies, strict=True)
     )
     return {"ours": ours, "reference": reference, "efficiency_ratio": found.efficiency_ratio}
+
+
+def _finite(number: float) -> float | None:
+    return number if np.isfinite(number) else None
 
 
 def _plain(array: NDArray[Any]) -> Any:

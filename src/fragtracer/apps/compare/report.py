@@ -8,7 +8,6 @@ import numpy as np
 
 from fragtracer.apps.compare import charts, numbers, page, pictures, statistics, words
 from fragtracer.apps.compare.run import Comparison
-from fragtracer.apps.compare.verdict import REFERENCE_ALLOWANCE
 
 _TEMPLATE = "report.html.jinja"
 _Z_LIMIT = 5.0
@@ -41,10 +40,11 @@ def _facts(comparison: Comparison) -> dict[str, Any]:
         "regions": _region_rows(comparison),
         "settings": numbers.settings(comparison),
         "machine": numbers.machine(comparison),
+        "judged": verdict.judged_share,
+        "block_biases": verdict.block_biases,
         "relative_mse": (comparison.measures.ours_relative_mse, comparison.measures.reference_relative_mse),
         "power": statistics.POWER,
         "rounding": statistics.ROUNDING,
-        "allowance": REFERENCE_ALLOWANCE,
     }
 
 
@@ -63,7 +63,7 @@ def _pictures(comparison: Comparison) -> dict[str, Any]:
         "difference_limit": limit,
         "z_pictures": [pictures.data_uri(picture) for picture in maps],
         "z_limit": _Z_LIMIT,
-        "histogram": charts.histogram(blocks.z[blocks.pair.error > 0], blocks.critical),
+        "histogram": charts.histogram(blocks.noise_z, blocks.critical),
         "critical": blocks.critical,
     }
 
@@ -94,6 +94,7 @@ def _region_rows(comparison: Comparison) -> list[dict[str, Any]]:
     rows, columns, _ = scale.p.shape
     found = np.where(verdict.judged_regions & verdict.equivalent_regions, "equal", "noisy")
     found = np.where(verdict.judged_regions & ~verdict.equivalent_regions, "open", found)
+    found = np.where(~scale.lit, "black", found)
     found = np.where(scale.differs, "differs", found)
     difference, error = scale.pair.relative_difference, scale.pair.relative_error
     return [

@@ -106,13 +106,13 @@ def _ratio(a: Floats, b: Floats) -> Floats:
         return np.where((a == 0) & (b == 0), 0.0, a / b)
 
 
-def difference_p(pair: Pair, rounding: float = ROUNDING, allowance: float = 0.0) -> Floats:
+def difference_p(pair: Pair, rounding: float = ROUNDING) -> Floats:
     """Two-sided p-values of Welch's t-test that the means differ.
 
-    A difference counts from ``rounding`` (relative to the larger mean) and ``allowance`` (radiance) on.
-    Where neither renderer varies, p is 1 up to there and 0 beyond.
+    A difference counts from ``rounding`` (relative to the larger mean) on. Where neither renderer varies, p
+    is 1 up to there and 0 beyond.
     """
-    least = rounding * np.maximum(np.abs(pair.ours), np.abs(pair.reference)) + allowance
+    least = rounding * np.maximum(np.abs(pair.ours), np.abs(pair.reference))
     excess = np.maximum(0, np.abs(pair.ours - pair.reference) - least)
     return 2 * _upper_tail(excess, pair.error, pair.degrees(), at_zero=0.5)
 

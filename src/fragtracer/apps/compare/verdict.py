@@ -30,9 +30,6 @@ from fragtracer.apps.compare.statistics import POWER, Floats, Pair
 ALPHA = 0.01
 MARGIN = 0.01
 REGIONS = 4
-# Of the mean of the whole picture: the largest error of Mitsuba's single precision that was measured, against
-# closed forms and float64 ray casting (docs/correctness.md). A smaller difference is not attributed to fragtracer.
-REFERENCE_ALLOWANCE = 2e-4
 
 Outcome = Literal["agreement", "disagreement", "inconclusive"]
 Means = Mapping[str, Floats]
@@ -41,17 +38,15 @@ EXIT_STATUS: dict[Outcome, int] = {"agreement": 0, "disagreement": 1, "inconclus
 
 @dataclass(frozen=True)
 class Scale:
-    """The tests of one grid of parts; arrays are (rows, columns, 3). ``level`` is that of one test and
-    ``allowance`` the radiance up to which a difference may be the reference's own error."""
+    """The tests of one grid of parts; arrays are (rows, columns, 3). ``level`` is that of one test."""
 
     pair: Pair
     level: float
-    allowance: float = 0.0
 
     @cached_property
     def p(self) -> Floats:
         """Of the difference test."""
-        return statistics.difference_p(self.pair, allowance=self.allowance)
+        return statistics.difference_p(self.pair)
 
     @cached_property
     def z(self) -> Floats:
@@ -66,6 +61,23 @@ class Scale:
     @property
     def differs(self) -> NDArray[np.bool_]:
         return np.asarray(self.p < self.level)
+
+    @property
+    def lit(self) -> NDArray[np.bool_]:
+        """Where the two means are not both exactly 0."""
+        return np.asarray((self.pair.ours != 0) | (self.pair.reference != 0))
+
+    @property
+    def detectable_bias(self) -> Floats:
+        """The smallest relative bias of each mean that its difference test finds with a probability of 95 %."""
+        return statistics.detectable_bias(self.pair, self.level)
+
+    @property
+    def noise_z(self) -> Floats:
+        """One-dimensional: the standard normal deviates of the parts whose noise is more than ten times what counts
+        as rounding. If nothing differs, they are of the standard normal distribution."""
+        noisy = self.pair.relative_error > 10 * statistics.ROUNDING
+        return statistics.z_scores(self.pair, statistics.difference_p(self.pair, rounding=0))[noisy]
 
 
 @dataclass(frozen=True)
@@ -98,9 +110,14 @@ class Verdict:
 
     @property
     def judged_regions(self) -> NDArray[np.bool_]:
-        """The regions and colours that are tested for equivalence, (rows, columns, 3)."""
+        """The regions and colours that are tested for equivalence, (rows, columns, 3); black ones among them."""
+        return np.asarray(self._provable_regions <= self.margin)
+
+    @property
+    def _provable_regions(self) -> Floats:
+        """The smallest margin that all regions of equal renderers prove with a probability of 95 %."""
         power = 1 - (1 - POWER) / self.regions.p.size
-        return np.asarray(statistics.provable_margin(self.regions.pair, self.alpha, power) <= self.margin)
+        return statistics.provable_margin(self.regions.pair, self.alpha, power)
 
     @property
     def equivalent_image(self) -> NDArray[np.bool_]:
@@ -126,7 +143,18 @@ class Verdict:
     def detectable_bias(self) -> Floats:
         """The smallest relative bias of the whole picture's mean that the difference test finds with
         a probability of 95 %, per colour (3,)."""
-        return np.asarray(statistics.detectable_bias(self.image.pair, self.image.level)[0, 0] + REFERENCE_ALLOWANCE)
+        return np.asarray(self.image.detectable_bias[0, 0])
+
+    @property
+    def judged_share(self) -> tuple[int, int]:
+        """How many regions and colours are tested for equivalence, of how many that are not black."""
+        return int((self.judged_regions & self.regions.lit).sum()), int(self.regions.lit.sum())
+
+    @property
+    def block_biases(self) -> tuple[float, float]:
+        """The detectable bias of the median and of the worst of the blocks and colours that are not black."""
+        biases = self.blocks.detectable_bias[self.blocks.lit]
+        return (float(np.median(biases)), float(biases.max())) if biases.size else (0.0, 0.0)
 
     @property
     def provable_margin(self) -> Floats:
@@ -139,6 +167,13 @@ class Verdict:
             return 1.0
         left = self.margin - np.minimum(np.abs(self.image.pair.relative_difference[0, 0]), self.margin / 2)
         return max(1.5, float(np.max(self.provable_margin / left)) ** 2)
+
+    def spp_factor_for(self, judged: float, block_bias: float) -> float:
+        """How many times as many samples would probably have the share ``judged`` of the regions and colours that
+        are not black tested for equivalence, and the median block detect ``block_bias``."""
+        margins = self._provable_regions[self.regions.lit]
+        region = float(np.quantile(margins, judged, method="higher")) / self.margin if margins.size else 0.0
+        return max(region, self.block_biases[0] / block_bias) ** 2
 
 
 def judge(
@@ -194,5 +229,5 @@ def judge_means(
     for name in ours:
         pair = Pair.of(ours[name], reference[name])
         level = statistics.sidak(statistics.sidak(alpha, len(ours)), pair.ours.size)
-        scales[name] = Scale(pair, level, REFERENCE_ALLOWANCE * float(reference["image"].mean()))
+        scales[name] = Scale(pair, level)
     return Verdict(**scales, margin=margin, alpha=alpha, non_finite=non_finite)

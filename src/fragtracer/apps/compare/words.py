@@ -59,6 +59,8 @@ def reasons(comparison: Comparison) -> list[str]:
         said.insert(0, f"{verdict.non_finite} samples of fragtracer were NaN or infinite; every one is an error.")
     bias = percent(float(np.max(verdict.detectable_bias)))
     said.append(f"A bias of the picture's mean of {bias} would have been found with a probability of 95 %.")
+    median, worst = (percent(bias) for bias in verdict.block_biases)
+    said.append(f"So would one of {median} of the median block's mean, and one of {worst} of any block's.")
     if verdict.outcome == "inconclusive":
         said.append(f"About {comparison.spp_needed} samples per pixel would do: use --spp {comparison.spp_needed}.")
     return said
@@ -97,9 +99,10 @@ def place(comparison: Comparison, scale: Scale, row: int, column: int) -> str:
 
 def _equivalence(comparison: Comparison) -> str:
     verdict = comparison.verdict
-    judged = verdict.judged_regions
-    proved = verdict.equivalent_regions & judged
+    judged, lit = verdict.judged_share
+    proved = verdict.equivalent_regions & verdict.judged_regions & verdict.regions.lit
     margin = f"within ±{exact(verdict.margin)}"
     mean = "is" if verdict.equivalent_image.all() else "is not shown to be"
-    regions = f"{proved.sum()} of the {judged.sum()} means of regions precise enough to be tested are equal too"
+    regions = f"of {lit} means of regions that are not black {judged} are precise enough to be tested"
+    regions = f"{regions}, {proved.sum()} are equal"
     return f"The picture's mean radiance {mean} equal {margin} in each colour; {regions}."

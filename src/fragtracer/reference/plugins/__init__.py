@@ -14,7 +14,9 @@ scene. To use it::
 The plugins: ``fragtracer_cooktorrance`` (plain.py), a uniform material; ``fragtracer_surface``
 (surface.py), one with textures, shading normals, alpha or culled back faces, for meshes;
 ``fragtracer_texture`` (texture.py), the image of one of those; ``fragtracer_unlit`` (unlit.py), the emitter of
-an unlit material; and ``fragtracer_spot`` (spot.py), a spot light.
+an unlit material; ``fragtracer_spot`` (spot.py), a spot light; ``fragtracer_sphere_light`` (sphere_light.py), the
+emitter of a sphere; and ``fragtracer_path`` (path.py), the integrator, which needs a variant that
+is not scalar.
 """
 
 from functools import lru_cache
@@ -22,12 +24,14 @@ from functools import lru_cache
 from .models.metallic_roughness import DELTA_ALPHA
 
 NAME = "fragtracer_cooktorrance"
+PATH = "fragtracer_path"
+SPHERE_LIGHT = "fragtracer_sphere_light"
 SPOT = "fragtracer_spot"
 SURFACE = "fragtracer_surface"
 TEXTURE = "fragtracer_texture"
 UNLIT = "fragtracer_unlit"
 
-__all__ = ["DELTA_ALPHA", "NAME", "SPOT", "SURFACE", "TEXTURE", "UNLIT", "register"]
+__all__ = ["DELTA_ALPHA", "NAME", "PATH", "SPHERE_LIGHT", "SPOT", "SURFACE", "TEXTURE", "UNLIT", "register"]
 
 
 def register() -> None:
@@ -42,17 +46,23 @@ def _register(variant: str) -> tuple[type, ...]:
     import drjit as dr
     import mitsuba as mi
 
+    from .path import path_class
     from .plain import plain_class
+    from .sphere_light import sphere_light_class
     from .spot import spot_class
     from .surface import surface_class
     from .texture import texture_class
     from .unlit import unlit_class
 
-    factories = (plain_class, surface_class, texture_class, unlit_class, spot_class)
+    factories = (plain_class, surface_class, texture_class, unlit_class, spot_class, sphere_light_class)
     plugins = tuple(factory(mi, dr) for factory in factories)
     mi.register_bsdf(NAME, plugins[0])
     mi.register_bsdf(SURFACE, plugins[1])
     mi.register_texture(TEXTURE, plugins[2])
     mi.register_emitter(UNLIT, plugins[3])
     mi.register_emitter(SPOT, plugins[4])
+    mi.register_emitter(SPHERE_LIGHT, plugins[5])
+    if dr.is_jit_v(mi.Float):
+        plugins += (path_class(mi, dr),)
+        mi.register_integrator(PATH, plugins[-1])
     return plugins
