@@ -8,9 +8,12 @@ from dataclasses import replace
 from functools import cache
 from zlib import crc32
 
+import numpy as np
 import pytest
 from agreement import assert_proved
 from shaders.bsdf_models import MODELS
+from shaders.light_oracle import LIGHTS
+from shaders.scene_oracle import SHAPES
 
 from fragtracer.apps.compare.rendering import render_ours, render_reference
 from fragtracer.io.toml import bundled, load
@@ -57,7 +60,7 @@ MORE_SPP = {
     "a disk that emits, of opacity 0.5": 4096,
     "a spot light": 4096,
     "a spot light with a hard edge": 4096,
-    "all of them": 4096,
+    "all kinds": 2048,
 }
 
 BALLS = Scene(
@@ -91,10 +94,23 @@ DISKS_AND_LIGHTS = {
     "a spot light": replace(BALLS, spot_lights=[SPOT]),
     "a spot light with a hard edge": replace(BALLS, spot_lights=[replace(SPOT, inner_degrees=24.0)]),
     "a directional light": replace(BALLS, directional_lights=[SUN]),
-    "all of them": replace(
-        BALLS, disks=[LAMP, *REFLECTORS], spot_lights=[SPOT], directional_lights=[SUN], ambient=Ambient(0.3)
-    ),
 }
+
+
+def with_every_kind():
+    """The balls with shapes and lights of every kind: of shapes one that reflects, and one that emits."""
+    rng = np.random.default_rng(2)
+    contents = {kind: list(model.examples.values()) for kind, model in LIGHTS.items()}
+    for i, kind in enumerate(kind for kind in SHAPES if kind != "planes"):
+        places = np.array([(0.8 * i - 1.2, 1.3, -0.2), (0.8 * i - 1.2, 2.6, 0.3)])
+        shapes = [
+            SHAPES[kind](rng, place, 0.4, name) for place, name in zip(places, ("one-sided", "lamp"), strict=True)
+        ]
+        contents[kind] = [*getattr(BALLS, kind), *shapes]
+    return replace(BALLS, ambient=Ambient(0.3), **contents)
+
+
+DISKS_AND_LIGHTS["all kinds"] = with_every_kind()
 
 BSDFS = {
     name: replace(
