@@ -103,8 +103,9 @@ def test_an_interrupted_render_keeps_what_it_has(tmp_path, signum):
     ) as process:
         shown = ""
         while not re.search(r"\d{4}/\d+ spp", shown):  # more than one pass takes
-            assert (more := os.read(process.stderr.fileno(), 4096)), shown
-            shown += more.decode()
+            more = os.read(process.stderr.fileno(), 4096).decode()
+            assert more, shown
+            shown += more
         process.send_signal(signum)
         out, err = process.communicate()
     assert process.returncode == 130
