@@ -12,17 +12,26 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import test_cube_maps
 import test_direct_light
+import test_environment_light
 import test_furnace
+import test_split_sum
 import test_textured
+from apps.viewer import test_display
 from studio import comparison_with_mitsuba
 
 from fragtracer.gpu.specialise import Level
+from fragtracer.gpu.tracer import _upload_random_texture
 from shaders import (
     test_bsdf_sample,
     test_bsdf_values,
+    test_camera,
+    test_environment,
     test_film,
+    test_fresnel,
     test_ggx,
+    test_hash,
     test_intersect,
     test_light,
     test_material,
@@ -30,6 +39,7 @@ from shaders import (
     test_mesh,
     test_mesh_light,
     test_pixel_filter,
+    test_sampler,
     test_shapes,
     test_sphere_light,
     test_texture,
@@ -61,6 +71,19 @@ def values(name: str, material: str) -> Check:
     return Check(test_bsdf_values.test_values_are_those_of_the_formulas, name=name, material=material)
 
 
+def weights(material: str) -> Check:
+    test = test_bsdf_sample.test_weight_is_value_over_density
+    return Check(test, name="cook-torrance SMITH", material=material)
+
+
+def blocks_of_the_random_texture_differ(ctx: Any) -> None:
+    texture = _upload_random_texture(ctx)
+    try:
+        test_sampler.test_blocks_differ(ctx, texture)
+    finally:
+        texture.release()
+
+
 def closest_hit(storage: str, culled: bool = False) -> Check:
     return Check(test_intersect.test_closest_hit, storage=storage, scale=1.0, culled=culled)
 
@@ -79,6 +102,12 @@ def under_many_lights(light_samples: int) -> Check:
     return Check(test, light_samples=light_samples, estimator="nee")
 
 
+MESH_SURFACE = Check(test_mesh.test_surface, most_repeated=10**6)
+SPLIT_SUM = Check(test_split_sum.test_dielectric_under_white_light_is_the_formula, metallic=0.4)
+MIRROR = Check(test_furnace.test_mirror_scales_the_emitter_it_shows, kind="metal", estimator="mis", degrees=80.0)
+CLAY = values("eon", "clay")
+BUMPS = Check(test_textured.test_light_on_a_leaning_normal, x=0.3, y=0.0, scale=1.0)
+WINDOW = Check(test_display.test_window_and_files_show_the_same, size=(33, 70), look=1)
 PLASTIC, GOLD = (values("cook-torrance SMITH", material) for material in ("plastic", "gold"))
 STUDIO = Check(comparison_with_mitsuba)
 FURNACE = Check(test_furnace.test_closed_furnace, albedo=test_furnace.ALBEDOS[0], estimator="bsdf", kind="rectangles")
@@ -235,7 +264,7 @@ MUTATIONS = [
         "bsdf/cook_torrance.glsl",
         "vec3 reflectance = fresnel_schlick(b.f0, b.f90, wo.z) * ggx_g",
         "vec3 reflectance = b.f0 * ggx_g",
-        Check(test_furnace.test_mirror_scales_the_emitter_it_shows, kind="metal", estimator="mis", degrees=80.0),
+        MIRROR,
     ),
     Mutation(
         "mirror not divided by its probability",
@@ -294,7 +323,7 @@ MUTATIONS = [
         "shape/surface.glsl",
         "return size > 1e-6 ? v / size :",
         "return size > 1e-6 ? v :",
-        Check(test_mesh.test_surface, most_repeated=10**6),
+        MESH_SURFACE,
     ),
     Mutation(
         "area light without its cosine", "light/area.glsl", "(cos_theta * area)", "area", points_on_area("rectangle")
@@ -506,4 +535,224 @@ MUTATIONS = [
         closest_hit("bvh"),
     ),
     Mutation("light does not ignore itself", "shape/bvh.glsl", " && record != ignored", "", closest_hit("bvh")),
+    Mutation(
+        "one model taken for another",
+        "bsdf/bsdf.glsl",
+        "result = eon_eval_pdf(b, wo, wi)",
+        "result = diffuse_eval_pdf(b, wo, wi)",
+        CLAY,
+    ),
+    Mutation("light that returns not widened", "bsdf/eon.glsl", "s > 0.0 ? s / max(wo.z, wi.z) : s", "s", CLAY),
+    Mutation(
+        "Schlick to the fourth power",
+        "bsdf/fresnel.glsl",
+        "(m2 * m2 * m)",
+        "(m2 * m2)",
+        Check(test_fresnel.test_schlick),
+    ),
+    Mutation(
+        "no sample taken for one",
+        "bsdf/model.glsl",
+        "vec3(0.0), 0.0, 1.0, EVENT_REFLECTION",
+        "vec3(0.0), 1.0, 1.0, EVENT_REFLECTION",
+        weights("gold"),
+    ),
+    Mutation("no shadow at the terminator", "bsdf/shading_normal.glsl", "g + square(g) * (1.0 - g)", "1.0", BUMPS),
+    Mutation(
+        "focus on a sphere, not a plane",
+        "camera/camera.glsl",
+        "u_focus_distance / -direction.z",
+        "u_focus_distance / length(direction)",
+        Check(test_camera.test_lens, aperture_radius=0.4, focus_distance=5.0),
+    ),
+    Mutation(
+        "1 / pi with a wrong digit",
+        "core/constants.glsl",
+        "INVERSE_PI = 0.318309886183791",
+        "INVERSE_PI = 0.318209886183791",
+        values("diffuse", "grey"),
+    ),
+    Mutation(
+        "sign of the frame forgotten",
+        "core/frame.glsl",
+        "s + n.y * n.y * a",
+        "1.0 + n.y * n.y * a",
+        Check(test_math.test_frame_is_orthonormal_and_right_handed),
+    ),
+    Mutation(
+        "half of Hammersley's points left out",
+        "core/hammersley.glsl",
+        "float(bits >> 8u)",
+        "float(bits >> 9u)",
+        Check(test_cube_maps.test_brdf_map_is_the_integral, geometry="SMITH"),
+    ),
+    Mutation(
+        "hash shifted by one bit more",
+        "core/hash.glsl",
+        "x ^= x >> 15u;",
+        "x ^= x >> 16u;",
+        Check(test_hash.test_hashes_are_those_of_their_papers),
+    ),
+    Mutation("sRGB a little too bright", "display/tone.glsl", "1.055 * pow(", "1.06 * pow(", WINDOW),
+    Mutation(
+        "exposure of the window forgotten",
+        "display/picture.glsl",
+        "max(radiance, 0.0) * exposure",
+        "max(radiance, 0.0)",
+        WINDOW,
+    ),
+    Mutation(
+        "probability of the environment's choice left out where it is met",
+        "integrator/escape.glsl",
+        "environment.a * u_environment_probability",
+        "environment.a",
+        Check(test_environment_light.test_environment_adds_to_lights_and_ambient),
+    ),
+    Mutation(
+        "base of split-sum lit by what is reflected",
+        "integrator/split_sum.glsl",
+        "(1.0 - fresnel) * b.diffuse * irradiance",
+        "b.diffuse * irradiance",
+        SPLIT_SUM,
+    ),
+    Mutation(
+        "half of the Jacobian of the half vector",
+        "integrator/split_sum_study.glsl",
+        "return 0.25 * ggx_d(",
+        "return 0.5 * ggx_d(",
+        Check(test_split_sum.test_steps_under_white_light, cosine=0.9, step="NORMAL_VIEW"),
+    ),
+    Mutation(
+        "shading normals without their shadows",
+        "integrator/vertex.glsl",
+        "u_has_shading_normals != 0 ? shadow_terminator(vertex.geometric, wi) : 1.0",
+        "1.0",
+        BUMPS,
+    ),
+    Mutation(
+        "density of the environment without its sine",
+        "light/environment.glsl",
+        "weight * u_environment_density / sin_theta",
+        "weight * u_environment_density",
+        Check(test_environment.test_lookup_and_density_are_those_of_the_description, name="noise"),
+    ),
+    Mutation(
+        "axes of the map of the BRDF swapped",
+        "light/maps.glsl",
+        "vec2(cos_theta, roughness)",
+        "vec2(roughness, cos_theta)",
+        SPLIT_SUM,
+    ),
+    Mutation(
+        "no sample of a light taken for one",
+        "light/sample.glsl",
+        "0.0, vec3(0.0), 0.0, false",
+        "0.0, vec3(0.0), 1.0, false",
+        Check(test_sphere_light.test_from_inside_there_is_no_sample),
+    ),
+    Mutation(
+        "sun met as if it was smaller",
+        "light/sun.glsl",
+        "<= 2.0 * sun.one_minus_cos",
+        "<= sun.one_minus_cos",
+        Check(test_environment.test_sun_is_sampled_uniformly_over_its_disc),
+    ),
+    Mutation(
+        "all dimensions alike",
+        "sampler/hash.glsl",
+        "uint(dimension), index)",
+        "0u, index)",
+        Check(test_sampler.test_neighbours_are_independent, random_texture=None, kind="HASH", step="dimension"),
+    ),
+    Mutation(
+        "number of the roulette not its own",
+        "sampler/roulette.glsl",
+        "hash_to_unit(hash_uint(bits.z ^ hash_uint(bits.w + index)))",
+        "hash_to_unit(bits.z)",
+        Check(test_sampler.test_numbers_are_uniform, random_texture=None, kind="HASH", seed=0),
+    ),
+    Mutation(
+        "texture of random numbers repeats",
+        "sampler/texture.glsl",
+        "uint(dimension), block)",
+        "uint(dimension), 0u)",
+        Check(blocks_of_the_random_texture_differ),
+    ),
+    Mutation(
+        "rows of the guide table swapped",
+        "scene/light.glsl",
+        "int(t1.x), int(t1.y)",
+        "int(t1.y), int(t1.x)",
+        choice(1000),
+    ),
+    Mutation(
+        "reflectance at grazing incidence read from its neighbour",
+        "scene/material.glsl",
+        "uintBitsToFloat(t2.xyz), int(t2.w), uintBitsToFloat(t3.xyz));",
+        "uintBitsToFloat(t1.xyz), int(t2.w), uintBitsToFloat(t3.xyz));",
+        MIRROR,
+    ),
+    Mutation(
+        "sides of boxes swapped",
+        "scene/shape.glsl",
+        "t1.xy, t1.zw, t2.xy",
+        "t1.zw, t1.xy, t2.xy",
+        closest_hit("bvh, many"),
+    ),
+    Mutation(
+        "second row of the records not found",
+        "scene/storage.glsl",
+        "(record & 1023) << 2 | texel, record >> 10",
+        "(record & 1023) << 2 | texel, record >> 11",
+        Check(test_mesh_light.test_triangles_are_drawn_by_density, count=5000),
+    ),
+    Mutation(
+        "place in the atlas turned about",
+        "scene/texture.glsl",
+        "int(t1.w), int(t2.x), int(t2.y)",
+        "int(t1.w), int(t2.y), int(t2.x)",
+        Check(test_texture.test_lookup, kind="srgb", filtering="nearest"),
+    ),
+    Mutation(
+        "attributes of two vertices swapped",
+        "scene/vertex.glsl",
+        "b.x * vertex_texel(index.x) + b.y * vertex_texel(index.y)",
+        "b.y * vertex_texel(index.x) + b.x * vertex_texel(index.y)",
+        MESH_SURFACE,
+    ),
+    Mutation(
+        "normal of a copy taken along as a point",
+        "shape/instance.glsl",
+        "n.x * instance.row_x + n.y * instance.row_y + n.z * instance.row_z",
+        "instance_matrix(instance) * n",
+        Check(test_mesh.test_surface, most_repeated=0),
+    ),
+    Mutation(
+        "the primitive that a ray leaves not ignored",
+        "shape/intersect.glsl",
+        "shape_list_intersect(hit, ray, ignored)",
+        "shape_list_intersect(hit, ray, NO_PRIMITIVE)",
+        closest_hit("listed"),
+    ),
+    Mutation(
+        "plane on the other side of the origin",
+        "shape/plane.glsl",
+        "offset - dot(normal, ray.origin)",
+        "offset + dot(normal, ray.origin)",
+        Check(test_shapes.test_plane),
+    ),
+    Mutation(
+        "triangles behind the ray met",
+        "shape/triangle.glsl",
+        "sum != 0.0 && distance > 0.0",
+        "sum != 0.0",
+        closest_hit("bvh"),
+    ),
+    Mutation(
+        "one face of the cube mirrored",
+        "texture/cube.glsl",
+        "CubePlace(side.y < 0.0 ? 3 : 2, vec2(direction.x,",
+        "CubePlace(side.y < 0.0 ? 3 : 2, vec2(-direction.x,",
+        Check(test_cube_maps.test_lookup_finds_its_direction),
+    ),
 ]
