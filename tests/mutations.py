@@ -129,6 +129,7 @@ class Mutation:
     text: str
     replacement: str
     check: Check
+    maps: bool = False  # whether it is planted where the maps of the split-sum approximation are made, too
 
 
 MUTATIONS = [
@@ -585,6 +586,7 @@ MUTATIONS = [
         "float(bits >> 8u)",
         "float(bits >> 9u)",
         Check(test_cube_maps.test_brdf_map_is_the_integral, geometry="SMITH"),
+        maps=True,
     ),
     Mutation(
         "hash shifted by one bit more",
@@ -754,5 +756,6 @@ MUTATIONS = [
         "CubePlace(side.y < 0.0 ? 3 : 2, vec2(direction.x,",
         "CubePlace(side.y < 0.0 ? 3 : 2, vec2(-direction.x,",
         Check(test_cube_maps.test_lookup_finds_its_direction),
+        maps=True,
     ),
 ]
