@@ -20,7 +20,7 @@ demo: ## render three-spheres, compare it with Mitsuba, and open the viewer wher
 
 test: ## run all tests; make test ARGS="-k film" runs some
 	@scripts/setup gl window atomic llvm xvfb xdotool glslang
-	$(BIN)/pytest -q -n auto --maxprocesses 4 --dist loadfile $(ARGS)
+	$(BIN)/pytest -q -n auto --maxprocesses 4 --dist worksteal $(ARGS)
 
 # The tests that catch most mistakes for their time: layers, records, the shader library, closed forms, a file of each kind.
 CHECKED := tests/test_layers.py tests/test_shader_composer.py tests/test_specialise.py tests/packing tests/bvh \
@@ -31,7 +31,7 @@ CHECKED := tests/test_layers.py tests/test_shader_composer.py tests/test_special
 check: ## what to run while working: style, types, and the tests that catch most mistakes, in less than 90 s
 	@$(MAKE) --no-print-directory lint
 	@scripts/setup gl
-	$(BIN)/pytest -q -n auto --maxprocesses 4 --dist loadfile $(CHECKED)
+	$(BIN)/pytest -q -n auto --maxprocesses 4 --dist worksteal $(CHECKED)
 
 lint: ## check style and types
 	@scripts/setup

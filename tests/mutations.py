@@ -1,10 +1,125 @@
 # SPDX-License-Identifier: MIT
-"""Errors for the shaders, each a slip that someone has made: what it is, where, and the text it replaces.
+"""Errors for the shaders, each a slip that someone has made: what it is, where, the text it replaces, and the test of
+the suite that must find it.
 
-Every one changes what the picture converges to, or hides that something went wrong.
+Every one changes what the picture converges to, or hides that something went wrong. Of the tests that find it, the one
+named is among the quickest; a few are given to the comparison with Mitsuba, which has to find errors as well.
 """
 
+import inspect
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import test_cube_maps
+import test_direct_light
+import test_environment_light
+import test_furnace
+import test_split_sum
+import test_textured
+from apps.viewer import test_display
+from studio import comparison_with_mitsuba
+
+from fragtracer.gpu.specialise import Level
+from fragtracer.gpu.tracer import _upload_random_texture
+from shaders import (
+    test_bsdf_sample,
+    test_bsdf_values,
+    test_camera,
+    test_environment,
+    test_film,
+    test_fresnel,
+    test_ggx,
+    test_hash,
+    test_intersect,
+    test_light,
+    test_material,
+    test_math,
+    test_mesh,
+    test_mesh_light,
+    test_pixel_filter,
+    test_sampler,
+    test_shapes,
+    test_sphere_light,
+    test_texture,
+)
+
+
+class Check:
+    """A test of the suite, and the arguments it is called with besides its fixtures."""
+
+    def __init__(self, test: Callable[..., None], **arguments: Any) -> None:
+        self._test, self._arguments = test, arguments
+
+    def __call__(self, **fixtures: Any) -> None:
+        """Raises :class:`AssertionError` where it fails."""
+        asked = inspect.signature(self._test).parameters
+        self._test(**{name: value for name, value in fixtures.items() if name in asked}, **self._arguments)
+
+    def __str__(self) -> str:
+        arguments = "-".join(str(value) for value in self._arguments.values())
+        return f"{self._test.__module__}.{self._test.__name__}[{arguments}]"
+
+
+def samples_that_are_not_finite_are_counted(ctx: Any) -> None:
+    radiance = np.random.default_rng(1).random((4, test_film.SAMPLES, 3), np.float32)
+    test_film.test_samples_that_are_not_finite_are_counted_apart(ctx, radiance)
+
+
+def values(name: str, material: str) -> Check:
+    return Check(test_bsdf_values.test_values_are_those_of_the_formulas, name=name, material=material)
+
+
+def weights(material: str) -> Check:
+    test = test_bsdf_sample.test_weight_is_value_over_density
+    return Check(test, name="cook-torrance SMITH", material=material)
+
+
+def blocks_of_the_random_texture_differ(ctx: Any) -> None:
+    texture = _upload_random_texture(ctx)
+    try:
+        test_sampler.test_blocks_differ(ctx, texture)
+    finally:
+        texture.release()
+
+
+def closest_hit(storage: str, culled: bool = False) -> Check:
+    return Check(test_intersect.test_closest_hit, storage=storage, scale=1.0, culled=culled)
+
+
+def choice(count: int) -> Check:
+    test = test_light.test_lights_are_chosen_exactly_as_often_as_they_say
+    return Check(test, count=count, storage="texture")
+
+
+def points_on_area(kind: str) -> Check:
+    return Check(test_light.test_points_are_uniform_over_the_area, kind=kind)
+
+
+def under_many_lights(light_samples: int) -> Check:
+    test = test_direct_light.test_floor_under_many_lights
+    return Check(test, light_samples=light_samples, estimator="nee")
+
+
+MESH_SURFACE = Check(test_mesh.test_surface, most_repeated=10**6)
+SPLIT_SUM = Check(test_split_sum.test_dielectric_under_white_light_is_the_formula, metallic=0.4)
+MIRROR = Check(test_furnace.test_mirror_scales_the_emitter_it_shows, kind="metal", estimator="mis", degrees=80.0)
+CLAY = values("eon", "clay")
+BUMPS = Check(test_textured.test_light_on_a_leaning_normal, x=0.3, y=0.0, scale=1.0)
+WINDOW = Check(test_display.test_window_and_files_show_the_same, size=(33, 70), look=1)
+PLASTIC, GOLD = (values("cook-torrance SMITH", material) for material in ("plastic", "gold"))
+STUDIO = Check(comparison_with_mitsuba)
+FURNACE = Check(test_furnace.test_closed_furnace, albedo=test_furnace.ALBEDOS[0], estimator="bsdf", kind="rectangles")
+FURNACE_WITHOUT_NOISE = Check(
+    test_furnace.test_furnace_has_no_noise_without_light_sampling, bounces=4, kind="rectangles", most_listed=64
+)
+SPHERE_LIGHT = Check(test_sphere_light.test_directions_fill_the_cone, distance=1.5, way="up")
+SHADOWS = Check(test_direct_light.test_lights_that_no_ray_meets_cast_shadows, estimator="nee")
+SHEETS = Check(test_textured.test_shadows_of_sheets, sheets=4)
+SPOT = Check(test_light.test_spot, spot=test_light.SPOTS[0], level=Level.NOTHING)
+DENSITY_OF_HIT = Check(test_light.test_density_of_a_sample_is_that_of_its_hit, most_listed=10**6, level=Level.NOTHING)
+TRAVERSAL = Check(test_intersect.test_traversal_finds_what_trying_every_shape_finds, scale=1.0, count=30, culled=False)
 
 
 @dataclass(frozen=True)
@@ -13,65 +128,91 @@ class Mutation:
     file: str
     text: str
     replacement: str
+    check: Check
+    maps: bool = False  # whether it is planted where the maps of the split-sum approximation are made, too
 
 
 MUTATIONS = [
     Mutation(
-        "cosine forgotten", "bsdf/cook_torrance.glsl", "b.diffuse * (wi.z * INVERSE_PI)", "b.diffuse * INVERSE_PI"
+        "cosine forgotten",
+        "bsdf/cook_torrance.glsl",
+        "b.diffuse * (wi.z * INVERSE_PI)",
+        "b.diffuse * INVERSE_PI",
+        STUDIO,
     ),
-    Mutation("cosine pdf 2 % too large", "core/warp.glsl", "max(0.0, v.z) * INVERSE_PI", "max(0.0, v.z) * 0.32468"),
+    Mutation(
+        "cosine pdf 2 % too large", "core/warp.glsl", "max(0.0, v.z) * INVERSE_PI", "max(0.0, v.z) * 0.32468", STUDIO
+    ),
     Mutation(
         "light counted twice",
         "integrator/direct.glsl",
         "return certain ? 1.0 : power_heuristic(",
         "return 1.0 + 0.0 * power_heuristic(",
+        STUDIO,
     ),
     Mutation(
         "MIS weight squared",
         "core/math.glsl",
         "return 1.0 / (1.0 + ratio * ratio);",
         "return 1.0 / ((1.0 + ratio * ratio) * (1.0 + ratio * ratio));",
+        Check(test_math.test_power_heuristic),
     ),
     Mutation(
-        "probability of the light's choice left out", "light/light.glsl", "    s.pdf *= choice.probability;\n", ""
+        "probability of the light's choice left out",
+        "light/light.glsl",
+        "    s.pdf *= choice.probability;\n",
+        "",
+        under_many_lights(1),
     ),
     Mutation(
         "Fresnel of the wrong cosine",
         "bsdf/cook_torrance.glsl",
         "fresnel_schlick(b.f0, b.f90, dot(wo, wh))",
         "fresnel_schlick(b.f0, b.f90, wi.z)",
+        GOLD,
     ),
     Mutation(
         "light scattered between facets lost",
         "bsdf/cook_torrance.glsl",
         "        fresnel *= ggx_compensation(b.f0, b.alpha, wo.z);\n",
         "",
+        Check(test_bsdf_values.test_white_metal_with_multiple_scattering_reflects_everything),
     ),
     Mutation(
         "alpha for alpha squared in D",
         "bsdf/ggx.glsl",
         "float a2 = alpha * alpha;\n    float t",
         "float a2 = alpha;\n    float t",
+        Check(test_ggx.test_distribution_integrates_to_one, alpha=0.5),
     ),
     Mutation(
         "G without the side of the light",
         "bsdf/ggx.glsl",
         "return ggx_g1(alpha, wo.z) * ggx_g1(alpha, wi.z);",
         "return ggx_g1(alpha, wo.z);",
+        Check(test_ggx.test_geometry_term, term="SMITH"),
     ),
-    Mutation("Russian roulette without its division", "integrator/path.glsl", "    path.throughput /= survival;\n", ""),
+    Mutation(
+        "Russian roulette without its division",
+        "integrator/path.glsl",
+        "    path.throughput /= survival;\n",
+        "",
+        FURNACE,
+    ),
     Mutation(
         "throughput multiplied by the radiance",
         "integrator/path.glsl",
         "path.radiance += path.throughput * direct_light(vertex, path.depth, pixel, index, u.zw);",
         "path.radiance += path.throughput * direct_light(vertex, path.depth, pixel, index, u.zw);\n"
         "            path.throughput *= direct_light(vertex, path.depth, pixel, index, u.zw);",
+        Check(test_furnace.test_furnace_after_few_bounces, bounces=2, estimator="nee"),
     ),
     Mutation(
         "light radius 1 % too large",
         "light/sphere.glsl",
         "float sin2 = radius * radius / dot(to_center, to_center);",
         "float sin2 = 1.0201 * radius * radius / dot(to_center, to_center);",
+        SPHERE_LIGHT,
     ),
     Mutation(
         "whole light sphere sampled without its measure",
@@ -82,210 +223,539 @@ MUTATIONS = [
         "    if (light.radius > 0.0) return LightSample(\n"
         "        normalize(point), length(point), light.radiance, density, false, light.primitive);\n"
         "    float center_distance = length(to_center);\n",
+        SPHERE_LIGHT,
     ),
     Mutation(
         "last bounce dropped",
         "integrator/path.glsl",
         "path.depth < u_bounces && path.rr_sample",
         "path.depth < u_bounces - 1 && path.rr_sample",
+        FURNACE_WITHOUT_NOISE,
     ),
-    Mutation("NaN swallowed", "film/film.glsl", "        film.non_finite += 1.0;\n", ""),
-    Mutation("no jitter in the pixel", "film/pixel_filter.glsl", "return u - 0.5;", "return vec2(0.0);"),
     Mutation(
-        "emission from the back", "integrator/path.glsl", "surface.light >= 0 && cos_theta > 0.0", "surface.light >= 0"
+        "NaN swallowed",
+        "film/film.glsl",
+        "        film.non_finite += 1.0;\n",
+        "",
+        Check(samples_that_are_not_finite_are_counted),
+    ),
+    Mutation(
+        "no jitter in the pixel",
+        "film/pixel_filter.glsl",
+        "return u - 0.5;",
+        "return vec2(0.0);",
+        Check(test_pixel_filter.test_offsets_have_the_density_of_the_filter, name="BOX"),
+    ),
+    Mutation(
+        "emission from the back",
+        "integrator/path.glsl",
+        "surface.light >= 0 && cos_theta > 0.0",
+        "surface.light >= 0",
+        Check(test_furnace.test_black_where_there_is_nothing, name="the back of a rectangle", estimator="bsdf"),
     ),
     Mutation(
         "shadow ray too short",
         "material/visibility.glsl",
         "scene_intersect(ray, distance, ignored, true)",
         "scene_intersect(ray, 0.5 * distance, ignored, true)",
+        SHADOWS,
     ),
     Mutation(
         "mirror without Fresnel",
         "bsdf/cook_torrance.glsl",
         "vec3 reflectance = fresnel_schlick(b.f0, b.f90, wo.z) * ggx_g",
         "vec3 reflectance = b.f0 * ggx_g",
+        MIRROR,
     ),
     Mutation(
         "mirror not divided by its probability",
         "bsdf/cook_torrance.glsl",
         "reflectance / specular_probability, specular_probability",
         "reflectance, specular_probability",
+        Check(test_bsdf_sample.test_weight_is_value_over_density, name="cook-torrance SMITH", material="faint plastic"),
     ),
-    Mutation("all vertices share their random numbers", "sampler/sampler.glsl", "return 1 + vertex; ", "return 1; "),
+    Mutation(
+        "all vertices share their random numbers", "sampler/sampler.glsl", "return 1 + vertex; ", "return 1; ", STUDIO
+    ),
     Mutation(
         "number not stretched after its first use",
         "core/math.glsl",
         "    u = first ? u / probability : (u - probability) / (1.0 - probability);\n",
         "",
+        Check(test_math.test_choose_first_stretches_what_is_left, probability=1 / 3),
     ),
     Mutation(
         "light samples summed, not averaged",
         "integrator/direct.glsl",
         "        direct /= float(u_light_samples);\n",
         "",
+        under_many_lights(5),
     ),
     Mutation(
         "visible normals sampled without the stretch",
         "bsdf/ggx.glsl",
         "normalize(vec3(wo.xy * alpha, wo.z))",
         "normalize(vec3(wo.xy, wo.z))",
+        Check(test_bsdf_sample.test_mean_weight_is_the_albedo, name="cook-torrance SMITH", material="gold"),
     ),
-    Mutation("inverse square forgotten", "light/point.glsl", "light.intensity / square(distance)", "light.intensity"),
+    Mutation(
+        "inverse square forgotten",
+        "light/point.glsl",
+        "light.intensity / square(distance)",
+        "light.intensity",
+        Check(test_direct_light.test_floor_under_a_point_light, position=(0.0, 30.0, 0.0), estimator="nee"),
+    ),
     Mutation(
         "emitting triangle without its cosine",
         "light/mesh.glsl",
         "density * square(distance) / cos_theta : 0.0",
         "density * square(distance) : 0.0",
+        Check(test_mesh_light.test_the_density_integrates_to_one),
     ),
     Mutation(
         "second triangle of a place never drawn",
         "light/mesh.glsl",
         "< entry.threshold ? entry.record : entry.other",
         "< 2.0 ? entry.record : entry.other",
+        Check(test_mesh_light.test_triangles_are_drawn_by_density, count=200),
     ),
     Mutation(
         "interpolated normal not made unit",
         "shape/surface.glsl",
         "return size > 1e-6 ? v / size :",
         "return size > 1e-6 ? v :",
+        MESH_SURFACE,
     ),
-    Mutation("area light without its cosine", "light/area.glsl", "(cos_theta * area)", "area"),
+    Mutation(
+        "area light without its cosine", "light/area.glsl", "(cos_theta * area)", "area", points_on_area("rectangle")
+    ),
     Mutation(
         "triangle sampled with a folded corner",
         "core/warp.glsl",
         "vec2(0.5 * u.x, u.y - 0.5 * u.x)",
         "vec2(0.5 * u.x, u.y * u.y)",
+        points_on_area("triangle"),
     ),
     Mutation(
         "interface passed once, not twice",
         "bsdf/cook_torrance.glsl",
         "diffuse *= cook_torrance_transmittance(b, wo.z) *",
         "diffuse *=",
+        PLASTIC,
     ),
     Mutation(
-        "rays leave from the wrong side", "shape/ray.glsl", "return position + normal", "return position - normal"
+        "rays leave from the wrong side",
+        "shape/ray.glsl",
+        "return position + normal",
+        "return position - normal",
+        FURNACE_WITHOUT_NOISE,
     ),
     Mutation(
         "sRGB taken for linear",
         "texture/texture.glsl",
         "    if ((t.flags & TEXTURE_SRGB) != 0) value.rgb = texture_decode_srgb(value.rgb);\n",
         "",
+        Check(test_texture.test_decoding_of_every_byte),
     ),
     Mutation(
         "image upside down",
         "texture/texture.glsl",
         "texture_wrap(uv.y, t.wrap_v)",
         "texture_wrap(1.0 - uv.y, t.wrap_v)",
+        Check(test_texture.test_nearest_takes_the_texel_that_begins_at_an_edge),
     ),
-    Mutation("scale of a normal map ignored", "material/material.glsl", "    local.xy *= maps.normal_scale;\n", ""),
+    Mutation(
+        "scale of a normal map ignored",
+        "material/material.glsl",
+        "    local.xy *= maps.normal_scale;\n",
+        "",
+        Check(test_material.test_mapped_normal, scale=0.5, sign=1.0),
+    ),
     Mutation(
         "shadow of what is there in part as of what is there",
         "material/visibility.glsl",
         "alpha_intersect(ray, distance, ignored, seed).primitive",
         "scene_intersect(ray, distance, ignored, true).primitive",
+        SHEETS,
     ),
     Mutation(
         "one decision for all sheets",
         "material/visibility.glsl",
         "            seed = hash_uint(seed + 0x9e3779b9u);\n",
         "",
+        SHEETS,
     ),
     Mutation(
         "cosine of the diffuse model forgotten",
         "bsdf/diffuse.glsl",
         "b.diffuse * (wi.z * INVERSE_PI)",
         "b.diffuse * INVERSE_PI",
+        values("diffuse", "grey"),
     ),
     Mutation(
         "probability of the light's choice left out where it is met",
         "light/light.glsl",
         "return pdf * choice.probability;",
         "return pdf;",
+        DENSITY_OF_HIT,
     ),
     Mutation(
         "guide table off by one",
         "light/light.glsl",
         "min(int(u * float(u_light_count)), u_light_count - 1)",
         "min(int(u * float(u_light_count)) + 1, u_light_count - 1)",
+        choice(1000),
     ),
-    Mutation("bisection stops too soon", "light/light.glsl", "while (number < last) {", "while (number + 1 < last) {"),
+    Mutation(
+        "bisection stops too soon",
+        "light/light.glsl",
+        "while (number < last) {",
+        "while (number + 1 < last) {",
+        choice(1000),
+    ),
     Mutation(
         "few lights looked through but for the last",
         "light/light.glsl",
         "for (int i = 1; i < u_light_count; i++)",
         "for (int i = 1; i < u_light_count - 1; i++)",
+        choice(8),
     ),
     Mutation(
         "number not stretched over the light's part",
         "light/light.glsl",
         "u = clamp((u - choice.cumulative) / choice.probability, 0.0, ONE_MINUS_EPSILON);",
         "",
+        choice(8),
     ),
-    Mutation("falloff of a spot not squared", "light/spot.glsl", "return square(clamp(", "return (clamp("),
+    Mutation("falloff of a spot not squared", "light/spot.glsl", "return square(clamp(", "return (clamp(", SPOT),
     Mutation(
-        "spot shines backwards", "light/spot.glsl", "spot_light_falloff(light, -wi)", "spot_light_falloff(light, wi)"
+        "spot shines backwards",
+        "light/spot.glsl",
+        "spot_light_falloff(light, -wi)",
+        "spot_light_falloff(light, wi)",
+        SPOT,
     ),
-    Mutation("spot without its inverse square", "light/spot.glsl", "intensity / square(distance)", "intensity"),
-    Mutation("directional light at a distance", "light/directional.glsl", "INFINITE_DISTANCE", "1.0"),
+    Mutation("spot without its inverse square", "light/spot.glsl", "intensity / square(distance)", "intensity", SPOT),
+    Mutation("directional light at a distance", "light/directional.glsl", "INFINITE_DISTANCE", "1.0", SHADOWS),
     Mutation(
         "disk sampled as the square around it",
         "shape/flat.glsl",
         "kind == KIND_DISK ? square_to_disk(u)",
         "kind == KIND_DISK ? 2.0 * u - 1.0",
+        points_on_area("disk"),
     ),
     Mutation(
         "disk sampled with the area of that square",
         "light/area.glsl",
         "area_light_pdf(light.area, distance, -dot",
         "area_light_pdf(light.kind == KIND_DISK ? light.area * 4.0 / PI : light.area, distance, -dot",
+        DENSITY_OF_HIT,
     ),
-    Mutation("disk met as a square", "shape/flat.glsl", "dot(uv, uv) - 1.0", "max(abs(uv.x), abs(uv.y)) - 1.0"),
-    Mutation("front of a sphere inverted", "shape/sphere.glsl", "is_front = near > 0.0", "is_front = near <= 0.0"),
+    Mutation(
+        "disk met as a square",
+        "shape/flat.glsl",
+        "dot(uv, uv) - 1.0",
+        "max(abs(uv.x), abs(uv.y)) - 1.0",
+        Check(test_shapes.test_flat_shape, kind="disk", way="bvh"),
+    ),
+    Mutation(
+        "front of a sphere inverted",
+        "shape/sphere.glsl",
+        "is_front = near > 0.0",
+        "is_front = near <= 0.0",
+        Check(test_shapes.test_sphere, name="outside"),
+    ),
     Mutation(
         "culling of listed spheres inverted",
         "shape/shape.glsl",
         "if (is_front || (sphere.kind & SHAPE_CULLED)",
         "if (!is_front || (sphere.kind & SHAPE_CULLED)",
+        closest_hit("listed", culled=True),
     ),
     Mutation(
         "culling in the BVH inverted",
         "shape/bvh.glsl",
         "(is_front || (flags & SHAPE_CULLED) == 0u)",
         "(!is_front || (flags & SHAPE_CULLED) == 0u)",
+        closest_hit("bvh", culled=True),
     ),
-    Mutation("inside of a sphere not met", "shape/sphere.glsl", "is_front ? near : far", "near"),
+    Mutation(
+        "inside of a sphere not met",
+        "shape/sphere.glsl",
+        "is_front ? near : far",
+        "near",
+        Check(test_shapes.test_sphere, name="inside"),
+    ),
     Mutation(
         "BVH ignores rectangles",
         "shape/shape.glsl",
         "kind == KIND_TRIANGLE || kind >= KIND_RECTANGLE",
         "kind == KIND_TRIANGLE || kind > KIND_RECTANGLE",
+        closest_hit("bvh"),
     ),
     Mutation(
         "BVH ignores disks",
         "shape/shape.glsl",
         "kind == KIND_TRIANGLE || kind >= KIND_RECTANGLE",
         "kind == KIND_TRIANGLE || kind == KIND_RECTANGLE || kind > KIND_DISK",
+        closest_hit("bvh"),
     ),
     Mutation(
         "BVH ignores triangles of no mesh",
         "shape/shape.glsl",
         "kind == KIND_TRIANGLE || kind >= KIND_RECTANGLE",
         "kind == KIND_TRIANGLE || (kind >= KIND_RECTANGLE && kind != KIND_SINGLE_TRIANGLE)",
+        closest_hit("bvh"),
     ),
-    Mutation("BVH ignores spheres", "shape/shape.glsl", "&& kind == KIND_SPHERE", "&& kind == KIND_PLANE"),
-    Mutation("fourth child ignored", "shape/bvh.glsl", "near.w <= far.w && node.count > 3u", "false"),
+    Mutation(
+        "BVH ignores spheres",
+        "shape/shape.glsl",
+        "BVH_SPHERES) != 0 && kind == KIND_SPHERE",
+        "BVH_SPHERES) != 0 && kind == KIND_PLANE",
+        closest_hit("bvh"),
+    ),
+    Mutation(
+        "fourth child ignored",
+        "shape/bvh.glsl",
+        "near.w <= far.w && node.count > 3u",
+        "false",
+        closest_hit("bvh, many"),
+    ),
     Mutation(
         "shadow rays stop at the short list",
         "shape/bvh.glsl",
         "(any && hit.primitive != NO_PRIMITIVE)) return;",
         "any) return;",
+        TRAVERSAL,
     ),
     Mutation(
         "flat shape in the BVH taken for a triangle",
         "shape/shape.glsl",
         "if ((u_bvh_shapes & BVH_FLATS) != 0 && kind != KIND_TRIANGLE) inside",
         "if ((u_bvh_shapes & BVH_FLATS) == 0 && kind != KIND_TRIANGLE) inside",
+        closest_hit("bvh"),
     ),
-    Mutation("light does not ignore itself", "shape/bvh.glsl", " && record != ignored", ""),
+    Mutation("light does not ignore itself", "shape/bvh.glsl", " && record != ignored", "", closest_hit("bvh")),
+    Mutation(
+        "one model taken for another",
+        "bsdf/bsdf.glsl",
+        "result = eon_eval_pdf(b, wo, wi)",
+        "result = diffuse_eval_pdf(b, wo, wi)",
+        CLAY,
+    ),
+    Mutation("light that returns not widened", "bsdf/eon.glsl", "s > 0.0 ? s / max(wo.z, wi.z) : s", "s", CLAY),
+    Mutation(
+        "Schlick to the fourth power",
+        "bsdf/fresnel.glsl",
+        "(m2 * m2 * m)",
+        "(m2 * m2)",
+        Check(test_fresnel.test_schlick),
+    ),
+    Mutation(
+        "no sample taken for one",
+        "bsdf/model.glsl",
+        "vec3(0.0), 0.0, 1.0, EVENT_REFLECTION",
+        "vec3(0.0), 1.0, 1.0, EVENT_REFLECTION",
+        weights("gold"),
+    ),
+    Mutation("no shadow at the terminator", "bsdf/shading_normal.glsl", "g + square(g) * (1.0 - g)", "1.0", BUMPS),
+    Mutation(
+        "focus on a sphere, not a plane",
+        "camera/camera.glsl",
+        "u_focus_distance / -direction.z",
+        "u_focus_distance / length(direction)",
+        Check(test_camera.test_lens, aperture_radius=0.4, focus_distance=5.0),
+    ),
+    Mutation(
+        "1 / pi with a wrong digit",
+        "core/constants.glsl",
+        "INVERSE_PI = 0.318309886183791",
+        "INVERSE_PI = 0.318209886183791",
+        values("diffuse", "grey"),
+    ),
+    Mutation(
+        "sign of the frame forgotten",
+        "core/frame.glsl",
+        "s + n.y * n.y * a",
+        "1.0 + n.y * n.y * a",
+        Check(test_math.test_frame_is_orthonormal_and_right_handed),
+    ),
+    Mutation(
+        "half of Hammersley's points left out",
+        "core/hammersley.glsl",
+        "float(bits >> 8u)",
+        "float(bits >> 9u)",
+        Check(test_cube_maps.test_brdf_map_is_the_integral, geometry="SMITH"),
+        maps=True,
+    ),
+    Mutation(
+        "hash shifted by one bit more",
+        "core/hash.glsl",
+        "x ^= x >> 15u;",
+        "x ^= x >> 16u;",
+        Check(test_hash.test_hashes_are_those_of_their_papers),
+    ),
+    Mutation("sRGB a little too bright", "display/tone.glsl", "1.055 * pow(", "1.06 * pow(", WINDOW),
+    Mutation(
+        "exposure of the window forgotten",
+        "display/picture.glsl",
+        "max(radiance, 0.0) * exposure",
+        "max(radiance, 0.0)",
+        WINDOW,
+    ),
+    Mutation(
+        "probability of the environment's choice left out where it is met",
+        "integrator/escape.glsl",
+        "environment.a * u_environment_probability",
+        "environment.a",
+        Check(test_environment_light.test_environment_adds_to_lights_and_ambient),
+    ),
+    Mutation(
+        "base of split-sum lit by what is reflected",
+        "integrator/split_sum.glsl",
+        "(1.0 - fresnel) * b.diffuse * irradiance",
+        "b.diffuse * irradiance",
+        SPLIT_SUM,
+    ),
+    Mutation(
+        "half of the Jacobian of the half vector",
+        "integrator/split_sum_study.glsl",
+        "return 0.25 * ggx_d(",
+        "return 0.5 * ggx_d(",
+        Check(test_split_sum.test_steps_under_white_light, cosine=0.9, step="NORMAL_VIEW"),
+    ),
+    Mutation(
+        "shading normals without their shadows",
+        "integrator/vertex.glsl",
+        "u_has_shading_normals != 0 ? shadow_terminator(vertex.geometric, wi) : 1.0",
+        "1.0",
+        BUMPS,
+    ),
+    Mutation(
+        "density of the environment without its sine",
+        "light/environment.glsl",
+        "weight * u_environment_density / sin_theta",
+        "weight * u_environment_density",
+        Check(test_environment.test_lookup_and_density_are_those_of_the_description, name="noise"),
+    ),
+    Mutation(
+        "axes of the map of the BRDF swapped",
+        "light/maps.glsl",
+        "vec2(cos_theta, roughness)",
+        "vec2(roughness, cos_theta)",
+        SPLIT_SUM,
+    ),
+    Mutation(
+        "no sample of a light taken for one",
+        "light/sample.glsl",
+        "0.0, vec3(0.0), 0.0, false",
+        "0.0, vec3(0.0), 1.0, false",
+        Check(test_sphere_light.test_from_inside_there_is_no_sample),
+    ),
+    Mutation(
+        "sun met as if it was smaller",
+        "light/sun.glsl",
+        "<= 2.0 * sun.one_minus_cos",
+        "<= sun.one_minus_cos",
+        Check(test_environment.test_sun_is_sampled_uniformly_over_its_disc),
+    ),
+    Mutation(
+        "all dimensions alike",
+        "sampler/hash.glsl",
+        "uint(dimension), index)",
+        "0u, index)",
+        Check(test_sampler.test_neighbours_are_independent, random_texture=None, kind="HASH", step="dimension"),
+    ),
+    Mutation(
+        "number of the roulette not its own",
+        "sampler/roulette.glsl",
+        "hash_to_unit(hash_uint(bits.z ^ hash_uint(bits.w + index)))",
+        "hash_to_unit(bits.z)",
+        Check(test_sampler.test_numbers_are_uniform, random_texture=None, kind="HASH", seed=0),
+    ),
+    Mutation(
+        "texture of random numbers repeats",
+        "sampler/texture.glsl",
+        "uint(dimension), block)",
+        "uint(dimension), 0u)",
+        Check(blocks_of_the_random_texture_differ),
+    ),
+    Mutation(
+        "rows of the guide table swapped",
+        "scene/light.glsl",
+        "int(t1.x), int(t1.y)",
+        "int(t1.y), int(t1.x)",
+        choice(1000),
+    ),
+    Mutation(
+        "reflectance at grazing incidence read from its neighbour",
+        "scene/material.glsl",
+        "uintBitsToFloat(t2.xyz), int(t2.w), uintBitsToFloat(t3.xyz));",
+        "uintBitsToFloat(t1.xyz), int(t2.w), uintBitsToFloat(t3.xyz));",
+        MIRROR,
+    ),
+    Mutation(
+        "sides of boxes swapped",
+        "scene/shape.glsl",
+        "t1.xy, t1.zw, t2.xy",
+        "t1.zw, t1.xy, t2.xy",
+        closest_hit("bvh, many"),
+    ),
+    Mutation(
+        "second row of the records not found",
+        "scene/storage.glsl",
+        "(record & 1023) << 2 | texel, record >> 10",
+        "(record & 1023) << 2 | texel, record >> 11",
+        Check(test_mesh_light.test_triangles_are_drawn_by_density, count=5000),
+    ),
+    Mutation(
+        "place in the atlas turned about",
+        "scene/texture.glsl",
+        "int(t1.w), int(t2.x), int(t2.y)",
+        "int(t1.w), int(t2.y), int(t2.x)",
+        Check(test_texture.test_lookup, kind="srgb", filtering="nearest"),
+    ),
+    Mutation(
+        "attributes of two vertices swapped",
+        "scene/vertex.glsl",
+        "b.x * vertex_texel(index.x) + b.y * vertex_texel(index.y)",
+        "b.y * vertex_texel(index.x) + b.x * vertex_texel(index.y)",
+        MESH_SURFACE,
+    ),
+    Mutation(
+        "normal of a copy taken along as a point",
+        "shape/instance.glsl",
+        "n.x * instance.row_x + n.y * instance.row_y + n.z * instance.row_z",
+        "instance_matrix(instance) * n",
+        Check(test_mesh.test_surface, most_repeated=0),
+    ),
+    Mutation(
+        "the primitive that a ray leaves not ignored",
+        "shape/intersect.glsl",
+        "shape_list_intersect(hit, ray, ignored)",
+        "shape_list_intersect(hit, ray, NO_PRIMITIVE)",
+        closest_hit("listed"),
+    ),
+    Mutation(
+        "plane on the other side of the origin",
+        "shape/plane.glsl",
+        "offset - dot(normal, ray.origin)",
+        "offset + dot(normal, ray.origin)",
+        Check(test_shapes.test_plane),
+    ),
+    Mutation(
+        "triangles behind the ray met",
+        "shape/triangle.glsl",
+        "sum != 0.0 && distance > 0.0",
+        "sum != 0.0",
+        closest_hit("bvh"),
+    ),
+    Mutation(
+        "one face of the cube mirrored",
+        "texture/cube.glsl",
+        "CubePlace(side.y < 0.0 ? 3 : 2, vec2(direction.x,",
+        "CubePlace(side.y < 0.0 ? 3 : 2, vec2(-direction.x,",
+        Check(test_cube_maps.test_lookup_finds_its_direction),
+        maps=True,
+    ),
 ]

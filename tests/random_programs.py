@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""Programs of random scenes, until every two features that can have occurred together."""
+"""Programs of random scenes, so many that every two features that can have occurred together."""
 
 import functools
 import itertools
 import random
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -167,15 +168,22 @@ def random_program(rng: random.Random) -> Program:
 
 
 @functools.cache
-def covering_programs(candidates: int) -> list[Program]:
-    """Those of nothing at all, and of random ones those with two traits together that none before has."""
+def candidates(count: int) -> list[Program]:
+    """Those of nothing at all, and random ones."""
     rng = random.Random(1)
-    seen: set[Any] = set()
-    chosen = [program_of(pack(Scene(), RenderSettings(), 64, 48), name, level) for name in PROGRAMS for level in Level]
-    for _ in range(candidates):
-        program = random_program(rng)
-        pairs = set(itertools.combinations(sorted(program.traits.items()), 2))
-        if not pairs <= seen:
-            seen |= pairs
+    nothing = [program_of(pack(Scene(), RenderSettings(), 64, 48), name, level) for name in PROGRAMS for level in Level]
+    return nothing + [random_program(rng) for _ in range(count)]
+
+
+@functools.cache
+def covering_programs(count: int, together: int) -> list[Program]:
+    """Programs with all sets of ``together`` traits that occur together in :func:`candidates`; none can be left out."""
+    sets = [set(itertools.combinations(sorted(p.traits.items()), together)) for p in candidates(count)]
+    times = Counter(itertools.chain.from_iterable(sets))
+    chosen = []
+    for program, its in zip(candidates(count), sets, strict=True):
+        if all(times[one] > 1 for one in its):
+            times.subtract(its)
+        else:
             chosen.append(program)
     return chosen

@@ -61,12 +61,12 @@ class Planter:
     """Replaces text in a copy of the shaders, from which all renderers made afterwards are built."""
 
     def __init__(
-        self, monkeypatch: pytest.MonkeyPatch, root: Path, modules: Iterable[str] = ("tracer", "probe")
+        self, monkeypatch: pytest.MonkeyPatch, root: Path, modules: Iterable[str] = ("gpu.tracer", "gpu.probe")
     ) -> None:
         self._copy = root / "shaders"
         shutil.copytree(folder("shaders"), self._copy)
         for module in modules:
-            monkeypatch.setattr(f"fragtracer.gpu.{module}.folder", lambda name: root / name)
+            monkeypatch.setattr(f"fragtracer.{module}.folder", lambda name: root / name)
 
     def __call__(self, file: str, text: str, replacement: str) -> None:
         path = self._copy / file

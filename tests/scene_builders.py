@@ -83,7 +83,7 @@ def everything() -> Scene:
     return Scene(
         Camera((0.0, 1.0, 5.0), (0.0, 0.5, 0.0), fov_degrees=40.0),
         materials,
-        [Sphere((0.0, 0.5, 0.0), 0.5, "gold"), Sphere((2.0, 1.5, -1.0), 0.2, "lamp")],
+        spheres=[Sphere((0.0, 0.5, 0.0), 0.5, "gold"), Sphere((2.0, 1.5, -1.0), 0.2, "lamp")],
         planes=[Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), "matte")],
         rectangles=[rectangle((0.0, 1.0, -2.0), (3.0, 0.0, 0.0), (0.0, 2.0, 0.0), "matte")],
         disks=[Disk((0.0, 2.5, 0.0), (0.0, -1.0, 0.0), 0.5, "lamp")],

@@ -221,7 +221,7 @@ def test_planted_errors_are_found(
     ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, name: str, file: str, text: str,
     replacement: str, error: object, limit: float,
 ) -> None:  # fmt: skip
-    Planter(monkeypatch, tmp_path, ("cube_maps",))(file, text, replacement)
+    Planter(monkeypatch, tmp_path, ("gpu.cube_maps",))(file, text, replacement)
     assert error(ctx) > limit  # type: ignore[operator]
 
 
@@ -232,7 +232,7 @@ def test_planted_errors_are_found(
 def test_planted_errors_of_the_brdf_map_are_found(
     ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, text: str, replacement: str
 ) -> None:
-    Planter(monkeypatch, tmp_path, ("cube_maps",))("split_sum/brdf_map.frag", text, replacement)
+    Planter(monkeypatch, tmp_path, ("gpu.cube_maps",))("split_sum/brdf_map.frag", text, replacement)
     assert brdf_error(ctx, "KARIS_ENVIRONMENT") > 5e-3
 
 

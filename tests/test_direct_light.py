@@ -199,7 +199,7 @@ def test_floor_under_a_directional_light(ctx, direction, estimator):
 def test_lights_that_no_ray_meets_cast_shadows(ctx, estimator):
     """Of all that is before them, however far away, and of nothing beyond a spot."""
     spot, sun = SpotLight((0.0, 2.0, 0.0), (0.0, -1.0, 0.0), RADIANCE), DirectionalLight((0.0, -1.0, 0.0), RADIANCE)
-    near, far = Sphere((0.0, 1.0, 0.0), 0.1, "floor"), Sphere((0.0, 50.0, 0.0), 1.0, "floor")
+    near, far = Sphere((0.0, 1.5, 0.0), 0.1, "floor"), Sphere((0.0, 50.0, 0.0), 1.0, "floor")
     for lights, blocker, is_dark in (
         ({"spot_lights": [spot]}, near, True),
         ({"spot_lights": [spot]}, far, False),

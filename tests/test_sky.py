@@ -10,9 +10,18 @@ from fragtracer.scene.environment import direction_of
 from fragtracer.scene.sky import sky_pixels, sun_irradiance
 
 LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
-ROWS, COLUMNS = model.SIZE
+ROWS, COLUMNS = 128, 256  # a pixel is the sky at its middle, so a map of fewer is no less exact
 V, U = np.meshgrid((np.arange(ROWS) + 0.5) / ROWS, (np.arange(COLUMNS) + 0.5) / COLUMNS, indexing="ij")
 SOLID_ANGLE = np.sin(np.pi * V) * 2 * np.pi**2 / (ROWS * COLUMNS)
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _small_maps():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(model, "SIZE", (ROWS, COLUMNS))
+        sky_pixels.cache_clear()
+        yield
+        sky_pixels.cache_clear()
 
 
 def sky(turbidity=3.0, elevation=45.0, azimuth=0.0, albedo=0.2):

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: MIT
 """The command as a user runs it, in a process of its own."""
 
+import os
+import re
 import signal
 import subprocess
 import sys
-import time
 import warnings
 
 import numpy as np
@@ -73,10 +74,8 @@ def test_until_stops_at_the_error_asked_for(tmp_path):
 
 
 def test_time_stops_early(tmp_path):
-    start = time.monotonic()
     done = run("render", "furnace", "-o", tmp_path / "f.exr", "--size", "64x64", "--time", 0.5, "--spp", 2**24)
     assert done.returncode == 0, done.stderr
-    assert time.monotonic() - start < 60
     assert int(read_metadata(tmp_path / "f.exr")["spp"]) < 2**24
 
 
@@ -97,14 +96,18 @@ def test_no_memory_left_is_a_sentence(monkeypatch, capsys):
 def test_an_interrupted_render_keeps_what_it_has(tmp_path, signum):
     output = tmp_path / "f.exr"
     command = [*FRAGTRACER, "render", "furnace", "-o", str(output), "--size", "64x64", "--spp", str(2**24)]
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "env": os.environ | {"FORCE_COLOR": "1"}}
     # Whoever runs the tests in the background may have them ignore Ctrl-C, and a child inherits that.
     with subprocess.Popen(
         command, text=True, preexec_fn=lambda: signal.signal(signum, signal.SIG_DFL), **pipes
     ) as process:
-        time.sleep(4)
+        shown = ""
+        while not re.search(r"\d{4}/\d+ spp", shown):  # more than one pass takes
+            more = os.read(process.stderr.fileno(), 4096).decode()
+            assert more, shown
+            shown += more
         process.send_signal(signum)
-        out, err = process.communicate(timeout=60)
+        out, err = process.communicate()
     assert process.returncode == 130
     assert "interrupted" in out
     assert "Traceback" not in err

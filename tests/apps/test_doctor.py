@@ -28,13 +28,6 @@ SICKNESS = {
 }
 
 
-@pytest.mark.slow
-def test_it_passes_here(ctx):
-    findings = list(examine(ctx))
-    assert {finding.check for finding in findings} == set(CHECKS)
-    assert not [finding for finding in findings if not finding.passed]
-
-
 @pytest.mark.parametrize("check", SICKNESS)
 def test_it_notices(ctx, check, monkeypatch, tmp_path):
     plant = Planter(monkeypatch, tmp_path)
@@ -73,9 +66,11 @@ def test_the_report_says_what_failed(tmp_path):
 
 
 @pytest.mark.slow
-def test_the_command_writes_a_report(tmp_path):
+def test_it_passes_here_and_writes_a_report(tmp_path):
     command = [sys.executable, "-m", "fragtracer", "doctor", "--report", str(tmp_path / "r.html")]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
-    assert "0 failed" in done.stdout
-    assert (tmp_path / "r.html").is_file()
+    *findings, summary = done.stdout.splitlines()[1:]
+    assert summary == f"{len(findings)} passed, 0 failed"
+    assert {line.split()[1] for line in findings} == set(CHECKS)
+    assert f"all {len(findings)} checks passed" in (tmp_path / "r.html").read_text("utf-8")

@@ -104,9 +104,10 @@ def test_rows_of_lights(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.skipif(find_llvm() is None, reason="scalar_rgb is too slow for these tests")
 def test_rows_of_spheres(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(spheres, "COUNTS", (100,))
+    monkeypatch.setattr(spheres, "COUNTS", (10,))
+    monkeypatch.setattr(spheres, "_COLD_RUNS", 1)
     rows = _run(spheres.BENCHMARK).rows
-    assert [row["spheres"] for row in rows] == [100]
+    assert [row["spheres"] for row in rows] == [10]
     for row in rows:
         for name in ("fragtracer", "mitsuba", "ratio", "compile", "first"):
             assert row[name].value > 0  # type: ignore[union-attr]

@@ -49,7 +49,6 @@ def play(display: str, tmp_path: Path) -> Callable[[str], str]:
             cwd=tmp_path,
             capture_output=True,
             text=True,
-            timeout=120,
             check=False,
         )
         assert done.returncode == 0, done.stderr[-4000:]

@@ -21,17 +21,17 @@ def compares_with_mitsuba() -> None:
         hand = Hand(viewer)
         hand.key("m")
         assert viewer.wipe.is_on
-        slowest = 0.0
+        before = viewer.screen.frames
         while not viewer.screen.display.compares:
             viewer.frame()
-            slowest = max(slowest, viewer.times.recent[-1])
             assert not viewer.problem
+        assert viewer.screen.frames > before + 10, "the window did not wait for Mitsuba"
         refined(viewer, hand, 64)
         ours, both = viewer.renderer.image(), viewer.wipe.image
         assert both is not None
         assert abs(both.mean() / ours.mean() - 1) < 0.1
         hand.key("m")
-        hand.until(lambda: viewer.wipe.significance.finding is not None, "enough pictures", 60)
+        hand.until(lambda: viewer.wipe.significance.finding is not None, "enough pictures")
         finding = viewer.wipe.significance.finding
         assert finding is not None
         assert finding.pictures >= 8
@@ -45,7 +45,6 @@ def compares_with_mitsuba() -> None:
         hand.frames(2)
         assert not viewer.wipe.is_on
         assert not viewer.screen.display.compares
-        assert slowest < 2.0, "the window did not wait for Mitsuba"
 
 
 def compares_split_sum_with_the_truth() -> None:
@@ -56,7 +55,7 @@ def compares_split_sum_with_the_truth() -> None:
         settings = replace(scene.render, integrator="split-sum", background="irradiance")
         viewer.session.edit(replace(viewer.session.document, scene=replace(scene, render=settings)), "integrator")
         viewer.session.max_samples = 16
-        hand.until(lambda: viewer.is_done and viewer.renderer.spp >= 16, "the maps", 120)
+        hand.until(lambda: viewer.is_done and viewer.renderer.spp >= 16, "the maps")
         smooth = picture(viewer)
         settings = replace(settings, background="environment")
         viewer.session.edit(replace(viewer.session.document, scene=replace(scene, render=settings)), "background")
@@ -65,15 +64,15 @@ def compares_split_sum_with_the_truth() -> None:
         assert np.abs(picture(viewer) - smooth)[:60].mean() > 0.01, "the background is another one"
         ours = viewer.renderer.image()
         hand.key("m")
-        hand.until(lambda: viewer.screen.display.compares, "the truth", 60)
-        hand.until(lambda: viewer.wipe._shown >= 64, "samples", 60)
+        hand.until(lambda: viewer.screen.display.compares, "the truth")
+        hand.until(lambda: viewer.wipe._shown >= 64, "samples")
         truth = viewer.wipe.image
         assert truth is not None
         expected = ft.render(viewer.session.shown, truth.shape[1::-1], 64, integrator="path")
         assert truth.mean() == pytest.approx(expected.mean(), rel=0.01)
         assert abs(ours.mean() / truth.mean() - 1) > 0.01
         hand.key("m")
-        hand.until(lambda: viewer.wipe._batches is not None and len(viewer.wipe._batches.means) >= 4, "pictures", 60)
+        hand.until(lambda: viewer.wipe._batches is not None and len(viewer.wipe._batches.means) >= 4, "pictures")
         assert viewer.wipe._batches is not None
         assert viewer.wipe._reference is not None
         values = difference.relative_blocks(viewer.wipe._batches.means, viewer.wipe._reference.means)

@@ -29,8 +29,8 @@ class Hand:
         while self.viewer.screen.frames < end:
             self.viewer.frame()
 
-    def until(self, condition: Callable[[], bool], what: str, seconds: float = 30.0) -> None:
-        """Turn the loop until ``condition`` holds."""
+    def until(self, condition: Callable[[], bool], what: str, seconds: float = 500.0) -> None:
+        """Turn the loop until ``condition`` holds; the end is there to say ``what`` did not come."""
         end = time.monotonic() + seconds
         while not condition():
             assert time.monotonic() < end, f"{what}: not within {seconds} s"
