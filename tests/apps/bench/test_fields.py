@@ -98,7 +98,7 @@ def test_rows_of_shapes_with_the_step_to_the_bvh(monkeypatch: pytest.MonkeyPatch
 def test_rows_of_lights(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(lights, "COUNTS", (10, 100))
     rows = _run(lights.BENCHMARK).rows
-    assert [row["lights"] for row in rows] == [10, 100]
+    assert [(row["kind"], row["lights"]) for row in rows] == [(k, n) for k in ("points", "spheres") for n in (10, 100)]
     assert rows[0]["rays"] == pytest.approx(rows[1]["rays"], rel=0.2)
 
 

@@ -66,11 +66,12 @@ def shape_field(kind: Kind, count: int, render: RenderSettings) -> Field:
     return Field(_scene(render, meshes=(Mesh((Part(geometry, "grey"),)),)), _bounds(*corners.transpose(1, 0, 2)))
 
 
-def light_field(count: int, render: RenderSettings) -> Scene:
-    """``count`` small spherical lights over a plane with nine spheres, of the same area and power together."""
+def light_field(count: int, render: RenderSettings, points: bool = False) -> Scene:
+    """``count`` small spherical lights over a plane with nine spheres, the same area and power together; or points."""
     spheres = tuple(Sphere((x, 0.3, z), 0.3, "grey") for x, _, z in _places(9, 0.0).tolist())
     power = (300.0 / count,) * 3
-    lights = tuple(Light(tuple(place), 0.1 / math.sqrt(count), power=power) for place in _places(count, 2.5).tolist())
+    radius = 0.0 if points else 0.1 / math.sqrt(count)
+    lights = tuple(Light(tuple(place), radius, power=power) for place in _places(count, 2.5).tolist())
     return Scene(_CAMERA, _GREY, spheres=spheres, planes=_FLOOR, lights=lights, render=render, name=f"{count} lights")
 
 

@@ -23,33 +23,36 @@ def table(plan: Plan) -> Table:
         "lights",
         "Time of a sample over the number of lights",
         (
+            Column("kind", "kind"),
             Column("lights", "lights"),
             Column("ns", "ns/sample", "less"),
             Column("rays", "rays/sample"),
             Column("ns_per_ray", "ns/ray", "less"),
             Column("first", "first picture, s"),
         ),
-        keys=("lights",),
-        plots=(Plot("lights", ("ns",), (), "lights", "nanoseconds per sample"),),
+        keys=("kind", "lights"),
+        plots=(Plot("lights", ("ns",), ("kind",), "lights", "nanoseconds per sample"),),
         notes=[
-            f"Small spherical lights over nine matte spheres on a plane, {width}x{height} pixels, {_bounces(plan)} "
-            "bounces, one light sample. All lights together have the same area and power, whatever their number."
+            "Points, or small spheres, which are shapes as well, over nine matte spheres on a plane, "
+            f"{width}x{height} pixels, {_bounces(plan)} bounces, one light sample. All lights together have the same area "
+            "and power, whatever their number."
         ],
     )
 
 
 def run(plan: Plan, result: Table, progress: Progress) -> None:
-    for place, part in steps(progress, [f"{count:,} lights" for count in COUNTS]):
-        result.rows.append(_row(COUNTS[place], plan, part))
+    rows = [(kind, count) for kind in ("points", "spheres") for count in COUNTS]
+    for place, part in steps(progress, [f"{count:,} {kind}" for kind, count in rows]):
+        result.rows.append(_row(*rows[place], plan, part))
 
 
 def _bounces(plan: Plan) -> int:
     return (plan.bounces or (_BOUNCES,))[0]
 
 
-def _row(count: int, plan: Plan, part: Progress) -> Row:
+def _row(kind: str, count: int, plan: Plan, part: Progress) -> Row:
     width, height = plan.size or _SIZE
-    scene = light_field(count, RenderSettings(width=width, height=height, bounces=_bounces(plan)))
+    scene = light_field(count, RenderSettings(width=width, height=height, bounces=_bounces(plan)), kind == "points")
     rays = count_work(scene, 8).rays
     runs = plan.runs or _RUNS
     nanoseconds = []
@@ -57,7 +60,7 @@ def _row(count: int, plan: Plan, part: Progress) -> Row:
         for number in range(runs):
             part(number / runs, "")
             nanoseconds.append(1e9 * seconds_per_sample(ours, plan.seconds or _SECONDS) / (width * height))
-    row: Row = {"lights": count, "ns": median(nanoseconds), "rays": round(rays, 3)}
+    row: Row = {"kind": kind, "lights": count, "ns": median(nanoseconds), "rays": round(rays, 3)}
     return row | {"ns_per_ray": median([n / rays for n in nanoseconds]), "first": round(ours.first_picture, 3)}
 
 
