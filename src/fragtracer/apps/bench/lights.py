@@ -34,8 +34,8 @@ def table(plan: Plan) -> Table:
         plots=(Plot("lights", ("ns",), ("kind",), "lights", "nanoseconds per sample"),),
         notes=[
             "Points, or small spheres, which are shapes as well, over nine matte spheres on a plane, "
-            f"{width}x{height} pixels, {_bounces(plan)} bounces, one light sample. All lights together have the same area "
-            "and power, whatever their number."
+            f"{width}x{height} pixels, {_bounces(plan)} bounces, one light sample. All lights together have the same "
+            "area and power, whatever their number."
         ],
     )
 
