@@ -4,7 +4,7 @@ BIN := .venv/bin
 ARGS :=
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test check lint wheel clean
+.PHONY: help demo test check mutate lint wheel clean
 .NOTPARALLEL:
 
 help: ## print this list
@@ -32,6 +32,10 @@ check: ## what to run while working: style, types, and the tests that catch most
 	@$(MAKE) --no-print-directory lint
 	@scripts/setup gl
 	$(BIN)/pytest -q -n auto --maxprocesses 4 --dist worksteal $(CHECKED)
+
+mutate: ## plant 200 random errors in the shaders and say which of them no test finds (hours); make mutate ARGS="--count 20"
+	@scripts/setup gl atomic llvm glslang
+	$(BIN)/python scripts/mutate.py $(ARGS)
 
 lint: ## check style and types
 	@scripts/setup

@@ -1,0 +1,229 @@
+# SPDX-License-Identifier: MIT
+"""Plants random errors in the shaders, one at a time, and says which of them no test finds.
+
+usage: python scripts/mutate.py [--count 200] [--seed 1] [--jobs N] [--output survivors.md]
+
+The errors: another operator, a factor dropped, a constant 1 % larger, another sign, min for max, a whole number one
+larger. Each is planted in a copy of the checkout, where the tests of its folder run first and then those of the whole
+picture, up to the first that fails. A program that glslangValidator rejects is no error that anyone would miss, and
+another is drawn for it. The same seed draws the same errors from the same shaders.
+
+A survivor is either an error for which a test is missing, or one that changes nothing: read it, and write the test.
+"""
+
+import argparse
+import os
+import random
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from queue import Queue
+
+from fragtracer.shader_composer import compose
+
+CHECKOUT = Path(__file__).resolve().parents[1]
+COPIED = ("src", "shaders", "scenes", "tests", "pyproject.toml")
+
+# The tests of what a folder of shaders holds, the quickest first.
+OWN = {
+    "bsdf": ("shaders/test_fresnel.py", "shaders/test_ggx.py", "shaders/test_bsdf_values.py", "test_textured.py",
+             "shaders/test_bsdf_sample.py"),
+    "camera": ("shaders/test_camera.py",),
+    "core": ("shaders/test_math.py", "shaders/test_hash.py", "shaders/test_warp.py", "test_cube_maps.py"),
+    "display": ("apps/viewer/test_display.py",),
+    "film": ("shaders/test_film.py", "shaders/test_pixel_filter.py"),
+    "integrator": ("test_furnace.py", "test_direct_light.py", "test_split_sum.py", "test_environment_light.py"),
+    "light": ("shaders/test_sphere_light.py", "shaders/test_environment.py", "shaders/test_mesh_light.py",
+              "shaders/test_light.py", "test_split_sum.py"),
+    "material": ("shaders/test_material.py", "test_textured.py"),
+    "sampler": ("shaders/test_sampler.py", "test_convergence.py"),
+    "scene": ("shaders/test_scene_layout.py", "shaders/test_material.py", "shaders/test_texture.py",
+              "shaders/test_mesh.py", "shaders/test_light.py"),
+    "shape": ("shaders/test_shapes.py", "shaders/test_intersect.py", "shaders/test_mesh.py"),
+    "split_sum": ("test_cube_maps.py",),
+    "texture": ("shaders/test_texture.py", "test_cube_maps.py"),
+}  # fmt: skip
+# Then those of the whole picture.
+ALL = ("test_furnace.py", "test_direct_light.py", "test_estimators.py", "test_textured.py", "test_robustness.py",
+       "test_same_picture.py", "test_split_sum.py", "shaders", "studio.py::comparison_with_mitsuba")  # fmt: skip
+
+_NUMBER = r"(?<![\w.])(?:\d+\.\d*(?:e-?\d+)?|\d*\.\d+(?:e-?\d+)?)(?![\w.])"
+_OPERAND = r"(?:\w+(?:\.\w+)?(?:\([^()]*\))?)"
+_OTHER_OPERATOR = {"+": "-", "-": "+", "*": "/", "/": "*", "<": "<=", "<=": "<", ">": ">=", ">=": ">"}
+_OTHER_OPERATOR |= {"&&": "||", "||": "&&", "==": "!=", "!=": "=="}
+# Of each kind of error: what it replaces, and by what.
+KINDS: dict[str, tuple[str, Callable[[str], str]]] = {
+    "operator": (r"(?<= )(?:[-+*/<>]|<=|>=|&&|\|\||==|!=)(?= )", _OTHER_OPERATOR.__getitem__),
+    "factor dropped": (rf" \* {_OPERAND}(?=[;,) ])", lambda text: ""),
+    "constant 1 % larger": (_NUMBER, lambda text: f"{1.01 * float(text):.9g}" if float(text) else "0.01"),
+    "sign": (
+        rf"(?<=[(=,?:] )-(?={_OPERAND})|(?<=\()-(?={_OPERAND})|(?<=return )(?=\w)",
+        lambda text: "" if text else "-",
+    ),
+    "min for max": (r"\b(?:min|max)(?=\()", lambda text: "max" if text == "min" else "min"),
+    "off by one": (r"(?<![\w.])(?<!e-)\d+(?=u?(?![\w.]))", lambda text: str(int(text) + 1)),
+}
+
+
+@dataclass(frozen=True)
+class Error:
+    """One place in a file, and what is planted there."""
+
+    file: str
+    line: int
+    kind: str
+    before: str
+    after: str
+
+    def plant(self, shaders: Path) -> None:
+        path = shaders / self.file
+        lines = path.read_text("utf-8").splitlines(keepends=True)
+        assert lines[self.line - 1].rstrip("\n") == self.before
+        lines[self.line - 1] = self.after + "\n"
+        path.write_text("".join(lines), "utf-8")
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line}, {self.kind}\n    - {self.before.strip()}\n    + {self.after.strip()}"
+
+
+def errors_of(file: str, text: str) -> Iterator[Error]:
+    """All that may be planted in a file, from its first line to its last."""
+    for number, line in enumerate(text.splitlines(), 1):
+        code = line.split("//")[0]
+        if not code.strip() or re.match(r"\s*(#|uniform\b|layout\b|out\b|in\b)", code):
+            continue
+        for kind, (pattern, other) in KINDS.items():
+            for match in re.finditer(pattern, code):
+                changed = line[: match.start()] + other(match[0]) + line[match.end() :]
+                yield Error(file, number, kind, line, changed)
+
+
+def drawn(seed: int) -> Iterator[Error]:
+    """Errors without end: a file, a kind of error and a place in it, all by chance; none comes twice."""
+    rng = random.Random(seed)
+    shaders = CHECKOUT / "shaders"
+    paths = sorted(path for suffix in ("glsl", "frag") for path in shaders.rglob(f"*.{suffix}"))
+    places: dict[str, dict[str, list[Error]]] = {}
+    for path in paths:
+        name = path.relative_to(shaders).as_posix()
+        for error in errors_of(name, path.read_text("utf-8")):
+            places.setdefault(name, {}).setdefault(error.kind, []).append(error)
+    while places:
+        name = rng.choice(sorted(places))
+        kind = rng.choice(sorted(places[name]))
+        errors = places[name][kind]
+        yield errors.pop(rng.randrange(len(errors)))
+        if not errors:
+            del places[name][kind]
+        if not places[name]:
+            del places[name]
+
+
+class Copy:
+    """A checkout of its own, in which errors come and go."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        for name in COPIED:
+            source = CHECKOUT / name
+            if source.is_dir():
+                shutil.copytree(source, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
+            else:
+                shutil.copy(source, folder / name)
+        self._environment = os.environ | {"PYTHONPATH": str(folder / "src")}
+
+    def fate(self, error: Error) -> str:
+        """The test that finds an error; "invalid" where no program with it compiles, "" where none finds it."""
+        shaders = self._folder / "shaders"
+        original = (shaders / error.file).read_text("utf-8")
+        error.plant(shaders)
+        self._environment["FRAGTRACER_CACHE"] = tempfile.mkdtemp(dir=self._folder)
+        try:
+            if not is_valid(shaders, error.file):
+                return "invalid"
+            own = OWN.get(error.file.split("/")[0], ()) if "/" in error.file else ()
+            return self._failure(own) or self._failure([name for name in ALL if name not in own])
+        finally:
+            (shaders / error.file).write_text(original, "utf-8")
+
+    def _failure(self, tests: Sequence[str]) -> str:
+        """The first of the tests that fails, "" where there is none."""
+        if not tests:
+            return ""
+        command = [sys.executable, "-m", "pytest", "-x", "-q", "-n", "0", "-p", "no:cacheprovider", "--tb=no"]
+        command += ["-o", "python_functions=test comparison_with_mitsuba", *(f"tests/{test}" for test in tests)]
+        done = subprocess.run(
+            command, cwd=self._folder, env=self._environment, capture_output=True, text=True, check=False
+        )
+        if done.returncode == 0:
+            return ""
+        found = re.search(r"^(?:FAILED|ERROR) (\S+)", done.stdout, re.MULTILINE)
+        return found[1] if found else done.stdout.strip()[-200:] or done.stderr.strip()[-200:]
+
+
+def is_valid(shaders: Path, file: str) -> bool:
+    """Whether a program of a file compiles, with the defaults and with all that can be switched on."""
+    name = file if file.endswith(".frag") else "main.frag"
+    main = f'#include "{file}"\nlayout(location = 0) out vec4 color;\nvoid main() {{ color = vec4(0.0); }}'
+    composed = [compose(name, {}, shaders, {"main.frag": main})]
+    flags = {key: 1 for key, value in composed[0].features.items() if value in ("0", "1")}
+    composed.append(compose(name, flags, shaders, {"main.frag": main}))
+    with tempfile.TemporaryDirectory() as folder:
+        paths = [Path(folder) / f"{number}.frag" for number in range(len(composed))]
+        for path, source in zip(paths, composed, strict=True):
+            path.write_text(source.text, "utf-8")
+        return subprocess.run(["glslangValidator", *paths], capture_output=True, check=False).returncode == 0
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
+    parser.add_argument("--count", type=int, default=200, help="errors that compile")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--output", type=Path, help="a file for the survivors")
+    options = parser.parse_args()
+    errors = drawn(options.seed)
+    fates: list[tuple[Error, str]] = []
+    with tempfile.TemporaryDirectory(prefix="fragtracer-mutate-") as folder:
+        copies: Queue[Copy] = Queue()
+        for number in range(options.jobs):
+            copies.put(Copy(Path(folder) / str(number)))
+
+        def judged(error: Error) -> tuple[Error, str]:
+            copy = copies.get()
+            try:
+                return error, copy.fate(error)
+            finally:
+                copies.put(copy)
+
+        with ThreadPoolExecutor(options.jobs) as pool:
+            while len(fates) < options.count:
+                some = [error for error, _ in zip(errors, range(options.count - len(fates)), strict=False)]
+                for error, fate in pool.map(judged, some):
+                    print(f"{fate or 'SURVIVES':60}  {error}", flush=True)
+                    if fate != "invalid":
+                        fates.append((error, fate))
+    report = "\n".join(summary(fates, options.seed))
+    print(report)
+    if options.output:
+        options.output.write_text(report + "\n", "utf-8")
+
+
+def summary(fates: Sequence[tuple[Error, str]], seed: int) -> Iterator[str]:
+    """How many survive, of each kind, and which."""
+    survivors = [error for error, fate in fates if not fate]
+    yield f"{len(survivors)} of {len(fates)} errors survive ({100 * len(survivors) / len(fates):.1f} %), seed {seed}."
+    planted, left = (Counter(error.kind for error in errors) for errors in ([e for e, _ in fates], survivors))
+    yield from (f"{kind}: {left[kind]} of {planted[kind]}" for kind in KINDS)
+    yield from map(str, survivors)
+
+
+if __name__ == "__main__":
+    main()
