@@ -134,6 +134,20 @@ class Mutation:
 
 MUTATIONS = [
     Mutation(
+        "one triangle in ten thousand missed",
+        "shape/bvh.glsl",
+        "if (distance < hit.distance && record != ignored",
+        "if (distance < hit.distance && record % 10007 != 5003 && record != ignored",
+        Check(test_mesh.test_no_triangle_is_missed, part=test_mesh.KNOT, placements=test_mesh.CROWD[:1]),
+    ),
+    Mutation(
+        "survival wrong by half a percent at one vertex",
+        "integrator/path.glsl",
+        "        path.throughput /= survival;",
+        "        path.throughput /= path.depth == 2 ? 1.005 * survival : survival;",
+        Check(test_furnace.test_roulette_keeps_the_mean_at_every_vertex, bounces=4),
+    ),
+    Mutation(
         "cosine forgotten",
         "bsdf/cook_torrance.glsl",
         "b.diffuse * (wi.z * INVERSE_PI)",

@@ -91,6 +91,26 @@ def rays(scene: Scene, scale: float, shift: float, count: int) -> tuple[Floats, 
     return start + np.array((shift, 0.0, 0.0)), direction
 
 
+def assert_none_is_missed(ctx: moderngl.Context, kind: str, scene: Scene, places: dict[str, Floats]) -> None:
+    """A short ray to every shape from just outside of it meets the shape, or something before it."""
+    packed = pack(scene, scene.render, 8, 8)
+    height = 0.05 * places["radius"]
+    if kind == "spheres":
+        normal = np.random.default_rng(4).normal(size=places["a"].shape)
+        target = places["a"]
+    else:
+        normal = np.cross(places["u"], places["v"])
+        target = places["a"] + 0.3 * (places["u"] + places["v"])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    start = target + (height + (places["radius"] if kind == "spheres" else 0.0)) * normal - packed.origin
+    body = "t = scene_intersect(Ray(o, d), INFINITE_DISTANCE, NO_PRIMITIVE, false).distance;"
+    inputs = {"o": start.astype(np.float32), "d": -normal.astype(np.float32)}
+    found = scene_probe(ctx, packed, ["shape/intersect.glsl"], body, inputs, {"t": 1})["t"]
+    excess = found / height[:, 0] - 1
+    assert excess.max() < 0.05, np.flatnonzero(excess >= 0.05)
+    assert (excess > -0.05).mean() > 0.5  # most are met themselves
+
+
 def assert_closest_hits(
     ctx: moderngl.Context, kind: str, count: int, scale: float = 1.0, shift: float = 0.0, ray_count: int = 400
 ) -> Scene:
@@ -111,12 +131,14 @@ def assert_closest_hits(
     found = np.where(found > 1e29, np.inf, found)
     # Edges grow by a millionth of the scene; a slanted shape is met so much the nearer.
     np.testing.assert_allclose(found[~unclear], expected[~unclear], rtol=2e-4, atol=2e-5 * scale)
+    if count >= 100_000:
+        assert_none_is_missed(ctx, kind, scene, places)
     return scene
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_hundred_thousand_shapes(ctx: moderngl.Context, kind: str) -> None:
-    """They render, and rays meet what float64 says that they meet first of all."""
+    """They render, rays meet what float64 says that they meet first of all, and not one of them is missed."""
     scene = assert_closest_hits(ctx, kind, 100_000, ray_count=200)
     with Renderer(scene, (8, 8), context=ctx, bounces=1) as renderer:
         renderer.sample(2)

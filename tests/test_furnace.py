@@ -76,6 +76,15 @@ def test_furnace_after_few_bounces(ctx, bounces, estimator):
     assert_mean(image, after_bounces(ALBEDOS[0], bounces), 0.03 if estimator == "nee" else 0.0005)
 
 
+@pytest.mark.parametrize("bounces", [1, 2, 3, 4, 6])
+def test_roulette_keeps_the_mean_at_every_vertex(ctx, bounces):
+    """Of paths cut off after each number of bounces, resolved to 0.1 %: what the roulette does at one vertex shows in
+    the next."""
+    albedo = (0.9, 0.93, 0.96)
+    image = rendered(ctx, furnace(albedo), 1024, (128, 96), bounces=bounces, estimator="bsdf", russian_roulette_depth=1)
+    assert_mean(image, after_bounces(albedo, bounces), 0.001)
+
+
 @pytest.mark.parametrize("most_listed", [0, 64], ids=["bvh", "list"])
 @pytest.mark.parametrize("kind", ["rectangles", "triangles", "disks"])
 @pytest.mark.parametrize("bounces", [0, 1, 4, 50])

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from mesh_shapes import Arrays, ball, field, geometry, mesh_scene, smooth, soup
 
+from fragtracer.apps.bench import meshes as bench_meshes
 from fragtracer.packing import PackedScene, hierarchy, instances, pack
 from fragtracer.scene import Geometry, Material, Mesh, Part, Placement, Plane, Scene, Sphere
 
@@ -349,6 +350,46 @@ def test_surface(ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch, most_re
         assert (found["tangent"][:, 3] == (-1 if np.linalg.det(linear) > 0 else 1)).all()
         np.testing.assert_allclose(found["uvs"], np.column_stack([mixed(g.uvs), mixed(g.uvs_1)]), atol=2e-4)
         np.testing.assert_allclose(found["color"], mixed(g.colors), atol=2e-4)
+
+
+KNOT = bench_meshes.knot(70_000)
+CROWD = (
+    Placement(),
+    Placement((2.5, 0.3, 0.0), (20.0, 40.0, 60.0), (0.7, 1.2, -0.5)),  # mirrored
+    Placement((-2.5, 0.0, 1.0), (0.0, 90.0, 10.0), (0.01, 0.01, 0.01)),
+)
+
+
+@pytest.mark.parametrize(
+    ("part", "placements"), [(KNOT, CROWD[:1]), (geometry(ball()), CROWD)], ids=["70k triangles", "instances"]
+)
+def test_no_triangle_is_missed(
+    ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch, part: Geometry, placements: tuple[Placement, ...]
+) -> None:
+    """A short ray to every triangle, from just outside of it, meets the triangle or something before it."""
+    scene = mesh_scene(meshes=(Mesh((Part(part, "mesh"),), placements),))
+    monkeypatch.setattr(instances, "MOST_REPEATED", 0)
+    hierarchy.pack_bvh.cache_clear()
+    packed = pack(scene, scene.render, 64, 64)
+    hierarchy.pack_bvh.cache_clear()
+    assert packed.features["HAS_INSTANCES"] == (len(placements) > 1)
+    corners = np.concatenate(
+        [
+            (part.geometry.positions[part.geometry.triangles] @ matrix[:3, :3].T + matrix[:3, 3])
+            for mesh in scene.meshes
+            for matrix, part in mesh.placed()
+        ]
+    )
+    sides = corners[:, 1:] - corners[:, :1]
+    size = np.linalg.norm(sides, axis=2).max(axis=1, keepdims=True)
+    normal = unit(np.cross(sides[:, 0], sides[:, 1]))
+    height = np.maximum(0.05 * size, 2e-4 * size.max())
+    start = corners.mean(axis=1) + height * normal - packed.origin
+    t, k = trace(ctx, packed, start.astype(np.float32), -normal.astype(np.float32))
+    assert (k >= 0).all()
+    excess = t / height[:, 0] - 1
+    assert excess.max() < 0.05, np.flatnonzero(excess >= 0.05)
+    assert (excess > -0.05).mean() > 0.9
 
 
 def unit(vectors: np.ndarray) -> np.ndarray:
