@@ -68,11 +68,11 @@ Of meshes, intersection, light sampling and texture filtering are Mitsuba's own.
 unlit materials follow our own rules, which a Mitsuba plugin (`reference/plugins/surface.py`) implements a second time.
 `tests/test_reference_meshes.py` compares each of them on its own.
 
-Mitsuba is not the only evidence. The parts of the shader library are tested alone (`tests/shaders/`), `integrator/` and `display/` by pictures; there
-are
-closed forms (`tests/test_furnace.py`, `tests/test_direct_light.py`) and a test that the error converges to 65,536
-samples per pixel without a floor (`tests/test_convergence.py`). The tests are tested too: `tests/test_mutations.py`
-plants each of the errors of `tests/mutations.py`, one at a time, and requires that each is found.
+Mitsuba is not the only evidence. The parts of the shader library are tested alone (`tests/shaders/`), `integrator/`
+and `display/` by pictures; there are closed forms (`tests/test_furnace.py`, `tests/test_direct_light.py`) and a test
+that the error converges to 65,536 samples per pixel without a floor (`tests/test_convergence.py`). The tests are
+tested too: `tests/test_mutations.py` plants each of the errors of `tests/mutations.py`, one at a time, and requires
+that each is found.
 
 Written by `python scripts/correctness.py` on {date} with fragtracer {fragtracer},
 Mitsuba {mitsuba} ({variant}) and {renderer}.
