@@ -162,7 +162,7 @@ def test_a_planted_error_of_the_sun_is_found(ctx, monkeypatch, tmp_path, name):
 def test_white_sphere_vanishes_in_an_even_light(ctx, estimator):
     """The furnace: a convex surface of albedo a under radiance 1 has the radiance a."""
     materials = {"white": lambert((1.0, 0.6, 0.3))}
-    scene = Scene(stare((0.0, 0.0, 0.0), (0.0, 0.5, 6.0)), materials, [Sphere((0.0, 0.0, 0.0), 1.0, "white")])
+    scene = Scene(stare((0.0, 0.0, 0.0), (0.0, 0.5, 6.0)), materials, spheres=[Sphere((0.0, 0.0, 0.0), 1.0, "white")])
     image = rendered(ctx, replace(scene, environment=Environment(radiance=1.0)), 1024, estimator=estimator)
     assert_mean(image, (1.0, 0.6, 0.3), 0.02, 2e-4)
 

@@ -113,7 +113,7 @@ def test_levels_hold_more_and_more() -> None:
 def test_equal_scenes_share_a_program_and_others_do_not() -> None:
     """By values, not by identity: an edit that is taken back finds its program again."""
     ball = Sphere((0.0, 0.0, 0.0), 1.0, "ball")
-    scene = Scene(Camera(), {"ball": lambert(0.5)}, [ball], lights=[Light((0.0, 3.0, 0.0), power=1.0)])
+    scene = Scene(Camera(), {"ball": lambert(0.5)}, spheres=[ball], lights=[Light((0.0, 3.0, 0.0), power=1.0)])
     edits = {
         "again": scene,
         "place": replace(scene, spheres=[replace(ball, center=(0.1, 0.0, 0.0))]),

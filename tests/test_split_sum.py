@@ -92,7 +92,7 @@ def test_diffuse_sphere_is_the_integral(
 def test_mirror_is_the_path_traced_one(ctx: moderngl.Context) -> None:
     mirror = {"mirror": Material(albedo=(1.0, 0.8, 0.5), metallic=1.0, roughness=0.0)}
     camera = Camera((0.0, 0.0, 4.0), (0.0, 0.0, 0.0), fov_degrees=40.0)
-    scene = Scene(camera, mirror, (Sphere((0.0, 0.0, 0.0), 1.0, "mirror"),), environment=PICTURE)
+    scene = Scene(camera, mirror, spheres=(Sphere((0.0, 0.0, 0.0), 1.0, "mirror"),), environment=PICTURE)
     ours = rendered(ctx, scene, 32, (48, 48), integrator="split-sum")
     truth = rendered(ctx, scene, 32, (48, 48))
     error = np.abs(ours / truth - 1)

@@ -71,7 +71,7 @@ def test_it_passes_here_and_writes_a_report(tmp_path):
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     *lines, summary = done.stdout.splitlines()
-    findings = [line for line in lines if line.startswith("passed ")]
+    findings = [line for line in lines if line.startswith("passed")]
     assert summary == f"{len(findings)} passed, 0 failed"
     assert {line.split()[1] for line in findings} == set(CHECKS)
     assert f"all {len(findings)} checks passed" in (tmp_path / "r.html").read_text("utf-8")

@@ -135,7 +135,7 @@ def answers_while_a_sky_is_made() -> None:
             for step in range(10):
                 environment = viewer.session.document.scene.environment
                 assert environment is not None
-                sky = replace(environment.sky, sun_elevation_degrees=20.25 + 0.5 * step + (integrator == "path"))
+                sky = replace(environment.sky, sun_elevation_degrees=10.0 + 0.5 * step + 20 * (integrator == "path"))
                 set_scene(viewer, environment=replace(environment, sky=sky))
                 hand.frames(2)
                 assert viewer.figures.state == "preparing"
