@@ -73,8 +73,9 @@ unlit materials follow our own rules, which a Mitsuba plugin (`reference/plugins
 Mitsuba is not the only evidence. The parts of the shader library are tested alone (`tests/shaders/`), `integrator/`
 and `display/` by pictures; there are closed forms (`tests/test_furnace.py`, `tests/test_direct_light.py`) and a test
 that the error converges to 65,536 samples per pixel without a floor (`tests/test_convergence.py`). The tests are
-tested too: `tests/test_mutations.py` plants each of the errors of `tests/mutations.py`, one at a time, and requires
-that each is found.
+tested too: `tests/test_mutations.py` plants each of the errors of `tests/mutations.py`, one at a time, at least one in
+every file of GLSL, and requires that the test which it names passes without it and fails with it; `make mutate` plants
+random errors and lists those that no test finds.
 
 Written by `python scripts/correctness.py` on {date} with fragtracer {fragtracer},
 Mitsuba {mitsuba} ({variant}) and {renderer}.
