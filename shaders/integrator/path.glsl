@@ -74,10 +74,11 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
 
         // Direct light.
         Vertex vertex = vertex_at(surface, material, path.ray.direction, hash_uint(~path.seed + uint(path.depth)));
+        vertex_guide(vertex, path.depth + 1 < u_bounces);
         if (scatters) path.radiance += path.throughput * direct_light(vertex, path.depth, pixel, index, u.zw);
 
         // The next direction, drawn from the BSDF. Where there is none, the path ends at what it meets.
-        BsdfSample scattered = bsdf_sample(vertex.bsdf, vertex.wo, u.xy);
+        BsdfSample scattered = vertex_scatter(vertex, u.xy);
         path.ray = Ray(vertex_origin(vertex, scattered.wi), frame_to_world(vertex.frame, scattered.wi));
         path.throughput *= scattered.weight * vertex_shading_factor(vertex, scattered.wi);
         path.eta_scale *= square(scattered.eta);

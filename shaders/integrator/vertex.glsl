@@ -3,6 +3,7 @@
 #include "bsdf/bsdf.glsl"
 #include "bsdf/shading_normal.glsl"
 #include "core/frame.glsl"
+#include "guiding/guide.glsl"
 #include "material/material.glsl"
 #include "shape/shape.glsl"
 
@@ -14,6 +15,9 @@ struct Vertex {
     vec3 wo;         // local
     Bsdf bsdf;
     uint seed;       // of stochastic alpha, for the rays to lights
+#if HAS_GUIDING
+    Guide guide;     // set by vertex_guide()
+#endif
 };
 
 // Of a surface that a ray has met.
@@ -41,4 +45,29 @@ vec3 vertex_origin(Vertex vertex, vec3 wi) { return wi.z < 0.0 ? vertex.behind :
 // Factor of what is scattered to wi, for the sake of shading normals.
 float vertex_shading_factor(Vertex vertex, vec3 wi) {
     return u_has_shading_normals != 0 ? shadow_terminator(vertex.geometric, wi) : 1.0;
+}
+
+// Makes use of the guiding, if there is any, where `is_guided`.
+void vertex_guide(inout Vertex vertex, bool is_guided) {
+#if HAS_GUIDING
+    vertex.guide = guide_at(vertex.origin, vertex.frame, vertex.wo, vertex.bsdf, is_guided);
+#endif
+}
+
+// The probability of sampling the BSDF.
+float vertex_bsdf_probability(Vertex vertex) {
+#if HAS_GUIDING
+    return 1.0 - vertex.guide.sum;
+#else
+    return 1.0;
+#endif
+}
+
+// The next direction, as bsdf_sample() gives it.
+BsdfSample vertex_scatter(Vertex vertex, vec2 u) {
+#if HAS_GUIDING
+    return guided_sample(vertex.guide, vertex.frame, vertex.bsdf, vertex.wo, u);
+#else
+    return bsdf_sample(vertex.bsdf, vertex.wo, u);
+#endif
 }

@@ -22,6 +22,7 @@ UNITS = {
             *("u_scene", "u_shapes", "u_vertices", "u_mesh_lights"),
             *("u_byte_texels", "u_float_texels", "u_environment", "u_environment_tree"),
             *("u_irradiance_map", "u_prefiltered_map", "u_brdf_map"),
+            "u_guiding",
         )
     )
 }

@@ -35,6 +35,7 @@ def render(
     estimator: Annotated[Literal["mis", "nee", "bsdf"] | None, typer.Option(help="How light is sampled.")] = None,
     sampler: Annotated[Literal["texture", "hash"] | None, typer.Option(help="Source of random numbers.")] = None,
     pixel_filter: Annotated[Literal["box", "tent", "gaussian"] | None, typer.Option()] = None,
+    guiding: options.Guiding = None,
     environment: options.EnvironmentFile = None,
     environment_rotation: options.EnvironmentRotation = None,
     environment_strength: options.EnvironmentStrength = None,
@@ -66,6 +67,7 @@ def render(
         "estimator": estimator,
         "sampler": sampler,
         "pixel_filter": pixel_filter,
+        "guiding": guiding,
         "integrator": integrator,
     }
     loaded = load(scene, light_models=environment in (None, "none"))
