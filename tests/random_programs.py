@@ -70,9 +70,9 @@ CHOICES = {
     "background": ["environment", "environment", "prefiltered", "irradiance", "black"],
 }
 # What no scene asks for, but the viewer and the study of the split-sum approximation do; of every program a part.
-GUIDING: dict[str, list[Any]] = {"HAS_GUIDING": [0, 1], "GUIDING_PRODUCT": [0, 1]}
+GUIDING: dict[str, list[Any]] = {"HAS_GUIDING": [0, 1]}
 PROGRAMS: dict[str, dict[str, list[Any]]] = {
-    "pathtracer.frag": GUIDING,
+    "pathtracer.frag": {**GUIDING, "GUIDING_MEASURE": [0, 1]},
     "photons.frag": GUIDING,
     "split_sum.frag": {
         **GUIDING,

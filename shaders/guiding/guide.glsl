@@ -5,9 +5,6 @@
 #include "bsdf/bsdf.glsl"
 #include "guiding/lobes.glsl"
 
-#ifndef GUIDING_PRODUCT
-#define GUIDING_PRODUCT 1  // lobes are chosen by the BSDF as well
-#endif
 #if HAS_GUIDING
 
 const float GUIDING_MOST = 0.5;   // probability of a lobe: what the BSDF alone finds needs samples as well
@@ -19,28 +16,18 @@ struct Guide {
     float sum;                         // of them; what is left is the probability of the BSDF
 };
 
-// `is_guided` is false where no light can come of it. A lobe is chosen in proportion to the light that arrives by it and
-// to the BSDF for its direction.
-Guide guide_at(vec3 position, Frame frame, vec3 wo, Bsdf bsdf, bool is_guided) {
+// The lobes count by the light that arrives by them, on the side of the surface where it is scattered, and as far as the
+// surface is matte: a narrow lobe of its own is sampled better by the BSDF. Where not `is_guided`, none does.
+Guide guide_at(vec3 position, Frame frame, Bsdf bsdf, bool is_guided) {
     Guide guide;
     int first = guiding_cell(position);
-    float sum = 0.0;
     float matte = luminance(bsdf.diffuse);
-    matte /= matte + luminance(bsdf.f0) + 1e-3;
+    matte = is_guided && matte > 0.0 ? matte / (matte + luminance(bsdf.f0)) : 0.0;
+    float sum = 0.0;
     for (int i = 0; i < GUIDING_LOBES; i++) {
-        Lobe lobe = lobe_load(first + i, position);
-        vec3 wi = frame_to_local(frame, lobe.direction);
-        float weight = 0.0;
-#if GUIDING_PRODUCT
-        Bsdf wide = bsdf;
-        wide.alpha = min(1.0, sqrt(square(bsdf.alpha) + 0.25 * square(lobe.alpha)));
-        weight = lobe.ratio * PI * luminance(bsdf_eval(wide, wo, wi)) / max(abs(wi.z), 0.1);
-        weight /= luminance(bsdf.diffuse + bsdf.f0) + 1e-3;
-#else
-        weight = wi.z > -lobe.alpha ? lobe.ratio * matte : 0.0;
-#endif
-        guide.lobes[i] = lobe;
-        guide.probability[i] = is_guided ? weight : 0.0;
+        guide.lobes[i] = lobe_load(first + i, position);
+        bool is_met = dot(frame.normal, guide.lobes[i].direction) > -guide.lobes[i].alpha;
+        guide.probability[i] = is_met ? guide.lobes[i].ratio * matte : 0.0;
         sum += guide.probability[i];
     }
     guide.sum = min(GUIDING_MOST, sum / (sum + 1.0));
@@ -85,6 +72,8 @@ BsdfSample guided_sample(Guide guide, Frame frame, Bsdf bsdf, vec3 wo, vec2 u) {
     float mixture = pdf + guide_pdf(guide, frame_to_world(frame, s.wi));
     s.weight = is_delta ? s.weight / (1.0 - guide.sum) : eval_pdf.rgb / max(mixture, 1e-30);
     s.pdf = is_delta ? s.pdf : pdf;
+    s.event = is_guided ? (s.wi.z < 0.0 ? EVENT_TRANSMISSION : EVENT_REFLECTION) : s.event;
+    s.eta = is_guided ? 1.0 : s.eta;
     return s;
 }
 

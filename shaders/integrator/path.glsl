@@ -11,6 +11,10 @@
 #include "integrator/vertex.glsl"
 #include "sampler/sampler.glsl"
 
+#ifndef GUIDING_MEASURE
+#define GUIDING_MEASURE 0  // what it adds are moments in place of radiance: of a sample, and of one without guiding
+#endif
+
 uniform int u_bounces;
 uniform int u_russian_roulette_vertex;  // the first vertex at which a path may be ended early
 
@@ -24,12 +28,35 @@ struct Path {
     bool certain;     // the ray could only have come this way: from the camera or a delta lobe
     float rr_sample;  // uniform number that decides whether the path survives its next vertex
     uint seed;        // of stochastic alpha, another for each path
+#if GUIDING_MEASURE
+    float odds;             // density of the path so far over that without guiding
+    float unguided;         // luminance that it would have found without guiding
+    float unguided_moment;  // and the square of that, times how much more often it would have been drawn
+#endif
 };
 
 Path path_begin(ivec2 pixel, vec4 u) {
     Ray ray = camera_ray(pixel, u);
-    return Path(ray, vec3(1.0), 1.0, vec3(0.0), 0, 0.0, true, 0.0, hash_pcg4d(floatBitsToUint(u)).x);
+    return Path(ray, vec3(1.0), 1.0, vec3(0.0), 0, 0.0, true, 0.0, hash_pcg4d(floatBitsToUint(u)).x
+#if GUIDING_MEASURE
+        , 1.0, 0.0, 0.0
+#endif
+    );
 }
+
+#if GUIDING_MEASURE
+// What a path would have had as its second moment without guiding, from those that guiding has drawn: a part c of its
+// radiance found with odds r counts c r there, and the path comes up 1 / r times as often.
+void path_measure(inout Path path, float found) {
+    path.unguided_moment += found * (found * path.odds + 2.0 * path.unguided);
+    path.unguided += found * path.odds;
+}
+
+vec3 path_moments(Path path) {
+    float found = luminance(path.radiance);
+    return vec3(found, found * found, path.unguided_moment);
+}
+#endif
 
 // Adds `count` samples of the pixel to its film.
 void path_trace(inout Film film, ivec2 pixel, int count) {
@@ -41,6 +68,9 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
     // surface, vertex and next direction of every lane, those whose path ends too, which do not use them: their branch
     // would be run all the same, and every assignment in it be masked.
     do {
+#if GUIDING_MEASURE
+        float known = luminance(path.radiance);
+#endif
         // The next surface along the ray.
         Hit hit = closest_hit(path.ray, hash_uint(path.seed + uint(path.depth)));
         bool is_hit = hit.primitive != NO_PRIMITIVE;
@@ -65,7 +95,12 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
 
         // A path that has ended is a sample.
         if (!scatters) {
+#if GUIDING_MEASURE
+            path_measure(path, luminance(path.radiance) - known);
+            film_add(film, path_moments(path));
+#else
             film_add(film, path.radiance);
+#endif
             index++;
         }
 
@@ -77,8 +112,15 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
         vertex_guide(vertex, path.depth + 1 < u_bounces);
         if (scatters) path.radiance += path.throughput * direct_light(vertex, path.depth, pixel, index, u.zw);
 
-        // The next direction, drawn from the BSDF. Where there is none, the path ends at what it meets.
+#if GUIDING_MEASURE
+        path_measure(path, luminance(path.radiance) - known);
+#endif
+
+        // The next direction, drawn from the BSDF, or by the guiding. Where there is none, the path ends at what it meets.
         BsdfSample scattered = vertex_scatter(vertex, u.xy);
+#if GUIDING_MEASURE
+        path.odds *= vertex_odds(vertex, scattered);
+#endif
         path.ray = Ray(vertex_origin(vertex, scattered.wi), frame_to_world(vertex.frame, scattered.wi));
         path.throughput *= scattered.weight * vertex_shading_factor(vertex, scattered.wi);
         path.eta_scale *= square(scattered.eta);

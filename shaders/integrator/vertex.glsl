@@ -50,7 +50,7 @@ float vertex_shading_factor(Vertex vertex, vec3 wi) {
 // Makes use of the guiding, if there is any, where `is_guided`.
 void vertex_guide(inout Vertex vertex, bool is_guided) {
 #if HAS_GUIDING
-    vertex.guide = guide_at(vertex.origin, vertex.frame, vertex.wo, vertex.bsdf, is_guided);
+    vertex.guide = guide_at(vertex.origin, vertex.frame, vertex.bsdf, is_guided);
 #endif
 }
 
@@ -58,6 +58,16 @@ void vertex_guide(inout Vertex vertex, bool is_guided) {
 float vertex_bsdf_probability(Vertex vertex) {
 #if HAS_GUIDING
     return 1.0 - vertex.guide.sum;
+#else
+    return 1.0;
+#endif
+}
+
+// The density of a direction that vertex_scatter() gave over that of the BSDF alone.
+float vertex_odds(Vertex vertex, BsdfSample s) {
+#if HAS_GUIDING
+    if (bsdf_is_delta(s) || s.pdf <= 0.0) return 1.0 - vertex.guide.sum;
+    return (1.0 - vertex.guide.sum) * (1.0 + guide_pdf(vertex.guide, frame_to_world(vertex.frame, s.wi)) / s.pdf);
 #else
     return 1.0;
 #endif

@@ -7,14 +7,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fragtracer.cache import cached
 from fragtracer.guiding.lobes import LOBES, Lobes, fit
-from fragtracer.guiding.photons import PhotonTracer
+from fragtracer.guiding.photons import Photons, PhotonTracer
 from fragtracer.guiding.targets import targets_of
 from fragtracer.packing import PackedScene, pack
 from fragtracer.scene import Camera, RenderSettings, Scene
+from fragtracer.scene.content import content_digest
 
 Floats = NDArray[np.float64]
 
+VERSION = 1  # of what photons and their lobes are, for the files kept on disk
 _PILOT = 2**15  # photons that find out which targets pass light on
 _PHOTONS = 2**19
 _MOST_LISTED = 8  # shapes that every photon is tested against
@@ -22,11 +25,10 @@ _MOST_LISTED = 8  # shapes that every photon is tested against
 
 @dataclass(frozen=True, eq=False)
 class Guide:
-    """Lobes in metres about ``origin`` (3,) of the world, and whether they are weighed by the BSDF."""
+    """Lobes in metres about ``origin`` (3,) of the world."""
 
     lobes: Lobes
     origin: Floats
-    product: bool
 
     def applied(self, packed: PackedScene) -> PackedScene:
         """``packed`` for a program that guides."""
@@ -39,21 +41,35 @@ class Guide:
         return replace(
             packed,
             tables={**packed.tables, "u_guiding": (_texels(lobes, move),)},
-            features={**packed.features, "HAS_GUIDING": 1, "GUIDING_PRODUCT": int(self.product)},
+            features={**packed.features, "HAS_GUIDING": 1},
             uniforms={**packed.uniforms, **uniforms},
         )
 
 
-def learn(ctx: Any, scene: Scene, product: bool = False, photons: int = _PHOTONS) -> Guide | None:
-    """What photons of ``scene`` teach, or None where none are received. It depends on the scene alone, and not on the
-    camera and the settings."""
+def learn(ctx: Any, scene: Scene, photons: int = _PHOTONS) -> Guide | None:
+    """What photons of ``scene`` teach, or None where none are received; from the disk if it was learned before.
+
+    It depends on the scene alone, and not on the camera and the settings.
+    """
     targets = targets_of(scene)
     if not len(targets):
         return None
     packed = _packed(scene, targets)
     if not packed.uniforms["u_light_count"]:
         return None
-    targets = targets - np.append(packed.origin, 0)
+
+    def make() -> dict[str, NDArray[Any]]:
+        found = _photons(ctx, packed, targets - np.append(packed.origin, 0), photons)
+        return {} if found is None else {name: np.asarray(value) for name, value in vars(fit(found)).items()}
+
+    arrays = cached("guiding", f"{VERSION}-{packed_digest(packed)}-{photons}", make)
+    if not arrays:
+        return None
+    return Guide(Lobes(**arrays | {"edge": float(arrays["edge"])}), packed.origin)  # type: ignore[arg-type]
+
+
+def _photons(ctx: Any, packed: PackedScene, targets: Floats, count: int) -> Photons | None:
+    """``count`` photons to ``targets``, more to those that pass on more light; None where nothing is received."""
     tracer = PhotonTracer(ctx, packed)
     try:
         pilot = tracer.trace(targets, np.full(len(targets), -(-_PILOT // len(targets))), 1)
@@ -62,10 +78,19 @@ def learn(ctx: Any, scene: Scene, product: bool = False, photons: int = _PHOTONS
             return None
         share = np.sqrt(power / power.sum())
         share = 0.9 * share / share.sum() + 0.1 / len(targets)
-        found = tracer.trace(targets, np.ceil(photons * share).astype(np.int64), 2)
+        found = tracer.trace(targets, np.ceil(count * share).astype(np.int64), 2)
     finally:
         tracer.release()
-    return Guide(fit(found), packed.origin, product) if len(found) else None
+    return found if len(found) else None
+
+
+def packed_digest(packed: PackedScene) -> str:
+    """Of all that a program reads."""
+    parts: list[NDArray[Any] | str] = [part for table in packed.tables.values() for part in table]
+    values = sorted({**packed.uniforms, **packed.flags}.items())
+    movable = sorted(packed.movable.items())  # the environment's rotation among them
+    texts = (repr([(k, np.asarray(v).tolist()) for k, v in values + movable]), repr(sorted(packed.features.items())))
+    return content_digest(*parts, *texts, repr(packed.origin.tolist()))
 
 
 def _packed(scene: Scene, targets: Floats) -> PackedScene:

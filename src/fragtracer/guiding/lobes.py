@@ -140,7 +140,7 @@ def _points(lobe: Ints, receiver: Floats, source: Floats, direction: Floats, flu
                 normal[:, i, j] = normal[:, j, i] = value
         hold = 3e-2 * sums(weight) + 1e-30
         held = (right + hold[:, None] * mean)[..., None]
-        points = np.linalg.solve(normal + hold[:, None, None] * np.eye(3), held)[..., 0]
+        points = np.asarray(np.linalg.solve(normal + hold[:, None, None] * np.eye(3), held)[..., 0], np.float64)
         off = points - mean
         most = 0.8 * np.linalg.norm(mean - middle, axis=1)
         points = mean + off * np.minimum(1, most / np.maximum(np.linalg.norm(off, axis=1), 1e-30))[:, None]
