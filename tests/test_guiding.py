@@ -97,8 +97,9 @@ def test_same_seed_same_bits(ctx: Any) -> None:
     np.testing.assert_array_equal(*images)
 
 
-def test_guiding_pays_for_caustics(ctx: Any) -> None:
+def test_guiding_pays_for_caustics(ctx: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """The measurement says so, and the picture too: half of the variance at least."""
+    monkeypatch.setattr("fragtracer.guiding.decision.cached", lambda kind, key, make: make())
     scene, settings = load("three-spheres"), {"size": (64, 36), "seeds": range(8), "spp": 256}
     with Renderer(scene, (64, 36), context=ctx) as renderer:
         assert renderer.metadata()["guiding_decision"].startswith("on: the variance falls by")

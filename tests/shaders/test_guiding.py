@@ -23,9 +23,11 @@ ALBEDO = 0.6
 
 
 def places_in(guide: Guide, count: int) -> Floats:
-    """Points (count, 3) in cells that have lobes, about the guide's origin."""
+    """Points (count, 3) in cells that have lobes, every other one in a fine cell, about the guide's origin."""
     rng, lobes = np.random.default_rng(2), guide.lobes
+    fine = np.flatnonzero(lobes.edges == lobes.edges.max())
     coarse = rng.choice(np.flatnonzero(lobes.ratios.any(axis=1)[lobes.first]), count)
+    coarse[::2] = rng.choice(fine, len(coarse[::2]))
     index = np.stack(np.unravel_index(coarse, lobes.size[::-1])[::-1], axis=1)
     return lobes.low + (index + rng.uniform(0.01, 0.99, (count, 3))) * lobes.edge
 
