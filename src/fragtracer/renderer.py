@@ -17,7 +17,7 @@ from fragtracer.gpu.context import create_context, describe, is_software
 from fragtracer.gpu.film import Film, standard_error
 from fragtracer.gpu.specialise import MOST_LISTED, Level
 from fragtracer.gpu.tracer import Tracer, TracerProgram
-from fragtracer.guiding import Decision, decide, same_light
+from fragtracer.guiding import Decision, decide, decides, same_light
 from fragtracer.packing import PackedScene, pack
 from fragtracer.scene import RenderSettings, Scene
 
@@ -225,7 +225,7 @@ class Renderer:
 
     def _decision(self) -> Decision:
         """Whether this scene is guided, decided anew only where something that matters has changed."""
-        settings = replace(self.settings, seed=0, spp=1, rays=1)
+        settings = decides(self.settings)
         if self._guiding is not None:
             scene, known, decision = self._guiding
             if known == settings and same_light(scene, self.scene):

@@ -55,6 +55,11 @@ def decide(ctx: Any, scene: Scene, settings: RenderSettings) -> Decision:
     return Decision(guide, f"on: the variance falls by {gain:.2f}")
 
 
+def decides(settings: RenderSettings) -> RenderSettings:
+    """``settings`` without what makes no difference to the decision."""
+    return replace(settings, seed=0, spp=1, rays=1)
+
+
 def same_light(one: Scene, other: Scene) -> bool:
     """Whether the two differ at most in the camera, the settings and the names, so that one decision serves both."""
     unlike: dict[str, Any] = {"camera": Camera(), "render": RenderSettings(), "name": "", "description": ""}
