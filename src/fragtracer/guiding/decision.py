@@ -91,7 +91,7 @@ def _measured(ctx: Any, packed: PackedScene, size: tuple[int, int]) -> NDArray[n
     try:
         for _ in tracer.bands(film, _SAMPLES):
             pass
-        mean = film.read()[0].astype(np.float64)
+        mean = film.read().mean.astype(np.float64)
     finally:
         tracer.release()
         film.release()
