@@ -3,6 +3,7 @@
 
 import math
 import sys
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -16,6 +17,8 @@ Time = Annotated[float | None, typer.Option(min=0.0, metavar="SECONDS", help="St
 Until = Annotated[
     float | None, typer.Option(min=0.0, metavar="PERCENT", help="Stop at this mean relative standard error.")
 ]
+
+_PATIENCE = 0.5  # seconds until there is a progress bar, which takes time to make
 
 
 def render(
@@ -79,16 +82,26 @@ def render(
 
 
 def _sample(renderer: Any, spp: int | None, seconds: float | None, until: float | None) -> bool:
-    """Render under a progress bar; False if the user interrupted."""
-    from fragtracer.apps.cli.progress import render_progress
-
+    """Render, under a progress bar if it takes long; False if the user interrupted."""
     if spp is None and seconds is None and until is None:
         spp = renderer.settings.spp
-    try:
-        with render_progress(spp, seconds, renderer.settings.width * renderer.settings.height) as report:
+    pixels = renderer.settings.width * renderer.settings.height
+    bar: Any = None
+    with ExitStack() as stack:
+
+        def report(state: Any) -> None:
+            nonlocal bar
+            if bar is None and state.seconds >= _PATIENCE:
+                from fragtracer.apps.cli.progress import render_progress
+
+                bar = stack.enter_context(render_progress(spp, seconds, pixels))
+            if bar is not None:
+                bar(state)
+
+        try:
             renderer.render(spp, seconds, until, report)
-    except KeyboardInterrupt:
-        return False
+        except KeyboardInterrupt:
+            return False
     return True
 
 

@@ -119,8 +119,6 @@ def show(value: Any) -> str:
             return "an array of tables"
         case bool() | str():
             text = json.dumps(value, ensure_ascii=False)
-        case int() if value.bit_length() > 128:
-            text = f"a number of {value.bit_length()} bits"
         case list():
             text = f"[{', '.join(show(item) for item in value[:5])}{', …' if len(value) > 5 else ''}]"
         case _:
