@@ -203,7 +203,7 @@ MISTAKES = {
         'not a TOML file: integer number overflowed at line 2 column 12: "radiance = 1000',
     ),
     "huge hexadecimal": ("[render]\nspp = 0x" + 5000 * "f", "not a TOML file: integer number overflowed at line 2 col"),
-    "huge float": ("[[light]]\nposition = [0, 1e39, 0]\npower = 1", "light[0].position[1]: must be a number between"),
+    "huge float": ("[[light]]\nposition = [0, 1e39, 0]\npower = 1", "light[0].position[1]: must be at most 3.4e+38"),
     "unknown key": (
         "[camera]\npositon = [0, 0, 0]",
         "camera.positon: there is no such key; did you mean position? choose",
@@ -228,8 +228,8 @@ MISTAKES = {
         "[camera]\nup = [0,\n  0 1]",
         'not a TOML file: string values must be quoted, expected literal string at line 3 column 3: "0 1]"',
     ),
-    "half a line": ("radius", "not a TOML file: key with no value, expected `=` at line 1 column 7: \"radius\""),
-    "key given twice": ("[camera]\n[camera]", "not a TOML file: duplicate key at line 2 column 2: \"[camera]\""),
+    "half a line": ("radius", 'not a TOML file: key with no value, expected `=` at line 1 column 7: "radius"'),
+    "key given twice": ("[camera]\n[camera]", 'not a TOML file: duplicate key at line 2 column 2: "[camera]"'),
     "deep": ("x = " + 2000 * "[", "not a TOML file: cannot recurse further"),
 }
 

@@ -22,6 +22,8 @@ def as_number(value: Any) -> Any:
 
 def as_vector(value: Any) -> Any:
     """Any iterable as a tuple."""
+    if isinstance(value, list):
+        return tuple(value)
     return value if isinstance(value, str) or not isinstance(value, Iterable) else tuple(value)
 
 

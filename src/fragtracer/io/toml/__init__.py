@@ -21,7 +21,7 @@ from fragtracer.io import SUFFIXES, files_of, read_model, staging
 from fragtracer.io import qualified as with_qualified_names
 from fragtracer.io.toml.beside import with_files
 from fragtracer.io.toml.document import from_document, to_document
-from fragtracer.io.toml.tables import show, suggest, too_large
+from fragtracer.io.toml.tables import show, suggest
 from fragtracer.scene import Image, Scene
 from fragtracer.scene.environment import Panorama
 
@@ -88,8 +88,8 @@ def parse(text: str, file: str | Path = "scene.toml") -> Scene:
         If the text is not a scene; the message has a line for each mistake, the first ten at most.
     """
     document = _toml(text, file)
-    mistakes = list(too_large(document))
-    scene = None if mistakes else from_document(document, Path(file).stem, Path(file).parent, mistakes)
+    mistakes: list[str] = []
+    scene = from_document(document, Path(file).stem, Path(file).parent, mistakes)
     if scene is None:
         lines = [f"{file}: {mistake}" for mistake in mistakes[:_MOST_MISTAKES]]
         rest = len(mistakes) - _MOST_MISTAKES

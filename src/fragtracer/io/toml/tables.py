@@ -3,10 +3,9 @@
 
 import difflib
 import json
-import math
 import re
 import types
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, fields
 from functools import cache
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
@@ -15,7 +14,7 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from fragtracer.scene import Gradient, Image, Panorama, Reflectance, Sky, Strength, Texture, Vector
-from fragtracer.scene.fields import LARGEST, Point, Points, Scale
+from fragtracer.scene.fields import Point, Points, Scale
 from fragtracer.scene.texture import Pair
 
 T = TypeVar("T")
@@ -124,39 +123,6 @@ def show(value: Any) -> str:
         case _:
             text = str(value)
     return text if len(text) <= 60 else text[:59] + "…"
-
-
-def too_large(document: Mapping[str, Any]) -> Iterator[str]:
-    """A sentence for each number that overflows a 32-bit float."""
-    if _has_too_large(document):
-        yield from _too_large(document, "")
-
-
-def _has_too_large(document: Mapping[str, Any]) -> bool:
-    """Whether there is such a number: a loop, since a document of many tables is mostly numbers, and mostly right."""
-    items: list[Any] = [document]
-    for item in items:
-        kind = type(item)
-        if kind is float or kind is int:
-            if LARGEST < abs(item) < math.inf:
-                return True
-        elif kind is list:
-            items += item
-        elif kind is dict:
-            items += item.values()
-    return False
-
-
-def _too_large(value: Any, path: str) -> Iterator[str]:
-    match value:
-        case Mapping():
-            for key, item in value.items():
-                yield from _too_large(item, join(path, key))
-        case list():
-            for index, item in enumerate(value):
-                yield from _too_large(item, f"{path}[{index}]")
-        case int() | float() if LARGEST < abs(value) < math.inf:
-            yield f"{path}: must be a number between -{LARGEST} and {LARGEST}, got {show(value)}"
 
 
 def _sentence(cls: type, table: Mapping[str, Any], path: str, detail: ErrorDetails) -> str:
