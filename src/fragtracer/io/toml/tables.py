@@ -7,7 +7,6 @@ import re
 import types
 from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, fields
-from functools import cache
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
 from pydantic import ValidationError
@@ -66,25 +65,22 @@ def build(cls: type[T], table: Any, path: str, mistakes: list[str]) -> T | None:
     object or None
         None if there is a mistake.
     """
-    if not isinstance(table, Mapping):
+    if not isinstance(table, dict):
         mistakes.append(f"{path}: must be a table, with a line for each of its keys, got {show(table)}")
         return None
-    names = _names(cls)  # type: ignore[arg-type]  # mypy does not take a type for hashable
-    unknown = [f"{join(path, key)}: there is no such key; {suggest(key, names)}" for key in table if key not in names]
     try:
-        made = cls(**({key: value for key, value in table.items() if key in names} if unknown else table))
+        return cls(**table)
     except ValidationError as error:
-        found = [_sentence(cls, table, path, detail) for detail in error.errors(include_url=False)]
-        mistakes += dict.fromkeys(unknown + found)
+        names = [field.name for field in fields(cls)]  # type: ignore[arg-type]  # mypy does not see a dataclass
+        known = {key: value for key, value in table.items() if key in names}
+        if known == table:
+            details = error.errors(include_url=False)
+            mistakes += dict.fromkeys(_sentence(cls, table, path, detail) for detail in details)
+        else:
+            unknown = (key for key in table if key not in names)
+            mistakes += [f"{join(path, key)}: there is no such key; {suggest(key, names)}" for key in unknown]
+            build(cls, known, path, mistakes)
         return None
-    mistakes += unknown
-    return None if unknown else made
-
-
-@cache
-def _names(cls: type) -> dict[str, None]:
-    """The fields of a dataclass, in their order."""
-    return dict.fromkeys(field.name for field in fields(cls))
 
 
 def plain(item: Any) -> dict[str, Any]:
