@@ -15,9 +15,11 @@ _HUGE = 10**300  # an int beyond it stays too large as a float
 
 def as_number(value: Any) -> Any:
     """An int or a numpy number as a float; anything else unchanged, for the field to reject."""
+    if type(value) is float:
+        return value
     if isinstance(value, int) and not isinstance(value, bool):
         return float(max(min(value, _HUGE), -_HUGE))
-    return float(value) if isinstance(value, np.integer | np.floating) else value
+    return float(value) if isinstance(value, (np.integer, np.floating)) else value
 
 
 def as_vector(value: Any) -> Any:
@@ -29,7 +31,7 @@ def as_vector(value: Any) -> Any:
 
 def as_color(value: Any) -> Any:
     """One number as a grey (r, g, b)."""
-    return (value,) * 3 if isinstance(value, int | float | np.number) else as_vector(value)
+    return (value,) * 3 if isinstance(value, (int, float, np.number)) else as_vector(value)
 
 
 def as_tuple(value: Any) -> Any:
