@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The validated value types of the scene model."""
 
+import math
 from collections.abc import Iterable
 from dataclasses import fields
 from typing import Annotated, Any, TypeVar, get_args
@@ -66,4 +67,16 @@ def kinds_of(cls: type) -> dict[str, type]:
 
 
 def length(v: Triple) -> float:
-    return float(np.linalg.norm(v))
+    return math.hypot(*v)
+
+
+def difference(u: Triple, v: Triple) -> Triple:
+    return (u[0] - v[0], u[1] - v[1], u[2] - v[2])
+
+
+def dot(u: Triple, v: Triple) -> float:
+    return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
+
+
+def cross(u: Triple, v: Triple) -> Triple:
+    return (u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0])
