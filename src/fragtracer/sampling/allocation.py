@@ -79,8 +79,8 @@ class Stages:
         return Pixels(mean.astype(np.float32), noise.astype(np.float32), halves.astype(np.float32))
 
     def deviation(self) -> Floats:
-        """Standard deviation of a sample of each pixel as stratification leaves it, relative to brightness,
-        (height, width): to it the best numbers of samples are proportional. Smooth, since a bright sample that one pixel
+        """Standard deviation of a sample of each pixel as stratification leaves it, relative to brightness, (height,
+        width): to it the best numbers of samples are proportional. It is smooth, since a bright sample that one pixel
         has met might as well have been met by its neighbours."""
         pixels = self.pixels()
         error = np.sqrt(np.square(pixels.standard_error(), dtype=np.float64).mean(axis=2))

@@ -37,7 +37,7 @@ class RenderSettings:
     rays: Annotated[int, Field(ge=1, le=1024)] = 16
     light_samples: Annotated[int, Field(ge=1, le=1024)] = 1
     russian_roulette: bool = True
-    russian_roulette_depth: Annotated[int, Field(ge=1)] = 5
+    russian_roulette_depth: Annotated[int, Field(ge=1, lt=2**31)] = 5
     geometry: Literal["smith", "smith-height-correlated", "schlick-beckmann", "karis"] = "smith"
     multiple_scattering: bool = False
     estimator: Literal["mis", "nee", "bsdf"] = "mis"
