@@ -68,6 +68,7 @@ BsdfSample guided_sample(Guide guide, Frame frame, Bsdf bsdf, vec3 wo, vec2 u) {
     bool is_delta = !is_guided && bsdf_is_delta(s);
     s.wi = is_guided ? frame_to_local(frame, direction) : s.wi;
     vec4 eval_pdf = bsdf_eval_pdf(bsdf, wo, s.wi);
+    if (!is_guided && s.pdf <= 0.0) eval_pdf = vec4(0.0);
     float pdf = (1.0 - guide.sum) * eval_pdf.a;
     float mixture = pdf + guide_pdf(guide, frame_to_world(frame, s.wi));
     s.weight = is_delta ? s.weight / (1.0 - guide.sum) : eval_pdf.rgb / max(mixture, 1e-30);

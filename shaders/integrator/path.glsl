@@ -69,15 +69,15 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
     // surface, vertex and next direction of every lane, those whose path ends too, which do not use them: their branch
     // would be run all the same, and every assignment in it be masked.
     do {
-#if GUIDING_MEASURE
-        float known = luminance(path.radiance);
-#endif
         // The next surface along the ray.
         Hit hit = closest_hit(path.ray, hash_uint(path.seed + uint(path.depth)));
         bool is_hit = hit.primitive != NO_PRIMITIVE;
         Surface surface = surface_at(path.ray, hit);
         Material material = material_at(surface);
 
+#if GUIDING_MEASURE
+        float known = luminance(path.radiance);
+#endif
         // Emission: of what lies behind everything, or of the surface. Lights emit from their front alone, weighed against
         // the sample of them at the vertex before.
         float cos_theta = -dot(surface.normal, path.ray.direction);

@@ -54,10 +54,13 @@ FULL = Scene(
     directional_lights=(DirectionalLight((1, -1, 0), (1 / 3, 2, 3)),),
     ambient=Ambient((0.1, 0.2, 0.3)),
     render=RenderSettings(
-        *(100, 50, 7, 3, 2, 4, False, 9, "karis", False, "nee", "hash", "tent", 2**32 - 1),
+        *(100, 50, 7, 3, 2, 4, False, 9, "karis", False, "nee", "hash", "tent"),
+        adaptive=False,
+        seed=2**32 - 1,
         integrator="split-sum",
         background="prefiltered",
         background_roughness=0.5,
+        guiding="on",
     ),
     description="odd: [\n 1,\n ]\t\"'\\ é,\n]",
 )

@@ -43,12 +43,12 @@ class RenderSettings:
     estimator: Literal["mis", "nee", "bsdf"] = "mis"
     sampler: Literal["texture", "hash"] = "texture"
     pixel_filter: Literal["box", "tent", "gaussian"] = "box"
-    guiding: Literal["auto", "on", "off"] = "auto"
     adaptive: bool = True
     seed: Annotated[int, Field(ge=0, lt=2**32)] = 0
     integrator: Literal["path", "split-sum"] = "path"
     background: Literal["environment", "prefiltered", "irradiance", "black"] = "environment"
     background_roughness: Fraction = 0.0
+    guiding: Literal["auto", "on", "off"] = "auto"
 
     def __post_init__(self) -> None:
         if self.multiple_scattering and self.geometry != "smith":

@@ -66,8 +66,8 @@ NO_PATH_REGENERATION = (
     Edit(_PATH, "scatters ? dimension_vertex(path.depth) : dimension_camera()", "dimension_vertex(path.depth)"),
     Edit(
         _PATH,
-        "        if (!scatters) path = path_begin(pixel, u);\n    } while (index < end);\n",
-        "        goes_on = scatters;\n        } while (goes_on);\n    } while (index < end);\n",
+        "        if (!scatters) path = path_begin(pixel, u);\n    } while (number < end);\n",
+        "        goes_on = scatters;\n        } while (goes_on);\n    } while (number < end);\n",
     ),
 )
 

@@ -21,7 +21,9 @@ def info(scene: Annotated[str | None, typer.Argument(help=SCENE_HELP)] = None) -
     if scene is not None:
         from fragtracer.io.toml import load
 
-        print("\n".join(contents(load(scene))))
+        loaded = load(scene)
+        print("\n".join(contents(loaded)))
+        _print_guiding(loaded)
         return
     print(f"fragtracer {__version__}, Python {platform.python_version()}, {platform.platform()}")
     works = _print_opengl()
@@ -41,6 +43,18 @@ def contents(scene: "Scene") -> Iterator[str]:
             yield _line(kind.replace("_", " "), f"{count}")
     for mesh in scene.meshes:
         yield from _mesh(mesh)
+
+
+def _print_guiding(scene: "Scene") -> None:
+    """Whether a picture of ``scene`` would be guided, and why."""
+    from fragtracer.gpu.context import create_context
+    from fragtracer.guiding import decide, decides
+
+    try:
+        with create_context() as context:
+            print(_line("guiding", decide(context, scene, decides(scene.render)).reason))
+    except FragtracerError as error:
+        print(_line("guiding", f"not known: {error}"))
 
 
 def _mesh(mesh: "Mesh") -> Iterator[str]:
