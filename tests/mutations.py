@@ -216,9 +216,9 @@ MUTATIONS = [
     Mutation(
         "throughput multiplied by the radiance",
         "integrator/path.glsl",
-        "path.radiance += path.throughput * direct_light(vertex, path.depth, pixel, index, u.zw);",
-        "path.radiance += path.throughput * direct_light(vertex, path.depth, pixel, index, u.zw);\n"
-        "            path.throughput *= direct_light(vertex, path.depth, pixel, index, u.zw);",
+        "path.radiance += path.throughput * direct_light(vertex, vertex_number, pixel, index, u.zw);",
+        "path.radiance += path.throughput * direct_light(vertex, vertex_number, pixel, index, u.zw);\n"
+        "            path.throughput *= direct_light(vertex, vertex_number, pixel, index, u.zw);",
         Check(test_furnace.test_furnace_after_few_bounces, bounces=2, estimator="nee"),
     ),
     Mutation(

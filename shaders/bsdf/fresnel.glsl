@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "core/math.glsl"
 
 // Schlick 1994, An Inexpensive BRDF Model for Physically-Based Rendering, eq. 15, with the
 // reflectance at grazing incidence f90 (1 for every bare surface).
@@ -6,6 +7,16 @@ vec3 fresnel_schlick(vec3 f0, vec3 f90, float cos_theta) {
     float m = clamp(1.0 - cos_theta, 0.0, 1.0);
     float m2 = m * m;
     return f0 + (f90 - f0) * (m2 * m2 * m);
+}
+
+// What a smooth interface of two dielectrics reflects of unpolarised light, 1 where it reflects all; `eta` is the index of
+// refraction beyond the interface over that before it (Pharr, Jakob and Humphreys 2023, equations 9.3 and 9.4).
+float fresnel_dielectric(float cos_i, float eta) {
+    float cos2_t = 1.0 - (1.0 - cos_i * cos_i) / (eta * eta);
+    float cos_t = sqrt(max(0.0, cos2_t));
+    float parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
+    float perpendicular = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
+    return cos2_t > 0.0 ? 0.5 * (square(parallel) + square(perpendicular)) : 1.0;
 }
 
 // An estimate of what a rough surface reflects at the angle to its mean normal: at grazing angles less than

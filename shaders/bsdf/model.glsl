@@ -7,12 +7,16 @@ struct Bsdf {
     float alpha;   // roughness squared, the GGX width
     vec3 f0;       // specular reflectance at normal incidence; f0 = 0 and f90 = 0: no specular lobe
     vec3 f90;      // specular reflectance at grazing incidence
+    float eta;     // of dielectrics: index of refraction beyond the surface over that on the side of wo
+    vec3 transmittance;  // of dielectrics: colour of what passes
 };
 
-// What happened at a sampled event: one of the first two, and whether the lobe is a delta.
+// What happened at a sampled event: one of the first two, whether the lobe is a delta, and whether the direction is that
+// of the path before, which is no scattering.
 const int EVENT_REFLECTION = 1;
 const int EVENT_TRANSMISSION = 2;
 const int EVENT_DELTA = 4;
+const int EVENT_NULL = 8;
 
 struct BsdfSample {
     vec3 wi;

@@ -7,9 +7,16 @@
 #include "shape/surface.glsl"
 #include "texture/texture.glsl"
 
-// The BSDF of a surface of this material.
-Bsdf material_bsdf(Material material) {
-    return Bsdf(material.bsdf, material.diffuse, material.alpha, material.f0, material.f90);
+// The BSDF of a surface of this material, met from its front or from behind. There is nothing before the front of a
+// dielectric.
+Bsdf material_bsdf(Material material, bool is_front) {
+    Bsdf b = Bsdf(material.bsdf, material.diffuse, material.alpha, material.f0, material.f90, 1.0, vec3(1.0));
+#if HAS_DIELECTRIC
+    Dielectric dielectric = dielectric_load(material.dielectric);
+    b.eta = is_front || b.model == BSDF_THIN_DIELECTRIC ? dielectric.eta : 1.0 / dielectric.eta;
+    b.transmittance = dielectric.transmittance;
+#endif
+    return b;
 }
 
 // The material where its values vary; scene/material.py says the same.

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
-// Records of materials: their constant values, what textures and the colours of vertices change of them, their opacity.
+// Records of materials: their constant values, what textures and the colours of vertices change of them, what lies
+// within dielectrics, their opacity.
 #include "scene/storage.glsl"
 
 uniform int u_first_material;  // texels of u_scene where the tables begin
 uniform int u_first_maps;
+uniform int u_first_dielectric;
 uniform int u_first_opacity;
 uniform int u_has_maps;        // 0: materials are constant
 
@@ -19,11 +21,12 @@ struct Material {
     vec3 f90;  // specular reflectance at grazing incidence
     int unlit;  // 1: emits to every ray, and scatters nothing
     vec3 emission;  // radiance from the front
+    int dielectric;  // number of the record of a dielectric
 };
 Material material_of(uvec4 t0, uvec4 t1, uvec4 t2, uvec4 t3) {
     return Material(
         uintBitsToFloat(t0.xyz), uintBitsToFloat(t0.w), uintBitsToFloat(t1.xyz), int(t1.w),
-        uintBitsToFloat(t2.xyz), int(t2.w), uintBitsToFloat(t3.xyz));
+        uintBitsToFloat(t2.xyz), int(t2.w), uintBitsToFloat(t3.xyz), int(t3.w));
 }
 Material material_load(int index) {
     int first = u_first_material + 4 * index;
@@ -56,6 +59,20 @@ Maps maps_of(uvec4 t0, uvec4 t1, uvec4 t2, uvec4 t3, uvec4 t4) {
 Maps maps_load(int index) {
     int first = u_first_maps + 5 * index;
     return maps_of(scene_texel(first), scene_texel(first + 1), scene_texel(first + 2), scene_texel(first + 3), scene_texel(first + 4));
+}
+
+// What only dielectrics have; the record with the highest number has the highest priority.
+struct Dielectric {
+    vec3 transmittance;  // colour of what passes the surface
+    float eta;  // index of refraction
+    vec3 absorption;  // 1/m, behind the surface
+};
+Dielectric dielectric_of(uvec4 t0, uvec4 t1) {
+    return Dielectric(uintBitsToFloat(t0.xyz), uintBitsToFloat(t0.w), uintBitsToFloat(t1.xyz));
+}
+Dielectric dielectric_load(int index) {
+    int first = u_first_dielectric + 2 * index;
+    return dielectric_of(scene_texel(first), scene_texel(first + 1));
 }
 
 struct Opacity {

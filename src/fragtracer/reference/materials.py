@@ -7,19 +7,15 @@ from typing import Any
 import numpy as np
 
 from fragtracer.errors import FragtracerError
+from fragtracer.reference.dielectrics import dielectric_bsdf
 from fragtracer.reference.meshes import MeshAttributes
 from fragtracer.reference.plugins import NAME, SURFACE, UNLIT
-from fragtracer.reference.shapes import Tree
+from fragtracer.reference.shapes import Tree, rgb
 from fragtracer.reference.textures import TextureFolder
 from fragtracer.scene import Image, Material, RenderSettings, Texture
 from fragtracer.scene.material import DEFAULT_MODEL
 
 _WHITE = Image([[1.0]], "linear")
-
-
-def rgb(color: Any) -> Tree:
-    """A colour, linear Rec. 709."""
-    return {"type": "rgb", "value": [float(c) for c in color]}
 
 
 def is_lambert(material: Material) -> bool:
@@ -46,7 +42,8 @@ def has_images(material: Material) -> bool:
 
 def has_null_transmission(material: Material) -> bool:
     """Whether rays may pass through the surface unchanged: it has alpha, or its back faces are culled."""
-    return material.alpha_mode != "opaque" or not material.double_sided
+    is_pane = material.is_dielectric and not material.is_solid
+    return is_pane or material.alpha_mode != "opaque" or not material.double_sided
 
 
 def geometry_term(settings: RenderSettings) -> str:
@@ -59,6 +56,8 @@ def exact_bsdf(material: Material, geometry: str, attributes: MeshAttributes, te
     if material.unlit:
         black = replace(material, model=DEFAULT_MODEL, albedo=(0.0, 0.0, 0.0), metal=None, metallic=0.0, specular=0.0)
         return surface(black, geometry, attributes, textures) if has_null_transmission(material) else lambert(black)
+    if material.is_dielectric:
+        return dielectric_bsdf(material, None)
     if not is_plain(material, attributes):
         return surface(material, geometry, attributes, textures)
     if is_lambert(material):

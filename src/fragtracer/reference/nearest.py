@@ -4,10 +4,10 @@
 import math
 from typing import Any
 
-from fragtracer.reference.materials import has_images, has_null_transmission, is_lambert, is_plain, lambert, rgb
+from fragtracer.reference.materials import has_images, has_null_transmission, is_lambert, is_plain, lambert
 from fragtracer.reference.meshes import MeshAttributes
 from fragtracer.reference.plugins import DELTA_ALPHA, NAME, SURFACE, UNLIT
-from fragtracer.reference.shapes import Tree
+from fragtracer.reference.shapes import Tree, rgb
 from fragtracer.reference.textures import TextureFolder
 from fragtracer.scene import Material
 

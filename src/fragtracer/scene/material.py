@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: MIT
 """Materials."""
 
+import math
 from typing import Annotated, Final, Literal
 
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from fragtracer.scene.fields import CONFIG, Fraction, Number, Reflectance, Strength, Triple
+from fragtracer.scene.fields import CONFIG, Fraction, Number, Positive, Reflectance, Strength, Triple
 from fragtracer.scene.reflectance import METAL_F0, grazing_reflectance, reflectance_from_ior
 from fragtracer.scene.texture import Texture
 
@@ -16,6 +17,8 @@ DEFAULT_MODEL: Final = "metallic-roughness"
 MODELS: dict[str, tuple[str, ...]] = {
     DEFAULT_MODEL: ("albedo", "roughness", "metallic", "ior", "f0", "metal", "specular"),
     "eon": ("albedo", "roughness"),
+    "dielectric": ("roughness", "ior", "transmittance", "attenuation_color", "attenuation_distance", "priority"),
+    "thin-dielectric": ("ior", "transmittance"),
 }
 _OF_MODELS = {key for keys in MODELS.values() for key in keys}
 _OF_OTHERS = {model: sorted(_OF_MODELS - set(keys)) for model, keys in MODELS.items()}  # keys that mean nothing to it
@@ -29,7 +32,8 @@ class Material:
 
     ``model`` says by what BSDF. "metallic-roughness" is a Cook-Torrance specular lobe over a Lambert base
     (shaders/bsdf/cook_torrance.glsl), "eon" a rough diffuse surface without a specular lobe, such as clay
-    (shaders/bsdf/eon.glsl), whose roughness of 0 is Lambert's.
+    (shaders/bsdf/eon.glsl), whose roughness of 0 is Lambert's. "dielectric" is the surface of a solid or a liquid that
+    light passes, such as glass or water, and "thin-dielectric" a pane of it (shaders/bsdf/dielectric.glsl).
 
     ``albedo`` is the colour of the base, and the specular colour of the metallic part. The GGX
     width is ``roughness**2``; roughness below 0.01 is a perfect mirror. The dielectric part's
@@ -37,6 +41,10 @@ class Material:
     nothing is given) or directly from ``f0``. ``metal`` names a metal of :data:`METAL_F0` and
     replaces albedo, metallic, ior and f0. ``specular`` scales the dielectric reflection: 0
     is pure Lambert. ``emission`` is the radiance in W/m²/sr of the front of a surface.
+
+    Behind the front of a dielectric, ``attenuation_color`` is what is left of white light after
+    ``attenuation_distance`` metres (Beer and Lambert); ``transmittance`` is the colour of what passes the surface.
+    Where two dielectrics overlap, the one with the higher ``priority`` is there.
 
     A texture multiplies the parameter of its name; roughness, metallic and occlusion use one
     channel of it. ``normal_texture`` holds tangent-space normals (glTF 2.0, section 3.9.3), their x and y
@@ -48,7 +56,7 @@ class Material:
     radiance and scatters nothing.
     """
 
-    model: Literal["metallic-roughness", "eon"] = "metallic-roughness"
+    model: Literal["metallic-roughness", "eon", "dielectric", "thin-dielectric"] = "metallic-roughness"
     albedo: Reflectance = (0.5, 0.5, 0.5)
     roughness: Fraction = 0.5
     metallic: Fraction = 0.0
@@ -56,6 +64,10 @@ class Material:
     f0: Reflectance | None = None
     metal: str | None = None
     specular: Fraction = 1.0
+    transmittance: Reflectance = (1.0, 1.0, 1.0)
+    attenuation_color: Reflectance = (1.0, 1.0, 1.0)
+    attenuation_distance: Positive = 1.0
+    priority: int = 0
     emission: Strength = (0.0, 0.0, 0.0)
     albedo_texture: Texture | None = None
     roughness_texture: Texture | None = None
@@ -73,6 +85,8 @@ class Material:
 
     def __post_init__(self) -> None:
         self._check_model()
+        if min(self.attenuation_color) <= 0:
+            raise ValueError("attenuation_color must be greater than 0; 0.001 is all but black")
         if self.ior is not None and self.f0 is not None:
             raise ValueError("ior and f0 both say how much is reflected; give one of them")
         if self.metal is None:
@@ -108,8 +122,31 @@ class Material:
         return 1.0 if self.metal else self.metallic
 
     @property
+    def is_dielectric(self) -> bool:
+        """Whether light passes its surface."""
+        return self.model in ("dielectric", "thin-dielectric")
+
+    @property
+    def is_solid(self) -> bool:
+        """Whether its surface has a dielectric behind it."""
+        return self.model == "dielectric"
+
+    @property
+    def eta(self) -> float:
+        """Index of refraction."""
+        return 1.5 if self.ior is None else self.ior
+
+    @property
+    def absorption(self) -> Triple:
+        """Absorption coefficient in 1/m behind the surface."""
+        r, g, b = (-math.log(c) / self.attenuation_distance for c in self.attenuation_color)
+        return (r, g, b)
+
+    @property
     def diffuse_albedo(self) -> Triple:
         """Albedo of the Lambert base."""
+        if self.is_dielectric:
+            return (0.0, 0.0, 0.0)
         base = 1.0 - self.metalness
         r, g, b = self.base_color
         return (base * r, base * g, base * b)
@@ -117,7 +154,7 @@ class Material:
     @property
     def dielectric_f0(self) -> Triple:
         """Reflectance at normal incidence of the dielectric part, before ``specular``."""
-        return self.f0 or (reflectance_from_ior(1.5 if self.ior is None else self.ior),) * 3
+        return self.f0 or (reflectance_from_ior(self.eta),) * 3
 
     @property
     def specular_f0(self) -> Triple:
