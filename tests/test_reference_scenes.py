@@ -61,8 +61,8 @@ MORE_SPP = {
     "a spot light": 4096,
     "a spot light with a hard edge": 4096,
     "all kinds": 2048,
-    "dielectric": 4096,
-    "thin-dielectric": 4096,
+    "dielectric": 2048,
+    "thin-dielectric": 2048,
 }
 
 BALLS = Scene(

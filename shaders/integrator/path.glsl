@@ -92,7 +92,7 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
         path.throughput *= scattered.weight * vertex_shading_factor(vertex, scattered.wi);
         path.eta_scale *= square(scattered.eta);
         path.inside = interior_behind_vertex(vertex, scattered.wi);
-        path.depth = scattered.pdf > 0.0 ? path.depth + 1 : u_bounces;
+        path.depth = scattered.pdf > 0.0 ? path.depth + 1 : u_bounces + 1;
         path.pdf = scattered.pdf;
         path.certain = bsdf_is_delta(scattered);
         path.rr_sample = rr_sample;

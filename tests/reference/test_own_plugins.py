@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: MIT
+"""The shader's models, value by value, against Mitsuba's own plugins of the same formulas, on both sides of a surface."""
+
+from typing import Any
+
+import moderngl
+import numpy as np
+import pytest
+from shaders.bsdf_models import MODELS, Dielectric
+from shaders.bsdf_probe import run
+from shaders.directions import direction
+
+from fragtracer.reference.dielectrics import dielectric_bsdf
+from fragtracer.scene import Material
+
+DEGREES = [3, 40, 65, 85]
+EVAL = "value = bsdf_eval(b, wo, wi); pdf = bsdf_pdf(b, wo, wi);"
+DRAW = "BsdfSample s = bsdf_sample(b, wo, u); drawn = vec4(s.wi, s.pdf); weight = vec4(s.weight, s.eta);"
+
+
+def seen_from(mi: Any, viewer: Any) -> Any:
+    import drjit as dr
+
+    si = dr.zeros(mi.SurfaceInteraction3f)
+    si.wi = mi.Vector3f(*map(float, viewer))
+    return si
+
+
+def over_the_sphere(count: int) -> Any:
+    z, turns = np.random.default_rng(5).random((2, count)) * ((2,), (1,)) - ((1,), (0,))
+    radius, angle = np.sqrt(1 - z**2), 2 * np.pi * turns
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle), z], 1).astype(np.float32)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("roughness", [0.2, 0.6, 1.0])
+def test_rough_dielectric(ctx: moderngl.Context, mi: Any, roughness: float, side: int) -> None:
+    """Values, densities, and weights of our samples; on the back, up is down in our frame, and the index inverted."""
+    material = Material(model="dielectric", roughness=roughness, ior=1.6, transmittance=(0.9, 0.6, 0.3))
+    theirs = mi.load_dict(dielectric_bsdf(material, None))
+    parameters = Dielectric(1.6**side, material.alpha, material.transmittance)
+    flip = np.float32((1, 1, side))
+    for degrees in DEGREES:
+        wo = direction(degrees)
+        drawn = run(ctx, MODELS["dielectric"], parameters, DRAW, {"u": u(4096)}, {"drawn": 4, "weight": 4}, wo)
+        found = drawn["drawn"][:, 3] > 0
+        wi = np.concatenate([over_the_sphere(4096), drawn["drawn"][found, :3]]).astype(np.float32)
+        ours = run(ctx, MODELS["dielectric"], parameters, EVAL, {"wi": wi}, {"value": 3, "pdf": 1}, wo)
+        si, light = seen_from(mi, wo * flip), mi.Vector3f((wi * flip).T)
+        value, pdf = theirs.eval_pdf(mi.BSDFContext(), si, light)
+        slack = MODELS["dielectric"].tolerance(parameters, np.broadcast_to(wo, wi.shape), wi.astype(np.float64))
+        slack = 2 * np.minimum(slack, 1)
+        assert (np.abs(ours["pdf"] - pdf.numpy()) <= slack * ours["pdf"] + 1e-7).all(), degrees
+        assert (np.abs(ours["value"] - value.numpy().T) <= slack[:, None] * ours["value"] + 1e-7).all(), degrees
+        weight = (value / pdf).numpy().T[-np.count_nonzero(found) :]
+        error = np.abs(drawn["weight"][found, :3] - weight)
+        assert (error <= (1e-3 + slack[-len(weight) :, None]) * weight).all(), degrees
+
+
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("model", ["dielectric", "thin-dielectric"])
+def test_smooth_lobes(ctx: moderngl.Context, mi: Any, model: str, side: int) -> None:
+    """Direction, probability, weight and index of what is reflected and of what is transmitted."""
+    material = Material(model=model, ior=1.5, transmittance=(0.9, 0.6, 0.3))
+    if model == "dielectric":
+        material = Material(model=model, roughness=0.0, ior=1.5, transmittance=(0.9, 0.6, 0.3))
+    theirs = mi.load_dict(dielectric_bsdf(material, None))
+    parameters = Dielectric(1.5 ** (side if model == "dielectric" else 1), 0.0, material.transmittance)
+    for degrees in DEGREES:
+        wo = direction(degrees)
+        for choice in (0.0, 0.999):
+            inputs = {"u": np.float32([(choice, 0.5)])}
+            ours = run(ctx, MODELS[model], parameters, DRAW, inputs, {"drawn": 4, "weight": 4}, wo)
+            viewer = np.asarray(wo) * (1, 1, side)
+            bs, weight = theirs.sample(mi.BSDFContext(), seen_from(mi, viewer), choice, mi.Point2f(0.5, 0.5))
+            np.testing.assert_allclose(ours["drawn"][0, :3] * (1, 1, side), bs.wo.numpy()[:, 0], atol=2e-6)
+            np.testing.assert_allclose(ours["drawn"][0, 3], bs.pdf.numpy()[0], rtol=2e-5)
+            np.testing.assert_allclose(ours["weight"][0, :3], weight.numpy()[:, 0], rtol=2e-5)
+            np.testing.assert_allclose(ours["weight"][0, 3], bs.eta.numpy()[0], rtol=1e-6)
+
+
+def u(count: int) -> Any:
+    return np.random.default_rng(1).random((count, 2), np.float32)
