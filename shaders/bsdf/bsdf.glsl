@@ -9,6 +9,7 @@
 // Radiance is what is transported: a transmitted weight carries the factor eta^2, and so is taken out of the Russian
 // roulette (integrator/path.glsl). Where nothing is scattered, weight and density are 0.
 #include "bsdf/model.glsl"
+#include "bsdf/conductor.glsl"
 #include "bsdf/cook_torrance.glsl"
 #include "bsdf/dielectric.glsl"
 #include "bsdf/diffuse.glsl"
@@ -20,6 +21,7 @@ const int BSDF_COOK_TORRANCE = 1;
 const int BSDF_EON = 2;
 const int BSDF_DIELECTRIC = 3;
 const int BSDF_THIN_DIELECTRIC = 4;
+const int BSDF_CONDUCTOR = 5;
 
 // f |cos_i| in rgb and the density in a, both without delta lobes.
 vec4 bsdf_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
@@ -35,6 +37,9 @@ vec4 bsdf_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
 #endif
 #if HAS_DIELECTRIC
     if (b.model == BSDF_DIELECTRIC) result = dielectric_eval_pdf(b, wo, wi);
+#endif
+#if HAS_CONDUCTOR
+    if (b.model == BSDF_CONDUCTOR) result = conductor_eval_pdf(b, wo, wi);
 #endif
     return result;
 }
@@ -61,6 +66,9 @@ BsdfSample bsdf_sample(Bsdf b, vec3 wo, vec2 u) {
 #if HAS_DIELECTRIC
     if (b.model == BSDF_DIELECTRIC) s = dielectric_sample(b, wo, u);
     if (b.model == BSDF_THIN_DIELECTRIC) s = thin_dielectric_sample(b, wo, u);
+#endif
+#if HAS_CONDUCTOR
+    if (b.model == BSDF_CONDUCTOR) s = conductor_sample(b, wo, u);
 #endif
     return s;
 }

@@ -19,6 +19,22 @@ float fresnel_dielectric(float cos_i, float eta) {
     return cos2_t > 0.0 ? 0.5 * (square(parallel) + square(perpendicular)) : 1.0;
 }
 
+// What a smooth conductor of complex index eta + i k in air reflects of unpolarised light (Pharr, Jakob and Humphreys 2023,
+// section 9.3.6, in real numbers).
+vec3 fresnel_conductor(float cos_i, vec3 eta, vec3 k) {
+    float cos2 = cos_i * cos_i;
+    float sin2 = 1.0 - cos2;
+    vec3 difference = eta * eta - k * k - sin2;
+    vec3 twice = 2.0 * eta * k;
+    vec3 a2_b2 = sqrt(difference * difference + twice * twice);
+    vec3 root = sqrt(max(0.5 * (a2_b2 + abs(difference)), vec3(1e-20)));  // of the larger of a^2 and b^2, without cancellation
+    vec3 a = mix(root, 0.5 * twice / root, lessThan(difference, vec3(0.0)));
+    vec3 perpendicular = (a2_b2 + cos2 - 2.0 * cos_i * a) / max(a2_b2 + cos2 + 2.0 * cos_i * a, vec3(1e-20));
+    vec3 sum = cos2 * a2_b2 + sin2 * sin2;
+    vec3 product = 2.0 * cos_i * sin2 * a;
+    return 0.5 * perpendicular * (1.0 + (sum - product) / (sum + product));
+}
+
 // An estimate of what a rough surface reflects at the angle to its mean normal: at grazing angles less than
 // a smooth one, since its facets tilt. The form of Lagarde 2011, Adopting a Physically Based Shading Model,
 // with alpha in the place of roughness, which is enough for a base that passes the rest twice never to

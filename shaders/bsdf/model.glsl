@@ -9,7 +9,14 @@ struct Bsdf {
     vec3 f90;      // specular reflectance at grazing incidence
     float eta;     // of dielectrics: index of refraction beyond the surface over that on the side of wo
     vec3 transmittance;  // of dielectrics: colour of what passes
+    vec3 index;       // of conductors: index of refraction
+    vec3 extinction;  // of conductors: k, the imaginary part of the index
 };
+
+// One of those without parameters of dielectrics and conductors.
+Bsdf bsdf_of(int model, vec3 diffuse, float alpha, vec3 f0, vec3 f90) {
+    return Bsdf(model, diffuse, alpha, f0, f90, 1.0, vec3(1.0), vec3(1.0), vec3(0.0));
+}
 
 // What happened at a sampled event: one of the first two, whether the lobe is a delta, and whether the direction is that
 // of the path before, which is no scattering.

@@ -52,7 +52,7 @@ void interior_set_vertex(inout Vertex vertex, Material material, bool is_entered
     vertex.inside = inside;
     vertex.beyond = inside;
     if (vertex.bsdf.model != BSDF_DIELECTRIC) return;
-    int interior = material.dielectric + 1;
+    int interior = material.record + 1;
     vertex.beyond = is_entered ? interior_with(inside, interior) : interior_without(inside, interior);
     int before = max(interior_of(inside), is_entered ? 0 : interior);
     int behind = interior_of(vertex.beyond);

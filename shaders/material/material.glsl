@@ -10,11 +10,16 @@
 // The BSDF of a surface of this material, met from its front or from behind. There is nothing before the front of a
 // dielectric.
 Bsdf material_bsdf(Material material, bool is_front) {
-    Bsdf b = Bsdf(material.bsdf, material.diffuse, material.alpha, material.f0, material.f90, 1.0, vec3(1.0));
+    Bsdf b = bsdf_of(material.bsdf, material.diffuse, material.alpha, material.f0, material.f90);
 #if HAS_DIELECTRIC
-    Dielectric dielectric = dielectric_load(material.dielectric);
+    Dielectric dielectric = dielectric_load(material.record);
     b.eta = is_front || b.model == BSDF_THIN_DIELECTRIC ? dielectric.eta : 1.0 / dielectric.eta;
     b.transmittance = dielectric.transmittance;
+#endif
+#if HAS_CONDUCTOR
+    Conductor conductor = conductor_load(material.record);
+    b.index = conductor.index;
+    b.extinction = conductor.extinction;
 #endif
     return b;
 }

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Records of materials: their constant values, what textures and the colours of vertices change of them, what lies
-// within dielectrics, their opacity.
+// Records of materials: their constant values, what textures and the colours of vertices change of them, what is
+// peculiar to dielectrics and conductors, their opacity.
 #include "scene/storage.glsl"
 
 uniform int u_first_material;  // texels of u_scene where the tables begin
 uniform int u_first_maps;
 uniform int u_first_dielectric;
+uniform int u_first_conductor;
 uniform int u_first_opacity;
 uniform int u_has_maps;        // 0: materials are constant
 
@@ -21,7 +22,7 @@ struct Material {
     vec3 f90;  // specular reflectance at grazing incidence
     int unlit;  // 1: emits to every ray, and scatters nothing
     vec3 emission;  // radiance from the front
-    int dielectric;  // number of the record of a dielectric
+    int record;  // number of that of a dielectric or a conductor
 };
 Material material_of(uvec4 t0, uvec4 t1, uvec4 t2, uvec4 t3) {
     return Material(
@@ -73,6 +74,19 @@ Dielectric dielectric_of(uvec4 t0, uvec4 t1) {
 Dielectric dielectric_load(int index) {
     int first = u_first_dielectric + 2 * index;
     return dielectric_of(scene_texel(first), scene_texel(first + 1));
+}
+
+// What only conductors have.
+struct Conductor {
+    vec3 index;  // of refraction
+    vec3 extinction;  // k, its imaginary part
+};
+Conductor conductor_of(uvec4 t0, uvec4 t1) {
+    return Conductor(uintBitsToFloat(t0.xyz), uintBitsToFloat(t1.xyz));
+}
+Conductor conductor_load(int index) {
+    int first = u_first_conductor + 2 * index;
+    return conductor_of(scene_texel(first), scene_texel(first + 1));
 }
 
 struct Opacity {

@@ -1,17 +1,18 @@
 # SPDX-License-Identifier: MIT
-"""The shader's models, value by value, against Mitsuba's own plugins of the same formulas, on both sides of a surface."""
+"""The shader's models, value by value, against Mitsuba's own plugins, on both sides of a surface."""
 
 from typing import Any
 
 import moderngl
 import numpy as np
 import pytest
-from shaders.bsdf_models import MODELS, Dielectric
+from shaders.bsdf_models import MODELS, Conductor, Dielectric
 from shaders.bsdf_probe import run
 from shaders.directions import direction
 
-from fragtracer.reference.dielectrics import dielectric_bsdf
+from fragtracer.reference.dielectrics import conductor_bsdf, dielectric_bsdf
 from fragtracer.scene import Material
+from fragtracer.scene.reflectance import METAL_INDEX
 
 DEGREES = [3, 40, 65, 85]
 EVAL = "value = bsdf_eval(b, wo, wi); pdf = bsdf_pdf(b, wo, wi);"
@@ -77,6 +78,39 @@ def test_smooth_lobes(ctx: moderngl.Context, mi: Any, model: str, side: int) -> 
             np.testing.assert_allclose(ours["drawn"][0, 3], bs.pdf.numpy()[0], rtol=2e-5)
             np.testing.assert_allclose(ours["weight"][0, :3], weight.numpy()[:, 0], rtol=2e-5)
             np.testing.assert_allclose(ours["weight"][0, 3], bs.eta.numpy()[0], rtol=1e-6)
+
+
+@pytest.mark.parametrize("roughness", [0.0, 0.3, 1.0])
+def test_conductor(ctx: moderngl.Context, mi: Any, roughness: float) -> None:
+    material = Material(model="conductor", metal="gold", roughness=roughness)
+    theirs = mi.load_dict(conductor_bsdf(material))
+    parameters = Conductor(*material.complex_index, material.alpha)
+    for degrees in DEGREES:
+        wo = direction(degrees)
+        drawn = run(ctx, MODELS["conductor"], parameters, DRAW, {"u": u(1024)}, {"drawn": 4, "weight": 4}, wo)
+        found = drawn["drawn"][:, 3] > 0
+        if roughness == 0:
+            bs, weight = theirs.sample(mi.BSDFContext(), seen_from(mi, wo), 0.5, mi.Point2f(0.5, 0.5))
+            np.testing.assert_allclose(drawn["drawn"][0], [*bs.wo.numpy()[:, 0], bs.pdf.numpy()[0]], atol=1e-6)
+            np.testing.assert_allclose(drawn["weight"][0, :3], weight.numpy()[:, 0], rtol=2e-5)
+            continue
+        wi = np.concatenate([over_the_sphere(4096), drawn["drawn"][found, :3]]).astype(np.float32)
+        ours = run(ctx, MODELS["conductor"], parameters, EVAL, {"wi": wi}, {"value": 3, "pdf": 1}, wo)
+        value, pdf = theirs.eval_pdf(mi.BSDFContext(), seen_from(mi, wo), mi.Vector3f(wi.T))
+        np.testing.assert_allclose(ours["value"], value.numpy().T, rtol=1e-3, atol=1e-6)
+        np.testing.assert_allclose(ours["pdf"], pdf.numpy(), rtol=1e-3, atol=1e-6)
+        weight = (value / pdf).numpy().T[-np.count_nonzero(found) :]
+        np.testing.assert_allclose(drawn["weight"][found, :3], weight, rtol=2e-3)
+
+
+def test_named_metals_have_the_indices_of_mitsubas_spectra(mi: Any) -> None:
+    symbols = {"aluminium": "Al", "chromium": "Cr", "copper": "Cu", "gold": "Au", "iridium": "Ir", "mercury": "Hg"}
+    symbols |= {"molybdenum": "Mo", "nickel": "Ni_palik", "silver": "Ag", "tungsten": "W"}
+    assert symbols.keys() == METAL_INDEX.keys()
+    for name, symbol in symbols.items():
+        found = mi.traverse(mi.load_dict({"type": "conductor", "material": symbol}))
+        for key, ours in zip(("eta.value", "k.value"), METAL_INDEX[name], strict=True):
+            np.testing.assert_allclose(np.ravel(found[key]), ours, rtol=1e-5)
 
 
 def u(count: int) -> Any:

@@ -15,6 +15,7 @@ import numpy as np
 
 from fragtracer import scene
 from fragtracer.packing.records import BsdfModel
+from fragtracer.scene.reflectance import METAL_INDEX
 
 from . import Floats, bsdf_oracle
 from .bsdf_oracle import Direction, Lambert, Material
@@ -435,8 +436,65 @@ THIN_DIELECTRIC = Model(
     ],
 )
 
+
+@dataclass(frozen=True)
+class Conductor:
+    """Of BSDF_CONDUCTOR."""
+
+    index: Direction
+    extinction: Direction
+    alpha: float
+
+
+def conductor_pdf(p: Conductor, wo: Floats, wi: Floats) -> Floats:
+    wh = wo + wi
+    wh = wh / np.linalg.norm(wh, axis=-1, keepdims=True)
+    if p.alpha == 0:
+        return np.zeros(wh.shape[:-1])
+    return bsdf_oracle.visible_normal_pdf(p.alpha, wo, wh) / (4 * (wo * wh).sum(-1))
+
+
+def conductor_eval(p: Conductor, wo: Floats, wi: Floats) -> Floats:
+    """F D G1(wo) G1(wi) / (4 cos_o)."""
+    cosine = np.linalg.norm(wo + wi, axis=-1) / 2
+    shadowed = conductor_pdf(p, wo, wi) * bsdf_oracle.g1_smith(p.alpha, wi[..., 2])
+    return bsdf_oracle.fresnel_conductor(cosine, p.index, p.extinction) * shadowed[..., None]
+
+
+def conductor_deltas(p: Conductor, wo: Floats) -> Sequence[Delta]:
+    mirrored = bsdf_oracle.fresnel_conductor(wo[..., 2], p.index, p.extinction)
+    return () if p.alpha > 0 else [Delta(mirror_image(wo), mirrored, np.ones(len(wo)))]
+
+
+def conductor_tolerance(p: Conductor, wo: Floats, wi: Floats) -> Floats:
+    return 1e-4 + 4e-7 / (p.alpha or 1.0) / np.linalg.norm(wo + wi, axis=-1)
+
+
+CONDUCTORS = {
+    "measured gold": METAL_INDEX["gold"],
+    "all but lossless": ((2e-3, 2e-3, 2e-3), (10.0, 10.0, 10.0)),
+    "barely a metal": ((1.0, 1.5, 3.0), (0.5, 0.1, 1.0)),
+}
+CONDUCTOR = Model(
+    "CONDUCTOR",
+    {name: [Conductor(*index, alpha) for alpha in (0.0, 1e-2, 0.3, 1.0)] for name, index in CONDUCTORS.items()},
+    conductor_eval,
+    conductor_pdf,
+    lambda p, cosine: np.ones((len(cosine), 3)),
+    deltas=conductor_deltas,
+    domain=lambda p, wo: Reflections(p.alpha or 1.0, wo),
+    tolerance=conductor_tolerance,
+    whitest=[Conductor(*CONDUCTORS["all but lossless"], alpha) for alpha in (0.0, 1e-2, 0.1, 0.5, 1.0)],
+    lossless=[Conductor(*CONDUCTORS["all but lossless"], alpha) for alpha in (0.0, 1e-3)],
+    scene_materials=[
+        scene.Material(model="conductor", metal="gold", roughness=0.3),
+        scene.Material(model="conductor", eta=(1.5, 1.0, 0.5), k=(2.0, 3.0, 4.0), roughness=0.0),
+    ],
+)
+
 MODELS: dict[str, Model] = {
     "eon": EON,
+    "conductor": CONDUCTOR,
     "dielectric": DIELECTRIC,
     "thin-dielectric": THIN_DIELECTRIC,
     "diffuse": DIFFUSE,

@@ -57,6 +57,15 @@ def fresnel_dielectric(cosine: ArrayLike, eta: float) -> Floats:
     return np.where(np.sin(one) < eta, (s**2 + p**2) / 2, 1.0)
 
 
+def fresnel_conductor(cosine: ArrayLike, eta: ArrayLike, k: ArrayLike) -> Floats:
+    """Of unpolarised light, by complex amplitudes, (..., 3)."""
+    index = np.asarray(eta, np.float64) + 1j * np.asarray(k, np.float64)
+    one = np.asarray(cosine, np.float64)[..., None]
+    other = np.sqrt(1 - (1 - one**2) / index**2)
+    s, p = (one - index * other) / (one + index * other), (index * one - other) / (index * one + other)
+    return (np.abs(s) ** 2 + np.abs(p) ** 2) / 2
+
+
 def ggx_d(alpha: ArrayLike, wh: Floats) -> Floats:
     """Trowbridge-Reitz in terms of cos theta."""
     a2, c2 = np.asarray(alpha, np.float64) ** 2, wh[..., 2] ** 2

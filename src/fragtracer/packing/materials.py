@@ -43,8 +43,9 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
     """Pack ``materials``, those of ``scene`` and of its lights."""
     packed, of_shapes, of_meshes = _apart(scene, materials)
     dielectric = dielectrics(materials)
+    conductor = {name: i for i, name in enumerate(n for n, m in materials.items() if m.model == "conductor")}
     numbers = np.zeros(len(packed), np.int64)
-    for name, number in dielectric.items():
+    for name, number in (dielectric | conductor).items():
         numbers[[of[name] for of in (of_shapes, of_meshes) if name in of]] = number
     textured = [packed[i] for i in of_meshes.values() if packed[i].textures]
     textures = list(dict.fromkeys(t for m in textured for t in m.textures.values()))
@@ -61,6 +62,7 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
         "Material": _material_words(packed, models, lobes, numbers),
         "Maps": words_of_rows(MATERIAL_RECORDS["Maps"], [_maps(m, index) for m in packed] if has_maps else []),
         "Dielectric": words_of_rows(MATERIAL_RECORDS["Dielectric"], [_dielectric(materials[n]) for n in dielectric]),
+        "Conductor": words_of_rows(MATERIAL_RECORDS["Conductor"], [_conductor(materials[n]) for n in conductor]),
         "Opacity": words_of_rows(
             MATERIAL_RECORDS["Opacity"], [_opacity(m, index) for m in packed] if has_alpha else []
         ),
@@ -143,7 +145,12 @@ def _is_rough_dielectric(material: Material) -> bool:
 
 
 def _dielectric(material: Material) -> dict[str, Any]:
-    return {"transmittance": material.transmittance, "eta": material.eta, "absorption": material.absorption}
+    return {"transmittance": material.transmittance, "eta": material.index, "absorption": material.absorption}
+
+
+def _conductor(material: Material) -> dict[str, Any]:
+    index, extinction = material.complex_index
+    return {"index": index, "extinction": extinction}
 
 
 def _share_texture(material: Material) -> bool:
@@ -163,10 +170,10 @@ def _material_words(
     materials: Sequence[Material],
     models: Sequence[BsdfModel],
     lobes: Sequence[tuple[Triple, Triple]],
-    dielectric: NDArray[np.int64],
+    records: NDArray[np.int64],
 ) -> Words:
-    """Records of ``materials`` with their models, the f0 and f90 of their specular lobes, and the numbers of those that
-    are dielectrics."""
+    """Records of ``materials`` with their models, the f0 and f90 of their specular lobes, and the numbers of the
+    ``records`` of dielectrics and conductors."""
     scatters = np.array([not m.unlit for m in materials], np.float64)
     f0, f90 = np.array(lobes, np.float64).reshape(-1, 2, 3).transpose(1, 0, 2)
     columns = {
@@ -177,7 +184,7 @@ def _material_words(
         "f90": f90 * scatters[:, None],
         "unlit": scatters == 0,
         "emission": np.array([m.base_color if m.unlit else m.emission for m in materials]).reshape(-1, 3),
-        "dielectric": dielectric,
+        "record": records,
     }
     return words_of(MATERIAL_RECORDS["Material"], columns, len(materials))
 

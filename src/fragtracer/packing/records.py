@@ -15,7 +15,7 @@ Words = NDArray[np.uint32]
 MATERIAL_RECORDS: dict[str, Record] = {
     "Material": (
         *(("diffuse", "vec3"), ("alpha", "float"), ("f0", "vec3"), ("bsdf", "int")),
-        *(("f90", "vec3"), ("unlit", "int"), ("emission", "vec3"), ("dielectric", "int")),
+        *(("f90", "vec3"), ("unlit", "int"), ("emission", "vec3"), ("record", "int")),
     ),
     "Maps": (
         *(("albedo", "vec3"), ("roughness", "float"), ("dielectric_f0", "vec3"), ("metallic", "float")),
@@ -26,6 +26,7 @@ MATERIAL_RECORDS: dict[str, Record] = {
         *(("occlusion_texture", "int"), ("occlusion_strength", "float")),
     ),
     "Dielectric": (("transmittance", "vec3"), ("eta", "float"), ("absorption", "vec3")),
+    "Conductor": (("index", "vec3"), ("extinction", "vec3")),
     "Opacity": (("opacity", "float"), ("mode", "int"), ("cutoff", "float"), ("texture_index", "int")),
     "Texture": (
         *(("u_row", "vec3"), ("coordinates", "int"), ("v_row", "vec3"), ("channel", "int")),
@@ -44,6 +45,7 @@ class BsdfModel(IntEnum):
     EON = 2
     DIELECTRIC = 3
     THIN_DIELECTRIC = 4
+    CONDUCTOR = 5
 
     @property
     def feature(self) -> str:

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""Dielectrics as Mitsuba's own plugins, and what lies around each shape of one: Mitsuba has interfaces without
-priorities, so that a shape must lie within one medium."""
+"""Dielectrics and conductors as Mitsuba's own plugins, and what lies around each shape of a dielectric: Mitsuba has
+interfaces without priorities, so that a shape must lie within one medium."""
 
 import numpy as np
 
@@ -16,13 +16,22 @@ KINDS = ("dielectric", "roughdielectric", "thindielectric")
 
 def dielectric_bsdf(material: Material, around: Material | None) -> Tree:
     """The plugin of a dielectric that lies in air, or within another one."""
-    tree: Tree = {"int_ior": float(material.eta), "ext_ior": 1.0 if around is None else float(around.eta)}
+    tree: Tree = {"int_ior": float(material.index), "ext_ior": 1.0 if around is None else float(around.index)}
     tree["specular_transmittance"] = rgb(material.transmittance)
     if not material.is_solid:
         return {"type": "thindielectric", **tree}
     if material.alpha < DELTA_ALPHA:
         return {"type": "dielectric", **tree}
     return {"type": "roughdielectric", "distribution": "ggx", "alpha": float(material.alpha), **tree}
+
+
+def conductor_bsdf(material: Material) -> Tree:
+    """The plugin of a conductor, from both sides."""
+    eta, k = material.complex_index
+    tree: Tree = {"type": "conductor", "eta": rgb(eta), "k": rgb(k)}
+    if material.alpha >= DELTA_ALPHA:
+        tree |= {"type": "roughconductor", "distribution": "ggx", "alpha": float(material.alpha)}
+    return {"type": "twosided", "bsdf": tree}
 
 
 def media(scene: Scene) -> Tree:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from fragtracer.errors import FragtracerError
-from fragtracer.reference.dielectrics import dielectric_bsdf
+from fragtracer.reference.dielectrics import conductor_bsdf, dielectric_bsdf
 from fragtracer.reference.meshes import MeshAttributes
 from fragtracer.reference.plugins import NAME, SURFACE, UNLIT
 from fragtracer.reference.shapes import Tree, rgb
@@ -58,6 +58,8 @@ def exact_bsdf(material: Material, geometry: str, attributes: MeshAttributes, te
         return surface(black, geometry, attributes, textures) if has_null_transmission(material) else lambert(black)
     if material.is_dielectric:
         return dielectric_bsdf(material, None)
+    if material.model == "conductor":
+        return conductor_bsdf(material)
     if not is_plain(material, attributes):
         return surface(material, geometry, attributes, textures)
     if is_lambert(material):

@@ -8,7 +8,13 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from fragtracer.scene.fields import CONFIG, Fraction, Number, Positive, Reflectance, Strength, Triple
-from fragtracer.scene.reflectance import METAL_F0, grazing_reflectance, reflectance_from_ior
+from fragtracer.scene.reflectance import (
+    METAL_F0,
+    METAL_INDEX,
+    conductor_reflectance,
+    grazing_reflectance,
+    reflectance_from_ior,
+)
 from fragtracer.scene.texture import Texture
 
 # The parameters that can be textured, by the field NAME_texture.
@@ -19,6 +25,7 @@ MODELS: dict[str, tuple[str, ...]] = {
     "eon": ("albedo", "roughness"),
     "dielectric": ("roughness", "ior", "transmittance", "attenuation_color", "attenuation_distance", "priority"),
     "thin-dielectric": ("ior", "transmittance"),
+    "conductor": ("roughness", "metal", "eta", "k"),
 }
 _OF_MODELS = {key for keys in MODELS.values() for key in keys}
 _OF_OTHERS = {model: sorted(_OF_MODELS - set(keys)) for model, keys in MODELS.items()}  # keys that mean nothing to it
@@ -34,6 +41,8 @@ class Material:
     (shaders/bsdf/cook_torrance.glsl), "eon" a rough diffuse surface without a specular lobe, such as clay
     (shaders/bsdf/eon.glsl), whose roughness of 0 is Lambert's. "dielectric" is the surface of a solid or a liquid that
     light passes, such as glass or water, and "thin-dielectric" a pane of it (shaders/bsdf/dielectric.glsl).
+    "conductor" is a metal of a measured complex index ``eta`` + i ``k``, or of that of the ``metal`` of a name in
+    :data:`METAL_INDEX`.
 
     ``albedo`` is the colour of the base, and the specular colour of the metallic part. The GGX
     width is ``roughness**2``; roughness below 0.01 is a perfect mirror. The dielectric part's
@@ -56,7 +65,7 @@ class Material:
     radiance and scatters nothing.
     """
 
-    model: Literal["metallic-roughness", "eon", "dielectric", "thin-dielectric"] = "metallic-roughness"
+    model: Literal["metallic-roughness", "eon", "dielectric", "thin-dielectric", "conductor"] = "metallic-roughness"
     albedo: Reflectance = (0.5, 0.5, 0.5)
     roughness: Fraction = 0.5
     metallic: Fraction = 0.0
@@ -68,6 +77,8 @@ class Material:
     attenuation_color: Reflectance = (1.0, 1.0, 1.0)
     attenuation_distance: Positive = 1.0
     priority: int = 0
+    eta: Strength | None = None
+    k: Strength | None = None
     emission: Strength = (0.0, 0.0, 0.0)
     albedo_texture: Texture | None = None
     roughness_texture: Texture | None = None
@@ -87,6 +98,9 @@ class Material:
         self._check_model()
         if min(self.attenuation_color) <= 0:
             raise ValueError("attenuation_color must be greater than 0; 0.001 is all but black")
+        if self.model == "conductor":
+            self._check_conductor()
+            return
         if self.ior is not None and self.f0 is not None:
             raise ValueError("ior and f0 both say how much is reflected; give one of them")
         if self.metal is None:
@@ -97,6 +111,16 @@ class Material:
         for name in ("albedo", "metallic", "ior", "f0", "specular"):
             if getattr(self, name) != getattr(default, name):
                 raise ValueError(f"metal = {self.metal!r} already says what {name} is; leave {name} out")
+
+    def _check_conductor(self) -> None:
+        if self.metal is not None and self.metal not in METAL_INDEX:
+            raise ValueError(
+                f"metal {self.metal!r} has no measured index; choose from {', '.join(sorted(METAL_INDEX))}"
+            )
+        if (self.metal is None) == (self.eta is None) or (self.eta is None) != (self.k is None):
+            raise ValueError("a conductor needs either metal, the name of one, or both eta and k")
+        if self.eta is not None and min(self.eta) <= 0:
+            raise ValueError("eta must be greater than 0; metals have indices from 0.1 to 5")
 
     def _check_model(self) -> None:
         for key in _OF_OTHERS[self.model]:
@@ -114,12 +138,12 @@ class Material:
     @property
     def base_color(self) -> Triple:
         """The albedo, or the reflectance of the named metal."""
-        return METAL_F0[self.metal] if self.metal else self.albedo
+        return self.specular_f0 if self.model == "conductor" else METAL_F0[self.metal] if self.metal else self.albedo
 
     @property
     def metalness(self) -> float:
         """``metallic``, or 1 for a named metal."""
-        return 1.0 if self.metal else self.metallic
+        return 1.0 if self.metal or self.model == "conductor" else self.metallic
 
     @property
     def is_dielectric(self) -> bool:
@@ -132,9 +156,14 @@ class Material:
         return self.model == "dielectric"
 
     @property
-    def eta(self) -> float:
+    def index(self) -> float:
         """Index of refraction."""
         return 1.5 if self.ior is None else self.ior
+
+    @property
+    def complex_index(self) -> tuple[Triple, Triple]:
+        """Index of refraction and extinction coefficient of a conductor."""
+        return METAL_INDEX[self.metal] if self.metal else (self.eta or (1.0, 1.0, 1.0), self.k or (0.0, 0.0, 0.0))
 
     @property
     def absorption(self) -> Triple:
@@ -145,7 +174,7 @@ class Material:
     @property
     def diffuse_albedo(self) -> Triple:
         """Albedo of the Lambert base."""
-        if self.is_dielectric:
+        if self.is_dielectric or self.model == "conductor":
             return (0.0, 0.0, 0.0)
         base = 1.0 - self.metalness
         r, g, b = self.base_color
@@ -154,13 +183,15 @@ class Material:
     @property
     def dielectric_f0(self) -> Triple:
         """Reflectance at normal incidence of the dielectric part, before ``specular``."""
-        return self.f0 or (reflectance_from_ior(self.eta),) * 3
+        return self.f0 or (reflectance_from_ior(self.index),) * 3
 
     @property
     def specular_f0(self) -> Triple:
         """Specular reflectance at normal incidence."""
         if self.model == "eon":
             return (0.0, 0.0, 0.0)
+        if self.model == "conductor":
+            return conductor_reflectance(*self.complex_index)
         if self.metal:
             return METAL_F0[self.metal]
         dielectric, metallic = (1 - self.metallic) * self.specular, self.metallic
@@ -172,7 +203,7 @@ class Material:
         """Specular reflectance at grazing incidence, per channel for a dielectric, 1 for a metal."""
         if self.model == "eon":
             return (0.0, 0.0, 0.0)
-        if self.metal:
+        if self.metal or self.model == "conductor":
             return (1.0, 1.0, 1.0)
         dielectric = (1 - self.metallic) * self.specular
         metallic = self.metallic * grazing_reflectance(max(self.albedo))

@@ -63,7 +63,7 @@ def _energy(context: Any, u: NDArray[np.float32]) -> Finding:
     """The albedo of a smooth white metal, a rough one and a white dielectric agrees with float64 quadrature."""
     body = """
         vec3 wo = normalize(vec3(0.6, 0.0, 0.8));
-        Bsdf lobe = Bsdf(BSDF_COOK_TORRANCE, vec3(0.0), 1e-3, vec3(1.0), vec3(1.0), 1.0, vec3(1.0));
+        Bsdf lobe = bsdf_of(BSDF_COOK_TORRANCE, vec3(0.0), 1e-3, vec3(1.0), vec3(1.0));
         BsdfSample a = bsdf_sample(lobe, wo, u);
         lobe.alpha = 0.7;
         BsdfSample b = bsdf_sample(lobe, wo, u);
