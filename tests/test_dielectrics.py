@@ -197,8 +197,8 @@ MISTAKES = {
     "roughness, ior, transmittance, attenuation_color, attenuation_distance, priority",
     "attenuation_color = 0": "material.glass.attenuation_color: must be greater than 0",
     "attenuation_distance = 0": "material.glass.attenuation_distance: must be greater",
-    "": "material.water.priority: shapes of 'glass' and 'water' may overlap, and both have the priority 0; give the one "
-    "that fills what is common to both a higher priority",
+    "": "material.water.priority: shapes of 'glass' and 'water' may overlap, and both have the priority 0; give the "
+    "one that fills what is common to both a higher priority",
 }
 
 

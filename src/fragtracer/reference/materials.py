@@ -35,6 +35,16 @@ def is_plain(material: Material, attributes: MeshAttributes) -> bool:
     )
 
 
+def is_own_plugin(material: Material) -> bool:
+    """Whether Mitsuba has a plugin of its own for the model."""
+    return material.is_dielectric or material.model == "conductor"
+
+
+def own_plugin(material: Material) -> Tree:
+    """That plugin; a dielectric lies in air."""
+    return dielectric_bsdf(material, None) if material.is_dielectric else conductor_bsdf(material)
+
+
 def has_images(material: Material) -> bool:
     """Whether images change how the material scatters."""
     return not material.textures.keys().isdisjoint(("albedo", "roughness", "metallic", "normal"))
@@ -56,10 +66,13 @@ def exact_bsdf(material: Material, geometry: str, attributes: MeshAttributes, te
     if material.unlit:
         black = replace(material, model=DEFAULT_MODEL, albedo=(0.0, 0.0, 0.0), metal=None, metallic=0.0, specular=0.0)
         return surface(black, geometry, attributes, textures) if has_null_transmission(material) else lambert(black)
-    if material.is_dielectric:
-        return dielectric_bsdf(material, None)
-    if material.model == "conductor":
-        return conductor_bsdf(material)
+    if is_own_plugin(material):
+        if attributes.shading or has_images(material) or material.alpha_mode != "opaque" or not material.double_sided:
+            raise FragtracerError(
+                f"Mitsuba shows a material of model = {material.model!r} exactly only without textures, normals of "
+                "vertices and alpha; leave these out, or export the scene without --plugin"
+            )
+        return own_plugin(material)
     if not is_plain(material, attributes):
         return surface(material, geometry, attributes, textures)
     if is_lambert(material):

@@ -98,6 +98,8 @@ class Material:
         self._check_model()
         if min(self.attenuation_color) <= 0:
             raise ValueError("attenuation_color must be greater than 0; 0.001 is all but black")
+        if self.is_dielectric and not self.double_sided:
+            raise ValueError("double_sided must stay true; light leaves a dielectric by the back of its surface")
         if self.model == "conductor":
             self._check_conductor()
             return
