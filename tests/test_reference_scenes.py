@@ -51,6 +51,7 @@ SIZE, BATCHES = (48, 36), 16
 SPP, SPP_OF_MESHES = 1024, 256
 # Where the noise would hide a difference of 1 %.
 MORE_SPP = {
+    "caustic": 4096,
     "cornell-box": 2048,
     "knot": 1024,
     "mirror": 4096,
