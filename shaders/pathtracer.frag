@@ -4,6 +4,7 @@
 #include "core/constants.glsl"
 #include "sampler/sampler.glsl"
 #include "film/film.glsl"
+#include "film/work.glsl"
 #include "bsdf/bsdf.glsl"
 #include "scene/storage.glsl"
 #include "texture/texture.glsl"
@@ -15,14 +16,17 @@
 
 layout(location = 0) out vec4 out_mean;
 layout(location = 1) out vec4 out_variance;
+layout(location = 2) out vec4 out_half_difference;
 
-uniform int u_rays;  // paths per pixel in this pass
+uniform int u_rays;  // paths per fragment in this pass
 
 void main() {
-    ivec2 pixel = ivec2(gl_FragCoord.xy);
-    Film film = film_load(pixel);
-    path_trace(film, pixel, u_rays);
+    ivec2 texel = ivec2(gl_FragCoord.xy);
+    Work work = work_load(texel);
+    Film film = film_load(texel, work.first_sample);
+    path_trace(film, work.pixel, u_rays);
     if (traversal_was_cut) film_invalidate(film);
     out_mean = film_mean(film);
     out_variance = film_variance(film);
+    out_half_difference = film_half_difference(film);
 }

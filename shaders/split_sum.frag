@@ -11,6 +11,7 @@
 
 layout(location = 0) out vec4 out_mean;
 layout(location = 1) out vec4 out_variance;
+layout(location = 2) out vec4 out_half_difference;
 
 uniform int u_rays;
 uniform int u_bounces;
@@ -36,15 +37,15 @@ vec3 split_sum_radiance(Ray ray, uint seed, ivec2 pixel, uint index) {
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    Film film = film_load(pixel);
-    uint index = film_sample_index(film);
+    Film film = film_load(pixel, 0u);
     float unused;
     for (int i = 0; i < u_rays; i++) {
+        uint index = film_sampler_index(film_next_number(film));
         vec4 u = sampler_vec4(pixel, index, dimension_camera(), unused);
         film_add(film, split_sum_radiance(camera_ray(pixel, u), hash_pcg4d(floatBitsToUint(u)).x, pixel, index));
-        index++;
     }
     if (traversal_was_cut) film_invalidate(film);
     out_mean = film_mean(film);
     out_variance = film_variance(film);
+    out_half_difference = film_half_difference(film);
 }

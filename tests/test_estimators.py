@@ -150,10 +150,10 @@ def test_more_light_samples_mean_less_noise(ctx):
     variances = []
     for light_samples in (1, 8):
         settings = {"estimator": "nee", "sampler": "hash", "bounces": 1, "light_samples": light_samples}
-        with Renderer(scene, (32, 32), context=ctx, **settings) as renderer:
+        with Renderer(scene, (256, 256), context=ctx, adaptive=False, **settings) as renderer:
             renderer.sample(128)
             variances.append(np.square(renderer.standard_error(), dtype=np.float64).mean())
-    # The variance of 1024 pixels, each of 128 samples that are 0 or 1, is known to well under 1 %.
+    # From 65,536 half-differences, the variance is known to 0.6 %, the ratio to 0.8 %.
     assert variances[0] / variances[1] == pytest.approx(8, rel=0.03)
 
 
@@ -175,7 +175,8 @@ PLANTED = {
     ),
     "density of the diffuse lobe 3 % too high": (
         *("bsdf/cook_torrance.glsl", "square_to_cosine_hemisphere_pdf(wi));"),
-        *("1.03 * square_to_cosine_hemisphere_pdf(wi));", "three-spheres", {"estimator": "bsdf"}, {"estimator": "nee"}),
+        "1.03 * square_to_cosine_hemisphere_pdf(wi));",
+        *("three-spheres", {"estimator": "bsdf", "adaptive": False}, {"estimator": "nee", "adaptive": False}),
     ),
     "the same random numbers in every dimension": (
         *("sampler/texture.glsl", "uint(dimension), block)", "0u, block)", "cornell-box", {}, {"sampler": "hash"}),

@@ -85,7 +85,7 @@ vec3 direct_light(Vertex vertex, int depth, ivec2 pixel, uint index, vec2 u) {
         int i = 0;
         do {
             if (u_light_samples > 1) {
-                uint light_index = index * uint(u_light_samples) + uint(i);
+                uint light_index = sampler_part_index(index, uint(u_light_samples), uint(i));
                 u = sampler_vec4(pixel, light_index, dimension_light(depth), unused).xy;
             }
             direct += direct_sample(vertex, u);

@@ -36,8 +36,9 @@ Path path_begin(ivec2 pixel, vec4 u) {
 
 // Adds `count` samples of the pixel to its film.
 void path_trace(inout Film film, ivec2 pixel, int count) {
-    uint index = film_sample_index(film);
-    uint end = index + uint(count);
+    uint number = film_next_number(film);
+    uint end = number + uint(count);
+    uint index = film_sampler_index(number);
     float rr_sample;
     Path path = path_begin(pixel, sampler_vec4(pixel, index, dimension_camera(), rr_sample));
     // The loop tests at its end: a software renderer runs a body once more than a leading test lets pass. And it computes
@@ -75,7 +76,8 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
         // A path that has ended is a sample.
         if (!scatters) {
             film_add(film, path.radiance);
-            index++;
+            number++;
+            index = film_sampler_index(number);
         }
 
         // One draw of random numbers serves the path that goes on and the one that begins.
@@ -105,5 +107,5 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
 
         // Regeneration.
         if (!scatters) path = path_begin(pixel, u);
-    } while (index < end);
+    } while (number < end);
 }

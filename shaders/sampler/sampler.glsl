@@ -3,6 +3,7 @@
 // of them and not stratified, for Russian roulette. A dimension is one use of randomness along a path, four numbers wide.
 #include "core/hash.glsl"
 #include "sampler/roulette.glsl"
+#include "sampler/stream.glsl"
 
 #define SAMPLER_TEXTURE 0
 #define SAMPLER_HASH 1

@@ -12,12 +12,12 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from fragtracer.errors import DeviceError
+from fragtracer.gpu.accumulation import Accumulation
 from fragtracer.gpu.context import create_context, describe, is_software
-from fragtracer.gpu.film import Film, standard_error
 from fragtracer.gpu.specialise import MOST_LISTED, Level
 from fragtracer.gpu.tracer import Tracer, TracerProgram
 from fragtracer.packing import PackedScene, pack
+from fragtracer.sampling.pixels import Pixels
 from fragtracer.scene import RenderSettings, Scene
 
 PROGRAMS = {"path": "pathtracer.frag", "split-sum": "split_sum.frag"}
@@ -84,28 +84,33 @@ class Renderer:
         self._level = Level.VIEW if (is_soft if specialised is None else specialised) else Level.NOTHING
         self._defines, self._name, self._shaders = dict(defines or {}), program, shaders
         with self._current():
-            self._film = Film(self.context, self.settings.width, self.settings.height)
+            self._film = Accumulation(self.context, self.settings.width, self.settings.height, self._is_adaptive)
             self._tracer = Tracer(self.context, self._packed(), self._program())
-            self._tracer.warm_up(self._film)
-        self.spp = 0
+            self._film.warm_up(self._tracer)
         self._last_error: float | None = None
 
     def sample(self, spp: int = 1, on_band: Callable[[float], None] | None = None) -> None:
-        """Add ``spp`` samples to every pixel; ``on_band`` hears the samples per pixel so far."""
+        """Add ``spp`` samples per pixel; ``on_band`` hears how many there are so far.
+
+        Adaptive sampling spreads them unevenly, after the first 16, where at least 16 are asked for at once.
+        """
         target = self.spp + spp
         while self.spp < target:
-            rays = min(self.settings.rays, self._tracer.max_rays, target - self.spp)
-            with self._current():
-                for share in self._tracer.bands(self._film, rays):
-                    if on_band is not None:
-                        on_band(self.spp + rays * share)
-            self.spp += rays
+            self._draw_pass(target - self.spp, on_band)
+
+    def _draw_pass(self, most: int | None, on_band: Callable[[float], None] | None) -> None:
+        """Draw a pass of ``most`` samples per pixel at most."""
+        with self._current():
+            for share in self._film.bands(self._tracer, self.settings.rays, most):
+                if on_band is not None:
+                    on_band(self.spp + self._film.pass_rays * share)
 
     def render(
         self,
         spp: int | None = None,
         seconds: float | None = None,
         until: float | None = None,
+        worst: float | None = None,
         progress: Callable[[Progress], None] | None = None,
     ) -> NDArray[np.float32]:
         """Sample until the first of the given limits is reached and return :meth:`image`.
@@ -119,6 +124,9 @@ class Renderer:
         until
             Mean relative standard error, 0.01 for 1 %; looked at whenever a quarter more samples
             have been taken.
+        worst
+            Relative standard error that 99 % of the pixels are to have at most, 0.05 for 5 %. With ``until``, both
+            must hold.
         progress
             Called after every draw, many times a second.
 
@@ -127,7 +135,7 @@ class Renderer:
         KeyboardInterrupt
             On Ctrl-C; the passes that were finished stay in the image.
         """
-        if spp is None and seconds is None and until is None:
+        if spp is None and seconds is None and until is None and worst is None:
             spp = self.settings.spp
         start = time.perf_counter()
 
@@ -137,12 +145,14 @@ class Renderer:
 
         next_look = 16
         while spp is None or self.spp < spp:
-            self.sample(self.settings.rays if spp is None else min(self.settings.rays, spp - self.spp), report)
+            self._draw_pass(None if spp is None else spp - self.spp, report)
             if seconds is not None and time.perf_counter() - start >= seconds:
                 break
-            if until is not None and self.spp >= next_look:
-                self._last_error = self.relative_error()
-                if self._last_error <= until:
+            if (until is not None or worst is not None) and self.spp >= next_look:
+                pixels = self._read()
+                self._last_error = pixels.relative_error()
+                is_good = until is None or self._last_error <= until
+                if is_good and (worst is None or pixels.worst_error() <= worst):
                     break
                 next_look = self.spp + max(16, self.spp // 4)
         return self.image()
@@ -159,33 +169,45 @@ class Renderer:
                 self.scene = scene or self.scene
                 self.settings = replace(self.settings, **settings)
                 self._tracer.load(self._packed(), self._program())
+            self._film.adaptive = self._is_adaptive
             self._film.clear()
-        self.spp = 0
         self._last_error = None
 
     def image(self) -> NDArray[np.float32]:
         """Mean radiance, (height, width, 3) float32 linear Rec. 709, row 0 at the top."""
-        mean, _ = self._read()
-        return np.ascontiguousarray(mean[..., :3])
+        return np.ascontiguousarray(self._read().mean[..., :3])
 
     def standard_error(self) -> NDArray[np.float32]:
-        """Standard error of :meth:`image` from the variance between samples, (height, width, 3).
+        """Standard error of :meth:`image`, (height, width, 3); infinite where a pixel has fewer than two samples.
 
-        It takes samples as independent. The texture sampler's are stratified and do better, so for
-        it this is an upper bound; for the hash sampler it is the standard error. Infinite where a
-        pixel has fewer than two samples.
+        It knows of stratification, by independent halves of the samples (:meth:`Pixels.standard_error`).
         """
-        return standard_error(*self._read())
+        return self._read().standard_error()
+
+    def standard_deviation(self) -> NDArray[np.float32]:
+        """Standard deviation of the samples of each pixel, (height, width, 3), without adaptive sampling."""
+        return np.sqrt(self._read().variance[..., :3])
 
     def relative_error(self) -> float:
         """Mean standard error over mean radiance of the whole image; 0 for a black one."""
-        mean = float(self.image().mean(dtype=np.float64))
-        return float(self.standard_error().mean(dtype=np.float64)) / mean if mean > 0 else 0.0
+        return self._read().relative_error()
+
+    def worst_error(self) -> float:
+        """The relative standard error that 99 % of the pixels do not exceed (:meth:`Pixels.worst_error`)."""
+        return self._read().worst_error()
+
+    def samples(self) -> NDArray[np.float32]:
+        """How many finite samples each pixel has had, (height, width)."""
+        return np.ascontiguousarray(self._read().mean[..., 3])
 
     def non_finite_samples(self) -> int:
         """How many samples were NaN or infinite; they are left out of the mean."""
-        _, variance = self._read()
-        return int(variance[..., 3].sum(dtype=np.float64))
+        return int(self._read().variance[..., 3].sum(dtype=np.float64))
+
+    @property
+    def spp(self) -> int:
+        """Samples per pixel so far; with adaptive sampling, in the mean over pixels."""
+        return self._film.spp
 
     @property
     def draw_seconds(self) -> float:
@@ -223,15 +245,13 @@ class Renderer:
         name = self._name or PROGRAMS[self.settings.integrator]
         return TracerProgram(name, self._defines, self._level, root=self._shaders)
 
-    def _read(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    @property
+    def _is_adaptive(self) -> bool:
+        return self.settings.adaptive and self._program().name == PROGRAMS["path"]
+
+    def _read(self) -> Pixels:
         with self._current():
-            mean, variance = self._film.read()
-        lost = int((mean[..., 3] + variance[..., 3] < self.spp).sum())
-        if lost:
-            raise DeviceError(
-                f"the driver ended {lost} pixels' paths early, so the image would be wrong; render with fewer bounces"
-            )
-        return mean, variance
+            return self._film.read()
 
     def _current(self) -> AbstractContextManager[Any]:
         """Several renderers may live at once: each makes its own context current while it works."""

@@ -141,5 +141,5 @@ def test_sampler_without_density_is_found(names: list[str]) -> None:
 
 
 def test_sampler_with_density_passes() -> None:
-    assert not unpaired(["cone_sample", "cone_pdf", "square_to_cone", "square_to_cone_pdf", "film_sample_index"])
+    assert not unpaired(["cone_sample", "cone_pdf", "square_to_cone", "square_to_cone_pdf", "film_sampler_index"])
     assert not unpaired(["cone_sample", "cone_eval_pdf"])

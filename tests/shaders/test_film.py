@@ -14,15 +14,16 @@ _WIDTH = 1024
 # Eight samples a round, since llvmpipe lets a shader loop 65,535 times in all.
 _ADD = "film_add(film, texelFetch(u_samples, ivec2(i % {0} + {1}, int(pixel) * {2} + i / {0}), 0).rgb);"
 BODY = f"""
-    Film film = Film(vec3(0.0), vec3(0.0), 0.0, 0.0);
+    Film film = Film(vec3(0.0), vec3(0.0), vec3(0.0), 0.0, 0.0, 0u);
     for (int i = 0; i < {SAMPLES}; i += 8) {{
         {" ".join(_ADD.format(_WIDTH, k, SAMPLES // _WIDTH) for k in range(8))}
     }}
-    mean = film.mean; variance = film.variance; counts = vec3(film.count, film.non_finite, film_sample_index(film));"""
+    mean = film.mean; variance = film.variance; half_difference = film.half_difference;
+    counts = vec3(film.count, film.non_finite, film_next_number(film));"""
 
 
-def accumulate(ctx: moderngl.Context, samples: Floats) -> tuple[Floats, Floats, Floats]:
-    """Mean (pixels, 3), variance (pixels, 3), and counts of finite, other and all samples, of samples
+def accumulate(ctx: moderngl.Context, samples: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+    """Mean, variance and half-difference (pixels, 3), and counts of finite, other and all samples, of samples
     (pixels, SAMPLES, 3) taken one after the other."""
     texels = np.zeros((*samples.shape[:2], 4), np.float32)
     texels[..., :3] = samples
@@ -34,14 +35,14 @@ def accumulate(ctx: moderngl.Context, samples: Floats) -> tuple[Floats, Floats, 
             ["film/film.glsl", "probe/samples.glsl"],
             BODY,
             {"pixel": np.arange(len(samples))},
-            {"mean": 3, "variance": 3, "counts": 3},
+            {"mean": 3, "variance": 3, "half_difference": 3, "counts": 3},
             generated={"probe/samples.glsl": "uniform highp sampler2D u_samples;"},
             resources={"u_samples": texture},
         )
     finally:
         texture.release()
-    mean, variance, counts = (values.astype(np.float64) for values in result.values())
-    return mean, variance, counts
+    mean, variance, half_difference, counts = (values.astype(np.float64) for values in result.values())
+    return mean, variance, half_difference, counts
 
 
 @pytest.fixture(scope="module")
@@ -58,8 +59,10 @@ def radiance() -> Floats:
 def test_random_samples(ctx: moderngl.Context, radiance: Floats) -> None:
     """Each update rounds the mean by up to half a unit in its last place, and the next n dilute that as
     they do samples: a standard deviation of sqrt(n / 3) 2^-23 / sqrt(12), here 5e-6, of which five."""
-    mean, variance, counts = accumulate(ctx, radiance)
+    mean, variance, half_difference, counts = accumulate(ctx, radiance)
     exact = radiance.astype(np.float64)
+    halves = exact[:, ::2].mean(axis=1), exact[:, 1::2].mean(axis=1)
+    np.testing.assert_allclose(half_difference, (halves[0] - halves[1]) / 2, atol=2.5e-5 * exact.mean(), rtol=2.5e-5)
     np.testing.assert_allclose(mean, exact.mean(axis=1), rtol=2.5e-5)
     np.testing.assert_allclose(variance, exact.var(axis=1), rtol=2.5e-5)
     assert (counts == (SAMPLES, 0, SAMPLES)).all()
@@ -79,7 +82,7 @@ def test_samples_that_are_not_finite_are_counted_apart(ctx: moderngl.Context, ra
     values = rng.choice(np.float32([np.nan, np.inf, -np.inf]), spoilt.shape[:2])
     pixel, sample = np.nonzero(bad)
     spoilt[pixel, sample, channel[bad]] = values[bad]
-    mean, variance, counts = accumulate(ctx, spoilt)
+    mean, variance, _, counts = accumulate(ctx, spoilt)
     others = bad.sum(axis=1)
     np.testing.assert_array_equal(counts, np.column_stack([SAMPLES - others, others, np.full(4, SAMPLES)]))
     for i in (0, 2, 3):
@@ -94,29 +97,62 @@ def test_a_constant_stays_exact(ctx: moderngl.Context) -> None:
     """However often it is added, and however bad it is to write in binary."""
     constants = np.float32([0.1, 1 / 3, 1e-20, 1.2345678e10, 0.99999994, 3e38, 0.0, 16777217])
     samples = np.broadcast_to(constants[:, None, None], (len(constants), SAMPLES, 3))
-    mean, variance, counts = accumulate(ctx, samples)
+    mean, variance, _, counts = accumulate(ctx, samples)
     np.testing.assert_array_equal(mean, np.broadcast_to(constants[:, None], mean.shape))
     assert not variance.any()
     assert (counts == (SAMPLES, 0, SAMPLES)).all()
 
 
 def test_film_is_loaded_from_its_textures(ctx: moderngl.Context) -> None:
-    """Each value from the place where the program writes it (out_mean, out_variance)."""
-    texels = np.arange(2 * 3 * 4, dtype=np.float32).reshape(2, 3, 1, 4)
+    """Each value from the place where the program writes it (out_mean, out_variance, out_half_difference)."""
+    texels = np.arange(3 * 3 * 4, dtype=np.float32).reshape(3, 3, 1, 4)
     textures = [ctx.texture((3, 1), 4, t.tobytes(), dtype="f4") for t in texels]
     body = """
-        Film film = film_load(ivec2(int(x), 0));
-        mean = film.mean; variance = film.variance; counts = vec2(film.count, film.non_finite);"""
+        Film film = film_load(ivec2(int(x), 0), 7u);
+        mean = film.mean; variance = film.variance; half_difference = film.half_difference;
+        counts = vec3(film.count, film.non_finite, film.first);"""
     result = probe(
         ctx,
         ["film/film.glsl"],
         body,
         {"x": np.arange(3)},
-        {"mean": 3, "variance": 3, "counts": 2},
-        resources=dict(zip(("u_film_mean", "u_film_variance"), textures, strict=True)),
+        {"mean": 3, "variance": 3, "half_difference": 3, "counts": 3},
+        resources=dict(zip(("u_film_mean", "u_film_variance", "u_film_half_difference"), textures, strict=True)),
     )
     for texture in textures:
         texture.release()
     np.testing.assert_array_equal(result["mean"], texels[0, :, 0, :3])
     np.testing.assert_array_equal(result["variance"], texels[1, :, 0, :3])
-    np.testing.assert_array_equal(result["counts"], texels[:, :, 0, 3].T)
+    np.testing.assert_array_equal(result["half_difference"], texels[2, :, 0, :3])
+    np.testing.assert_array_equal(result["counts"][:, :2], texels[:2, :, 0, 3].T)
+    assert (result["counts"][:, 2] == 7).all()
+
+
+def test_merged_films_are_one(ctx: moderngl.Context) -> None:
+    """Of parts whose lengths differ, as one film has it that met all their samples."""
+    body = """
+        Film whole = Film(vec3(0.0), vec3(0.0), vec3(0.0), 0.0, 0.0, 0u), merged = whole;
+        for (int part = 0; part < 5; part++) {
+            Film film = Film(vec3(0.0), vec3(0.0), vec3(0.0), 0.0, 0.0, film_next_number(whole));
+            for (int i = 0; i < 3 * part; i++) {
+                vec3 radiance = vec3(x + 0.1 * float(i), exp(0.2 * float(i - part)), i == 4 ? 1.0 / u_zero : x * float(part));
+                film_add(film, radiance);
+                film_add(whole, radiance);
+            }
+            film_merge(merged, film);
+        }
+        mean = merged.mean - whole.mean; variance = merged.variance - whole.variance;
+        half_difference = merged.half_difference - whole.half_difference;
+        counts = vec3(merged.count - whole.count, merged.non_finite - whole.non_finite, whole.count);"""
+    result = probe(
+        ctx,
+        ["film/film.glsl", "probe/zero.glsl"],
+        body,
+        {"x": np.linspace(0, 3, 7)},
+        {"mean": 3, "variance": 3, "half_difference": 3, "counts": 3},
+        generated={"probe/zero.glsl": "uniform float u_zero;"},
+    )
+    for name in ("mean", "half_difference"):
+        np.testing.assert_allclose(result[name], 0, atol=1e-5)
+    np.testing.assert_allclose(result["variance"], 0, atol=1e-4)
+    np.testing.assert_array_equal(result["counts"], np.tile([0, 0, 27], (7, 1)))

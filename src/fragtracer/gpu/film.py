@@ -1,20 +1,14 @@
 # SPDX-License-Identifier: MIT
-"""The accumulation textures: running mean, variance and counts of every pixel (film/film.glsl)."""
+"""The accumulation textures: running mean, variance, half-difference and counts of every pixel (film/film.glsl)."""
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 
 from fragtracer.errors import DeviceError
 from fragtracer.gpu.context import max_size
+from fragtracer.sampling.pixels import Floats, Pixels
 
-
-def standard_error(mean: NDArray[np.float32], variance: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Standard error of the mean, (..., 3), of what :meth:`Film.read` gives; infinite below two samples."""
-    degrees = mean[..., 3:] - 1
-    with np.errstate(divide="ignore", invalid="ignore"):
-        error = np.sqrt(np.maximum(variance[..., :3], 0) / degrees)
-    return np.where(degrees > 0, error, np.inf).astype(np.float32)
+_TEXTURES = 3
 
 
 class Film:
@@ -27,11 +21,12 @@ class Film:
         if max(width, height) > max_size(ctx):
             raise DeviceError(f"this GPU renders at most {max_size(ctx)} pixels a side, not {width}x{height}")
         self.size = (width, height)
+        self.stage = 0  # whose streams of random numbers its samples take
         self._sets: list[list[moderngl.Texture]] = [[], []]
         self._framebuffers: list[moderngl.Framebuffer] = []
         try:
             for textures in self._sets:
-                for _ in range(2):
+                for _ in range(_TEXTURES):
                     textures.append(ctx.texture(self.size, 4, dtype="f4"))
                 self._framebuffers.append(ctx.framebuffer(textures))
         except moderngl.Error as error:
@@ -72,36 +67,28 @@ class Film:
         finite, others = (np.frombuffer(back.read(viewport, 4, attachment=i, dtype="f4"), "f4")[3::4] for i in range(2))
         return int((finite + others).min())
 
-    def read(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """The front set, (height, width, 4) each, row 0 at the top: mean and number of samples;
-        variance and number of samples that were not finite."""
-        width, height = self.size
-        mean, variance = (
-            np.frombuffer(t.read(), np.float32).reshape(height, width, 4)[::-1] for t in self._sets[self._front]
-        )
-        return mean, variance
+    def read(self) -> Pixels:
+        """The front set."""
+        return read_pixels(self._framebuffers[self._front], 0, self.size[1])
 
-    def read_rows(self, bottom: int, rows: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """As :meth:`read`, ``rows`` rows from ``bottom`` (0 is the lowest) alone, the lowest first."""
-        width, _ = self.size
-        framebuffer = self._framebuffers[self._front]
-        viewport = (0, bottom, width, rows)
-        mean, variance = (
-            np.frombuffer(framebuffer.read(viewport, 4, attachment=i, dtype="f4"), np.float32).reshape(rows, width, 4)
-            for i in range(2)
-        )
-        return mean, variance
+    def read_rows(self, bottom: int, rows: int) -> Pixels:
+        """``rows`` rows of the front set from ``bottom`` (0 is the lowest) upwards."""
+        return read_pixels(self._framebuffers[self._front], bottom, rows)
 
     @property
-    def textures(self) -> tuple[moderngl.Texture, moderngl.Texture]:
-        """The front set, as :meth:`read` describes them, to be shown; row 0 at the bottom."""
-        mean, variance = self._sets[self._front]
-        return mean, variance
+    def back_textures(self) -> tuple[moderngl.Texture, ...]:
+        """The set that the next pass draws."""
+        return tuple(self._sets[1 - self._front])
+
+    @property
+    def textures(self) -> tuple[moderngl.Texture, ...]:
+        """The front set, in the order of :class:`Pixels`; row 0 at the bottom."""
+        return tuple(self._sets[self._front])
 
     @property
     def gpu_bytes(self) -> int:
-        """Size of all four textures."""
-        return 4 * 16 * self.size[0] * self.size[1]
+        """Size of all textures."""
+        return 2 * _TEXTURES * 16 * self.size[0] * self.size[1]
 
     def release(self) -> None:
         for framebuffer in self._framebuffers:
@@ -109,3 +96,16 @@ class Film:
             framebuffer.release()
         for texture in (t for textures in self._sets for t in textures):
             texture.release()
+
+
+def read_pixels(framebuffer: moderngl.Framebuffer, bottom: int, rows: int) -> Pixels:
+    """``rows`` rows of the three textures of a film from ``bottom`` (0 is the lowest) upwards."""
+    width, _ = framebuffer.size
+    viewport = (0, bottom, width, rows)
+
+    def read(attachment: int) -> Floats:
+        texels = framebuffer.read(viewport, 4, attachment=attachment, dtype="f4")
+        return np.frombuffer(texels, np.float32).reshape(rows, width, 4)[::-1]
+
+    mean, variance, half_difference = (read(i) for i in range(_TEXTURES))
+    return Pixels(mean, variance, half_difference[..., :3])

@@ -18,7 +18,7 @@ UNITS = {
     name: unit
     for unit, name in enumerate(
         (
-            *("u_random_texture", "u_film_mean", "u_film_variance"),
+            *("u_random_texture", "u_film_mean", "u_film_variance", "u_film_half_difference", "u_work"),
             *("u_scene", "u_shapes", "u_vertices", "u_mesh_lights"),
             *("u_byte_texels", "u_float_texels", "u_environment", "u_environment_tree"),
             *("u_irradiance_map", "u_prefiltered_map", "u_brdf_map"),

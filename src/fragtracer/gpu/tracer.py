@@ -110,9 +110,14 @@ class Tracer:
         """Paths for each pixel that one draw is meant to finish."""
         return self._max_rays
 
-    def bands(self, film: Film, rays: int, budget: float | None = None) -> Iterator[float]:
+    def bands(
+        self, film: Film, rays: int, budget: float | None = None, work: moderngl.Texture | None = None
+    ) -> Iterator[float]:
         """Draw one pass of ``rays`` paths for every pixel, a band of rows at a time, each meant to
         take ``budget`` seconds, or as long as goes well with the device.
+
+        With ``work``, texel after texel of the film holds ``rays`` samples of a pixel that it names (film/work.glsl),
+        up to its height.
 
         Yields the share of the pass that is done after each band, when its draw has finished. The film is
         swapped after the last; abandoned before that, it keeps what it had. How long a ray's way through meshes
@@ -126,11 +131,12 @@ class Tracer:
         done = 0
         while done < rays:
             part = min(rays - done, self._max_rays)
-            for rows in self._part(film, part, budget):
+            height = film.size[1] if work is None else work.height
+            for rows in self._part(film, part, height, budget, work):
                 if rows == 0:
                     self._max_rays = part // 2
                     break
-                yield (done + part * rows / film.size[1]) / rays
+                yield (done + part * rows / height) / rays
             else:
                 film.swap(part)
                 done += part
@@ -138,14 +144,17 @@ class Tracer:
                 self._max_rays = 1
                 raise DeviceError("the driver ends paths before their time; render with fewer bounces")
 
-    def _part(self, film: Film, rays: int, budget: float) -> Iterator[int]:
+    def _part(self, film: Film, rays: int, height: int, budget: float, work: moderngl.Texture | None) -> Iterator[int]:
         """Draw ``rays`` paths for every pixel; yields the rows drawn so far, or 0 when one path was cut short."""
         assert self._program is not None
-        width, height = film.size
+        width = film.size[0]
         row = 0
         while row < height:
             self._bind(film)
-            self._program.set({"u_rays": rays})  # each time: other passes may be drawn in between
+            if work is not None:
+                work.use(UNITS["u_work"])
+            # Each time: other passes may be drawn in between.
+            self.set({"u_rays": rays, "u_stage": film.stage, "u_has_work": int(work is not None)})
             rows = min(self._rows(width * rays, budget), height - row)
             film.restrict(row, rows)
             before = self.timer.seconds
@@ -162,7 +171,7 @@ class Tracer:
     def warm_up(self, film: Film) -> None:
         """Draw a row that is thrown away: a driver that compiles at the first draw does so now."""
         assert self._program is not None
-        self._program.set({"u_rays": 1})
+        self.set({"u_rays": 1, "u_stage": 0, "u_has_work": 0})
         self._bind(film)
         film.restrict(0, 1)
         self._program.draw()

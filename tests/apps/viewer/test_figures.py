@@ -7,6 +7,7 @@ import pytest
 from fragtracer.apps.compare.verdict import Means, scale_means
 from fragtracer.apps.viewer.finding import judged
 from fragtracer.apps.viewer.statistics import FilmStatistics
+from fragtracer.sampling.pixels import Pixels
 
 
 class FakeFilm:
@@ -17,10 +18,12 @@ class FakeFilm:
     def __init__(self, spp: int, mean: float, variance: float) -> None:
         self._pixels = np.array([mean] * 3 + [spp]), np.array([variance] * 3 + [0])
 
-    def read_rows(self, bottom: int, rows: int) -> tuple[np.ndarray, np.ndarray]:
+    def read_rows(self, bottom: int, rows: int) -> Pixels:
         mean, variance = (np.tile(p.astype(np.float32), (rows, 4, 1)) for p in self._pixels)
         variance[np.arange(bottom, bottom + rows) >= 32, :, 3] = 2
-        return mean, variance
+        # As large a half-difference as independent samples have.
+        error = np.sqrt(variance[..., :3] / np.maximum(mean[..., 3:] - 1, 1))
+        return Pixels(mean, variance, error + mean[..., :3] * (mean[..., 3:] % 2) / np.maximum(mean[..., 3:], 1))
 
 
 @pytest.mark.parametrize(("spp", "mean", "error"), [(0, 0.0, None), (1, 1.0, None), (101, 2.0, 0.05), (9, 0.0, None)])

@@ -31,6 +31,7 @@ class Variant:
 
 
 VARIANTS = (
+    Variant("no adaptive sampling", {"adaptive": False}),
     Variant("hash sampler, not the texture", {"sampler": "hash"}),
     Variant("no path regeneration", edits=NO_PATH_REGENERATION),
     Variant("no Russian roulette, 16 bounces", {"russian_roulette": False}, shared={"bounces": 16}),

@@ -56,7 +56,7 @@ def _row(kind: str, count: int, plan: Plan, part: Progress) -> Row:
     rays = count_work(scene, 8).rays
     runs = plan.runs or _RUNS
     nanoseconds = []
-    with Ours(scene) as ours:
+    with Ours(scene, adaptive=False) as ours:
         for number in range(runs):
             part(number / runs, "")
             nanoseconds.append(1e9 * seconds_per_sample(ours, plan.seconds or _SECONDS) / (width * height))

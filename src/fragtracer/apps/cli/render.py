@@ -17,6 +17,11 @@ Until = Annotated[
     float | None, typer.Option(min=0.0, metavar="PERCENT", help="Stop at this mean relative standard error.")
 ]
 
+Worst = Annotated[
+    float | None,
+    typer.Option(min=0.0, metavar="PERCENT", help="Stop when 99 % of the pixels have at most this relative error."),
+]
+
 
 def render(
     scene: options.SceneArgument,
@@ -25,9 +30,11 @@ def render(
     spp: Spp = None,
     time: Time = None,
     until: Until = None,
+    worst: Worst = None,
     bounces: options.Bounces = None,
     rays: Annotated[int | None, typer.Option(min=1, max=1024, help="Paths per pixel in one pass.")] = None,
     light_samples: options.LightSamples = None,
+    adaptive: Annotated[bool | None, typer.Option(help="Place samples where the relative error is.")] = None,
     seed: Annotated[int | None, typer.Option(min=0, max=2**32 - 1, help="Another seed, other noise.")] = None,
     russian_roulette: Annotated[bool | None, typer.Option(help="End weak paths early, without bias.")] = None,
     geometry: options.GeometryTerm = None,
@@ -59,6 +66,7 @@ def render(
         "bounces": bounces,
         "rays": rays,
         "light_samples": light_samples,
+        "adaptive": adaptive,
         "seed": seed,
         "russian_roulette": russian_roulette,
         "geometry": geometry,
@@ -71,22 +79,27 @@ def render(
     loaded = load(scene, light_models=environment in (None, "none"))
     lit = options.with_environment(loaded, environment, environment_rotation, environment_strength)
     with Renderer(options.with_settings(lit, **settings), options.parse_size(size)) as renderer:
-        finished = _sample(renderer, spp, time, None if until is None else until / 100)
+        finished = _sample(renderer, {"spp": spp, "seconds": time, "until": _share(until), "worst": _share(worst)})
         write_image(output, renderer.image(), renderer.metadata(), *look)
         _report(renderer, output, finished)
     if not finished:
         raise typer.Exit(130)
 
 
-def _sample(renderer: Any, spp: int | None, seconds: float | None, until: float | None) -> bool:
+def _share(percent: float | None) -> float | None:
+    return None if percent is None else percent / 100
+
+
+def _sample(renderer: Any, limits: dict[str, Any]) -> bool:
     """Render under a progress bar; False if the user interrupted."""
     from fragtracer.apps.cli.progress import render_progress
 
-    if spp is None and seconds is None and until is None:
-        spp = renderer.settings.spp
+    if not any(limit is not None for limit in limits.values()):
+        limits["spp"] = renderer.settings.spp
+    pixels = renderer.settings.width * renderer.settings.height
     try:
-        with render_progress(spp, seconds, renderer.settings.width * renderer.settings.height) as report:
-            renderer.render(spp, seconds, until, report)
+        with render_progress(limits["spp"], limits["seconds"], pixels) as report:
+            renderer.render(**limits, progress=report)
     except KeyboardInterrupt:
         return False
     return True

@@ -176,7 +176,7 @@ def _surfaces(scene: Scene, size: tuple[int, int] | None, context: Any) -> tuple
         renderer.sample(64)
         depth = renderer.image()[..., 0].astype(np.float64)
         # A ray that meets nothing has depth 0, which shows as scatter beyond that of a surface.
-        spread = renderer.standard_error()[..., 0] * np.sqrt(63.0)
+        spread = renderer.standard_deviation()[..., 0]
     return (depth > 0) & (spread < 0.1 * depth), depth
 
 

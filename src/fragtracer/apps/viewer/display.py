@@ -10,7 +10,7 @@ from pydantic.dataclasses import dataclass
 
 from fragtracer.apps.viewer.bloom import Bloom
 from fragtracer.apps.viewer.meter import Meter
-from fragtracer.gpu.film import Film
+from fragtracer.gpu.accumulation import Accumulation
 from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.resources import folder
 
@@ -96,16 +96,16 @@ class Display:
     def draw(
         self,
         target: Any,
-        film: Film,
+        film: Accumulation,
         rectangle: Rectangle,
         settings: DisplaySettings,
         spp: int,
-        held: Film | None = None,
+        held: Accumulation | None = None,
         held_weight: float = 0.0,
     ) -> None:
         """Draw ``film``, with ``spp`` samples per pixel, into the framebuffer ``target``, blended with
         ``held`` of weight ``held_weight``."""
-        mean, variance = film.textures
+        mean, variance, _ = film.textures
         mean.use(_MEAN)
         variance.use(_VARIANCE)
         exposure = 2.0 ** (self._meter.follow(film) if settings.auto_exposure else settings.exposure)

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
+from fragtracer.gpu.accumulation import Accumulation
 from fragtracer.gpu.context import is_software
 from fragtracer.gpu.film import Film
 from fragtracer.gpu.specialise import Level
@@ -52,13 +53,13 @@ class LiveRenderer(Renderer):
         self._space: Space | None = None
         self._light_samples = scene.render.light_samples
         self._pass: Iterator[float] | None = None
-        self._pass_rays = 0
         self._slices = 0.0  # seconds that the pass has taken so far
         self._speeds: dict[bool, float] = {}  # in samples per second, of a specialised program and of others
         self.pass_seconds = 0.0  # that the last whole pass took
         # Which kinds of things there are costs a software renderer much, and hardly ever changes.
         self._least = Level.KINDS if is_software(context) else Level.NOTHING
         self._is_specialised = False
+        self._traces_paths = scene.render.integrator == "path"
         super().__init__(scene, size, context, specialised=False)
 
     @property
@@ -66,8 +67,8 @@ class LiveRenderer(Renderer):
         return self._film.size
 
     @property
-    def film(self) -> Film:
-        """The film that accumulates the samples."""
+    def film(self) -> Accumulation:
+        """The samples so far."""
         return self._film
 
     @property
@@ -135,11 +136,12 @@ class LiveRenderer(Renderer):
         if not plan.is_specialised:
             self._features = plan.packed.features
         self._pass = None
+        self._traces_paths = plan.program.name == PROGRAMS["path"]
         self._set_uniforms()
 
     def warm_up(self) -> None:
         """Make the driver do now the work that it defers to the first draw."""
-        self._tracer.warm_up(self._film)
+        self._film.warm_up(self._tracer)
 
     def follows(self, camera: Camera) -> bool:
         """Whether :meth:`look` suffices for ``camera``, without another plan."""
@@ -151,10 +153,10 @@ class LiveRenderer(Renderer):
         self._set_uniforms()
         self.restart()
 
-    def resize(self, size: tuple[int, int], light_samples: int) -> Film:
-        """Restart at another size, with at most ``light_samples``; returns the previous film, which the
+    def resize(self, size: tuple[int, int], light_samples: int) -> Accumulation:
+        """Restart at another size, with at most ``light_samples``; returns the previous samples, which the
         caller releases."""
-        film = Film(self.context, *size)
+        film = Accumulation(self.context, *size, self._film.adaptive)
         before, self._film = self._film, film
         self.settings = replace(self.settings, width=size[0], height=size[1])
         self._light_samples = light_samples
@@ -167,14 +169,15 @@ class LiveRenderer(Renderer):
         self._pass = None
         self.reset()
 
-    def refine(self, seconds: float, rays: int, whole: bool = False) -> float:
-        """Draw until ``seconds`` are over or a pass of ``rays`` paths per pixel is complete, or, if
-        ``whole``, until it is complete in any case. Returns the seconds that the draws took, by the
-        GPU's clock where it has one."""
+    def refine(self, seconds: float, rays: int, most: int | None = None, whole: bool = False) -> float:
+        """Draw until ``seconds`` are over or a pass is complete, or, if ``whole``, until it is complete in any case.
+        A pass has ``rays`` paths per pixel, or as many as its stage has planned, but no more than ``most``.
+
+        Returns the seconds that the draws took, by the GPU's clock where it has one.
+        """
         start, drawn = time.perf_counter(), self.draw_seconds
         if self._pass is None:
-            rays = min(rays, self._tracer.max_rays)
-            self._pass, self._pass_rays = self._tracer.bands(self._film, rays, seconds / 2), rays
+            self._pass = self._film.bands(self._tracer, rays, most, seconds / 2)
             self._slices = 0.0
         while next(self._pass, None) is not None:
             if not whole and time.perf_counter() - start >= seconds:
@@ -182,7 +185,6 @@ class LiveRenderer(Renderer):
                 return self.draw_seconds - drawn
         spent = self.draw_seconds - drawn
         self._pass, self.pass_seconds = None, self._slices + spent
-        self.spp += self._pass_rays
         return spent
 
     def beside(self, film: Film, seed: int, rays: int, seconds: float) -> Iterator[None]:
@@ -196,6 +198,10 @@ class LiveRenderer(Renderer):
             if share is None:
                 return
             yield
+
+    @property
+    def _is_adaptive(self) -> bool:
+        return self.settings.adaptive and self._traces_paths
 
     def _packed(self) -> PackedScene:
         packed = pack(self.scene, self.settings, *self.size, self._most_listed, self._space)

@@ -9,8 +9,8 @@ from fragtracer.apps.viewer.dynamic_resolution import DynamicResolution
 from fragtracer.apps.viewer.live import LiveRenderer, Plan
 from fragtracer.apps.viewer.preparer import Preparer
 from fragtracer.errors import ShaderError
+from fragtracer.gpu.accumulation import Accumulation
 from fragtracer.gpu.context import is_software
-from fragtracer.gpu.film import Film
 from fragtracer.gpu.specialise import specialise
 from fragtracer.scene import Camera, Scene
 
@@ -33,7 +33,7 @@ class Refiner:
         self.renderer = renderer
         self.resolution = resolution
         self.size = renderer.size
-        self.held: Film | None = None  # the previous picture, faded out as the new one refines
+        self.held: Accumulation | None = None  # the previous picture, faded out as the new one refines
         self.held_weight = 0.0
         self.problem = ""  # why the requested program does not compile
         self._scene, self._view = renderer.scene, ""  # as requested
@@ -233,11 +233,11 @@ class Refiner:
 
     def _refine(self, limit: int | None) -> float:
         renderer = self.renderer
-        left = renderer.settings.rays if limit is None else limit - renderer.spp
-        if left <= 0:
+        left = None if limit is None else limit - renderer.spp
+        if left is not None and left <= 0:
             return 0.0
-        rays = max(1, min(renderer.settings.rays, renderer.spp, left))
-        return renderer.refine(self.resolution.rest_budget, rays)
+        rays = max(1, min(renderer.settings.rays, renderer.spp))
+        return renderer.refine(self.resolution.rest_budget, rays, left)
 
     def fade(self, limit: int | None = None) -> None:
         """Lower the weight of the held picture; the new one will have ``limit`` samples per pixel."""

@@ -70,9 +70,9 @@ class Batches:
         edges = [film.size[1] * k // _SLICES for k in range(_SLICES + 1)]
         for bottom, top in pairwise(edges):
             if top > bottom:
-                mean, variance = film.read_rows(bottom, top - bottom)
-                rows.append(mean[..., :3])
-                self.non_finite += int(variance[..., 3].sum(dtype=np.float64))
+                pixels = film.read_rows(bottom, top - bottom)
+                rows.append(pixels.mean[::-1, :, :3])
+                self.non_finite += int(pixels.variance[..., 3].sum(dtype=np.float64))
                 yield
         self._steps = None
         self._future = self._worker.submit(lambda: scale_means(np.concatenate(rows)[None, ::-1]))

@@ -5,9 +5,9 @@ import time
 from collections import deque
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fragtracer.gpu.film import Film, standard_error
+from fragtracer.gpu.accumulation import Accumulation
+from fragtracer.sampling.pixels import Pixels
 
 _FRAMES = 160  # that are plotted
 _SLICES = 16  # of the film, one read in each frame
@@ -27,12 +27,12 @@ class FilmStatistics:
         """The film was cleared."""
         self.__init__()  # type: ignore[misc]
 
-    def look(self, film: Film) -> None:
+    def look(self, film: Accumulation) -> None:
         """Read the next slice of ``film``."""
         height = film.size[1]
         bottom, top = (height * k // _SLICES for k in (self._slice, self._slice + 1))
         if top > bottom:
-            self._add(*film.read_rows(bottom, top - bottom))
+            self._add(film.read_rows(bottom, top - bottom))
         self._slice += 1
         if self._slice == _SLICES:
             black = 0.0 if self._error == 0 else np.inf
@@ -41,10 +41,10 @@ class FilmStatistics:
             self.non_finite = self._faults
             self._slice, self._mean, self._error, self._faults = 0, 0.0, 0.0, 0
 
-    def _add(self, mean: NDArray[np.float32], variance: NDArray[np.float32]) -> None:
-        self._mean += float(mean[..., :3].sum(dtype=np.float64))
-        self._error += float(standard_error(mean, variance).sum(dtype=np.float64))
-        self._faults += int(variance[..., 3].sum(dtype=np.float64))
+    def _add(self, pixels: Pixels) -> None:
+        self._mean += float(pixels.mean[..., :3].sum(dtype=np.float64))
+        self._error += float(pixels.standard_error().sum(dtype=np.float64))
+        self._faults += int(pixels.variance[..., 3].sum(dtype=np.float64))
 
 
 class FrameTimes:

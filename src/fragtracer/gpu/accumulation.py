@@ -1,0 +1,259 @@
+# SPDX-License-Identifier: MIT
+"""A picture in progress: passes of samples, everywhere alike or where the error is."""
+
+from collections.abc import Iterator
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from fragtracer.errors import DeviceError
+from fragtracer.gpu.film import Film, read_pixels
+from fragtracer.gpu.program import FullscreenProgram
+from fragtracer.gpu.tracer import Tracer
+from fragtracer.resources import folder
+from fragtracer.sampling.allocation import FIRST_STAGE, MOST_STAGES, Plan, Stages, WorkList, block_order, work_list
+from fragtracer.sampling.pixels import Pixels
+
+_MOST_ITEMS = 1 << 20  # of a list that is drawn at once, so that memory stays bounded
+_SPARE = 1.02  # a list may have so many more items than there are pixels
+_LIST_WIDTH, _BLOCK = 1024, 4  # items stand in blocks of 4 x 4 texels, as film/gather.frag reads them
+_UNITS = {
+    name: unit
+    for unit, name in enumerate(
+        (
+            *("u_film_mean", "u_film_variance", "u_film_half_difference", "u_items"),
+            *("u_list_mean", "u_list_variance", "u_list_half_difference", "u_finished"),
+        )
+    )
+}
+
+
+class Accumulation:
+    """Samples of an image of ``width`` x ``height`` pixels.
+
+    Unless ``adaptive``, every pixel has as many. Otherwise the samples of later stages go where the error is
+    (:mod:`fragtracer.sampling.allocation`). Raises :class:`DeviceError` if the GPU cannot hold the image.
+    """
+
+    def __init__(self, ctx: moderngl.Context, width: int, height: int, adaptive: bool) -> None:
+        self.size = (width, height)
+        self.adaptive = adaptive
+        self._ctx = ctx
+        self._film = Film(ctx, width, height)
+        self._stages: _StageTextures | None = None
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget all samples."""
+        self._film.clear()
+        self._film.stage = 0
+        width, height = self.size
+        self.spp = 0  # samples per pixel, in the mean
+        self.pass_rays = 0  # samples per pixel of the pass that is being drawn
+        self._in_stage = 0  # samples per pixel, in the mean
+        self._plan: Plan | None = None  # of this stage; without one, each pixel has as many samples
+        self._passes = 0  # of the plan that are drawn
+        self._finished = Stages.none(height, width)
+        self._sampled = np.zeros(width * height, np.int64)  # samples of each pixel in this stage
+        self._sampled_before = self._sampled.copy()
+
+    def bands(self, tracer: Tracer, rays: int, most: int | None, budget: float | None = None) -> Iterator[float]:
+        """Draw a pass, as :meth:`Tracer.bands` does. Abandoned before its end, it adds nothing.
+
+        It has ``rays`` samples per pixel, or as many as its stage has planned, but no more than ``most``, if given.
+        """
+        if self._stage_is_full:
+            self._begin_stage()
+        most = 1 << 30 if most is None else most
+        if self._plan is None:
+            rays = min(rays, FIRST_STAGE - self._in_stage) if self.adaptive else rays
+            self.pass_rays = min(rays, most, tracer.max_rays)
+            yield from tracer.bands(self._film, self.pass_rays, budget)
+            self._sampled += self.pass_rays
+        else:
+            self.pass_rays = min(self._plan.item_samples, most)
+            is_planned = self.pass_rays == self._plan.item_samples
+            items = self._plan.items_of_pass(self._passes) if is_planned else np.ones_like(self._sampled)
+            yield from self._draw(tracer, items, budget)
+            self._passes += is_planned
+            self._sampled += items * self.pass_rays
+        self._in_stage += self.pass_rays
+        self.spp += self.pass_rays
+
+    @property
+    def _stage_is_full(self) -> bool:
+        if not self.adaptive or self._film.stage + 1 == MOST_STAGES:
+            return False
+        return self._in_stage >= FIRST_STAGE if self._plan is None else self._passes == self._plan.passes
+
+    def _begin_stage(self) -> None:
+        self._finished = self._finished.with_stage(self._film.read(), self._in_stage)
+        self._sampled_before += self._sampled
+        self._sampled[:] = 0
+        self._in_stage = self._passes = 0
+        stage = self._film.stage + 1
+        self._film.clear()
+        self._film.stage = stage
+        self._plan = Plan(stage, self._finished.deviation())
+        if self._stages is None:
+            self._stages = _StageTextures(self._ctx, self.size)
+        self._stages.show(self._finished.pixels())
+
+    def _draw(self, tracer: Tracer, items: NDArray[np.int64], budget: float | None) -> Iterator[float]:
+        assert self._stages is not None
+        work = work_list(items, self._sampled, self.pass_rays, self._stages.order)
+        weight = (self._in_stage + self.pass_rays) / (self.spp + self.pass_rays)
+        lists = list(work.cut(self._stages.most_items))
+        for number, part in enumerate(lists):
+            for share in self._stages.trace(tracer, part, self._film.stage, self.pass_rays, budget):
+                yield (number + share) / len(lists)
+            self._stages.gather(self._film, part, weight)
+
+    def read(self) -> Pixels:
+        """The picture so far.
+
+        Raises :class:`DeviceError` if the driver ended paths before their time.
+        """
+        pixels = self._film.read()
+        if self._plan is not None:
+            pixels = self._finished.with_stage(pixels, self._in_stage).pixels()
+        found = pixels.mean[..., 3] + pixels.variance[..., 3]
+        lost = int((found.ravel() < self._sampled_before + self._sampled).sum())
+        if lost:
+            raise DeviceError(
+                f"the driver ended {lost} pixels' paths early, so the image would be wrong; render with fewer bounces"
+            )
+        return pixels
+
+    def read_rows(self, bottom: int, rows: int) -> Pixels:
+        """``rows`` rows of the picture from ``bottom`` (0 is the lowest) upwards, to be shown: the error is that of the
+        finished stages, diluted by this one."""
+        return self._film.read_rows(bottom, rows) if self._plan is None else self._shown.read_rows(bottom, rows)
+
+    @property
+    def textures(self) -> tuple[moderngl.Texture, ...]:
+        """The picture to be shown, in the order of :class:`Pixels`; row 0 at the bottom."""
+        return self._film.textures if self._plan is None else self._shown.textures
+
+    @property
+    def _shown(self) -> "_StageTextures":
+        assert self._stages is not None
+        return self._stages
+
+    def warm_up(self, tracer: Tracer) -> None:
+        """Have the driver do now what it defers to the first draw."""
+        tracer.warm_up(self._film)
+
+    @property
+    def gpu_bytes(self) -> int:
+        """Size of all textures."""
+        return self._film.gpu_bytes + (self._stages.gpu_bytes if self._stages else 0)
+
+    def release(self) -> None:
+        self._film.release()
+        if self._stages is not None:
+            self._stages.release()
+
+
+class _StageTextures:
+    """What stages need besides the film of this one: the finished ones, the picture to be shown, and the films of a
+    list of work."""
+
+    def __init__(self, ctx: moderngl.Context, size: tuple[int, int]) -> None:
+        width, height = size
+        most = min(int(width * height * _SPARE), _MOST_ITEMS)
+        self._ctx, self._size = ctx, size
+        self.order = block_order(width, height)
+        self._gather = FullscreenProgram(ctx, folder("shaders"), "film/gather.frag")
+        self._gather.set(_UNITS)
+        self._list = Film(ctx, _LIST_WIDTH, _rows(most))
+        self._owned: list[moderngl.Texture] = []
+        try:
+            self._finished = self._texture(4, "f4")
+            self.textures = tuple(self._texture(4, "f4") for _ in range(3))
+            self._items = self._texture(2, "u4")
+        except moderngl.Error as error:
+            self.release()
+            _ = ctx.error  # takes the driver's own note of it away
+            raise DeviceError(f"the GPU has no memory for adaptive sampling of {width}x{height}: {error}") from None
+        self._framebuffer = ctx.framebuffer(self.textures)
+
+    def _texture(self, components: int, dtype: str) -> moderngl.Texture:
+        texture = self._ctx.texture(self._size, components, dtype=dtype)
+        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self._owned.append(texture)
+        return texture
+
+    @property
+    def most_items(self) -> int:
+        """Items of a list that is drawn at once."""
+        return self._list.size[0] * self._list.size[1]
+
+    def show(self, pixels: Pixels) -> None:
+        """Begin a stage after those that ``pixels`` are the picture of."""
+        half_difference = np.pad(pixels.half_difference, [(0, 0), (0, 0), (0, 1)])
+        values = (pixels.mean, pixels.mean, pixels.variance, half_difference)
+        for texture, value in zip((self._finished, *self.textures), values, strict=True):
+            texture.write(np.ascontiguousarray(value[::-1], np.float32).tobytes())
+
+    def trace(self, tracer: Tracer, work: WorkList, stage: int, rays: int, budget: float | None) -> Iterator[float]:
+        """Sample the items of a list, ``rays`` times each."""
+        width, height = self._size
+        y, x = np.divmod(work.pixels, width)
+        rows = _rows(len(x))
+        texels = np.zeros((rows * _LIST_WIDTH, 2), np.uint32)
+        texels[: len(x), 0] = (height - 1 - y) << 16 | x
+        texels[: len(x), 1] = work.first
+        blocks = texels.reshape(rows // _BLOCK, _LIST_WIDTH // _BLOCK, _BLOCK, _BLOCK, 2).swapaxes(1, 2)
+        texture = self._ctx.texture((_LIST_WIDTH, rows), 2, np.ascontiguousarray(blocks).tobytes(), dtype="u4")
+        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self._list.clear()
+        self._list.stage = stage
+        try:
+            yield from tracer.bands(self._list, rays, budget, texture)
+        finally:
+            texture.release()
+
+    def gather(self, film: Film, work: WorkList, weight: float) -> None:
+        """Add the sampled items to the film of this stage, whose weight in the picture is ``weight``."""
+        width, height = self._size
+        items = np.zeros((width * height, 2), np.uint32)
+        pixels, first, count = np.unique(work.pixels, return_index=True, return_counts=True)
+        items[pixels, 0], items[pixels, 1] = first, count
+        self._items.write(np.ascontiguousarray(items.reshape(height, width, 2)[::-1]).tobytes())
+        picture, *_ = self.textures
+        framebuffer = self._ctx.framebuffer([*film.back_textures, picture])
+        read = (*film.textures, self._items, *self._list.textures, self._finished)
+        for unit, texture in enumerate(read):
+            texture.use(unit)
+        framebuffer.use()
+        self._gather.set({"u_stage_weight": weight})
+        self._gather.draw()
+        self._ctx.finish()
+        self._ctx.detect_framebuffer(0).use()  # moderngl would bind the released one again
+        framebuffer.release()
+        film.swap(0)
+
+    def read_rows(self, bottom: int, rows: int) -> Pixels:
+        """As :meth:`Film.read_rows`, of the picture to be shown."""
+        return read_pixels(self._framebuffer, bottom, rows)
+
+    @property
+    def gpu_bytes(self) -> int:
+        """Size of all textures, without the list of a pass."""
+        width, height = self._size
+        return self._list.gpu_bytes + (4 * 16 + 8) * width * height
+
+    def release(self) -> None:
+        self._ctx.detect_framebuffer(0).use()
+        self._framebuffer.release()
+        for texture in self._owned:
+            texture.release()
+        self._list.release()
+        self._gather.release()
+
+
+def _rows(items: int) -> int:
+    """Of texels, for so many items."""
+    return -(-items // (_LIST_WIDTH * _BLOCK)) * _BLOCK

@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: MIT
+"""Adaptive sampling: how many samples each pixel gets, and how stages make one unbiased picture.
+
+Samples come in stages. The first gives each pixel as many; each later one, as large as all before it, places its
+samples by the relative error seen so far. Given what was seen before, the mean of a stage is unbiased in every pixel,
+whatever its number of samples, if that is at least one; so is any sum of stages with weights that are fixed in advance.
+Weights by the number of samples that a pixel got would be biased (Kirk and Arvo 1991, Unbiased Sampling Techniques for
+Image Synthesis). docs/sampling.md has the proof.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fragtracer.sampling.pixels import Pixels, around, bright
+
+Floats = NDArray[np.float64]
+Counts = NDArray[np.int64]
+
+FIRST_STAGE = 16  # samples per pixel
+MOST_STAGES = 32  # that have streams of random numbers of their own (shaders/sampler/stream.glsl)
+_LEAST_SHARE = 8  # of the mean number of samples that every pixel gets: an eighth
+_MOST_SHARE = 64  # times the mean that a pixel gets
+_ITEM = (8, 16)  # samples of an item of work, at least and at most
+_SMOOTH = 5  # pixels, a side of the square over which the variance is averaged
+_BLOCK = 4  # pixels, a side of what is shaded together
+
+
+def stage_samples(stage: int) -> int:
+    """Samples per pixel of a stage, in the mean over pixels."""
+    return FIRST_STAGE << max(0, stage - 1)
+
+
+@dataclass(frozen=True)
+class Stages:
+    """What finished stages, and the one that is being sampled, say of the picture together.
+
+    ``mean`` (height, width, 3) is their weighted mean, ``variance`` that between samples; ``weight`` (height, width, 1)
+    is the sum of the stages' weights, ``share`` that of weight² / samples, by which the variance of the mean follows
+    from that between samples, and ``halves`` (height, width, 3) the sum of (weight · half-difference)².
+    """
+
+    mean: Floats
+    variance: Floats
+    halves: Floats
+    weight: Floats
+    share: Floats
+    samples: Floats
+    non_finite: Floats
+
+    @staticmethod
+    def none(height: int, width: int) -> "Stages":
+        colors, single = np.zeros((height, width, 3)), np.zeros((height, width, 1))
+        return Stages(colors, colors, colors, single, single, single, single)
+
+    def with_stage(self, pixels: Pixels, weight: float) -> "Stages":
+        """Together with a stage of a weight fixed in advance: the samples per pixel it was to have in the mean."""
+        count = pixels.mean[..., 3:].astype(np.float64)
+        here = np.where(count > 0, weight, 0.0)
+        samples, total = self.samples + count, self.weight + here
+        with np.errstate(divide="ignore", invalid="ignore"):
+            mean = self.mean + np.where(here > 0, (pixels.mean[..., :3] - self.mean) * (here / total), 0)
+            variance = self.variance + np.where(
+                count > 0, (pixels.variance[..., :3] - self.variance) * (count / samples), 0
+            )
+            share = self.share + np.where(count > 0, here**2 / count, 0)
+        halves = self.halves + (here * pixels.centred_half_difference()) ** 2
+        return Stages(mean, variance, halves, total, share, samples, self.non_finite + pixels.variance[..., 3:])
+
+    def pixels(self) -> Pixels:
+        """The picture as one film would have it that had sampled all stages evenly, with the same standard error."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            variance = self.variance * np.where(self.weight > 0, self.share / self.weight**2 * (self.samples - 1), 0)
+            halves = np.where(self.weight > 0, np.sqrt(self.halves) / self.weight, 0)
+        mean = np.concatenate([self.mean, self.samples], axis=2)
+        noise = np.concatenate([np.maximum(variance, 0), self.non_finite], axis=2)
+        return Pixels(mean.astype(np.float32), noise.astype(np.float32), halves.astype(np.float32))
+
+    def deviation(self) -> Floats:
+        """Standard deviation of a sample of each pixel as stratification leaves it, relative to brightness,
+        (height, width): to it the best numbers of samples are proportional. Smooth, since a bright sample that one pixel
+        has met might as well have been met by its neighbours."""
+        pixels = self.pixels()
+        error = np.sqrt(np.square(pixels.standard_error(), dtype=np.float64).mean(axis=2))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found = error * (self.weight / np.sqrt(self.share))[..., 0] / bright(pixels.mean)
+        return np.sqrt(around(np.where(np.isfinite(found), found, 0) ** 2, _SMOOTH))
+
+
+class Plan:
+    """Where the samples of stage ``stage`` go, in items of :attr:`item_samples` samples of one pixel each.
+
+    Passes have as many items as there are pixels, nearly; the first has one of each pixel, so that every pixel has its
+    share of an unfinished stage. ``deviation`` (height, width) is that of :meth:`Stages.deviation`.
+    """
+
+    def __init__(self, stage: int, deviation: Floats) -> None:
+        samples = stage_samples(stage)
+        self.item_samples = int(np.clip(samples // _LEAST_SHARE, *_ITEM))
+        self.passes = samples // self.item_samples
+        least = max(1, samples // _LEAST_SHARE // self.item_samples)
+        rest = (self.passes - least) * deviation.size
+        wanted = (
+            deviation.ravel() * (rest / deviation.sum())
+            if deviation.any()
+            else np.full(deviation.size, rest / deviation.size)
+        )
+        wanted = np.minimum(wanted, _MOST_SHARE * self.passes)
+        edges = np.floor(np.concatenate([[0.0], np.cumsum(wanted)]) * (rest / wanted.sum()) + 0.5).astype(np.int64)
+        self.items: Counts = least + np.diff(edges)
+        # Low-discrepancy phases, so that neighbours do not get their items in the same pass.
+        self._phase = np.arange(deviation.size) * ((5**0.5 - 1) / 2) % 1
+
+    def items_of_pass(self, number: int) -> Counts:
+        """Items of each pixel, (pixels,), in pass ``number``, from 0."""
+        return self._items_before(number + 1) - self._items_before(number)
+
+    def _items_before(self, number: int) -> Counts:
+        if number == 0:
+            return np.zeros_like(self.items)
+        share = (number - 1) / max(1, self.passes - 1)
+        return 1 + np.floor((self.items - 1) * share + self._phase).astype(np.int64)
+
+
+@dataclass(frozen=True)
+class WorkList:
+    """Some samples of one pixel for each item; those of a pixel follow each other.
+
+    ``pixels`` (items,) are their numbers, row by row from the top, ``first`` (items,) the numbers of their first
+    samples in the stage.
+    """
+
+    pixels: Counts
+    first: Counts
+
+    def cut(self, most: int) -> Iterator["WorkList"]:
+        """In lists of at most ``most`` items."""
+        for start in range(0, len(self.pixels), most):
+            part = slice(start, start + most)
+            yield WorkList(self.pixels[part], self.first[part])
+
+
+def work_list(items: Counts, sampled: Counts, item_samples: int, order: Counts) -> WorkList:
+    """``items`` (pixels,) items of each pixel, which had ``sampled`` (pixels,) samples of the stage before; the pixels
+    in their ``order`` (pixels,)."""
+    of_pixel = items[order]
+    pixels = np.repeat(order, of_pixel)
+    number_of_pixel = np.arange(len(pixels)) - np.repeat(np.cumsum(of_pixel) - of_pixel, of_pixel)
+    return WorkList(pixels, sampled[pixels] + number_of_pixel * item_samples)
+
+
+def block_order(width: int, height: int) -> Counts:
+    """The pixels of an image, (width * height,), block by block of 4 x 4, so that those shaded together are
+    neighbours."""
+    y, x = np.divmod(np.arange(width * height), width)
+    return np.lexsort((x, y, x // _BLOCK, y // _BLOCK))
