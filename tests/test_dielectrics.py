@@ -179,6 +179,15 @@ def test_a_surface_of_water_without_an_end_refracts(ctx):
             assert_mean(image, 1.33**2 * (1 - (s**2 + p**2) / 2), 0.01)
 
 
+@pytest.mark.parametrize("ior", [1.3, 1.5, 2.0])
+def test_white_plastic_reflects_everything(ctx, ior):
+    """Light that the coat reflects back to a white base is scattered again, until all has left."""
+    plastic = Material(model="plastic", albedo=1.0, ior=ior)
+    view = Camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0), fov_degrees=30.0)
+    scene = Scene(view, {"plastic": plastic}, spheres=[Sphere((0.0, 0.0, 0.0), 1.0, "plastic")], ambient=Ambient(1.0))
+    assert_mean(rendered(ctx, scene, 256, **PATHS), 1.0, 0.002)
+
+
 SPHERES = """
 [[sphere]]
 center = [0, 0, 0]

@@ -14,6 +14,7 @@
 #include "bsdf/dielectric.glsl"
 #include "bsdf/diffuse.glsl"
 #include "bsdf/eon.glsl"
+#include "bsdf/plastic.glsl"
 #include "bsdf/thin_dielectric.glsl"
 
 const int BSDF_DIFFUSE = 0;
@@ -22,6 +23,7 @@ const int BSDF_EON = 2;
 const int BSDF_DIELECTRIC = 3;
 const int BSDF_THIN_DIELECTRIC = 4;
 const int BSDF_CONDUCTOR = 5;
+const int BSDF_PLASTIC = 6;
 
 // f |cos_i| in rgb and the density in a, both without delta lobes.
 vec4 bsdf_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
@@ -40,6 +42,9 @@ vec4 bsdf_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
 #endif
 #if HAS_CONDUCTOR
     if (b.model == BSDF_CONDUCTOR) result = conductor_eval_pdf(b, wo, wi);
+#endif
+#if HAS_PLASTIC
+    if (b.model == BSDF_PLASTIC) result = plastic_eval_pdf(b, wo, wi);
 #endif
     return result;
 }
@@ -69,6 +74,9 @@ BsdfSample bsdf_sample(Bsdf b, vec3 wo, vec2 u) {
 #endif
 #if HAS_CONDUCTOR
     if (b.model == BSDF_CONDUCTOR) s = conductor_sample(b, wo, u);
+#endif
+#if HAS_PLASTIC
+    if (b.model == BSDF_PLASTIC) s = plastic_sample(b, wo, u);
 #endif
     return s;
 }

@@ -21,6 +21,14 @@ Bsdf material_bsdf(Material material, bool is_front) {
     b.index = conductor.index;
     b.extinction = conductor.extinction;
 #endif
+#if HAS_PLASTIC
+    if (b.model == BSDF_PLASTIC) {
+        Plastic plastic = plastic_load(material.record);
+        b.eta = plastic.eta;
+        // A geometric series of what goes to and fro, and the radiance of the coat spread by refraction to that outside.
+        b.diffuse /= (1.0 - (plastic.nonlinear != 0 ? b.diffuse : vec3(1.0)) * plastic.internal) * square(plastic.eta);
+    }
+#endif
     return b;
 }
 

@@ -14,6 +14,7 @@ from fragtracer.packing.records import MATERIAL_RECORDS, BsdfModel, Words, words
 from fragtracer.scene import SHAPES, Material, Scene, Texture
 from fragtracer.scene.fields import Triple
 from fragtracer.scene.material import DEFAULT_MODEL, TEXTURED
+from fragtracer.scene.reflectance import internal_diffuse_reflectance
 
 _ALPHA_DELTA = 1e-4  # of bsdf/ggx.glsl
 _ALPHA_MODES = ("opaque", "mask", "blend")
@@ -43,9 +44,12 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
     """Pack ``materials``, those of ``scene`` and of its lights."""
     packed, of_shapes, of_meshes = _apart(scene, materials)
     dielectric = dielectrics(materials)
-    conductor = {name: i for i, name in enumerate(n for n, m in materials.items() if m.model == "conductor")}
+    conductor, plastic = (
+        {name: i for i, name in enumerate(n for n, m in materials.items() if m.model == model)}
+        for model in ("conductor", "plastic")
+    )
     numbers = np.zeros(len(packed), np.int64)
-    for name, number in (dielectric | conductor).items():
+    for name, number in (dielectric | conductor | plastic).items():
         numbers[[of[name] for of in (of_shapes, of_meshes) if name in of]] = number
     textured = [packed[i] for i in of_meshes.values() if packed[i].textures]
     textures = list(dict.fromkeys(t for m in textured for t in m.textures.values()))
@@ -63,6 +67,7 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
         "Maps": words_of_rows(MATERIAL_RECORDS["Maps"], [_maps(m, index) for m in packed] if has_maps else []),
         "Dielectric": words_of_rows(MATERIAL_RECORDS["Dielectric"], [_dielectric(materials[n]) for n in dielectric]),
         "Conductor": words_of_rows(MATERIAL_RECORDS["Conductor"], [_conductor(materials[n]) for n in conductor]),
+        "Plastic": words_of_rows(MATERIAL_RECORDS["Plastic"], [_plastic(materials[n]) for n in plastic]),
         "Opacity": words_of_rows(
             MATERIAL_RECORDS["Opacity"], [_opacity(m, index) for m in packed] if has_alpha else []
         ),
@@ -153,6 +158,11 @@ def _conductor(material: Material) -> dict[str, Any]:
     return {"index": index, "extinction": extinction}
 
 
+def _plastic(material: Material) -> dict[str, Any]:
+    internal = internal_diffuse_reflectance(material.index)
+    return {"eta": material.index, "internal": internal, "nonlinear": material.nonlinear}
+
+
 def _share_texture(material: Material) -> bool:
     """Whether roughness and metallic are channels of one texture, as in glTF, or neither has one."""
     rough, metal = material.roughness_texture, material.metallic_texture
@@ -173,7 +183,7 @@ def _material_words(
     records: NDArray[np.int64],
 ) -> Words:
     """Records of ``materials`` with their models, the f0 and f90 of their specular lobes, and the numbers of the
-    ``records`` of dielectrics and conductors."""
+    ``records`` of dielectrics, conductors and plastics."""
     scatters = np.array([not m.unlit for m in materials], np.float64)
     f0, f90 = np.array(lobes, np.float64).reshape(-1, 2, 3).transpose(1, 0, 2)
     columns = {

@@ -27,6 +27,7 @@ MATERIAL_RECORDS: dict[str, Record] = {
     ),
     "Dielectric": (("transmittance", "vec3"), ("eta", "float"), ("absorption", "vec3")),
     "Conductor": (("index", "vec3"), ("extinction", "vec3")),
+    "Plastic": (("eta", "float"), ("internal", "float"), ("nonlinear", "int")),
     "Opacity": (("opacity", "float"), ("mode", "int"), ("cutoff", "float"), ("texture_index", "int")),
     "Texture": (
         *(("u_row", "vec3"), ("coordinates", "int"), ("v_row", "vec3"), ("channel", "int")),
@@ -46,6 +47,7 @@ class BsdfModel(IntEnum):
     DIELECTRIC = 3
     THIN_DIELECTRIC = 4
     CONDUCTOR = 5
+    PLASTIC = 6
 
     @property
     def feature(self) -> str:

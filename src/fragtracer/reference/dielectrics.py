@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""Dielectrics and conductors as Mitsuba's own plugins, and what lies around each shape of a dielectric: Mitsuba has
-interfaces without priorities, so that a shape must lie within one medium."""
+"""Dielectrics, conductors and plastic as Mitsuba's own plugins, and what lies around each shape of a dielectric:
+Mitsuba has interfaces without priorities, so that a shape must lie within one medium."""
 
 import numpy as np
 
@@ -31,6 +31,13 @@ def conductor_bsdf(material: Material) -> Tree:
     tree: Tree = {"type": "conductor", "eta": rgb(eta), "k": rgb(k)}
     if material.alpha >= DELTA_ALPHA:
         tree |= {"type": "roughconductor", "distribution": "ggx", "alpha": float(material.alpha)}
+    return {"type": "twosided", "bsdf": tree}
+
+
+def plastic_bsdf(material: Material) -> Tree:
+    """The plugin of a coated base, from both sides."""
+    tree: Tree = {"type": "plastic", "int_ior": float(material.index), "ext_ior": 1.0}
+    tree |= {"diffuse_reflectance": rgb(material.albedo), "nonlinear": material.nonlinear}
     return {"type": "twosided", "bsdf": tree}
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from fragtracer.errors import FragtracerError
-from fragtracer.reference.dielectrics import conductor_bsdf, dielectric_bsdf
+from fragtracer.reference.dielectrics import conductor_bsdf, dielectric_bsdf, plastic_bsdf
 from fragtracer.reference.meshes import MeshAttributes
 from fragtracer.reference.plugins import NAME, SURFACE, UNLIT
 from fragtracer.reference.shapes import Tree, rgb
@@ -37,12 +37,14 @@ def is_plain(material: Material, attributes: MeshAttributes) -> bool:
 
 def is_own_plugin(material: Material) -> bool:
     """Whether Mitsuba has a plugin of its own for the model."""
-    return material.is_dielectric or material.model == "conductor"
+    return material.is_dielectric or material.model in ("conductor", "plastic")
 
 
 def own_plugin(material: Material) -> Tree:
     """That plugin; a dielectric lies in air."""
-    return dielectric_bsdf(material, None) if material.is_dielectric else conductor_bsdf(material)
+    if material.is_dielectric:
+        return dielectric_bsdf(material, None)
+    return conductor_bsdf(material) if material.model == "conductor" else plastic_bsdf(material)
 
 
 def has_images(material: Material) -> bool:

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Reflectance at normal incidence of metals and dielectrics, linear Rec. 709."""
 
+import numpy as np
+
 METAL_F0: dict[str, tuple[float, float, float]] = {
     # Hoffman 2010, Background: Physically-Based Shading, table 1.
     "aluminium": (0.91, 0.92, 0.92),
@@ -56,6 +58,18 @@ def conductor_reflectance(eta: Triple, k: Triple) -> Triple:
     """Fresnel reflectance at normal incidence of a conductor of index ``eta`` + i ``k``, each (3,)."""
     r, g, b = (((n - 1) ** 2 + e**2) / ((n + 1) ** 2 + e**2) for n, e in zip(eta, k, strict=True))
     return (r, g, b)
+
+
+def internal_diffuse_reflectance(ior: float) -> float:
+    """Share of diffuse light within a dielectric of index ``ior`` that its smooth surface reflects: 1 - T / ior², T
+    being what passes of diffuse light from outside, by quadrature of the exact Fresnel term."""
+    x, weights = np.polynomial.legendre.leggauss(64)
+    cosine = (x + 1) / 2
+    refracted = np.sqrt(1 - (1 - cosine**2) / ior**2)
+    parallel = (ior * cosine - refracted) / (ior * cosine + refracted)
+    perpendicular = (cosine - ior * refracted) / (cosine + ior * refracted)
+    reflected = float((weights * cosine * (parallel**2 + perpendicular**2) / 2).sum())
+    return 1 - (1 - reflected) / ior**2
 
 
 def grazing_reflectance(f0: float) -> float:

@@ -73,6 +73,7 @@ _CONTROLS: dict[str, Callable[[Material], Any]] = {
         "at a distance", m.attenuation_distance, 1e-3, 1e3, "%.3f m", log=True
     ),
     "priority": lambda m: widgets.whole("Priority", m.priority, -10, 10, "Of two that overlap the higher is there."),
+    "nonlinear": lambda m: widgets.check("Nonlinear", m.nonlinear),
     "metal": lambda m: widgets.choice("Metal", m.metal, sorted(METAL_INDEX)) if m.metal else None,
     "eta": lambda m: widgets.color("eta", m.eta, hdr=True) if m.eta else None,
     "k": lambda m: widgets.color("k", m.k, hdr=True) if m.k else None,
