@@ -848,4 +848,25 @@ MUTATIONS = [
         "fresnel",
         Check(test_bsdf_sample.test_weight_is_value_over_density, name="thin-dielectric", material="window"),
     ),
+    Mutation(
+        "a colour not weighed by its chance",
+        "integrator/interior.glsl",
+        "return vec3(band == 0 ? 3.0 : 0.0, band == 1 ? 3.0 : 0.0, band == 2 ? 3.0 : 0.0);",
+        "return vec3(band == 0 ? 3.0 : 0.0, band == 1 ? 2.9 : 0.0, band == 2 ? 3.0 : 0.0);",
+        Check(test_dielectrics.test_dispersion_favours_no_colour),
+    ),
+    Mutation(
+        "Fresnel term of a conductor without its extinction",
+        "bsdf/conductor.glsl",
+        "vec3 mirrored = fresnel_conductor(wo.z, b.index, b.extinction);",
+        "vec3 mirrored = fresnel_conductor(wo.z, b.index, vec3(0.0));",
+        Check(test_bsdf_sample.test_weight_is_value_over_density, name="conductor", material="measured gold"),
+    ),
+    Mutation(
+        "light reflected back to the base of a plastic lost",
+        "material/material.glsl",
+        "(1.0 - (plastic.nonlinear != 0 ? b.diffuse : vec3(1.0)) * plastic.internal)",
+        "1.0",
+        Check(test_dielectrics.test_white_plastic_reflects_everything, ior=1.5),
+    ),
 ]

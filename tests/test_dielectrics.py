@@ -125,9 +125,9 @@ def test_light_within_a_dielectric_is_absorbed_on_its_way(ctx):
     np.testing.assert_allclose(image, np.broadcast_to(expected, image.shape), rtol=1e-4)
 
 
-@pytest.mark.parametrize("ior", [1.5, 2.0])
-def test_a_prism_deviates_light_by_snells_law(ctx, ior):
-    """A ray that passes symmetrically: by 2 asin(n sin(A / 2)) - A, to a lamp a hundredth of a radian wide."""
+def prism(index: float, **glass: Any) -> tuple[Scene, float]:
+    """A ray that passes it symmetrically, deviated by 2 asin(n sin(A / 2)) - A to a lamp a hundredth of a radian wide;
+    and what passes."""
     apex = np.radians(50.0)
     half = apex / 2
     left, right, top = (
@@ -135,7 +135,7 @@ def test_a_prism_deviates_light_by_snells_law(ctx, ior):
     )
     corners = [np.append(p, z) for z in (-1.0, 1.0) for p in (left, right, top)]
     faces = [(0, 2, 1), (3, 4, 5), (0, 1, 4), (0, 4, 3), (1, 2, 5), (1, 5, 4), (2, 0, 3), (2, 3, 5)]
-    turned = np.arcsin(ior * np.sin(half)) - half  # of the ray before and after, from the horizontal
+    turned = np.arcsin(index * np.sin(half)) - half  # of the ray before and after, from the horizontal
     height = -0.5 * np.cos(half)
     enters = np.array([-0.5 * np.sin(half), height, 0.0])
     eye = enters - 2 * np.array([np.cos(turned), np.sin(turned), 0.0])
@@ -145,13 +145,39 @@ def test_a_prism_deviates_light_by_snells_law(ctx, ior):
     edge_u, edge_v = np.array([0.0, 0.0, 0.03]), 0.03 * up
     scene = Scene(
         stare(tuple(enters), tuple(eye)),
-        {"glass": Material(model="dielectric", roughness=0.0, ior=ior), "lamp": lambert(0.0, 1.0)},
+        {"glass": Material(model="dielectric", roughness=0.0, **{"ior": index} | glass), "lamp": lambert(0.0, 1.0)},
         triangles=[Triangle(tuple(tuple(corners[i]) for i in face), "glass") for face in faces],
         rectangles=[Rectangle(tuple(place - (edge_u + edge_v) / 2), tuple(edge_u), tuple(edge_v), "lamp")],
     )
     cos_i, cos_t = np.cos(turned + half), np.cos(half)
-    s, p = (cos_i - ior * cos_t) / (cos_i + ior * cos_t), (ior * cos_i - cos_t) / (ior * cos_i + cos_t)
-    assert_mean(rendered(ctx, scene, 4096, bounces=2), (1 - (s**2 + p**2) / 2) ** 2, 0.01)
+    s, p = (cos_i - index * cos_t) / (cos_i + index * cos_t), (index * cos_i - cos_t) / (index * cos_i + cos_t)
+    return scene, float((1 - (s**2 + p**2) / 2) ** 2)
+
+
+@pytest.mark.parametrize("ior", [1.5, 2.0])
+def test_a_prism_deviates_light_by_snells_law(ctx, ior):
+    scene, passed = prism(ior)
+    assert_mean(rendered(ctx, scene, 4096, bounces=2), passed, 0.01)
+
+
+@pytest.mark.parametrize("band", [0, 1, 2])
+def test_a_prism_parts_colours(ctx, band):
+    """By Cauchy's formula through the Fraunhofer lines d, F and C, each as bright as without dispersion."""
+    wavelength = np.array([611.4, 549.1, 464.3])[band]
+    d, f, c = 587.56, 486.13, 656.27
+    ior = 1.5 + 0.5 / 12.0 * (wavelength**-2 - d**-2) / (f**-2 - c**-2)
+    scene, passed = prism(ior, ior=1.5, abbe_number=12.0)
+    image = rendered(ctx, scene, 4096, bounces=2)
+    assert not np.delete(image, band, axis=2).any()
+    assert_mean(np.repeat(image[..., band : band + 1], 3, axis=2), passed, 0.02)
+
+
+def test_dispersion_favours_no_colour(ctx):
+    """Glass vanishes in a white furnace."""
+    glass = Material(model="dielectric", roughness=0.0, abbe_number=15.0)
+    view = Camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0), fov_degrees=20.0)
+    scene = Scene(view, {"glass": glass}, spheres=[Sphere((0.0, 0.0, 0.0), 1.0, "glass")], ambient=Ambient(1.0))
+    assert_mean(rendered(ctx, scene, 1024, **PATHS), 1.0, 0.01)
 
 
 def test_a_surface_of_water_without_an_end_refracts(ctx):
@@ -203,7 +229,7 @@ model = "dielectric"
 MISTAKES = {
     "ior = 0": "material.glass.ior: must be at least 1, got 0",
     "metallic = 1": "material.glass: metallic means nothing to model = 'dielectric'; leave it out; its keys are "
-    "roughness, ior, transmittance, attenuation_color, attenuation_distance, priority",
+    "roughness, ior, transmittance, attenuation_color, attenuation_distance, abbe_number, priority",
     "attenuation_color = 0": "material.glass.attenuation_color: must be greater than 0",
     "attenuation_distance = 0": "material.glass.attenuation_distance: must be greater",
     "": "material.water.priority: shapes of 'glass' and 'water' may overlap, and both have the priority 0; give the "

@@ -27,11 +27,12 @@ struct Path {
     float rr_sample;  // uniform number that decides whether the path survives its next vertex
     uint seed;        // of stochastic alpha, another for each path
     ivec4 inside;     // the dielectrics that the ray is in (integrator/interior.glsl)
+    int band;         // the colour that dispersion has left of it, or BAND_NONE
 };
 
 Path path_begin(ivec2 pixel, vec4 u) {
     Ray ray = camera_ray(pixel, u);
-    return Path(ray, vec3(1.0), 1.0, vec3(0.0), 0, 0, 0.0, true, 0.0, hash_pcg4d(floatBitsToUint(u)).x, u_camera_interiors);
+    return Path(ray, vec3(1.0), 1.0, vec3(0.0), 0, 0, 0.0, true, 0.0, hash_pcg4d(floatBitsToUint(u)).x, u_camera_interiors, BAND_NONE);
 }
 
 // Adds `count` samples of the pixel to its film.
@@ -85,7 +86,12 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
 
         // Direct light.
         Vertex vertex = vertex_at(surface, material, path.ray.direction, hash_uint(~path.seed + uint(vertex_number)));
-        if (scatters) interior_set_vertex(vertex, material, cos_theta >= 0.0, path.inside);
+        if (scatters) {
+            int band = interior_band(material, path.band, hash_to_unit(hash_uint(path.seed ^ 0x68bc21ebu)));
+            path.throughput *= interior_band_color(path.band, band);
+            path.band = band;
+            interior_set_vertex(vertex, material, cos_theta >= 0.0, path.inside, band);
+        }
         if (scatters && path.depth < u_bounces) path.radiance += path.throughput * direct_light(vertex, vertex_number, pixel, index, u.zw);
 
         // The next direction, drawn from the BSDF. Where there is none, the path ends at what it meets.

@@ -68,9 +68,10 @@ struct Dielectric {
     vec3 transmittance;  // colour of what passes the surface
     float eta;  // index of refraction
     vec3 absorption;  // 1/m, behind the surface
+    float dispersion;  // 1 / Abbe number
 };
 Dielectric dielectric_of(uvec4 t0, uvec4 t1) {
-    return Dielectric(uintBitsToFloat(t0.xyz), uintBitsToFloat(t0.w), uintBitsToFloat(t1.xyz));
+    return Dielectric(uintBitsToFloat(t0.xyz), uintBitsToFloat(t0.w), uintBitsToFloat(t1.xyz), uintBitsToFloat(t1.w));
 }
 Dielectric dielectric_load(int index) {
     int first = u_first_dielectric + 2 * index;

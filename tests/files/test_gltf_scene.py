@@ -117,7 +117,8 @@ def test_what_transmits_is_a_dielectric(tmp_path: Path) -> None:
             {
                 "name": "glass",
                 "pbrMetallicRoughness": rough,
-                "extensions": passing | {"KHR_materials_volume": volume},
+                "extensions": passing
+                | {"KHR_materials_volume": volume, "KHR_materials_dispersion": {"dispersion": 0.5}},
             },
             {"name": "veil", "pbrMetallicRoughness": rough, "extensions": partly},
         ]
@@ -132,6 +133,7 @@ def test_what_transmits_is_a_dielectric(tmp_path: Path) -> None:
     glass = model.materials["glass"]
     assert (glass.model, glass.ior, glass.roughness, glass.priority) == ("dielectric", 1.2, 0.3, 1)
     assert (glass.attenuation_color, glass.attenuation_distance) == ((0.5, 1e-6, 1), 2)
+    assert glass.abbe_number == 40
     assert glass.transmittance == model.materials["pane"].transmittance == color
     assert model.materials["veil"].model == "metallic-roughness"
 

@@ -22,7 +22,8 @@ def dielectrics(materials: Mapping[str, Material]) -> dict[str, int]:
 
 
 def interior_flags(scene: Scene) -> dict[str, int]:
-    """The uniform that says whether paths have to know what they are inside of. Warns of meshes that are not closed."""
+    """The uniforms that say whether paths have to know what they are in, and of what colour. Warns of meshes that are
+    not closed."""
     for mesh in scene.meshes:
         for part in mesh.parts:
             if scene.materials[mesh.material_of(part)].is_solid and not is_closed(part.geometry):
@@ -31,7 +32,12 @@ def interior_flags(scene: Scene) -> dict[str, int]:
                     "in by a gap, it is taken to be outside",
                     stacklevel=2,
                 )
-    return {"u_has_interiors": int(has_interiors(dict(scene.materials), list(solids(scene))))}
+    found = list(solids(scene))
+    disperses = any(scene.materials[solid.material].dispersion > 0 for solid in found)
+    return {
+        "u_has_interiors": int(disperses or has_interiors(dict(scene.materials), found)),
+        "u_has_dispersion": int(disperses),
+    }
 
 
 def camera_interiors(scene: Scene) -> dict[str, Any]:

@@ -150,7 +150,12 @@ def _is_rough_dielectric(material: Material) -> bool:
 
 
 def _dielectric(material: Material) -> dict[str, Any]:
-    return {"transmittance": material.transmittance, "eta": material.index, "absorption": material.absorption}
+    return {
+        "transmittance": material.transmittance,
+        "eta": material.index,
+        "absorption": material.absorption,
+        "dispersion": material.dispersion,
+    }
 
 
 def _conductor(material: Material) -> dict[str, Any]:

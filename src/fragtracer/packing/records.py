@@ -25,7 +25,7 @@ MATERIAL_RECORDS: dict[str, Record] = {
         *(("normal_texture", "int"), ("emission_texture", "int")),
         *(("occlusion_texture", "int"), ("occlusion_strength", "float")),
     ),
-    "Dielectric": (("transmittance", "vec3"), ("eta", "float"), ("absorption", "vec3")),
+    "Dielectric": (("transmittance", "vec3"), ("eta", "float"), ("absorption", "vec3"), ("dispersion", "float")),
     "Conductor": (("index", "vec3"), ("extinction", "vec3")),
     "Plastic": (("eta", "float"), ("internal", "float"), ("nonlinear", "int")),
     "Opacity": (("opacity", "float"), ("mode", "int"), ("cutoff", "float"), ("texture_index", "int")),

@@ -69,6 +69,10 @@ def exact_bsdf(material: Material, geometry: str, attributes: MeshAttributes, te
         black = replace(material, model=DEFAULT_MODEL, albedo=(0.0, 0.0, 0.0), metal=None, metallic=0.0, specular=0.0)
         return surface(black, geometry, attributes, textures) if has_null_transmission(material) else lambert(black)
     if is_own_plugin(material):
+        if material.dispersion:
+            raise FragtracerError(
+                "Mitsuba's RGB variants know no wavelengths, and no dispersion; leave abbe_number out"
+            )
         if attributes.shading or has_images(material) or material.alpha_mode != "opaque" or not material.double_sided:
             raise FragtracerError(
                 f"Mitsuba shows a material of model = {material.model!r} exactly only without textures, normals of "

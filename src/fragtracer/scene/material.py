@@ -23,7 +23,15 @@ DEFAULT_MODEL: Final = "metallic-roughness"
 MODELS: dict[str, tuple[str, ...]] = {
     DEFAULT_MODEL: ("albedo", "roughness", "metallic", "ior", "f0", "metal", "specular"),
     "eon": ("albedo", "roughness"),
-    "dielectric": ("roughness", "ior", "transmittance", "attenuation_color", "attenuation_distance", "priority"),
+    "dielectric": (
+        "roughness",
+        "ior",
+        "transmittance",
+        "attenuation_color",
+        "attenuation_distance",
+        "abbe_number",
+        "priority",
+    ),
     "thin-dielectric": ("ior", "transmittance"),
     "conductor": ("roughness", "metal", "eta", "k"),
     "plastic": ("albedo", "ior", "nonlinear"),
@@ -55,7 +63,8 @@ class Material:
 
     Behind the front of a dielectric, ``attenuation_color`` is what is left of white light after
     ``attenuation_distance`` metres (Beer and Lambert); ``transmittance`` is the colour of what passes the surface.
-    Where two dielectrics overlap, the one with the higher ``priority`` is there.
+    ``abbe_number`` says how much its index of refraction, which is that of yellow light, differs between colours: 20 is
+    a strong dispersion, 60 a weak one. Where two dielectrics overlap, the one with the higher ``priority`` is there.
 
     A texture multiplies the parameter of its name; roughness, metallic and occlusion use one
     channel of it. ``normal_texture`` holds tangent-space normals (glTF 2.0, section 3.9.3), their x and y
@@ -80,6 +89,7 @@ class Material:
     transmittance: Reflectance = (1.0, 1.0, 1.0)
     attenuation_color: Reflectance = (1.0, 1.0, 1.0)
     attenuation_distance: Positive = 1.0
+    abbe_number: Positive | None = None
     priority: int = 0
     eta: Strength | None = None
     k: Strength | None = None
@@ -166,6 +176,11 @@ class Material:
     def index(self) -> float:
         """Index of refraction."""
         return 1.5 if self.ior is None else self.ior
+
+    @property
+    def dispersion(self) -> float:
+        """1 over the Abbe number, 0 where there is no dispersion."""
+        return 1 / self.abbe_number if self.abbe_number else 0.0
 
     @property
     def complex_index(self) -> tuple[Triple, Triple]:

@@ -109,6 +109,10 @@ class Transmission(Item):
     transmissionTexture: TextureInfo | None = None
 
 
+class Dispersion(Item):
+    dispersion: Positive = 0.0  # 20 over the Abbe number
+
+
 class Volume(Item):
     thicknessFactor: Positive = 0.0
     thicknessTexture: TextureInfo | None = None

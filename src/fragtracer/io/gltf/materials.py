@@ -83,6 +83,9 @@ class Materials:
                 self.notes.append(f"roughnessFactor of {place}, a pane")
             return Material(model="thin-dielectric", **kept)
         kept |= {"roughness": made["roughness"], "roughness_texture": made["roughness_texture"], "priority": index}
+        dispersion = self._container.extension(gltf.Dispersion, item, "KHR_materials_dispersion", place)
+        if dispersion is not None and dispersion.dispersion > 0:
+            kept["abbe_number"] = 20 / dispersion.dispersion
         if volume.attenuationDistance < LARGEST:
             red, green, blue = (max(c, _LEAST_ATTENUATION) for c in volume.attenuationColor)
             kept |= {"attenuation_color": (red, green, blue), "attenuation_distance": volume.attenuationDistance}

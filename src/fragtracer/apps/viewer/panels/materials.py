@@ -72,6 +72,9 @@ _CONTROLS: dict[str, Callable[[Material], Any]] = {
     "attenuation_distance": lambda m: widgets.slider(
         "at a distance", m.attenuation_distance, 1e-3, 1e3, "%.3f m", log=True
     ),
+    "abbe_number": lambda m: (
+        widgets.number("Abbe number", m.abbe_number or 0.0, 0.2, 0.0, 100.0, "%.1f", "0: none") or None
+    ),
     "priority": lambda m: widgets.whole("Priority", m.priority, -10, 10, "Of two that overlap the higher is there."),
     "nonlinear": lambda m: widgets.check("Nonlinear", m.nonlinear),
     "metal": lambda m: widgets.choice("Metal", m.metal, sorted(METAL_INDEX)) if m.metal else None,
