@@ -206,7 +206,7 @@ def _material_words(
 
 def _maps(material: Material, index: Mapping[Texture, int]) -> dict[str, Any]:
     textures = material.textures
-    dielectric = replace(material, metal=None, metallic=0.0)
+    dielectric = replace(material, metal=None, metallic=0.0) if material.model == DEFAULT_MODEL else material
     numbers = {f"{name}_texture": index[textures[name]] if name in textures else -1 for name in TEXTURED}
     channel = -1
     if material.metallic_texture is not None and _share_texture(material):
