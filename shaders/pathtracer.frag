@@ -12,6 +12,7 @@
 #include "camera/camera.glsl"
 #include "material/material.glsl"
 #include "light/light.glsl"
+#include "guiding/guide.glsl"
 #include "integrator/path.glsl"
 
 layout(location = 0) out vec4 out_mean;

@@ -22,6 +22,7 @@ def _cache_of_the_tests(tmp_path_factory: pytest.TempPathFactory) -> Iterator[No
     """The tests leave the user's cache alone, and find nothing there that an earlier run computed."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("FRAGTRACER_CACHE", str(tmp_path_factory.mktemp("cache")))
+        patch.delenv("PYTHONDONTWRITEBYTECODE", raising=False)  # processes that tests start need not all compile Python
         yield
 
 

@@ -17,6 +17,7 @@ import test_dielectrics
 import test_direct_light
 import test_environment_light
 import test_furnace
+import test_guiding as test_guided_pictures
 import test_split_sum
 import test_textured
 from apps.viewer import test_display
@@ -32,6 +33,7 @@ from shaders import (
     test_film,
     test_fresnel,
     test_ggx,
+    test_guiding,
     test_hash,
     test_intersect,
     test_light,
@@ -124,6 +126,7 @@ SPHERE_LIGHT = Check(test_sphere_light.test_directions_fill_the_cone, distance=1
 SHADOWS = Check(test_direct_light.test_lights_that_no_ray_meets_cast_shadows, estimator="nee")
 SHEETS = Check(test_textured.test_shadows_of_sheets, sheets=4)
 SPOT = Check(test_light.test_spot, spot=test_light.SPOTS[0], level=Level.NOTHING)
+GUIDED = Check(test_guiding.test_directions_have_the_density_of_the_mixture, name="three-spheres")
 DENSITY_OF_HIT = Check(test_light.test_density_of_a_sample_is_that_of_its_hit, most_listed=10**6, level=Level.NOTHING)
 TRAVERSAL = Check(test_intersect.test_traversal_finds_what_trying_every_shape_finds, scale=1.0, count=30, culled=False)
 
@@ -868,5 +871,54 @@ MUTATIONS = [
         "(1.0 - (plastic.nonlinear != 0 ? b.diffuse : vec3(1.0)) * plastic.internal)",
         "1.0",
         Check(test_dielectrics.test_white_plastic_reflects_everything, ior=1.5),
+    ),
+    Mutation(
+        "probability of the lobes not divided out",
+        "guiding/guide.glsl",
+        "eval_pdf.rgb / max(mixture, 1e-30)",
+        "eval_pdf.rgb / max(eval_pdf.a, 1e-30)",
+        GUIDED,
+    ),
+    Mutation(
+        "probability of the BSDF forgotten after a delta",
+        "guiding/guide.glsl",
+        "s.weight / (1.0 - guide.sum)",
+        "s.weight",
+        Check(test_guided_pictures.test_coats_and_lamps),
+    ),
+    Mutation(
+        "density of another lobe",
+        "guiding/guide.glsl",
+        "lobe_pdf(guide.lobes[i], wi)",
+        "lobe_pdf(guide.lobes[0], wi)",
+        GUIDED,
+    ),
+    Mutation(
+        "density of another cell",
+        "guiding/guide.glsl",
+        "guide_pdf(guide, frame_to_world(frame, s.wi))",
+        "guide_pdf(guide_at(frame.normal, frame, bsdf, true), frame_to_world(frame, s.wi))",
+        GUIDED,
+    ),
+    Mutation(
+        "emission counted twice where paths are guided",
+        "integrator/direct.glsl",
+        "vertex_bsdf_probability(vertex) * eval_pdf.a",
+        "eval_pdf.a * vertex_bsdf_probability(vertex) * vertex_bsdf_probability(vertex)",
+        Check(test_guided_pictures.test_furnace, estimator="mis"),
+    ),
+    Mutation(
+        "cells counted in another order",
+        "guiding/lobes.glsl",
+        "(fine.z * edge + fine.y) * edge + fine.x",
+        "(fine.x * edge + fine.y) * edge + fine.z",
+        GUIDED,
+    ),
+    Mutation(
+        "guided paths measured as if they were not",
+        "integrator/path.glsl",
+        "        path.odds *= vertex_odds(vertex, scattered);\n",
+        "",
+        Check(test_guided_pictures.test_guiding_pays_for_caustics),
     ),
 ]

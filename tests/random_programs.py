@@ -70,9 +70,12 @@ CHOICES = {
     "background": ["environment", "environment", "prefiltered", "irradiance", "black"],
 }
 # What no scene asks for, but the viewer and the study of the split-sum approximation do; of every program a part.
-PROGRAMS = {
-    "pathtracer.frag": {},
+GUIDING: dict[str, list[Any]] = {"HAS_GUIDING": [0, 1]}
+PROGRAMS: dict[str, dict[str, list[Any]]] = {
+    "pathtracer.frag": {**GUIDING, "GUIDING_MEASURE": [0, 1]},
+    "photons.frag": GUIDING,
     "split_sum.frag": {
+        **GUIDING,
         "SPLIT_SUM_STEP": [9, 9, 1, 2, 3, 4, 5, 6, 7, 8],
         "GEOMETRY_TERM": ["GEOMETRY_KARIS_ENVIRONMENT"],
     },

@@ -12,7 +12,7 @@ from rendering import list_at_most, rendered
 from scene_builders import lambert
 from shaders.scene_probe import scene_probe
 
-from fragtracer.packing import pack
+from fragtracer.packing import PackedScene, pack
 from fragtracer.renderer import Renderer
 from fragtracer.scene import Ambient, Camera, Disk, Material, Rectangle, Scene, Sphere, Triangle
 
@@ -48,6 +48,11 @@ def many(
     return scene, {"a": a, "u": u, "v": v, "radius": size}
 
 
+def dots(x: Floats, y: Floats) -> Floats:
+    """The products of vectors (n, 3)."""
+    return np.asarray(np.einsum("ij,ij->i", x, y))
+
+
 def nearest(
     kind: str, places: dict[str, Floats], origin: Floats, direction: Floats
 ) -> tuple[Floats, NDArray[np.bool_]]:
@@ -56,19 +61,21 @@ def nearest(
     a, u, v, radius = places["a"], places["u"], places["v"], places["radius"][:, 0]
     normal = np.cross(u, v)
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    u2, v2 = dots(u, u), dots(v, v)
     distances, unclear = np.full(len(origin), np.inf), np.zeros(len(origin), bool)
     for i, (o, d) in enumerate(zip(origin, direction, strict=True)):
         if kind == "spheres":
             along = (a - o) @ d
-            off = np.linalg.norm(a - o - along[:, None] * d, axis=1)
+            beside = a - o - along[:, None] * d
+            off = np.sqrt(dots(beside, beside))
             half = np.sqrt(np.maximum(0, radius**2 - off**2))
             t = np.where(along - half > 0, along - half, along + half)
             beyond = off / radius - 1
         else:
             slope = normal @ d
-            t = ((a - o) * normal).sum(1) / slope
+            t = dots(a - o, normal) / slope
             p = o + t[:, None] * d - a
-            x, y = (p * u).sum(1) / (u * u).sum(1), (p * v).sum(1) / (v * v).sum(1)
+            x, y = dots(p, u) / u2, dots(p, v) / v2
             if kind == "triangles":  # whose sides are not perpendicular in general: these are, by their making
                 beyond = -np.minimum(np.minimum(x, y), 1 - x - y)
             elif kind == "disks":
@@ -91,9 +98,8 @@ def rays(scene: Scene, scale: float, shift: float, count: int) -> tuple[Floats, 
     return start + np.array((shift, 0.0, 0.0)), direction
 
 
-def assert_none_is_missed(ctx: moderngl.Context, kind: str, scene: Scene, places: dict[str, Floats]) -> None:
+def assert_none_is_missed(ctx: moderngl.Context, kind: str, packed: PackedScene, places: dict[str, Floats]) -> None:
     """A short ray to every shape from just outside of it meets the shape, or something before it."""
-    packed = pack(scene, scene.render, 8, 8)
     height = 0.05 * places["radius"]
     if kind == "spheres":
         normal = np.random.default_rng(4).normal(size=places["a"].shape)
@@ -132,7 +138,7 @@ def assert_closest_hits(
     # Edges grow by a millionth of the scene; a slanted shape is met so much the nearer.
     np.testing.assert_allclose(found[~unclear], expected[~unclear], rtol=2e-4, atol=2e-5 * scale)
     if count >= 100_000:
-        assert_none_is_missed(ctx, kind, scene, places)
+        assert_none_is_missed(ctx, kind, packed, places)
     return scene
 
 

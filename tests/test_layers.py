@@ -25,6 +25,7 @@ LAYERS = [
     {"shader_composer"},  # 2
     {"io", "packing"},  # 3
     {"gpu"},  # 4
+    {"guiding"},  # 4
     {"renderer", "reference"},  # 5
     {"apps.compare"},  # 6
     {"apps.bench", "apps.doctor", "apps.viewer"},  # 6
@@ -37,7 +38,7 @@ ONLY_IN = {"moderngl": "gpu", "glcontext": "gpu", "mitsuba": "reference", "drjit
 
 # Bottom first; programs, which lie in none, may use all of them.
 SHADER_FOLDERS = ["core", "sampler", "film", "bsdf", "scene", "texture", "shape", "camera", "material", "light"]
-SHADER_FOLDERS += ["integrator", "split_sum", "display"]
+SHADER_FOLDERS += ["guiding", "integrator", "split_sum", "display"]
 PROGRAM = "pathtracer.frag"  # which lists the whole architecture
 
 RANK = {name: rank for rank, names in enumerate(LAYERS) for name in names}

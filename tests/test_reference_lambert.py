@@ -53,15 +53,9 @@ def test_lambert_scene_agrees(ctx, name):
     assert_agree(batches(ctx, scene_of(name), 256, range(SEEDS), size=SIZE), reference(name), RESOLUTION)
 
 
-@pytest.mark.parametrize(
-    ("file", "text", "replacement"),
-    [
-        ("bsdf/diffuse.glsl", "b.diffuse * (wi.z * INVERSE_PI)", "b.diffuse * (1.01 * wi.z * INVERSE_PI)"),
-        ("integrator/path.glsl", "path.throughput /= survival;", "path.throughput /= 1.0;"),
-    ],
-    ids=["lobe 1 % too bright", "roulette without compensation"],
-)
-def test_a_planted_error_is_found(ctx, monkeypatch, tmp_path, file, text, replacement):
-    Planter(monkeypatch, tmp_path)(file, text, replacement)
+def test_a_planted_error_is_found(ctx, monkeypatch, tmp_path):
+    """A lobe 1 % too bright."""
+    text = "b.diffuse * (wi.z * INVERSE_PI)"
+    Planter(monkeypatch, tmp_path)("bsdf/diffuse.glsl", text, text.replace("wi.z", "1.01 * wi.z"))
     with pytest.raises(AssertionError, match="regions differ"):
         test_lambert_scene_agrees(ctx, "cornell-box")

@@ -37,20 +37,20 @@ vec4 bsdf_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
 #if HAS_EON
     if (b.model == BSDF_EON) result = eon_eval_pdf(b, wo, wi);
 #endif
-#if HAS_DIELECTRIC
+#if HAS_EXACT_FRESNEL
     if (b.model == BSDF_DIELECTRIC) result = dielectric_eval_pdf(b, wo, wi);
 #endif
-#if HAS_CONDUCTOR
+#if HAS_EXACT_FRESNEL
     if (b.model == BSDF_CONDUCTOR) result = conductor_eval_pdf(b, wo, wi);
 #endif
-#if HAS_PLASTIC
+#if HAS_EXACT_FRESNEL
     if (b.model == BSDF_PLASTIC) result = plastic_eval_pdf(b, wo, wi);
 #endif
     return result;
 }
 
 // Whether a sample goes on in the direction of the path, as if there was no surface.
-bool bsdf_is_null(BsdfSample s) { return HAS_DIELECTRIC == 1 && (s.event & EVENT_NULL) != 0; }
+bool bsdf_is_null(BsdfSample s) { return HAS_EXACT_FRESNEL == 1 && (s.event & EVENT_NULL) != 0; }
 
 vec3 bsdf_eval(Bsdf b, vec3 wo, vec3 wi) { return bsdf_eval_pdf(b, wo, wi).rgb; }
 
@@ -68,14 +68,14 @@ BsdfSample bsdf_sample(Bsdf b, vec3 wo, vec2 u) {
 #if HAS_EON
     if (b.model == BSDF_EON) s = eon_sample(b, wo, u);
 #endif
-#if HAS_DIELECTRIC
+#if HAS_EXACT_FRESNEL
     if (b.model == BSDF_DIELECTRIC) s = dielectric_sample(b, wo, u);
     if (b.model == BSDF_THIN_DIELECTRIC) s = thin_dielectric_sample(b, wo, u);
 #endif
-#if HAS_CONDUCTOR
+#if HAS_EXACT_FRESNEL
     if (b.model == BSDF_CONDUCTOR) s = conductor_sample(b, wo, u);
 #endif
-#if HAS_PLASTIC
+#if HAS_EXACT_FRESNEL
     if (b.model == BSDF_PLASTIC) s = plastic_sample(b, wo, u);
 #endif
     return s;

@@ -5,10 +5,6 @@
 #include "bsdf/ggx.glsl"
 #include "bsdf/model.glsl"
 
-#ifndef HAS_CONDUCTOR
-#define HAS_CONDUCTOR 1
-#endif
-
 vec4 conductor_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
     if (b.alpha < ALPHA_DELTA || wo.z <= 0.0 || wi.z <= 0.0) return vec4(0.0);
     vec3 wh = normalize(wo + wi);

@@ -7,10 +7,6 @@
 #include "core/hash.glsl"
 #include "core/math.glsl"
 
-#ifndef HAS_DIELECTRIC
-#define HAS_DIELECTRIC 1
-#endif
-
 uniform int u_dielectrics_are_smooth;  // 1: all are, and facets need no code
 
 // Indices nearer to each other than this are the same to float32: half vectors have no direction left.

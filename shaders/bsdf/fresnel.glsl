@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "core/math.glsl"
 
+#ifndef HAS_EXACT_FRESNEL
+#define HAS_EXACT_FRESNEL 1  // the models with the exact terms: dielectrics, conductors and plastic
+#endif
+
 // Schlick 1994, An Inexpensive BRDF Model for Physically-Based Rendering, eq. 15, with the
 // reflectance at grazing incidence f90 (1 for every bare surface).
 vec3 fresnel_schlick(vec3 f0, vec3 f90, float cos_theta) {

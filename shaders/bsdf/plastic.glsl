@@ -8,10 +8,6 @@
 #include "core/math.glsl"
 #include "core/warp.glsl"
 
-#ifndef HAS_PLASTIC
-#define HAS_PLASTIC 1
-#endif
-
 // Probability of choosing the mirror lobe: about its share of the energy reflected towards wo.
 float plastic_specular_probability(Bsdf b, vec3 wo) {
     float fresnel = fresnel_dielectric(wo.z, b.eta);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A pane of a dielectric, so thin that its two smooth interfaces are one surface. It is there where HAS_DIELECTRIC is.
+// A pane of a dielectric, so thin that its two smooth interfaces are one surface. It is there where HAS_EXACT_FRESNEL is.
 #include "bsdf/fresnel.glsl"
 #include "bsdf/model.glsl"
 #include "core/math.glsl"

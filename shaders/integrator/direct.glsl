@@ -53,7 +53,8 @@ vec3 direct_unoccluded(Vertex vertex, LightSample light, vec3 wi) {
     vec4 eval_pdf = bsdf_eval_pdf(vertex.bsdf, vertex.wo, wi);
     eval_pdf.rgb *= vertex_shading_factor(vertex, wi);
     if (light.pdf <= 0.0 || max_component(eval_pdf.rgb) <= 0.0) return vec3(0.0);
-    return eval_pdf.rgb * light.radiance * (direct_light_weight(light.pdf, eval_pdf.a, light.delta) / light.pdf);
+    float bsdf_pdf = vertex_bsdf_probability(vertex) * eval_pdf.a;
+    return eval_pdf.rgb * light.radiance * (direct_light_weight(light.pdf, bsdf_pdf, light.delta) / light.pdf);
 }
 
 vec3 direct_sample(Vertex vertex, vec2 u) {

@@ -36,7 +36,7 @@ ivec4 interior_without(ivec4 inside, int removed) {
     return inside;
 }
 
-#if HAS_DIELECTRIC
+#if HAS_EXACT_FRESNEL
 Dielectric interior_load(int interior) { return dielectric_load(interior - 1); }
 
 // Index of refraction for a band.
@@ -51,7 +51,7 @@ float interior_eta(int interior, int band) {
 
 // What is left of light along a way of that length (Beer and Lambert).
 vec3 interior_transmittance(ivec4 inside, float distance) {
-#if HAS_DIELECTRIC
+#if HAS_EXACT_FRESNEL
     int interior = interior_of(inside);
     if (u_has_interiors != 0 && interior != 0) return exp(-interior_load(interior).absorption * distance);
 #endif
@@ -61,7 +61,7 @@ vec3 interior_transmittance(ivec4 inside, float distance) {
 // Says of a vertex what lies on both sides of it, where a path arrives that is `inside` of some: of a dielectric, in which
 // ratio their indices are. Where another one of higher priority lies on both sides, its surface is none.
 void interior_set_vertex(inout Vertex vertex, Material material, bool is_entered, ivec4 inside, int band) {
-#if HAS_DIELECTRIC
+#if HAS_EXACT_FRESNEL
     if (u_has_interiors == 0) return;
     vertex.inside = inside;
     vertex.beyond = inside;
@@ -77,7 +77,7 @@ void interior_set_vertex(inout Vertex vertex, Material material, bool is_entered
 
 // The band of a path that arrives at a surface of this material; u chooses one at the first that disperses light.
 int interior_band(Material material, int band, float u) {
-#if HAS_DIELECTRIC
+#if HAS_EXACT_FRESNEL
     if (u_has_dispersion == 0 || band != BAND_NONE || material.bsdf != BSDF_DIELECTRIC) return band;
     if (dielectric_load(material.record).dispersion > 0.0) return int(3.0 * u);
 #endif
@@ -92,7 +92,7 @@ vec3 interior_band_color(int before, int band) {
 
 // Whether a path may go on through a surface of this material as if there was none.
 bool interior_may_pass(Material material) {
-#if HAS_DIELECTRIC
+#if HAS_EXACT_FRESNEL
     return material.bsdf == BSDF_THIN_DIELECTRIC || (material.bsdf == BSDF_DIELECTRIC && u_has_interiors != 0);
 #else
     return false;

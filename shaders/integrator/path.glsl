@@ -12,6 +12,10 @@
 #include "integrator/vertex.glsl"
 #include "sampler/sampler.glsl"
 
+#ifndef GUIDING_MEASURE
+#define GUIDING_MEASURE 0  // what it adds are moments in place of radiance: of a sample, and of one without guiding
+#endif
+
 uniform int u_bounces;
 uniform int u_russian_roulette_vertex;  // the first vertex at which a path may be ended early
 
@@ -28,12 +32,35 @@ struct Path {
     uint seed;        // of stochastic alpha, another for each path
     ivec4 inside;     // the dielectrics that the ray is in (integrator/interior.glsl)
     int band;         // the colour that dispersion has left of it, or BAND_NONE
+#if GUIDING_MEASURE
+    float odds;             // density of the path so far over that without guiding
+    float unguided;         // luminance that it would have found without guiding
+    float unguided_moment;  // and the square of that, times how much more often it would have been drawn
+#endif
 };
 
 Path path_begin(ivec2 pixel, vec4 u) {
     Ray ray = camera_ray(pixel, u);
-    return Path(ray, vec3(1.0), 1.0, vec3(0.0), 0, 0, 0.0, true, 0.0, hash_pcg4d(floatBitsToUint(u)).x, u_camera_interiors, BAND_NONE);
+    return Path(ray, vec3(1.0), 1.0, vec3(0.0), 0, 0, 0.0, true, 0.0, hash_pcg4d(floatBitsToUint(u)).x, u_camera_interiors, BAND_NONE
+#if GUIDING_MEASURE
+        , 1.0, 0.0, 0.0
+#endif
+    );
 }
+
+#if GUIDING_MEASURE
+// What a path would have had as its second moment without guiding, from those that guiding has drawn: a part c of its
+// radiance found with odds r counts c r there, and the path comes up 1 / r times as often.
+void path_measure(inout Path path, float found) {
+    path.unguided_moment += found * (found * path.odds + 2.0 * path.unguided);
+    path.unguided += found * path.odds;
+}
+
+vec3 path_moments(Path path) {
+    float found = luminance(path.radiance);
+    return vec3(found, found * found, path.unguided_moment);
+}
+#endif
 
 // Adds `count` samples of the pixel to its film.
 void path_trace(inout Film film, ivec2 pixel, int count) {
@@ -46,6 +73,9 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
     // surface, vertex and next direction of every lane, those whose path ends too, which do not use them: their branch
     // would be run all the same, and every assignment in it be masked.
     do {
+#if GUIDING_MEASURE
+        float known = luminance(path.radiance);
+#endif
         // The next surface along the ray.
         int vertex_number = path.depth + path.passed;
         Hit hit = closest_hit(path.ray, hash_uint(path.seed + uint(vertex_number)));
@@ -68,7 +98,7 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
         // Synthesis).
         float survival = path.depth < u_russian_roulette_vertex ? 1.0 : min(0.95, path.eta_scale * max_component(path.throughput));
         bool scatters = is_hit && material.unlit == 0 && path.depth < u_bounces && path.rr_sample < survival;
-#if HAS_DIELECTRIC
+#if HAS_EXACT_FRESNEL
         bool may_pass = is_hit && path.depth == u_bounces && interior_may_pass(material);
         scatters = scatters || (may_pass && path.rr_sample < survival);
 #endif
@@ -76,7 +106,12 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
 
         // A path that has ended is a sample.
         if (!scatters) {
+#if GUIDING_MEASURE
+            path_measure(path, luminance(path.radiance) - known);
+            film_add(film, path_moments(path));
+#else
             film_add(film, path.radiance);
+#endif
             number++;
             index = film_sampler_index(number);
         }
@@ -92,10 +127,18 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
             path.band = band;
             interior_set_vertex(vertex, material, cos_theta >= 0.0, path.inside, band);
         }
+        vertex_guide(vertex, path.depth + 1 < u_bounces);
         if (scatters && path.depth < u_bounces) path.radiance += path.throughput * direct_light(vertex, vertex_number, pixel, index, u.zw);
 
-        // The next direction, drawn from the BSDF. Where there is none, the path ends at what it meets.
-        BsdfSample scattered = bsdf_sample(vertex.bsdf, vertex.wo, u.xy);
+#if GUIDING_MEASURE
+        path_measure(path, luminance(path.radiance) - known);
+#endif
+
+        // The next direction, drawn from the BSDF, or by the guiding. Where there is none, the path ends at what it meets.
+        BsdfSample scattered = vertex_scatter(vertex, u.xy);
+#if GUIDING_MEASURE
+        path.odds *= vertex_odds(vertex, scattered);
+#endif
         path.ray = Ray(vertex_origin(vertex, scattered.wi), frame_to_world(vertex.frame, scattered.wi));
         path.throughput *= scattered.weight * vertex_shading_factor(vertex, scattered.wi);
         path.eta_scale *= square(scattered.eta);
@@ -104,7 +147,7 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
         path.pdf = scattered.pdf;
         path.certain = bsdf_is_delta(scattered);
         path.rr_sample = rr_sample;
-#if HAS_DIELECTRIC
+#if HAS_EXACT_FRESNEL
         // To pass a surface unchanged is no scattering, and after the last one all that is left.
         if (path.depth > u_bounces && !bsdf_is_null(scattered)) path.throughput = vec3(0.0);
         path.depth -= int(bsdf_is_null(scattered));

@@ -3,6 +3,7 @@
 #include "bsdf/bsdf.glsl"
 #include "bsdf/shading_normal.glsl"
 #include "core/frame.glsl"
+#include "guiding/guide.glsl"
 #include "material/material.glsl"
 #include "shape/shape.glsl"
 
@@ -16,6 +17,9 @@ struct Vertex {
     ivec4 inside;    // the dielectrics that the side of wo lies in (integrator/interior.glsl)
     ivec4 beyond;    // and the other one
     uint seed;       // of stochastic alpha, for the rays to lights
+#if HAS_GUIDING
+    Guide guide;     // set by vertex_guide()
+#endif
 };
 
 // Of a surface that a ray has met.
@@ -45,4 +49,39 @@ vec3 vertex_origin(Vertex vertex, vec3 wi) { return wi.z < 0.0 ? vertex.behind :
 // Factor of what is scattered to wi, for the sake of shading normals.
 float vertex_shading_factor(Vertex vertex, vec3 wi) {
     return u_has_shading_normals != 0 ? shadow_terminator(vertex.geometric, wi) : 1.0;
+}
+
+// Makes use of the guiding, if there is any, where `is_guided`.
+void vertex_guide(inout Vertex vertex, bool is_guided) {
+#if HAS_GUIDING
+    vertex.guide = guide_at(vertex.origin, vertex.frame, vertex.bsdf, is_guided);
+#endif
+}
+
+// The probability of sampling the BSDF.
+float vertex_bsdf_probability(Vertex vertex) {
+#if HAS_GUIDING
+    return 1.0 - vertex.guide.sum;
+#else
+    return 1.0;
+#endif
+}
+
+// The density of a direction that vertex_scatter() gave over that of the BSDF alone.
+float vertex_odds(Vertex vertex, BsdfSample s) {
+#if HAS_GUIDING
+    if (bsdf_is_delta(s) || s.pdf <= 0.0) return 1.0 - vertex.guide.sum;
+    return (1.0 - vertex.guide.sum) * (1.0 + guide_pdf(vertex.guide, frame_to_world(vertex.frame, s.wi)) / s.pdf);
+#else
+    return 1.0;
+#endif
+}
+
+// The next direction, as bsdf_sample() gives it.
+BsdfSample vertex_scatter(Vertex vertex, vec2 u) {
+#if HAS_GUIDING
+    return guided_sample(vertex.guide, vertex.frame, vertex.bsdf, vertex.wo, u);
+#else
+    return bsdf_sample(vertex.bsdf, vertex.wo, u);
+#endif
 }

@@ -11,17 +11,19 @@
 // dielectric.
 Bsdf material_bsdf(Material material, bool is_front) {
     Bsdf b = bsdf_of(material.bsdf, material.diffuse, material.alpha, material.f0, material.f90);
-#if HAS_DIELECTRIC
+#if HAS_EXACT_FRESNEL
     Dielectric dielectric = dielectric_load(material.record);
     b.eta = is_front || b.model == BSDF_THIN_DIELECTRIC ? dielectric.eta : 1.0 / dielectric.eta;
     b.transmittance = dielectric.transmittance;
 #endif
-#if HAS_CONDUCTOR
-    Conductor conductor = conductor_load(material.record);
-    b.index = conductor.index;
-    b.extinction = conductor.extinction;
+#if HAS_EXACT_FRESNEL
+    if (b.model == BSDF_CONDUCTOR) {
+        Conductor conductor = conductor_load(material.record);
+        b.index = conductor.index;
+        b.extinction = conductor.extinction;
+    }
 #endif
-#if HAS_PLASTIC
+#if HAS_EXACT_FRESNEL
     if (b.model == BSDF_PLASTIC) {
         Plastic plastic = plastic_load(material.record);
         b.eta = plastic.eta;

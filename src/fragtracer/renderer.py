@@ -16,6 +16,7 @@ from fragtracer.gpu.accumulation import Accumulation
 from fragtracer.gpu.context import create_context, describe, is_software
 from fragtracer.gpu.specialise import MOST_LISTED, Level
 from fragtracer.gpu.tracer import Tracer, TracerProgram
+from fragtracer.guiding import Decision, decide, decides, same_light
 from fragtracer.packing import PackedScene, pack
 from fragtracer.sampling.pixels import Pixels
 from fragtracer.scene import RenderSettings, Scene
@@ -83,6 +84,7 @@ class Renderer:
         self._most_listed = MOST_LISTED["software" if is_soft else "gpu"]
         self._level = Level.VIEW if (is_soft if specialised is None else specialised) else Level.NOTHING
         self._defines, self._name, self._shaders = dict(defines or {}), program, shaders
+        self._guiding: tuple[Scene, RenderSettings, Decision] | None = None
         with self._current():
             self._film = Accumulation(self.context, self.settings.width, self.settings.height, self._is_adaptive)
             self._tracer = Tracer(self.context, self._packed(), self._program())
@@ -92,7 +94,7 @@ class Renderer:
     def sample(self, spp: int = 1, on_band: Callable[[float], None] | None = None) -> None:
         """Add ``spp`` samples per pixel; ``on_band`` hears how many there are so far.
 
-        Adaptive sampling spreads them unevenly, after the first 16, where at least 16 are asked for at once.
+        Adaptive sampling spreads them unevenly, after the first 32, where at least 16 are asked for at once.
         """
         target = self.spp + spp
         while self.spp < target:
@@ -236,10 +238,23 @@ class Renderer:
         settings = {name: str(value) for name, value in vars(self.settings).items() if not name.startswith("_")}
         counts = {"spp": str(self.spp), "non_finite_samples": str(self.non_finite_samples())}
         made_by = {"software": f"fragtracer {__version__}", "scene": self.scene.name}
+        counts["guiding_decision"] = self._decision().reason
         return made_by | settings | counts | {"gl_renderer": describe(self.context)["GL renderer"]}
 
     def _packed(self) -> PackedScene:
-        return pack(self.scene, self.settings, self.settings.width, self.settings.height, self._most_listed)
+        packed = pack(self.scene, self.settings, self.settings.width, self.settings.height, self._most_listed)
+        return self._decision().applied(packed)
+
+    def _decision(self) -> Decision:
+        """Whether this scene is guided, decided anew only where something that matters has changed."""
+        settings = decides(self.settings)
+        if self._guiding is not None:
+            scene, known, decision = self._guiding
+            if known == settings and same_light(scene, self.scene):
+                return decision
+        decision = decide(self.context, self.scene, settings)
+        self._guiding = self.scene, settings, decision
+        return decision
 
     def _program(self) -> TracerProgram:
         name = self._name or PROGRAMS[self.settings.integrator]

@@ -3,7 +3,7 @@
 line numbers to the file that a person edits."""
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -82,15 +82,16 @@ def compose(
     ShaderError
         On a missing or cyclic include, and on a define, a value of one or a name in a condition that nothing declares.
     """
-    expanded = list(_expand(program, root, generated or {}, set(), ()))
-    features, constants = _declared([line for _, line in expanded])
+    expanded = _expand(program, root, generated or {}, set(), ())
+    directives = [(place, line) for place, line in expanded if "#" in line]
+    features, constants = _declared([line for _, line in directives])
     defines = {name: value for name, value in (optional or {}).items() if name in features} | dict(defines)
     for name, value in defines.items():
         if name not in features:
             raise ShaderError(f"{program} has no feature {name}; it has {', '.join(sorted(features)) or 'none'}")
         if isinstance(value, str) and value not in constants:
             raise ShaderError(f"{program} declares no {value} that {name} could be")
-    _check_conditions(expanded)
+    _check_conditions(directives)
     text = (LANGUAGES[language] + _PRECISION).splitlines()
     text += [f"#define {name} {value}" for name, value in defines.items()]
     places = [f"(header):{i + 1}" for i in range(len(text))]
@@ -115,19 +116,21 @@ def _declared(lines: Sequence[str]) -> tuple[dict[str, str], set[str]]:
 
 def _expand(
     path: str, root: Path, generated: Mapping[str, str], done: set[str], stack: tuple[str, ...]
-) -> Iterator[tuple[str, str]]:
+) -> list[tuple[str, str]]:
     """The lines of ``path`` and, in their place, of what it includes, each file once."""
     if path in stack:
         raise ShaderError("cyclic include: " + " -> ".join([*stack[stack.index(path) :], path]))
     if path in done:
-        return
+        return []
     done.add(path)
+    lines: list[tuple[str, str]] = []
     source = generated[path] if path in generated else _read(path, root, stack)
     for number, line in enumerate(source.splitlines(), 1):
-        if include := _INCLUDE.match(line):
-            yield from _expand(include[1], root, generated, done, (*stack, path))
+        if "#" in line and (include := _INCLUDE.match(line)):
+            lines += _expand(include[1], root, generated, done, (*stack, path))
         else:
-            yield f"{path}:{number}", line
+            lines.append((f"{path}:{number}", line))
+    return lines
 
 
 def _read(path: str, root: Path, stack: tuple[str, ...]) -> str:

@@ -34,7 +34,7 @@ def test_it_notices(ctx, check, monkeypatch, tmp_path):
     plant(*SICKNESS[check])
     if check == "determinism":
         plant("film/film.glsl", "struct Film {", "uniform int u_rays;\nstruct Film {")
-        plant("pathtracer.frag", "uniform int u_rays;  // paths per pixel in this pass\n", "")
+        plant("pathtracer.frag", "uniform int u_rays;  // paths per fragment in this pass\n", "")
     findings = list(import_module(f"fragtracer.apps.doctor.{check.split()[-1]}").findings(ctx))
     assert [finding for finding in findings if not finding.passed]
 

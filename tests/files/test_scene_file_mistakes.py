@@ -200,10 +200,10 @@ MISTAKES = {
     ),
     "huge integer": (
         "[ambient]\nradiance = 1" + 400 * "0",
-        "ambient.radiance: must be a number between -3.4e+38 and 3.4e",
+        'not a TOML file: integer number overflowed at line 2 column 12: "radiance = 1000',
     ),
-    "huge hexadecimal": ("[render]\nspp = 0x" + 5000 * "f", "render.spp: must be a number between"),
-    "huge float": ("[[light]]\nposition = [0, 1e39, 0]\npower = 1", "light[0].position[1]: must be a number between"),
+    "huge hexadecimal": ("[render]\nspp = 0x" + 5000 * "f", "not a TOML file: integer number overflowed at line 2 col"),
+    "huge float": ("[[light]]\nposition = [0, 1e39, 0]\npower = 1", "light[0].position[1]: must be at most 3.4e+38"),
     "unknown key": (
         "[camera]\npositon = [0, 0, 0]",
         "camera.positon: there is no such key; did you mean position? choose",
@@ -224,11 +224,13 @@ MISTAKES = {
     "description": ("description = 3", "description: must be a text in quotes, got 3"),
     "empty": ("", "there is nothing to see: add a shape, a light, an environment or an ambient radiance"),
     "dark": ("[camera]\n[ambient]\nradiance = 0\n[material.red]", "there is nothing to see"),
-    "syntax": ("[camera]\nup = [0,\n  0 1]", 'not a TOML file: Unclosed array (at line 3, column 5): "0 1]"'),
-    "half a line": ("radius", "not a TOML file: Expected '=' after a key in a key/value pair (at end of document)"),
-    "key given twice": ("[camera]\n[camera]", "not a TOML file: Cannot declare ('camera',) twice (at line 2"),
-    "deep": ("x = " + 2000 * "[", "is nested too deeply to be read"),
-    "many digits": ("x = " + 5000 * "1", "has a number of too many digits to be read"),
+    "syntax": (
+        "[camera]\nup = [0,\n  0 1]",
+        'not a TOML file: string values must be quoted, expected literal string at line 3 column 3: "0 1]"',
+    ),
+    "half a line": ("radius", 'not a TOML file: key with no value, expected `=` at line 1 column 7: "radius"'),
+    "key given twice": ("[camera]\n[camera]", 'not a TOML file: duplicate key at line 2 column 2: "[camera]"'),
+    "deep": ("x = " + 2000 * "[", "not a TOML file: cannot recurse further"),
 }
 
 

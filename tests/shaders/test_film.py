@@ -135,7 +135,8 @@ def test_merged_films_are_one(ctx: moderngl.Context) -> None:
         for (int part = 0; part < 5; part++) {
             Film film = Film(vec3(0.0), vec3(0.0), vec3(0.0), 0.0, 0.0, film_next_number(whole));
             for (int i = 0; i < 3 * part; i++) {
-                vec3 radiance = vec3(x + 0.1 * float(i), exp(0.2 * float(i - part)), i == 4 ? 1.0 / u_zero : x * float(part));
+                vec3 radiance = vec3(x + 0.1 * float(i), exp(0.2 * float(i - part)), x * float(part));
+                if (i == 4) radiance.b = 1.0 / u_zero;
                 film_add(film, radiance);
                 film_add(whole, radiance);
             }

@@ -65,7 +65,7 @@ class Specialisation:
         return "\n".join(lines) + "\n"
 
     def _line(self, line: str, load: str) -> str:
-        if (uniform := _UNIFORM.match(line)) and uniform[2] in self.constants:
+        if line.startswith("uniform") and (uniform := _UNIFORM.match(line)) and uniform[2] in self.constants:
             return _constant(uniform[1], uniform[2], self.constants[uniform[2]]) + line[uniform.end() :]
         if self.listed is not None and (loop := _LOOP.match(line)):
             return self._unrolled(loop, self.listed)

@@ -25,6 +25,8 @@ UNITS = {
         )
     )
 }
+# All 16 are taken: the guiding, of programs that trace paths, has that of a map that they do not look up.
+UNITS["u_guiding"] = UNITS["u_brdf_map"]
 _WHAT = {
     "u_shapes": "the shapes and meshes of the scene",
     "u_vertices": "the vertices of the meshes",

@@ -185,8 +185,8 @@ class Tracer:
 
     def _bind(self, film: Film) -> None:
         self._random.use(UNITS["u_random_texture"])
-        self._textures.use()
         self._maps.use()
+        self._textures.use()  # after the maps, one of which shares its unit
         film.bind(UNITS["u_film_mean"])
 
     def _rows(self, pixel_samples_per_row: int, budget: float) -> int:

@@ -18,7 +18,7 @@ from fragtracer.packing.environment import EnvironmentTables, pack_environment
 from fragtracer.packing.hierarchy import ATTRIBUTES, RECORDS_IN_ROW, PackedBvh, pack_bvh
 from fragtracer.packing.instances import MeshMaterial
 from fragtracer.packing.interiors import camera_interiors, interior_flags
-from fragtracer.packing.lights import LIGHT_RECORDS, emissive_shapes, pack_lights
+from fragtracer.packing.lights import LIGHT_RECORDS, emissions_of, emissive_shapes, pack_lights
 from fragtracer.packing.materials import PackedMaterials, mean_emission, needed_attributes, pack_materials
 from fragtracer.packing.records import MATERIAL_RECORDS, Words, texel_count, words_of_rows
 from fragtracer.packing.settings import needs_maps, settings_features, settings_uniforms
@@ -86,7 +86,8 @@ def pack(
     origin, extent = space.origin, space.extent
     shapes, materials = finite_shapes(scene)
     surfaces = pack_materials(scene, materials)
-    light_of = emissive_shapes(shapes, materials)
+    emissions = emissions_of(materials)
+    light_of = emissive_shapes(shapes, emissions)
     records = shape_records(shapes, materials, surfaces.of_shapes, light_of, origin, extent)
     planes = plane_records(scene.planes, materials, surfaces.of_shapes, origin)
     is_listed = len(shapes) <= most_listed
@@ -96,7 +97,7 @@ def pack(
     primitives = len(planes) + np.arange(len(shapes)) if is_listed else bvh.shape_records if bvh else np.zeros(0, int)
     environment = pack_environment(scene.environment, extent)
     mesh_power = bvh.mesh_power if bvh else 0.0
-    lights = pack_lights(scene, shapes, materials, primitives, origin, extent, mesh_power, environment.lights)
+    lights = pack_lights(scene, shapes, emissions, primitives, origin, extent, mesh_power, environment.lights)
 
     scene_records, offsets = _scene_words(surfaces.words, lights.records)
     attributes, attribute_flags = _attributes(bvh)

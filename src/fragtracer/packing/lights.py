@@ -15,6 +15,7 @@ from fragtracer.packing.materials import plain_emission
 from fragtracer.packing.records import Record
 from fragtracer.packing.shapes import Shape, flat_corners
 from fragtracer.scene import LIGHTS, DirectionalLight, Light, Material, Scene, Sphere, SpotLight
+from fragtracer.scene.fields import Triple
 
 Floats = NDArray[np.float64]
 
@@ -84,31 +85,31 @@ class PackedLights:
     uniforms: Mapping[str, Any]
 
 
-def emissive_shapes(shapes: Sequence[Shape], materials: Mapping[str, Material]) -> NDArray[np.int64]:
-    """The number of the light that each shape is, (n,), or -1: shapes are the first of all lights."""
-    emissive = _emissions(materials).keys()
-    emits = np.array([shape.material in emissive for shape in shapes], bool)
-    return np.where(emits, np.cumsum(emits) - 1, -1)
-
-
-def _emissions(materials: Mapping[str, Material]) -> dict[str, tuple[float, float, float]]:
-    """The radiance of those that emit, by name."""
-    found = {name: plain_emission(material) for name, material in materials.items()}
+def emissions_of(materials: Mapping[str, Material]) -> dict[str, Triple]:
+    """The radiance of those materials that emit, by name."""
+    found = {name: plain_emission(material) for name, material in materials.items() if material.is_emissive}
     return {name: radiance for name, radiance in found.items() if max(radiance) > 0}
+
+
+def emissive_shapes(shapes: Sequence[Shape], emissions: Mapping[str, Triple]) -> NDArray[np.int64]:
+    """The number of the light that each shape is, (n,), or -1: shapes are the first of all lights."""
+    emits = np.array([shape.material in emissions for shape in shapes], bool)
+    return np.where(emits, np.cumsum(emits) - 1, -1)
 
 
 def pack_lights(
     scene: Scene,
     shapes: Sequence[Shape],
-    materials: Mapping[str, Material],
+    emissions: Mapping[str, Triple],
     primitives: NDArray[np.int64],
     origin: Floats,
     extent: float,
     mesh_power: float,
     distant: Sequence[LightSource],
 ) -> PackedLights:
-    """Pack all lights: emissive ``shapes`` first, whose records are ``primitives`` (n,), then the meshes together."""
-    sources = _shape_lights(shapes, _emissions(materials), origin, primitives)
+    """Pack all lights: ``shapes`` whose materials have ``emissions`` first, whose records are ``primitives`` (n,), then
+    the meshes together."""
+    sources = _shape_lights(shapes, emissions, origin, primitives)
     mesh_light = len(sources) if mesh_power > 0 else -1
     if mesh_power > 0:
         sources.append(LightSource(LightKind.MESH, mesh_power, {}))

@@ -102,10 +102,8 @@ def mean_emission(material: Material) -> tuple[float, float, float]:
     return (r, g, b)
 
 
-def plain_emission(material: Material) -> tuple[float, float, float]:
-    """Radiance of a surface without textures, times its opacity."""
-    if not material.is_emissive:
-        return (0.0, 0.0, 0.0)
+def plain_emission(material: Material) -> Triple:
+    """Radiance of an emissive surface without textures, times its opacity."""
     opacity = {"opaque": 1.0, "mask": float(material.opacity >= material.alpha_cutoff), "blend": material.opacity}
     r, g, b = (opacity[material.alpha_mode] * radiance for radiance in material.emission)
     return (r, g, b)

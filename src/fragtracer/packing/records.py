@@ -52,7 +52,7 @@ class BsdfModel(IntEnum):
     @property
     def feature(self) -> str:
         """The feature that the model needs."""
-        return f"HAS_{self.name.removeprefix('THIN_')}"
+        return "HAS_EXACT_FRESNEL" if self >= BsdfModel.DIELECTRIC else f"HAS_{self.name}"
 
 
 def places(record: Record) -> Iterator[tuple[str, str, int]]:

@@ -102,6 +102,16 @@ def finite_shapes(scene: Scene) -> tuple[list[Shape], dict[str, Material]]:
     return sorted(shapes, key=lambda shape: _ORDER[type(shape)]), materials
 
 
+def bounds_of(shapes: Sequence[Shape]) -> tuple[Floats, Floats]:
+    """Lower and upper corners (n, 3) of the bounds of ``shapes``, those of one kind of record after the other."""
+    boxes = (
+        geometry([shape for shape in shapes if isinstance(shape, classes)], np.zeros(3), 0.0)[1:]
+        for classes, geometry in _GEOMETRY.values()
+    )
+    low, high = zip(*boxes, strict=True)
+    return np.concatenate(low), np.concatenate(high)
+
+
 def light_material(light: Light) -> Material:
     """What the sphere of a light with a radius is made of."""
     return Material(albedo=(0.0, 0.0, 0.0), specular=0.0, emission=light.surface_radiance)

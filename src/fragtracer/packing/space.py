@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fragtracer.packing.shapes import Shape, bounds_of
 from fragtracer.scene import SHAPES, Camera, Scene, Sphere
 
 Floats = NDArray[np.float64]
@@ -59,7 +60,6 @@ def space_of(scene: Scene, before: Space | None = None) -> Space:
 def _points(scene: Scene) -> Floats:
     """Points (n, 3) that bound everything finite but the camera and lights, spheres that emit among them: a far sun
     loses nothing by its distance, and would take the precision from what it shines on."""
-    shapes = [shape for kind in SHAPES if kind != "planes" for shape in getattr(scene, kind)]
-    kept = [s.bounds for s in shapes if not (isinstance(s, Sphere) and scene.materials[s.material].is_emissive)]
-    bounds = np.array(kept, np.float64).reshape(-1, 3)
-    return np.concatenate([bounds, *(mesh.box_corners() for mesh in scene.meshes)])
+    shapes: list[Shape] = [shape for kind in SHAPES if kind != "planes" for shape in getattr(scene, kind)]
+    kept = [s for s in shapes if not (isinstance(s, Sphere) and scene.materials[s.material].is_emissive)]
+    return np.concatenate([*bounds_of(kept), *(mesh.box_corners() for mesh in scene.meshes)])

@@ -64,18 +64,21 @@ class Scene(ShapeLists, LightLists):
     description: str = ""
 
     def __post_init__(self) -> None:
-        known = ", ".join(sorted(self.materials)) or "none is defined"
         for kind in SHAPES:
             for index, shape in enumerate(getattr(self, kind)):
                 where = f"{kind.removesuffix('s')}[{index}].material"
                 if shape.material not in self.materials:
-                    raise ValueError(f"{where}: there is no material {shape.material!r}; the materials are: {known}")
+                    raise ValueError(f"{where}: {self._no_material(shape.material)}")
                 if kind == "planes" and self.materials[shape.material].is_emissive:
                     raise ValueError(f"{where}: an infinite plane cannot emit light; use a rectangle or ambient light")
         for index, mesh in enumerate(self.meshes):
             for name in map(mesh.material_of, mesh.parts):
                 if name not in self.materials:
                     where = f"mesh[{index}].material"
-                    raise ValueError(f"{where}: there is no material {name!r}; the materials are: {known}")
+                    raise ValueError(f"{where}: {self._no_material(name)}")
         if problem := conflict(self):
             raise ValueError(problem)
+
+    def _no_material(self, name: str) -> str:
+        known = ", ".join(sorted(self.materials)) or "none is defined"
+        return f"there is no material {name!r}; the materials are: {known}"

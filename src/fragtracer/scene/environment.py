@@ -15,7 +15,7 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from fragtracer.scene.content import content_digest, read_only
-from fragtracer.scene.fields import CONFIG, Fraction, NonNegative, Strength, Triple
+from fragtracer.scene.fields import CONFIG, Fraction, NonNegative, Number, Strength, Triple
 from fragtracer.scene.sky import sky_pixels, sun_irradiance
 
 Floats = NDArray[np.float64]
@@ -94,7 +94,7 @@ class Sky:
 
     turbidity: Annotated[float, Field(ge=1, le=10)] = 3.0
     sun_elevation_degrees: Annotated[float, Field(ge=-10, le=90)] = 45.0
-    sun_azimuth_degrees: float = 0.0
+    sun_azimuth_degrees: Number = 0.0
     sun_radius_degrees: Annotated[float, Field(ge=0.01, le=20)] = 0.2666
     sun: bool = True
     ground_albedo: Fraction = 0.2
@@ -146,7 +146,7 @@ class Environment:
     radiance: Strength | None = None
     gradient: Gradient | None = None
     sky: Sky | None = None
-    rotation_degrees: float = 0.0
+    rotation_degrees: Number = 0.0
     strength: NonNegative = 1.0
     tint: Strength = (1.0, 1.0, 1.0)
     visible: bool = True

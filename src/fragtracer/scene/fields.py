@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The validated value types of the scene model."""
 
+import math
 from collections.abc import Iterable
 from dataclasses import fields
 from typing import Annotated, Any, TypeVar, get_args
@@ -15,19 +16,23 @@ _HUGE = 10**300  # an int beyond it stays too large as a float
 
 def as_number(value: Any) -> Any:
     """An int or a numpy number as a float; anything else unchanged, for the field to reject."""
+    if type(value) is float:
+        return value
     if isinstance(value, int) and not isinstance(value, bool):
         return float(max(min(value, _HUGE), -_HUGE))
-    return float(value) if isinstance(value, np.integer | np.floating) else value
+    return float(value) if isinstance(value, (np.integer, np.floating)) else value
 
 
 def as_vector(value: Any) -> Any:
     """Any iterable as a tuple."""
+    if isinstance(value, list):
+        return tuple(value)
     return value if isinstance(value, str) or not isinstance(value, Iterable) else tuple(value)
 
 
 def as_color(value: Any) -> Any:
     """One number as a grey (r, g, b)."""
-    return (value,) * 3 if isinstance(value, int | float | np.number) else as_vector(value)
+    return (value,) * 3 if isinstance(value, (int, float, np.number)) else as_vector(value)
 
 
 def as_tuple(value: Any) -> Any:
@@ -62,4 +67,16 @@ def kinds_of(cls: type) -> dict[str, type]:
 
 
 def length(v: Triple) -> float:
-    return float(np.linalg.norm(v))
+    return math.hypot(*v)
+
+
+def difference(u: Triple, v: Triple) -> Triple:
+    return (u[0] - v[0], u[1] - v[1], u[2] - v[2])
+
+
+def dot(u: Triple, v: Triple) -> float:
+    return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
+
+
+def cross(u: Triple, v: Triple) -> Triple:
+    return (u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0])

@@ -7,7 +7,7 @@ from typing import Annotated, Final, Literal
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from fragtracer.scene.fields import CONFIG, Fraction, Number, Positive, Reflectance, Strength, Triple
+from fragtracer.scene.fields import CONFIG, LARGEST, Fraction, Number, Positive, Reflectance, Strength, Triple
 from fragtracer.scene.reflectance import (
     METAL_F0,
     METAL_INDEX,
@@ -82,7 +82,7 @@ class Material:
     albedo: Reflectance = (0.5, 0.5, 0.5)
     roughness: Fraction = 0.5
     metallic: Fraction = 0.0
-    ior: Annotated[float, Field(ge=1)] | None = None
+    ior: Annotated[float, Field(ge=1, le=LARGEST)] | None = None
     f0: Reflectance | None = None
     metal: str | None = None
     specular: Fraction = 1.0
@@ -235,8 +235,8 @@ class Material:
     @property
     def textures(self) -> dict[str, Texture]:
         """Its textures by the name of the parameter, of :data:`TEXTURED`."""
-        fields = _TEXTURE_FIELDS.items()
-        return {name: texture for name, field in fields if (texture := getattr(self, field)) is not None}
+        values = vars(self)
+        return {name: values[field] for name, field in _TEXTURE_FIELDS.items() if values[field] is not None}
 
     @property
     def is_emissive(self) -> bool:

@@ -12,7 +12,20 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic.dataclasses import dataclass
 
-from fragtracer.scene.fields import CONFIG, Many, Point, Points, Positive, Triple, Vector, kinds_of, length
+from fragtracer.scene.fields import (
+    CONFIG,
+    Many,
+    Point,
+    Points,
+    Positive,
+    Triple,
+    Vector,
+    cross,
+    difference,
+    dot,
+    kinds_of,
+    length,
+)
 
 __all__ = ["Disk", "Plane", "Rectangle", "Sphere", "Triangle"]
 
@@ -97,12 +110,12 @@ class Rectangle:
         lengths = length(self.edge_u) * length(self.edge_v)
         if not lengths > 0:
             raise ValueError("edge_u and edge_v must not have length zero")
-        if abs(float(np.dot(self.edge_u, self.edge_v))) > 1e-4 * lengths:
+        if abs(dot(self.edge_u, self.edge_v)) > 1e-4 * lengths:
             raise ValueError("edge_u and edge_v must be perpendicular; use two triangles for another shape")
 
     @property
     def area(self) -> float:
-        return float(np.linalg.norm(np.cross(self.edge_u, self.edge_v)))
+        return length(cross(self.edge_u, self.edge_v))
 
     @property
     def bounds(self) -> Bounds:
@@ -153,15 +166,16 @@ class Triangle:
     material: str
 
     def __post_init__(self) -> None:
-        a, b, c = (np.asarray(v) for v in self.vertices)
-        longest = max(np.linalg.norm(b - a), np.linalg.norm(c - a), np.linalg.norm(c - b))
-        if not np.linalg.norm(np.cross(b - a, c - a)) > 1e-12 * longest**2:
+        a, b, c = self.vertices
+        u, v = difference(b, a), difference(c, a)
+        longest = max(length(u), length(v), length(difference(c, b)))
+        if not length(cross(u, v)) > 1e-12 * longest**2:
             raise ValueError("the three vertices lie on a line or in a point; a triangle needs an area")
 
     @property
     def area(self) -> float:
-        a, b, c = (np.asarray(v) for v in self.vertices)
-        return float(np.linalg.norm(np.cross(b - a, c - a))) / 2
+        a, b, c = self.vertices
+        return length(cross(difference(b, a), difference(c, a))) / 2
 
     @property
     def bounds(self) -> Bounds:

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fragtracer.apps.bench import lights, shapes, spheres, suite
+from fragtracer.apps.bench import fields, lights, shapes, spheres
 from fragtracer.apps.bench.cold import cold_scene, compile_seconds, first_picture_seconds
-from fragtracer.apps.bench.fields import COVER, KINDS, SIDE, Kind, light_field, shape_field
+from fragtracer.apps.bench.fields import COVER, KINDS, LIGHT_KINDS, SIDE, Kind, light_field, shape_field
 from fragtracer.apps.bench.plan import Plan
 from fragtracer.apps.bench.sphere_field import sphere_field
 from fragtracer.apps.bench.statistics import Estimate
@@ -67,7 +67,7 @@ def test_lights_of_every_field_give_the_same_light() -> None:
     settings = RenderSettings(width=16, height=16, bounces=1)
     means = []
     for count in (10, 100):
-        with Renderer(light_field(count, settings)) as renderer:
+        with Renderer(light_field(count, settings, "spheres")) as renderer:
             means.append(renderer.render(256).mean())
     assert means[0] == pytest.approx(means[1], rel=0.1)
 
@@ -97,9 +97,13 @@ def test_rows_of_shapes_with_the_step_to_the_bvh(monkeypatch: pytest.MonkeyPatch
 
 def test_rows_of_lights(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(lights, "COUNTS", (10, 100))
+    monkeypatch.setattr(fields, "MOST_LIGHTS", 200)
     rows = _run(lights.BENCHMARK).rows
-    assert [(row["kind"], row["lights"]) for row in rows] == [(k, n) for k in ("points", "spheres") for n in (10, 100)]
-    assert rows[0]["rays"] == pytest.approx(rows[1]["rays"], rel=0.2)
+    assert [(row["kind"], row["lights"]) for row in rows] == [(kind, n) for kind in LIGHT_KINDS for n in (10, 100)]
+    for few, many in zip(rows[::2], rows[1::2], strict=True):
+        assert few["rays"] == pytest.approx(many["rays"], rel=0.2)
+    some = light_field(10, RENDER, "some of 10,000 spheres")
+    assert (len(some.lights), len(some.spheres)) == (10, 9 + 190)
 
 
 @pytest.mark.skipif(find_llvm() is None, reason="scalar_rgb is too slow for these tests")
@@ -118,7 +122,3 @@ def test_a_cold_start_begins_without_caches() -> None:
         assert 0 < compile_seconds(path, (16, 9)) < first_picture_seconds(path, (16, 9))
         with pytest.raises(FragtracerError, match="failed"):
             first_picture_seconds(path.with_name("none.toml"), (16, 9))
-
-
-def test_scaling_makes_three_tables() -> None:
-    assert [benchmark.table(QUICK).name for benchmark in suite.BENCHMARKS["scaling"]] == ["scaling", "shapes", "lights"]

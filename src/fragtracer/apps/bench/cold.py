@@ -38,9 +38,11 @@ def compile_seconds(scene: Path, size: tuple[int, int]) -> float:
 
 
 def _run(module: str, *arguments: str) -> str:
-    """What a module of Python prints, in a process that finds neither the driver's cache nor fragtracer's."""
+    """What a module of Python prints, in a process that finds neither the driver's cache nor fragtracer's. It finds, or
+    leaves to the next, Python's bytecode, which an installation has."""
     with TemporaryDirectory(prefix="fragtracer-") as cache:
         environment = os.environ | {"MESA_SHADER_CACHE_DISABLE": "true", "FRAGTRACER_CACHE": cache}
+        environment.pop("PYTHONDONTWRITEBYTECODE", None)
         environment["__GL_SHADER_DISK_CACHE"] = "0"  # NVIDIA's
         child = subprocess.run(
             [sys.executable, "-m", module, *arguments], env=environment, capture_output=True, text=True, check=False

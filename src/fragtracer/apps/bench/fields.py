@@ -25,6 +25,9 @@ from fragtracer.scene import (
 
 Kind = Literal["spheres", "rectangles", "mesh triangles"]
 KINDS: tuple[Kind, ...] = ("spheres", "rectangles", "mesh triangles")
+LightKind = Literal["points", "spheres", "some of 10,000 spheres"]
+LIGHT_KINDS: tuple[LightKind, ...] = ("points", "spheres", "some of 10,000 spheres")
+MOST_LIGHTS = 10_000
 SIDE = 3.0  # of the square that a field covers, metres
 COVER = 0.4  # area of the shapes, seen by the camera, over that of the square
 _GREY = {"grey": Material(albedo=(0.5,) * 3, specular=0.0)}
@@ -66,13 +69,21 @@ def shape_field(kind: Kind, count: int, render: RenderSettings) -> Field:
     return Field(_scene(render, meshes=(Mesh((Part(geometry, "grey"),)),)), _bounds(*corners.transpose(1, 0, 2)))
 
 
-def light_field(count: int, render: RenderSettings, points: bool = False) -> Scene:
-    """``count`` small spherical lights over a plane with nine spheres, the same area and power together; or points."""
-    spheres = tuple(Sphere((x, 0.3, z), 0.3, "grey") for x, _, z in _places(9, 0.0).tolist())
-    power = (300.0 / count,) * 3
-    radius = 0.0 if points else 0.1 / math.sqrt(count)
-    lights = tuple(Light(tuple(place), radius, power=power) for place in _places(count, 2.5).tolist())
-    return Scene(_CAMERA, _GREY, spheres=spheres, planes=_FLOOR, lights=lights, render=render, name=f"{count} lights")
+def light_field(count: int, render: RenderSettings, kind: LightKind) -> Scene:
+    """``count`` small lights over a plane with nine spheres, the same power together, whatever their number.
+
+    Points; spheres with the same area together; or some of :data:`MOST_LIGHTS` spheres, of which the others are black.
+    """
+    spheres = [Sphere((x, 0.3, z), 0.3, "grey") for x, _, z in _places(9, 0.0).tolist()]
+    shown = MOST_LIGHTS if kind == "some of 10,000 spheres" else count
+    radius = 0.0 if kind == "points" else 0.1 / math.sqrt(shown)
+    places, emitters = _places(shown, 2.5).tolist(), np.arange(count) * shown // count
+    lights = tuple(Light(tuple(places[i]), radius, power=(300.0 / count,) * 3) for i in emitters)
+    spheres += [Sphere(tuple(places[i]), radius, "black") for i in sorted({*range(shown)} - {*emitters.tolist()})]
+    materials = _GREY | {"black": Material(albedo=(0.0,) * 3, specular=0.0)}
+    return Scene(
+        _CAMERA, materials, spheres=tuple(spheres), planes=_FLOOR, lights=lights, render=render, name=f"{count} lights"
+    )
 
 
 def _scene(render: RenderSettings, **shapes: object) -> Scene:

@@ -26,6 +26,10 @@ GeometryTerm = Annotated[
 MultipleScattering = Annotated[
     bool | None, typer.Option(help="Give rough lobes what their facets reflect more than once.")
 ]
+Guiding = Annotated[
+    Literal["auto", "on", "off"] | None,
+    typer.Option(help="Send paths where photons have found light; auto: where it pays."),
+]
 EnvironmentFile = Annotated[
     str | None,
     typer.Option(

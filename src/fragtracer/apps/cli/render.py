@@ -3,6 +3,7 @@
 
 import math
 import sys
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -21,6 +22,7 @@ Worst = Annotated[
     float | None,
     typer.Option(min=0.0, metavar="PERCENT", help="Stop when 99 % of the pixels have at most this relative error."),
 ]
+_PATIENCE = 0.5  # seconds until there is a progress bar, which takes time to make
 
 
 def render(
@@ -42,6 +44,7 @@ def render(
     estimator: Annotated[Literal["mis", "nee", "bsdf"] | None, typer.Option(help="How light is sampled.")] = None,
     sampler: Annotated[Literal["texture", "hash"] | None, typer.Option(help="Source of random numbers.")] = None,
     pixel_filter: Annotated[Literal["box", "tent", "gaussian"] | None, typer.Option()] = None,
+    guiding: options.Guiding = None,
     environment: options.EnvironmentFile = None,
     environment_rotation: options.EnvironmentRotation = None,
     environment_strength: options.EnvironmentStrength = None,
@@ -74,6 +77,7 @@ def render(
         "estimator": estimator,
         "sampler": sampler,
         "pixel_filter": pixel_filter,
+        "guiding": guiding,
         "integrator": integrator,
     }
     loaded = load(scene, light_models=environment in (None, "none"))
@@ -91,17 +95,26 @@ def _share(percent: float | None) -> float | None:
 
 
 def _sample(renderer: Any, limits: dict[str, Any]) -> bool:
-    """Render under a progress bar; False if the user interrupted."""
-    from fragtracer.apps.cli.progress import render_progress
-
+    """Render, under a progress bar if it takes long; False if the user interrupted."""
     if not any(limit is not None for limit in limits.values()):
         limits["spp"] = renderer.settings.spp
     pixels = renderer.settings.width * renderer.settings.height
-    try:
-        with render_progress(limits["spp"], limits["seconds"], pixels) as report:
+    bar: Any = None
+    with ExitStack() as stack:
+
+        def report(state: Any) -> None:
+            nonlocal bar
+            if bar is None and state.seconds >= _PATIENCE:
+                from fragtracer.apps.cli.progress import render_progress
+
+                bar = stack.enter_context(render_progress(limits["spp"], limits["seconds"], pixels))
+            if bar is not None:
+                bar(state)
+
+        try:
             renderer.render(**limits, progress=report)
-    except KeyboardInterrupt:
-        return False
+        except KeyboardInterrupt:
+            return False
     return True
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from fragtracer.apps.viewer import actions
 from fragtracer.apps.viewer.display import AUXILIARY
 from fragtracer.apps.viewer.dynamic_resolution import DynamicResolution
+from fragtracer.apps.viewer.guider import Guider
 from fragtracer.apps.viewer.interface import Interface
 from fragtracer.apps.viewer.layout import Area
 from fragtracer.apps.viewer.live import LiveRenderer
@@ -45,7 +46,7 @@ class Viewer:
         self.session = Session.of(scene, path)
         self.screen = Screen(size, ini)
         renderer = LiveRenderer(self.session.shown, (65, 37), self.screen.context)
-        self.refiner = Refiner(renderer, DynamicResolution())
+        self.refiner = Refiner(renderer, DynamicResolution(), Guider())
         self.film_statistics = FilmStatistics()
         self.times = FrameTimes()
         self.wipe = Wipe()

@@ -11,6 +11,7 @@ from fragtracer.gpu.context import is_software
 from fragtracer.gpu.film import Film
 from fragtracer.gpu.specialise import Level
 from fragtracer.gpu.tracer import TracerProgram
+from fragtracer.guiding import Decision, decides, same_light
 from fragtracer.packing import PackedScene, pack, view_uniforms
 from fragtracer.packing.lights import LightKind
 from fragtracer.packing.space import Space
@@ -59,6 +60,8 @@ class LiveRenderer(Renderer):
         # Which kinds of things there are costs a software renderer much, and hardly ever changes.
         self._least = Level.KINDS if is_software(context) else Level.NOTHING
         self._is_specialised = False
+        self._is_guided = False
+        self._learned: tuple[Scene, RenderSettings, Decision] | None = None
         self._traces_paths = scene.render.integrator == "path"
         super().__init__(scene, size, context, specialised=False)
 
@@ -75,6 +78,11 @@ class LiveRenderer(Renderer):
     def is_specialised(self) -> bool:
         """Whether the scene, but not the camera, is compiled into the program."""
         return self._is_specialised
+
+    @property
+    def is_guided(self) -> bool:
+        """Whether the program in use guides paths."""
+        return self._is_guided
 
     @property
     def samples_per_second(self) -> float:
@@ -102,7 +110,13 @@ class LiveRenderer(Renderer):
         width, height = self.size
         settings = replace(scene.render, width=width, height=height)
         packed = pack(scene, settings, width, height, self._most_listed, self._space)
+        if not view:
+            packed = self._decision_for(scene).applied(packed)
         return Plan(scene, settings, packed, self._program_of(settings, view))
+
+    def guide(self, scene: Scene, settings: RenderSettings, decision: Decision) -> None:
+        """Plan with ``decision`` from now on, wherever there is the same light as in ``scene``."""
+        self._learned = scene, settings, decision
 
     def quickest(self, plan: Plan) -> Plan:
         """``plan`` with the fastest program that is compiled already, or as it is if none can render it."""
@@ -133,6 +147,7 @@ class LiveRenderer(Renderer):
         width, height = self.size  # may have changed meanwhile
         self.scene, self.settings = plan.scene, replace(plan.settings, width=width, height=height)
         self._space, self._is_specialised = plan.packed.space, plan.is_specialised
+        self._is_guided = "u_guiding" in plan.packed.tables
         if not plan.is_specialised:
             self._features = plan.packed.features
         self._pass = None
@@ -207,6 +222,16 @@ class LiveRenderer(Renderer):
         packed = pack(self.scene, self.settings, *self.size, self._most_listed, self._space)
         self._space, self._features = packed.space, packed.features
         return packed
+
+    def _decision(self) -> Decision:
+        return self._decision_for(self.scene)
+
+    def _decision_for(self, scene: Scene) -> Decision:
+        if self._learned is not None:
+            known, settings, decision = self._learned
+            if settings == decides(scene.render) and same_light(known, scene):
+                return decision
+        return Decision(None, "off: nothing is learned yet")
 
     def _program(self) -> TracerProgram:
         return self._program_of(self.settings, "")

@@ -6,16 +6,19 @@ from dataclasses import replace
 
 from fragtracer.apps.viewer.compiler import BackgroundCompiler
 from fragtracer.apps.viewer.dynamic_resolution import DynamicResolution
+from fragtracer.apps.viewer.guider import Guider
 from fragtracer.apps.viewer.live import LiveRenderer, Plan
 from fragtracer.apps.viewer.preparer import Preparer
 from fragtracer.errors import ShaderError
 from fragtracer.gpu.accumulation import Accumulation
 from fragtracer.gpu.context import is_software
 from fragtracer.gpu.specialise import specialise
+from fragtracer.guiding import decides
 from fragtracer.scene import Camera, Scene
 
 _SETTLED = 0.15  # seconds without a change until the picture is made in full size
 _SPECIALISE_AFTER = 0.3  # seconds without an edit until the scene is compiled into the program
+_LEARN_AFTER = 1.0  # seconds without an edit until it is learned where light comes from
 _FADE = 0.3  # seconds to fade to the finer picture
 _FADE_SPP = 8  # samples per pixel at which that fade ends
 _SLOW = 0.1  # seconds; a driver that takes longer to load a compiled program has no shader cache
@@ -26,10 +29,11 @@ class Refiner:
     """Decides what ``renderer`` does in each frame; ``size`` is that of the picture on the screen, in pixels.
 
     On a software renderer another process first compiles the program and makes the maps of the split sum. Until
-    they are ready, the previous picture stays.
+    they are ready, the previous picture stays. Where a ``guider`` learns, the picture goes on without guiding, and with
+    the samples that it has when that is done.
     """
 
-    def __init__(self, renderer: LiveRenderer, resolution: DynamicResolution) -> None:
+    def __init__(self, renderer: LiveRenderer, resolution: DynamicResolution, guider: Guider | None = None) -> None:
         self.renderer = renderer
         self.resolution = resolution
         self.size = renderer.size
@@ -47,6 +51,8 @@ class Refiner:
         self._specialises = software
         self._specialises_slowly = False
         self._compiler = BackgroundCompiler() if software else None
+        self._guider = guider
+        self._guides = False  # what was learned waits for its program
         self._changed_at = self._edited_at = self._frame_at = time.perf_counter()
         self._moving = False
 
@@ -62,7 +68,8 @@ class Refiner:
 
     @property
     def _wants_to_specialise(self) -> bool:
-        return self._specialises and not (self.renderer.is_specialised or self._is_behind)
+        is_new = self._guides or not self.renderer.is_specialised
+        return self._specialises and is_new and not self._is_behind
 
     @property
     def camera(self) -> Camera:
@@ -129,6 +136,7 @@ class Refiner:
         self.fade(limit)
         self._take_prepared()
         self._take_compiled(now)
+        self._guide(now)
         if self._moving and now - self._changed_at > _SETTLED:
             self._settle()
         return self._preview() if self._moving else self._refine(limit)
@@ -182,13 +190,27 @@ class Refiner:
             plan = self.renderer.plan(self._scene, self._view).specialised()
             self._specialising = plan, self._ask(plan)
 
+    def _guide(self, now: float) -> None:
+        """Have the shown scene learned when it rests, and guide by what was learned."""
+        if self._guider is None or self._view or self.is_preparing:
+            return
+        if (learned := self._guider.take()) is not None:
+            self.renderer.guide(*learned)
+            plan = self.renderer.plan(self._scene)
+            if "u_guiding" in plan.packed.tables and self._specialises:
+                self._guides, self._specialising = True, None
+            elif "u_guiding" in plan.packed.tables:
+                self.renderer.adopt(plan)
+        elif now - self._edited_at > _LEARN_AFTER:
+            self._guider.ask(self._scene, decides(self._scene.render))
+
     def _specialise_when_ready(self, now: float, plan: Plan, number: int) -> None:
         """Keeps the samples. The camera is not part of the program, so it may have moved meanwhile."""
         assert self._compiler is not None
         rests = not self._specialises_slowly or now - self._changed_at > _REST
         if not (self._compiler.is_done(number) and rests):
             return
-        self._specialising = None
+        self._specialising, self._guides = None, False
         if not self.renderer.follows(self._scene.camera):
             return
         start = time.perf_counter()
@@ -259,6 +281,8 @@ class Refiner:
     def close(self) -> None:
         if self._compiler is not None:
             self._compiler.close()
+        if self._guider is not None:
+            self._guider.close()
         self._drop_held()
         self.renderer.close()
 

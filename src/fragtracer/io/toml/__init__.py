@@ -12,7 +12,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-import tomli
+import rtoml
 import tomli_w
 
 from fragtracer import output, resources
@@ -21,7 +21,7 @@ from fragtracer.io import SUFFIXES, files_of, read_model, staging
 from fragtracer.io import qualified as with_qualified_names
 from fragtracer.io.toml.beside import with_files
 from fragtracer.io.toml.document import from_document, to_document
-from fragtracer.io.toml.tables import show, suggest, too_large
+from fragtracer.io.toml.tables import show, suggest
 from fragtracer.scene import Image, Scene
 from fragtracer.scene.environment import Panorama
 
@@ -72,7 +72,7 @@ def files_behind(scene: Scene) -> set[Path]:
 
 def bundled() -> dict[str, str]:
     """The names and descriptions of the bundled scenes."""
-    return {name: tomli.loads(path.read_text("utf-8"))["description"] for name, path in _bundled_files().items()}
+    return {name: rtoml.loads(path.read_text("utf-8"))["description"] for name, path in _bundled_files().items()}
 
 
 def _bundled_files() -> dict[str, Path]:
@@ -88,8 +88,8 @@ def parse(text: str, file: str | Path = "scene.toml") -> Scene:
         If the text is not a scene; the message has a line for each mistake, the first ten at most.
     """
     document = _toml(text, file)
-    mistakes = list(too_large(document))
-    scene = None if mistakes else from_document(document, Path(file).stem, Path(file).parent, mistakes)
+    mistakes: list[str] = []
+    scene = from_document(document, Path(file).stem, Path(file).parent, mistakes)
     if scene is None:
         lines = [f"{file}: {mistake}" for mistake in mistakes[:_MOST_MISTAKES]]
         rest = len(mistakes) - _MOST_MISTAKES
@@ -99,18 +99,12 @@ def parse(text: str, file: str | Path = "scene.toml") -> Scene:
 
 def _toml(text: str, file: str | Path) -> dict[str, Any]:
     try:
-        return tomli.loads(text)
-    except tomli.TOMLDecodeError as error:
-        raise SceneError(f"{file}: not a TOML file: {error}{_line_of(str(error), text)}") from error
-    except (ValueError, RecursionError) as error:
-        problem = "has a number of too many digits" if isinstance(error, ValueError) else "is nested too deeply"
-        raise SceneError(f"{file}: {problem} to be read") from error
-
-
-def _line_of(message: str, text: str) -> str:
-    number = re.search(r"at line (\d+)", message)
-    line = text.split("\n")[int(number[1]) - 1].strip() if number else ""
-    return f": {show(line)}" if line else ""
+        return rtoml.loads(text)
+    except rtoml.TomlParsingError as error:
+        number = re.search(r"at line (\d+) column", str(error))
+        line = text.split("\n")[int(number[1]) - 1].strip() if number else ""
+        shown = f": {show(line)}" if line else ""
+        raise SceneError(f"{file}: not a TOML file: {error}{shown}") from error
 
 
 def dump(scene: Scene, folder: str | Path = ".") -> str:

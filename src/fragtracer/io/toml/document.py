@@ -90,8 +90,8 @@ def _material(table: Any, path: str, images: SceneImages, mistakes: list[str]) -
             names = ", ".join(show(name) for name in DIELECTRIC_F0)
             mistakes.append(f"{path}.f0: must be a number, three numbers [r, g, b] or one of {names}, got {show(f0)}")
         values["f0"] = DIELECTRIC_F0.get(f0, 0.04)
-    for key in TEXTURES:
-        if key in table:
+    for key in table:
+        if key in TEXTURES:
             values[key] = texture(key, table[key], join(path, key), images, mistakes)
     return build(Material, values, path, mistakes)
 

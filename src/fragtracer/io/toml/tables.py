@@ -3,19 +3,17 @@
 
 import difflib
 import json
-import math
 import re
 import types
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, fields
-from functools import cache
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from fragtracer.scene import Gradient, Image, Panorama, Reflectance, Sky, Strength, Texture, Vector
-from fragtracer.scene.fields import LARGEST, Point, Points, Scale
+from fragtracer.scene.fields import Point, Points, Scale
 from fragtracer.scene.texture import Pair
 
 T = TypeVar("T")
@@ -67,25 +65,22 @@ def build(cls: type[T], table: Any, path: str, mistakes: list[str]) -> T | None:
     object or None
         None if there is a mistake.
     """
-    if not isinstance(table, Mapping):
+    if not isinstance(table, dict):
         mistakes.append(f"{path}: must be a table, with a line for each of its keys, got {show(table)}")
         return None
-    names = _names(cls)  # type: ignore[arg-type]  # mypy does not take a type for hashable
-    unknown = [f"{join(path, key)}: there is no such key; {suggest(key, names)}" for key in table if key not in names]
     try:
-        made = cls(**({key: value for key, value in table.items() if key in names} if unknown else table))
+        return cls(**table)
     except ValidationError as error:
-        found = [_sentence(cls, table, path, detail) for detail in error.errors(include_url=False)]
-        mistakes += dict.fromkeys(unknown + found)
+        names = [field.name for field in fields(cls)]  # type: ignore[arg-type]  # mypy does not see a dataclass
+        known = {key: value for key, value in table.items() if key in names}
+        if known == table:
+            details = error.errors(include_url=False)
+            mistakes += dict.fromkeys(_sentence(cls, table, path, detail) for detail in details)
+        else:
+            unknown = (key for key in table if key not in names)
+            mistakes += [f"{join(path, key)}: there is no such key; {suggest(key, names)}" for key in unknown]
+            build(cls, known, path, mistakes)
         return None
-    mistakes += unknown
-    return None if unknown else made
-
-
-@cache
-def _names(cls: type) -> dict[str, None]:
-    """The fields of a dataclass, in their order."""
-    return dict.fromkeys(field.name for field in fields(cls))
 
 
 def plain(item: Any) -> dict[str, Any]:
@@ -119,46 +114,11 @@ def show(value: Any) -> str:
             return "an array of tables"
         case bool() | str():
             text = json.dumps(value, ensure_ascii=False)
-        case int() if value.bit_length() > 128:
-            text = f"a number of {value.bit_length()} bits"
         case list():
             text = f"[{', '.join(show(item) for item in value[:5])}{', …' if len(value) > 5 else ''}]"
         case _:
             text = str(value)
     return text if len(text) <= 60 else text[:59] + "…"
-
-
-def too_large(document: Mapping[str, Any]) -> Iterator[str]:
-    """A sentence for each number that overflows a 32-bit float."""
-    if _has_too_large(document):
-        yield from _too_large(document, "")
-
-
-def _has_too_large(document: Mapping[str, Any]) -> bool:
-    """Whether there is such a number: a loop, since a document of many tables is mostly numbers, and mostly right."""
-    items: list[Any] = [document]
-    for item in items:
-        kind = type(item)
-        if kind is float or kind is int:
-            if LARGEST < abs(item) < math.inf:
-                return True
-        elif kind is list:
-            items += item
-        elif kind is dict:
-            items += item.values()
-    return False
-
-
-def _too_large(value: Any, path: str) -> Iterator[str]:
-    match value:
-        case Mapping():
-            for key, item in value.items():
-                yield from _too_large(item, join(path, key))
-        case list():
-            for index, item in enumerate(value):
-                yield from _too_large(item, f"{path}[{index}]")
-        case int() | float() if LARGEST < abs(value) < math.inf:
-            yield f"{path}: must be a number between -{LARGEST} and {LARGEST}, got {show(value)}"
 
 
 def _sentence(cls: type, table: Mapping[str, Any], path: str, detail: ErrorDetails) -> str:

@@ -92,7 +92,7 @@ def saves_images() -> None:
 
 def is_lit_by_a_dropped_picture() -> None:
     """An .exr file dropped on the window becomes the environment; it is turned, undone and saved."""
-    with opened(size=(900, 700)) as viewer:
+    with opened(size=(560, 340)) as viewer:
         hand = Hand(viewer)
         ft.write_image("sky.exr", np.tile(np.float32((0.2, 0.5, 0.9)), (8, 16, 1)))
         viewer.screen.window.dropped.append("sky.exr")

@@ -19,7 +19,7 @@ def converges() -> None:
     """The picture is that of ``fragtracer render``, and is shown by the curves of display/tone.py."""
     with opened(size=(560, 340)) as viewer:
         hand = Hand(viewer)
-        refined(viewer, hand, 128)
+        refined(viewer, hand, 64)
         width, height = viewer.renderer.size
         image, error = viewer.renderer.image(), viewer.renderer.standard_error()
         for curve in TONE_CURVES:
@@ -33,7 +33,7 @@ def converges() -> None:
         expected = Look(bloom=0.5, gamma=1.2).show(image)
         assert np.abs(picture(viewer)[free] - expected[free]).max() < 1.6 / 255, "bloom"
     size = f"{width}x{height}"
-    command = ["-m", "fragtracer", "render", "three-spheres", "-o", "r.exr", "--size", size, "--spp", "128"]
+    command = ["-m", "fragtracer", "render", "three-spheres", "-o", "r.exr", "--size", size, "--spp", "64"]
     subprocess.run([sys.executable, *command, "--seed", "7"], check=True)
     difference = image - read_image("r.exr")
     seen = error > 0

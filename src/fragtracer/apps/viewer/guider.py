@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: MIT
+"""Learns in a background process where light comes from, while the picture goes on without guiding.
+
+Run as a module, this is that process: it reads pickled (scene, settings) from its input and answers each with a pickled
+decision, None where it has failed.
+"""
+
+import os
+import pickle
+import subprocess
+import sys
+import threading
+from contextlib import suppress
+
+from fragtracer.guiding import Decision, same_light
+from fragtracer.scene import RenderSettings, Scene
+
+Wanted = tuple[Scene, RenderSettings]
+
+
+class Guider:
+    """One background process for each scene that is asked for, the next when it has answered."""
+
+    def __init__(self) -> None:
+        self._asked: Wanted | None = None
+        self._process: subprocess.Popen[bytes] | None = None
+        self._thread: threading.Thread | None = None
+        self._answer: Decision | None = None
+
+    def ask(self, scene: Scene, settings: RenderSettings) -> None:
+        """Begin to decide about ``scene`` with ``settings``, unless that is asked already or another is being made."""
+        if self._thread is not None:
+            return
+        if self._asked is not None and self._asked[1] == settings and same_light(self._asked[0], scene):
+            return
+        self._asked, self._answer = (scene, settings), None
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "fragtracer.apps.viewer.guider"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+        )
+        self._thread = threading.Thread(target=self._talk, args=(self._process, self._asked), daemon=True)
+        self._thread.start()
+
+    def take(self) -> tuple[Scene, RenderSettings, Decision] | None:
+        """What has been decided since the last call, and about what."""
+        if self._thread is None or self._thread.is_alive() or self._asked is None:
+            return None
+        self._thread = None
+        return None if self._answer is None else (*self._asked, self._answer)
+
+    def _talk(self, process: "subprocess.Popen[bytes]", wanted: Wanted) -> None:
+        with suppress(OSError, pickle.UnpicklingError, EOFError):
+            answer, _ = process.communicate(pickle.dumps(wanted))
+            self._answer = pickle.loads(answer)
+
+    def close(self) -> None:
+        if self._process is not None and self._thread is not None:
+            self._process.kill()
+            self._thread.join()
+
+
+def main() -> None:
+    """Decide about what comes in on the standard input."""
+    from fragtracer.errors import FragtracerError
+    from fragtracer.gpu.context import create_context
+    from fragtracer.guiding import decide
+
+    if hasattr(os, "nice"):
+        os.nice(5)  # the window's frames go first
+    answers = sys.stdout.buffer
+    sys.stdout = sys.stderr  # nothing else may write into the answer
+    scene, settings = pickle.load(sys.stdin.buffer)
+    decision: Decision | None = None
+    with suppress(FragtracerError), create_context() as context:
+        decision = decide(context, scene, settings)
+    pickle.dump(decision, answers)
+    answers.flush()
+
+
+if __name__ == "__main__":
+    main()

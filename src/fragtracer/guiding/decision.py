@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: MIT
+"""Whether a scene is guided, and why."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fragtracer.cache import cached
+from fragtracer.gpu.film import Film
+from fragtracer.gpu.specialise import Level
+from fragtracer.gpu.tracer import Tracer, TracerProgram
+from fragtracer.guiding.guide import VERSION, Guide, learn, packed_digest
+from fragtracer.packing import PackedScene, pack
+from fragtracer.scene import Camera, Material, RenderSettings, Scene
+
+_LEAST_BOUNCES = 2  # light that reaches a surface over another takes so many
+_WIDEST = 0.5  # GGX width of a lobe that may be narrow somewhere
+_COST = 1.5  # of a guided sample over another (docs/sampling.md)
+_WIDTH, _SAMPLES = 96, 64  # of the measurement
+
+
+@dataclass(frozen=True, eq=False)
+class Decision:
+    """What guides, if anything, and why it does or does not."""
+
+    guide: Guide | None
+    reason: str
+
+    def applied(self, packed: PackedScene) -> PackedScene:
+        """``packed`` for the program of this decision."""
+        return packed if self.guide is None else self.guide.applied(packed)
+
+
+def decide(ctx: Any, scene: Scene, settings: RenderSettings) -> Decision:
+    """Whether and how ``scene`` is guided with ``settings``, by photons traced on ``ctx`` if need be."""
+    if settings.guiding == "off":
+        return Decision(None, "off: as asked for")
+    if settings.integrator != "path":
+        return Decision(None, f"off: the integrator is {settings.integrator}")
+    if settings.bounces < _LEAST_BOUNCES:
+        return Decision(None, "off: paths of one bounce meet no light that others reflect")
+    nothing = Decision(None, "off: no surface reflects light narrowly onto another")
+    if not any(_may_be_narrow(material) for material in scene.materials.values()):
+        return nothing
+    guide = learn(ctx, scene)
+    if guide is None:
+        return nothing
+    if settings.guiding == "on":
+        return Decision(guide, "on: as asked for")
+    gain = measure(ctx, scene, settings, guide)
+    if gain < _COST:
+        return Decision(None, f"off: the variance would fall by {gain:.2f}, less than the time would rise")
+    return Decision(guide, f"on: the variance falls by {gain:.2f}")
+
+
+def decides(settings: RenderSettings) -> RenderSettings:
+    """``settings`` without what makes no difference to the decision."""
+    return replace(settings, seed=0, spp=1, rays=1)
+
+
+def same_light(one: Scene, other: Scene) -> bool:
+    """Whether the two differ at most in the camera, the settings and the names, so that one decision serves both."""
+    unlike: dict[str, Any] = {"camera": Camera(), "render": RenderSettings(), "name": "", "description": ""}
+    return one is other or replace(one, **unlike) == replace(other, **unlike)
+
+
+def _may_be_narrow(material: Material) -> bool:
+    """Whether some part of a surface may scatter light narrowly (FOCUS in shaders/photons.frag)."""
+    is_rough = material.alpha > _WIDEST and material.roughness_texture is None
+    return not material.unlit and max(*material.specular_f0, *material.specular_f90) > 0 and not is_rough
+
+
+def measure(ctx: Any, scene: Scene, settings: RenderSettings, guide: Guide) -> float:
+    """By how much ``guide`` lowers the relative variance of a small picture of ``scene``, mean over its pixels.
+
+    Both variances come from guided paths: they find the rare and bright ones, which without guiding no small number
+    of samples shows.
+    """
+    size = (_WIDTH, max(1, round(_WIDTH * settings.height / settings.width)))
+    packed = guide.applied(pack(scene, settings, *size))
+    found = cached("guiding-gain", f"{VERSION}-{packed_digest(packed)}", lambda: {"gain": _measured(ctx, packed, size)})
+    return float(found["gain"])
+
+
+def _measured(ctx: Any, packed: PackedScene, size: tuple[int, int]) -> NDArray[np.float64]:
+    program = TracerProgram(defines={"GUIDING_MEASURE": 1}, level=Level.KINDS)
+    film = Film(ctx, *size)
+    tracer = Tracer(ctx, packed, program)
+    try:
+        for _ in tracer.bands(film, _SAMPLES):
+            pass
+        mean = film.read().mean.astype(np.float64)
+    finally:
+        tracer.release()
+        film.release()
+    found, guided, unguided = (mean[..., i] for i in range(3))
+    squared = np.square(found) + 1e-2 * np.square(found.mean())
+    if not squared.max() > 0:
+        return np.ones(())
+    variances = [np.maximum(moment - np.square(found), 0) / squared for moment in (guided, unguided)]
+    return np.asarray(variances[1].mean() / max(variances[0].mean(), 1e-30))

@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: MIT
+"""Guiding changes the noise alone: with any lobes whatever, and with those that photons teach."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from agreement import assert_agree, assert_mean
+from rendering import ESTIMATORS, batches, rendered
+from scene_builders import box, lambert
+from test_furnace import EMISSION, INSIDE, furnace
+
+from fragtracer import guiding
+from fragtracer.guiding import Decision, Guide, learn
+from fragtracer.guiding.lobes import LOBES, Lobes
+from fragtracer.io.toml import load
+from fragtracer.renderer import Renderer
+from fragtracer.scene import Ambient, Camera, Light, Material, Scene, Sphere
+
+ALBEDO = (0.3, 0.5, 0.8)
+
+
+def any_lobes() -> Guide:
+    """Lobes of all widths and weights that aim anywhere, in cells of both levels, about a box of 2 m."""
+    rng = np.random.default_rng(5)
+    edges = np.tile([1, 2, 4, 1], 2)
+    cells = int((edges**3).sum())
+    lobes = Lobes(
+        low=np.full(3, -1.1),
+        edge=1.1,
+        size=np.array([2, 2, 2]),
+        first=np.cumsum(edges**3) - edges**3,
+        edges=edges,
+        points=rng.uniform(-1.5, 1.5, (cells, LOBES, 3)),
+        widths=10 ** rng.uniform(-1.5, 0.5, (cells, LOBES)),
+        ratios=10 ** rng.uniform(-2, 0.5, (cells, LOBES)) * (rng.random((cells, LOBES)) < 0.8),
+    )
+    return Guide(lobes, np.zeros(3))
+
+
+def guide_by_any(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have renderers guide by :func:`any_lobes`."""
+    monkeypatch.setattr("fragtracer.renderer.decide", lambda *_: Decision(any_lobes(), "on"))
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_furnace(ctx: Any, monkeypatch: pytest.MonkeyPatch, estimator: str) -> None:
+    """Le / (1 - albedo)."""
+    guide_by_any(monkeypatch)
+    image = rendered(ctx, furnace(ALBEDO), 512, bounces=1000, estimator=estimator)
+    assert_mean(image, np.divide(EMISSION, np.subtract(1, ALBEDO)), 0.04 if estimator == "nee" else 0.02)
+
+
+def test_coats_and_lamps(ctx: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A box of smooth plastic, whose reflections are deltas beside a matte base, around a lamp and a ball of gold."""
+    materials = {"coat": Material(albedo=ALBEDO, roughness=0.0), "gold": Material(metal="gold", roughness=0.5)}
+    scene = Scene(
+        INSIDE,
+        materials,
+        rectangles=box("coat"),
+        spheres=[Sphere((-0.1, -0.5, -0.3), 0.4, "gold")],
+        lights=[Light((0.4, 0.5, 0.1), 0.3, power=100.0)],
+    )
+    unguided = batches(ctx, scene, 512, range(4), bounces=4)
+    guide_by_any(monkeypatch)
+    assert_agree(batches(ctx, scene, 512, range(10, 14), bounces=4), unguided, 0.02)
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_learned_lobes_keep_the_mean(ctx: Any, estimator: str) -> None:
+    # Lights are merely met by chance by "bsdf": few of many samples, which adaptive sampling would take for none.
+    scene, chance = load("three-spheres"), estimator == "bsdf"
+    settings = {"size": (48, 32), "adaptive": not chance}
+    guided = batches(ctx, scene, 2048 if chance else 256, range(10, 14), estimator=estimator, guiding="on", **settings)
+    unguided = batches(ctx, scene, 256, range(4), **settings)
+    assert_agree(guided, unguided, 0.04 if estimator == "bsdf" else 0.01)
+
+
+def test_photons_do_not_depend_on_the_view(ctx: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nor are they traced again for another one, or for other settings; they are for another material."""
+    scene = load("three-spheres")
+    guide = learn(ctx, scene)
+    other = replace(scene, camera=Camera((9.0, 8.0, -7.0), (0.0, 0.0, 0.0)), render=replace(scene.render, seed=3))
+    monkeypatch.setattr("fragtracer.guiding.guide.cached", lambda kind, key, make: make())
+    again = learn(ctx, other)
+    assert guide is not None
+    assert again is not None
+    for name, value in vars(guide.lobes).items():
+        np.testing.assert_array_equal(getattr(again.lobes, name), value, name)
+    assert guiding.same_light(scene, other)
+    assert not guiding.same_light(scene, replace(scene, ambient=Ambient(1.0)))
+
+
+def test_same_seed_same_bits(ctx: Any) -> None:
+    """However the passes are cut."""
+    images = [rendered(ctx, load("three-spheres"), 16, (48, 32), guiding="on", rays=rays) for rays in (1, 16)]
+    np.testing.assert_array_equal(*images)
+
+
+def test_guiding_pays_for_caustics(ctx: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The measurement says so, and the picture too: half of the variance at least."""
+    monkeypatch.setattr("fragtracer.guiding.decision.cached", lambda kind, key, make: make())
+    scene, settings = load("three-spheres"), {"size": (64, 36), "seeds": range(8), "spp": 256}
+    with Renderer(scene, (64, 36), context=ctx) as renderer:
+        assert renderer.metadata()["guiding_decision"].startswith("on: the variance falls by")
+    variances = []
+    for choice in ("on", "off"):
+        images = batches(ctx, scene, guiding=choice, **settings).astype(np.float64)
+        brightness = np.square(images.mean((0, 3))) + 1e-2 * np.square(images.mean())
+        variances.append((images.var(0, ddof=1).mean(-1) / brightness).mean())
+    assert variances[0] < 0.5 * variances[1]
+
+
+@pytest.mark.parametrize(
+    ("changed", "reason"),
+    [
+        ({"guiding": "off"}, "as asked for"),
+        ({"bounces": 1}, "one bounce"),
+        ({"integrator": "split-sum"}, "split-sum"),
+    ],
+)
+def test_what_is_not_guided_says_why(ctx: Any, changed: dict[str, Any], reason: str) -> None:
+    with Renderer(load("three-spheres"), (8, 8), context=ctx, **changed) as renderer:
+        assert reason in renderer.metadata()["guiding_decision"]
+
+
+def test_matte_scenes_trace_no_photons(ctx: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("fragtracer.guiding.decision.learn", lambda *_: pytest.fail("photons were traced"))
+    scene = Scene(Camera(), {"chalk": lambert(0.5)}, spheres=[Sphere((0.0, 0.0, 0.0), 1.0, "chalk")])
+    with Renderer(scene, (8, 8), context=ctx) as renderer:
+        assert "narrowly" in renderer.metadata()["guiding_decision"]
