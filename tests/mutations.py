@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import test_cube_maps
+import test_dielectrics
 import test_direct_light
 import test_environment_light
 import test_furnace
@@ -104,10 +105,15 @@ def under_many_lights(light_samples: int) -> Check:
     return Check(test, light_samples=light_samples, estimator="nee")
 
 
+def glass(test: Callable[..., None]) -> Check:
+    return Check(test, name="dielectric", material="glass")
+
+
 MESH_SURFACE = Check(test_mesh.test_surface, most_repeated=10**6)
 SPLIT_SUM = Check(test_split_sum.test_dielectric_under_white_light_is_the_formula, metallic=0.4)
 MIRROR = Check(test_furnace.test_mirror_scales_the_emitter_it_shows, kind="metal", estimator="mis", degrees=80.0)
 CLAY = values("eon", "clay")
+PRIORITY = Check(test_dielectrics.test_the_dielectric_of_higher_priority_is_there_where_two_overlap)
 BUMPS = Check(test_textured.test_light_on_a_leaning_normal, x=0.3, y=0.0, scale=1.0)
 WINDOW = Check(test_display.test_window_and_files_show_the_same, size=(33, 70), look=1)
 PLASTIC, GOLD = (values("cook-torrance SMITH", material) for material in ("plastic", "gold"))
@@ -219,9 +225,9 @@ MUTATIONS = [
     Mutation(
         "throughput multiplied by the radiance",
         "integrator/path.glsl",
-        "path.radiance += path.throughput * direct_light(vertex, path.depth, pixel, index, u.zw);",
-        "path.radiance += path.throughput * direct_light(vertex, path.depth, pixel, index, u.zw);\n"
-        "            path.throughput *= direct_light(vertex, path.depth, pixel, index, u.zw);",
+        "path.radiance += path.throughput * direct_light(vertex, vertex_number, pixel, index, u.zw);",
+        "path.radiance += path.throughput * direct_light(vertex, vertex_number, pixel, index, u.zw);\n"
+        "            path.throughput *= direct_light(vertex, vertex_number, pixel, index, u.zw);",
         Check(test_furnace.test_furnace_after_few_bounces, bounces=2, estimator="nee"),
     ),
     Mutation(
@@ -707,8 +713,8 @@ MUTATIONS = [
     Mutation(
         "reflectance at grazing incidence read from its neighbour",
         "scene/material.glsl",
-        "uintBitsToFloat(t2.xyz), int(t2.w), uintBitsToFloat(t3.xyz));",
-        "uintBitsToFloat(t1.xyz), int(t2.w), uintBitsToFloat(t3.xyz));",
+        "uintBitsToFloat(t2.xyz), int(t2.w), uintBitsToFloat(t3.xyz), int(t3.w));",
+        "uintBitsToFloat(t1.xyz), int(t2.w), uintBitsToFloat(t3.xyz), int(t3.w));",
         MIRROR,
     ),
     Mutation(
@@ -774,6 +780,97 @@ MUTATIONS = [
         "CubePlace(side.y < 0.0 ? 3 : 2, vec2(-direction.x,",
         Check(test_cube_maps.test_lookup_finds_its_direction),
         maps=True,
+    ),
+    Mutation(
+        "eta squared forgotten",
+        "bsdf/dielectric.glsl",
+        "b.transmittance / square(b.eta), 1.0 - fresnel",
+        "b.transmittance, 1.0 - fresnel",
+        glass(test_bsdf_sample.test_weight_is_value_over_density),
+    ),
+    Mutation(
+        "eta inverted",
+        "material/material.glsl",
+        "? dielectric.eta : 1.0 / dielectric.eta",
+        "? 1.0 / dielectric.eta : dielectric.eta",
+        Check(test_dielectrics.test_a_prism_deviates_light_by_snells_law, ior=1.5),
+    ),
+    Mutation(
+        "Fresnel of the other side",
+        "bsdf/dielectric.glsl",
+        "float fresnel = fresnel_dielectric(cos_o, b.eta);",
+        "float fresnel = fresnel_dielectric(cos_o, 1.0 / b.eta);",
+        values("dielectric", "glass"),
+    ),
+    Mutation(
+        "lobe of a facet chosen by the mean normal",
+        "bsdf/dielectric.glsl",
+        "fresnel_dielectric(dot(wo, wh), b.eta)",
+        "fresnel_dielectric(wo.z, b.eta)",
+        glass(test_bsdf_sample.test_mean_weight_is_the_albedo),
+    ),
+    Mutation(
+        "density without the Jacobian of refraction",
+        "bsdf/dielectric.glsl",
+        " * square(b.eta / (cos_o + b.eta * cos_i))",
+        "",
+        values("dielectric", "glass"),
+    ),
+    Mutation(
+        "roulette without eta squared",
+        "integrator/path.glsl",
+        "        path.eta_scale *= square(scattered.eta);\n",
+        "",
+        Check(test_dielectrics.test_roulette_knows_what_refraction_does_to_radiance),
+    ),
+    Mutation(
+        "priority ignored: the dielectric entered last counts",
+        "integrator/interior.glsl",
+        "return max(max(inside.x, inside.y), max(inside.z, inside.w));",
+        "return inside.y != 0 ? inside.y : inside.x;",
+        PRIORITY,
+    ),
+    Mutation(
+        "absorption forgotten on the way to a light",
+        "integrator/direct.glsl",
+        "    radiance *= interior_transmittance(interior_behind_vertex(vertex, wi), light.distance);\n",
+        "",
+        Check(test_dielectrics.test_light_within_a_dielectric_is_absorbed_on_its_way),
+    ),
+    Mutation(
+        "a number used again behind a pane",
+        "integrator/path.glsl",
+        "        path.passed += int(bsdf_is_null(scattered));\n",
+        "",
+        Check(test_dielectrics.test_panes_pass_light_one_by_one),
+    ),
+    Mutation(
+        "reflections within a pane left out",
+        "bsdf/thin_dielectric.glsl",
+        "2.0 * fresnel / (1.0 + fresnel)",
+        "fresnel",
+        Check(test_bsdf_sample.test_weight_is_value_over_density, name="thin-dielectric", material="window"),
+    ),
+    Mutation(
+        "a colour not weighed by its chance",
+        "integrator/interior.glsl",
+        "return vec3(band == 0 ? 3.0 : 0.0, band == 1 ? 3.0 : 0.0, band == 2 ? 3.0 : 0.0);",
+        "return vec3(band == 0 ? 3.0 : 0.0, band == 1 ? 2.9 : 0.0, band == 2 ? 3.0 : 0.0);",
+        Check(test_dielectrics.test_dispersion_favours_no_colour),
+    ),
+    Mutation(
+        "Fresnel term of a conductor without its extinction",
+        "bsdf/conductor.glsl",
+        "vec3 mirrored = fresnel_conductor(wo.z, b.index, b.extinction);",
+        "vec3 mirrored = fresnel_conductor(wo.z, b.index, vec3(0.0));",
+        Check(test_bsdf_sample.test_weight_is_value_over_density, name="conductor", material="measured gold"),
+    ),
+    Mutation(
+        "light reflected back to the base of a plastic lost",
+        "material/material.glsl",
+        "(1.0 - (plastic.nonlinear != 0 ? b.diffuse : vec3(1.0)) * plastic.internal)",
+        "1.0",
+        Check(test_dielectrics.test_white_plastic_reflects_everything, ior=1.5),
     ),
     Mutation(
         "probability of the lobes not divided out",

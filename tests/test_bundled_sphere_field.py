@@ -56,3 +56,9 @@ def test_command_line(tmp_path: Path) -> None:
     file = tmp_path / "field.toml"
     subprocess.run([sys.executable, str(SCRIPT), "--spheres", "10000", str(file)], check=True)
     assert len(load(file).spheres) == 10_000
+
+
+def test_weekend_is_what_its_script_makes(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(SCRIPT.parent)
+    text = (folder("scenes") / "weekend.toml").read_bytes().decode()
+    assert dump(importlib.import_module("make_weekend").weekend()) == text

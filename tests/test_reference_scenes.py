@@ -51,6 +51,7 @@ SIZE, BATCHES = (48, 36), 16
 SPP, SPP_OF_MESHES = 1024, 256
 # More where the noise would hide a difference of 1 %, fewer where that many already show it.
 OTHER_SPP = {
+    "caustic": 4096,
     "cornell-box": 2048,
     "furnace": 256,
     "knot": 1024,
@@ -63,6 +64,8 @@ OTHER_SPP = {
     "a spot light": 4096,
     "a spot light with a hard edge": 4096,
     "all kinds": 2048,
+    "dielectric": 2048,
+    "thin-dielectric": 2048,
 }
 
 BALLS = Scene(

@@ -9,13 +9,21 @@
 // Radiance is what is transported: a transmitted weight carries the factor eta^2, and so is taken out of the Russian
 // roulette (integrator/path.glsl). Where nothing is scattered, weight and density are 0.
 #include "bsdf/model.glsl"
+#include "bsdf/conductor.glsl"
 #include "bsdf/cook_torrance.glsl"
+#include "bsdf/dielectric.glsl"
 #include "bsdf/diffuse.glsl"
 #include "bsdf/eon.glsl"
+#include "bsdf/plastic.glsl"
+#include "bsdf/thin_dielectric.glsl"
 
 const int BSDF_DIFFUSE = 0;
 const int BSDF_COOK_TORRANCE = 1;
 const int BSDF_EON = 2;
+const int BSDF_DIELECTRIC = 3;
+const int BSDF_THIN_DIELECTRIC = 4;
+const int BSDF_CONDUCTOR = 5;
+const int BSDF_PLASTIC = 6;
 
 // f |cos_i| in rgb and the density in a, both without delta lobes.
 vec4 bsdf_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
@@ -29,8 +37,20 @@ vec4 bsdf_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
 #if HAS_EON
     if (b.model == BSDF_EON) result = eon_eval_pdf(b, wo, wi);
 #endif
+#if HAS_EXACT_FRESNEL
+    if (b.model == BSDF_DIELECTRIC) result = dielectric_eval_pdf(b, wo, wi);
+#endif
+#if HAS_EXACT_FRESNEL
+    if (b.model == BSDF_CONDUCTOR) result = conductor_eval_pdf(b, wo, wi);
+#endif
+#if HAS_EXACT_FRESNEL
+    if (b.model == BSDF_PLASTIC) result = plastic_eval_pdf(b, wo, wi);
+#endif
     return result;
 }
+
+// Whether a sample goes on in the direction of the path, as if there was no surface.
+bool bsdf_is_null(BsdfSample s) { return HAS_EXACT_FRESNEL == 1 && (s.event & EVENT_NULL) != 0; }
 
 vec3 bsdf_eval(Bsdf b, vec3 wo, vec3 wi) { return bsdf_eval_pdf(b, wo, wi).rgb; }
 
@@ -47,6 +67,16 @@ BsdfSample bsdf_sample(Bsdf b, vec3 wo, vec2 u) {
 #endif
 #if HAS_EON
     if (b.model == BSDF_EON) s = eon_sample(b, wo, u);
+#endif
+#if HAS_EXACT_FRESNEL
+    if (b.model == BSDF_DIELECTRIC) s = dielectric_sample(b, wo, u);
+    if (b.model == BSDF_THIN_DIELECTRIC) s = thin_dielectric_sample(b, wo, u);
+#endif
+#if HAS_EXACT_FRESNEL
+    if (b.model == BSDF_CONDUCTOR) s = conductor_sample(b, wo, u);
+#endif
+#if HAS_EXACT_FRESNEL
+    if (b.model == BSDF_PLASTIC) s = plastic_sample(b, wo, u);
 #endif
     return s;
 }

@@ -22,9 +22,6 @@
 #define MULTIPLE_SCATTERING 0  // its part of the specular lobe, for Smith's uncorrelated geometry term
 #endif
 
-// A wider lobe than this is resolved by float32; a narrower one cannot be told from a mirror.
-const float ALPHA_DELTA = 1e-4;
-
 bool cook_torrance_is_mirror(Bsdf b) { return HAS_DELTA == 1 && b.alpha < ALPHA_DELTA; }
 
 // What the interface lets through to the base, or back out, at an angle to the normal. The height-correlated term lets

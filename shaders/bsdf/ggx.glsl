@@ -12,6 +12,9 @@
 #define GEOMETRY_TERM GEOMETRY_SMITH
 #endif
 
+// A wider lobe than this is resolved by float32; a narrower one cannot be told from a mirror.
+const float ALPHA_DELTA = 1e-4;
+
 // Normal distribution D in 1/sr (Walter et al. 2007, Microfacet Models for Refraction, eq. 33),
 // written with sin^2 from wh.xy so that it keeps its precision down to alpha = 1e-4.
 float ggx_d(float alpha, vec3 wh) {

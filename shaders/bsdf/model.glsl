@@ -7,12 +7,23 @@ struct Bsdf {
     float alpha;   // roughness squared, the GGX width
     vec3 f0;       // specular reflectance at normal incidence; f0 = 0 and f90 = 0: no specular lobe
     vec3 f90;      // specular reflectance at grazing incidence
+    float eta;     // of dielectrics and plastic: index of refraction beyond the surface over that on the side of wo
+    vec3 transmittance;  // of dielectrics: colour of what passes
+    vec3 index;       // of conductors: index of refraction
+    vec3 extinction;  // of conductors: k, the imaginary part of the index
 };
 
-// What happened at a sampled event: one of the first two, and whether the lobe is a delta.
+// One without parameters of dielectrics, conductors and plastic.
+Bsdf bsdf_of(int model, vec3 diffuse, float alpha, vec3 f0, vec3 f90) {
+    return Bsdf(model, diffuse, alpha, f0, f90, 1.0, vec3(1.0), vec3(1.0), vec3(0.0));
+}
+
+// What happened at a sampled event: one of the first two, whether the lobe is a delta, and whether the direction is that
+// of the path before, which is no scattering.
 const int EVENT_REFLECTION = 1;
 const int EVENT_TRANSMISSION = 2;
 const int EVENT_DELTA = 4;
+const int EVENT_NULL = 8;
 
 struct BsdfSample {
     vec3 wi;

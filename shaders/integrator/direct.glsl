@@ -3,6 +3,7 @@
 // (multiple importance sampling: Veach 1997, chapter 9).
 #include "core/hash.glsl"
 #include "core/math.glsl"
+#include "integrator/interior.glsl"
 #include "integrator/vertex.glsl"
 #include "light/light.glsl"
 #include "material/visibility.glsl"
@@ -62,6 +63,7 @@ vec3 direct_sample(Vertex vertex, vec2 u) {
     vec3 radiance = direct_unoccluded(vertex, light, wi);
     if (max_component(radiance) <= 0.0) return vec3(0.0);
     Ray ray = Ray(vertex_origin(vertex, wi), light.wi);
+    radiance *= interior_transmittance(interior_behind_vertex(vertex, wi), light.distance);
     return direct_is_occluded(vertex, ray, light.distance, light.primitive, u) ? vec3(0.0) : radiance;
 }
 
@@ -72,7 +74,8 @@ vec3 direct_ambient_sample(Vertex vertex, vec2 u) {
     Ray ray = Ray(vertex.origin, frame_to_world(vertex.frame, wi));
     if (wi.z <= 0.0 || direct_is_occluded(vertex, ray, INFINITE_DISTANCE, NO_PRIMITIVE, u)) return vec3(0.0);
     float factor = vertex_shading_factor(vertex, wi);
-    return bsdf_eval(vertex.bsdf, vertex.wo, wi) * u_ambient_radiance * factor / square_to_cosine_hemisphere_pdf(wi);
+    vec3 radiance = u_ambient_radiance * interior_transmittance(vertex.inside, INFINITE_DISTANCE);
+    return bsdf_eval(vertex.bsdf, vertex.wo, wi) * radiance * factor / square_to_cosine_hemisphere_pdf(wi);
 }
 
 // Radiance from all lights that the vertex, number `depth` of its path, scatters towards wo; u serves if one sample is all.

@@ -8,6 +8,7 @@
 #include "film/film.glsl"
 #include "integrator/direct.glsl"
 #include "integrator/escape.glsl"
+#include "integrator/interior.glsl"
 #include "integrator/vertex.glsl"
 #include "sampler/sampler.glsl"
 
@@ -24,10 +25,13 @@ struct Path {
     float eta_scale;  // product of eta^2 in it, which compensates the compression of radiance by refraction
     vec3 radiance;    // the sum of what the path has met
     int depth;        // scattering events so far
+    int passed;       // vertices that were none: surfaces passed unchanged
     float pdf;        // 1/sr, of the ray's direction by BSDF sampling
     bool certain;     // the ray could only have come this way: from the camera or a delta lobe
     float rr_sample;  // uniform number that decides whether the path survives its next vertex
     uint seed;        // of stochastic alpha, another for each path
+    ivec4 inside;     // the dielectrics that the ray is in (integrator/interior.glsl)
+    int band;         // the colour that dispersion has left of it, or BAND_NONE
 #if GUIDING_MEASURE
     float odds;             // density of the path so far over that without guiding
     float unguided;         // luminance that it would have found without guiding
@@ -37,7 +41,7 @@ struct Path {
 
 Path path_begin(ivec2 pixel, vec4 u) {
     Ray ray = camera_ray(pixel, u);
-    return Path(ray, vec3(1.0), 1.0, vec3(0.0), 0, 0.0, true, 0.0, hash_pcg4d(floatBitsToUint(u)).x
+    return Path(ray, vec3(1.0), 1.0, vec3(0.0), 0, 0, 0.0, true, 0.0, hash_pcg4d(floatBitsToUint(u)).x, u_camera_interiors, BAND_NONE
 #if GUIDING_MEASURE
         , 1.0, 0.0, 0.0
 #endif
@@ -70,10 +74,12 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
     // would be run all the same, and every assignment in it be masked.
     do {
         // The next surface along the ray.
-        Hit hit = closest_hit(path.ray, hash_uint(path.seed + uint(path.depth)));
+        int vertex_number = path.depth + path.passed;
+        Hit hit = closest_hit(path.ray, hash_uint(path.seed + uint(vertex_number)));
         bool is_hit = hit.primitive != NO_PRIMITIVE;
         Surface surface = surface_at(path.ray, hit);
         Material material = material_at(surface);
+        path.throughput *= interior_transmittance(path.inside, hit.distance);
 
 #if GUIDING_MEASURE
         float known = luminance(path.radiance);
@@ -92,6 +98,10 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
         // Synthesis).
         float survival = path.depth < u_russian_roulette_vertex ? 1.0 : min(0.95, path.eta_scale * max_component(path.throughput));
         bool scatters = is_hit && material.unlit == 0 && path.depth < u_bounces && path.rr_sample < survival;
+#if HAS_EXACT_FRESNEL
+        bool may_pass = is_hit && path.depth == u_bounces && interior_may_pass(material);
+        scatters = scatters || (may_pass && path.rr_sample < survival);
+#endif
         path.throughput /= survival;
 
         // A path that has ended is a sample.
@@ -107,12 +117,18 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
         }
 
         // One draw of random numbers serves the path that goes on and the one that begins.
-        vec4 u = sampler_vec4(pixel, index, scatters ? dimension_vertex(path.depth) : dimension_camera(), rr_sample);
+        vec4 u = sampler_vec4(pixel, index, scatters ? dimension_vertex(vertex_number) : dimension_camera(), rr_sample);
 
         // Direct light.
-        Vertex vertex = vertex_at(surface, material, path.ray.direction, hash_uint(~path.seed + uint(path.depth)));
+        Vertex vertex = vertex_at(surface, material, path.ray.direction, hash_uint(~path.seed + uint(vertex_number)));
+        if (scatters) {
+            int band = interior_band(material, path.band, hash_to_unit(hash_uint(path.seed ^ 0x68bc21ebu)));
+            path.throughput *= interior_band_color(path.band, band);
+            path.band = band;
+            interior_set_vertex(vertex, material, cos_theta >= 0.0, path.inside, band);
+        }
         vertex_guide(vertex, path.depth + 1 < u_bounces);
-        if (scatters) path.radiance += path.throughput * direct_light(vertex, path.depth, pixel, index, u.zw);
+        if (scatters && path.depth < u_bounces) path.radiance += path.throughput * direct_light(vertex, vertex_number, pixel, index, u.zw);
 
 #if GUIDING_MEASURE
         path_measure(path, luminance(path.radiance) - known);
@@ -126,10 +142,17 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
         path.ray = Ray(vertex_origin(vertex, scattered.wi), frame_to_world(vertex.frame, scattered.wi));
         path.throughput *= scattered.weight * vertex_shading_factor(vertex, scattered.wi);
         path.eta_scale *= square(scattered.eta);
-        path.depth = scattered.pdf > 0.0 ? path.depth + 1 : u_bounces;
+        path.inside = interior_behind_vertex(vertex, scattered.wi);
+        path.depth = scattered.pdf > 0.0 ? path.depth + 1 : u_bounces + 1;
         path.pdf = scattered.pdf;
         path.certain = bsdf_is_delta(scattered);
         path.rr_sample = rr_sample;
+#if HAS_EXACT_FRESNEL
+        // To pass a surface unchanged is no scattering, and after the last one all that is left.
+        if (path.depth > u_bounces && !bsdf_is_null(scattered)) path.throughput = vec3(0.0);
+        path.depth -= int(bsdf_is_null(scattered));
+        path.passed += int(bsdf_is_null(scattered));
+#endif
 
         // Regeneration.
         if (!scatters) path = path_begin(pixel, u);

@@ -14,6 +14,8 @@ struct Vertex {
     vec3 geometric;  // unit normal of the surface itself on that side, local
     vec3 wo;         // local
     Bsdf bsdf;
+    ivec4 inside;    // the dielectrics that the side of wo lies in (integrator/interior.glsl)
+    ivec4 beyond;    // and the other one
     uint seed;       // of stochastic alpha, for the rays to lights
 #if HAS_GUIDING
     Guide guide;     // set by vertex_guide()
@@ -34,7 +36,9 @@ Vertex vertex_at(Surface surface, Material material, vec3 direction, uint seed) 
     vertex.frame = frame_from_normal(shading_normal);
     vertex.geometric = frame_to_local(vertex.frame, normal);
     vertex.wo = frame_to_local(vertex.frame, -direction);
-    vertex.bsdf = material_bsdf(material);
+    vertex.bsdf = material_bsdf(material, side > 0.0);
+    vertex.inside = ivec4(0);
+    vertex.beyond = ivec4(0);
     vertex.seed = seed;
     return vertex;
 }

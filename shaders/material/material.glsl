@@ -7,9 +7,31 @@
 #include "shape/surface.glsl"
 #include "texture/texture.glsl"
 
-// The BSDF of a surface of this material.
-Bsdf material_bsdf(Material material) {
-    return Bsdf(material.bsdf, material.diffuse, material.alpha, material.f0, material.f90);
+// The BSDF of a surface of this material, met from its front or from behind. There is nothing before the front of a
+// dielectric.
+Bsdf material_bsdf(Material material, bool is_front) {
+    Bsdf b = bsdf_of(material.bsdf, material.diffuse, material.alpha, material.f0, material.f90);
+#if HAS_EXACT_FRESNEL
+    Dielectric dielectric = dielectric_load(material.record);
+    b.eta = is_front || b.model == BSDF_THIN_DIELECTRIC ? dielectric.eta : 1.0 / dielectric.eta;
+    b.transmittance = dielectric.transmittance;
+#endif
+#if HAS_EXACT_FRESNEL
+    if (b.model == BSDF_CONDUCTOR) {
+        Conductor conductor = conductor_load(material.record);
+        b.index = conductor.index;
+        b.extinction = conductor.extinction;
+    }
+#endif
+#if HAS_EXACT_FRESNEL
+    if (b.model == BSDF_PLASTIC) {
+        Plastic plastic = plastic_load(material.record);
+        b.eta = plastic.eta;
+        // A geometric series of what goes to and fro, and the radiance of the coat spread by refraction to that outside.
+        b.diffuse /= (1.0 - (plastic.nonlinear != 0 ? b.diffuse : vec3(1.0)) * plastic.internal) * square(plastic.eta);
+    }
+#endif
+    return b;
 }
 
 // The material where its values vary; scene/material.py says the same.

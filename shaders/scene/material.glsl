@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: MIT
-// Records of materials: their constant values, what textures and the colours of vertices change of them, their opacity.
+// Records of materials: their constant values, what textures and the colours of vertices change of them, what is
+// peculiar to dielectrics, conductors and plastics, their opacity.
 #include "scene/storage.glsl"
 
 uniform int u_first_material;  // texels of u_scene where the tables begin
 uniform int u_first_maps;
+uniform int u_first_dielectric;
+uniform int u_first_conductor;
+uniform int u_first_plastic;
 uniform int u_first_opacity;
 uniform int u_has_maps;        // 0: materials are constant
 
@@ -19,11 +23,12 @@ struct Material {
     vec3 f90;  // specular reflectance at grazing incidence
     int unlit;  // 1: emits to every ray, and scatters nothing
     vec3 emission;  // radiance from the front
+    int record;  // number of that of a dielectric, a conductor or a plastic
 };
 Material material_of(uvec4 t0, uvec4 t1, uvec4 t2, uvec4 t3) {
     return Material(
         uintBitsToFloat(t0.xyz), uintBitsToFloat(t0.w), uintBitsToFloat(t1.xyz), int(t1.w),
-        uintBitsToFloat(t2.xyz), int(t2.w), uintBitsToFloat(t3.xyz));
+        uintBitsToFloat(t2.xyz), int(t2.w), uintBitsToFloat(t3.xyz), int(t3.w));
 }
 Material material_load(int index) {
     int first = u_first_material + 4 * index;
@@ -56,6 +61,48 @@ Maps maps_of(uvec4 t0, uvec4 t1, uvec4 t2, uvec4 t3, uvec4 t4) {
 Maps maps_load(int index) {
     int first = u_first_maps + 5 * index;
     return maps_of(scene_texel(first), scene_texel(first + 1), scene_texel(first + 2), scene_texel(first + 3), scene_texel(first + 4));
+}
+
+// What only dielectrics have; the record with the highest number has the highest priority.
+struct Dielectric {
+    vec3 transmittance;  // colour of what passes the surface
+    float eta;  // index of refraction
+    vec3 absorption;  // 1/m, behind the surface
+    float dispersion;  // 1 / Abbe number
+};
+Dielectric dielectric_of(uvec4 t0, uvec4 t1) {
+    return Dielectric(uintBitsToFloat(t0.xyz), uintBitsToFloat(t0.w), uintBitsToFloat(t1.xyz), uintBitsToFloat(t1.w));
+}
+Dielectric dielectric_load(int index) {
+    int first = u_first_dielectric + 2 * index;
+    return dielectric_of(scene_texel(first), scene_texel(first + 1));
+}
+
+// What only conductors have.
+struct Conductor {
+    vec3 index;  // of refraction
+    vec3 extinction;  // k, its imaginary part
+};
+Conductor conductor_of(uvec4 t0, uvec4 t1) {
+    return Conductor(uintBitsToFloat(t0.xyz), uintBitsToFloat(t1.xyz));
+}
+Conductor conductor_load(int index) {
+    int first = u_first_conductor + 2 * index;
+    return conductor_of(scene_texel(first), scene_texel(first + 1));
+}
+
+// What only plastics have: a coat over a base.
+struct Plastic {
+    float eta;  // index of refraction of the coat
+    float internal;  // share of diffuse light from within that the coat reflects back to the base
+    int nonlinear;  // 1: what is reflected back and scattered again takes the colour of the base each time
+};
+Plastic plastic_of(uvec4 t0) {
+    return Plastic(uintBitsToFloat(t0.x), uintBitsToFloat(t0.y), int(t0.z));
+}
+Plastic plastic_load(int index) {
+    int first = u_first_plastic + 1 * index;
+    return plastic_of(scene_texel(first));
 }
 
 struct Opacity {

@@ -105,6 +105,39 @@ def test_materials(tmp_path: Path) -> None:
     assert model.materials["material 3"].f0 == (1, 1, 1)
 
 
+def test_what_transmits_is_a_dielectric(tmp_path: Path) -> None:
+    """With a thickness a solid, without one a pane; what transmits in part is left as it is, with a note."""
+    volume = {"thicknessFactor": 1, "attenuationColor": [0.5, 0, 1], "attenuationDistance": 2}
+    rough = {"baseColorFactor": [0.9, 1, 1, 1], "metallicFactor": 0, "roughnessFactor": 0.3}
+    passing = {"KHR_materials_transmission": {"transmissionFactor": 1}, "KHR_materials_ior": {"ior": 1.2}}
+    partly = {"KHR_materials_transmission": {"transmissionFactor": 0.4}}
+    gltf = Gltf(
+        materials=[
+            {"name": "pane", "pbrMetallicRoughness": rough | {"roughnessFactor": 0}, "extensions": passing},
+            {
+                "name": "glass",
+                "pbrMetallicRoughness": rough,
+                "extensions": passing
+                | {"KHR_materials_volume": volume, "KHR_materials_dispersion": {"dispersion": 0.5}},
+            },
+            {"name": "veil", "pbrMetallicRoughness": rough, "extensions": partly},
+        ]
+    )
+    position = gltf.array(TRIANGLE)
+    primitives = [{"attributes": {"POSITION": position}, "material": index} for index in range(3)]
+    gltf.content |= {"meshes": [{"primitives": primitives}], "nodes": [{"mesh": 0}], "scenes": [{"nodes": [0]}]}
+    with pytest.warns(UserWarning, match=r"ignored: KHR_materials_transmission of materials\[2\], which is mixed"):
+        model = gltf.read(tmp_path)
+    color = pytest.approx((0.9, 1, 1))
+    assert (model.materials["pane"].model, model.materials["pane"].ior) == ("thin-dielectric", 1.2)
+    glass = model.materials["glass"]
+    assert (glass.model, glass.ior, glass.roughness, glass.priority) == ("dielectric", 1.2, 0.3, 1)
+    assert (glass.attenuation_color, glass.attenuation_distance) == ((0.5, 1e-6, 1), 2)
+    assert glass.abbe_number == 40
+    assert glass.transmittance == model.materials["pane"].transmittance == color
+    assert model.materials["veil"].model == "metallic-roughness"
+
+
 def test_emission_above_one_is_read(tmp_path: Path) -> None:
     gltf = Gltf(materials=[{"emissiveFactor": [7, 0, 2.5]}])
     gltf.triangle(material=0)

@@ -167,7 +167,7 @@ def test_sizes_agree() -> None:
     assert (sampler["WIDTH"], sampler["LAYERS"]) == (random_texture.WIDTH, random_texture.LAYERS)
     assert bvh.tree.WIDTH == 4  # node_intersect() of shape/bvh.glsl
     assert constants(read("light/environment.glsl"), "ENVIRONMENT_") == {"WIDTH": TEXTURE_WIDTH}
-    (alpha_delta,) = re.findall(r"^const float ALPHA_DELTA = (\S+);", read("bsdf/cook_torrance.glsl"), re.MULTILINE)
+    (alpha_delta,) = re.findall(r"^const float ALPHA_DELTA = (\S+);", read("bsdf/ggx.glsl"), re.MULTILINE)
     assert float(alpha_delta) == materials._ALPHA_DELTA
 
 

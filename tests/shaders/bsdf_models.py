@@ -14,10 +14,12 @@ from typing import Any
 import numpy as np
 
 from fragtracer import scene
+from fragtracer.packing.records import BsdfModel
+from fragtracer.scene.reflectance import METAL_INDEX
 
 from . import Floats, bsdf_oracle
 from .bsdf_oracle import Direction, Lambert, Material
-from .domains import Cone, Domain, Reflections
+from .domains import Cone, Domain, Reflections, Sides
 
 # The parameters of a model: a dataclass whose fields are named as those of the shader's Bsdf.
 Parameters = Any
@@ -37,26 +39,45 @@ def hemisphere(_: Parameters, wo: Direction) -> Domain:
     return Cone()
 
 
-def no_delta(_: Parameters, wo: Floats) -> tuple[Floats, Floats]:
-    return np.zeros(wo.shape), np.zeros(wo.shape[:-1])
+@dataclass(frozen=True)
+class Delta:
+    """A delta lobe seen from n directions: where it goes to (n, 3), f |cos_i| (n, 3), the chance to sample it (n,), and
+    the index of refraction there over that on the side of the viewer; ``null`` says that it is no scattering."""
+
+    wi: Floats
+    value: Floats
+    chance: Floats
+    eta: float = 1.0
+    null: bool = False
+
+
+def no_delta(_: Parameters, wo: Floats) -> Sequence[Delta]:
+    return ()
+
+
+def mirror_image(wo: Floats) -> Floats:
+    return wo * (-1, -1, 1)
 
 
 @dataclass(frozen=True)
 class Model:
-    """A BSDF that reflects, with one choice of its features.
+    """A BSDF, with one choice of its features.
 
     Attributes
     ----------
     name
-        Of its constant BSDF_... and its feature HAS_...
+        Of its constant BSDF_... in the shader, and of packing.records.BsdfModel, which knows its feature.
     materials
         Parameter sets by name; all of one material are tried one after the other.
     value, pdf
-        f |cos_i| (n, 3) and density (n,) of parameters, wo and wi (n, 3), all above the surface, without delta lobes.
+        f |cos_i| (n, 3) and density (n,) of parameters, wo and wi (n, 3), without delta lobes; wo is above the surface,
+        and wi where it has to be for the model.
     features
         Defines of the program.
-    delta
-        Of parameters and wo (n, 3): what a mirror lobe reflects (n, 3), and the chance to sample it (n,).
+    deltas
+        Of parameters and wo (n, 3): the delta lobes.
+    transmits
+        Whether light passes the surface. The parameters have an ``eta`` then.
     domain
         Cells for directions from a viewer, smaller where the density is high.
     tolerance
@@ -75,7 +96,8 @@ class Model:
     pdf: Values
     largest_weight: Callable[[Parameters, Floats], Floats]
     features: Mapping[str, int | str] = field(default_factory=dict)
-    delta: Callable[[Parameters, Floats], tuple[Floats, Floats]] = no_delta
+    deltas: Callable[[Parameters, Floats], Sequence[Delta]] = no_delta
+    transmits: bool = False
     domain: Callable[[Parameters, Direction], Domain] = hemisphere
     tolerance: Values = no_slack
     whitest: Sequence[Parameters] = ()
@@ -83,10 +105,22 @@ class Model:
     scene_materials: Sequence[scene.Material] = ()
 
     @property
+    def feature(self) -> str:
+        return BsdfModel[self.name].feature
+
+    @property
     def glossy(self) -> dict[str, list[Parameters]]:
         """The parameter sets without a delta lobe."""
         up = np.array([(0.0, 0.0, 1.0)])
-        return {name: [p for p in some if not self.delta(p, up)[0].any()] for name, some in self.materials.items()}
+        return {name: [p for p in some if not self.deltas(p, up)] for name, some in self.materials.items()}
+
+    def delta_chance(self, parameters: Parameters, wo: Floats) -> float:
+        """The chance to sample a delta lobe from one direction (3,)."""
+        return float(sum(delta.chance[0] for delta in self.deltas(parameters, np.array([wo]))))
+
+    def power(self, parameters: Parameters, wi: Floats) -> Floats:
+        """Power over radiance of what comes from wi (n, 3): eta² where it is transmitted (n,)."""
+        return np.where(wi[..., 2] < 0, parameters.eta**2, 1.0) if self.transmits else np.ones(wi.shape[:-1])
 
 
 # The material over a Lambert base, of every width, and as a mirror.
@@ -133,12 +167,12 @@ def cook_torrance(term: str) -> Model:
     def value(m: Material, wo: Floats, wi: Floats) -> Floats:
         return bsdf_oracle.bsdf_eval(m, term, wo, wi) if m.alpha > 0 else bsdf_oracle.bsdf_eval_diffuse(m, wo, wi)
 
-    def delta(m: Material, wo: Floats) -> tuple[Floats, Floats]:
-        if m.alpha > 0:
-            return no_delta(m, wo)
+    def deltas(m: Material, wo: Floats) -> Sequence[Delta]:
+        if m.alpha > 0 or max(*m.f0, *m.f90) == 0:
+            return ()
         mirrored = bsdf_oracle.fresnel(m.f0, m.f90, wo[..., 2])
         masking = bsdf_oracle.g(term, 0.0, wo[..., 2], wo[..., 2])[..., None]
-        return mirrored * masking, bsdf_oracle.specular_probability(m, wo)
+        return [Delta(mirror_image(wo), mirrored * masking, bsdf_oracle.specular_probability(m, wo))]
 
     def largest_weight(m: Material, cosine: Floats) -> Floats:
         """The larger one of the two lobes alone, each divided by its chance, with the most that Fresnel and masking
@@ -158,11 +192,11 @@ def cook_torrance(term: str) -> Model:
         partial(bsdf_oracle.bsdf_pdf, term=term),
         largest_weight,
         {"GEOMETRY_TERM": f"GEOMETRY_{term}"},
-        delta,
-        lambda m, wo: Reflections(m.alpha or 1.0, wo),
-        float32_tolerance,
-        [replace(m, alpha=alpha) for m in whitest for alpha in (0.0, *WIDTHS)],
-        [replace(COOK_TORRANCE["white metal"], alpha=1e-3)] if smith else [],
+        deltas,
+        domain=lambda m, wo: Reflections(m.alpha or 1.0, wo),
+        tolerance=float32_tolerance,
+        whitest=[replace(m, alpha=alpha) for m in whitest for alpha in (0.0, *WIDTHS)],
+        lossless=[replace(COOK_TORRANCE["white metal"], alpha=1e-3)] if smith else [],
     )
 
 
@@ -289,8 +323,243 @@ EON = Model(
     ],
 )
 
+
+@dataclass(frozen=True)
+class Dielectric:
+    """Of BSDF_DIELECTRIC and BSDF_THIN_DIELECTRIC."""
+
+    eta: float
+    alpha: float = 0.0
+    transmittance: Direction = WHITE
+
+
+def dielectric_lobes(p: Dielectric, wo: Floats, wi: Floats) -> tuple[Floats, Floats]:
+    """f |cos_i| and density of the facets (Walter et al. 2007, equations 20, 21, 13, 14, 16 and 17); of transmitted
+    radiance."""
+    wo, wi = np.broadcast_arrays(wo, wi)
+    if p.alpha == 0:
+        return np.zeros(wi.shape), np.zeros(wi.shape[:-1])
+    reflects = wi[..., 2] > 0
+    wh = dielectric_half(p, wo, wi)
+    co, ci = (wo * wh).sum(-1), (wi * wh).sum(-1)
+    faces = (co > 0) & ((ci > 0) == reflects)
+    fresnel = bsdf_oracle.fresnel_dielectric(np.abs(co), p.eta)
+    d = bsdf_oracle.ggx_d(p.alpha, wh) * faces
+    g1o, g1i = (bsdf_oracle.g1_smith(p.alpha, np.abs(w[..., 2])) for w in (wo, wi))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        reflected = fresnel * d * g1o / (4 * wo[..., 2])
+        transmitted = (1 - fresnel) * d * g1o * np.abs(co * ci) * p.eta**2 / (wo[..., 2] * (co + p.eta * ci) ** 2)
+    pdf = np.where(reflects, reflected, np.where(faces, transmitted, 0.0))
+    value = (pdf * g1i)[..., None] * np.where(reflects[..., None], 1.0, np.asarray(p.transmittance) / p.eta**2)
+    return value, pdf
+
+
+def dielectric_half(p: Dielectric, wo: Floats, wi: Floats) -> Floats:
+    wh = wo + np.where(wi[..., 2:] > 0, 1.0, p.eta) * wi
+    wh = wh / np.linalg.norm(wh, axis=-1, keepdims=True)
+    return wh * np.where(wh[..., 2:] < 0, -1.0, 1.0)
+
+
+def dielectric_deltas(p: Dielectric, wo: Floats) -> Sequence[Delta]:
+    if p.alpha > 0:
+        return ()
+    reflected = bsdf_oracle.fresnel_dielectric(wo[..., 2], p.eta)
+    sine2 = (1 - wo[..., 2] ** 2) / p.eta**2
+    refracted = np.column_stack([-wo[..., :2] / p.eta, -np.sqrt(np.maximum(1 - sine2, 0))])
+    passed = (1 - reflected)[:, None] * np.asarray(p.transmittance) / p.eta**2
+    mirror = Delta(mirror_image(wo), reflected[:, None] * np.ones(3), reflected)
+    return [mirror, Delta(refracted, passed, 1 - reflected, p.eta)] if (reflected < 1).all() else [mirror]
+
+
+def dielectric_tolerance(p: Dielectric, wo: Floats, wi: Floats) -> Floats:
+    """1e-4, what the distribution makes of rounding the half vector, and what rounding makes of the Fresnel term close
+    to the critical angle."""
+    if p.alpha == 0:
+        return no_slack(p, wo, wi)
+    half = np.linalg.norm(wo + np.where(wi[..., 2:] > 0, 1.0, p.eta) * wi, axis=-1)
+    cosine = (wo * dielectric_half(p, wo, wi)).sum(-1)
+    beyond = np.abs(1 - (1 - cosine**2) / p.eta**2)
+    slip = 3e-7 / min(1.0, p.eta**2)
+    fresnel = 4 * np.minimum(slip / np.sqrt(np.maximum(beyond, 1e-30)), np.sqrt(slip))
+    passed = np.where(wi[..., 2] < 0, slip / np.maximum(beyond, 1e-30), 0.0)
+    return 1e-4 + 8e-7 / (p.alpha * half) + 4e-7 / np.maximum(np.abs(cosine), 1e-30) + fresnel + passed
+
+
+DIELECTRIC_ALPHAS = (0.0, 1e-3, 0.05, 0.3, 1.0)
+DIELECTRIC = Model(
+    "DIELECTRIC",
+    {
+        "glass": [Dielectric(1.5, alpha) for alpha in DIELECTRIC_ALPHAS],
+        "glass from within": [Dielectric(1 / 1.5, alpha) for alpha in DIELECTRIC_ALPHAS],
+        "red glass": [Dielectric(1.9, alpha, (0.9, 0.2, 0.1)) for alpha in (0.0, 0.3)],
+    },
+    lambda p, wo, wi: dielectric_lobes(p, wo, wi)[0],
+    lambda p, wo, wi: dielectric_lobes(p, wo, wi)[1],
+    lambda p, cosine: np.full((len(cosine), 3), max(1.0, p.eta**-2)),
+    deltas=dielectric_deltas,
+    transmits=True,
+    domain=lambda p, wo: Sides(p.alpha, p.eta, wo),
+    tolerance=dielectric_tolerance,
+    whitest=[Dielectric(eta, alpha) for eta in (1.1, 1.5, 2.4, 1 / 1.5) for alpha in (0.0, 1e-3, 0.1, 0.3, 0.6, 1.0)],
+    lossless=[Dielectric(1.5), Dielectric(1 / 1.5), Dielectric(1.5, 1e-3)],
+    scene_materials=[
+        scene.Material(model="dielectric", roughness=0.5, attenuation_color=(0.9, 0.5, 0.3)),
+        scene.Material(model="dielectric", roughness=0.0, ior=1.33, transmittance=(0.7, 0.9, 1.0)),
+    ],
+)
+
+
+def pane_deltas(p: Dielectric, wo: Floats) -> Sequence[Delta]:
+    """The sum of all orders of reflection within the pane."""
+    once = bsdf_oracle.fresnel_dielectric(wo[..., 2], p.eta)
+    reflected = once + (1 - once) ** 2 * once / (1 - once**2)
+    passed = (1 - reflected)[:, None] * np.asarray(p.transmittance)
+    mirror = Delta(mirror_image(wo), reflected[:, None] * np.ones(3), reflected)
+    return [mirror, Delta(-wo, passed, 1 - reflected, null=True)]
+
+
+THIN_DIELECTRIC = Model(
+    "THIN_DIELECTRIC",
+    {
+        "window": [Dielectric(1.5)],
+        "green pane": [Dielectric(1.7, transmittance=(0.5, 0.9, 0.6))],
+    },
+    lambda p, wo, wi: np.zeros(np.broadcast_shapes(wo.shape, wi.shape)),
+    lambda p, wo, wi: np.zeros(np.broadcast_shapes(wo.shape, wi.shape)[:-1]),
+    lambda p, cosine: np.ones((len(cosine), 3)),
+    deltas=pane_deltas,
+    transmits=True,
+    lossless=[Dielectric(1.5)],
+    scene_materials=[
+        scene.Material(model="thin-dielectric"),
+        scene.Material(model="thin-dielectric", ior=2.0, transmittance=(0.5, 0.9, 0.6)),
+    ],
+)
+
+
+@dataclass(frozen=True)
+class Conductor:
+    """Of BSDF_CONDUCTOR."""
+
+    index: Direction
+    extinction: Direction
+    alpha: float
+
+
+def conductor_pdf(p: Conductor, wo: Floats, wi: Floats) -> Floats:
+    wh = wo + wi
+    wh = wh / np.linalg.norm(wh, axis=-1, keepdims=True)
+    if p.alpha == 0:
+        return np.zeros(wh.shape[:-1])
+    return bsdf_oracle.visible_normal_pdf(p.alpha, wo, wh) / (4 * (wo * wh).sum(-1))
+
+
+def conductor_eval(p: Conductor, wo: Floats, wi: Floats) -> Floats:
+    """F D G1(wo) G1(wi) / (4 cos_o)."""
+    cosine = np.linalg.norm(wo + wi, axis=-1) / 2
+    shadowed = conductor_pdf(p, wo, wi) * bsdf_oracle.g1_smith(p.alpha, wi[..., 2])
+    return bsdf_oracle.fresnel_conductor(cosine, p.index, p.extinction) * shadowed[..., None]
+
+
+def conductor_deltas(p: Conductor, wo: Floats) -> Sequence[Delta]:
+    mirrored = bsdf_oracle.fresnel_conductor(wo[..., 2], p.index, p.extinction)
+    return () if p.alpha > 0 else [Delta(mirror_image(wo), mirrored, np.ones(len(wo)))]
+
+
+def conductor_tolerance(p: Conductor, wo: Floats, wi: Floats) -> Floats:
+    return 1e-4 + 4e-7 / (p.alpha or 1.0) / np.linalg.norm(wo + wi, axis=-1)
+
+
+CONDUCTORS = {
+    "measured gold": METAL_INDEX["gold"],
+    "all but lossless": ((2e-3, 2e-3, 2e-3), (10.0, 10.0, 10.0)),
+    "barely a metal": ((1.0, 1.5, 3.0), (0.5, 0.1, 1.0)),
+}
+CONDUCTOR = Model(
+    "CONDUCTOR",
+    {name: [Conductor(*index, alpha) for alpha in (0.0, 1e-2, 0.3, 1.0)] for name, index in CONDUCTORS.items()},
+    conductor_eval,
+    conductor_pdf,
+    lambda p, cosine: np.ones((len(cosine), 3)),
+    deltas=conductor_deltas,
+    domain=lambda p, wo: Reflections(p.alpha or 1.0, wo),
+    tolerance=conductor_tolerance,
+    whitest=[Conductor(*CONDUCTORS["all but lossless"], alpha) for alpha in (0.0, 1e-2, 0.1, 0.5, 1.0)],
+    lossless=[Conductor(*CONDUCTORS["all but lossless"], alpha) for alpha in (0.0, 1e-3)],
+    scene_materials=[
+        scene.Material(model="conductor", metal="gold", roughness=0.3),
+        scene.Material(model="conductor", eta=(1.5, 1.0, 0.5), k=(2.0, 3.0, 4.0), roughness=0.0),
+    ],
+)
+
+
+@dataclass(frozen=True)
+class Plastic:
+    """Of BSDF_PLASTIC; ``diffuse`` as the shader's BSDF has it."""
+
+    diffuse: Direction
+    eta: float
+
+
+def plastic_of(albedo: Direction, eta: float, nonlinear: bool = True) -> Plastic:
+    """A base of that albedo: 1 - internal = (1 - external) / eta², with the means of the Fresnel term over the
+    hemisphere."""
+    cosine = (np.arange(20000) + 0.5) / 20000
+    external = float(np.mean(2 * cosine * bsdf_oracle.fresnel_dielectric(cosine, eta)))
+    internal = 1 - (1 - external) / eta**2
+    rho = np.asarray(albedo)
+    r, g, b = rho / (1 - (rho if nonlinear else 1) * internal) / eta**2
+    return Plastic((r, g, b), eta)
+
+
+def plastic_eval(p: Plastic, wo: Floats, wi: Floats) -> Floats:
+    passed = [1 - bsdf_oracle.fresnel_dielectric(w[..., 2], p.eta) for w in (wo, wi)]
+    return np.multiply(p.diffuse, (passed[0] * passed[1] * wi[..., 2] / np.pi)[..., None])
+
+
+def plastic_chance(p: Plastic, wo: Floats) -> Floats:
+    """Of the mirror lobe."""
+    reflected = bsdf_oracle.fresnel_dielectric(wo[..., 2], p.eta)
+    return reflected / (reflected + (1 - reflected) * (np.asarray(p.diffuse) @ bsdf_oracle.REC_709))
+
+
+def plastic_deltas(p: Plastic, wo: Floats) -> Sequence[Delta]:
+    reflected = bsdf_oracle.fresnel_dielectric(wo[..., 2], p.eta)
+    return [Delta(mirror_image(wo), reflected[:, None] * np.ones(3), plastic_chance(p, wo))]
+
+
+def plastic_largest_weight(p: Plastic, cosine: Floats) -> Floats:
+    """Of the mirror, and of the base where light enters straight."""
+    wo = np.stack([np.sqrt(1 - cosine**2), 0 * cosine, np.maximum(cosine, 1e-30)], -1)
+    chance, reflected = plastic_chance(p, wo), bsdf_oracle.fresnel_dielectric(wo[:, 2], p.eta)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        base = np.multiply(p.diffuse, ((1 - reflected) / (1 - chance))[:, None])
+        return np.fmax(np.nan_to_num(base), (reflected / chance)[:, None])
+
+
+PLASTIC = Model(
+    "PLASTIC",
+    {
+        "varnish": [plastic_of((0.6, 0.3, 0.1), 1.5), plastic_of((0.6, 0.3, 0.1), 1.5, False)],
+        "white plastic": [plastic_of(WHITE, 1.3), plastic_of(WHITE, 2.0)],
+    },
+    plastic_eval,
+    lambda p, wo, wi: (1 - plastic_chance(p, wo)) * wi[..., 2] / np.pi,
+    plastic_largest_weight,
+    deltas=plastic_deltas,
+    whitest=[plastic_of(WHITE, eta) for eta in (1.01, 1.3, 1.5, 2.5)],
+    scene_materials=[
+        scene.Material(model="plastic", albedo=(0.8, 0.4, 0.2)),
+        scene.Material(model="plastic", albedo=(0.3, 0.5, 0.8), ior=1.8, nonlinear=False),
+    ],
+)
+
 MODELS: dict[str, Model] = {
     "eon": EON,
+    "plastic": PLASTIC,
+    "conductor": CONDUCTOR,
+    "dielectric": DIELECTRIC,
+    "thin-dielectric": THIN_DIELECTRIC,
     "diffuse": DIFFUSE,
     **{f"cook-torrance {term}": cook_torrance(term) for term in TERMS},
 }

@@ -48,6 +48,24 @@ def fresnel(f0: ArrayLike, f90: ArrayLike, cosine: ArrayLike) -> Floats:
     return np.asarray(f0, np.float64) * (1 - grazing) + np.asarray(f90, np.float64) * grazing
 
 
+def fresnel_dielectric(cosine: ArrayLike, eta: float) -> Floats:
+    """Of unpolarised light, as sines and tangents of the two angles (Fresnel's own form), 1 beyond the critical angle;
+    ``eta`` is the index beyond the interface over that before it."""
+    one = np.arccos(np.clip(np.asarray(cosine, np.float64), 1e-9, 1 - 1e-12))
+    other = np.arcsin(np.minimum(np.sin(one) / eta, 1.0))
+    s, p = np.sin(one - other) / np.sin(one + other), np.tan(one - other) / np.tan(one + other)
+    return np.where(np.sin(one) < eta, (s**2 + p**2) / 2, 1.0)
+
+
+def fresnel_conductor(cosine: ArrayLike, eta: ArrayLike, k: ArrayLike) -> Floats:
+    """Of unpolarised light, by complex amplitudes, (..., 3)."""
+    index = np.asarray(eta, np.float64) + 1j * np.asarray(k, np.float64)
+    one = np.asarray(cosine, np.float64)[..., None]
+    other = np.sqrt(1 - (1 - one**2) / index**2)
+    s, p = (one - index * other) / (one + index * other), (index * one - other) / (index * one + other)
+    return (np.abs(s) ** 2 + np.abs(p) ** 2) / 2
+
+
 def ggx_d(alpha: ArrayLike, wh: Floats) -> Floats:
     """Trowbridge-Reitz in terms of cos theta."""
     a2, c2 = np.asarray(alpha, np.float64) ** 2, wh[..., 2] ** 2

@@ -6,6 +6,7 @@ density is high: a lobe of width 1e-3 gets as many of them as a wide one.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -157,6 +158,107 @@ class Reflections(VisibleNormals):
     def _largest_theta(self, t: Floats) -> Floats:
         """Where wi becomes horizontal: tan(2 theta) = -cos_o / (sin_o cos phi)."""
         return self._perpendicular(t) / 2
+
+
+@dataclass(frozen=True)
+class Refractions:
+    """Directions wi below the surface of a dielectric, in the cells of the facets that refract light there from ``wo``:
+    in rings around the normal that widen from a fraction of ``alpha``, or around ``wo`` where the normal reflects all.
+    """
+
+    alpha: float
+    eta: float
+    wo: tuple[float, float, float]
+
+    def place(self, s: Floats, t: Floats) -> tuple[Floats, Floats]:
+        width, scale = self._width, np.arcsinh(2 * self._largest_theta(t) / self._width)
+        theta = width / 2 * np.sinh(s * scale)
+        wh = self._facet(theta, t)
+        wi = self._refracted(wh)
+        cosine = np.abs((wi * wh).sum(1))
+        measure = 2 * np.pi * np.sin(theta) * width / 2 * np.cosh(s * scale) * scale
+        return wi, measure * (wh @ np.array(self.wo) - self.eta * cosine) ** 2 / (
+            self.eta**2 * np.maximum(cosine, 1e-12)
+        )
+
+    def locate(self, points: Floats) -> tuple[Floats, Floats]:
+        wh = np.asarray(self.wo) + self.eta * points
+        wh = wh / np.linalg.norm(wh, axis=1, keepdims=True)
+        local = wh * np.where(wh[:, 2:] < 0, -1, 1) @ self._frame.T
+        t, theta = _turns(local), np.arctan2(np.hypot(local[:, 0], local[:, 1]), local[:, 2])
+        return np.arcsinh(2 * theta / self._width) / np.arcsinh(2 * self._largest_theta(t) / self._width), t
+
+    @cached_property
+    def _is_critical(self) -> bool:
+        return self.wo[0] ** 2 + self.wo[1] ** 2 >= self.eta**2
+
+    @property
+    def _width(self) -> float:
+        return 1.0 if self._is_critical else self.alpha
+
+    @cached_property
+    def _frame(self) -> Floats:
+        """Rows: two vectors across the axis, and the axis."""
+        return Cone(self.wo if self._is_critical else (0.0, 0.0, 1.0))._frame()
+
+    def _facet(self, theta: Floats, t: Floats) -> Floats:
+        facets: Floats = np.concatenate([np.sin(theta)[:, None] * _circle(t), np.cos(theta)[:, None]], 1) @ self._frame
+        return facets
+
+    def _refracted(self, wh: Floats) -> Floats:
+        cosine = wh @ np.array(self.wo)
+        beyond = np.sqrt(np.maximum(1 - (1 - cosine**2) / self.eta**2, 0))
+        return (cosine / self.eta - beyond)[:, None] * wh - np.array(self.wo) / self.eta
+
+    def _largest_theta(self, t: Floats) -> Floats:
+        return np.interp(t, *self._rim)
+
+    @cached_property
+    def _rim(self) -> tuple[Floats, Floats]:
+        """Turns, and the angle at which there all is reflected, a facet looks away or wi becomes horizontal, by
+        bisection."""
+        t = np.linspace(0, 1, 4097)
+        low, high = np.zeros(len(t)), np.full(len(t), np.pi)
+        for _ in range(50):
+            theta = (low + high) / 2
+            wh = self._facet(theta, t)
+            cosine = wh @ np.array(self.wo)
+            passes = (wh[:, 2] > 0) & (cosine > 0) & (1 - cosine**2 < self.eta**2) & (self._refracted(wh)[:, 2] < 0)
+            low, high = np.where(passes, theta, low), np.where(passes, high, theta)
+        return t, low
+
+
+@dataclass(frozen=True)
+class Sides:
+    """Directions on both sides of a dielectric, in the cells of its facets: those above where s < 1/2. A smooth one has
+    those of a rough one."""
+
+    alpha: float
+    eta: float
+    wo: tuple[float, float, float]
+
+    def place(self, s: Floats, t: Floats) -> tuple[Floats, Floats]:
+        above = s < 0.5
+        (up, up_measure), (down, down_measure) = (
+            self._above.place(np.minimum(2 * s, 1), t),
+            self._below.place(np.maximum(2 * s - 1, 0), t),
+        )
+        return np.where(above[:, None], up, down), 2 * np.where(above, up_measure, down_measure)
+
+    def locate(self, points: Floats) -> tuple[Floats, Floats]:
+        above = points[:, 2] > 0
+        (up_s, up_t), (down_s, down_t) = self._above.locate(points), self._below.locate(points)
+        up_s, down_s = (np.where((x >= 0) & (x < 1), x, np.nan) for x in (up_s, down_s))
+        s = np.where(above, up_s / 2, (1 + down_s) / 2)
+        return np.nan_to_num(s, nan=-1.0), np.where(above, up_t, down_t)
+
+    @property
+    def _above(self) -> Domain:
+        return Reflections(self.alpha or 1.0, self.wo)
+
+    @cached_property
+    def _below(self) -> Domain:
+        return Refractions(self.alpha or 1.0, self.eta, self.wo)
 
 
 def _circle(turns: Floats) -> Floats:

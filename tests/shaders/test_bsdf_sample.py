@@ -12,7 +12,7 @@ from scipy import stats
 from fragtracer.resources import folder
 
 from . import Floats
-from .bsdf_models import ALPHAS, CASES, DEGREES, MODELS, TERMS, Model, Parameters
+from .bsdf_models import ALPHAS, CASES, DEGREES, MODELS, TERMS, Delta, Model, Parameters
 from .bsdf_oracle import Direction, Material
 from .bsdf_probe import run
 from .chi_square import assert_fits, assert_likely, fit, nodes
@@ -23,8 +23,9 @@ DRAW = """
     drawn = vec4(s.wi, s.pdf); weight = s.weight; what = vec2(float(s.event), s.eta);"""
 DRAWN = {"drawn": 4, "weight": 3, "what": 2}
 _MODEL = (folder("shaders") / "bsdf/model.glsl").read_text()
-REFLECTION, TRANSMISSION, DELTA = (
-    int(re.findall(rf"const int EVENT_{name} = (\d+);", _MODEL)[0]) for name in ("REFLECTION", "TRANSMISSION", "DELTA")
+REFLECTION, TRANSMISSION, DELTA, NULL = (
+    int(re.findall(rf"const int EVENT_{name} = (\d+);", _MODEL)[0])
+    for name in ("REFLECTION", "TRANSMISSION", "DELTA", "NULL")
 )
 SMITH = MODELS["cook-torrance SMITH"]
 DRAWN_AS_SMITHS = ("cook-torrance SCHLICK_BECKMANN", "cook-torrance KARIS")
@@ -34,12 +35,20 @@ def uniform_numbers(count: int = 1 << 18) -> Floats:
     return np.random.default_rng(1).random((count, 2), np.float32)
 
 
-def albedo(model: Model, parameters: Parameters, wo: Direction) -> Floats:
-    """Reflected share of light from every side, in float64, (3,)."""
+def albedo(model: Model, parameters: Parameters, wo: Direction) -> tuple[Floats, Floats]:
+    """Scattered share of radiance from every side, and that of power, in float64, (3,) each."""
     wi, weights = nodes(model.domain(parameters, wo), (8, 8), (8, 12))
-    mirrored, _ = model.delta(parameters, np.array([wo]))
-    albedo: Floats = weights @ model.value(parameters, np.broadcast_to(wo, wi.shape), wi) + mirrored[0]
-    return albedo
+    value = weights[:, None] * model.value(parameters, np.broadcast_to(wo, wi.shape), wi)
+    deltas = model.deltas(parameters, np.array([wo]))
+    radiance = value.sum(0) + sum(delta.value[0] for delta in deltas)
+    power = (model.power(parameters, wi)[:, None] * value).sum(0) + sum(d.value[0] * d.eta**2 for d in deltas)
+    return radiance, power
+
+
+def kind(delta: Delta) -> int:
+    """The event of a delta lobe."""
+    side = TRANSMISSION if delta.wi[0, 2] < 0 else REFLECTION
+    return side + DELTA + (NULL if delta.null else 0)
 
 
 @pytest.mark.parametrize(("name", "material"), [case for case in CASES if case[0] not in DRAWN_AS_SMITHS])
@@ -50,25 +59,26 @@ def test_samples_have_their_density(ctx: moderngl.Context, name: str, material: 
     for parameters in model.materials[material]:
         for degrees in DEGREES:
             wo = direction(degrees)
-            share = model.delta(parameters, np.array([wo]))[1][0]
+            share = model.delta_chance(parameters, wo)
 
             def pdf(wi: Floats, parameters: Parameters = parameters, wo: Direction = wo) -> Floats:
                 return run(ctx, model, parameters, "pdf = bsdf_pdf(b, wo, wi);", {"wi": wi}, {"pdf": 1}, wo)["pdf"]
 
             result = run(ctx, model, parameters, DRAW, {"u": u}, DRAWN, wo)
-            delta = result["what"][:, 0] == REFLECTION + DELTA
+            delta = (result["what"][:, 0].astype(int) & DELTA) != 0
             assert delta.any() == (share > 0)
-            np.testing.assert_allclose(result["drawn"][delta, 3], share, rtol=1e-5)
+            for lobe in model.deltas(parameters, np.array([wo])):
+                same, chance = result["what"][:, 0] == kind(lobe), lobe.chance[0]
+                np.testing.assert_allclose(result["drawn"][same, 3], chance, rtol=1e-5)
+                assert abs(same.mean() - chance) <= 5 * np.sqrt(chance * (1 - chance) / len(u)), parameters
             found = (result["drawn"][:, 3] > 0) & ~delta
-            if share == 1:
+            if share > 1 - 1e-12:
                 assert delta.all()
                 continue
             domain, missing = model.domain(parameters, wo), len(u) - np.count_nonzero(found)
             case = f"{parameters} at {degrees}°"
             fits[case] = fit(domain, result["drawn"][found, :3], pdf, missing)
             assert fits[case].mass < 1 - share + 2e-5
-            error = np.sqrt(share * (1 - share) / len(u))
-            assert abs(delta.mean() - share) <= 5 * error, case
     if fits:
         assert_fits(fits)
 
@@ -90,8 +100,9 @@ def test_terms_share_samples_and_densities(ctx: moderngl.Context, name: str) -> 
 
 @pytest.mark.parametrize(("name", "material"), CASES)
 def test_weight_is_value_over_density(ctx: moderngl.Context, name: str, material: str) -> None:
-    """Of the formulas, at the direction drawn; the distribution cancels, so this holds for narrow lobes too. And of a
-    mirror, one direction, of weight F G over the chance to choose it."""
+    """Of the formulas, at the direction drawn; the distribution cancels, so this holds for narrow lobes too. And of
+    each delta lobe, one direction, of its value over the chance to choose it. Events say on which side it is, and eta
+    is that of the model where it is beyond the surface."""
     model, u = MODELS[name], uniform_numbers(1 << 12)
     for parameters in model.materials[material]:
         for degrees in DEGREES:
@@ -100,20 +111,27 @@ def test_weight_is_value_over_density(ctx: moderngl.Context, name: str, material
             drawn, weight, event, eta = result["drawn"], result["weight"], result["what"][:, 0], result["what"][:, 1]
             found = drawn[:, 3] > 0
             assert not weight[~found].any()
-            mirrored, share = (a[0] for a in model.delta(parameters, np.array([wo])))
-            delta = event == REFLECTION + DELTA
-            np.testing.assert_array_equal(
-                drawn[delta, :3], np.broadcast_to((-wo[0], -wo[1], wo[2]), drawn[delta, :3].shape)
-            )
-            if delta.any():
-                np.testing.assert_allclose(drawn[delta, 3], share, rtol=1e-5)
-                expected = np.broadcast_to(mirrored / share, weight[delta].shape)
-                np.testing.assert_allclose(weight[delta], expected, rtol=2e-6 if share == 1 else 1e-5)
+            delta = (event.astype(int) & DELTA) != 0
+            lobes = model.deltas(parameters, np.array([wo]))
+            assert set(event[delta]) <= {kind(lobe) for lobe in lobes}
+            for lobe in lobes:
+                same, share = event == kind(lobe), lobe.chance[0]
+                np.testing.assert_allclose(
+                    drawn[same, :3], np.broadcast_to(lobe.wi, drawn[same, :3].shape), atol=2e-7 * model.transmits
+                )
+                if same.any():
+                    np.testing.assert_allclose(drawn[same, 3], share, rtol=1e-5)
+                    expected = np.broadcast_to(lobe.value / share, weight[same].shape)
+                    np.testing.assert_allclose(weight[same], expected, rtol=2e-6 if share == 1 else 1e-5)
+                np.testing.assert_allclose(eta[same], lobe.eta, rtol=1e-6)
 
-            # Events: all of these reflect, within one medium.
-            assert (eta == 1).all()
-            assert (event[~delta] == REFLECTION).all()
-            assert (drawn[found, 2] > 0).all()
+            below = drawn[:, 2] < 0
+            assert model.transmits or not below[found].any()
+            np.testing.assert_array_equal(
+                event[found & ~delta], np.where(below, TRANSMISSION, REFLECTION)[found & ~delta]
+            )
+            np.testing.assert_allclose(eta[found & ~delta & below], getattr(parameters, "eta", 1.0), rtol=1e-6)
+            assert (eta[~below] == 1).all()
 
             plain = found & ~delta
             wi, pdf = drawn[plain, :3], drawn[plain, 3]
@@ -134,8 +152,8 @@ def test_mean_weight_is_the_albedo(ctx: moderngl.Context, name: str, material: s
         for degrees in DEGREES:
             wo = direction(degrees)
             weight = run(ctx, model, parameters, DRAW, {"u": u}, DRAWN, wo)["weight"]
-            expected = albedo(model, parameters, wo)
-            assert (expected <= 1 + 1e-6).all()
+            expected, power = albedo(model, parameters, wo)
+            assert (power <= 1 + 1e-6).all()
             p_values[f"{parameters} at {degrees}°"] = mean_p_value(weight, expected)
     assert_likely(p_values)
 
@@ -152,13 +170,14 @@ def test_white_furnace(ctx: moderngl.Context, name: str) -> None:
     u = uniform_numbers(1 << 16)
     for parameters in MODELS[name].lossless:
         for degrees in (0, 45, 80):
-            weight = run(ctx, MODELS[name], parameters, DRAW, {"u": u}, DRAWN, direction(degrees))["weight"]
-            assert weight.mean() == pytest.approx(1, abs=1e-3)
+            result = run(ctx, MODELS[name], parameters, DRAW, {"u": u}, DRAWN, direction(degrees))
+            power = result["weight"] * result["what"][:, 1:] ** 2
+            assert power.mean() == pytest.approx(1, abs=1e-3)
 
 
 def test_a_rough_metal_loses_what_its_facets_scatter_again() -> None:
     white = SMITH.materials["white metal"][0]
-    losses = [1 - albedo(SMITH, replace(white, alpha=alpha), direction(45)).mean() for alpha in ALPHAS]
+    losses = [1 - albedo(SMITH, replace(white, alpha=alpha), direction(45))[1].mean() for alpha in ALPHAS]
     assert losses == sorted(losses)
     assert losses[-1] > 0.1
 
@@ -209,4 +228,4 @@ def test_samples_of_extreme_arguments(ctx: moderngl.Context, name: str, material
         limit = model.largest_weight(parameters, cosine.astype(np.float64))
         assert (result["weight"] <= (1 + 1e-4) * limit + 1e-30).all(), parameters
         assert not result["weight"][cosine == 0].any(), parameters
-        assert (result["what"][:, 1] == 1).all(), parameters
+        assert model.transmits or (result["what"][:, 1] == 1).all(), parameters

@@ -45,6 +45,7 @@ WITHOUT_PDF = {
     "sampler_rr_sample": "a uniform number",
     "bsdf_no_sample": "none is drawn",
     "light_no_sample": "none is drawn",
+    "thin_dielectric_sample": "both lobes are deltas",
     "flat_sample": "uniform in its coordinates, so that the density is 1 over the area",
     "environment_light_sample": "the density comes with the radiance, from environment_radiance_pdf",
 }

@@ -115,9 +115,15 @@ def full_scene() -> Scene:
     )
     body = geometry(ball(8, 4), uvs=rng.random((len(ball(8, 4)[0]), 2)))
     places = tuple(Placement((3.0 * i, 0.0, 5.0), (10.0 * i, 5.0, 0.0), (1.0, 0.5, -2.0)) for i in range(3))
+    others = {
+        "glass": Material(model="dielectric", attenuation_color=(0.5, 0.6, 0.7), abbe_number=30.0),
+        "pane": Material(model="thin-dielectric", ior=1.7, transmittance=(0.2, 0.3, 0.4)),
+        "metal": Material(model="conductor", metal="gold"),
+        "varnish": Material(model="plastic", nonlinear=False),
+    }
     return replace(
         scene,
-        materials=scene.materials | {"bumpy": bumpy, "plain": Material(alpha_mode="blend", opacity=0.4)},
+        materials=scene.materials | others | {"bumpy": bumpy, "plain": Material(alpha_mode="blend", opacity=0.4)},
         meshes=(Mesh((Part(body, "plain"),), places), Mesh((Part(body, "bumpy"),), places[:1])),
         environment=Environment(sky=Sky(sun_elevation_degrees=30.0)),
     )

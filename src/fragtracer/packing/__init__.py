@@ -17,6 +17,7 @@ from fragtracer.packing.camera import camera_uniforms
 from fragtracer.packing.environment import EnvironmentTables, pack_environment
 from fragtracer.packing.hierarchy import ATTRIBUTES, RECORDS_IN_ROW, PackedBvh, pack_bvh
 from fragtracer.packing.instances import MeshMaterial
+from fragtracer.packing.interiors import camera_interiors, interior_flags
 from fragtracer.packing.lights import LIGHT_RECORDS, emissions_of, emissive_shapes, pack_lights
 from fragtracer.packing.materials import PackedMaterials, mean_emission, needed_attributes, pack_materials
 from fragtracer.packing.records import MATERIAL_RECORDS, Words, texel_count, words_of_rows
@@ -123,7 +124,7 @@ def pack(
         "u_background_radiance": (0.0, 0.0, 0.0),
         **environment.uniforms,
     }
-    flags = {**surfaces.flags, **attribute_flags, "u_bvh_shapes": uniforms.pop("u_bvh_shapes")}
+    flags = {**surfaces.flags, **interior_flags(scene), **attribute_flags, "u_bvh_shapes": uniforms.pop("u_bvh_shapes")}
     features = {**settings_features(settings, environment.hidden), **surfaces.features, **lights.features}
     features |= bvh.features if bvh else {"HAS_MESHES": 0, "HAS_INSTANCES": 0}
     rounds = 4 + len(listed) + (bvh.usual_rounds if bvh else 0)
@@ -133,7 +134,7 @@ def pack(
         tables,
         features,
         flags,
-        {**camera_uniforms(scene.camera, origin, width, height), **environment.movable},
+        {**view_uniforms(scene, origin, width, height), **environment.movable},
         uniforms,
         scene_records,
         listed,
@@ -142,6 +143,11 @@ def pack(
         vertex_rounds * (settings.bounces + 2),
         space,
     )
+
+
+def view_uniforms(scene: Scene, origin: Floats, width: int, height: int) -> dict[str, Any]:
+    """The uniforms that depend on where the camera is, for an image of ``width`` x ``height`` pixels."""
+    return camera_uniforms(scene.camera, origin, width, height) | camera_interiors(scene)
 
 
 _NO_SHAPES = Shapes(np.zeros((0, 4, 4), np.uint32), np.zeros((6, 0), np.float32), {})

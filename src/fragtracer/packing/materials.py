@@ -6,14 +6,17 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fragtracer.packing.atlas import Atlas, Region, build_atlas, mean_color
+from fragtracer.packing.interiors import dielectrics
 from fragtracer.packing.records import MATERIAL_RECORDS, BsdfModel, Words, words_of, words_of_rows
 from fragtracer.scene import SHAPES, Material, Scene, Texture
 from fragtracer.scene.fields import Triple
 from fragtracer.scene.material import DEFAULT_MODEL, TEXTURED
+from fragtracer.scene.reflectance import internal_diffuse_reflectance
 
-_ALPHA_DELTA = 1e-4  # of bsdf/cook_torrance.glsl
+_ALPHA_DELTA = 1e-4  # of bsdf/ggx.glsl
 _ALPHA_MODES = ("opaque", "mask", "blend")
 _WRAP_MODES = ("repeat", "mirror", "clamp")
 TEXTURE_NEAREST = 4
@@ -40,6 +43,14 @@ class PackedMaterials:
 def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMaterials:
     """Pack ``materials``, those of ``scene`` and of its lights."""
     packed, of_shapes, of_meshes = _apart(scene, materials)
+    dielectric = dielectrics(materials)
+    conductor, plastic = (
+        {name: i for i, name in enumerate(n for n, m in materials.items() if m.model == model)}
+        for model in ("conductor", "plastic")
+    )
+    numbers = np.zeros(len(packed), np.int64)
+    for name, number in (dielectric | conductor | plastic).items():
+        numbers[[of[name] for of in (of_shapes, of_meshes) if name in of]] = number
     textured = [packed[i] for i in of_meshes.values() if packed[i].textures]
     textures = list(dict.fromkeys(t for m in textured for t in m.textures.values()))
     atlas = build_atlas(texture.image for texture in textures)
@@ -48,11 +59,15 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
     has_maps = bool(textures) or colored
     has_alpha = any(m.alpha_mode != "opaque" for m in packed)
     lobes = [(m.specular_f0, m.specular_f90) for m in packed]
-    specular = [m for m, lobe in zip(packed, lobes, strict=True) if not m.unlit and _specular_from(m, *lobe) > 0]
+    plain = [(m, lobe) for m, lobe in zip(packed, lobes, strict=True) if m.model == DEFAULT_MODEL and not m.unlit]
+    specular = [m for m, lobe in plain if _specular_from(m, *lobe) > 0]
     models = [_model(m, bool(specular)) for m in packed]
     words = {
-        "Material": _material_words(packed, models, lobes),
+        "Material": _material_words(packed, models, lobes, numbers),
         "Maps": words_of_rows(MATERIAL_RECORDS["Maps"], [_maps(m, index) for m in packed] if has_maps else []),
+        "Dielectric": words_of_rows(MATERIAL_RECORDS["Dielectric"], [_dielectric(materials[n]) for n in dielectric]),
+        "Conductor": words_of_rows(MATERIAL_RECORDS["Conductor"], [_conductor(materials[n]) for n in conductor]),
+        "Plastic": words_of_rows(MATERIAL_RECORDS["Plastic"], [_plastic(materials[n]) for n in plastic]),
         "Opacity": words_of_rows(
             MATERIAL_RECORDS["Opacity"], [_opacity(m, index) for m in packed] if has_alpha else []
         ),
@@ -62,13 +77,15 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
     if all(_share_texture(m) for m in textured):
         used -= {"metallic"}
     features = {
-        **{f"HAS_{model.name}": int(model in models) for model in BsdfModel},
+        **{model.feature: 0 for model in BsdfModel},
+        **{model.feature: 1 for model in models},
         "HAS_DELTA": int(any(m.alpha < _ALPHA_DELTA or m.roughness_texture for m in specular)),
         "HAS_ALPHA": int(has_alpha),
         "HAS_TEXTURES": int(bool(textures)),
     }
     flags = {
         "u_has_maps": int(has_maps),
+        "u_dielectrics_are_smooth": int(not any(map(_is_rough_dielectric, packed))),
         "u_texture_uses": sum(_USES[name] for name in used),
         "u_has_float_texels": int(len(atlas.floats) > 0),
     }
@@ -126,6 +143,29 @@ def _model(material: Material, specular: bool) -> BsdfModel:
     return BsdfModel[material.model.replace("-", "_").upper()]
 
 
+def _is_rough_dielectric(material: Material) -> bool:
+    return material.is_solid and (material.alpha >= _ALPHA_DELTA or material.roughness_texture is not None)
+
+
+def _dielectric(material: Material) -> dict[str, Any]:
+    return {
+        "transmittance": material.transmittance,
+        "eta": material.index,
+        "absorption": material.absorption,
+        "dispersion": material.dispersion,
+    }
+
+
+def _conductor(material: Material) -> dict[str, Any]:
+    index, extinction = material.complex_index
+    return {"index": index, "extinction": extinction}
+
+
+def _plastic(material: Material) -> dict[str, Any]:
+    internal = internal_diffuse_reflectance(material.index)
+    return {"eta": material.index, "internal": internal, "nonlinear": material.nonlinear}
+
+
 def _share_texture(material: Material) -> bool:
     """Whether roughness and metallic are channels of one texture, as in glTF, or neither has one."""
     rough, metal = material.roughness_texture, material.metallic_texture
@@ -140,9 +180,13 @@ def _specular_from(material: Material, f0: Triple, f90: Triple) -> float:
 
 
 def _material_words(
-    materials: Sequence[Material], models: Sequence[BsdfModel], lobes: Sequence[tuple[Triple, Triple]]
+    materials: Sequence[Material],
+    models: Sequence[BsdfModel],
+    lobes: Sequence[tuple[Triple, Triple]],
+    records: NDArray[np.int64],
 ) -> Words:
-    """Records of ``materials`` with their models, and the f0 and f90 of their specular lobes."""
+    """Records of ``materials`` with their models, the f0 and f90 of their specular lobes, and the numbers of the
+    ``records`` of dielectrics, conductors and plastics."""
     scatters = np.array([not m.unlit for m in materials], np.float64)
     f0, f90 = np.array(lobes, np.float64).reshape(-1, 2, 3).transpose(1, 0, 2)
     columns = {
@@ -153,13 +197,14 @@ def _material_words(
         "f90": f90 * scatters[:, None],
         "unlit": scatters == 0,
         "emission": np.array([m.base_color if m.unlit else m.emission for m in materials]).reshape(-1, 3),
+        "record": records,
     }
     return words_of(MATERIAL_RECORDS["Material"], columns, len(materials))
 
 
 def _maps(material: Material, index: Mapping[Texture, int]) -> dict[str, Any]:
     textures = material.textures
-    dielectric = replace(material, metal=None, metallic=0.0)
+    dielectric = replace(material, metal=None, metallic=0.0) if material.model == DEFAULT_MODEL else material
     numbers = {f"{name}_texture": index[textures[name]] if name in textures else -1 for name in TEXTURED}
     channel = -1
     if material.metallic_texture is not None and _share_texture(material):

@@ -15,7 +15,7 @@ Words = NDArray[np.uint32]
 MATERIAL_RECORDS: dict[str, Record] = {
     "Material": (
         *(("diffuse", "vec3"), ("alpha", "float"), ("f0", "vec3"), ("bsdf", "int")),
-        *(("f90", "vec3"), ("unlit", "int"), ("emission", "vec3")),
+        *(("f90", "vec3"), ("unlit", "int"), ("emission", "vec3"), ("record", "int")),
     ),
     "Maps": (
         *(("albedo", "vec3"), ("roughness", "float"), ("dielectric_f0", "vec3"), ("metallic", "float")),
@@ -25,6 +25,9 @@ MATERIAL_RECORDS: dict[str, Record] = {
         *(("normal_texture", "int"), ("emission_texture", "int")),
         *(("occlusion_texture", "int"), ("occlusion_strength", "float")),
     ),
+    "Dielectric": (("transmittance", "vec3"), ("eta", "float"), ("absorption", "vec3"), ("dispersion", "float")),
+    "Conductor": (("index", "vec3"), ("extinction", "vec3")),
+    "Plastic": (("eta", "float"), ("internal", "float"), ("nonlinear", "int")),
     "Opacity": (("opacity", "float"), ("mode", "int"), ("cutoff", "float"), ("texture_index", "int")),
     "Texture": (
         *(("u_row", "vec3"), ("coordinates", "int"), ("v_row", "vec3"), ("channel", "int")),
@@ -41,6 +44,15 @@ class BsdfModel(IntEnum):
     DIFFUSE = 0
     COOK_TORRANCE = 1
     EON = 2
+    DIELECTRIC = 3
+    THIN_DIELECTRIC = 4
+    CONDUCTOR = 5
+    PLASTIC = 6
+
+    @property
+    def feature(self) -> str:
+        """The feature that the model needs."""
+        return "HAS_EXACT_FRESNEL" if self >= BsdfModel.DIELECTRIC else f"HAS_{self.name}"
 
 
 def places(record: Record) -> Iterator[tuple[str, str, int]]:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from fragtracer.errors import OutputError
-from fragtracer.reference import lights, plugins, shapes
+from fragtracer.reference import dielectrics, lights, plugins, shapes
 from fragtracer.reference.materials import geometry_term
 from fragtracer.reference.meshes import MeshAttributes, with_needed_tangents
 from fragtracer.reference.nearest import note
@@ -27,6 +27,8 @@ _TAGS = {
     **dict.fromkeys(("bitmap", "mesh_attribute", plugins.TEXTURE), "texture"),
     **dict.fromkeys(("conductor", "roughconductor", "plastic", "principled"), "bsdf"),
     **dict.fromkeys(("path", "volpath"), "integrator"),
+    **dict.fromkeys(dielectrics.KINDS, "bsdf"),
+    "homogeneous": "medium",
     "independent": "sampler",
     "hdrfilm": "film",
 }

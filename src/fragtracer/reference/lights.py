@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from fragtracer.reference.materials import rgb
 from fragtracer.reference.plugins import SPHERE_LIGHT, SPOT
-from fragtracer.reference.shapes import Tree, towards
+from fragtracer.reference.shapes import Tree, rgb, towards
 from fragtracer.scene import DirectionalLight, Light, SpotLight
 
 TYPES = ("area", "point", "spot", "directional", SPOT, SPHERE_LIGHT)  # of emitters below

@@ -7,19 +7,15 @@ from typing import Any
 import numpy as np
 
 from fragtracer.errors import FragtracerError
+from fragtracer.reference.dielectrics import conductor_bsdf, dielectric_bsdf, plastic_bsdf
 from fragtracer.reference.meshes import MeshAttributes
 from fragtracer.reference.plugins import NAME, SURFACE, UNLIT
-from fragtracer.reference.shapes import Tree
+from fragtracer.reference.shapes import Tree, rgb
 from fragtracer.reference.textures import TextureFolder
 from fragtracer.scene import Image, Material, RenderSettings, Texture
 from fragtracer.scene.material import DEFAULT_MODEL
 
 _WHITE = Image([[1.0]], "linear")
-
-
-def rgb(color: Any) -> Tree:
-    """A colour, linear Rec. 709."""
-    return {"type": "rgb", "value": [float(c) for c in color]}
 
 
 def is_lambert(material: Material) -> bool:
@@ -39,6 +35,18 @@ def is_plain(material: Material, attributes: MeshAttributes) -> bool:
     )
 
 
+def is_own_plugin(material: Material) -> bool:
+    """Whether Mitsuba has a plugin of its own for the model."""
+    return material.is_dielectric or material.model in ("conductor", "plastic")
+
+
+def own_plugin(material: Material) -> Tree:
+    """That plugin; a dielectric lies in air."""
+    if material.is_dielectric:
+        return dielectric_bsdf(material, None)
+    return conductor_bsdf(material) if material.model == "conductor" else plastic_bsdf(material)
+
+
 def has_images(material: Material) -> bool:
     """Whether images change how the material scatters."""
     return not material.textures.keys().isdisjoint(("albedo", "roughness", "metallic", "normal"))
@@ -46,7 +54,8 @@ def has_images(material: Material) -> bool:
 
 def has_null_transmission(material: Material) -> bool:
     """Whether rays may pass through the surface unchanged: it has alpha, or its back faces are culled."""
-    return material.alpha_mode != "opaque" or not material.double_sided
+    is_pane = material.is_dielectric and not material.is_solid
+    return is_pane or material.alpha_mode != "opaque" or not material.double_sided
 
 
 def geometry_term(settings: RenderSettings) -> str:
@@ -59,6 +68,17 @@ def exact_bsdf(material: Material, geometry: str, attributes: MeshAttributes, te
     if material.unlit:
         black = replace(material, model=DEFAULT_MODEL, albedo=(0.0, 0.0, 0.0), metal=None, metallic=0.0, specular=0.0)
         return surface(black, geometry, attributes, textures) if has_null_transmission(material) else lambert(black)
+    if is_own_plugin(material):
+        if material.dispersion:
+            raise FragtracerError(
+                "Mitsuba's RGB variants know no wavelengths, and no dispersion; leave abbe_number out"
+            )
+        if attributes.shading or has_images(material) or material.alpha_mode != "opaque" or not material.double_sided:
+            raise FragtracerError(
+                f"Mitsuba shows a material of model = {material.model!r} exactly only without textures, normals of "
+                "vertices and alpha; leave these out, or export the scene without --plugin"
+            )
+        return own_plugin(material)
     if not is_plain(material, attributes):
         return surface(material, geometry, attributes, textures)
     if is_lambert(material):

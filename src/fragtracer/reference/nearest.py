@@ -4,10 +4,18 @@
 import math
 from typing import Any
 
-from fragtracer.reference.materials import has_images, has_null_transmission, is_lambert, is_plain, lambert, rgb
+from fragtracer.reference.materials import (
+    has_images,
+    has_null_transmission,
+    is_lambert,
+    is_own_plugin,
+    is_plain,
+    lambert,
+    own_plugin,
+)
 from fragtracer.reference.meshes import MeshAttributes
 from fragtracer.reference.plugins import DELTA_ALPHA, NAME, SURFACE, UNLIT
-from fragtracer.reference.shapes import Tree
+from fragtracer.reference.shapes import Tree, rgb
 from fragtracer.reference.textures import TextureFolder
 from fragtracer.scene import Material
 
@@ -18,6 +26,8 @@ def nearest_bsdf(material: Material, geometry: str, attributes: MeshAttributes, 
     Rough dielectrics become ``principled``, since ``roughplastic`` loses light as it gets rougher: at
     alpha = 1 its base is less than half as bright as ours.
     """
+    if is_own_plugin(material):
+        return own_plugin(material)
     if material.unlit:
         inner = {"type": "diffuse", "reflectance": rgb((0, 0, 0))}
     elif is_textured(material, attributes):
@@ -115,6 +125,8 @@ def note(material: Material, geometry: str, plugin: bool, attributes: MeshAttrib
         return (
             f"{UNLIT}, the same" if plugin else "area, nearly the same: emits from its front only, sampled as a light"
         )
+    if is_own_plugin(material):
+        return f"{own_plugin(material)['type']}, the same but for textures and normals of vertices"
     if plugin and not is_plain(material, attributes):
         return f"{SURFACE}, the same"
     if not (plugin or is_plain(material, attributes)) and (

@@ -17,6 +17,12 @@ Tree = dict[str, Any]
 Matrix = NDArray[np.float64]
 Columns = dict[str, NDArray[np.float64]]
 
+
+def rgb(color: Any) -> Tree:
+    """A colour, linear Rec. 709."""
+    return {"type": "rgb", "value": [float(c) for c in color]}
+
+
 RIM_PIXELS = 2e-5  # the rim lies below the horizon by less than this
 
 

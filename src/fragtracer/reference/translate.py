@@ -36,13 +36,13 @@ from typing import Any
 
 import numpy as np
 
-from fragtracer.reference import lights, shapes
+from fragtracer.reference import dielectrics, lights, shapes
 from fragtracer.reference.environment import environment_emitters, hides_emitters, sun_distance
-from fragtracer.reference.materials import emitter_of, exact_bsdf, geometry_term, has_null_transmission, rgb
+from fragtracer.reference.materials import emitter_of, exact_bsdf, geometry_term, has_null_transmission
 from fragtracer.reference.meshes import MeshAttributes, with_needed_tangents, world_mesh
 from fragtracer.reference.nearest import nearest_bsdf
 from fragtracer.reference.plugins import PATH, SPHERE_LIGHT
-from fragtracer.reference.shapes import Tree
+from fragtracer.reference.shapes import Tree, rgb
 from fragtracer.reference.textures import TextureFolder
 from fragtracer.scene import LIGHTS, SHAPES, RenderSettings, Scene
 
@@ -79,6 +79,11 @@ def scene_tree(scene: Scene, folder: Path, plugins: bool = True) -> Tree:
     bsdf = exact_bsdf if plugins else nearest_bsdf
     found = _shapes(scene, folder, smooth=not plugins)
     tree: Tree = {"type": "scene", "integrator": _integrator(scene), "sensor": _sensor(scene)}
+    media = dielectrics.media(scene)
+    tree |= media
+    if inside := dielectrics.of_camera(scene):
+        tree["sensor"] |= _medium(scene, media, "medium", inside)
+    surroundings = dielectrics.surroundings(scene)
     used = {(name, attributes) for _, name, attributes in found.values()}
     unused = {(name, MeshAttributes()) for name in scene.materials.keys() - {name for name, _ in used}}
     keys = {(name, attributes): _material_key(numbers[name], attributes) for name, attributes in used | unused}
@@ -86,6 +91,11 @@ def scene_tree(scene: Scene, folder: Path, plugins: bool = True) -> Tree:
         tree[keys[name, attributes]] = bsdf(scene.materials[name], geometry_term(scene.render), attributes, textures)
     for key, (shape, name, attributes) in found.items():
         tree[key] = {**shape, "bsdf": {"type": "ref", "id": keys[name, attributes]}}
+        material, around = scene.materials[name], surroundings.get(_solid_name(key, name), "")
+        if around:
+            tree[key]["bsdf"] = dielectrics.dielectric_bsdf(material, scene.materials[around])
+        if material.is_solid:
+            tree[key] |= _medium(scene, media, "interior", name) | _medium(scene, media, "exterior", around)
         emitter = emitter_of(scene.materials[name], attributes, textures, plugins)
         if emitter:
             tree[key]["emitter"] = lights.sphere_light(shape, emitter) if plugins else emitter
@@ -98,6 +108,17 @@ def scene_tree(scene: Scene, folder: Path, plugins: bool = True) -> Tree:
     return tree
 
 
+def _medium(scene: Scene, media: Tree, side: str, name: str) -> Tree:
+    """What absorbs on a side of a shape, if anything does: the dielectric ``name``, which is empty for air."""
+    key = dielectrics.medium_key(scene, name) if name else ""
+    return {side: {"type": "ref", "id": key}} if key in media else {}
+
+
+def _solid_name(key: str, material: str) -> str:
+    """The name of the solid that a shape belongs to."""
+    return f"flat_{material}" if key.startswith(("rectangle", "triangles")) else key
+
+
 def _material_key(number: int, attributes: MeshAttributes) -> str:
     return "_".join(["material", str(number), *filter(None, [attributes.key])])
 
@@ -105,7 +126,8 @@ def _material_key(number: int, attributes: MeshAttributes) -> str:
 def _integrator(scene: Scene) -> Tree:
     settings, hidden = scene.render, hides_emitters(scene)
     rr_depth = settings.russian_roulette_depth if settings.russian_roulette else NEVER
-    kind = "volpath" if any(map(has_null_transmission, scene.materials.values())) else "path"
+    null = any(map(has_null_transmission, scene.materials.values()))
+    kind = "volpath" if null or dielectrics.media(scene) else "path"
     return {"type": kind, "max_depth": settings.bounces + 1, "rr_depth": rr_depth, "hide_emitters": hidden}
 
 
@@ -194,7 +216,9 @@ def to_mitsuba(scene: Scene, folder: Path | None = None, plugins: bool = True, e
         tree = _with_own_emitters(tree)
     elif plugins and not str(mi.variant()).startswith("scalar"):
         own = tree["integrator"]
-        tree["integrator"] = own | {"type": PATH, "null_transmission": own["type"] == "volpath"}
+        null = any(map(has_null_transmission, scene.materials.values()))
+        media = any(key.startswith("medium_") for key in tree)
+        tree["integrator"] = own | {"type": PATH, "null_transmission": null, "media": media}
     world: Tree = loadable(tree)
     return world
 

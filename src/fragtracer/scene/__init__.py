@@ -15,6 +15,7 @@ from fragtracer.scene import light, shapes
 from fragtracer.scene.camera import Camera
 from fragtracer.scene.environment import Environment, Gradient, Panorama, Sky
 from fragtracer.scene.fields import CONFIG, Many, Reflectance, Strength, Vector
+from fragtracer.scene.interiors import conflict
 from fragtracer.scene.light import *
 from fragtracer.scene.light import LIGHTS, Ambient, LightLists
 from fragtracer.scene.material import Material
@@ -75,6 +76,8 @@ class Scene(ShapeLists, LightLists):
                 if name not in self.materials:
                     where = f"mesh[{index}].material"
                     raise ValueError(f"{where}: {self._no_material(name)}")
+        if problem := conflict(self):
+            raise ValueError(problem)
 
     def _no_material(self, name: str) -> str:
         known = ", ".join(sorted(self.materials)) or "none is defined"

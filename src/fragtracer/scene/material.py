@@ -1,13 +1,20 @@
 # SPDX-License-Identifier: MIT
 """Materials."""
 
+import math
 from typing import Annotated, Final, Literal
 
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from fragtracer.scene.fields import CONFIG, LARGEST, Fraction, Number, Reflectance, Strength, Triple
-from fragtracer.scene.reflectance import METAL_F0, grazing_reflectance, reflectance_from_ior
+from fragtracer.scene.fields import CONFIG, LARGEST, Fraction, Number, Positive, Reflectance, Strength, Triple
+from fragtracer.scene.reflectance import (
+    METAL_F0,
+    METAL_INDEX,
+    conductor_reflectance,
+    grazing_reflectance,
+    reflectance_from_ior,
+)
 from fragtracer.scene.texture import Texture
 
 # The parameters that can be textured, by the field NAME_texture.
@@ -16,6 +23,18 @@ DEFAULT_MODEL: Final = "metallic-roughness"
 MODELS: dict[str, tuple[str, ...]] = {
     DEFAULT_MODEL: ("albedo", "roughness", "metallic", "ior", "f0", "metal", "specular"),
     "eon": ("albedo", "roughness"),
+    "dielectric": (
+        "roughness",
+        "ior",
+        "transmittance",
+        "attenuation_color",
+        "attenuation_distance",
+        "abbe_number",
+        "priority",
+    ),
+    "thin-dielectric": ("ior", "transmittance"),
+    "conductor": ("roughness", "metal", "eta", "k"),
+    "plastic": ("albedo", "ior", "nonlinear"),
 }
 _OF_MODELS = {key for keys in MODELS.values() for key in keys}
 _OF_OTHERS = {model: sorted(_OF_MODELS - set(keys)) for model, keys in MODELS.items()}  # keys that mean nothing to it
@@ -29,7 +48,11 @@ class Material:
 
     ``model`` says by what BSDF. "metallic-roughness" is a Cook-Torrance specular lobe over a Lambert base
     (shaders/bsdf/cook_torrance.glsl), "eon" a rough diffuse surface without a specular lobe, such as clay
-    (shaders/bsdf/eon.glsl), whose roughness of 0 is Lambert's.
+    (shaders/bsdf/eon.glsl), whose roughness of 0 is Lambert's. "dielectric" is the surface of a solid or a liquid that
+    light passes, such as glass or water, and "thin-dielectric" a pane of it (shaders/bsdf/dielectric.glsl).
+    "conductor" is a metal of a measured complex index ``eta`` + i ``k``, or of that of the ``metal`` of a name in
+    :data:`METAL_INDEX`. "plastic" is a Lambert base under a smooth coat (shaders/bsdf/plastic.glsl): what the coat
+    reflects back to the base is scattered again, ``nonlinear`` in its colour.
 
     ``albedo`` is the colour of the base, and the specular colour of the metallic part. The GGX
     width is ``roughness**2``; roughness below 0.01 is a perfect mirror. The dielectric part's
@@ -37,6 +60,11 @@ class Material:
     nothing is given) or directly from ``f0``. ``metal`` names a metal of :data:`METAL_F0` and
     replaces albedo, metallic, ior and f0. ``specular`` scales the dielectric reflection: 0
     is pure Lambert. ``emission`` is the radiance in W/m²/sr of the front of a surface.
+
+    Behind the front of a dielectric, ``attenuation_color`` is what is left of white light after
+    ``attenuation_distance`` metres (Beer and Lambert); ``transmittance`` is the colour of what passes the surface.
+    ``abbe_number`` says how much its index of refraction, which is that of yellow light, differs between colours: 20 is
+    a strong dispersion, 60 a weak one. Where two dielectrics overlap, the one with the higher ``priority`` is there.
 
     A texture multiplies the parameter of its name; roughness, metallic and occlusion use one
     channel of it. ``normal_texture`` holds tangent-space normals (glTF 2.0, section 3.9.3), their x and y
@@ -48,7 +76,9 @@ class Material:
     radiance and scatters nothing.
     """
 
-    model: Literal["metallic-roughness", "eon"] = "metallic-roughness"
+    model: Literal["metallic-roughness", "eon", "dielectric", "thin-dielectric", "conductor", "plastic"] = (
+        "metallic-roughness"
+    )
     albedo: Reflectance = (0.5, 0.5, 0.5)
     roughness: Fraction = 0.5
     metallic: Fraction = 0.0
@@ -56,6 +86,14 @@ class Material:
     f0: Reflectance | None = None
     metal: str | None = None
     specular: Fraction = 1.0
+    transmittance: Reflectance = (1.0, 1.0, 1.0)
+    attenuation_color: Reflectance = (1.0, 1.0, 1.0)
+    attenuation_distance: Positive = 1.0
+    abbe_number: Positive | None = None
+    priority: int = 0
+    eta: Strength | None = None
+    k: Strength | None = None
+    nonlinear: bool = True
     emission: Strength = (0.0, 0.0, 0.0)
     albedo_texture: Texture | None = None
     roughness_texture: Texture | None = None
@@ -73,6 +111,13 @@ class Material:
 
     def __post_init__(self) -> None:
         self._check_model()
+        if min(self.attenuation_color) <= 0:
+            raise ValueError("attenuation_color must be greater than 0; 0.001 is all but black")
+        if self.is_dielectric and not self.double_sided:
+            raise ValueError("double_sided must stay true; light leaves a dielectric by the back of its surface")
+        if self.model == "conductor":
+            self._check_conductor()
+            return
         if self.ior is not None and self.f0 is not None:
             raise ValueError("ior and f0 both say how much is reflected; give one of them")
         if self.metal is None:
@@ -83,6 +128,16 @@ class Material:
         for name in ("albedo", "metallic", "ior", "f0", "specular"):
             if getattr(self, name) != getattr(default, name):
                 raise ValueError(f"metal = {self.metal!r} already says what {name} is; leave {name} out")
+
+    def _check_conductor(self) -> None:
+        if self.metal is not None and self.metal not in METAL_INDEX:
+            raise ValueError(
+                f"metal {self.metal!r} has no measured index; choose from {', '.join(sorted(METAL_INDEX))}"
+            )
+        if (self.metal is None) == (self.eta is None) or (self.eta is None) != (self.k is None):
+            raise ValueError("a conductor needs either metal, the name of one, or both eta and k")
+        if self.eta is not None and min(self.eta) <= 0:
+            raise ValueError("eta must be greater than 0; metals have indices from 0.1 to 5")
 
     def _check_model(self) -> None:
         for key in _OF_OTHERS[self.model]:
@@ -100,16 +155,49 @@ class Material:
     @property
     def base_color(self) -> Triple:
         """The albedo, or the reflectance of the named metal."""
-        return METAL_F0[self.metal] if self.metal else self.albedo
+        return self.specular_f0 if self.model == "conductor" else METAL_F0[self.metal] if self.metal else self.albedo
 
     @property
     def metalness(self) -> float:
         """``metallic``, or 1 for a named metal."""
-        return 1.0 if self.metal else self.metallic
+        return 1.0 if self.metal or self.model == "conductor" else self.metallic
+
+    @property
+    def is_dielectric(self) -> bool:
+        """Whether light passes its surface."""
+        return self.model in ("dielectric", "thin-dielectric")
+
+    @property
+    def is_solid(self) -> bool:
+        """Whether its surface has a dielectric behind it."""
+        return self.model == "dielectric"
+
+    @property
+    def index(self) -> float:
+        """Index of refraction."""
+        return 1.5 if self.ior is None else self.ior
+
+    @property
+    def dispersion(self) -> float:
+        """1 over the Abbe number, 0 where there is no dispersion."""
+        return 1 / self.abbe_number if self.abbe_number else 0.0
+
+    @property
+    def complex_index(self) -> tuple[Triple, Triple]:
+        """Index of refraction and extinction coefficient of a conductor."""
+        return METAL_INDEX[self.metal] if self.metal else (self.eta or (1.0, 1.0, 1.0), self.k or (0.0, 0.0, 0.0))
+
+    @property
+    def absorption(self) -> Triple:
+        """Absorption coefficient in 1/m behind the surface."""
+        r, g, b = (-math.log(c) / self.attenuation_distance for c in self.attenuation_color)
+        return (r, g, b)
 
     @property
     def diffuse_albedo(self) -> Triple:
         """Albedo of the Lambert base."""
+        if self.is_dielectric or self.model == "conductor":
+            return (0.0, 0.0, 0.0)
         base = 1.0 - self.metalness
         r, g, b = self.base_color
         return (base * r, base * g, base * b)
@@ -117,13 +205,15 @@ class Material:
     @property
     def dielectric_f0(self) -> Triple:
         """Reflectance at normal incidence of the dielectric part, before ``specular``."""
-        return self.f0 or (reflectance_from_ior(1.5 if self.ior is None else self.ior),) * 3
+        return self.f0 or (reflectance_from_ior(self.index),) * 3
 
     @property
     def specular_f0(self) -> Triple:
         """Specular reflectance at normal incidence."""
         if self.model == "eon":
             return (0.0, 0.0, 0.0)
+        if self.model == "conductor":
+            return conductor_reflectance(*self.complex_index)
         if self.metal:
             return METAL_F0[self.metal]
         dielectric, metallic = (1 - self.metallic) * self.specular, self.metallic
@@ -135,7 +225,7 @@ class Material:
         """Specular reflectance at grazing incidence, per channel for a dielectric, 1 for a metal."""
         if self.model == "eon":
             return (0.0, 0.0, 0.0)
-        if self.metal:
+        if self.metal or self.model in ("conductor", "plastic"):
             return (1.0, 1.0, 1.0)
         dielectric = (1 - self.metallic) * self.specular
         metallic = self.metallic * grazing_reflectance(max(self.albedo))

@@ -6,6 +6,7 @@ import pytest
 
 from fragtracer.apps.viewer.panels import lights, materials
 from fragtracer.scene import Camera, DirectionalLight, Light, Material, SpotLight
+from fragtracer.scene.material import DEFAULT_MODEL, MODELS
 from fragtracer.scene.reflectance import DIELECTRIC_F0, METAL_F0
 
 
@@ -19,6 +20,18 @@ def test_presets_have_the_reflectance_of_the_table(preset: str) -> None:
     if preset not in ("glass", "ruby"):  # the table has their values under another name first
         assert materials.preset_of(made) == preset
     assert materials.with_preset(made, "custom").metal is None
+
+
+@pytest.mark.parametrize("before", MODELS)
+@pytest.mark.parametrize("after", MODELS)
+def test_every_model_becomes_every_other(before: str, after: str) -> None:
+    """With a control for each of its keys, and what both have kept."""
+    made = materials.with_model(materials.with_model(Material(roughness=0.3, emission=2.0), before), after)
+    assert made.model == after
+    assert made.emission == (2.0, 2.0, 2.0)
+    if all("roughness" in MODELS[model] for model in (before, after)):
+        assert made.roughness == 0.3
+    assert after == DEFAULT_MODEL or set(MODELS[after]) <= set(materials._CONTROLS)
 
 
 def test_light_in_other_unit_is_the_same_light() -> None:

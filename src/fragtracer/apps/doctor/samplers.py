@@ -63,9 +63,14 @@ def _energy(context: Any, u: NDArray[np.float32]) -> Finding:
     """The albedo of a smooth white metal, a rough one and a white dielectric agrees with float64 quadrature."""
     body = """
         vec3 wo = normalize(vec3(0.6, 0.0, 0.8));
-        BsdfSample a = bsdf_sample(Bsdf(BSDF_COOK_TORRANCE, vec3(0.0), 1e-3, vec3(1.0), vec3(1.0)), wo, u);
-        BsdfSample b = bsdf_sample(Bsdf(BSDF_COOK_TORRANCE, vec3(0.0), 0.7, vec3(1.0), vec3(1.0)), wo, u);
-        BsdfSample c = bsdf_sample(Bsdf(BSDF_COOK_TORRANCE, vec3(1.0), 0.2, vec3(0.04), vec3(1.0)), wo, u);
+        Bsdf lobe = bsdf_of(BSDF_COOK_TORRANCE, vec3(0.0), 1e-3, vec3(1.0), vec3(1.0));
+        BsdfSample a = bsdf_sample(lobe, wo, u);
+        lobe.alpha = 0.7;
+        BsdfSample b = bsdf_sample(lobe, wo, u);
+        lobe.diffuse = vec3(1.0);
+        lobe.alpha = 0.2;
+        lobe.f0 = vec3(0.04);
+        BsdfSample c = bsdf_sample(lobe, wo, u);
         w = vec3(a.weight.x, b.weight.x, c.weight.x);"""
     weights = probe(context, _LIBRARY, body, {"u": u}, {"w": 3})["w"].astype(np.float64)
     error = 4 * weights.std(0) / np.sqrt(_ROWS) + 1e-3

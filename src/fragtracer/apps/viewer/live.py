@@ -12,8 +12,7 @@ from fragtracer.gpu.film import Film
 from fragtracer.gpu.specialise import Level
 from fragtracer.gpu.tracer import TracerProgram
 from fragtracer.guiding import Decision, decides, same_light
-from fragtracer.packing import PackedScene, pack
-from fragtracer.packing.camera import camera_uniforms
+from fragtracer.packing import PackedScene, pack, view_uniforms
 from fragtracer.packing.lights import LightKind
 from fragtracer.packing.space import Space
 from fragtracer.renderer import PROGRAMS, Renderer
@@ -254,6 +253,6 @@ class LiveRenderer(Renderer):
     def _set_uniforms(self) -> None:
         """Set the uniforms that change while the program stays."""
         assert self._space is not None
-        camera = camera_uniforms(self.scene.camera, self._space.origin, *self.size)
+        camera = view_uniforms(self.scene, self._space.origin, *self.size)
         varied = {"u_light_samples": self.light_samples} if self.settings.light_samples > 1 else {}
         self._tracer.set(camera | varied)

@@ -26,6 +26,9 @@ from fragtracer.scene import Camera, Material, Mesh, Part
 _SUPPORTED = {
     "KHR_texture_transform",
     "KHR_materials_ior",
+    "KHR_materials_transmission",
+    "KHR_materials_volume",
+    "KHR_materials_dispersion",
     "KHR_materials_specular",
     "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_emissive_strength",

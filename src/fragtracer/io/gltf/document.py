@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The parts of a glTF 2.0 document that fragtracer reads, with the names and limits of the specification."""
 
+import math
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
@@ -101,6 +102,22 @@ class MetallicRoughness(Item):
 
 class Ior(Item):
     ior: Positive = 1.5
+
+
+class Transmission(Item):
+    transmissionFactor: Fraction = 0.0
+    transmissionTexture: TextureInfo | None = None
+
+
+class Dispersion(Item):
+    dispersion: Positive = 0.0  # 20 over the Abbe number
+
+
+class Volume(Item):
+    thicknessFactor: Positive = 0.0
+    thicknessTexture: TextureInfo | None = None
+    attenuationDistance: Annotated[float, Field(gt=0)] = math.inf
+    attenuationColor: tuple[Fraction, Fraction, Fraction] = (1.0, 1.0, 1.0)
 
 
 class Specular(Item):

@@ -15,6 +15,8 @@ from fragtracer.scene.texture import ColorSpace, Wrap
 
 _WRAPS: dict[int, Wrap] = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
 _NEAREST = 9728
+_LEAST_TRANSMISSION = 0.5  # of what becomes a dielectric, and transmits all
+_LEAST_ATTENUATION = 1e-6  # in place of a black attenuationColor
 _MOST_PIXELS = 2**29  # of all images together
 
 
@@ -60,7 +62,34 @@ class Materials:
         made |= self._reflectance(item, place) if old is None else self._specular_glossiness(old, place)
         if item.alphaMode == "MASK" and item.alphaCutoff > 1:  # above every alpha
             made["opacity"] = 0.0
+        transmission = self._container.extension(gltf.Transmission, item, "KHR_materials_transmission", place)
+        if transmission is not None and transmission.transmissionFactor > 0:
+            if transmission.transmissionFactor >= _LEAST_TRANSMISSION > made["metallic"]:
+                return self._dielectric(item, place, index, made)
+            self.notes.append(f"KHR_materials_transmission of {place}, which is mixed with what does not transmit")
         return Material(**made)
+
+    def _dielectric(self, item: gltf.Material, place: str, index: int, made: dict[str, Any]) -> Material:
+        """What transmits: with a thickness a solid, without one a pane. Of two that overlap that of the later material
+        is there."""
+        ior = self._container.extension(gltf.Ior, item, "KHR_materials_ior", place)
+        volume = self._container.extension(gltf.Volume, item, "KHR_materials_volume", place) or gltf.Volume()
+        kept = {name: made[name] for name in ("emission", "emission_texture", "normal_texture", "normal_scale")}
+        kept |= {"transmittance": made["albedo"], "ior": max(ior.ior, 1.0) if ior else 1.5}
+        if made["albedo_texture"] is not None:
+            self.notes.append(f"baseColorTexture of {place}, which transmits")
+        if volume.thicknessFactor == 0:
+            if made["roughness"] > 0:
+                self.notes.append(f"roughnessFactor of {place}, a pane")
+            return Material(model="thin-dielectric", **kept)
+        kept |= {"roughness": made["roughness"], "roughness_texture": made["roughness_texture"], "priority": index}
+        dispersion = self._container.extension(gltf.Dispersion, item, "KHR_materials_dispersion", place)
+        if dispersion is not None and dispersion.dispersion > 0:
+            kept["abbe_number"] = 20 / dispersion.dispersion
+        if volume.attenuationDistance < LARGEST:
+            red, green, blue = (max(c, _LEAST_ATTENUATION) for c in volume.attenuationColor)
+            kept |= {"attenuation_color": (red, green, blue), "attenuation_distance": volume.attenuationDistance}
+        return Material(model="dielectric", **kept)
 
     def _specular_glossiness(self, old: gltf.SpecularGlossiness, place: str) -> dict[str, Any]:
         """The specular-glossiness workflow, which replaces metallic-roughness."""

@@ -14,7 +14,8 @@ independent of all other random numbers: the mean is the same, edges are less no
 scene's sampler.
 
 Its parameters: ``max_depth`` and ``rr_depth`` as of ``path``, ``hide_emitters`` (the camera sees emitters as
-black) and ``null_transmission`` (whether some material has it).
+black), ``null_transmission`` (whether some material has it) and ``media`` (whether there are homogeneous ones, which
+absorb and do not scatter).
 """
 
 from functools import partial
@@ -35,9 +36,10 @@ def path_class(mi: Any, dr: Any) -> type:
             self.max_depth, self.rr_depth = int(props["max_depth"]), int(props["rr_depth"])
             self.hides_emitters = bool(props.get("hide_emitters", False))
             self.null_transmission = bool(props.get("null_transmission", False))
+            self.media = bool(props.get("media", False))
 
         def prepare(self, sensor: Any, seed: Any = 0, spp: int = 0, aovs: Any = ()) -> Any:
-            self.seed = seed
+            self.seed, self.medium = seed, sensor.get_medium()
             return super().prepare(sensor, seed, spp, list(aovs))
 
         def sample_rays(self, scene: Any, sensor: Any, sampler: Any) -> Any:
@@ -48,7 +50,8 @@ def path_class(mi: Any, dr: Any) -> type:
             scattered, pdf, alone = mi.Point3f(ray.o), mi.Float(1), mi.Bool(True)
             seen, depth = mi.Bool(not self.hides_emitters), mi.UInt32(0)
             found = mi.Color3f(0), mi.Color3f(1)
-            state = (mi.Bool(active), mi.Ray3f(ray), *found, scattered, pdf, alone, seen, depth, sampler)
+            medium = dr.zeros(mi.MediumPtr) if self.medium is None else mi.MediumPtr(self.medium)
+            state = (mi.Bool(active), mi.Ray3f(ray), *found, scattered, pdf, alone, seen, depth, medium, sampler)
             state = dr.while_loop(state, lambda active, *_: active, partial(self._extended, scene))
             return state[2], mi.Bool(True), [], None
 
@@ -64,11 +67,13 @@ def path_class(mi: Any, dr: Any) -> type:
             alone: Any,
             seen: Any,
             depth: Any,
+            medium: Any,
             sampler: Any,
         ) -> Any:
             """The path's state after one more segment."""
             context = mi.BSDFContext()
             si = scene.ray_intersect(ray, active)
+            throughput *= self._absorbed(medium, si.t, active)
             radiance += throughput * self._emission(scene, si, scattered, pdf, alone, active & seen)
 
             may_scatter = depth + 1 < self.max_depth
@@ -81,12 +86,14 @@ def path_class(mi: Any, dr: Any) -> type:
             value, bsdf_pdf = bsdf.eval_pdf(context, si, si.to_local(ds.d), smooth)
             weight *= value * dr.select(ds.delta, 1, _power_heuristic(ds.pdf, bsdf_pdf))
             smooth &= (ds.pdf > 0) & (dr.max(weight) > 0)
+            weight *= self._absorbed(self._next_medium(medium, si, ds.d), ds.dist, smooth)
             radiance += throughput * weight * self._transmittance(scene, _shadow_ray(si, ds, extent), smooth)
 
             sampled, weight = bsdf.sample(context, si, sampler.next_1d(active), sampler.next_2d(active), active)
             throughput = dr.select(active, throughput * weight, throughput)
             wi = si.to_world(sampled.wo)
             ray = mi.Ray3f(_offset(si.p, si.n, wi, extent), wi, ray.time, ray.wavelengths)
+            medium = self._next_medium(medium, si, wi)
             null = mi.has_flag(sampled.sampled_type, mi.BSDFFlags.Null)
             active &= null | may_scatter
             scatters = active & ~null
@@ -99,7 +106,7 @@ def path_class(mi: Any, dr: Any) -> type:
             survival = dr.select(scatters & (depth >= self.rr_depth), dr.minimum(brightest, 0.95), 1)
             active &= (brightest > 0) & (sampler.next_1d(active) < survival)
             throughput = dr.select(active, throughput / survival, throughput)
-            return active, ray, radiance, throughput, scattered, pdf, alone, seen, depth, sampler
+            return active, ray, radiance, throughput, scattered, pdf, alone, seen, depth, medium, sampler
 
         def _emission(self, scene: Any, si: Any, scattered: Any, pdf: Any, alone: Any, active: Any) -> Any:
             """What is emitted where a ray arrives, weighted as a sample of the BSDF."""
@@ -108,6 +115,19 @@ def path_class(mi: Any, dr: Any) -> type:
             ds = mi.DirectionSample3f(scene, si, before)
             emitter_pdf = dr.select(alone, 0, scene.pdf_emitter_direction(before, ds, active & ~alone))
             return ds.emitter.eval(si, active) * _power_heuristic(pdf, emitter_pdf)
+
+        def _next_medium(self, medium: Any, si: Any, direction: Any) -> Any:
+            """What a ray is in that leaves a surface, where it arrived through ``medium``."""
+            if not self.media:
+                return medium
+            return dr.select(si.is_valid() & si.is_medium_transition(), si.target_medium(direction), medium)
+
+        def _absorbed(self, medium: Any, distance: Any, active: Any) -> Any:
+            """What a medium leaves of light along a way (Beer and Lambert)."""
+            if not self.media:
+                return mi.Color3f(1)
+            _, _, extinction = medium.get_scattering_coefficients(dr.zeros(mi.MediumInteraction3f), active)
+            return dr.select(extinction > 0, dr.exp(-extinction * distance), 1)
 
         def _transmittance(self, scene: Any, ray: Any, active: Any) -> Any:
             """Of a ray that ends: 0 or 1, or between where a surface has null transmission."""

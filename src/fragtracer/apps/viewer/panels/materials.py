@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: MIT
 """Controls of a material, with presets."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import get_args, get_type_hints
+from typing import Any, get_args, get_type_hints
 
 from fragtracer.apps.viewer.panels import widgets
 from fragtracer.scene import Material
-from fragtracer.scene.reflectance import DIELECTRIC_F0, METAL_F0
+from fragtracer.scene.material import DEFAULT_MODEL, MODELS
+from fragtracer.scene.reflectance import DIELECTRIC_F0, METAL_F0, METAL_INDEX
 
 CUSTOM = "custom"
 _MATTE = "matte"
@@ -17,12 +19,20 @@ PRESETS = (CUSTOM, _MATTE, *DIELECTRIC_F0, *sorted(METAL_F0))
 
 def edit(material: Material, of_mesh: bool = False) -> Material:
     """Controls for ``material``; ``of_mesh`` adds those that apply to meshes alone."""
-    preset = preset_of(material)
-    chosen = widgets.choice("Preset", preset, PRESETS, "Measured metals and dielectrics.")
-    if chosen != preset:
-        return with_preset(material, chosen)
-    new: dict[str, object] = {"roughness": widgets.slider("Roughness", material.roughness, 0.0, 1.0, "%.2f")}
-    if material.metal is None:
+    model = widgets.choice("Model", material.model, list(MODELS))
+    if model != material.model:
+        return with_model(material, model)
+    new: dict[str, object] = {}
+    if model == DEFAULT_MODEL:
+        preset = preset_of(material)
+        chosen = widgets.choice("Preset", preset, PRESETS, "Measured metals and dielectrics.")
+        if chosen != preset:
+            return with_preset(material, chosen)
+        new["roughness"] = widgets.slider("Roughness", material.roughness, 0.0, 1.0, "%.2f")
+    else:
+        values = {key: control(material) for key, control in _CONTROLS.items() if key in MODELS[model]}
+        new |= {key: value for key, value in values.items() if value is not None}
+    if model == DEFAULT_MODEL and material.metal is None:
         new["albedo"] = widgets.color("Albedo", material.albedo)
         new["metallic"] = widgets.slider("Metallic", material.metallic, 0.0, 1.0, "%.2f")
         new["specular"] = widgets.slider("Specular", material.specular, 0.0, 1.0, "%.2f")
@@ -38,6 +48,39 @@ def edit(material: Material, of_mesh: bool = False) -> Material:
         new |= _surface(material)
         _textures(material)
     return widgets.edited(material, **new)
+
+
+def with_model(material: Material, model: str) -> Material:
+    """``material`` of another model: what means something to both stays."""
+    default, keys = Material(), set(MODELS[material.model]) | set(MODELS[model])
+    textured = {f"{key}_texture" for key in keys} & set(vars(default))
+    made = {name: getattr(default, name) for name in {*keys, *textured} if name not in MODELS[model] or name in _UNLIKE}
+    made |= {"metal": material.metal if material.metal in METAL_INDEX else "gold"} if model == "conductor" else {}
+    made |= {"double_sided": True} if model in ("dielectric", "thin-dielectric") else {}
+    return replace(material, **{"model": model, **made})
+
+
+# Keys that have another meaning, or another range of values, in each model.
+_UNLIKE = {"metal", "ior", "eta", "k", "f0"}
+# A control for each key of the models but the default one.
+_CONTROLS: dict[str, Callable[[Material], Any]] = {
+    "albedo": lambda m: widgets.color("Albedo", m.albedo),
+    "roughness": lambda m: widgets.slider("Roughness", m.roughness, 0.0, 1.0, "%.2f"),
+    "ior": lambda m: widgets.slider("Index of refr.", m.index, 1.0, 3.0, "%.3f"),
+    "transmittance": lambda m: widgets.color("Transmittance", m.transmittance),
+    "attenuation_color": lambda m: tuple(max(1e-4, c) for c in widgets.color("Attenuation", m.attenuation_color)),
+    "attenuation_distance": lambda m: widgets.slider(
+        "at a distance", m.attenuation_distance, 1e-3, 1e3, "%.3f m", log=True
+    ),
+    "abbe_number": lambda m: (
+        widgets.number("Abbe number", m.abbe_number or 0.0, 0.2, 0.0, 100.0, "%.1f", "0: none") or None
+    ),
+    "priority": lambda m: widgets.whole("Priority", m.priority, -10, 10, "Of two that overlap the higher is there."),
+    "nonlinear": lambda m: widgets.check("Nonlinear", m.nonlinear),
+    "metal": lambda m: widgets.choice("Metal", m.metal, sorted(METAL_INDEX)) if m.metal else None,
+    "eta": lambda m: widgets.color("eta", m.eta, hdr=True) if m.eta else None,
+    "k": lambda m: widgets.color("k", m.k, hdr=True) if m.k else None,
+}
 
 
 def _surface(material: Material) -> dict[str, object]:

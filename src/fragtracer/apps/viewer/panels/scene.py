@@ -75,7 +75,10 @@ def _selected(session: Session, place: Part) -> None:
         name = _material_of(session, place)
         imgui.separator_text(f"Material “{name}”")
         material = materials.edit(session.document.scene.materials[name], isinstance(part, Mesh))
-        session.edit(session.document.with_material(name, material), f"material {name}")
+        try:
+            session.edit(session.document.with_material(name, material), f"material {name}")
+        except ValueError as error:  # two dielectrics that overlap cannot have the same priority
+            session.say(str(error).splitlines()[-1])
         users = sum(name in objects.materials_of(p) for p in _shapes(document))
         if users > 1:
             imgui.text_colored(MUTED, f"shared by {users} objects")

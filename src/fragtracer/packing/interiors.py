@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: MIT
+"""What a path is inside of, as shaders/integrator/interior.glsl counts it."""
+
+import warnings
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from fragtracer.scene import Geometry, Material, Scene
+from fragtracer.scene.interiors import has_interiors, solids
+
+MOST_INTERIORS = 4  # of a path at once: the components of an ivec4
+
+
+def dielectrics(materials: Mapping[str, Material]) -> dict[str, int]:
+    """The records of dielectrics by the name of the material, in the order of their priorities; of two with the same,
+    that which is written later has the higher number."""
+    names = [name for name, material in materials.items() if material.is_dielectric]
+    return {name: i for i, name in enumerate(sorted(names, key=lambda name: materials[name].priority))}
+
+
+def interior_flags(scene: Scene) -> dict[str, int]:
+    """The uniforms that say whether paths have to know what they are in, and of what colour. Warns of meshes that are
+    not closed."""
+    for mesh in scene.meshes:
+        for part in mesh.parts:
+            if scene.materials[mesh.material_of(part)].is_solid and not is_closed(part.geometry):
+                warnings.warn(
+                    f"mesh {mesh.name!r} of the dielectric {mesh.material_of(part)!r} is not closed: where a ray gets "
+                    "in by a gap, it is taken to be outside",
+                    stacklevel=2,
+                )
+    found = list(solids(scene))
+    disperses = any(scene.materials[solid.material].dispersion > 0 for solid in found)
+    return {
+        "u_has_interiors": int(disperses or has_interiors(dict(scene.materials), found)),
+        "u_has_dispersion": int(disperses),
+    }
+
+
+def camera_interiors(scene: Scene) -> dict[str, Any]:
+    """The uniform with the dielectrics that the camera is in, each by the number of its record and 1."""
+    number = dielectrics(scene.materials)
+    inside = [number[solid.material] + 1 for solid in solids(scene) if solid.contains(scene.camera.position)]
+    inside = sorted(inside, reverse=True)[:MOST_INTERIORS]
+    return {"u_camera_interiors": (*inside, *[0] * (MOST_INTERIORS - len(inside)))}
+
+
+@lru_cache(maxsize=64)
+def is_closed(geometry: Geometry) -> bool:
+    """Whether each edge of a triangle is one of another too, the other way round; vertices of one place are one."""
+    _, place = np.unique(geometry.positions, axis=0, return_inverse=True)
+    corners = place.reshape(-1)[geometry.triangles]
+    edges = np.concatenate([corners[:, [i, (i + 1) % 3]] for i in range(3)])
+    edges = edges[edges[:, 0] != edges[:, 1]]
+    there, back = (np.unique(some, axis=0, return_counts=True) for some in (edges, edges[:, ::-1]))
+    return np.array_equal(there[0], back[0]) and np.array_equal(there[1], back[1])

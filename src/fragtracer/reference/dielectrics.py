@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: MIT
+"""Dielectrics, conductors and plastic as Mitsuba's own plugins, and what lies around each shape of a dielectric:
+Mitsuba has interfaces without priorities, so that a shape must lie within one medium."""
+
+import numpy as np
+
+from fragtracer.errors import FragtracerError
+from fragtracer.reference.plugins import DELTA_ALPHA
+from fragtracer.reference.shapes import Tree, rgb
+from fragtracer.scene import Material, Plane, Scene, Sphere
+from fragtracer.scene.fields import Triple
+from fragtracer.scene.interiors import Solid, solids
+
+KINDS = ("dielectric", "roughdielectric", "thindielectric")
+
+
+def dielectric_bsdf(material: Material, around: Material | None) -> Tree:
+    """The plugin of a dielectric that lies in air, or within another one."""
+    tree: Tree = {"int_ior": float(material.index), "ext_ior": 1.0 if around is None else float(around.index)}
+    tree["specular_transmittance"] = rgb(material.transmittance)
+    if not material.is_solid:
+        return {"type": "thindielectric", **tree}
+    if material.alpha < DELTA_ALPHA:
+        return {"type": "dielectric", **tree}
+    return {"type": "roughdielectric", "distribution": "ggx", "alpha": float(material.alpha), **tree}
+
+
+def conductor_bsdf(material: Material) -> Tree:
+    """The plugin of a conductor, from both sides."""
+    eta, k = material.complex_index
+    tree: Tree = {"type": "conductor", "eta": rgb(eta), "k": rgb(k)}
+    if material.alpha >= DELTA_ALPHA:
+        tree |= {"type": "roughconductor", "distribution": "ggx", "alpha": float(material.alpha)}
+    return {"type": "twosided", "bsdf": tree}
+
+
+def plastic_bsdf(material: Material) -> Tree:
+    """The plugin of a coated base, from both sides."""
+    tree: Tree = {"type": "plastic", "int_ior": float(material.index), "ext_ior": 1.0}
+    tree |= {"diffuse_reflectance": rgb(material.albedo), "nonlinear": material.nonlinear}
+    return {"type": "twosided", "bsdf": tree}
+
+
+def media(scene: Scene) -> Tree:
+    """The media of all dielectrics that absorb, by their keys in the tree of the scene."""
+    names = dict.fromkeys(solid.material for solid in solids(scene))
+    absorbing = {name: scene.materials[name] for name in names if max(scene.materials[name].absorption) > 0}
+    return {
+        medium_key(scene, name): {"type": "homogeneous", "albedo": 0.0, **_scaled(material.absorption)}
+        for name, material in absorbing.items()
+    }
+
+
+def _scaled(absorption: Triple) -> Tree:
+    """An extinction coefficient in 1/m as a colour, which must not exceed 1, and its scale."""
+    scale = max(absorption)
+    return {"sigma_t": rgb([a / scale for a in absorption]), "scale": scale}
+
+
+def medium_key(scene: Scene, name: str) -> str:
+    return f"medium_{list(scene.materials).index(name)}"
+
+
+def surroundings(scene: Scene) -> dict[str, str]:
+    """By the name of each solid of ``scene`` the dielectric that it lies in, empty where that is air.
+
+    Raises
+    ------
+    FragtracerError
+        If one lies in another one only in part.
+    """
+    found = list(solids(scene))
+    return {solid.name: _around(scene, solid, found) for solid in found}
+
+
+def of_camera(scene: Scene) -> str:
+    """The dielectric that the camera is in, empty where that is air."""
+    found = [solid.material for solid in solids(scene) if solid.contains(scene.camera.position)]
+    return max(found, key=lambda name: scene.materials[name].priority, default="")
+
+
+def _around(scene: Scene, solid: Solid, others: list[Solid]) -> str:
+    """The name of the dielectric that ``solid`` lies in, empty where that is air.
+
+    Raises
+    ------
+    FragtracerError
+        If it lies in one only in part.
+    """
+    found = ""
+    for other in others:
+        if other is solid or not other.overlaps(solid) or _contains(solid, other):
+            continue
+        priority = scene.materials[other.material].priority
+        if not _contains(other, solid) or priority >= scene.materials[solid.material].priority:
+            raise FragtracerError(
+                f"Mitsuba cannot show the dielectrics {solid.material!r} and {other.material!r} where they overlap: "
+                "it knows no priorities; put one of them within the other"
+            )
+        if not found or priority > scene.materials[found].priority:
+            found = other.material
+    return found
+
+
+def _contains(outer: Solid, inner: Solid) -> bool:
+    """Whether all of ``inner`` lies in ``outer``, which is convex."""
+    if isinstance(inner.shape, Plane):
+        return False
+    if isinstance(outer.shape, Sphere) and isinstance(inner.shape, Sphere):
+        distance = np.linalg.norm(np.subtract(outer.shape.center, inner.shape.center))
+        return float(distance) + inner.shape.radius < outer.shape.radius
+    corners = np.stack(np.meshgrid(*zip(inner.low, inner.high, strict=True)), -1).reshape(-1, 3)
+    return all(map(outer.contains, corners))

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: MIT
+"""What the dielectrics of a scene fill: where they overlap, and which of them a point lies in."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from itertools import combinations, product
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fragtracer.scene.material import Material
+from fragtracer.scene.mesh import Geometry
+from fragtracer.scene.shapes import Plane, Rectangle, Sphere
+
+if TYPE_CHECKING:
+    from fragtracer.scene import Scene
+
+Floats = NDArray[np.float64]
+NO_TRIANGLES = np.zeros((0, 3, 3))
+
+
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """What surfaces of one material bound: a sphere, the space behind a plane, or triangles (n, 3, 3) that are closed.
+
+    ``name`` is "sphere_0", "plane_0", "mesh_0_1_2" of the second part of the third instance, or, of all flat shapes of
+    a material, "flat_NAME". ``low`` and ``high`` (3,) are the corners of its bounding box, in metres.
+    """
+
+    name: str
+    material: str
+    low: Floats
+    high: Floats
+    shape: Sphere | Plane | None = None
+    triangles: Callable[[], Floats] = lambda: NO_TRIANGLES
+
+    def contains(self, point: ArrayLike) -> bool:
+        """Whether ``point`` (3,) lies in it; of triangles, by their winding number."""
+        place = np.asarray(point, np.float64)
+        if isinstance(self.shape, Plane):
+            return float(np.dot(self.shape.normal, place - self.shape.point)) < 0
+        if isinstance(self.shape, Sphere):
+            return float(np.linalg.norm(place - self.shape.center)) < self.shape.radius
+        if (place < self.low).any() or (place > self.high).any():
+            return False
+        return abs(winding_number(self.triangles() - place)) > 0.5
+
+    def overlaps(self, other: "Solid") -> bool:
+        """Whether the two may have points in common: spheres exactly, others by their bounding boxes."""
+        if isinstance(self.shape, Sphere) and isinstance(other.shape, Sphere):
+            distance = np.linalg.norm(np.subtract(self.shape.center, other.shape.center))
+            return float(distance) < self.shape.radius + other.shape.radius
+        for plane, solid in ((self.shape, other), (other.shape, self)):
+            if isinstance(plane, Plane) and not isinstance(solid.shape, Plane):
+                lowest = np.where(np.asarray(plane.normal) > 0, solid.low, solid.high)
+                return float(np.dot(plane.normal, lowest - plane.point)) < 0
+        return bool((self.low < other.high).all() and (other.low < self.high).all())
+
+
+def winding_number(triangles: Floats) -> float:
+    """How often ``triangles`` (n, 3, 3) wind around the origin: 1 within a closed surface whose front is outside
+    (van Oosterom and Strackee 1983, "The solid angle of a plane triangle", eq. 8)."""
+    a, b, c = triangles.transpose(1, 0, 2)
+    x, y, z = (np.linalg.norm(v, axis=1) for v in (a, b, c))
+    volume = (a * np.cross(b, c)).sum(axis=1)
+    base = x * y * z + (a * b).sum(axis=1) * z + (b * c).sum(axis=1) * x + (c * a).sum(axis=1) * y
+    return float(np.arctan2(volume, base).sum() / (2 * np.pi))
+
+
+def solids(scene: "Scene") -> Iterator[Solid]:
+    """What the dielectrics of ``scene`` fill. Flat shapes of one material are one solid; disks are left out, since none
+    bounds anything by itself."""
+    names = {name for name, material in scene.materials.items() if material.is_solid}
+    if not names:
+        return
+    for i, sphere in enumerate(scene.spheres):
+        if sphere.material in names:
+            low, high = map(np.asarray, sphere.bounds)
+            yield Solid(f"sphere_{i}", sphere.material, low, high, sphere)
+    everywhere = np.full(3, np.inf)
+    for i, plane in enumerate(scene.planes):
+        if plane.material in names:
+            yield Solid(f"plane_{i}", plane.material, -everywhere, everywhere, plane)
+    for name in sorted(names):
+        flats = [_triangles(shape) for shape in scene.rectangles if shape.material == name]
+        flats += [np.array([shape.vertices]) for shape in scene.triangles if shape.material == name]
+        if flats:
+            triangles = np.concatenate(flats)
+            low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
+            yield Solid(f"flat_{name}", name, low, high, None, partial(np.asarray, triangles))
+    for i, mesh in enumerate(scene.meshes):
+        for (j, part), (k, placement) in product(enumerate(mesh.parts), enumerate(mesh.instances)):
+            if mesh.material_of(part) in names and len(part.geometry.triangles):
+                matrix = placement.matrix @ np.asarray(part.matrix)
+                yield _of_mesh(f"mesh_{i}_{j}_{k}", mesh.material_of(part), matrix, part.geometry)
+
+
+def _of_mesh(name: str, material: str, matrix: Floats, geometry: Geometry) -> Solid:
+    def placed(points: Floats) -> Floats:
+        return points @ matrix[:3, :3].T + matrix[:3, 3]
+
+    corners = placed(np.array(list(product(*geometry.bounds.T))))
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    return Solid(name, material, low, high, None, lambda: placed(geometry.positions)[geometry.triangles])
+
+
+def _triangles(shape: Rectangle) -> Floats:
+    a, u, v = (np.asarray(x, np.float64) for x in (shape.corner, shape.edge_u, shape.edge_v))
+    return np.array([(a, a + u, a + u + v), (a, a + u + v, a + v)])
+
+
+def has_interiors(materials: dict[str, Material], found: list[Solid]) -> bool:
+    """Whether paths have to know what they are inside of: something absorbs, or solids may overlap."""
+    absorbs = any(max(materials[solid.material].absorption) > 0 for solid in found)
+    return absorbs or any(one.overlaps(other) for one, other in combinations(found, 2))
+
+
+def conflict(scene: "Scene") -> str:
+    """A sentence about two dielectrics of the same priority that may overlap; empty if there are none."""
+    for one, other in combinations(solids(scene), 2):
+        same = scene.materials[one.material].priority == scene.materials[other.material].priority
+        if one.material != other.material and same and one.overlaps(other):
+            return (
+                f"material.{other.material}.priority: shapes of {one.material!r} and {other.material!r} may overlap, "
+                f"and both have the priority {scene.materials[one.material].priority}; give the one that fills what is "
+                "common to both a higher priority"
+            )
+    return ""

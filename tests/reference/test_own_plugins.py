@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: MIT
+"""The shader's models, value by value, against Mitsuba's own plugins, on both sides of a surface."""
+
+from typing import Any
+
+import moderngl
+import numpy as np
+import pytest
+from shaders.bsdf_models import MODELS, Conductor, Dielectric, plastic_of
+from shaders.bsdf_probe import run
+from shaders.directions import direction
+
+from fragtracer.reference.dielectrics import conductor_bsdf, dielectric_bsdf, plastic_bsdf
+from fragtracer.scene import Material
+from fragtracer.scene.reflectance import METAL_INDEX
+
+DEGREES = [3, 40, 65, 85]
+EVAL = "value = bsdf_eval(b, wo, wi); pdf = bsdf_pdf(b, wo, wi);"
+DRAW = "BsdfSample s = bsdf_sample(b, wo, u); drawn = vec4(s.wi, s.pdf); weight = vec4(s.weight, s.eta);"
+
+
+def seen_from(mi: Any, viewer: Any) -> Any:
+    import drjit as dr
+
+    si = dr.zeros(mi.SurfaceInteraction3f)
+    si.wi = mi.Vector3f(*map(float, viewer))
+    return si
+
+
+def over_the_sphere(count: int) -> Any:
+    z, turns = np.random.default_rng(5).random((2, count)) * ((2,), (1,)) - ((1,), (0,))
+    radius, angle = np.sqrt(1 - z**2), 2 * np.pi * turns
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle), z], 1).astype(np.float32)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("roughness", [0.2, 0.6, 1.0])
+def test_rough_dielectric(ctx: moderngl.Context, mi: Any, roughness: float, side: int) -> None:
+    """Values, densities, and weights of our samples; on the back, up is down in our frame, and the index inverted."""
+    material = Material(model="dielectric", roughness=roughness, ior=1.6, transmittance=(0.9, 0.6, 0.3))
+    theirs = mi.load_dict(dielectric_bsdf(material, None))
+    parameters = Dielectric(1.6**side, material.alpha, material.transmittance)
+    flip = np.float32((1, 1, side))
+    for degrees in DEGREES:
+        wo = direction(degrees)
+        drawn = run(ctx, MODELS["dielectric"], parameters, DRAW, {"u": u(4096)}, {"drawn": 4, "weight": 4}, wo)
+        found = drawn["drawn"][:, 3] > 0
+        wi = np.concatenate([over_the_sphere(4096), drawn["drawn"][found, :3]]).astype(np.float32)
+        ours = run(ctx, MODELS["dielectric"], parameters, EVAL, {"wi": wi}, {"value": 3, "pdf": 1}, wo)
+        si, light = seen_from(mi, wo * flip), mi.Vector3f((wi * flip).T)
+        value, pdf = theirs.eval_pdf(mi.BSDFContext(), si, light)
+        slack = MODELS["dielectric"].tolerance(parameters, np.broadcast_to(wo, wi.shape), wi.astype(np.float64))
+        slack = 2 * np.minimum(slack, 1)
+        assert (np.abs(ours["pdf"] - pdf.numpy()) <= slack * ours["pdf"] + 1e-7).all(), degrees
+        assert (np.abs(ours["value"] - value.numpy().T) <= slack[:, None] * ours["value"] + 1e-7).all(), degrees
+        weight = (value / pdf).numpy().T[-np.count_nonzero(found) :]
+        error = np.abs(drawn["weight"][found, :3] - weight)
+        assert (error <= (1e-3 + slack[-len(weight) :, None]) * weight).all(), degrees
+
+
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("model", ["dielectric", "thin-dielectric"])
+def test_smooth_lobes(ctx: moderngl.Context, mi: Any, model: str, side: int) -> None:
+    """Direction, probability, weight and index of what is reflected and of what is transmitted."""
+    material = Material(model=model, ior=1.5, transmittance=(0.9, 0.6, 0.3))
+    if model == "dielectric":
+        material = Material(model=model, roughness=0.0, ior=1.5, transmittance=(0.9, 0.6, 0.3))
+    theirs = mi.load_dict(dielectric_bsdf(material, None))
+    parameters = Dielectric(1.5 ** (side if model == "dielectric" else 1), 0.0, material.transmittance)
+    for degrees in DEGREES:
+        wo = direction(degrees)
+        for choice in (0.0, 0.999):
+            inputs = {"u": np.float32([(choice, 0.5)])}
+            ours = run(ctx, MODELS[model], parameters, DRAW, inputs, {"drawn": 4, "weight": 4}, wo)
+            viewer = np.asarray(wo) * (1, 1, side)
+            bs, weight = theirs.sample(mi.BSDFContext(), seen_from(mi, viewer), choice, mi.Point2f(0.5, 0.5))
+            np.testing.assert_allclose(ours["drawn"][0, :3] * (1, 1, side), bs.wo.numpy()[:, 0], atol=2e-6)
+            np.testing.assert_allclose(ours["drawn"][0, 3], bs.pdf.numpy()[0], rtol=2e-5)
+            np.testing.assert_allclose(ours["weight"][0, :3], weight.numpy()[:, 0], rtol=2e-5)
+            np.testing.assert_allclose(ours["weight"][0, 3], bs.eta.numpy()[0], rtol=1e-6)
+
+
+@pytest.mark.parametrize("roughness", [0.0, 0.3, 1.0])
+def test_conductor(ctx: moderngl.Context, mi: Any, roughness: float) -> None:
+    material = Material(model="conductor", metal="gold", roughness=roughness)
+    theirs = mi.load_dict(conductor_bsdf(material))
+    parameters = Conductor(*material.complex_index, material.alpha)
+    for degrees in DEGREES:
+        wo = direction(degrees)
+        drawn = run(ctx, MODELS["conductor"], parameters, DRAW, {"u": u(1024)}, {"drawn": 4, "weight": 4}, wo)
+        found = drawn["drawn"][:, 3] > 0
+        if roughness == 0:
+            bs, weight = theirs.sample(mi.BSDFContext(), seen_from(mi, wo), 0.5, mi.Point2f(0.5, 0.5))
+            np.testing.assert_allclose(drawn["drawn"][0], [*bs.wo.numpy()[:, 0], bs.pdf.numpy()[0]], atol=1e-6)
+            np.testing.assert_allclose(drawn["weight"][0, :3], weight.numpy()[:, 0], rtol=2e-5)
+            continue
+        wi = np.concatenate([over_the_sphere(4096), drawn["drawn"][found, :3]]).astype(np.float32)
+        ours = run(ctx, MODELS["conductor"], parameters, EVAL, {"wi": wi}, {"value": 3, "pdf": 1}, wo)
+        value, pdf = theirs.eval_pdf(mi.BSDFContext(), seen_from(mi, wo), mi.Vector3f(wi.T))
+        np.testing.assert_allclose(ours["value"], value.numpy().T, rtol=1e-3, atol=1e-6)
+        np.testing.assert_allclose(ours["pdf"], pdf.numpy(), rtol=1e-3, atol=1e-6)
+        weight = (value / pdf).numpy().T[-np.count_nonzero(found) :]
+        np.testing.assert_allclose(drawn["weight"][found, :3], weight, rtol=2e-3)
+
+
+@pytest.mark.parametrize("nonlinear", [False, True])
+def test_plastic(ctx: moderngl.Context, mi: Any, nonlinear: bool) -> None:
+    """But for Mitsuba's fit of what the coat reflects back, which errs by 0.1 %."""
+    material = Material(model="plastic", albedo=(0.8, 0.4, 0.1), nonlinear=nonlinear)
+    theirs, parameters = mi.load_dict(plastic_bsdf(material)), plastic_of(material.albedo, 1.5, nonlinear)
+    for degrees in DEGREES:
+        wo, wi = direction(degrees), over_the_sphere(4096)
+        ours = run(ctx, MODELS["plastic"], parameters, EVAL, {"wi": wi}, {"value": 3, "pdf": 1}, wo)
+        value = theirs.eval(mi.BSDFContext(), seen_from(mi, wo), mi.Vector3f(wi.T))
+        np.testing.assert_allclose(ours["value"], value.numpy().T, rtol=2e-3, atol=1e-6)
+        bs, weight = theirs.sample(mi.BSDFContext(), seen_from(mi, wo), 0.0, mi.Point2f(0.5, 0.5))
+        drawn = run(ctx, MODELS["plastic"], parameters, DRAW, {"u": np.zeros((1, 2))}, {"drawn": 4, "weight": 4}, wo)
+        np.testing.assert_allclose(drawn["drawn"][0, :3], bs.wo.numpy()[:, 0], atol=1e-6)
+        mirrored = drawn["weight"][0, :3] * drawn["drawn"][0, 3]
+        np.testing.assert_allclose(mirrored, (weight * bs.pdf).numpy()[:, 0], rtol=2e-5)
+
+
+def test_named_metals_have_the_indices_of_mitsubas_spectra(mi: Any) -> None:
+    symbols = {"aluminium": "Al", "chromium": "Cr", "copper": "Cu", "gold": "Au", "iridium": "Ir", "mercury": "Hg"}
+    symbols |= {"molybdenum": "Mo", "nickel": "Ni_palik", "silver": "Ag", "tungsten": "W"}
+    assert symbols.keys() == METAL_INDEX.keys()
+    for name, symbol in symbols.items():
+        found = mi.traverse(mi.load_dict({"type": "conductor", "material": symbol}))
+        for key, ours in zip(("eta.value", "k.value"), METAL_INDEX[name], strict=True):
+            np.testing.assert_allclose(np.ravel(found[key]), ours, rtol=1e-5)
+
+
+def u(count: int) -> Any:
+    return np.random.default_rng(1).random((count, 2), np.float32)

@@ -1,0 +1,244 @@
+# SPDX-License-Identifier: MIT
+"""Light through dielectrics, in closed form."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from agreement import ROUNDING, assert_mean
+from rendering import rendered
+from scene_builders import lambert, stare
+
+from fragtracer.errors import SceneError
+from fragtracer.io.toml import parse
+from fragtracer.scene import Ambient, Camera, Light, Material, Plane, Rectangle, Scene, Sphere, Triangle
+
+COLOR = (0.9, 0.5, 0.1)
+OTHER = (0.3, 0.8, 0.6)
+GLASS = Material(model="dielectric", roughness=0.0)
+PATHS = {"bounces": 500, "russian_roulette": False}
+
+
+def tinted(color: Any, priority: int = 0, ior: float = 1.0, distance: float = 1.0) -> Material:
+    return Material(
+        model="dielectric",
+        roughness=0.0,
+        ior=ior,
+        attenuation_color=color,
+        attenuation_distance=distance,
+        priority=priority,
+    )
+
+
+def powers(*factors: tuple[Any, float]) -> Any:
+    return np.prod([np.power(color, distance) for color, distance in factors], axis=0)
+
+
+@pytest.mark.parametrize("spheres", [1, 2])
+def test_smooth_glass_vanishes_in_a_white_furnace(ctx, spheres):
+    """Exactly, in every path; a bubble in it, too, and the camera may be inside of both."""
+    shapes = [Sphere((0.0, 0.0, 0.0), 1.0, "glass"), Sphere((0.2, 0.1, 0.0), 0.6, "air")][:spheres]
+    materials = {"glass": GLASS, "air": Material(model="dielectric", roughness=0.0, ior=1.0, priority=1)}
+    for z in (3.0, 0.8, 0.1):
+        view = Camera((0.1, 0.0, z), (0.1, 0.1, -1.0), fov_degrees=40.0)
+        scene = Scene(view, materials, spheres=shapes, ambient=Ambient((0.5, 1.0, 4.0)))
+        image = rendered(ctx, scene, 16, **PATHS)
+        inside = 0 if z == 3.0 or (z == 0.1 and spheres == 2) else 1  # radiance in glass is n² of that in air
+        expected = np.multiply((0.5, 1.0, 4.0), 2.25**inside)
+        np.testing.assert_allclose(image, np.broadcast_to(expected, image.shape), rtol=3 * ROUNDING)
+
+
+def test_rough_glass_loses_what_its_facets_scatter_again(ctx):
+    """Single scattering loses light, more of it the rougher the surface, and never makes any."""
+    means = []
+    for roughness in (0.1, 0.4, 0.7, 1.0):
+        glass = Material(model="dielectric", roughness=roughness)
+        view = Camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0), fov_degrees=30.0)
+        scene = Scene(view, {"glass": glass}, spheres=[Sphere((0.0, 0.0, 0.0), 1.0, "glass")], ambient=Ambient(1.0))
+        means.append(float(rendered(ctx, scene, 256, **PATHS).mean()))
+    assert means == sorted(means, reverse=True)
+    assert means[0] == pytest.approx(1, abs=2e-3)
+    assert means[-1] < 0.95
+
+
+def test_roulette_knows_what_refraction_does_to_radiance(ctx):
+    """Glass is 1 / n² as bright on its way in, which is no reason to end a path: the noise of a furnace stays that of a
+    survival of 95 %, a deviation of 0.23 a vertex."""
+    view = Camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0), fov_degrees=20.0)
+    glass = Material(model="dielectric", roughness=0.0, ior=2.0)
+    scene = Scene(view, {"glass": glass}, spheres=[Sphere((0.0, 0.0, 0.0), 1.0, "glass")], ambient=Ambient(1.0))
+    image = rendered(ctx, scene, 64, (64, 64), bounces=500, russian_roulette_depth=1)
+    assert image.std() * 8 < 0.5
+    assert_mean(image, 1.0, 0.02)
+
+
+def test_absorption_is_beers_law(ctx):
+    """Through the middle of a sphere whose index is that of air, but for where rays start: 4e-6 of the largest
+    coordinate off a surface. And of glass, where what goes to and fro between the two walls is a geometric series."""
+    sphere, camera = Sphere((0.0, 0.0, 0.0), 0.7, "tint"), stare((0.0, 0.0, 0.0), (0.0, 0.0, 3.0))
+    scene = Scene(camera, {"tint": tinted(COLOR, distance=0.5)}, spheres=[sphere], ambient=Ambient(1.0))
+    image = rendered(ctx, scene, 4, **PATHS)
+    np.testing.assert_allclose(image, np.broadcast_to(powers((COLOR, 2.8)), image.shape), rtol=2e-4)
+    scene = Scene(camera, {"tint": tinted(COLOR, ior=2.0)}, spheres=[sphere], ambient=Ambient(1.0))
+    once, f = powers((COLOR, 1.4)), 1 / 9
+    expected = f + (1 - f) ** 2 * once * (1 + f * once) / (1 - (f * once) ** 2)
+    assert_mean(rendered(ctx, scene, 4096, **PATHS), expected, 0.005)
+
+
+def test_the_dielectric_of_higher_priority_is_there_where_two_overlap(ctx):
+    """Whichever is written first; and the camera knows what it is in."""
+    spheres = [Sphere((0.0, 0.0, -0.5), 1.0, "a"), Sphere((0.0, 0.0, 0.5), 1.0, "b")]  # of z: -1.5 to 0.5, -0.5 to 1.5
+    for a, b, expected in ((1, 2, powers((COLOR, 1.0), (OTHER, 2.0))), (2, 1, powers((COLOR, 2.0), (OTHER, 1.0)))):
+        for order in (1, -1):
+            materials = {"a": tinted(COLOR, a), "b": tinted(OTHER, b)}
+            for z, seen in ((3.0, expected), (-1.0, powers((COLOR, 0.5)))):
+                camera = stare((0.0, 0.0, -4.0), (0.0, 0.0, z))
+                scene = Scene(camera, materials, spheres=spheres[::order], ambient=Ambient(1.0))
+                image = rendered(ctx, scene, 4, bounces=1)
+                np.testing.assert_allclose(image, np.broadcast_to(seen, image.shape), rtol=2e-4)
+
+
+def test_panes_pass_light_one_by_one(ctx):
+    """What two of them pass is the product of both, and no bounce; what they reflect comes back after some."""
+    panes = [Rectangle((-1.0, -1.0, z), (2.0, 0.0, 0.0), (0.0, 2.0, 0.0), "pane") for z in (0.0, -1.0)]
+    pane = Material(model="thin-dielectric", ior=2.0, transmittance=OTHER)
+    scene = Scene(stare((0.0, 0.0, 0.0), (0.0, 0.0, 3.0)), {"pane": pane}, rectangles=panes, ambient=Ambient(1.0))
+    reflected = 2 / 9 / (1 + 1 / 9)
+    passed = (1 - reflected) * np.array(OTHER)
+    assert_mean(rendered(ctx, scene, 1024, bounces=0), passed**2, 0.01)
+    everything = reflected + passed**2 * (1 + reflected) / (1 - reflected**2)
+    assert_mean(rendered(ctx, scene, 1024, **PATHS), everything, 0.01)
+
+
+def test_light_within_a_dielectric_is_absorbed_on_its_way(ctx):
+    """From a lamp to a surface, and on to the camera, all of them inside."""
+    target = (0.0, 0.0, 0.0)
+    scene = Scene(
+        stare(target, (0.0, 1.0, 0.0)),
+        {"tint": tinted(COLOR), "matt": lambert(0.5)},
+        spheres=[Sphere(target, 5.0, "tint")],
+        rectangles=[Rectangle((-1.0, 0.0, 1.0), (2.0, 0.0, 0.0), (0.0, 0.0, -2.0), "matt")],
+        lights=[Light((2.0, 2.0, 0.0), power=4 * np.pi)],
+    )
+    image = rendered(ctx, scene, 4, bounces=1)
+    expected = 0.5 / np.pi * np.sqrt(0.5) / 8 * powers((COLOR, 1 + np.sqrt(8)))
+    np.testing.assert_allclose(image, np.broadcast_to(expected, image.shape), rtol=1e-4)
+
+
+def prism(index: float, **glass: Any) -> tuple[Scene, float]:
+    """A ray that passes it symmetrically, deviated by 2 asin(n sin(A / 2)) - A to a lamp a hundredth of a radian wide;
+    and what passes."""
+    apex = np.radians(50.0)
+    half = apex / 2
+    left, right, top = (
+        np.array(p) for p in ((-np.sin(half), -np.cos(half)), (np.sin(half), -np.cos(half)), (0.0, 0.0))
+    )
+    corners = [np.append(p, z) for z in (-1.0, 1.0) for p in (left, right, top)]
+    faces = [(0, 2, 1), (3, 4, 5), (0, 1, 4), (0, 4, 3), (1, 2, 5), (1, 5, 4), (2, 0, 3), (2, 3, 5)]
+    turned = np.arcsin(index * np.sin(half)) - half  # of the ray before and after, from the horizontal
+    height = -0.5 * np.cos(half)
+    enters = np.array([-0.5 * np.sin(half), height, 0.0])
+    eye = enters - 2 * np.array([np.cos(turned), np.sin(turned), 0.0])
+    across = np.array([np.cos(turned), -np.sin(turned), 0.0])
+    place = enters * (-1, 1, 1) + 3 * across
+    up = np.array([np.sin(turned), np.cos(turned), 0.0])
+    edge_u, edge_v = np.array([0.0, 0.0, 0.03]), 0.03 * up
+    scene = Scene(
+        stare(tuple(enters), tuple(eye)),
+        {"glass": Material(model="dielectric", roughness=0.0, **{"ior": index} | glass), "lamp": lambert(0.0, 1.0)},
+        triangles=[Triangle(tuple(tuple(corners[i]) for i in face), "glass") for face in faces],
+        rectangles=[Rectangle(tuple(place - (edge_u + edge_v) / 2), tuple(edge_u), tuple(edge_v), "lamp")],
+    )
+    cos_i, cos_t = np.cos(turned + half), np.cos(half)
+    s, p = (cos_i - index * cos_t) / (cos_i + index * cos_t), (index * cos_i - cos_t) / (index * cos_i + cos_t)
+    return scene, float((1 - (s**2 + p**2) / 2) ** 2)
+
+
+@pytest.mark.parametrize("ior", [1.5, 2.0])
+def test_a_prism_deviates_light_by_snells_law(ctx, ior):
+    scene, passed = prism(ior)
+    assert_mean(rendered(ctx, scene, 4096, bounces=2), passed, 0.01)
+
+
+@pytest.mark.parametrize("band", [0, 1, 2])
+def test_a_prism_parts_colours(ctx, band):
+    """By Cauchy's formula through the Fraunhofer lines d, F and C, each as bright as without dispersion."""
+    wavelength = np.array([611.4, 549.1, 464.3])[band]
+    d, f, c = 587.56, 486.13, 656.27
+    ior = 1.5 + 0.5 / 12.0 * (wavelength**-2 - d**-2) / (f**-2 - c**-2)
+    scene, passed = prism(ior, ior=1.5, abbe_number=12.0)
+    image = rendered(ctx, scene, 4096, bounces=2)
+    assert not np.delete(image, band, axis=2).any()
+    assert_mean(np.repeat(image[..., band : band + 1], 3, axis=2), passed, 0.02)
+
+
+def test_dispersion_favours_no_colour(ctx):
+    """Glass vanishes in a white furnace."""
+    glass = Material(model="dielectric", roughness=0.0, abbe_number=15.0)
+    view = Camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0), fov_degrees=20.0)
+    scene = Scene(view, {"glass": glass}, spheres=[Sphere((0.0, 0.0, 0.0), 1.0, "glass")], ambient=Ambient(1.0))
+    assert_mean(rendered(ctx, scene, 1024, **PATHS), 1.0, 0.01)
+
+
+def test_a_surface_of_water_without_an_end_refracts(ctx):
+    """A plane whose back is under water, with the camera there: what lies beyond the critical angle is mirrored."""
+    for degrees, expected in ((30.0, None), (60.0, 0.0)):
+        tilt = np.radians(degrees)
+        eye = (np.sin(tilt), -np.cos(tilt), 0.0)
+        water = Material(model="dielectric", roughness=0.0, ior=1.33)
+        scene = Scene(
+            stare((0.0, 0.0, 0.0), eye),
+            {"water": water, "black": lambert(0.0)},
+            planes=[
+                Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), "water"),
+                Plane((0.0, -2.0, 0.0), (0.0, 1.0, 0.0), "black"),
+            ],
+            ambient=Ambient(1.0),
+        )
+        image = rendered(ctx, scene, 1024, bounces=4)
+        if expected is not None:
+            assert not image.any()
+        else:
+            sine = 1.33 * np.sin(tilt)
+            one, two = tilt, np.arcsin(sine)
+            s, p = np.sin(one - two) / np.sin(one + two), np.tan(one - two) / np.tan(one + two)
+            assert_mean(image, 1.33**2 * (1 - (s**2 + p**2) / 2), 0.01)
+
+
+@pytest.mark.parametrize("ior", [1.3, 1.5, 2.0])
+def test_white_plastic_reflects_everything(ctx, ior):
+    """Light that the coat reflects back to a white base is scattered again, until all has left."""
+    plastic = Material(model="plastic", albedo=1.0, ior=ior)
+    view = Camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0), fov_degrees=30.0)
+    scene = Scene(view, {"plastic": plastic}, spheres=[Sphere((0.0, 0.0, 0.0), 1.0, "plastic")], ambient=Ambient(1.0))
+    assert_mean(rendered(ctx, scene, 256, **PATHS), 1.0, 0.002)
+
+
+SPHERES = """
+[[sphere]]
+center = [0, 0, 0]
+radius = 1
+material = "glass"
+[[sphere]]
+center = [0, 0, 1.5]
+radius = 1
+material = "water"
+[material.water]
+model = "dielectric"
+"""
+MISTAKES = {
+    "ior = 0": "material.glass.ior: must be at least 1, got 0",
+    "metallic = 1": "material.glass: metallic means nothing to model = 'dielectric'; leave it out; its keys are "
+    "roughness, ior, transmittance, attenuation_color, attenuation_distance, abbe_number, priority",
+    "attenuation_color = 0": "material.glass.attenuation_color: must be greater than 0",
+    "attenuation_distance = 0": "material.glass.attenuation_distance: must be greater",
+    "": "material.water.priority: shapes of 'glass' and 'water' may overlap, and both have the priority 0; give the "
+    "one that fills what is common to both a higher priority",
+}
+
+
+@pytest.mark.parametrize("text", MISTAKES)
+def test_mistakes_are_named(text):
+    with pytest.raises(SceneError) as raised:
+        parse(f'{SPHERES}[material.glass]\nmodel = "dielectric"\n{text}', "x.toml")
+    assert f"x.toml: {MISTAKES[text]}" in str(raised.value)
