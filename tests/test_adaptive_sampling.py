@@ -10,7 +10,15 @@ from numpy.typing import NDArray
 from fragtracer.apps.compare.relative_error import relative_weight
 from fragtracer.io.toml import load
 from fragtracer.renderer import Renderer
-from fragtracer.sampling.allocation import FIRST_STAGE, Plan, Stages, block_order, stage_samples, work_list
+from fragtracer.sampling.allocation import (
+    FIRST_STAGE,
+    ITEM_SAMPLES,
+    Plan,
+    Stages,
+    block_order,
+    stage_samples,
+    work_list,
+)
 from fragtracer.sampling.pixels import Pixels
 
 Floats = NDArray[np.float64]
@@ -22,9 +30,9 @@ def test_a_plan_has_the_samples_of_its_stage(stage: int) -> None:
     rng = np.random.default_rng(stage)
     deviation = rng.exponential(size=(20, 30)) ** 3
     plan = Plan(stage, deviation)
-    assert plan.items.sum() * plan.item_samples == stage_samples(stage) * deviation.size
+    assert plan.items.sum() * ITEM_SAMPLES == stage_samples(stage) * deviation.size
     least = plan.items.min()
-    assert least * plan.item_samples >= stage_samples(stage) / 8
+    assert least * ITEM_SAMPLES >= stage_samples(stage) / 8
     free = plan.items - least
     np.testing.assert_allclose(free, deviation.ravel() * free.sum() / deviation.sum(), atol=1.001)
     passes = np.stack([plan.items_of_pass(i) for i in range(plan.passes)])
@@ -62,7 +70,7 @@ def _simulated(stages: int, draw: Callable[[Floats], Pixels], height: int, width
         weighted += (pixels.mean[..., 0] - weighted) * count / samples
         finished = finished.with_stage(pixels, stage_samples(stage))
         plan = Plan(stage + 1, finished.deviation())
-        count = (plan.items * plan.item_samples).reshape(height, width).astype(float)
+        count = (plan.items * ITEM_SAMPLES).reshape(height, width).astype(float)
     return finished.mean[..., 0], weighted
 
 
@@ -105,7 +113,7 @@ def test_bits_do_not_depend_on_passes_and_draws(ctx, monkeypatch) -> None:
             np.testing.assert_array_equal(one, another)
     samples = pictures[0][2]
     assert samples.mean() == pytest.approx(100, rel=1e-3)
-    assert samples.min() >= FIRST_STAGE + 8
+    assert samples.min() >= FIRST_STAGE + ITEM_SAMPLES
     assert samples.max() > 3 * samples.min()
 
 

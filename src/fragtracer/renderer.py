@@ -94,7 +94,7 @@ class Renderer:
     def sample(self, spp: int = 1, on_band: Callable[[float], None] | None = None) -> None:
         """Add ``spp`` samples per pixel; ``on_band`` hears how many there are so far.
 
-        Adaptive sampling spreads them unevenly, after the first 16, where at least 16 are asked for at once.
+        Adaptive sampling spreads them unevenly, after the first 32, where at least 16 are asked for at once.
         """
         target = self.spp + spp
         while self.spp < target:

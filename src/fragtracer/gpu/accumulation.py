@@ -12,7 +12,16 @@ from fragtracer.gpu.film import Film, read_pixels
 from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.gpu.tracer import Tracer
 from fragtracer.resources import folder
-from fragtracer.sampling.allocation import FIRST_STAGE, MOST_STAGES, Plan, Stages, WorkList, block_order, work_list
+from fragtracer.sampling.allocation import (
+    FIRST_STAGE,
+    ITEM_SAMPLES,
+    MOST_STAGES,
+    Plan,
+    Stages,
+    WorkList,
+    block_order,
+    work_list,
+)
 from fragtracer.sampling.pixels import Pixels
 
 _MOST_ITEMS = 1 << 20  # of a list that is drawn at once, so that memory stays bounded
@@ -72,8 +81,8 @@ class Accumulation:
             yield from tracer.bands(self._film, self.pass_rays, budget)
             self._sampled += self.pass_rays
         else:
-            self.pass_rays = min(self._plan.item_samples, most)
-            is_planned = self.pass_rays == self._plan.item_samples
+            self.pass_rays = min(ITEM_SAMPLES, most)
+            is_planned = self.pass_rays == ITEM_SAMPLES
             items = self._plan.items_of_pass(self._passes) if is_planned else np.ones_like(self._sampled)
             yield from self._draw(tracer, items, budget)
             self._passes += is_planned
@@ -219,8 +228,8 @@ class _StageTextures:
         """Add the sampled items to the film of this stage, whose weight in the picture is ``weight``."""
         width, height = self._size
         items = np.zeros((width * height, 2), np.uint32)
-        pixels, first, count = np.unique(work.pixels, return_index=True, return_counts=True)
-        items[pixels, 0], items[pixels, 1] = first, count
+        first = np.flatnonzero(np.diff(work.pixels, prepend=-1))
+        items[work.pixels[first]] = np.stack([first, np.diff(first, append=len(work.pixels))], axis=1)
         self._items.write(np.ascontiguousarray(items.reshape(height, width, 2)[::-1]).tobytes())
         picture, *_ = self.textures
         framebuffer = self._ctx.framebuffer([*film.back_textures, picture])

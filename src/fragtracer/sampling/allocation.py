@@ -19,11 +19,11 @@ from fragtracer.sampling.pixels import Pixels, around, bright
 Floats = NDArray[np.float64]
 Counts = NDArray[np.int64]
 
-FIRST_STAGE = 16  # samples per pixel
+FIRST_STAGE = 32  # samples per pixel
+ITEM_SAMPLES = 16  # of an item of work
 MOST_STAGES = 32  # that have streams of random numbers of their own (shaders/sampler/stream.glsl)
 _LEAST_SHARE = 8  # of the mean number of samples that every pixel gets: an eighth
 _MOST_SHARE = 64  # times the mean that a pixel gets
-_ITEM = (8, 16)  # samples of an item of work, at least and at most
 _SMOOTH = 5  # pixels, a side of the square over which the variance is averaged
 _BLOCK = 4  # pixels, a side of what is shaded together
 
@@ -90,7 +90,7 @@ class Stages:
 
 
 class Plan:
-    """Where the samples of stage ``stage`` go, in items of :attr:`item_samples` samples of one pixel each.
+    """Where the samples of stage ``stage`` go, in items of :data:`ITEM_SAMPLES` samples of one pixel each.
 
     Passes have as many items as there are pixels, nearly; the first has one of each pixel, so that every pixel has its
     share of an unfinished stage. ``deviation`` (height, width) is that of :meth:`Stages.deviation`.
@@ -98,9 +98,8 @@ class Plan:
 
     def __init__(self, stage: int, deviation: Floats) -> None:
         samples = stage_samples(stage)
-        self.item_samples = int(np.clip(samples // _LEAST_SHARE, *_ITEM))
-        self.passes = samples // self.item_samples
-        least = max(1, samples // _LEAST_SHARE // self.item_samples)
+        self.passes = samples // ITEM_SAMPLES
+        least = max(1, self.passes // _LEAST_SHARE)
         rest = (self.passes - least) * deviation.size
         wanted = (
             deviation.ravel() * (rest / deviation.sum())

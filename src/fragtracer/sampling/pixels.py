@@ -70,7 +70,7 @@ def bright(image: Floats) -> NDArray[np.float64]:
 
 def around(values: NDArray[np.float64], side: int) -> NDArray[np.float64]:
     """The mean over the square of ``side`` pixels around each; the first two axes are height and width."""
-    for axis in (0, 1):
-        padded = np.pad(values, [(side // 2,) * 2 if i == axis else (0, 0) for i in range(values.ndim)], mode="edge")
-        values = np.asarray(sum(padded.take(range(k, k + values.shape[axis]), axis) for k in range(side))) / side
-    return values
+    height, width = values.shape[:2]
+    padded = np.pad(values, [(side // 2,) * 2] * 2 + [(0, 0)] * (values.ndim - 2), mode="edge")
+    rows = np.asarray(sum(padded[k : k + height] for k in range(side)))
+    return np.asarray(sum(rows[:, k : k + width] for k in range(side))) / side**2

@@ -4,6 +4,7 @@
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from fragtracer.apps.bench.plan import Benchmark, Plan, Progress, steps
 from fragtracer.apps.bench.statistics import median
 from fragtracer.apps.bench.tables import Column, Row, Table
 from fragtracer.apps.bench.variants import NO_PATH_REGENERATION, ONE_BSDF_EVALUATION, Edit
+from fragtracer.io.toml import bundled
 from fragtracer.scene import Scene
 
 
@@ -44,6 +46,12 @@ VARIANTS = (
     Variant("geometry term schlick-beckmann, not smith", {"geometry": "schlick-beckmann"}),
     Variant("geometry term karis, not smith", {"geometry": "karis"}),
 )
+_EVEN = {"adaptive": False, "guiding": "off"}
+WHERE_SAMPLES_GO = (
+    Variant("even, unguided", _EVEN),
+    Variant("adaptive, unguided", {"guiding": "off"}),
+    Variant("even, guided", {"adaptive": False}),
+)
 _SCENES = ("three-spheres", "cornell-box")
 _SIZE = (256, 256)
 _BOUNCES = 5
@@ -52,9 +60,9 @@ _SECONDS = 1.0
 _REFERENCE_TIME = 8.0  # for each of its two images, in units of the time of a run
 
 
-def table(plan: Plan) -> Table:
+def _table(name: str, plan: Plan) -> Table:
     return Table(
-        "ablations",
+        name,
         "Variants against the default",
         (
             Column("scene", "scene"),
@@ -76,8 +84,8 @@ def table(plan: Plan) -> Table:
     )
 
 
-def run(plan: Plan, result: Table, progress: Progress) -> None:
-    places = [(name, variant) for name in plan.scenes or _SCENES for variant in VARIANTS]
+def _run(variants: Sequence[Variant], scenes: Sequence[str], plan: Plan, result: Table, progress: Progress) -> None:
+    places = [(name, variant) for name in plan.scenes or scenes for variant in variants]
     references: dict[tuple[str, int], Reference] = {}
     for place, part in steps(progress, [f"{name}, {variant.name}" for name, variant in places]):
         name, variant = places[place]
@@ -125,4 +133,5 @@ def _bias(images: list[Image], reference: Reference) -> float | None:
     return reference.relative_bias(np.mean(images[:half], axis=0), np.mean(images[half:], axis=0))
 
 
-BENCHMARK = Benchmark(table, run)
+BENCHMARK = Benchmark(partial(_table, "ablations"), partial(_run, VARIANTS, _SCENES))
+SAMPLING = Benchmark(partial(_table, "sampling"), partial(_run, WHERE_SAMPLES_GO, tuple(bundled())))

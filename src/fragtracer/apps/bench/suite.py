@@ -26,6 +26,7 @@ BENCHMARKS: dict[str, tuple[Benchmark, ...]] = {
     "speed": (speed.BENCHMARK,),
     "error": (convergence.BENCHMARK,),
     "ablations": (ablations.BENCHMARK,),
+    "sampling": (ablations.SAMPLING,),
     "scaling": (scaling.BENCHMARK, shapes.BENCHMARK),
     "lights": (lights.BENCHMARK,),
     "meshes": (meshes.BENCHMARK,),

@@ -17,7 +17,19 @@ if TYPE_CHECKING:
     from fragtracer.apps.bench.tables import Results
 
 # Of bench/suite.py, which is slow to import.
-NAMES = ("sweep", "speed", "error", "ablations", "scaling", "lights", "meshes", "spheres", "memory", "environment")
+NAMES = (
+    "sweep",
+    "speed",
+    "error",
+    "ablations",
+    "sampling",
+    "scaling",
+    "lights",
+    "meshes",
+    "spheres",
+    "memory",
+    "environment",
+)
 
 
 def bench(
