@@ -24,7 +24,7 @@ uniform highp sampler2D u_photon_targets;  // centre and radius of a bounding sp
 const float FOCUS = 2.0;   // times the density of a cosine lobe: from there on scattering is narrow
 const int MOST_HOPS = 8;
 
-vec4 photon_sample(ivec2 photon, int dimension, out float u) { return sampler_vec4(photon, 0u, dimension, u); }
+vec4 photon_random(ivec2 photon, int dimension, out float u) { return sampler_vec4(photon, 0u, dimension, u); }
 
 Ray photon_chord(vec4 target, vec4 u, float place) {
     Frame frame = frame_from_normal(square_to_uniform_sphere(u.xy));
@@ -51,8 +51,8 @@ void main() {
     out_receiver = vec4(0.0);
     out_source = vec4(0.0);
     float survival;
-    vec4 u = photon_sample(photon, 0, survival);
-    vec4 v = photon_sample(photon, 1, survival);
+    vec4 u = photon_random(photon, 0, survival);
+    vec4 v = photon_random(photon, 1, survival);
     uint seed = hash_uint(floatBitsToUint(survival));
 
     Ray ray = photon_chord(target, u, v.x);
@@ -70,7 +70,7 @@ void main() {
     int hop = 0;
     bool is_received = false;
     do {
-        u = photon_sample(photon, 2 + hop, survival);
+        u = photon_random(photon, 2 + hop, survival);
         BsdfSample scattered = bsdf_sample(vertex.bsdf, vertex.wo, u.xy);
         bool is_narrow = bsdf_is_delta(scattered) || scattered.pdf > FOCUS * INVERSE_PI * abs(scattered.wi.z);
         flux *= is_narrow ? luminance(scattered.weight) * vertex_shading_factor(vertex, scattered.wi) * square(scattered.eta) : 0.0;
@@ -89,6 +89,6 @@ void main() {
     } while (flux > 0.0 && !is_received && hop < MOST_HOPS);
     if (flux <= 0.0 || !is_received) return;
     out_receiver = vec4(surface.position, hop > 1 ? -flux : flux);
-    u = photon_sample(photon, 2 + MOST_HOPS, survival);
+    u = photon_random(photon, 2 + MOST_HOPS, survival);
     out_source = vec4(ray.origin, photon_indirect(vertex, u, seed));
 }

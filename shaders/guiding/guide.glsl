@@ -60,7 +60,7 @@ vec3 guide_sample(Guide guide, vec2 u) {
 // As bsdf_sample(), with the weight of the mixture. The density is that by which direct light is weighed: of the BSDF
 // alone, times the probability of choosing it; the weights of two techniques are a partition of unity whatever draws the
 // directions of the second.
-BsdfSample guided_sample(Guide guide, Frame frame, Bsdf bsdf, vec3 wo, vec2 u) {
+BsdfSample guide_scatter(Guide guide, Frame frame, Bsdf bsdf, vec3 wo, vec2 u) {
     bool is_guided = u.x < guide.sum;
     vec3 direction = guide_sample(guide, u);
     if (!is_guided) u.x = min((u.x - guide.sum) / (1.0 - guide.sum), ONE_MINUS_EPSILON);

@@ -80,7 +80,7 @@ float vertex_odds(Vertex vertex, BsdfSample s) {
 // The next direction, as bsdf_sample() gives it.
 BsdfSample vertex_scatter(Vertex vertex, vec2 u) {
 #if HAS_GUIDING
-    return guided_sample(vertex.guide, vertex.frame, vertex.bsdf, vertex.wo, u);
+    return guide_scatter(vertex.guide, vertex.frame, vertex.bsdf, vertex.wo, u);
 #else
     return bsdf_sample(vertex.bsdf, vertex.wo, u);
 #endif

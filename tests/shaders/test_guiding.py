@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""guiding/: what guided_sample() draws, and its density, against the same lobes in float64."""
+"""guiding/: what guide_scatter() draws, and its density, against the same lobes in float64."""
 
 from typing import Any
 
@@ -87,7 +87,7 @@ def test_directions_have_the_density_of_the_mixture(ctx: moderngl.Context, name:
         Frame frame = frame_from_normal(normal);
         Bsdf bsdf = Bsdf(BSDF_COOK_TORRANCE, vec3({ALBEDO}), 0.25, vec3(0.0), vec3(0.0));
         Guide guide = guide_at(place, frame, bsdf, true);
-        BsdfSample s = guided_sample(guide, frame, bsdf, vec3(0.0, 0.0, 1.0), u);
+        BsdfSample s = guide_scatter(guide, frame, bsdf, vec3(0.0, 0.0, 1.0), u);
         wi = frame_to_world(frame, s.wi); weight = s.weight.x; sums = vec2(s.pdf, guide.sum);"""
     found: dict[str, Any] = scene_probe(
         ctx, packed, ["guiding/guide.glsl"], body, inputs, {"wi": 3, "weight": 1, "sums": 2}

@@ -14,10 +14,10 @@ Ints = NDArray[np.int64]
 LOBES = 4  # of a cell, GUIDING_LOBES of the shader
 _COARSE = 24  # cells along the longest edge of the grid
 _EDGES = (1, 2, 4, 8, 16)  # cells along an edge of a coarse one
-_PHOTONS = 100  # that a fine cell should have, where a surface passes through it
+_PHOTONS = 25  # that a fine cell should have, where a surface passes through it
 _LEAST = 3  # of a lobe
-_INHERITED = 0.3
-_OUTLIERS = 0.01  # of the flux at either end of each axis, which the grid leaves out
+_INHERITED = 0.3  # of the flux of the coarse cell goes to a fine one that has no photons for a lobe
+_OUTLIERS = 0.05  # of the flux at either end of each axis, which the grid leaves out
 _GAIN = 3.0  # by which a lobe counts more than the same irradiance from all around: it has more of the variance
 
 

@@ -14,7 +14,9 @@ _MOST = 4096  # with more, neighbours in the scene's order share one
 def targets_of(scene: Scene) -> Floats:
     """Centres and radii (n, 4) of bounding spheres, in metres. Where the radius is below 0, the surface is not all
     outside: chords then begin anywhere within."""
-    spheres = np.array([(*s.center, s.radius) for s in scene.spheres], np.float64).reshape(-1, 4)
+    # A sphere that emits may be a sun, far away: it would take the precision from what it shines on.
+    dark = [s for s in scene.spheres if not scene.materials[s.material].is_emissive]
+    spheres = np.array([(*s.center, s.radius) for s in dark], np.float64).reshape(-1, 4)
     boxes = [s.bounds for kind in SHAPES if kind != "planes" for s in getattr(scene, kind) if not isinstance(s, Sphere)]
     corners = [np.array(box, np.float64) for box in boxes]
     corners += [part for mesh in scene.meshes for part in mesh.box_corners().reshape(-1, 8, 3)]
