@@ -83,18 +83,22 @@ def settings_of(values: Mapping[str, list[int | str]]) -> Iterator[dict[str, int
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_other_programs_are_valid(tmp_path: Path, language: str) -> None:
-    """Those that show the image, with every value of each of their features, those of maps, the vertex shader."""
+    """Those that show the image, with each value of each of their features, of maps, of the film; the vertex shader."""
     shown = sorted(path.relative_to(SHADERS).as_posix() for path in SHADERS.glob("display/*.frag"))
     assert {"display/display.frag", "display/bloom.frag", "display/meter.frag"} <= set(shown)
     for program in shown:
         settings = settings_of(values_of(program))
         validate(tmp_path, (compose(program, s, SHADERS, language=language).text for s in settings))
-    maps = sorted(path.relative_to(SHADERS).as_posix() for path in SHADERS.glob("split_sum/*.frag"))
-    assert maps
-    validate(tmp_path, [compose(path, {}, SHADERS, language=language).text for path in maps])
+    others = [
+        path.relative_to(SHADERS).as_posix()
+        for room in ("split_sum", "film")
+        for path in SHADERS.glob(f"{room}/*.frag")
+    ]
+    assert len(others) > 1
+    validate(tmp_path, [compose(path, {}, SHADERS, language=language).text for path in others])
     validate(tmp_path, [compose("fullscreen.vert", {}, SHADERS, language=language).text], "vert")
     tops = {path.relative_to(SHADERS).as_posix() for path in SHADERS.rglob("*.frag")}
-    assert tops == {*shown, *maps, *PROGRAMS}, "some program is in no test"
+    assert tops == {*shown, *others, *PROGRAMS}, "some program is in no test"
 
 
 def test_every_file_is_valid_by_itself(tmp_path: Path) -> None:

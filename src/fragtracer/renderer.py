@@ -296,5 +296,7 @@ def render(
 
     ``size``, ``spp`` and ``settings`` take the place of the scene's own values; see :class:`Renderer`.
     """
+    if spp is not None:
+        settings["spp"] = spp
     with Renderer(scene, size, **settings) as renderer:
-        return renderer.render(spp)
+        return renderer.render()

@@ -85,7 +85,7 @@ def test_directions_have_the_density_of_the_mixture(ctx: moderngl.Context, name:
     inputs["normal"] = np.repeat(normals, DRAWS, axis=0)
     body = f"""
         Frame frame = frame_from_normal(normal);
-        Bsdf bsdf = Bsdf(BSDF_COOK_TORRANCE, vec3({ALBEDO}), 0.25, vec3(0.0), vec3(0.0));
+        Bsdf bsdf = bsdf_of(BSDF_COOK_TORRANCE, vec3({ALBEDO}), 0.25, vec3(0.0), vec3(0.0));
         Guide guide = guide_at(place, frame, bsdf, true);
         BsdfSample s = guide_scatter(guide, frame, bsdf, vec3(0.0, 0.0, 1.0), u);
         wi = frame_to_world(frame, s.wi); weight = s.weight.x; sums = vec2(s.pdf, guide.sum);"""

@@ -15,6 +15,7 @@ from fragtracer.guiding.guide import VERSION, Guide, learn, packed_digest
 from fragtracer.packing import PackedScene, pack
 from fragtracer.scene import Camera, Material, RenderSettings, Scene
 
+_LEAST_SAMPLES = 2**24  # of a picture; to trace them takes about as long as to learn
 _LEAST_BOUNCES = 2  # light that reaches a surface over another takes so many
 _WIDEST = 0.5  # GGX width of a lobe that may be narrow somewhere
 _COST = 1.5  # of a guided sample over another (docs/sampling.md)
@@ -39,6 +40,8 @@ def decide(ctx: Any, scene: Scene, settings: RenderSettings) -> Decision:
         return Decision(None, "off: as asked for")
     if settings.integrator != "path":
         return Decision(None, f"off: the integrator is {settings.integrator}")
+    if settings.guiding == "auto" and settings.spp * settings.width * settings.height < _LEAST_SAMPLES:
+        return Decision(None, f"off: to trace the {settings.spp} samples per pixel takes less time than to learn")
     if settings.bounces < _LEAST_BOUNCES:
         return Decision(None, "off: paths of one bounce meet no light that others reflect")
     nothing = Decision(None, "off: no surface reflects light narrowly onto another")
@@ -57,7 +60,7 @@ def decide(ctx: Any, scene: Scene, settings: RenderSettings) -> Decision:
 
 def decides(settings: RenderSettings) -> RenderSettings:
     """``settings`` without what makes no difference to the decision."""
-    return replace(settings, seed=0, spp=1, rays=1)
+    return replace(settings, seed=0, rays=1)
 
 
 def same_light(one: Scene, other: Scene) -> bool:

@@ -63,7 +63,7 @@ NO_PATH_REGENERATION = (
         "        bool goes_on;\n"
         "        do {\n",
     ),
-    Edit(_PATH, "scatters ? dimension_vertex(path.depth) : dimension_camera()", "dimension_vertex(path.depth)"),
+    Edit(_PATH, "scatters ? dimension_vertex(vertex_number) : dimension_camera()", "dimension_vertex(vertex_number)"),
     Edit(
         _PATH,
         "        if (!scatters) path = path_begin(pixel, u);\n    } while (number < end);\n",

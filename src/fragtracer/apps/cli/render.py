@@ -71,6 +71,7 @@ def render(
         "light_samples": light_samples,
         "adaptive": adaptive,
         "seed": seed,
+        "spp": spp,
         "russian_roulette": russian_roulette,
         "geometry": geometry,
         "multiple_scattering": multiple_scattering,
