@@ -243,7 +243,7 @@ class Renderer:
 
     def _packed(self) -> PackedScene:
         packed = pack(self.scene, self.settings, self.settings.width, self.settings.height, self._most_listed)
-        return self._decision().applied(packed)
+        return self._decision().applied(packed) if self._name is None else packed
 
     def _decision(self) -> Decision:
         """Whether this scene is guided, decided anew only where something that matters has changed."""
