@@ -90,7 +90,9 @@ def work(settings: dict[str, Any]) -> None:
     import fragtracer
 
     scene = fragtracer.load(settings["scene"])
-    with fragtracer.Renderer(scene, tuple(settings["size"]), bounces=settings["bounces"]) as renderer:
+    # As many samples in each pixel, and paths alike, in the versions that know of anything else.
+    evenly = {k: v for k, v in {"adaptive": False, "guiding": "off"}.items() if hasattr(scene.render, k)}
+    with fragtracer.Renderer(scene, tuple(settings["size"]), bounces=settings["bounces"], **evenly) as renderer:
         step = renderer.settings.rays
         renderer.sample(step)
         print(json.dumps({"package": str(Path(fragtracer.__file__).resolve())}), flush=True)
