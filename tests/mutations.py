@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import test_adaptive_sampling
+import test_convergence
 import test_cube_maps
 import test_dielectrics
 import test_direct_light
@@ -118,6 +120,8 @@ BUMPS = Check(test_textured.test_light_on_a_leaning_normal, x=0.3, y=0.0, scale=
 WINDOW = Check(test_display.test_window_and_files_show_the_same, size=(33, 70), look=1)
 PLASTIC, GOLD = (values("cook-torrance SMITH", material) for material in ("plastic", "gold"))
 STUDIO = Check(comparison_with_mitsuba)
+ITEMS = Check(test_adaptive_sampling.test_items_are_samples_of_their_pixels)
+STANDARD_ERROR = Check(test_convergence.test_standard_error_is_true, sampler="texture")
 FURNACE = Check(test_furnace.test_closed_furnace, albedo=test_furnace.ALBEDOS[0], estimator="bsdf", kind="rectangles")
 FURNACE_WITHOUT_NOISE = Check(
     test_furnace.test_furnace_has_no_noise_without_light_sampling, bounces=4, kind="rectangles", most_listed=64
@@ -261,6 +265,34 @@ MUTATIONS = [
         "        film.non_finite += 1.0;\n",
         "",
         Check(samples_that_are_not_finite_are_counted),
+    ),
+    Mutation(
+        "two streams of the same numbers",
+        "sampler/stream.glsl",
+        "return stream * SAMPLER_STREAM_SAMPLES + number",
+        "return number",
+        STANDARD_ERROR,
+    ),
+    Mutation(
+        "items of a pixel with the same samples",
+        "film/work.glsl",
+        "ivec2(item.x & 0xffffu, item.x >> 16u), item.y)",
+        "ivec2(item.x & 0xffffu, item.x >> 16u), 0u)",
+        ITEMS,
+    ),
+    Mutation(
+        "the first item of a pixel taken for all",
+        "film/gather.frag",
+        "gather_item(int(items.x + i))",
+        "gather_item(int(items.x))",
+        ITEMS,
+    ),
+    Mutation(
+        "films merged without the difference of their means",
+        "film/film.glsl",
+        " + delta * delta * (1.0 - share)) * share;",
+        ") * share;",
+        Check(test_film.test_merged_films_are_one),
     ),
     Mutation(
         "no jitter in the pixel",

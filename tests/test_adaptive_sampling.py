@@ -8,6 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from fragtracer.apps.compare.relative_error import relative_weight
+from fragtracer.gpu.film import Film
 from fragtracer.io.toml import load
 from fragtracer.renderer import Renderer
 from fragtracer.sampling.allocation import (
@@ -115,6 +116,28 @@ def test_bits_do_not_depend_on_passes_and_draws(ctx, monkeypatch) -> None:
     assert samples.mean() == pytest.approx(100, rel=1e-3)
     assert samples.min() >= FIRST_STAGE + ITEM_SAMPLES
     assert samples.max() > 3 * samples.min()
+
+
+def test_items_are_samples_of_their_pixels(ctx) -> None:
+    """The film of a stage is that of a plain one with as many samples of the same streams, in each pixel."""
+    with Renderer(load("three-spheres"), (50, 30), context=ctx, guiding="off") as renderer:
+        renderer.sample(128)
+        stage = renderer._film._film
+        found, plain = stage.read(), Film(ctx, 50, 30)
+        plain.stage = stage.stage
+        counts = found.mean[..., 3]
+        assert len(np.unique(counts)) > 3
+        seen = np.zeros(counts.shape, bool)
+        while plain.samples < counts.max():
+            for _ in renderer._tracer.bands(plain, ITEM_SAMPLES):
+                pass
+            drawn, here = plain.read(), counts == plain.samples
+            for one, other in ((found.mean, drawn.mean), (found.variance, drawn.variance)):
+                np.testing.assert_allclose(one[here], other[here], rtol=1e-4, atol=1e-6)
+            np.testing.assert_allclose(found.half_difference[here], drawn.half_difference[here], atol=1e-5)
+            seen |= here
+        plain.release()
+    assert seen.all()
 
 
 def _errors(ctx, name: str, spp: int, seeds: int, adaptive: bool) -> tuple[Floats, Floats]:

@@ -111,8 +111,7 @@ HALF_SHADE_RADIANCE = 0.5 / np.pi * 100 / (4 * np.pi * 4**2) / 2  # albedo / pi 
 
 @pytest.mark.parametrize("sampler", ["texture", "hash"])
 def test_standard_error_is_true(ctx, sampler):
-    """Deviations from the true value, in standard errors, have variance 1 with independent samples;
-    with the stratified ones of the texture the standard error is an upper bound."""
+    """Deviations from the true value, in standard errors, have variance 1, however stratified the samples are."""
     settings = {"bounces": 1, "estimator": "nee", "sampler": sampler}
     with Renderer(HALF_SHADE, (80, 80), context=ctx, **settings) as renderer:
         renderer.sample(256)
@@ -120,23 +119,21 @@ def test_standard_error_is_true(ctx, sampler):
         mean = float(renderer.image().mean(dtype=np.float64))
         assert renderer.relative_error() == pytest.approx(error.mean() / mean, rel=1e-3)
     z = (image - HALF_SHADE_RADIANCE) / error
-    if sampler == "texture":
-        assert np.square(z).mean() < 0.5
-    else:
-        # The mean square of 6400 such numbers is known to 1.8 %.
-        assert np.square(z).mean() == pytest.approx(1, abs=0.07)
+    # The mean square of 6400 such numbers is known to 1.8 %; the factor for stratification adds as much.
+    assert np.square(z).mean() == pytest.approx(1, abs=0.07)
+    if sampler == "hash":
         assert np.mean(np.abs(z) < 1.96) == pytest.approx(0.95, abs=0.015)
 
 
 @pytest.mark.slow
 def test_standard_error_is_true_in_a_picture(ctx):
-    """The same against a long reference, whose own error is ten times less."""
+    """Within a fifth, against a long reference, whose own error is ten times less."""
     reference = runs(ctx, "three-spheres", "texture").images[:, -1].mean(0)
-    for sampler, lower, upper in (("hash", 0.75, 1.3), ("texture", 0.0, 0.6)):
+    for sampler in ("hash", "texture"):
         images, errors = (stack[:, COUNTS.index(1024)] for stack in runs(ctx, "three-spheres", sampler))
         noisy = errors > 0  # but the black sky
         assert noisy.mean() > 0.7
-        assert lower < np.square(((images - reference)[noisy]) / errors[noisy]).mean() < upper
+        assert 1 / 1.2**2 < np.square(((images - reference)[noisy]) / errors[noisy]).mean() < 1 / 0.8**2
 
 
 def test_standard_error_of_few_samples(ctx):

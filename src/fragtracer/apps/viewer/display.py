@@ -29,6 +29,8 @@ _VIEWS: dict[str, str] = {
 AUXILIARY = ("normals", "depth", "albedo")  # views that the tracer renders in place of radiance
 _MEAN, _VARIANCE, _HELD, _OTHER, _BLOOM = range(5)  # texture units
 
+_MOST_SHOWN = 4.0  # times the mean number of samples, at the end of their scale
+
 Rectangle = tuple[int, int, int, int]  # left, bottom, width, height, in pixels of the window
 
 
@@ -121,7 +123,7 @@ class Display:
             self._bloom.draw(size, shown | {"HAS_OTHER": int(self.compares)}, picture, settings.bloom_threshold)
             self._bloom.result.use(_BLOOM)
         program = self._program(settings, film.size == place[2:], held is not None)
-        ranges = {"samples": max(spp, 1) * 1.25, "depth": settings.depth_range}
+        ranges = {"samples": max(spp, 1) * (_MOST_SHOWN if film.adaptive else 1.25), "depth": settings.depth_range}
         program.set(
             picture
             | {
