@@ -39,6 +39,7 @@ def edit(settings: RenderSettings) -> RenderSettings:
         new["multiple_scattering"] = smith and widgets.check("Multiple scatter", settings.multiple_scattering)
     if widgets.header("Sampling"):
         new["sampler"] = widgets.choice("Sampler", settings.sampler, SAMPLER)
+        new["adaptive"] = widgets.check("Adaptive", settings.adaptive)
         new["guiding"] = widgets.choice("Guiding", settings.guiding, GUIDING, "Send paths where photons found light.")
         new["pixel_filter"] = widgets.choice("Pixel filter", settings.pixel_filter, FILTER)
         new["seed"] = widgets.whole("Seed", settings.seed, 0, 9999)
