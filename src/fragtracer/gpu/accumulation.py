@@ -2,6 +2,7 @@
 """A picture in progress: passes of samples, everywhere alike or where the error is."""
 
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor, wait
 
 import moderngl
 import numpy as np
@@ -22,10 +23,12 @@ from fragtracer.sampling.allocation import (
     block_order,
     work_list,
 )
-from fragtracer.sampling.pixels import Pixels
+from fragtracer.sampling.pixels import Floats, Pixels
 
+_PLANNING_STEP = 0.005  # seconds after which one may do something else
 _MOST_ITEMS = 1 << 20  # of a list that is drawn at once, so that memory stays bounded
 _SPARE = 1.02  # a list may have so many more items than there are pixels
+_GATHERED = 100_000  # pixels in a draw that gathers
 _LIST_WIDTH, _BLOCK = 1024, 4  # items stand in blocks of 4 x 4 texels, as film/gather.frag reads them
 _UNITS = {
     name: unit
@@ -51,6 +54,7 @@ class Accumulation:
         self._ctx = ctx
         self._film = Film(ctx, width, height)
         self._stages: _StageTextures | None = None
+        self._planner = ThreadPoolExecutor(1)  # its thread begins with the first stage that is planned
         self.clear()
 
     def clear(self) -> None:
@@ -73,7 +77,7 @@ class Accumulation:
         It has ``rays`` samples per pixel, or as many as its stage has planned, but no more than ``most``, if given.
         """
         if self._stage_is_full:
-            self._begin_stage()
+            yield from self._begin_stage()
         most = 1 << 30 if most is None else most
         if self._plan is None:
             rays = min(rays, FIRST_STAGE - self._in_stage) if self.adaptive else rays
@@ -96,18 +100,22 @@ class Accumulation:
             return False
         return self._in_stage >= FIRST_STAGE if self._plan is None else self._passes == self._plan.passes
 
-    def _begin_stage(self) -> None:
-        self._finished = self._finished.with_stage(self._film.read(), self._in_stage)
+    def _begin_stage(self) -> Iterator[float]:
+        """Plan the next stage in a thread, so that a window goes on meanwhile; yields until that is done."""
+        stage = self._film.stage + 1
+        planning = self._planner.submit(_planned, self._finished, self._film.read(), self._in_stage, stage)
+        while not wait([planning], _PLANNING_STEP).done:
+            yield 0.0
+        self._finished, self._plan, shown = planning.result()
         self._sampled_before += self._sampled
         self._sampled[:] = 0
         self._in_stage = self._passes = 0
-        stage = self._film.stage + 1
         self._film.clear()
         self._film.stage = stage
-        self._plan = Plan(stage, self._finished.deviation())
         if self._stages is None:
             self._stages = _StageTextures(self._ctx, self.size)
-        self._stages.show(self._finished.pixels())
+        for _ in self._stages.show(shown):
+            yield 0.0
 
     def _draw(self, tracer: Tracer, items: NDArray[np.int64], budget: float | None) -> Iterator[float]:
         assert self._stages is not None
@@ -117,7 +125,8 @@ class Accumulation:
         for number, part in enumerate(lists):
             for share in self._stages.trace(tracer, part, self._film.stage, self.pass_rays, budget):
                 yield (number + share) / len(lists)
-            self._stages.gather(self._film, part, weight)
+            for _ in self._stages.gather(self._film, part, weight):
+                yield (number + 1) / len(lists)
 
     def read(self) -> Pixels:
         """The picture so far.
@@ -160,9 +169,21 @@ class Accumulation:
         return self._film.gpu_bytes + (self._stages.gpu_bytes if self._stages else 0)
 
     def release(self) -> None:
+        self._planner.shutdown(wait=False, cancel_futures=True)
         self._film.release()
         if self._stages is not None:
             self._stages.release()
+
+
+def _planned(finished: Stages, pixels: Pixels, weight: float, stage: int) -> tuple[Stages, Plan, list[Floats]]:
+    """All stages, with one more of ``pixels``, the plan of the next, and the texels of :meth:`_StageTextures.show`."""
+    together = finished.with_stage(pixels, weight)
+    shown = together.pixels()
+    height, width, _ = shown.mean.shape
+    block_order(width, height)  # remembered
+    half_difference = np.pad(shown.half_difference, [(0, 0), (0, 0), (0, 1)])
+    texels = [np.ascontiguousarray(image[::-1]) for image in (shown.mean, shown.variance, half_difference)]
+    return together, Plan(stage, together.deviation()), texels
 
 
 class _StageTextures:
@@ -199,12 +220,11 @@ class _StageTextures:
         """Items of a list that is drawn at once."""
         return self._list.size[0] * self._list.size[1]
 
-    def show(self, pixels: Pixels) -> None:
-        """Begin a stage after those that ``pixels`` are the picture of."""
-        half_difference = np.pad(pixels.half_difference, [(0, 0), (0, 0), (0, 1)])
-        values = (pixels.mean, pixels.mean, pixels.variance, half_difference)
-        for texture, value in zip((self._finished, *self.textures), values, strict=True):
-            texture.write(np.ascontiguousarray(value[::-1], np.float32).tobytes())
+    def show(self, texels: list[Floats]) -> Iterator[None]:
+        """Begin a stage after those whose picture is ``texels``, in the order of :class:`Pixels`; an upload a step."""
+        for texture, image in zip((self._finished, *self.textures), (texels[0], *texels), strict=True):
+            texture.write(image)
+            yield
 
     def trace(self, tracer: Tracer, work: WorkList, stage: int, rays: int, budget: float | None) -> Iterator[float]:
         """Sample the items of a list, ``rays`` times each."""
@@ -224,8 +244,9 @@ class _StageTextures:
         finally:
             texture.release()
 
-    def gather(self, film: Film, work: WorkList, weight: float) -> None:
-        """Add the sampled items to the film of this stage, whose weight in the picture is ``weight``."""
+    def gather(self, film: Film, work: WorkList, weight: float) -> Iterator[None]:
+        """Add the sampled items to the film of this stage, whose weight in the picture is ``weight``, a band of rows
+        at a time."""
         width, height = self._size
         items = np.zeros((width * height, 2), np.uint32)
         first = np.flatnonzero(np.diff(work.pixels, prepend=-1))
@@ -234,14 +255,20 @@ class _StageTextures:
         picture, *_ = self.textures
         framebuffer = self._ctx.framebuffer([*film.back_textures, picture])
         read = (*film.textures, self._items, *self._list.textures, self._finished)
-        for unit, texture in enumerate(read):
-            texture.use(unit)
-        framebuffer.use()
-        self._gather.set({"u_stage_weight": weight})
-        self._gather.draw()
-        self._ctx.finish()
-        self._ctx.detect_framebuffer(0).use()  # moderngl would bind the released one again
-        framebuffer.release()
+        rows = max(1, _GATHERED // width)
+        try:
+            for bottom in range(0, height, rows):
+                for unit, texture in enumerate(read):
+                    texture.use(unit)
+                framebuffer.use()
+                framebuffer.scissor = (0, bottom, width, min(rows, height - bottom))
+                self._gather.set({"u_stage_weight": weight})
+                self._gather.draw()
+                self._ctx.finish()
+                yield
+        finally:
+            self._ctx.detect_framebuffer(0).use()  # moderngl would bind the released one again
+            framebuffer.release()
         film.swap(0)
 
     def read_rows(self, bottom: int, rows: int) -> Pixels:

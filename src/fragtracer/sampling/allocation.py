@@ -10,6 +10,7 @@ Image Synthesis). docs/sampling.md has the proof.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -150,8 +151,11 @@ def work_list(items: Counts, sampled: Counts, item_samples: int, order: Counts) 
     return WorkList(pixels, sampled[pixels] + number_of_pixel * item_samples)
 
 
+@lru_cache(maxsize=2)
 def block_order(width: int, height: int) -> Counts:
     """The pixels of an image, (width * height,), block by block of 4 x 4, so that those shaded together are
     neighbours."""
     y, x = np.divmod(np.arange(width * height), width)
-    return np.lexsort((x, y, x // _BLOCK, y // _BLOCK))
+    order = np.lexsort((x, y, x // _BLOCK, y // _BLOCK))
+    order.setflags(write=False)
+    return order

@@ -40,7 +40,8 @@ class FakeFilm:
         height, width, _ = pixels.shape
         self.size = (width, height)
         rows = np.concatenate([pixels, np.ones((height, width, 1))], axis=2)[::-1].astype(np.float32)
-        self.textures = tuple(ctx.texture(self.size, 4, rows.tobytes(), dtype="f4") for _ in range(2))
+        self.textures = tuple(ctx.texture(self.size, 4, rows.tobytes(), dtype="f4") for _ in range(3))
+        self.adaptive = False
 
     def release(self) -> None:
         for texture in self.textures:
