@@ -102,7 +102,7 @@ def test_guiding_pays_for_caustics(ctx: Any, monkeypatch: pytest.MonkeyPatch) ->
     """The measurement says so, and the picture too: half of the variance at least."""
     monkeypatch.setattr("fragtracer.guiding.decision.cached", lambda kind, key, make: make())
     scene, settings = load("three-spheres"), {"size": (64, 36), "seeds": range(8), "spp": 256}
-    with Renderer(scene, (64, 36), context=ctx) as renderer:
+    with Renderer(scene, (64, 36), context=ctx, spp=8192) as renderer:
         assert renderer.metadata()["guiding_decision"].startswith("on: the variance falls by")
     variances = []
     for choice in ("on", "off"):
@@ -117,6 +117,7 @@ def test_guiding_pays_for_caustics(ctx: Any, monkeypatch: pytest.MonkeyPatch) ->
     [
         ({"guiding": "off"}, "as asked for"),
         ({"bounces": 1}, "one bounce"),
+        ({"spp": 64}, "less time than to learn"),
         ({"integrator": "split-sum"}, "split-sum"),
     ],
 )

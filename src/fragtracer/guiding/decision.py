@@ -40,13 +40,13 @@ def decide(ctx: Any, scene: Scene, settings: RenderSettings) -> Decision:
         return Decision(None, "off: as asked for")
     if settings.integrator != "path":
         return Decision(None, f"off: the integrator is {settings.integrator}")
-    if settings.guiding == "auto" and settings.spp * settings.width * settings.height < _LEAST_SAMPLES:
-        return Decision(None, f"off: to trace the {settings.spp} samples per pixel takes less time than to learn")
     if settings.bounces < _LEAST_BOUNCES:
         return Decision(None, "off: paths of one bounce meet no light that others reflect")
     nothing = Decision(None, "off: no surface reflects light narrowly onto another")
     if not any(_may_be_narrow(material) for material in scene.materials.values()):
         return nothing
+    if settings.guiding == "auto" and settings.spp * settings.width * settings.height < _LEAST_SAMPLES:
+        return Decision(None, f"off: to trace the {settings.spp} samples per pixel takes less time than to learn")
     guide = learn(ctx, scene)
     if guide is None:
         return nothing

@@ -37,6 +37,7 @@ def path_class(mi: Any, dr: Any) -> type:
             self.hides_emitters = bool(props.get("hide_emitters", False))
             self.null_transmission = bool(props.get("null_transmission", False))
             self.media = bool(props.get("media", False))
+            self.medium = None  # that the camera is in
 
         def prepare(self, sensor: Any, seed: Any = 0, spp: int = 0, aovs: Any = ()) -> Any:
             self.seed, self.medium = seed, sensor.get_medium()
