@@ -63,7 +63,9 @@ def render_ours(
     pictures: list[NDArray[np.float32]] = []
     non_finite, rendering = 0, 0.0
     begin = time.perf_counter()
-    with Renderer(scene, size, context, rays=min(each, scene.render.rays)) as renderer:
+    # Without guiding, as the reference: light that it alone finds, too rare for any batch of the other side, would show
+    # as a difference (docs/correctness.md).
+    with Renderer(scene, size, context, rays=min(each, scene.render.rays), guiding="off") as renderer:
         device = renderer.context_info["GL renderer"]
         for batch_seed in np.random.SeedSequence((seed, 0)).generate_state(batches):
             renderer.reset(seed=int(batch_seed))
