@@ -51,7 +51,7 @@ SIZE, BATCHES = (48, 36), 16
 SPP, SPP_OF_MESHES = 1024, 256
 # More where the noise would hide a difference of 1 %, fewer where that many already show it.
 OTHER_SPP = {
-    "caustic": 4096,
+    "caustic": 16384,
     "cornell-box": 2048,
     "furnace": 256,
     "knot": 1024,
