@@ -99,14 +99,23 @@ def test_a_rare_spike_biases_a_mean_by_counts_and_not_ours() -> None:
 
 
 def test_bits_do_not_depend_on_passes_and_draws(ctx, monkeypatch) -> None:
-    """Nor on the paths in a pass, the rows in a draw, or the items in a list."""
+    """Nor on the paths in a pass, the rows in a draw, the items in a list, or an interruption between two lists."""
+
+    def interrupt(spp: float) -> None:
+        if spp > 43:
+            raise KeyboardInterrupt
+
     scene, pictures = load("three-spheres"), []
     for rays, most_items, seconds in ((1, 1 << 20, None), (7, 1 << 12, 1e-9), (64, 1 << 20, None)):
         monkeypatch.setattr("fragtracer.gpu.accumulation._MOST_ITEMS", most_items)
         if seconds is not None:
             monkeypatch.setattr("fragtracer.gpu.tracer._SOFTWARE_DRAW_BUDGET", seconds)
         with Renderer(scene, (150, 40), context=ctx, rays=rays, bounces=3) as renderer:
-            renderer.sample(100)
+            if rays == 7:
+                with pytest.raises(KeyboardInterrupt):
+                    renderer.sample(100, interrupt)
+                assert renderer.spp == FIRST_STAGE
+            renderer.sample(100 - renderer.spp)
             pictures.append((renderer.image(), renderer.standard_error(), renderer.samples()))
             assert renderer.spp == 100
     for other in pictures[1:]:

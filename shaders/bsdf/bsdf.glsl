@@ -39,11 +39,7 @@ vec4 bsdf_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
 #endif
 #if HAS_EXACT_FRESNEL
     if (b.model == BSDF_DIELECTRIC) result = dielectric_eval_pdf(b, wo, wi);
-#endif
-#if HAS_EXACT_FRESNEL
     if (b.model == BSDF_CONDUCTOR) result = conductor_eval_pdf(b, wo, wi);
-#endif
-#if HAS_EXACT_FRESNEL
     if (b.model == BSDF_PLASTIC) result = plastic_eval_pdf(b, wo, wi);
 #endif
     return result;
@@ -71,11 +67,7 @@ BsdfSample bsdf_sample(Bsdf b, vec3 wo, vec2 u) {
 #if HAS_EXACT_FRESNEL
     if (b.model == BSDF_DIELECTRIC) s = dielectric_sample(b, wo, u);
     if (b.model == BSDF_THIN_DIELECTRIC) s = thin_dielectric_sample(b, wo, u);
-#endif
-#if HAS_EXACT_FRESNEL
     if (b.model == BSDF_CONDUCTOR) s = conductor_sample(b, wo, u);
-#endif
-#if HAS_EXACT_FRESNEL
     if (b.model == BSDF_PLASTIC) s = plastic_sample(b, wo, u);
 #endif
     return s;

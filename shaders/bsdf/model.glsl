@@ -9,8 +9,8 @@ struct Bsdf {
     vec3 f90;      // specular reflectance at grazing incidence
     float eta;     // of dielectrics and plastic: index of refraction beyond the surface over that on the side of wo
     vec3 transmittance;  // of dielectrics: colour of what passes
-    vec3 index;       // of conductors: index of refraction
-    vec3 extinction;  // of conductors: k, the imaginary part of the index
+    vec3 index;          // of conductors: index of refraction
+    vec3 extinction;     // of conductors: k, the imaginary part of the index
 };
 
 // One without parameters of dielectrics, conductors and plastic.

@@ -15,15 +15,11 @@ Bsdf material_bsdf(Material material, bool is_front) {
     Dielectric dielectric = dielectric_load(material.record);
     b.eta = is_front || b.model == BSDF_THIN_DIELECTRIC ? dielectric.eta : 1.0 / dielectric.eta;
     b.transmittance = dielectric.transmittance;
-#endif
-#if HAS_EXACT_FRESNEL
     if (b.model == BSDF_CONDUCTOR) {
         Conductor conductor = conductor_load(material.record);
         b.index = conductor.index;
         b.extinction = conductor.extinction;
     }
-#endif
-#if HAS_EXACT_FRESNEL
     if (b.model == BSDF_PLASTIC) {
         Plastic plastic = plastic_load(material.record);
         b.eta = plastic.eta;

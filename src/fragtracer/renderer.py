@@ -112,8 +112,8 @@ class Renderer:
         spp: int | None = None,
         seconds: float | None = None,
         until: float | None = None,
-        worst: float | None = None,
         progress: Callable[[Progress], None] | None = None,
+        worst: float | None = None,
     ) -> NDArray[np.float32]:
         """Sample until the first of the given limits is reached and return :meth:`image`.
 
@@ -126,11 +126,11 @@ class Renderer:
         until
             Mean relative standard error, 0.01 for 1 %; looked at whenever a quarter more samples
             have been taken.
+        progress
+            Called after every draw, many times a second.
         worst
             Relative standard error that 99 % of the pixels are to have at most, 0.05 for 5 %. With ``until``, both
             must hold.
-        progress
-            Called after every draw, many times a second.
 
         Raises
         ------

@@ -6,7 +6,6 @@ from concurrent.futures import ThreadPoolExecutor, wait
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 
 from fragtracer.errors import DeviceError
 from fragtracer.gpu.film import Film, read_pixels
@@ -67,12 +66,13 @@ class Accumulation:
         self._in_stage = 0  # samples per pixel, in the mean
         self._plan: Plan | None = None  # of this stage; without one, each pixel has as many samples
         self._passes = 0  # of the plan that are drawn
+        self._lists: list[WorkList] = []  # of the pass that is being drawn
         self._finished = Stages.none(height, width)
         self._sampled = np.zeros(width * height, np.int64)  # samples of each pixel in this stage
         self._sampled_before = self._sampled.copy()
 
     def bands(self, tracer: Tracer, rays: int, most: int | None, budget: float | None = None) -> Iterator[float]:
-        """Draw a pass, as :meth:`Tracer.bands` does. Abandoned before its end, it adds nothing.
+        """Draw a pass, as :meth:`Tracer.bands` does; one that was abandoned within a stage goes on where it was.
 
         It has ``rays`` samples per pixel, or as many as its stage has planned, but no more than ``most``, if given.
         """
@@ -85,12 +85,10 @@ class Accumulation:
             yield from tracer.bands(self._film, self.pass_rays, budget)
             self._sampled += self.pass_rays
         else:
-            self.pass_rays = min(ITEM_SAMPLES, most)
-            is_planned = self.pass_rays == ITEM_SAMPLES
-            items = self._plan.items_of_pass(self._passes) if is_planned else np.ones_like(self._sampled)
-            yield from self._draw(tracer, items, budget)
-            self._passes += is_planned
-            self._sampled += items * self.pass_rays
+            if not self._lists:
+                self._begin_pass(self._plan, min(ITEM_SAMPLES, most))
+            yield from self._draw(tracer, budget)
+            self._passes += self.pass_rays == ITEM_SAMPLES
         self._in_stage += self.pass_rays
         self.spp += self.pass_rays
 
@@ -117,16 +115,26 @@ class Accumulation:
         for _ in self._stages.show(shown):
             yield 0.0
 
-    def _draw(self, tracer: Tracer, items: NDArray[np.int64], budget: float | None) -> Iterator[float]:
+    def _begin_pass(self, plan: Plan, rays: int) -> None:
+        """The next pass of the plan, or one of fewer ``rays`` for each pixel."""
         assert self._stages is not None
-        work = work_list(items, self._sampled, self.pass_rays, self._stages.order)
+        self.pass_rays = rays
+        items = plan.items_of_pass(self._passes) if rays == ITEM_SAMPLES else np.ones_like(self._sampled)
+        work = work_list(items, self._sampled, rays, block_order(*self.size))
+        self._lists = list(work.cut(self._stages.most_items))
+
+    def _draw(self, tracer: Tracer, budget: float | None) -> Iterator[float]:
+        assert self._stages is not None
         weight = (self._in_stage + self.pass_rays) / (self.spp + self.pass_rays)
-        lists = list(work.cut(self._stages.most_items))
-        for number, part in enumerate(lists):
-            for share in self._stages.trace(tracer, part, self._film.stage, self.pass_rays, budget):
-                yield (number + share) / len(lists)
-            for _ in self._stages.gather(self._film, part, weight):
-                yield (number + 1) / len(lists)
+        lists = len(self._lists)
+        for done in range(lists):
+            work = self._lists[0]
+            for share in self._stages.trace(tracer, work, self._film.stage, self.pass_rays, budget):
+                yield (done + share) / lists
+            for _ in self._stages.gather(self._film, work, weight):
+                yield (done + 1) / lists
+            self._sampled += self.pass_rays * np.bincount(work.pixels, minlength=len(self._sampled))
+            del self._lists[0]
 
     def read(self) -> Pixels:
         """The picture so far.
@@ -194,7 +202,6 @@ class _StageTextures:
         width, height = size
         most = min(int(width * height * _SPARE), _MOST_ITEMS)
         self._ctx, self._size = ctx, size
-        self.order = block_order(width, height)
         self._gather = FullscreenProgram(ctx, folder("shaders"), "film/gather.frag")
         self._gather.set(_UNITS)
         self._list = Film(ctx, _LIST_WIDTH, _rows(most))

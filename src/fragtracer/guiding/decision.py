@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Whether a scene is guided, and why."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from fragtracer.gpu.specialise import Level
 from fragtracer.gpu.tracer import Tracer, TracerProgram
 from fragtracer.guiding.guide import VERSION, Guide, learn, packed_digest
 from fragtracer.packing import PackedScene, pack
-from fragtracer.scene import Camera, Material, RenderSettings, Scene
+from fragtracer.scene import Material, RenderSettings, Scene
 
 _LEAST_SAMPLES = 2**24  # of a picture; to trace them takes about as long as to learn
 _LEAST_BOUNCES = 2  # light that reaches a surface over another takes so many
@@ -65,8 +65,8 @@ def decides(settings: RenderSettings) -> RenderSettings:
 
 def same_light(one: Scene, other: Scene) -> bool:
     """Whether the two differ at most in the camera, the settings and the names, so that one decision serves both."""
-    unlike: dict[str, Any] = {"camera": Camera(), "render": RenderSettings(), "name": "", "description": ""}
-    return one is other or replace(one, **unlike) == replace(other, **unlike)
+    names = {field.name for field in fields(Scene)} - {"camera", "render", "name", "description"}
+    return one is other or all(getattr(one, name) == getattr(other, name) for name in names)
 
 
 def _may_be_narrow(material: Material) -> bool:

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float32]
 
 _NEIGHBOURS = 11  # pixels, a side of the square that tells by how much stratification lowers the variance
-
 _DARK = 0.1  # of the mean brightness
 
 

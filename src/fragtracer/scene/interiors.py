@@ -4,7 +4,7 @@
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
-from itertools import combinations, product
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -114,14 +114,30 @@ def _triangles(shape: Rectangle) -> Floats:
 def has_interiors(materials: dict[str, Material], found: list[Solid]) -> bool:
     """Whether paths have to know what they are inside of: something absorbs, or solids may overlap."""
     absorbs = any(max(materials[solid.material].absorption) > 0 for solid in found)
-    return absorbs or any(one.overlaps(other) for one, other in combinations(found, 2))
+    return absorbs or any(True for _ in _overlapping(found))
+
+
+def _overlapping(found: list[Solid]) -> Iterator[tuple[Solid, Solid]]:
+    """Pairs that may have points in common, by a sweep along x."""
+    if len(found) < 2:
+        return
+    low, high = (np.array([getattr(solid, corner) for solid in found]) for corner in ("low", "high"))
+    order = np.argsort(low[:, 0], kind="stable")
+    ends = np.searchsorted(low[order, 0], high[order, 0])
+    for place, (i, end) in enumerate(zip(order, ends, strict=True)):
+        others = order[place + 1 : end]
+        near = others[((low[others] < high[i]) & (low[i] < high[others])).all(axis=1)]
+        yield from ((found[i], found[j]) for j in near if found[i].overlaps(found[j]))
 
 
 def conflict(scene: "Scene") -> str:
     """A sentence about two dielectrics of the same priority that may overlap; empty if there are none."""
-    for one, other in combinations(solids(scene), 2):
+    priorities = [material.priority for material in scene.materials.values() if material.is_solid]
+    if len(priorities) == len(set(priorities)):
+        return ""
+    for one, other in _overlapping(list(solids(scene))):
         same = scene.materials[one.material].priority == scene.materials[other.material].priority
-        if one.material != other.material and same and one.overlaps(other):
+        if one.material != other.material and same:
             return (
                 f"material.{other.material}.priority: shapes of {one.material!r} and {other.material!r} may overlap, "
                 f"and both have the priority {scene.materials[one.material].priority}; give the one that fills what is "

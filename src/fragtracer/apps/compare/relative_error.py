@@ -8,18 +8,18 @@ relMSE is the squared error of each pixel over its squared brightness, averaged 
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from fragtracer.sampling.pixels import bright
 
-DARK = 0.1  # of the mean brightness: darker pixels count as if they were that bright
+Floats = NDArray[np.float64]
 
 
 def relative_weight(image: NDArray[np.floating]) -> Floats:
     """What makes a squared error relative: 1 / brightness² of each pixel of ``image`` (h, w, 3), as (h, w, 1).
 
-    The brightness is the mean of the colours. That of a black image counts as 1.
+    The brightness is the mean of the colours, at least a tenth of the mean of all; that of a black image counts as 1.
     """
-    brightness = image.mean(axis=2, keepdims=True, dtype=np.float64)
-    return np.asarray(1 / np.maximum(brightness, DARK * brightness.mean() or 1.0) ** 2)
+    brightness = bright(image)[..., None]
+    return np.asarray(1 / np.where(brightness > 0, brightness, 1.0) ** 2)
 
 
 def efficiency(relative_mse: float, seconds: float) -> float | None:
