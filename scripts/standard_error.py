@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""How well the renderer knows its error: the mean standard error that it tells, over the scatter of independent pictures.
+"""How well the renderer knows its error: the mean standard error it tells, over the scatter of independent pictures.
 
 usage: python scripts/standard_error.py [--scenes cornell-box,three-spheres] [--size 64x64] [--spp 64,256] [--seeds 48]
 
