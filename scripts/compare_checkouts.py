@@ -91,7 +91,7 @@ def work(settings: dict[str, Any]) -> None:
 
     scene = fragtracer.load(settings["scene"])
     # As many samples in each pixel, and paths alike, in the versions that know of anything else.
-    evenly = {k: v for k, v in {"adaptive": False, "guiding": "off"}.items() if hasattr(scene.render, k)}
+    evenly = {k: v for k, v in {"adaptive": "off", "guiding": "off"}.items() if hasattr(scene.render, k)}
     with fragtracer.Renderer(scene, tuple(settings["size"]), bounces=settings["bounces"], **evenly) as renderer:
         step = renderer.settings.rays
         renderer.sample(step)

@@ -17,6 +17,8 @@ from fragtracer.sampling.allocation import (
     Plan,
     Stages,
     block_order,
+    pilot_gain,
+    pilot_list,
     stage_samples,
     work_list,
 )
@@ -110,7 +112,7 @@ def test_bits_do_not_depend_on_passes_and_draws(ctx, monkeypatch) -> None:
         monkeypatch.setattr("fragtracer.gpu.accumulation._MOST_ITEMS", most_items)
         if seconds is not None:
             monkeypatch.setattr("fragtracer.gpu.tracer._SOFTWARE_DRAW_BUDGET", seconds)
-        with Renderer(scene, (150, 40), context=ctx, rays=rays, bounces=3) as renderer:
+        with Renderer(scene, (150, 40), context=ctx, rays=rays, bounces=3, adaptive="on") as renderer:
             if rays == 7:
                 with pytest.raises(KeyboardInterrupt):
                     renderer.sample(100, interrupt)
@@ -129,7 +131,7 @@ def test_bits_do_not_depend_on_passes_and_draws(ctx, monkeypatch) -> None:
 
 def test_items_are_samples_of_their_pixels(ctx) -> None:
     """The film of a stage is that of a plain one with as many samples of the same streams, in each pixel."""
-    with Renderer(load("three-spheres"), (50, 30), context=ctx, guiding="off") as renderer:
+    with Renderer(load("three-spheres"), (50, 30), context=ctx, guiding="off", adaptive="on") as renderer:
         renderer.sample(128)
         stage = renderer._film._film
         found, plain = stage.read(), Film(ctx, 50, 30)
@@ -152,7 +154,7 @@ def test_items_are_samples_of_their_pixels(ctx) -> None:
 def _errors(ctx, name: str, spp: int, seeds: int, adaptive: bool) -> tuple[Floats, Floats]:
     """Images (seeds, height, width, 3), and the relative errors that the renderer tells."""
     images, told = [], []
-    with Renderer(load(name), (40, 40), context=ctx, adaptive=adaptive) as renderer:
+    with Renderer(load(name), (40, 40), context=ctx, adaptive="on" if adaptive else "off") as renderer:
         for seed in range(seeds):
             renderer.reset(seed=seed + 1000 * adaptive)
             renderer.sample(spp)
@@ -177,3 +179,55 @@ def test_adaptive_sampling_has_the_same_mean_and_less_error(ctx) -> None:
     error = np.sqrt(sum(m.var(ddof=1) / len(m) for m in means.values()))
     assert abs(means[True].mean() - means[False].mean()) < 3 * error
     assert error < 0.002 * mean.mean()
+
+
+@pytest.mark.parametrize(("name", "pays"), [("three-spheres", True), ("furnace", False)])
+def test_a_pilot_says_whether_it_pays(ctx, name: str, pays: bool) -> None:
+    """Where it does not, the picture is that of even sampling, bit by bit."""
+    pictures = {}
+    for adaptive in ("auto", "on", "off"):
+        with Renderer(load(name), (96, 54), context=ctx, adaptive=adaptive, guiding="off", bounces=3) as renderer:
+            renderer.sample(32)
+            assert adaptive != "auto" or "32 samples" in renderer.metadata()["adaptive_decision"]
+            renderer.sample(32)
+            pictures[adaptive] = renderer.image(), renderer.samples()
+            if adaptive == "auto":
+                assert renderer.metadata()["adaptive_decision"].startswith("on" if pays else "off")
+    for one, other in zip(pictures["auto"], pictures["on" if pays else "off"], strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+def test_a_pilot_looks_at_whole_tiles() -> None:
+    """Two items of each pixel of up to 64 tiles; none of an image that has no room for one."""
+    for width, height in ((640, 480), (37, 21), (3, 90), (16, 16)):
+        work = pilot_list(width, height)
+        y, x = np.divmod(work.pixels.reshape(2, -1, 256), width)
+        tiles = min(64, (width // 16) * (height // 16))
+        assert x.shape == (2, tiles, 256)
+        assert (x.max(axis=2, initial=0) < width).all()
+        assert (y.max(axis=2, initial=0) < height).all()
+        for place in (x, y):
+            assert (np.ptp(place, axis=2) == 15).all()
+            assert (place.min(axis=2) % 16 == 0).all() or tiles == 0
+        assert len(np.unique(work.pixels)) == tiles * 256
+        np.testing.assert_array_equal(work.first.reshape(2, -1), np.repeat([[0], [16]], tiles * 256, axis=1))
+
+
+@pytest.mark.parametrize(
+    ("ratio", "seen", "least", "most"), [(8.0, 1.0, 1.9, 2.2), (1.0, 1.0, 0.9, 1.0), (1.0, 0.01, 0.3, 0.9)]
+)
+def test_the_gain_is_what_a_plan_is_worth(ratio: float, seen: float, least: float, most: float) -> None:
+    """A quarter of the tiles has ``ratio`` times the deviation of the others; of samples with a mean of 1, the share
+    ``seen`` is not black. A plan for what chance has brought is worth less than none."""
+    rng = np.random.default_rng(0)
+    tiles, pixels = 64, 256
+    deviation = np.tile(np.repeat(np.where(np.arange(tiles) % 4 == 0, ratio, 1.0), pixels), 2)
+    values = rng.normal(1, 0.02 * deviation[:, None], (2 * tiles * pixels, ITEM_SAMPLES))
+    values *= (rng.random(values.shape) < seen) / seen
+    colors = lambda x: np.repeat(x[:, None, None], 3, axis=2)  # noqa: E731
+    halves = (values * np.where(np.arange(ITEM_SAMPLES) % 2, -1, 1)).mean(axis=1)
+    count = np.full((len(values), 1, 1), float(ITEM_SAMPLES))
+    parts = [colors(values.mean(axis=1)), colors(values.var(axis=1)), colors(halves)]
+    mean, variance, half = (part.astype(np.float32) for part in parts)
+    items = Pixels(*(np.concatenate([x, count], axis=2).astype(np.float32) for x in (mean, variance)), half)
+    assert least < pilot_gain(items) < most

@@ -51,7 +51,7 @@ def runs(ctx, name: str, sampler: str) -> Runs:
     images, errors = [], []
     for seed in range(seeds):
         seed += 1000 * (sampler == "hash")
-        with Renderer(scene, size, context=ctx, seed=seed, sampler=sampler, rays=512, adaptive=False) as renderer:
+        with Renderer(scene, size, context=ctx, seed=seed, sampler=sampler, rays=512, adaptive="off") as renderer:
             for count in COUNTS:
                 renderer.sample(count - renderer.spp)
                 images.append(renderer.image())
@@ -195,7 +195,7 @@ def test_nothing_drifts(ctx):
         {"lamp": lambert(0.0, (0.1, 1.7, 123.4)), "ball": lambert((0.1, 0.3, 0.7))},
         rectangles=[lamp],
     )
-    with Renderer(scene, (8, 8), context=ctx, rays=1024, adaptive=False) as renderer:
+    with Renderer(scene, (8, 8), context=ctx, rays=1024, adaptive="off") as renderer:
         renderer.sample(65536)
         np.testing.assert_array_equal(renderer.image(), np.broadcast_to(np.float32((0.1, 1.7, 123.4)), (8, 8, 3)))
         assert not renderer.standard_error().any()

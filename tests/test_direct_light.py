@@ -106,7 +106,7 @@ def test_floor_under_a_flat_light(ctx, estimator, name, shape):
     if shape == "triangles":
         vertices, lamps = vertices[:3], {"triangles": triangles_of(lamp)[:1]}
     form = polygon_form(vertices)
-    image = rendered(ctx, floor_under(**lamps), 1024 if estimator == "bsdf" else 256, estimator=estimator)
+    image = rendered(ctx, floor_under(**lamps), 2048 if estimator == "bsdf" else 256, estimator=estimator)
     assert_mean(image, floor_radiance(np.multiply(RADIANCE, form)), 0.02 if estimator == "bsdf" else 0.01, LIFT)
 
 

@@ -27,7 +27,7 @@ SETTINGS = {
     "nee": {"estimator": "nee"},
     "nee with 8 light samples": {"estimator": "nee", "light_samples": 8},
     # What never met the light in a dark region is given few samples more, and its scatter is not known.
-    "bsdf": {"estimator": "bsdf", "adaptive": False},
+    "bsdf": {"estimator": "bsdf", "adaptive": "off"},
     "mis with 8 light samples": {"estimator": "mis", "light_samples": 8},
     "hash sampler": {"sampler": "hash"},
     "no roulette": {"russian_roulette": False},
@@ -105,7 +105,7 @@ def test_each_bounce_only_adds_light(ctx, name):
     """With the same random numbers a path is the beginning of its longer self, so this holds for every
     pixel, up to rounding, and not for the mean alone."""
     scene = load(name)
-    settings = {"adaptive": False, "size": SIZE}
+    settings = {"adaptive": "off", "size": SIZE}
     images = [rendered(ctx, scene, 64, bounces=bounces, **settings).astype(np.float64) for bounces in range(21)]
     for fewer, more in pairwise(images):
         assert (more >= fewer * (1 - 1e-5)).all()
@@ -152,7 +152,7 @@ def test_more_light_samples_mean_less_noise(ctx):
     variances = []
     for light_samples in (1, 8):
         settings = {"estimator": "nee", "sampler": "hash", "bounces": 1, "light_samples": light_samples}
-        with Renderer(scene, (256, 256), context=ctx, adaptive=False, **settings) as renderer:
+        with Renderer(scene, (256, 256), context=ctx, adaptive="off", **settings) as renderer:
             renderer.sample(128)
             variances.append(np.square(renderer.standard_error(), dtype=np.float64).mean())
     # From 65,536 half-differences, the variance is known to 0.6 %, the ratio to 0.8 %.
@@ -178,7 +178,7 @@ PLANTED = {
     "density of the diffuse lobe 3 % too high": (
         *("bsdf/cook_torrance.glsl", "square_to_cosine_hemisphere_pdf(wi));"),
         "1.03 * square_to_cosine_hemisphere_pdf(wi));",
-        *("three-spheres", {"estimator": "bsdf", "adaptive": False}, {"estimator": "nee", "adaptive": False}),
+        *("three-spheres", {"estimator": "bsdf", "adaptive": "off"}, {"estimator": "nee", "adaptive": "off"}),
     ),
     "the same random numbers in every dimension": (
         *("sampler/texture.glsl", "uint(dimension), block)", "0u, block)", "cornell-box", {}, {"sampler": "hash"}),

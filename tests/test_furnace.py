@@ -68,7 +68,7 @@ def test_closed_furnace(ctx, albedo, estimator, kind):
     if estimator == "nee":
         # Light sampling has no finite variance where glowing walls meet: its mean has no standard error, and adaptive
         # sampling nothing to go by.
-        image = rendered(ctx, furnace(albedo, kind), 2048, bounces=1000, estimator=estimator, adaptive=False)
+        image = rendered(ctx, furnace(albedo, kind), 2048, bounces=1000, estimator=estimator, adaptive="off")
         np.testing.assert_allclose(image.mean(axis=(0, 1), dtype=np.float64), expected, rtol=0.02)
     else:
         assert_mean(rendered(ctx, furnace(albedo, kind), 512, bounces=1000, estimator=estimator), expected, 0.02)

@@ -71,7 +71,7 @@ def test_coats_and_lamps(ctx: Any, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_learned_lobes_keep_the_mean(ctx: Any, estimator: str) -> None:
     # Lights are merely met by chance by "bsdf": few of many samples, which adaptive sampling would take for none.
     scene, chance = load("three-spheres"), estimator == "bsdf"
-    settings = {"size": (48, 32), "adaptive": not chance}
+    settings = {"size": (48, 32), "adaptive": "off" if chance else "on"}
     guided = batches(ctx, scene, 2048 if chance else 256, range(10, 14), estimator=estimator, guiding="on", **settings)
     unguided = batches(ctx, scene, 256, range(4), **settings)
     assert_agree(guided, unguided, 0.04 if estimator == "bsdf" else 0.01)

@@ -68,7 +68,7 @@ def test_image_that_memory_cannot_hold(ctx):
 
 
 def test_time_runs_out(ctx):
-    with Renderer(load("cornell-box"), SIZE, context=ctx, rays=2, adaptive=False) as renderer:
+    with Renderer(load("cornell-box"), SIZE, context=ctx, rays=2, adaptive="off") as renderer:
         start = time.perf_counter()
         renderer.render(seconds=0.3)
         assert 0.3 <= time.perf_counter() - start < 10

@@ -29,7 +29,7 @@ def shares_beyond(image: Image, other: Image, relative: float) -> float:
 
 def _evenly(scene: Scene) -> Scene:
     """``scene`` with as many samples in each pixel."""
-    return replace(scene, render=replace(scene.render, adaptive=False))
+    return replace(scene, render=replace(scene.render, adaptive="off"))
 
 
 @pytest.mark.parametrize("name", ["three-spheres-ambient", "cornell-box", "mirror", "roughness-grid", "light-size-0"])

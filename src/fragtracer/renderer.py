@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -86,7 +86,7 @@ class Renderer:
         self._defines, self._name, self._shaders = dict(defines or {}), program, shaders
         self._guiding: tuple[Scene, RenderSettings, Decision] | None = None
         with self._current():
-            self._film = Accumulation(self.context, self.settings.width, self.settings.height, self._is_adaptive)
+            self._film = Accumulation(self.context, self.settings.width, self.settings.height, self._adaptive)
             self._tracer = Tracer(self.context, self._packed(), self._program())
             self._film.warm_up(self._tracer)
         self._last_error: float | None = None
@@ -94,7 +94,8 @@ class Renderer:
     def sample(self, spp: int = 1, on_band: Callable[[float], None] | None = None) -> None:
         """Add ``spp`` samples per pixel; ``on_band`` hears how many there are so far.
 
-        Adaptive sampling spreads them unevenly, after the first 32, where at least 16 are asked for at once.
+        Adaptive sampling spreads them unevenly, after the first 32, where that pays and at least 16 are asked for at
+        once.
         """
         target = self.spp + spp
         while self.spp < target:
@@ -171,7 +172,7 @@ class Renderer:
                 self.scene = scene or self.scene
                 self.settings = replace(self.settings, **settings)
                 self._tracer.load(self._packed(), self._program())
-            self._film.adaptive = self._is_adaptive
+            self._film.adaptive = self._adaptive
             self._film.clear()
         self._last_error = None
 
@@ -238,7 +239,7 @@ class Renderer:
         settings = {name: str(value) for name, value in vars(self.settings).items() if not name.startswith("_")}
         counts = {"spp": str(self.spp), "non_finite_samples": str(self.non_finite_samples())}
         made_by = {"software": f"fragtracer {__version__}", "scene": self.scene.name}
-        counts["guiding_decision"] = self._decision().reason
+        counts |= {"guiding_decision": self._decision().reason, "adaptive_decision": self._film.decision}
         return made_by | settings | counts | {"gl_renderer": describe(self.context)["GL renderer"]}
 
     def _packed(self) -> PackedScene:
@@ -261,8 +262,8 @@ class Renderer:
         return TracerProgram(name, self._defines, self._level, root=self._shaders)
 
     @property
-    def _is_adaptive(self) -> bool:
-        return self.settings.adaptive and self._program().name == PROGRAMS["path"]
+    def _adaptive(self) -> Literal["auto", "on", "off"]:
+        return self.settings.adaptive if self._program().name == PROGRAMS["path"] else "off"
 
     def _read(self) -> Pixels:
         with self._current():

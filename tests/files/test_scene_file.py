@@ -55,7 +55,7 @@ FULL = Scene(
     ambient=Ambient((0.1, 0.2, 0.3)),
     render=RenderSettings(
         *(100, 50, 7, 3, 2, 4, False, 9, "karis", False, "nee", "hash", "tent"),
-        adaptive=False,
+        adaptive="off",
         seed=2**32 - 1,
         integrator="split-sum",
         background="prefiltered",

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
 """A picture in progress: passes of samples, everywhere alike or where the error is."""
 
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
+from typing import Literal
 
 import moderngl
 import numpy as np
@@ -15,11 +16,15 @@ from fragtracer.resources import folder
 from fragtracer.sampling.allocation import (
     FIRST_STAGE,
     ITEM_SAMPLES,
+    LEAST_GAIN,
     MOST_STAGES,
+    PILOT_STREAM,
     Plan,
     Stages,
     WorkList,
     block_order,
+    pilot_gain,
+    pilot_list,
     work_list,
 )
 from fragtracer.sampling.pixels import Floats, Pixels
@@ -43,11 +48,12 @@ _UNITS = {
 class Accumulation:
     """Samples of an image of ``width`` x ``height`` pixels.
 
-    Unless ``adaptive``, every pixel has as many. Otherwise the samples of later stages go where the error is
-    (:mod:`fragtracer.sampling.allocation`). Raises :class:`DeviceError` if the GPU cannot hold the image.
+    If ``adaptive`` is "off", every pixel has as many. If it is "on", the samples of later stages go where the error is
+    (:mod:`fragtracer.sampling.allocation`), and if it is "auto", they do where a pilot says that this pays, whose
+    samples are not in the picture. Raises :class:`DeviceError` if the GPU cannot hold the image.
     """
 
-    def __init__(self, ctx: moderngl.Context, width: int, height: int, adaptive: bool) -> None:
+    def __init__(self, ctx: moderngl.Context, width: int, height: int, adaptive: Literal["auto", "on", "off"]) -> None:
         self.size = (width, height)
         self.adaptive = adaptive
         self._ctx = ctx
@@ -64,6 +70,7 @@ class Accumulation:
         self.spp = 0  # samples per pixel, in the mean
         self.pass_rays = 0  # samples per pixel of the pass that is being drawn
         self._in_stage = 0  # samples per pixel, in the mean
+        self._gain: float | None = None  # of adaptive sampling, as the pilot says
         self._plan: Plan | None = None  # of this stage; without one, each pixel has as many samples
         self._passes = 0  # of the plan that are drawn
         self._lists: list[WorkList] = []  # of the pass that is being drawn
@@ -76,11 +83,11 @@ class Accumulation:
 
         It has ``rays`` samples per pixel, or as many as its stage has planned, but no more than ``most``, if given.
         """
-        if self._stage_is_full:
+        if self._stage_is_full and (yield from self._pays(tracer, budget)):
             yield from self._begin_stage()
         most = 1 << 30 if most is None else most
         if self._plan is None:
-            rays = min(rays, FIRST_STAGE - self._in_stage) if self.adaptive else rays
+            rays = rays if self._stays_even else min(rays, FIRST_STAGE - self._in_stage)
             self.pass_rays = min(rays, most, tracer.max_rays)
             yield from tracer.bands(self._film, self.pass_rays, budget)
             self._sampled += self.pass_rays
@@ -93,10 +100,43 @@ class Accumulation:
         self.spp += self.pass_rays
 
     @property
+    def is_uneven(self) -> bool:
+        """Whether pixels have different numbers of samples."""
+        return self._plan is not None
+
+    @property
+    def decision(self) -> str:
+        """Whether sampling is adaptive, and why."""
+        if self.adaptive != "auto":
+            return f"{self.adaptive}: as asked for"
+        if self._gain is None:
+            return f"off: there are no more than {FIRST_STAGE} samples per pixel"
+        if self._stays_even:
+            return f"off: the squared error would fall by {self._gain:.2f}, less than the time would rise"
+        return f"on: the squared error falls by {self._gain:.2f}"
+
+    @property
+    def _stays_even(self) -> bool:
+        return self.adaptive == "off" or (self._gain is not None and self._gain < LEAST_GAIN)
+
+    @property
     def _stage_is_full(self) -> bool:
-        if not self.adaptive or self._film.stage + 1 == MOST_STAGES:
+        if self._stays_even or self._film.stage + 1 == MOST_STAGES:
             return False
         return self._in_stage >= FIRST_STAGE if self._plan is None else self._passes == self._plan.passes
+
+    def _pays(self, tracer: Tracer, budget: float | None) -> Generator[float, None, bool]:
+        """Whether to go on with a plan; yields while a pilot finds that out."""
+        if self.adaptive == "auto" and self._gain is None:
+            work = pilot_list(*self.size)
+            pilot = _List(self._ctx, self.size, _LIST_WIDTH, max(_BLOCK, _rows(len(work.pixels), _LIST_WIDTH)))
+            try:
+                for _ in pilot.trace(tracer, work, PILOT_STREAM, ITEM_SAMPLES, budget):
+                    yield 0.0
+                self._gain = pilot_gain(pilot.read(len(work.pixels))) if len(work.pixels) else 1.0
+            finally:
+                pilot.release()
+        return not self._stays_even
 
     def _begin_stage(self) -> Iterator[float]:
         """Plan the next stage in a thread, so that a window goes on meanwhile; yields until that is done."""
@@ -129,7 +169,7 @@ class Accumulation:
         lists = len(self._lists)
         for done in range(lists):
             work = self._lists[0]
-            for share in self._stages.trace(tracer, work, self._film.stage, self.pass_rays, budget):
+            for share in self._stages.list.trace(tracer, work, self._film.stage, self.pass_rays, budget):
                 yield (done + share) / lists
             for _ in self._stages.gather(self._film, work, weight):
                 yield (done + 1) / lists
@@ -194,9 +234,50 @@ def _planned(finished: Stages, pixels: Pixels, weight: float, stage: int) -> tup
     return together, Plan(stage, together.deviation()), texels
 
 
+class _List:
+    """A list of work and its film, of ``width`` x ``height`` items in blocks of 4 x 4 texels, for an image of
+    ``image`` (width, height) pixels."""
+
+    def __init__(self, ctx: moderngl.Context, image: tuple[int, int], width: int, height: int) -> None:
+        self._ctx, self._image = ctx, image
+        self.film = Film(ctx, width, height)
+
+    def trace(self, tracer: Tracer, work: WorkList, stage: int, rays: int, budget: float | None) -> Iterator[float]:
+        """Sample the items, ``rays`` times each; yields the share that is done."""
+        width, _ = self.film.size
+        image_width, image_height = self._image
+        y, x = np.divmod(work.pixels, image_width)
+        rows = _rows(len(x), width)
+        texels = np.zeros((rows * width, 2), np.uint32)
+        texels[: len(x), 0] = (image_height - 1 - y) << 16 | x
+        texels[: len(x), 1] = work.first
+        blocks = texels.reshape(rows // _BLOCK, width // _BLOCK, _BLOCK, _BLOCK, 2).swapaxes(1, 2)
+        texture = self._ctx.texture((width, rows), 2, np.ascontiguousarray(blocks).tobytes(), dtype="u4")
+        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self.film.clear()
+        self.film.stage = stage
+        try:
+            yield from tracer.bands(self.film, rays, budget, texture)
+        finally:
+            texture.release()
+
+    def read(self, items: int) -> Pixels:
+        """What the first ``items`` have found, (items, 1)."""
+        width, height = self.film.size
+        pixels = self.film.read()
+
+        def listed(values: Floats) -> Floats:
+            blocks = values[::-1].reshape(height // _BLOCK, _BLOCK, width // _BLOCK, _BLOCK, -1).swapaxes(1, 2)
+            return blocks.reshape(width * height, 1, -1)[:items]
+
+        return Pixels(listed(pixels.mean), listed(pixels.variance), listed(pixels.half_difference))
+
+    def release(self) -> None:
+        self.film.release()
+
+
 class _StageTextures:
-    """What stages need besides the film of this one: the finished ones, the picture to be shown, and the films of a
-    list of work."""
+    """What stages need besides the film of this one: the finished ones, the picture to be shown, and a list of work."""
 
     def __init__(self, ctx: moderngl.Context, size: tuple[int, int]) -> None:
         width, height = size
@@ -204,7 +285,7 @@ class _StageTextures:
         self._ctx, self._size = ctx, size
         self._gather = FullscreenProgram(ctx, folder("shaders"), "film/gather.frag")
         self._gather.set(_UNITS)
-        self._list = Film(ctx, _LIST_WIDTH, _rows(most))
+        self.list = _List(ctx, size, _LIST_WIDTH, _rows(most, _LIST_WIDTH))
         self._owned: list[moderngl.Texture] = []
         try:
             self._finished = self._texture(4, "f4")
@@ -225,31 +306,14 @@ class _StageTextures:
     @property
     def most_items(self) -> int:
         """Items of a list that is drawn at once."""
-        return self._list.size[0] * self._list.size[1]
+        width, height = self.list.film.size
+        return width * height
 
     def show(self, texels: list[Floats]) -> Iterator[None]:
         """Begin a stage after those whose picture is ``texels``, in the order of :class:`Pixels`; an upload a step."""
         for texture, image in zip((self._finished, *self.textures), (texels[0], *texels), strict=True):
             texture.write(image)
             yield
-
-    def trace(self, tracer: Tracer, work: WorkList, stage: int, rays: int, budget: float | None) -> Iterator[float]:
-        """Sample the items of a list, ``rays`` times each."""
-        width, height = self._size
-        y, x = np.divmod(work.pixels, width)
-        rows = _rows(len(x))
-        texels = np.zeros((rows * _LIST_WIDTH, 2), np.uint32)
-        texels[: len(x), 0] = (height - 1 - y) << 16 | x
-        texels[: len(x), 1] = work.first
-        blocks = texels.reshape(rows // _BLOCK, _LIST_WIDTH // _BLOCK, _BLOCK, _BLOCK, 2).swapaxes(1, 2)
-        texture = self._ctx.texture((_LIST_WIDTH, rows), 2, np.ascontiguousarray(blocks).tobytes(), dtype="u4")
-        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        self._list.clear()
-        self._list.stage = stage
-        try:
-            yield from tracer.bands(self._list, rays, budget, texture)
-        finally:
-            texture.release()
 
     def gather(self, film: Film, work: WorkList, weight: float) -> Iterator[None]:
         """Add the sampled items to the film of this stage, whose weight in the picture is ``weight``, a band of rows
@@ -261,7 +325,7 @@ class _StageTextures:
         self._items.write(np.ascontiguousarray(items.reshape(height, width, 2)[::-1]).tobytes())
         picture, *_ = self.textures
         framebuffer = self._ctx.framebuffer([*film.back_textures, picture])
-        read = (*film.textures, self._items, *self._list.textures, self._finished)
+        read = (*film.textures, self._items, *self.list.film.textures, self._finished)
         rows = max(1, _GATHERED // width)
         try:
             for bottom in range(0, height, rows):
@@ -286,17 +350,17 @@ class _StageTextures:
     def gpu_bytes(self) -> int:
         """Size of all textures, without the list of a pass."""
         width, height = self._size
-        return self._list.gpu_bytes + (4 * 16 + 8) * width * height
+        return self.list.film.gpu_bytes + (4 * 16 + 8) * width * height
 
     def release(self) -> None:
         self._ctx.detect_framebuffer(0).use()
         self._framebuffer.release()
         for texture in self._owned:
             texture.release()
-        self._list.release()
+        self.list.release()
         self._gather.release()
 
 
-def _rows(items: int) -> int:
-    """Of texels, for so many items."""
-    return -(-items // (_LIST_WIDTH * _BLOCK)) * _BLOCK
+def _rows(items: int, width: int) -> int:
+    """Of ``width`` texels, for so many items."""
+    return -(-items // (width * _BLOCK)) * _BLOCK

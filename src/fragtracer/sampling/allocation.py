@@ -22,7 +22,11 @@ Counts = NDArray[np.int64]
 
 FIRST_STAGE = 32  # samples per pixel
 ITEM_SAMPLES = 16  # of an item of work
-MOST_STAGES = 32  # that have streams of random numbers of their own (shaders/sampler/stream.glsl)
+MOST_STAGES = 31  # that have streams of random numbers of their own (shaders/sampler/stream.glsl)
+PILOT_STREAM = MOST_STAGES  # the stream of the pilot
+LEAST_GAIN = 1.8  # in squared error, at which the pilot says that adaptive sampling pays (docs/sampling.md)
+_PILOT_TILES, _TILE = 64, 16  # pixels, a side
+_ROUNDING = 1e-6  # relative, of a running mean in float32
 _LEAST_SHARE = 8  # of the mean number of samples that every pixel gets: an eighth
 _MOST_SHARE = 64  # times the mean that a pixel gets
 _SMOOTH = 5  # pixels, a side of the square over which the variance is averaged
@@ -102,12 +106,7 @@ class Plan:
         self.passes = samples // ITEM_SAMPLES
         least = max(1, self.passes // _LEAST_SHARE)
         rest = (self.passes - least) * deviation.size
-        wanted = (
-            deviation.ravel() * (rest / deviation.sum())
-            if deviation.any()
-            else np.full(deviation.size, rest / deviation.size)
-        )
-        wanted = np.minimum(wanted, _MOST_SHARE * self.passes)
+        wanted = np.minimum(_relative(deviation.ravel()) * (self.passes - least), _MOST_SHARE * self.passes)
         edges = np.floor(np.concatenate([[0.0], np.cumsum(wanted)]) * (rest / wanted.sum()) + 0.5).astype(np.int64)
         self.items: Counts = least + np.diff(edges)
         # Low-discrepancy phases, so that neighbours do not get their items in the same pass.
@@ -122,6 +121,46 @@ class Plan:
             return np.zeros_like(self.items)
         share = (number - 1) / max(1, self.passes - 1)
         return 1 + np.floor((self.items - 1) * share + self._phase).astype(np.int64)
+
+
+def _relative(deviation: Floats) -> Floats:
+    """To its mean; 1 where there is none."""
+    mean = float(deviation.mean())
+    return deviation / mean if mean > 0 else np.ones_like(deviation)
+
+
+@lru_cache(maxsize=2)
+def pilot_list(width: int, height: int) -> "WorkList":
+    """Items whose samples say whether adaptive sampling pays: two of each pixel of some tiles, spread by chance; none
+    for an image smaller than a tile. First come all pixels, tile by tile, then all once more."""
+    columns, rows = width // _TILE, height // _TILE
+    tiles = np.random.default_rng(0).permutation(columns * rows)[:_PILOT_TILES]
+    y, x = np.divmod(block_order(_TILE, _TILE), _TILE)
+    row, column = np.divmod(tiles, max(1, columns))
+    pixels = ((_TILE * row[:, None] + y) * width + _TILE * column[:, None] + x).reshape(-1)
+    return WorkList(np.tile(pixels, 2), np.repeat([0, ITEM_SAMPLES], len(pixels)))
+
+
+def pilot_gain(items: Pixels) -> float:
+    """By how much adaptive sampling lowers the mean squared relative error at equal samples, were its samples as well
+    stratified; ``items`` (items, 1) are those of :func:`pilot_list`. One half of them plans, the other tells what that
+    is worth, so that chance is not taken for a difference between pixels."""
+    place = np.argsort(block_order(_TILE, _TILE))
+    mean, variance, half_difference = (
+        values.reshape(2, -1, _TILE**2, values.shape[-1])[:, :, place].reshape(2, -1, _TILE, _TILE, values.shape[-1])
+        for values in (items.mean, items.variance, items.half_difference)
+    )
+    error = np.array(
+        [
+            [Pixels(*tile).standard_error().mean(axis=2, dtype=np.float64) for tile in zip(*half, strict=True)]
+            for half in zip(mean, variance, half_difference, strict=True)
+        ]
+    )
+    brightness = bright(mean.mean(axis=0).reshape(-1, _TILE, 4)).reshape(-1, _TILE, _TILE)
+    squares = (error / np.maximum(brightness, 1e-30)) ** 2 + _ROUNDING**2
+    smooth = np.array([[around(tile, _SMOOTH) for tile in half] for half in squares])
+    shares = [1 / _LEAST_SHARE + (1 - 1 / _LEAST_SHARE) * _relative(np.sqrt(half)) for half in smooth]
+    return float(smooth.mean() / np.mean([smooth[1] / shares[0], smooth[0] / shares[1]]))
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,8 @@ class RenderSettings:
     ``bounces`` counts scattering events on a path: 0 shows emitters only, 1 adds direct light.
     ``rays`` is the number of paths per pixel in one pass, ``light_samples`` the number of shadow
     rays at each vertex. Russian roulette may end a path from vertex ``russian_roulette_depth`` on.
-    ``adaptive`` places samples where the relative error is, without bias (docs/sampling.md); it is for the integrator
-    "path".
+    ``adaptive`` places samples where the relative error is, without bias (docs/sampling.md), for the integrator "path";
+    "auto" does so where that promises less error in the same time.
     ``geometry`` is the masking and shadowing of microfacets: Smith's, "smith" without correlation of the two and
     "smith-height-correlated" with it, or one of two approximations (docs/material.md).
     ``multiple_scattering`` compensates rough specular lobes for the energy of multiple scattering between
@@ -43,7 +43,7 @@ class RenderSettings:
     estimator: Literal["mis", "nee", "bsdf"] = "mis"
     sampler: Literal["texture", "hash"] = "texture"
     pixel_filter: Literal["box", "tent", "gaussian"] = "box"
-    adaptive: bool = True
+    adaptive: Literal["auto", "on", "off"] = "auto"
     seed: Annotated[int, Field(ge=0, lt=2**32)] = 0
     integrator: Literal["path", "split-sum"] = "path"
     background: Literal["environment", "prefiltered", "irradiance", "black"] = "environment"

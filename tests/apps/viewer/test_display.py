@@ -41,7 +41,7 @@ class FakeFilm:
         self.size = (width, height)
         rows = np.concatenate([pixels, np.ones((height, width, 1))], axis=2)[::-1].astype(np.float32)
         self.textures = tuple(ctx.texture(self.size, 4, rows.tobytes(), dtype="f4") for _ in range(3))
-        self.adaptive = False
+        self.is_uneven = False
 
     def release(self) -> None:
         for texture in self.textures:

@@ -129,7 +129,8 @@ def test_what_is_added_removed_or_changed_shows_at_once(make: Make, compiled: li
 
 
 def drawn(renderer: LiveRenderer) -> Pixels:
-    renderer.restart()
+    """With all light samples, which a slow machine does not take while something moves."""
+    renderer.resize(renderer.size, renderer.settings.light_samples).release()
     while renderer.spp < 4:
         renderer.refine(10.0, 4)
     return renderer.image()

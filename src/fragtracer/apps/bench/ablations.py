@@ -33,7 +33,7 @@ class Variant:
 
 
 VARIANTS = (
-    Variant("no adaptive sampling", {"adaptive": False}),
+    Variant("no adaptive sampling", {"adaptive": "off"}),
     Variant("no guiding", {"guiding": "off"}),
     Variant("hash sampler, not the texture", {"sampler": "hash"}),
     Variant("no path regeneration", edits=NO_PATH_REGENERATION),
@@ -46,11 +46,11 @@ VARIANTS = (
     Variant("geometry term schlick-beckmann, not smith", {"geometry": "schlick-beckmann"}),
     Variant("geometry term karis, not smith", {"geometry": "karis"}),
 )
-_EVEN = {"adaptive": False, "guiding": "off"}
+_EVEN = {"adaptive": "off", "guiding": "off"}
 WHERE_SAMPLES_GO = (
     Variant("even, unguided", _EVEN),
     Variant("adaptive, unguided", {"guiding": "off"}),
-    Variant("even, guided", {"adaptive": False}),
+    Variant("even, guided", {"adaptive": "off"}),
 )
 _SCENES = ("three-spheres", "cornell-box")
 _SIZE = (256, 256)

@@ -31,7 +31,7 @@ def count_work(scene: Scene, spp: int = _SPP) -> Work:
     width, height = (max(1, round(scale * side)) for side in (settings.width, settings.height))
     with (
         edited_shaders(COUNT_WORK) as shaders,
-        Renderer(scene, (width, height), shaders=shaders, rays=16, adaptive=False, guiding="off") as renderer,
+        Renderer(scene, (width, height), shaders=shaders, rays=16, adaptive="off", guiding="off") as renderer,
     ):
         path_rays, shadow_rays, vertices = renderer.render(spp).mean((0, 1), dtype=float).tolist()
     return Work(path_rays, shadow_rays, vertices)

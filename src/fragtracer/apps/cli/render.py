@@ -36,7 +36,9 @@ def render(
     bounces: options.Bounces = None,
     rays: Annotated[int | None, typer.Option(min=1, max=1024, help="Paths per pixel in one pass.")] = None,
     light_samples: options.LightSamples = None,
-    adaptive: Annotated[bool | None, typer.Option(help="Place samples where the relative error is.")] = None,
+    adaptive: Annotated[
+        bool | None, typer.Option(help="Place samples where the relative error is; left out: where it pays.")
+    ] = None,
     seed: Annotated[int | None, typer.Option(min=0, max=2**32 - 1, help="Another seed, other noise.")] = None,
     russian_roulette: Annotated[bool | None, typer.Option(help="End weak paths early, without bias.")] = None,
     geometry: options.GeometryTerm = None,
@@ -69,7 +71,7 @@ def render(
         "bounces": bounces,
         "rays": rays,
         "light_samples": light_samples,
-        "adaptive": adaptive,
+        "adaptive": None if adaptive is None else "on" if adaptive else "off",
         "seed": seed,
         "spp": spp,
         "russian_roulette": russian_roulette,

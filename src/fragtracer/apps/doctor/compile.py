@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""Every combination of features that scenes produce compiles and draws."""
+"""The combinations of features that scenes produce compile and draw: each scene with its values in the program and
+without, and with one of the sets of settings that change the program, in turns."""
 
 import time
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import cycle
 from typing import Any
 
 from fragtracer.apps.doctor import Finding
@@ -12,12 +14,21 @@ from fragtracer.io.toml import bundled, load
 from fragtracer.renderer import Renderer
 from fragtracer.scene import Camera, DirectionalLight, Disk, Scene, SpotLight, Triangle
 
+_SETTINGS: tuple[dict[str, Any], ...] = (
+    {"geometry": "smith-height-correlated"},
+    {"geometry": "schlick-beckmann"},
+    {"geometry": "karis"},
+    {"multiple_scattering": True},
+    {"estimator": "nee", "sampler": "hash", "pixel_filter": "tent"},
+    {"estimator": "bsdf", "light_samples": 3, "pixel_filter": "gaussian"},
+)
+
 
 def findings(context: Any) -> Iterator[Finding]:
-    for name, scene in _scenes():
-        slowest, failures, count = 0.0, [], 0
-        for specialised, settings in [(False, {}), (True, {}), *((None, settings) for settings in _settings())]:
-            count += 1
+    for (name, scene), others in zip(_scenes(), cycle(_SETTINGS), strict=False):
+        slowest, failures = 0.0, []
+        programs: tuple[tuple[bool | None, dict[str, Any]], ...] = ((False, {}), (True, {}), (None, others))
+        for specialised, settings in programs:
             start = time.perf_counter()
             try:
                 with Renderer(scene, (8, 8), context, specialised=specialised, **settings) as renderer:
@@ -26,7 +37,7 @@ def findings(context: Any) -> Iterator[Finding]:
             except FragtracerError as error:
                 failures.append(f"{settings}: {error}")
             slowest = max(slowest, time.perf_counter() - start)
-        detail = failures[0] if failures else f"{count} programs, the slowest {slowest:.2f} s"
+        detail = failures[0] if failures else f"{len(programs)} programs, the slowest {slowest:.2f} s"
         yield Finding("compile", name, not failures, detail)
 
 
@@ -50,11 +61,3 @@ def _scenes() -> Iterator[tuple[str, Scene]]:
         "disk, spot and directional light",
         replace(grid, materials=materials, disks=(disk,), spot_lights=(spot,), directional_lights=(sun,)),
     )
-
-
-def _settings() -> Iterator[dict[str, Any]]:
-    for geometry in ("smith-height-correlated", "schlick-beckmann", "karis"):
-        yield {"geometry": geometry}
-    yield {"multiple_scattering": True}
-    yield {"estimator": "nee", "sampler": "hash", "pixel_filter": "tent"}
-    yield {"estimator": "bsdf", "light_samples": 3, "pixel_filter": "gaussian"}

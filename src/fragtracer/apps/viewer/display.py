@@ -123,7 +123,7 @@ class Display:
             self._bloom.draw(size, shown | {"HAS_OTHER": int(self.compares)}, picture, settings.bloom_threshold)
             self._bloom.result.use(_BLOOM)
         program = self._program(settings, film.size == place[2:], held is not None)
-        ranges = {"samples": max(spp, 1) * (_MOST_SHOWN if film.adaptive else 1.25), "depth": settings.depth_range}
+        ranges = {"samples": max(spp, 1) * (_MOST_SHOWN if film.is_uneven else 1.25), "depth": settings.depth_range}
         program.set(
             picture
             | {

@@ -4,7 +4,7 @@
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal
 
 from fragtracer.gpu.accumulation import Accumulation
 from fragtracer.gpu.context import is_software
@@ -215,8 +215,8 @@ class LiveRenderer(Renderer):
             yield
 
     @property
-    def _is_adaptive(self) -> bool:
-        return self.settings.adaptive and self._traces_paths
+    def _adaptive(self) -> Literal["auto", "on", "off"]:
+        return self.settings.adaptive if self._traces_paths else "off"
 
     def _packed(self) -> PackedScene:
         packed = pack(self.scene, self.settings, *self.size, self._most_listed, self._space)

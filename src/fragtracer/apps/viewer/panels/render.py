@@ -10,7 +10,7 @@ from fragtracer.apps.viewer.session import Session
 from fragtracer.scene import RenderSettings
 
 _HINTS = get_type_hints(RenderSettings)
-GEOMETRY, ESTIMATOR, SAMPLER, FILTER, INTEGRATOR, BACKGROUND, GUIDING = (
+GEOMETRY, ESTIMATOR, SAMPLER, FILTER, INTEGRATOR, BACKGROUND, WHERE_IT_PAYS = (
     get_args(_HINTS[name])
     for name in ("geometry", "estimator", "sampler", "pixel_filter", "integrator", "background", "guiding")
 )
@@ -39,8 +39,10 @@ def edit(settings: RenderSettings) -> RenderSettings:
         new["multiple_scattering"] = smith and widgets.check("Multiple scatter", settings.multiple_scattering)
     if widgets.header("Sampling"):
         new["sampler"] = widgets.choice("Sampler", settings.sampler, SAMPLER)
-        new["adaptive"] = widgets.check("Adaptive", settings.adaptive)
-        new["guiding"] = widgets.choice("Guiding", settings.guiding, GUIDING, "Send paths where photons found light.")
+        new["adaptive"] = widgets.choice("Adaptive", settings.adaptive, WHERE_IT_PAYS, "Sample where the error is.")
+        new["guiding"] = widgets.choice(
+            "Guiding", settings.guiding, WHERE_IT_PAYS, "Send paths where photons found light."
+        )
         new["pixel_filter"] = widgets.choice("Pixel filter", settings.pixel_filter, FILTER)
         new["seed"] = widgets.whole("Seed", settings.seed, 0, 9999)
     return widgets.edited(settings, **new)
