@@ -948,8 +948,8 @@ MUTATIONS = [
     ),
     Mutation(
         "guided paths measured as if they were not",
-        "integrator/path.glsl",
-        "        path.odds *= vertex_odds(vertex, scattered);\n",
+        "guiding/measure.glsl",
+        "    moments.odds *= odds;\n",
         "",
         Check(test_guided_pictures.test_guiding_pays_for_caustics),
     ),
