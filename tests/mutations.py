@@ -31,6 +31,7 @@ from shaders import (
     test_bsdf_sample,
     test_bsdf_values,
     test_camera,
+    test_coats,
     test_environment,
     test_film,
     test_fresnel,
@@ -903,6 +904,20 @@ MUTATIONS = [
         "(1.0 - (plastic.nonlinear != 0 ? b.diffuse : vec3(1.0)) * plastic.internal)",
         "1.0",
         Check(test_dielectrics.test_white_plastic_reflects_everything, ior=1.5),
+    ),
+    Mutation(
+        "what a rough coat passes taken once for both ways",
+        "bsdf/rough_plastic.glsl",
+        "interface_o.y * rough_plastic_interface(b, wi.z).y * wi.z",
+        "interface_o.y * wi.z",
+        values("rough-plastic", "satin"),
+    ),
+    Mutation(
+        "the internal reflectance of a smooth coat for that of a rough one",
+        "material/material.glsl",
+        "            plastic.internal = coat.internal;\n",
+        "",
+        Check(test_coats.test_a_texture_varies_the_coat),
     ),
     Mutation(
         "probability of the lobes not divided out",

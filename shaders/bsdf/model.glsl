@@ -11,11 +11,13 @@ struct Bsdf {
     vec3 transmittance;  // of dielectrics: colour of what passes
     vec3 index;          // of conductors: index of refraction
     vec3 extinction;     // of conductors: k, the imaginary part of the index
+    vec4 coat_facets;    // of rough plastic: what its coat passes, as coefficients of rough_plastic_interface()
+    vec3 coat_angles;
 };
 
 // One without parameters of dielectrics, conductors and plastic.
 Bsdf bsdf_of(int model, vec3 diffuse, float alpha, vec3 f0, vec3 f90) {
-    return Bsdf(model, diffuse, alpha, f0, f90, 1.0, vec3(1.0), vec3(1.0), vec3(0.0));
+    return Bsdf(model, diffuse, alpha, f0, f90, 1.0, vec3(1.0), vec3(1.0), vec3(0.0), vec4(0.0), vec3(0.0));
 }
 
 // What happened at a sampled event: one of the first two, whether the lobe is a delta, and whether the direction is that

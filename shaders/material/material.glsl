@@ -7,6 +7,22 @@
 #include "shape/surface.glsl"
 #include "texture/texture.glsl"
 
+// The coat of a rough plastic, between the two of the nearest roughnesses.
+Coat material_coat(Plastic plastic, float alpha) {
+    Coat coat = coat_load(plastic.coat);
+    if (plastic.coats > 1) {
+        float place = sqrt(alpha) * float(plastic.coats - 1);
+        int below = min(int(place), plastic.coats - 2);
+        float t = place - float(below);
+        coat = coat_load(plastic.coat + below);
+        Coat above = coat_load(plastic.coat + below + 1);
+        coat.facets = mix(coat.facets, above.facets, t);
+        coat.angles = mix(coat.angles, above.angles, t);
+        coat.internal = mix(coat.internal, above.internal, t);
+    }
+    return coat;
+}
+
 // The BSDF of a surface of this material, met from its front or from behind. There is nothing before the front of a
 // dielectric.
 Bsdf material_bsdf(Material material, bool is_front) {
@@ -20,9 +36,16 @@ Bsdf material_bsdf(Material material, bool is_front) {
         b.index = conductor.index;
         b.extinction = conductor.extinction;
     }
-    if (b.model == BSDF_PLASTIC) {
+    if (b.model == BSDF_PLASTIC || b.model == BSDF_ROUGH_PLASTIC) {
         Plastic plastic = plastic_load(material.record);
         b.eta = plastic.eta;
+        if (b.model == BSDF_ROUGH_PLASTIC && u_plastics_are_smooth == 0) {
+            b.alpha = max(b.alpha, ALPHA_DELTA);
+            Coat coat = material_coat(plastic, b.alpha);
+            b.coat_facets = coat.facets;
+            b.coat_angles = coat.angles;
+            plastic.internal = coat.internal;
+        }
         // A geometric series of what goes to and fro, and the radiance of the coat spread by refraction to that outside.
         b.diffuse /= (1.0 - (plastic.nonlinear != 0 ? b.diffuse : vec3(1.0)) * plastic.internal) * square(plastic.eta);
     }

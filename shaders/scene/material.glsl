@@ -8,6 +8,7 @@ uniform int u_first_maps;
 uniform int u_first_dielectric;
 uniform int u_first_conductor;
 uniform int u_first_plastic;
+uniform int u_first_coat;
 uniform int u_first_opacity;
 uniform int u_has_maps;        // 0: materials are constant
 
@@ -96,13 +97,29 @@ struct Plastic {
     float eta;  // index of refraction of the coat
     float internal;  // share of diffuse light from within that the coat reflects back to the base
     int nonlinear;  // 1: what is reflected back and scattered again takes the colour of the base each time
+    int coat;  // of a rough one: number of the record of its coat, or of the first of several
+    int coats;  // so many, of roughnesses evenly from 0 to 1
 };
-Plastic plastic_of(uvec4 t0) {
-    return Plastic(uintBitsToFloat(t0.x), uintBitsToFloat(t0.y), int(t0.z));
+Plastic plastic_of(uvec4 t0, uvec4 t1) {
+    return Plastic(uintBitsToFloat(t0.x), uintBitsToFloat(t0.y), int(t0.z), int(t0.w), int(t1.x));
 }
 Plastic plastic_load(int index) {
-    int first = u_first_plastic + 1 * index;
-    return plastic_of(scene_texel(first));
+    int first = u_first_plastic + 2 * index;
+    return plastic_of(scene_texel(first), scene_texel(first + 1));
+}
+
+// A rough coat of one roughness.
+struct Coat {
+    vec4 facets;  // coefficients of what it passes (bsdf/rough_plastic.glsl)
+    vec3 angles;
+    float internal;  // share of diffuse light from within that it reflects
+};
+Coat coat_of(uvec4 t0, uvec4 t1) {
+    return Coat(uintBitsToFloat(t0), uintBitsToFloat(t1.xyz), uintBitsToFloat(t1.w));
+}
+Coat coat_load(int index) {
+    int first = u_first_coat + 2 * index;
+    return coat_of(scene_texel(first), scene_texel(first + 1));
 }
 
 struct Opacity {

@@ -8,6 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from fragtracer.resources import folder
+from fragtracer.scene.microfacets import internal_reflectance, rough_interface
 
 from . import bsdf_oracle
 from .bsdf_oracle import Material, interface_reflectance
@@ -136,3 +137,14 @@ def test_the_fit_of_what_a_white_metal_reflects() -> None:
     assert 100 * max(errors) <= largest + 0.005
     (percent,) = figures("F0 = 0.04 grows by at most # %")
     assert 100 * 0.04 * (1 - least) / least == pytest.approx(percent, abs=0.5)
+
+
+def test_what_white_under_a_rough_coat_reflects() -> None:
+    """Of diffuse light: at the facets, and by the base; in, out and within by single scattering."""
+    x, weights = np.polynomial.legendre.leggauss(48)
+    cosine, found = (x + 1) / 2, []
+    for roughness in row("roughness"):
+        alpha = max(roughness**2, 1e-3)
+        reflected, passed = (float(weights @ (cosine * y)) for y in rough_interface(alpha, 1.5, cosine))
+        found.append(reflected + passed**2 / 1.5**2 / (1 - internal_reflectance(alpha, 1.5)))
+    np.testing.assert_allclose(row("white, under a coat of n = 1.5"), found, atol=0.005)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.packing.atlas import Atlas, Region, build_atlas, mean_color
+from fragtracer.packing.coats import ROUGHNESSES, coat
 from fragtracer.packing.interiors import dielectrics
 from fragtracer.packing.records import MATERIAL_RECORDS, BsdfModel, Words, words_of, words_of_rows
 from fragtracer.scene import SHAPES, Material, Scene, Texture
@@ -45,9 +46,10 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
     packed, of_shapes, of_meshes = _apart(scene, materials)
     dielectric = dielectrics(materials)
     conductor, plastic = (
-        {name: i for i, name in enumerate(n for n, m in materials.items() if m.model == model)}
-        for model in ("conductor", "plastic")
+        {name: i for i, name in enumerate(n for n, m in materials.items() if m.model in models)}
+        for models in (("conductor",), ("plastic", "rough-plastic"))
     )
+    coats = {name: _coats(materials[name]) for name in plastic}
     numbers = np.zeros(len(packed), np.int64)
     for name, number in (dielectric | conductor | plastic).items():
         numbers[[of[name] for of in (of_shapes, of_meshes) if name in of]] = number
@@ -67,7 +69,8 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
         "Maps": words_of_rows(MATERIAL_RECORDS["Maps"], [_maps(m, index) for m in packed] if has_maps else []),
         "Dielectric": words_of_rows(MATERIAL_RECORDS["Dielectric"], [_dielectric(materials[n]) for n in dielectric]),
         "Conductor": words_of_rows(MATERIAL_RECORDS["Conductor"], [_conductor(materials[n]) for n in conductor]),
-        "Plastic": words_of_rows(MATERIAL_RECORDS["Plastic"], [_plastic(materials[n]) for n in plastic]),
+        "Plastic": words_of_rows(MATERIAL_RECORDS["Plastic"], _plastics(materials, coats)),
+        "Coat": words_of_rows(MATERIAL_RECORDS["Coat"], [row for rows in coats.values() for row in rows]),
         "Opacity": words_of_rows(
             MATERIAL_RECORDS["Opacity"], [_opacity(m, index) for m in packed] if has_alpha else []
         ),
@@ -86,6 +89,7 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
     flags = {
         "u_has_maps": int(has_maps),
         "u_dielectrics_are_smooth": int(not any(map(_is_rough_dielectric, packed))),
+        "u_plastics_are_smooth": int(BsdfModel.ROUGH_PLASTIC not in models),
         "u_texture_uses": sum(_USES[name] for name in used),
         "u_has_float_texels": int(len(atlas.floats) > 0),
     }
@@ -140,11 +144,17 @@ def _model(material: Material, specular: bool) -> BsdfModel:
     sides of a branch."""
     if material.model == DEFAULT_MODEL:
         return BsdfModel.COOK_TORRANCE if specular else BsdfModel.DIFFUSE
+    if material.model == "rough-plastic" and not _is_rough(material):
+        return BsdfModel.PLASTIC
     return BsdfModel[material.model.replace("-", "_").upper()]
 
 
+def _is_rough(material: Material) -> bool:
+    return material.alpha >= _ALPHA_DELTA or material.roughness_texture is not None
+
+
 def _is_rough_dielectric(material: Material) -> bool:
-    return material.is_solid and (material.alpha >= _ALPHA_DELTA or material.roughness_texture is not None)
+    return material.is_solid and _is_rough(material)
 
 
 def _dielectric(material: Material) -> dict[str, Any]:
@@ -161,9 +171,28 @@ def _conductor(material: Material) -> dict[str, Any]:
     return {"index": index, "extinction": extinction}
 
 
-def _plastic(material: Material) -> dict[str, Any]:
-    internal = internal_diffuse_reflectance(material.index)
-    return {"eta": material.index, "internal": internal, "nonlinear": material.nonlinear}
+def _coats(material: Material) -> list[dict[str, Any]]:
+    """Records of the coat of a plastic: of its roughness, or, where a texture varies that, of several."""
+    if material.model == "plastic" or not _is_rough(material):
+        return []
+    if material.roughness_texture is None:
+        return [coat(material.alpha, material.index)]
+    return [coat(float(roughness**2), material.index) for roughness in np.linspace(0, 1, ROUGHNESSES)]
+
+
+def _plastics(materials: Mapping[str, Material], coats: Mapping[str, Sequence[object]]) -> list[dict[str, Any]]:
+    """Records of the plastics, whose ``coats`` are numbered one after the other."""
+    firsts = np.cumsum([0, *map(len, coats.values())])
+    return [
+        {
+            "eta": materials[name].index,
+            "internal": internal_diffuse_reflectance(materials[name].index),
+            "nonlinear": materials[name].nonlinear,
+            "coat": first,
+            "coats": len(found),
+        }
+        for (name, found), first in zip(coats.items(), firsts, strict=False)
+    ]
 
 
 def _share_texture(material: Material) -> bool:

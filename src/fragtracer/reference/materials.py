@@ -37,7 +37,7 @@ def is_plain(material: Material, attributes: MeshAttributes) -> bool:
 
 def is_own_plugin(material: Material) -> bool:
     """Whether Mitsuba has a plugin of its own for the model."""
-    return material.is_dielectric or material.model in ("conductor", "plastic")
+    return material.is_dielectric or material.model in ("conductor", "plastic", "rough-plastic")
 
 
 def own_plugin(material: Material) -> Tree:

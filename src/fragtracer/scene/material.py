@@ -35,6 +35,7 @@ MODELS: dict[str, tuple[str, ...]] = {
     "thin-dielectric": ("ior", "transmittance"),
     "conductor": ("roughness", "metal", "eta", "k"),
     "plastic": ("albedo", "ior", "nonlinear"),
+    "rough-plastic": ("albedo", "roughness", "ior", "nonlinear"),
 }
 _OF_MODELS = {key for keys in MODELS.values() for key in keys}
 _OF_OTHERS = {model: sorted(_OF_MODELS - set(keys)) for model, keys in MODELS.items()}  # keys that mean nothing to it
@@ -51,8 +52,9 @@ class Material:
     (shaders/bsdf/eon.glsl), whose roughness of 0 is Lambert's. "dielectric" is the surface of a solid or a liquid that
     light passes, such as glass or water, and "thin-dielectric" a pane of it (shaders/bsdf/dielectric.glsl).
     "conductor" is a metal of a measured complex index ``eta`` + i ``k``, or of that of the ``metal`` of a name in
-    :data:`METAL_INDEX`. "plastic" is a Lambert base under a smooth coat (shaders/bsdf/plastic.glsl): what the coat
-    reflects back to the base is scattered again, ``nonlinear`` in its colour.
+    :data:`METAL_INDEX`. "plastic" is a Lambert base under a smooth coat (shaders/bsdf/plastic.glsl), "rough-plastic" one
+    under a coat of GGX facets (shaders/bsdf/rough_plastic.glsl): what the coat reflects back to the base is scattered
+    again, ``nonlinear`` in its colour.
 
     ``albedo`` is the colour of the base, and the specular colour of the metallic part. The GGX
     width is ``roughness**2``; roughness below 0.01 is a perfect mirror. The dielectric part's
@@ -76,9 +78,9 @@ class Material:
     radiance and scatters nothing.
     """
 
-    model: Literal["metallic-roughness", "eon", "dielectric", "thin-dielectric", "conductor", "plastic"] = (
-        "metallic-roughness"
-    )
+    model: Literal[
+        "metallic-roughness", "eon", "dielectric", "thin-dielectric", "conductor", "plastic", "rough-plastic"
+    ] = "metallic-roughness"
     albedo: Reflectance = (0.5, 0.5, 0.5)
     roughness: Fraction = 0.5
     metallic: Fraction = 0.0
@@ -225,7 +227,7 @@ class Material:
         """Specular reflectance at grazing incidence, per channel for a dielectric, 1 for a metal."""
         if self.model == "eon":
             return (0.0, 0.0, 0.0)
-        if self.metal or self.model in ("conductor", "plastic"):
+        if self.metal or self.model in ("conductor", "plastic", "rough-plastic"):
             return (1.0, 1.0, 1.0)
         dielectric = (1 - self.metallic) * self.specular
         metallic = self.metallic * grazing_reflectance(max(self.albedo))
