@@ -906,6 +906,13 @@ MUTATIONS = [
         Check(test_dielectrics.test_white_plastic_reflects_everything, ior=1.5),
     ),
     Mutation(
+        "the factor of the half vector at the mean normal",
+        "bsdf/cook_torrance.glsl",
+        "return 1.0 - fresnel_schlick(b.f0, b.f90, dot(wo, normalize(wo + wi)));",
+        "return 1.0 - fresnel_schlick(b.f0, b.f90, wo.z);",
+        values("half-vector", "plastic"),
+    ),
+    Mutation(
         "what a rough coat passes taken once for both ways",
         "bsdf/rough_plastic.glsl",
         "interface_o.y * rough_plastic_interface(b, wi.z).y * wi.z",

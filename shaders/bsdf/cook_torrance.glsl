@@ -5,7 +5,7 @@
 //             what the rough interface reflects at the mean normal (fresnel_schlick_rough); after Kelemen and
 //             Szirmay-Kalos 2001, A Microfacet Based Coupled Specular-Matte BRDF Model, not normalised as theirs
 // The second form is reciprocal and never reflects more than it receives; the common factor
-// 1 - F(wo . wh) reflects up to 1.9 times the light at grazing angles (docs/material.md).
+// 1 - F(wo . wh), which a material may ask for, reflects up to 1.9 times the light at grazing angles (docs/material.md).
 #include "bsdf/fresnel.glsl"
 #include "bsdf/ggx.glsl"
 #include "bsdf/model.glsl"
@@ -22,6 +22,8 @@
 #define MULTIPLE_SCATTERING 0  // its part of the specular lobe, for Smith's uncorrelated geometry term
 #endif
 
+uniform int u_without_half_vector;  // 1: no base has the factor of the half vector, which then needs no code
+
 bool cook_torrance_is_mirror(Bsdf b) { return HAS_DELTA == 1 && b.alpha < ALPHA_DELTA; }
 
 // What the interface lets through to the base, or back out, at an angle to the normal. The height-correlated term lets
@@ -32,6 +34,14 @@ vec3 cook_torrance_transmittance(Bsdf b, float cos_theta) {
 #else
     return 1.0 - fresnel_schlick_rough(b.f0, b.f90, b.alpha, cos_theta);
 #endif
+}
+
+// The part of light from wi that the base scatters to wo, but for its albedo.
+vec3 cook_torrance_diffuse_factor(Bsdf b, vec3 wo, vec3 wi) {
+    if (u_without_half_vector == 0 && b.half_vector != 0) {
+        return 1.0 - fresnel_schlick(b.f0, b.f90, dot(wo, normalize(wo + wi)));
+    }
+    return cook_torrance_transmittance(b, wo.z) * cook_torrance_transmittance(b, wi.z);
 }
 
 // Probability of choosing the specular lobe: its share of the energy reflected towards wo.
@@ -47,7 +57,7 @@ vec4 cook_torrance_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
     if (wo.z <= 0.0 || wi.z <= 0.0) return vec4(0.0);
     float specular_probability = cook_torrance_specular_probability(b, wo);
     vec3 diffuse = b.diffuse * (wi.z * INVERSE_PI);
-    diffuse *= cook_torrance_transmittance(b, wo.z) * cook_torrance_transmittance(b, wi.z);
+    diffuse *= cook_torrance_diffuse_factor(b, wo, wi);
     vec4 result = vec4(diffuse, (1.0 - specular_probability) * square_to_cosine_hemisphere_pdf(wi));
     if (!cook_torrance_is_mirror(b)) {
         vec3 wh = normalize(wo + wi);

@@ -27,6 +27,9 @@ Coat material_coat(Plastic plastic, float alpha) {
 // dielectric.
 Bsdf material_bsdf(Material material, bool is_front) {
     Bsdf b = bsdf_of(material.bsdf, material.diffuse, material.alpha, material.f0, material.f90);
+#if HAS_COOK_TORRANCE
+    if (u_without_half_vector == 0 && b.model == BSDF_COOK_TORRANCE) b.half_vector = material.record;
+#endif
 #if HAS_EXACT_FRESNEL
     Dielectric dielectric = dielectric_load(material.record);
     b.eta = is_front || b.model == BSDF_THIN_DIELECTRIC ? dielectric.eta : 1.0 / dielectric.eta;

@@ -24,7 +24,7 @@ struct Material {
     vec3 f90;  // specular reflectance at grazing incidence
     int unlit;  // 1: emits to every ray, and scatters nothing
     vec3 emission;  // radiance from the front
-    int record;  // number of that of a dielectric, a conductor or a plastic
+    int record;  // number of that of a dielectric, a conductor or a plastic; of others 1: the factor of the half vector
 };
 Material material_of(uvec4 t0, uvec4 t1, uvec4 t2, uvec4 t3) {
     return Material(

@@ -88,8 +88,8 @@ def test_a_base_under_a_coat(ctx: moderngl.Context, nonlinear: bool) -> None:
 
 
 def test_a_texture_varies_the_coat(ctx: moderngl.Context) -> None:
-    """Between the roughnesses that are stored, too, with the error of two fits, at grazing angles below the first of them
-    of four; and a base of that colour is as bright."""
+    """Between the roughnesses that are stored, too, with the error of two fits, at grazing angles below the first of
+    them of four; and a base of that colour is as bright."""
     roughnesses = [0.0, 0.03, 0.1, 0.22, 0.47, 0.72, 0.99, 1.0]
     white = Texture(Image(np.ones((1, 1, 1), np.float32), "linear"))
     materials = [

@@ -50,7 +50,7 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
         for models in (("conductor",), ("plastic", "rough-plastic"))
     )
     coats = {name: _coats(materials[name]) for name in plastic}
-    numbers = np.zeros(len(packed), np.int64)
+    numbers = np.array([_has_half_vector(m) for m in packed], np.int64)
     for name, number in (dielectric | conductor | plastic).items():
         numbers[[of[name] for of in (of_shapes, of_meshes) if name in of]] = number
     textured = [packed[i] for i in of_meshes.values() if packed[i].textures]
@@ -89,6 +89,7 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
     flags = {
         "u_has_maps": int(has_maps),
         "u_dielectrics_are_smooth": int(not any(map(_is_rough_dielectric, packed))),
+        "u_without_half_vector": int(not any(map(_has_half_vector, packed))),
         "u_plastics_are_smooth": int(BsdfModel.ROUGH_PLASTIC not in models),
         "u_texture_uses": sum(_USES[name] for name in used),
         "u_has_float_texels": int(len(atlas.floats) > 0),
@@ -147,6 +148,10 @@ def _model(material: Material, specular: bool) -> BsdfModel:
     if material.model == "rough-plastic" and not _is_rough(material):
         return BsdfModel.PLASTIC
     return BsdfModel[material.model.replace("-", "_").upper()]
+
+
+def _has_half_vector(material: Material) -> bool:
+    return material.diffuse_factor == "half-vector"
 
 
 def _is_rough(material: Material) -> bool:
@@ -215,7 +220,7 @@ def _material_words(
     records: NDArray[np.int64],
 ) -> Words:
     """Records of ``materials`` with their models, the f0 and f90 of their specular lobes, and the numbers of the
-    ``records`` of dielectrics, conductors and plastics."""
+    ``records`` of dielectrics, conductors and plastics, or 1 for the diffuse factor of the half vector."""
     scatters = np.array([not m.unlit for m in materials], np.float64)
     f0, f90 = np.array(lobes, np.float64).reshape(-1, 2, 3).transpose(1, 0, 2)
     columns = {

@@ -90,6 +90,7 @@ def exact_bsdf(material: Material, geometry: str, attributes: MeshAttributes, te
         "specular_f90": list(material.specular_f90),
         "alpha": float(material.alpha),
         "geometry": geometry,
+        "diffuse_factor": material.diffuse_factor,
     }
 
 
@@ -104,6 +105,7 @@ def surface(material: Material, geometry: str, attributes: MeshAttributes, textu
         "specular": float(material.specular),
         "dielectric_f0": list(material.dielectric_f0),
         "geometry": geometry,
+        "diffuse_factor": material.diffuse_factor,
         "opacity": float(material.opacity),
         "alpha_mode": material.alpha_mode,
         "alpha_cutoff": float(material.alpha_cutoff),

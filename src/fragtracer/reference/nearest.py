@@ -146,13 +146,17 @@ def note(material: Material, geometry: str, plugin: bool, attributes: MeshAttrib
         differs.append("the exact Fresnel term in place of Schlick's, a base brighter towards grazing")
     if kinds[-1].endswith("conductor"):
         differs.append("a metal of the same reflectance at every angle, no rise towards grazing")
+    if material.diffuse_factor == "half-vector":
+        differs.append("a base without the factor of the half vector")
     if geometry != "smith":
         differs.append(f"Smith's uncorrelated geometry term in place of {geometry}")
     return f"{' and '.join(kinds)}, nearly the same: {'; '.join(differs)}"
 
 
 def _textured_note(material: Material, geometry: str) -> str:
-    differs = ["a base brighter towards grazing"]
+    differs = ["a base without the factor of the half vector"]
+    if material.diffuse_factor == "interface":
+        differs = ["a base brighter towards grazing"]
     if material.normal_texture:
         differs.append("a normal map whose green is inverted where the image is mirrored")
     if material.alpha_mode == "mask":

@@ -21,7 +21,7 @@ from fragtracer.scene.texture import Texture
 DEFAULT_MODEL: Final = "metallic-roughness"
 # The keys that mean something to each model besides those of all: textures of these, emission, opacity, sides, normals.
 MODELS: dict[str, tuple[str, ...]] = {
-    DEFAULT_MODEL: ("albedo", "roughness", "metallic", "ior", "f0", "metal", "specular"),
+    DEFAULT_MODEL: ("albedo", "roughness", "metallic", "ior", "f0", "metal", "specular", "diffuse_factor"),
     "eon": ("albedo", "roughness"),
     "dielectric": (
         "roughness",
@@ -52,16 +52,18 @@ class Material:
     (shaders/bsdf/eon.glsl), whose roughness of 0 is Lambert's. "dielectric" is the surface of a solid or a liquid that
     light passes, such as glass or water, and "thin-dielectric" a pane of it (shaders/bsdf/dielectric.glsl).
     "conductor" is a metal of a measured complex index ``eta`` + i ``k``, or of that of the ``metal`` of a name in
-    :data:`METAL_INDEX`. "plastic" is a Lambert base under a smooth coat (shaders/bsdf/plastic.glsl), "rough-plastic" one
-    under a coat of GGX facets (shaders/bsdf/rough_plastic.glsl): what the coat reflects back to the base is scattered
-    again, ``nonlinear`` in its colour.
+    :data:`METAL_INDEX`. "plastic" is a Lambert base under a smooth coat (shaders/bsdf/plastic.glsl), "rough-plastic"
+    one under a coat of GGX facets (shaders/bsdf/rough_plastic.glsl): what the coat reflects back to the base is
+    scattered again, ``nonlinear`` in its colour.
 
     ``albedo`` is the colour of the base, and the specular colour of the metallic part. The GGX
     width is ``roughness**2``; roughness below 0.01 is a perfect mirror. The dielectric part's
     reflectance at normal incidence comes from ``ior`` (index of refraction against air, 1.5 where
     nothing is given) or directly from ``f0``. ``metal`` names a metal of :data:`METAL_F0` and
     replaces albedo, metallic, ior and f0. ``specular`` scales the dielectric reflection: 0
-    is pure Lambert. ``emission`` is the radiance in W/m²/sr of the front of a surface.
+    is pure Lambert. ``diffuse_factor`` says what of the light the base gets and gives: what passes the "interface", in
+    and out, or 1 - F at the "half-vector", which is more at grazing angles than there is (docs/material.md).
+    ``emission`` is the radiance in W/m²/sr of the front of a surface.
 
     Behind the front of a dielectric, ``attenuation_color`` is what is left of white light after
     ``attenuation_distance`` metres (Beer and Lambert); ``transmittance`` is the colour of what passes the surface.
@@ -88,6 +90,7 @@ class Material:
     f0: Reflectance | None = None
     metal: str | None = None
     specular: Fraction = 1.0
+    diffuse_factor: Literal["interface", "half-vector"] = "interface"
     transmittance: Reflectance = (1.0, 1.0, 1.0)
     attenuation_color: Reflectance = (1.0, 1.0, 1.0)
     attenuation_distance: Positive = 1.0

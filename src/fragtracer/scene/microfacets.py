@@ -13,8 +13,8 @@ _ANGLES = 32  # and for an angle, on each side of the critical one
 
 
 def fresnel(cosine: ArrayLike, eta: float) -> Floats:
-    """What a smooth interface reflects of unpolarised light, 1 where it reflects all; ``eta`` is the index of refraction
-    beyond it over that before it."""
+    """What a smooth interface reflects of unpolarised light, 1 where it reflects all; ``eta`` is the index of
+    refraction beyond it over that before it."""
     c = np.asarray(cosine, np.float64)
     refracted = np.sqrt(np.maximum(1 - (1 - c**2) / eta**2, 0))
     parallel = (eta * c - refracted) / (eta * c + refracted)

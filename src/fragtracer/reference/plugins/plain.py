@@ -2,8 +2,8 @@
 """``fragtracer_cooktorrance``: a uniform two-sided material.
 
 Its parameters: ``diffuse_albedo``, ``specular_f0`` and ``specular_f90`` (three numbers each),
-``alpha`` (GGX width) and ``geometry`` ("smith", "smith-height-correlated", "schlick-beckmann", "karis" or
-"smith-multiple-scattering").
+``alpha`` (GGX width), ``geometry`` ("smith", "smith-height-correlated", "schlick-beckmann", "karis" or
+"smith-multiple-scattering") and ``diffuse_factor`` ("interface" or "half-vector").
 """
 
 from typing import Any
@@ -26,7 +26,8 @@ def plain_class(mi: Any, dr: Any) -> type:
             # Opaque, that is, unknown to the compiler: materials of one kind share their code.
             dr.make_opaque(albedo, f0, f90, alpha, k)
             specular_range = (0.25, 0.75) if has_diffuse and has_specular else (float(has_specular),) * 2
-            self.lobes = Lobes(albedo, f0, f90, alpha, geometry, k, specular_range)
+            diffuse_factor = str(props.get("diffuse_factor", "interface"))
+            self.lobes = Lobes(albedo, f0, f90, alpha, geometry, k, specular_range, diffuse_factor)
 
         def _set_lobes(self, has_diffuse: bool, has_specular: bool, delta: bool) -> None:
             self.diffuse_type = int(mi.BSDFFlags.DiffuseReflection)

@@ -14,6 +14,7 @@ from fragtracer.scene.reflectance import DIELECTRIC_F0, METAL_F0, METAL_INDEX
 CUSTOM = "custom"
 _MATTE = "matte"
 _ALPHA_MODES = get_args(get_type_hints(Material)["alpha_mode"])
+_DIFFUSE_FACTORS = get_args(get_type_hints(Material)["diffuse_factor"])
 PRESETS = (CUSTOM, _MATTE, *DIELECTRIC_F0, *sorted(METAL_F0))
 
 
@@ -36,6 +37,7 @@ def edit(material: Material, of_mesh: bool = False) -> Material:
         new["albedo"] = widgets.color("Albedo", material.albedo)
         new["metallic"] = widgets.slider("Metallic", material.metallic, 0.0, 1.0, "%.2f")
         new["specular"] = widgets.slider("Specular", material.specular, 0.0, 1.0, "%.2f")
+        new["diffuse_factor"] = widgets.choice("Diffuse factor", material.diffuse_factor, _DIFFUSE_FACTORS)
         if material.f0 is not None:
             new["f0"] = widgets.color("F0", material.f0)
         else:

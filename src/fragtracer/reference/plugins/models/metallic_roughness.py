@@ -112,7 +112,8 @@ def ggx_sample_visible(wo: Any, alpha: Any, u: Any) -> Any:
 class Lobes:
     """A specular lobe over a Lambert base. Directions are local, on the front.
 
-    ``specular_range`` bounds the probability of choosing the specular lobe.
+    ``specular_range`` bounds the probability of choosing the specular lobe. With the ``diffuse_factor`` "half-vector"
+    the base has 1 - F(wo·wh) in place of what passes the interface in and out.
     """
 
     albedo: Any  # of the base
@@ -122,10 +123,12 @@ class Lobes:
     geometry: str
     k: Any
     specular_range: tuple[float, float]
+    diffuse_factor: str = "interface"
 
     @classmethod
     def of(cls, p: Parameters) -> "Lobes":
-        return cls(p.albedo, p.f0, p.f90, p.alpha, p.geometry, schlick_k(p.geometry, p.alpha), p.specular_range)
+        k = schlick_k(p.geometry, p.alpha)
+        return cls(p.albedo, p.f0, p.f90, p.alpha, p.geometry, k, p.specular_range, p.diffuse_factor)
 
     @property
     def delta(self) -> Any:
@@ -166,10 +169,12 @@ class Lobes:
         import drjit as dr
 
         p_specular = self.specular_probability(wo)
-        both_pass = (1 - self.interface(wo.z)) * (1 - self.interface(wi.z))
-        value = self.albedo * both_pass * (wi.z / dr.pi)
-        pdf = (1 - p_specular) * wi.z / dr.pi
         wh = dr.normalize(wo + wi)
+        factor = (1 - self.interface(wo.z)) * (1 - self.interface(wi.z))
+        if self.diffuse_factor == "half-vector":
+            factor = 1 - self.fresnel(dr.dot(wo, wh))
+        value = self.albedo * factor * (wi.z / dr.pi)
+        pdf = (1 - p_specular) * wi.z / dr.pi
         d = dr.select(self.delta, 0, ggx_d(wh, dr.maximum(self.alpha, DELTA_ALPHA)) / 4)
         specular = self.fresnel(dr.dot(wo, wh)) * (d * self.g_over_cosines(wo.z, wi.z) * wi.z)
         if self.geometry == "smith-multiple-scattering":
