@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import test_adaptive_sampling
+import test_anisotropy
 import test_convergence
 import test_cube_maps
 import test_dielectrics
@@ -911,6 +912,27 @@ MUTATIONS = [
         "return 1.0 - fresnel_schlick(b.f0, b.f90, dot(wo, normalize(wo + wi)));",
         "return 1.0 - fresnel_schlick(b.f0, b.f90, wo.z);",
         values("half-vector", "plastic"),
+    ),
+    Mutation(
+        "tangents of meshes not used",
+        "material/material.glsl",
+        "has_tangent ? surface.tangent.xyz : level",
+        "level",
+        Check(test_anisotropy.test_facets_are_wider_along_the_tangent, name="mesh"),
+    ),
+    Mutation(
+        "widths along the tangent and across it exchanged",
+        "bsdf/facets.glsl",
+        "widths.yx / widths",
+        "widths / widths.yx",
+        values("conductor", "brushed gold"),
+    ),
+    Mutation(
+        "facets masked by the width across the tangent",
+        "bsdf/facets.glsl",
+        "return ggx_g1_smith(facets_width(b, w), abs(w.z));",
+        "return ggx_g1_smith(b.alpha, abs(w.z));",
+        values("conductor", "brushed gold"),
     ),
     Mutation(
         "what a rough coat passes taken once for both ways",

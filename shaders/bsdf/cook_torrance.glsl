@@ -6,8 +6,8 @@
 //             Szirmay-Kalos 2001, A Microfacet Based Coupled Specular-Matte BRDF Model, not normalised as theirs
 // The second form is reciprocal and never reflects more than it receives; the common factor
 // 1 - F(wo . wh), which a material may ask for, reflects up to 1.9 times the light at grazing angles (docs/material.md).
+#include "bsdf/facets.glsl"
 #include "bsdf/fresnel.glsl"
-#include "bsdf/ggx.glsl"
 #include "bsdf/model.glsl"
 #include "core/math.glsl"
 #include "core/warp.glsl"
@@ -61,12 +61,12 @@ vec4 cook_torrance_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
     vec4 result = vec4(diffuse, (1.0 - specular_probability) * square_to_cosine_hemisphere_pdf(wi));
     if (!cook_torrance_is_mirror(b)) {
         vec3 wh = normalize(wo + wi);
-        float d = ggx_d(b.alpha, wh) / (4.0 * wo.z);
+        float d = facets_d(b, wh) / (4.0 * wo.z);
         vec3 fresnel = fresnel_schlick(b.f0, b.f90, dot(wo, wh));
 #if MULTIPLE_SCATTERING
-        fresnel *= ggx_compensation(b.f0, b.alpha, wo.z);
+        fresnel *= ggx_compensation(b.f0, facets_width(b, wo), wo.z);
 #endif
-        result += vec4(fresnel * (d * ggx_g(b.alpha, wo, wi)), specular_probability * d * ggx_g1_smith(b.alpha, wo.z));
+        result += vec4(fresnel * (d * facets_g(b, wo, wi)), specular_probability * d * facets_g1_smith(b, wo));
     }
     return result;
 }
@@ -84,7 +84,7 @@ BsdfSample cook_torrance_sample(Bsdf b, vec3 wo, vec2 u) {
     }
 #endif
     s.wi = square_to_cosine_hemisphere(u);
-    if (specular) s.wi = reflect(-wo, ggx_sample_vndf(b.alpha, wo, u));
+    if (specular) s.wi = reflect(-wo, facets_sample_vndf(b, wo, u));
     vec4 eval_pdf = cook_torrance_eval_pdf(b, wo, s.wi);
     if (eval_pdf.a > 0.0) {
         s.weight = eval_pdf.rgb / eval_pdf.a;

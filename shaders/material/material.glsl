@@ -2,6 +2,7 @@
 // What a surface is made of at one point: the material's constant values, times its textures and the
 // colours of the vertices (the metallic-roughness material of glTF 2.0, section 3.9).
 #include "bsdf/bsdf.glsl"
+#include "core/frame.glsl"
 #include "core/math.glsl"
 #include "scene/material.glsl"
 #include "shape/surface.glsl"
@@ -111,6 +112,17 @@ float material_occlusion(Surface surface) {
     }
 #endif
     return 1.0;
+}
+
+// The direction along which facets are wider: the tangent of a mesh, or, where there is none, the horizontal one to the
+// right as seen from outside, x where the surface is horizontal; turned by the angle of the material.
+vec3 material_tangent(Surface surface, Anisotropy anisotropy) {
+    vec3 normal = surface.shading_normal;
+    vec3 level = unit_or(vec3(normal.z, 0.0, -normal.x), vec3(1.0, 0.0, 0.0));
+    bool has_tangent = dot(surface.tangent.xyz, surface.tangent.xyz) > 0.0;
+    Frame frame = frame_from_tangent(normal, has_tangent ? surface.tangent.xyz : level);
+    float handed = has_tangent ? surface.tangent.w : 1.0;
+    return anisotropy.cosine * frame.tangent + anisotropy.sine * handed * frame.bitangent;
 }
 
 // The interpolated normal, with what a normal map makes of it; on the side of the surface's front. The tangent is made

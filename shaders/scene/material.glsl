@@ -9,6 +9,7 @@ uniform int u_first_dielectric;
 uniform int u_first_conductor;
 uniform int u_first_plastic;
 uniform int u_first_coat;
+uniform int u_first_anisotropy;
 uniform int u_first_opacity;
 uniform int u_has_maps;        // 0: materials are constant
 
@@ -120,6 +121,20 @@ Coat coat_of(uvec4 t0, uvec4 t1) {
 Coat coat_load(int index) {
     int first = u_first_coat + 2 * index;
     return coat_of(scene_texel(first), scene_texel(first + 1));
+}
+
+// Of facets that are wider along a tangent; of every material, where any has them.
+struct Anisotropy {
+    float strength;  // 0: as wide across it
+    float cosine;    // of the angle from the tangent of the surface, counter-clockwise
+    float sine;
+};
+Anisotropy anisotropy_of(uvec4 t0) {
+    return Anisotropy(uintBitsToFloat(t0.x), uintBitsToFloat(t0.y), uintBitsToFloat(t0.z));
+}
+Anisotropy anisotropy_load(int index) {
+    int first = u_first_anisotropy + 1 * index;
+    return anisotropy_of(scene_texel(first));
 }
 
 struct Opacity {

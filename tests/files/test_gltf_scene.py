@@ -138,6 +138,24 @@ def test_what_transmits_is_a_dielectric(tmp_path: Path) -> None:
     assert model.materials["veil"].model == "metallic-roughness"
 
 
+@pytest.mark.parametrize("transmits", [False, True])
+def test_anisotropy(tmp_path: Path, transmits: bool) -> None:
+    """Of metals and of what transmits; its texture is not read."""
+    brushed = {"anisotropyStrength": 0.6, "anisotropyRotation": 0.5, "anisotropyTexture": {"index": 0}}
+    passing = {"KHR_materials_transmission": {"transmissionFactor": 1}, "KHR_materials_volume": {"thicknessFactor": 1}}
+    item = {
+        "pbrMetallicRoughness": {"roughnessFactor": 0.4, "metallicFactor": 0.0 if transmits else 1.0},
+        "extensions": {"KHR_materials_anisotropy": brushed} | (passing if transmits else {}),
+    }
+    gltf = Gltf(materials=[item], nodes=[{"mesh": 0}], scenes=[{"nodes": [0]}])
+    gltf.triangle(material=0)
+    with pytest.warns(UserWarning, match=r"ignored: anisotropyTexture of materials\[0\]"):
+        (material,) = gltf.read(tmp_path).materials.values()
+    assert material.model == ("dielectric" if transmits else "metallic-roughness")
+    assert (material.anisotropy, material.roughness) == (0.6, 0.4)
+    assert material.anisotropy_rotation_degrees == pytest.approx(28.6479, abs=1e-4)
+
+
 def test_emission_above_one_is_read(tmp_path: Path) -> None:
     gltf = Gltf(materials=[{"emissiveFactor": [7, 0, 2.5]}])
     gltf.triangle(material=0)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The shader's models, value by value, against Mitsuba's own plugins, on both sides of a surface."""
 
+from pathlib import Path
 from typing import Any
 
 import moderngl
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 from shaders.bsdf_models import (
     MODELS,
+    Brushed,
     Conductor,
     Dielectric,
     plastic_of,
@@ -19,6 +21,10 @@ from shaders.bsdf_probe import run
 from shaders.directions import direction
 
 from fragtracer.reference.dielectrics import conductor_bsdf, dielectric_bsdf, plastic_bsdf
+from fragtracer.reference.materials import exact_bsdf
+from fragtracer.reference.meshes import MeshAttributes
+from fragtracer.reference.plugins import register
+from fragtracer.reference.textures import TextureFolder
 from fragtracer.scene import Material
 from fragtracer.scene.reflectance import METAL_INDEX
 
@@ -109,6 +115,53 @@ def test_conductor(ctx: moderngl.Context, mi: Any, roughness: float) -> None:
         np.testing.assert_allclose(ours["pdf"], pdf.numpy(), rtol=1e-3, atol=1e-6)
         weight = (value / pdf).numpy().T[-np.count_nonzero(found) :]
         np.testing.assert_allclose(drawn["weight"][found, :3], weight, rtol=2e-3)
+
+
+@pytest.mark.parametrize("model", ["conductor", "dielectric", "back of dielectric"])
+@pytest.mark.parametrize(("roughness", "anisotropy"), [(0.3, 0.4), (0.6, 0.8)])
+def test_anisotropic(ctx: moderngl.Context, mi: Any, model: str, roughness: float, anisotropy: float) -> None:
+    """Values, densities, and weights of samples; of the plugin of the default model the values, too."""
+    side = -1 if model.startswith("back") else 1
+    name = model.split()[-1]
+    facets = {"roughness": roughness, "anisotropy": anisotropy}
+    parameters: Conductor | Dielectric
+    if name == "conductor":
+        material = Material(model=name, metal="gold", **facets)
+        theirs = mi.load_dict(conductor_bsdf(material))
+        parameters = Conductor(*material.complex_index, material.alpha, anisotropy)
+    else:
+        material = Material(model=name, ior=1.6, **facets)
+        theirs = mi.load_dict(dielectric_bsdf(material, None))
+        parameters = Dielectric(1.6**side, material.alpha, anisotropy=anisotropy)
+    flip = np.float32((1, 1, side))
+    for degrees in DEGREES:
+        wo = direction(degrees)
+        drawn = run(ctx, MODELS[name], parameters, DRAW, {"u": u(2048)}, {"drawn": 4, "weight": 4}, wo)
+        found = drawn["drawn"][:, 3] > 0
+        wi = np.concatenate([over_the_sphere(4096), drawn["drawn"][found, :3]]).astype(np.float32)
+        ours = run(ctx, MODELS[name], parameters, EVAL, {"wi": wi}, {"value": 3, "pdf": 1}, wo)
+        value, pdf = theirs.eval_pdf(mi.BSDFContext(), seen_from(mi, wo * flip), mi.Vector3f((wi * flip).T))
+        slack = MODELS[name].tolerance(parameters, np.broadcast_to(wo, wi.shape), wi.astype(np.float64))
+        slack = 2 * np.minimum(slack, 1) + 1e-4
+        assert (np.abs(ours["pdf"] - pdf.numpy()) <= slack * ours["pdf"] + 1e-6).all(), degrees
+        assert (np.abs(ours["value"] - value.numpy().T) <= slack[:, None] * ours["value"] + 1e-6).all(), degrees
+        weight = (value / pdf).numpy().T[-np.count_nonzero(found) :]
+        error = np.abs(drawn["weight"][found, :3] - weight)
+        assert (error <= (1e-3 + slack[-len(weight) :, None]) * weight).all(), degrees
+
+
+def test_anisotropic_plugin_of_the_default_model(ctx: moderngl.Context, mi: Any) -> None:
+    material = Material(albedo=(0.8, 0.5, 0.2), roughness=0.5, anisotropy=0.7)
+    for geometry, model in (("smith", "brushed SMITH"), ("smith-height-correlated", "brushed SMITH_HEIGHT_CORRELATED")):
+        register()
+        tree = exact_bsdf(material, geometry, MeshAttributes(), TextureFolder(Path()))
+        theirs = mi.load_dict(tree)
+        parameters = Brushed(material.albedo, material.alpha, material.specular_f0, material.specular_f90, 0.7)
+        for degrees in DEGREES:
+            wo, wi = direction(degrees), over_the_sphere(4096)
+            ours = run(ctx, MODELS[model], parameters, EVAL, {"wi": wi}, {"value": 3, "pdf": 1}, wo)
+            value = theirs.eval(mi.BSDFContext(), seen_from(mi, wo), mi.Vector3f(wi.T))
+            np.testing.assert_allclose(ours["value"], value.numpy().T, rtol=1e-3, atol=1e-6)
 
 
 @pytest.mark.parametrize("nonlinear", [False, True])

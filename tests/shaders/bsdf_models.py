@@ -243,6 +243,61 @@ def half_vector_tolerance(m: HalfVector, wo: Floats, wi: Floats) -> Floats:
     return float32_tolerance(m, wo, wi) + 1e-6 / np.maximum(passed * size, 1e-30)
 
 
+@dataclass(frozen=True)
+class Brushed(Material):
+    """With facets of two widths."""
+
+    anisotropy: float = 0.5
+
+
+def brushed_eval(m: Brushed, term: str, wo: Floats, wi: Floats) -> Floats:
+    """The specular lobe with the width along each direction in the term of masking and shadowing."""
+    wh = (wo + wi) / np.linalg.norm(wo + wi, axis=-1, keepdims=True)
+    one, other = (bsdf_oracle.g1(term, bsdf_oracle.width_along(m.alpha, m.anisotropy, w), w[..., 2]) for w in (wo, wi))
+    masking = 1 / (1 / one + 1 / other - 1) if term == "SMITH_HEIGHT_CORRELATED" else one * other
+    d = bsdf_oracle.facets_d(m.alpha, m.anisotropy, wh) / (4 * wo[..., 2])
+    fresnel = bsdf_oracle.fresnel(m.f0, m.f90, (wo * wh).sum(-1))
+    return bsdf_oracle.bsdf_eval_diffuse(m, wo, wi, term) + fresnel * (d * masking)[..., None]
+
+
+def brushed_pdf(m: Brushed, wo: Floats, wi: Floats, term: str) -> Floats:
+    facets = conductor_pdf(Conductor(WHITE, WHITE, m.alpha, m.anisotropy), wo, wi)
+    chance = bsdf_oracle.specular_probability(m, wo, term)
+    return chance * facets + (1 - chance) * wi[..., 2] / np.pi
+
+
+def brushed(term: str) -> Model:
+    model = cook_torrance(term)
+    some = {
+        name: [Brushed(m.diffuse, alpha, m.f0, m.f90, anisotropy) for alpha, anisotropy in BRUSHED]
+        for name, m in COOK_TORRANCE.items()
+        if name in ("plastic", "gold")
+    }
+    white = [COOK_TORRANCE[name] for name in ("white dielectric", "white metal")] if "SMITH" in term else []
+
+    def largest_weight(m: Brushed, cosine: Floats) -> Floats:
+        return np.fmax(model.largest_weight(m, cosine), model.largest_weight(replace(m, alpha=1.0), cosine))
+
+    return replace(
+        model,
+        materials=some,
+        value=lambda m, wo, wi: brushed_eval(m, term, wo, wi),
+        pdf=partial(brushed_pdf, term=term),
+        largest_weight=largest_weight,
+        deltas=no_delta,
+        whitest=[Brushed(m.diffuse, alpha, m.f0, m.f90, by) for m in white for alpha, by in BRUSHED],
+        lossless=[],
+        scene_materials=[
+            scene.Material(albedo=(0.8, 0.5, 0.3), roughness=0.4, anisotropy=0.8),
+            scene.Material(
+                model="conductor", metal="gold", roughness=0.3, anisotropy=0.7, anisotropy_rotation_degrees=90.0
+            ),
+        ]
+        if term == "SMITH"
+        else [],
+    )
+
+
 HALF_VECTOR = replace(
     cook_torrance("SMITH"),
     materials={
@@ -384,6 +439,7 @@ class Dielectric:
     eta: float
     alpha: float = 0.0
     transmittance: Direction = WHITE
+    anisotropy: float = 0.0
 
 
 def dielectric_lobes(p: Dielectric, wo: Floats, wi: Floats) -> tuple[Floats, Floats]:
@@ -397,8 +453,8 @@ def dielectric_lobes(p: Dielectric, wo: Floats, wi: Floats) -> tuple[Floats, Flo
     co, ci = (wo * wh).sum(-1), (wi * wh).sum(-1)
     faces = (co > 0) & ((ci > 0) == reflects)
     fresnel = bsdf_oracle.fresnel_dielectric(np.abs(co), p.eta)
-    d = bsdf_oracle.ggx_d(p.alpha, wh) * faces
-    g1o, g1i = (bsdf_oracle.g1_smith(p.alpha, np.abs(w[..., 2])) for w in (wo, wi))
+    d = bsdf_oracle.facets_d(p.alpha, p.anisotropy, wh) * faces
+    g1o, g1i = (bsdf_oracle.facets_g1(p.alpha, p.anisotropy, w) for w in (wo, wi))
     with np.errstate(divide="ignore", invalid="ignore"):
         reflected = fresnel * d * g1o / (4 * wo[..., 2])
         transmitted = (1 - fresnel) * d * g1o * np.abs(co * ci) * p.eta**2 / (wo[..., 2] * (co + p.eta * ci) ** 2)
@@ -445,6 +501,7 @@ DIELECTRIC = Model(
         "glass": [Dielectric(1.5, alpha) for alpha in DIELECTRIC_ALPHAS],
         "glass from within": [Dielectric(1 / 1.5, alpha) for alpha in DIELECTRIC_ALPHAS],
         "red glass": [Dielectric(1.9, alpha, (0.9, 0.2, 0.1)) for alpha in (0.0, 0.3)],
+        "brushed glass": [Dielectric(eta, 0.1, anisotropy=0.5) for eta in (1.5, 1 / 1.5)],
     },
     lambda p, wo, wi: dielectric_lobes(p, wo, wi)[0],
     lambda p, wo, wi: dielectric_lobes(p, wo, wi)[1],
@@ -497,6 +554,7 @@ class Conductor:
     index: Direction
     extinction: Direction
     alpha: float
+    anisotropy: float = 0.0
 
 
 def conductor_pdf(p: Conductor, wo: Floats, wi: Floats) -> Floats:
@@ -504,13 +562,14 @@ def conductor_pdf(p: Conductor, wo: Floats, wi: Floats) -> Floats:
     wh = wh / np.linalg.norm(wh, axis=-1, keepdims=True)
     if p.alpha == 0:
         return np.zeros(wh.shape[:-1])
-    return bsdf_oracle.visible_normal_pdf(p.alpha, wo, wh) / (4 * (wo * wh).sum(-1))
+    facets = p.alpha, p.anisotropy
+    return bsdf_oracle.facets_d(*facets, wh) * bsdf_oracle.facets_g1(*facets, wo) / (4 * wo[..., 2])
 
 
 def conductor_eval(p: Conductor, wo: Floats, wi: Floats) -> Floats:
     """F D G1(wo) G1(wi) / (4 cos_o)."""
     cosine = np.linalg.norm(wo + wi, axis=-1) / 2
-    shadowed = conductor_pdf(p, wo, wi) * bsdf_oracle.g1_smith(p.alpha, wi[..., 2])
+    shadowed = conductor_pdf(p, wo, wi) * bsdf_oracle.facets_g1(p.alpha, p.anisotropy, wi)
     return bsdf_oracle.fresnel_conductor(cosine, p.index, p.extinction) * shadowed[..., None]
 
 
@@ -523,6 +582,8 @@ def conductor_tolerance(p: Conductor, wo: Floats, wi: Floats) -> Floats:
     return 1e-4 + 4e-7 / (p.alpha or 1.0) / np.linalg.norm(wo + wi, axis=-1)
 
 
+# Width across the tangent, and anisotropy.
+BRUSHED = ((0.05, 0.4), (0.3, 0.8))
 CONDUCTORS = {
     "measured gold": METAL_INDEX["gold"],
     "all but lossless": ((2e-3, 2e-3, 2e-3), (10.0, 10.0, 10.0)),
@@ -530,14 +591,16 @@ CONDUCTORS = {
 }
 CONDUCTOR = Model(
     "CONDUCTOR",
-    {name: [Conductor(*index, alpha) for alpha in (0.0, 1e-2, 0.3, 1.0)] for name, index in CONDUCTORS.items()},
+    {name: [Conductor(*index, alpha) for alpha in (0.0, 1e-2, 0.3, 1.0)] for name, index in CONDUCTORS.items()}
+    | {"brushed gold": [Conductor(*METAL_INDEX["gold"], *facets) for facets in BRUSHED]},
     conductor_eval,
     conductor_pdf,
     lambda p, cosine: np.ones((len(cosine), 3)),
     deltas=conductor_deltas,
     domain=lambda p, wo: Reflections(p.alpha or 1.0, wo),
     tolerance=conductor_tolerance,
-    whitest=[Conductor(*CONDUCTORS["all but lossless"], alpha) for alpha in (0.0, 1e-2, 0.1, 0.5, 1.0)],
+    whitest=[Conductor(*CONDUCTORS["all but lossless"], alpha) for alpha in (0.0, 1e-2, 0.1, 0.5, 1.0)]
+    + [Conductor(*CONDUCTORS["all but lossless"], *facets) for facets in BRUSHED],
     lossless=[Conductor(*CONDUCTORS["all but lossless"], alpha) for alpha in (0.0, 1e-3)],
     scene_materials=[
         scene.Material(model="conductor", metal="gold", roughness=0.3),
@@ -691,6 +754,7 @@ MODELS: dict[str, Model] = {
     "eon": EON,
     "rough-plastic": ROUGH_PLASTIC,
     "half-vector": HALF_VECTOR,
+    **{f"brushed {term}": brushed(term) for term in TERMS[:2]},
     "plastic": PLASTIC,
     "conductor": CONDUCTOR,
     "dielectric": DIELECTRIC,

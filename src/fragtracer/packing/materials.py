@@ -59,6 +59,7 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
     index = {texture: i for i, texture in enumerate(textures)}
     colored = any(part.geometry.colors is not None for mesh in scene.meshes for part in mesh.parts)
     has_maps = bool(textures) or colored
+    is_anisotropic = any(m.anisotropy > 0 for m in packed)
     has_alpha = any(m.alpha_mode != "opaque" for m in packed)
     lobes = [(m.specular_f0, m.specular_f90) for m in packed]
     plain = [(m, lobe) for m, lobe in zip(packed, lobes, strict=True) if m.model == DEFAULT_MODEL and not m.unlit]
@@ -71,6 +72,9 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
         "Conductor": words_of_rows(MATERIAL_RECORDS["Conductor"], [_conductor(materials[n]) for n in conductor]),
         "Plastic": words_of_rows(MATERIAL_RECORDS["Plastic"], _plastics(materials, coats)),
         "Coat": words_of_rows(MATERIAL_RECORDS["Coat"], [row for rows in coats.values() for row in rows]),
+        "Anisotropy": words_of_rows(
+            MATERIAL_RECORDS["Anisotropy"], [_anisotropy(m) for m in packed] if is_anisotropic else []
+        ),
         "Opacity": words_of_rows(
             MATERIAL_RECORDS["Opacity"], [_opacity(m, index) for m in packed] if has_alpha else []
         ),
@@ -89,6 +93,7 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
     flags = {
         "u_has_maps": int(has_maps),
         "u_dielectrics_are_smooth": int(not any(map(_is_rough_dielectric, packed))),
+        "u_facets_are_isotropic": int(not is_anisotropic),
         "u_without_half_vector": int(not any(map(_has_half_vector, packed))),
         "u_plastics_are_smooth": int(BsdfModel.ROUGH_PLASTIC not in models),
         "u_texture_uses": sum(_USES[name] for name in used),
@@ -256,6 +261,11 @@ def _maps(material: Material, index: Mapping[Texture, int]) -> dict[str, Any]:
     }
 
 
+def _anisotropy(material: Material) -> dict[str, Any]:
+    angle = np.radians(material.anisotropy_rotation_degrees)
+    return {"strength": material.anisotropy, "cosine": np.cos(angle), "sine": np.sin(angle)}
+
+
 def _opacity(material: Material, index: Mapping[Texture, int]) -> dict[str, Any]:
     return {
         "opacity": material.opacity,
@@ -286,11 +296,12 @@ def needed_attributes(scene: Scene) -> Iterable[str]:
     """Which attributes of vertices the materials of meshes need: "normal", "uv", "tangent", "color"."""
     parts = [(scene.materials[mesh.material_of(part)], part.geometry) for mesh in scene.meshes for part in mesh.parts]
     has_bumps = any(material.normal_texture is not None for material, _ in parts)
+    has_brushing = any(material.anisotropy > 0 for material, _ in parts)
     if has_bumps or any(geometry.normals is not None for _, geometry in parts):
         yield "normal"
     if any(material.textures for material, _ in parts):
         yield "uv"
-    if has_bumps:
+    if has_bumps or has_brushing:
         yield "tangent"
     if any(geometry.colors is not None for _, geometry in parts):
         yield "color"

@@ -23,7 +23,17 @@ def dielectric_bsdf(material: Material, around: Material | None) -> Tree:
         return {"type": "thindielectric", **tree}
     if material.alpha < DELTA_ALPHA:
         return {"type": "dielectric", **tree}
-    return {"type": "roughdielectric", "distribution": "ggx", "alpha": float(material.alpha), **tree}
+    return {"type": "roughdielectric", **facets(material), **tree}
+
+
+def facets(material: Material) -> Tree:
+    """GGX facets of the widths of a material, along Mitsuba's tangents to the nearest quarter of a turn."""
+    widths = float(material.alpha_along), float(material.alpha)
+    if material.anisotropy == 0:
+        return {"distribution": "ggx", "alpha": widths[1]}
+    if round(material.anisotropy_rotation_degrees / 90) % 2:
+        widths = widths[::-1]
+    return {"distribution": "ggx", "alpha_u": widths[0], "alpha_v": widths[1]}
 
 
 def conductor_bsdf(material: Material) -> Tree:
@@ -31,7 +41,7 @@ def conductor_bsdf(material: Material) -> Tree:
     eta, k = material.complex_index
     tree: Tree = {"type": "conductor", "eta": rgb(eta), "k": rgb(k)}
     if material.alpha >= DELTA_ALPHA:
-        tree |= {"type": "roughconductor", "distribution": "ggx", "alpha": float(material.alpha)}
+        tree |= {"type": "roughconductor", **facets(material)}
     return {"type": "twosided", "bsdf": tree}
 
 

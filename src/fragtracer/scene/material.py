@@ -19,12 +19,14 @@ from fragtracer.scene.texture import Texture
 
 # The parameters that can be textured, by the field NAME_texture.
 DEFAULT_MODEL: Final = "metallic-roughness"
+_BRUSHED = ("anisotropy", "anisotropy_rotation_degrees")
 # The keys that mean something to each model besides those of all: textures of these, emission, opacity, sides, normals.
 MODELS: dict[str, tuple[str, ...]] = {
-    DEFAULT_MODEL: ("albedo", "roughness", "metallic", "ior", "f0", "metal", "specular", "diffuse_factor"),
+    DEFAULT_MODEL: ("albedo", "roughness", "metallic", "ior", "f0", "metal", "specular", "diffuse_factor", *_BRUSHED),
     "eon": ("albedo", "roughness"),
     "dielectric": (
         "roughness",
+        *_BRUSHED,
         "ior",
         "transmittance",
         "attenuation_color",
@@ -33,7 +35,7 @@ MODELS: dict[str, tuple[str, ...]] = {
         "priority",
     ),
     "thin-dielectric": ("ior", "transmittance"),
-    "conductor": ("roughness", "metal", "eta", "k"),
+    "conductor": ("roughness", *_BRUSHED, "metal", "eta", "k"),
     "plastic": ("albedo", "ior", "nonlinear"),
     "rough-plastic": ("albedo", "roughness", "ior", "nonlinear"),
 }
@@ -65,6 +67,12 @@ class Material:
     and out, or 1 - F at the "half-vector", which is more at grazing angles than there is (docs/material.md).
     ``emission`` is the radiance in W/m²/sr of the front of a surface.
 
+    With an ``anisotropy`` the facets are wider along the tangent, as those of brushed metal across the strokes:
+    α + (1 - α) ``anisotropy``², which is Mitsuba's ``alpha_u``, where α, its ``alpha_v``, is the width across it
+    (glTF's ``KHR_materials_anisotropy``). The tangent is that of a mesh, or, where there is none, the horizontal
+    direction to the right as seen from outside, +x where the surface is horizontal; ``anisotropy_rotation_degrees``
+    turns it counter-clockwise.
+
     Behind the front of a dielectric, ``attenuation_color`` is what is left of white light after
     ``attenuation_distance`` metres (Beer and Lambert); ``transmittance`` is the colour of what passes the surface.
     ``abbe_number`` says how much its index of refraction, which is that of yellow light, differs between colours: 20 is
@@ -86,6 +94,8 @@ class Material:
     albedo: Reflectance = (0.5, 0.5, 0.5)
     roughness: Fraction = 0.5
     metallic: Fraction = 0.0
+    anisotropy: Fraction = 0.0
+    anisotropy_rotation_degrees: Number = 0.0
     ior: Annotated[float, Field(ge=1, le=LARGEST)] | None = None
     f0: Reflectance | None = None
     metal: str | None = None
@@ -154,8 +164,20 @@ class Material:
 
     @property
     def alpha(self) -> float:
-        """GGX width."""
-        return self.roughness**2
+        """GGX width; across the tangent, of anisotropic facets, which are never a perfect mirror."""
+        return max(self.roughness**2, 1e-4) if self.anisotropy > 0 else self.roughness**2
+
+    @property
+    def alpha_along(self) -> float:
+        """GGX width along the tangent."""
+        return self.alpha + (1 - self.alpha) * self.anisotropy**2
+
+    @property
+    def tangent_coordinates(self) -> int | None:
+        """The set of texture coordinates that tangents follow, None where it needs no tangents."""
+        if self.normal_texture is not None:
+            return self.normal_texture.coordinates
+        return 0 if self.anisotropy > 0 else None
 
     @property
     def base_color(self) -> Triple:

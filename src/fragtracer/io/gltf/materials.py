@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Materials of glTF 2.0 (section 3.9) and their extensions to materials of the scene model."""
 
+import math
 import os
 from typing import Any
 
@@ -60,6 +61,7 @@ class Materials:
         }
         old = self._container.extension(gltf.SpecularGlossiness, item, "KHR_materials_pbrSpecularGlossiness", place)
         made |= self._reflectance(item, place) if old is None else self._specular_glossiness(old, place)
+        made |= self._anisotropy(item, place)
         if item.alphaMode == "MASK" and item.alphaCutoff > 1:  # above every alpha
             made["opacity"] = 0.0
         transmission = self._container.extension(gltf.Transmission, item, "KHR_materials_transmission", place)
@@ -83,6 +85,7 @@ class Materials:
                 self.notes.append(f"roughnessFactor of {place}, a pane")
             return Material(model="thin-dielectric", **kept)
         kept |= {"roughness": made["roughness"], "roughness_texture": made["roughness_texture"], "priority": index}
+        kept |= self._anisotropy(item, place)
         dispersion = self._container.extension(gltf.Dispersion, item, "KHR_materials_dispersion", place)
         if dispersion is not None and dispersion.dispersion > 0:
             kept["abbe_number"] = 20 / dispersion.dispersion
@@ -90,6 +93,13 @@ class Materials:
             red, green, blue = (max(c, _LEAST_ATTENUATION) for c in volume.attenuationColor)
             kept |= {"attenuation_color": (red, green, blue), "attenuation_distance": volume.attenuationDistance}
         return Material(model="dielectric", **kept)
+
+    def _anisotropy(self, item: gltf.Material, place: str) -> dict[str, Any]:
+        found = self._container.extension(gltf.Anisotropy, item, "KHR_materials_anisotropy", place) or gltf.Anisotropy()
+        if found.anisotropyTexture:
+            self.notes.append(f"anisotropyTexture of {place}")
+        degrees = math.degrees(found.anisotropyRotation)
+        return {"anisotropy": found.anisotropyStrength, "anisotropy_rotation_degrees": degrees}
 
     def _specular_glossiness(self, old: gltf.SpecularGlossiness, place: str) -> dict[str, Any]:
         """The specular-glossiness workflow, which replaces metallic-roughness."""
