@@ -914,6 +914,13 @@ MUTATIONS = [
         values("half-vector", "plastic"),
     ),
     Mutation(
+        "the texture of what passes a dielectric left out",
+        "material/material.glsl",
+        "        b.transmittance = b.diffuse;",
+        "",
+        Check(test_dielectrics.test_a_texture_colours_what_passes, model="thin-dielectric"),
+    ),
+    Mutation(
         "tangents of meshes not used",
         "material/material.glsl",
         "has_tangent ? surface.tangent.xyz : level",

@@ -35,6 +35,10 @@ Bsdf material_bsdf(Material material, bool is_front) {
     Dielectric dielectric = dielectric_load(material.record);
     b.eta = is_front || b.model == BSDF_THIN_DIELECTRIC ? dielectric.eta : 1.0 / dielectric.eta;
     b.transmittance = dielectric.transmittance;
+    if (u_has_maps != 0 && (b.model == BSDF_DIELECTRIC || b.model == BSDF_THIN_DIELECTRIC)) {
+        b.transmittance = b.diffuse;  // with its texture, in the place of an albedo
+        b.diffuse = vec3(0.0);
+    }
     if (b.model == BSDF_CONDUCTOR) {
         Conductor conductor = conductor_load(material.record);
         b.index = conductor.index;

@@ -80,7 +80,7 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
         ),
         "Texture": words_of_rows(MATERIAL_RECORDS["Texture"], [_texture(t, atlas.regions[t.image]) for t in textures]),
     }
-    used = {name for m in textured for name in m.textures}
+    used = {"albedo" if name == "transmittance" else name for m in textured for name in m.textures}
     if all(_share_texture(m) for m in textured):
         used -= {"metallic"}
     features = {
@@ -245,11 +245,14 @@ def _maps(material: Material, index: Mapping[Texture, int]) -> dict[str, Any]:
     textures = material.textures
     dielectric = replace(material, metal=None, metallic=0.0) if material.model == DEFAULT_MODEL else material
     numbers = {f"{name}_texture": index[textures[name]] if name in textures else -1 for name in TEXTURED}
+    transmittance = numbers.pop("transmittance_texture")
+    if material.is_dielectric:  # in the place of an albedo, which it has not
+        numbers["albedo_texture"] = transmittance
     channel = -1
     if material.metallic_texture is not None and _share_texture(material):
         numbers["metallic_texture"], channel = -1, "rgba".index(material.metallic_texture.channel)
     return {
-        "albedo": material.base_color,
+        "albedo": material.transmittance if material.is_dielectric else material.base_color,
         "roughness": material.roughness,
         "dielectric_f0": dielectric.specular_f0,
         "metallic": material.metalness,

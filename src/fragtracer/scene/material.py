@@ -41,7 +41,7 @@ MODELS: dict[str, tuple[str, ...]] = {
 }
 _OF_MODELS = {key for keys in MODELS.values() for key in keys}
 _OF_OTHERS = {model: sorted(_OF_MODELS - set(keys)) for model, keys in MODELS.items()}  # keys that mean nothing to it
-TEXTURED = ("albedo", "roughness", "metallic", "normal", "occlusion", "emission")
+TEXTURED = ("albedo", "roughness", "metallic", "normal", "occlusion", "emission", "transmittance")
 _TEXTURE_FIELDS = {name: f"{name}_texture" for name in TEXTURED}
 
 
@@ -115,6 +115,7 @@ class Material:
     metallic_texture: Texture | None = None
     normal_texture: Texture | None = None
     normal_scale: Number = 1.0
+    transmittance_texture: Texture | None = None
     occlusion_texture: Texture | None = None
     occlusion_strength: Fraction = 1.0
     emission_texture: Texture | None = None

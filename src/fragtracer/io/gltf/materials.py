@@ -66,6 +66,8 @@ class Materials:
             made["opacity"] = 0.0
         transmission = self._container.extension(gltf.Transmission, item, "KHR_materials_transmission", place)
         if transmission is not None and transmission.transmissionFactor > 0:
+            if transmission.transmissionTexture:
+                self.notes.append(f"transmissionTexture of {place}")
             if transmission.transmissionFactor >= _LEAST_TRANSMISSION > made["metallic"]:
                 return self._dielectric(item, place, index, made)
             self.notes.append(f"KHR_materials_transmission of {place}, which is mixed with what does not transmit")
@@ -77,9 +79,10 @@ class Materials:
         ior = self._container.extension(gltf.Ior, item, "KHR_materials_ior", place)
         volume = self._container.extension(gltf.Volume, item, "KHR_materials_volume", place) or gltf.Volume()
         kept = {name: made[name] for name in ("emission", "emission_texture", "normal_texture", "normal_scale")}
-        kept |= {"transmittance": made["albedo"], "ior": max(ior.ior, 1.0) if ior else 1.5}
-        if made["albedo_texture"] is not None:
-            self.notes.append(f"baseColorTexture of {place}, which transmits")
+        kept |= {"transmittance": made["albedo"], "transmittance_texture": made["albedo_texture"]}
+        kept |= {"ior": max(ior.ior, 1.0) if ior else 1.5}
+        if volume.thicknessTexture:
+            self.notes.append(f"thicknessTexture of {place}, whose thickness is that of its mesh")
         if volume.thicknessFactor == 0:
             if made["roughness"] > 0:
                 self.notes.append(f"roughnessFactor of {place}, a pane")
