@@ -128,7 +128,8 @@ def note(material: Material, geometry: str, plugin: bool, attributes: MeshAttrib
         )
     if is_own_plugin(material):
         but = "textures, tangents and normals" if material.anisotropy else "textures and normals"
-        return f"{own_plugin(material)['type']}, the same but for {but} of vertices"
+        tree = own_plugin(material)
+        return f"{tree.get('bsdf', tree)['type']}, the same but for {but} of vertices"
     if plugin and not is_plain(material, attributes):
         return f"{SURFACE}, the same"
     if not (plugin or is_plain(material, attributes)) and (
