@@ -8,11 +8,12 @@ Takes hours on two cores: a first run of each row, which is thrown away, says ho
 """
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from datetime import date
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from fragtracer.apps.compare import compare_scene
 from fragtracer.apps.compare.run import Comparison
 from fragtracer.apps.compare.verdict import Verdict
 from fragtracer.io.toml import bundled, load
-from fragtracer.scene import Camera, Scene
+from fragtracer.scene import Ambient, Camera, Light, Material, Plane, Rectangle, RenderSettings, Scene, Sphere
 
 OUTPUT = Path(__file__).parents[1] / "docs" / "correctness.md"
 SIZE, SPP, BATCHES, MARGIN = (320, 180), 512, 16, 0.005
@@ -103,8 +104,61 @@ def cases() -> Iterator[tuple[str, str, Scene]]:
                 yield name, special, _with(name, bounces=bounces, light_samples=light_samples)
     for kind in ("tent", "gaussian"):
         yield "three-spheres-ambient", f"{kind} pixel filter", _with("three-spheres-ambient", pixel_filter=kind)
+    for special, scene in of_materials():
+        yield "(of the script)", special, scene
     lens = Camera(position=(0.0, 1.4, 4.2), target=(0.0, 0.45, 0.0), fov_degrees=35.0, aperture_radius=0.1)
     yield "three-spheres", "thin lens", replace(load("three-spheres"), camera=lens)
+
+
+def of_materials() -> Iterator[tuple[str, Scene]]:
+    """What light passes, and what coats and brushing do, each on one shape over a matte floor."""
+    left, right = Sphere((-0.6, 0.5, 0.0), 0.5, "one"), Sphere((0.6, 0.5, 0.0), 0.5, "other")
+    balls = {"spheres": [left, right]}
+    glass, rough = {"model": "dielectric", "roughness": 0.0}, {"model": "dielectric", "roughness": 0.5}
+    x, y, z = (1.4, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 0.2)
+    low, high = (-0.7, 0.05, -0.1), (0.7, 1.05, 0.1)
+    back = tuple(tuple(-c for c in edge) for edge in (x, y, z))
+    corners = [(low, y, x), (low, x, z), (low, z, y), (high, back[0], back[1]), (high, back[2], back[0])]
+    slab = [Rectangle(*corner, "one") for corner in (*corners, (high, back[1], back[2]))]
+    pane = [Rectangle((-0.8, 0.0, 0.4), (1.6, 0.0, 0.3), (0.0, 1.2, 0.0), "one")]
+    colored = {"attenuation_color": (0.9, 0.5, 0.2), "attenuation_distance": 0.5}
+    bubble = [Sphere((0.0, 0.6, 0.0), 0.55, "one"), Sphere((0.1, 0.6, 0.0), 0.35, "other")]
+    air = {"model": "dielectric", "roughness": 0.0, "ior": 1.0, "priority": 1}
+    satin = {"model": "rough-plastic", "albedo": (0.8, 0.4, 0.2)}
+    brushed = {"roughness": 0.4, "anisotropy": 0.8}
+    yield "a slab of rough glass", _stage({"rectangles": slab}, rough, {})
+    yield "a bubble in a sphere of glass", _stage({"spheres": bubble}, glass, air)
+    yield "a pane", _stage({"rectangles": pane}, {"model": "thin-dielectric"}, {})
+    yield "coloured glass, smooth and rough", _stage(balls, glass | colored, rough | colored)
+    yield (
+        "plastic, nonlinear and linear",
+        _stage(balls, {"model": "plastic", "albedo": (0.8, 0.4, 0.2)}, {"model": "plastic", "nonlinear": False}),
+    )
+    yield (
+        "rough plastic, nonlinear and linear",
+        _stage(balls, satin | {"roughness": 0.3}, satin | {"roughness": 0.7, "nonlinear": False}),
+    )
+    yield (
+        "anisotropic facets",
+        _stage(balls, brushed | {"albedo": (0.8, 0.5, 0.3)}, brushed | {"model": "conductor", "metal": "gold"}),
+    )
+    yield (
+        "the diffuse factor of the half vector",
+        _stage(balls, {"diffuse_factor": "half-vector"}, {"diffuse_factor": "half-vector", "roughness": 0.2}),
+    )
+
+
+def _stage(shapes: Mapping[str, Any], one: Mapping[str, Any], other: Mapping[str, Any]) -> Scene:
+    return Scene(
+        camera=Camera((0.0, 1.4, 4.0), (0.0, 0.5, 0.0), fov_degrees=30.0),
+        materials={"matt": Material(albedo=(0.6, 0.5, 0.4), specular=0.0)}
+        | {"one": Material(**one), "other": Material(**other)},
+        planes=[Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), "matt")],
+        lights=[Light((-1.0, 3.0, 2.0), 0.5, power=300.0)],
+        ambient=Ambient(0.3),
+        render=RenderSettings(bounces=8),
+        **shapes,
+    )
 
 
 def _with(name: str, **settings: object) -> Scene:

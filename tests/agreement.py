@@ -72,18 +72,19 @@ def assert_agree(a: ArrayLike, b: ArrayLike, resolution: float, blocks: tuple[in
     assert not noisy, noisy
 
 
-def assert_proved(ours: Rendering, reference: Rendering, level: float) -> None:
+def assert_proved(ours: Rendering, reference: Rendering, level: float, margin: float = 0.02) -> None:
     """Two renderings of one scene agree: no part differs, and the mean of each colour and of each region that is
-    measured well enough is equivalent within 2 %; and images 1 % brighter or darker would be refused for their mean.
+    measured well enough is equivalent within ``margin``; and images 1 % brighter or darker would be refused for their
+    mean.
 
     ``level`` is the probability that a correct renderer is refused, and that the means of different ones are accepted.
     """
-    verdict = judge(ours.pictures, reference.pictures, 0.02, level, ours.non_finite)
+    verdict = judge(ours.pictures, reference.pictures, margin, level, ours.non_finite)
     image = verdict.image
     found = verdict.outcome, verdict.differing, image.pair.relative_difference, image.detectable_bias
     assert verdict.outcome == "agreement", found
     for factor in (0.99, 1.01):
-        scaled = judge(factor * ours.pictures.astype(np.float64), reference.pictures, 0.02, level)
+        scaled = judge(factor * ours.pictures.astype(np.float64), reference.pictures, margin, level)
         assert scaled.image.differs.any(), (factor, *found)
 
 

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import test_adaptive_sampling
+import test_anisotropy
 import test_convergence
 import test_cube_maps
 import test_dielectrics
@@ -31,6 +32,7 @@ from shaders import (
     test_bsdf_sample,
     test_bsdf_values,
     test_camera,
+    test_coats,
     test_environment,
     test_film,
     test_fresnel,
@@ -903,6 +905,55 @@ MUTATIONS = [
         "(1.0 - (plastic.nonlinear != 0 ? b.diffuse : vec3(1.0)) * plastic.internal)",
         "1.0",
         Check(test_dielectrics.test_white_plastic_reflects_everything, ior=1.5),
+    ),
+    Mutation(
+        "the factor of the half vector at the mean normal",
+        "bsdf/cook_torrance.glsl",
+        "return 1.0 - fresnel_schlick(b.f0, b.f90, dot(wo, normalize(wo + wi)));",
+        "return 1.0 - fresnel_schlick(b.f0, b.f90, wo.z);",
+        values("half-vector", "plastic"),
+    ),
+    Mutation(
+        "the texture of what passes a dielectric left out",
+        "material/material.glsl",
+        "        b.transmittance = b.diffuse;",
+        "",
+        Check(test_dielectrics.test_a_texture_colours_what_passes, model="thin-dielectric"),
+    ),
+    Mutation(
+        "tangents of meshes not used",
+        "material/material.glsl",
+        "has_tangent ? surface.tangent.xyz : level",
+        "level",
+        Check(test_anisotropy.test_facets_are_wider_along_the_tangent, name="mesh"),
+    ),
+    Mutation(
+        "widths along the tangent and across it exchanged",
+        "bsdf/facets.glsl",
+        "widths.yx / widths",
+        "widths / widths.yx",
+        values("conductor", "brushed gold"),
+    ),
+    Mutation(
+        "facets masked by the width across the tangent",
+        "bsdf/facets.glsl",
+        "return ggx_g1_smith(facets_width(b, w), abs(w.z));",
+        "return ggx_g1_smith(b.alpha, abs(w.z));",
+        values("conductor", "brushed gold"),
+    ),
+    Mutation(
+        "what a rough coat passes taken once for both ways",
+        "bsdf/rough_plastic.glsl",
+        "interface_o.y * rough_plastic_interface(b, wi.z).y * wi.z",
+        "interface_o.y * wi.z",
+        values("rough-plastic", "satin"),
+    ),
+    Mutation(
+        "the internal reflectance of a smooth coat for that of a rough one",
+        "material/material.glsl",
+        "            plastic.internal = coat.internal;\n",
+        "",
+        Check(test_coats.test_a_texture_varies_the_coat),
     ),
     Mutation(
         "probability of the lobes not divided out",

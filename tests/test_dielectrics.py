@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Light through dielectrics, in closed form."""
 
+import warnings
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,22 @@ from scene_builders import lambert, stare
 
 from fragtracer.errors import SceneError
 from fragtracer.io.toml import parse
-from fragtracer.scene import Ambient, Camera, Light, Material, Plane, Rectangle, Scene, Sphere, Triangle
+from fragtracer.scene import (
+    Ambient,
+    Camera,
+    Geometry,
+    Image,
+    Light,
+    Material,
+    Mesh,
+    Part,
+    Plane,
+    Rectangle,
+    Scene,
+    Sphere,
+    Texture,
+    Triangle,
+)
 
 COLOR = (0.9, 0.5, 0.1)
 OTHER = (0.3, 0.8, 0.6)
@@ -108,6 +124,23 @@ def test_panes_pass_light_one_by_one(ctx):
     assert_mean(rendered(ctx, scene, 1024, bounces=0), passed**2, 0.01)
     everything = reflected + passed**2 * (1 + reflected) / (1 - reflected**2)
     assert_mean(rendered(ctx, scene, 1024, **PATHS), everything, 0.01)
+
+
+@pytest.mark.parametrize("model", ["thin-dielectric", "dielectric"])
+def test_a_texture_colours_what_passes(ctx, model):
+    """And the colour of a vertex; a solid without contrast is a filter in the way."""
+    corners = [(-1.0, -1.0, 0.0), (1.0, -1.0, 0.0), (1.0, 1.0, 0.0), (-1.0, 1.0, 0.0)]
+    colors = np.full((4, 3), 0.5)
+    quad = Geometry(corners, [(0, 1, 2), (0, 2, 3)], uvs=np.zeros((4, 2)), colors=colors)
+    texture = Texture(Image(np.float32([[OTHER]]), "linear"))
+    smooth = {"roughness": 0.0, "ior": 1.0} if model == "dielectric" else {"ior": 2.0}
+    pane = Material(model=model, transmittance=COLOR, transmittance_texture=texture, **smooth)
+    camera = stare((0.1, 0.0, 0.0), (0.1, 0.0, 3.0))
+    scene = Scene(camera, {"pane": pane}, meshes=[Mesh((Part(quad, "pane"),))], ambient=Ambient(1.0))
+    passed = 0.5 * np.multiply(COLOR, OTHER) * (1 - (0 if model == "dielectric" else 2 / 9 / (1 + 1 / 9)))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # that it is not closed
+        assert_mean(rendered(ctx, scene, 1024, bounces=int(model == "dielectric")), passed, 0.01)
 
 
 def test_light_within_a_dielectric_is_absorbed_on_its_way(ctx):

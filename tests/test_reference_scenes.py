@@ -59,8 +59,9 @@ OTHER_SPP = {
     "a spot light": 4096,
     "a spot light with a hard edge": 4096,
     "all kinds": 2048,
-    "dielectric": 2048,
-    "thin-dielectric": 2048,
+    "conductor": 2048,
+    "dielectric": 4096,
+    "thin-dielectric": 4096,
 }
 
 BALLS = Scene(
@@ -171,13 +172,13 @@ def test_disks_and_lights_agree_with_the_reference(ctx, name):
 
 @pytest.mark.parametrize("name", BSDFS)
 def test_bsdfs_agree_with_the_reference(ctx, name):
-    """Each model of the table that no bundled scene has."""
-    assert_agreement(ctx, name)
+    """Each model of the table that no bundled scene has, within 1 %."""
+    assert_agreement(ctx, name, margin=0.01)
 
 
-def assert_agreement(ctx, name, settings=None):
+def assert_agreement(ctx, name, settings=None, margin=0.02):
     settings = settings or {}
     seen = {key: value for key, value in settings.items() if key not in ("light_samples", "estimator")}
     scene = scene_of(name, settings)
     ours = render_ours(scene, SIZE, spp_of(name, scene), BATCHES, seed_of(name, settings), context=ctx)
-    assert_proved(ours, reference_of(name, tuple(seen.items())), LEVEL)
+    assert_proved(ours, reference_of(name, tuple(seen.items())), LEVEL, margin)

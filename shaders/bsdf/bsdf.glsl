@@ -15,6 +15,7 @@
 #include "bsdf/diffuse.glsl"
 #include "bsdf/eon.glsl"
 #include "bsdf/plastic.glsl"
+#include "bsdf/rough_plastic.glsl"
 #include "bsdf/thin_dielectric.glsl"
 
 const int BSDF_DIFFUSE = 0;
@@ -24,6 +25,7 @@ const int BSDF_DIELECTRIC = 3;
 const int BSDF_THIN_DIELECTRIC = 4;
 const int BSDF_CONDUCTOR = 5;
 const int BSDF_PLASTIC = 6;
+const int BSDF_ROUGH_PLASTIC = 7;
 
 // f |cos_i| in rgb and the density in a, both without delta lobes.
 vec4 bsdf_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
@@ -41,6 +43,7 @@ vec4 bsdf_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
     if (b.model == BSDF_DIELECTRIC) result = dielectric_eval_pdf(b, wo, wi);
     if (b.model == BSDF_CONDUCTOR) result = conductor_eval_pdf(b, wo, wi);
     if (b.model == BSDF_PLASTIC) result = plastic_eval_pdf(b, wo, wi);
+    if (b.model == BSDF_ROUGH_PLASTIC && u_plastics_are_smooth == 0) result = rough_plastic_eval_pdf(b, wo, wi);
 #endif
     return result;
 }
@@ -69,6 +72,7 @@ BsdfSample bsdf_sample(Bsdf b, vec3 wo, vec2 u) {
     if (b.model == BSDF_THIN_DIELECTRIC) s = thin_dielectric_sample(b, wo, u);
     if (b.model == BSDF_CONDUCTOR) s = conductor_sample(b, wo, u);
     if (b.model == BSDF_PLASTIC) s = plastic_sample(b, wo, u);
+    if (b.model == BSDF_ROUGH_PLASTIC && u_plastics_are_smooth == 0) s = rough_plastic_sample(b, wo, u);
 #endif
     return s;
 }

@@ -5,9 +5,9 @@
 //             what the rough interface reflects at the mean normal (fresnel_schlick_rough); after Kelemen and
 //             Szirmay-Kalos 2001, A Microfacet Based Coupled Specular-Matte BRDF Model, not normalised as theirs
 // The second form is reciprocal and never reflects more than it receives; the common factor
-// 1 - F(wo . wh) reflects up to 1.9 times the light at grazing angles (docs/material.md).
+// 1 - F(wo . wh), which a material may ask for, reflects up to 1.9 times the light at grazing angles (docs/material.md).
+#include "bsdf/facets.glsl"
 #include "bsdf/fresnel.glsl"
-#include "bsdf/ggx.glsl"
 #include "bsdf/model.glsl"
 #include "core/math.glsl"
 #include "core/warp.glsl"
@@ -22,6 +22,8 @@
 #define MULTIPLE_SCATTERING 0  // its part of the specular lobe, for Smith's uncorrelated geometry term
 #endif
 
+uniform int u_without_half_vector;  // 1: no base has the factor of the half vector, which then needs no code
+
 bool cook_torrance_is_mirror(Bsdf b) { return HAS_DELTA == 1 && b.alpha < ALPHA_DELTA; }
 
 // What the interface lets through to the base, or back out, at an angle to the normal. The height-correlated term lets
@@ -32,6 +34,14 @@ vec3 cook_torrance_transmittance(Bsdf b, float cos_theta) {
 #else
     return 1.0 - fresnel_schlick_rough(b.f0, b.f90, b.alpha, cos_theta);
 #endif
+}
+
+// The part of light from wi that the base scatters to wo, but for its albedo.
+vec3 cook_torrance_diffuse_factor(Bsdf b, vec3 wo, vec3 wi) {
+    if (u_without_half_vector == 0 && b.half_vector != 0) {
+        return 1.0 - fresnel_schlick(b.f0, b.f90, dot(wo, normalize(wo + wi)));
+    }
+    return cook_torrance_transmittance(b, wo.z) * cook_torrance_transmittance(b, wi.z);
 }
 
 // Probability of choosing the specular lobe: its share of the energy reflected towards wo.
@@ -47,16 +57,16 @@ vec4 cook_torrance_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
     if (wo.z <= 0.0 || wi.z <= 0.0) return vec4(0.0);
     float specular_probability = cook_torrance_specular_probability(b, wo);
     vec3 diffuse = b.diffuse * (wi.z * INVERSE_PI);
-    diffuse *= cook_torrance_transmittance(b, wo.z) * cook_torrance_transmittance(b, wi.z);
+    diffuse *= cook_torrance_diffuse_factor(b, wo, wi);
     vec4 result = vec4(diffuse, (1.0 - specular_probability) * square_to_cosine_hemisphere_pdf(wi));
     if (!cook_torrance_is_mirror(b)) {
         vec3 wh = normalize(wo + wi);
-        float d = ggx_d(b.alpha, wh) / (4.0 * wo.z);
+        float d = facets_d(b, wh) / (4.0 * wo.z);
         vec3 fresnel = fresnel_schlick(b.f0, b.f90, dot(wo, wh));
 #if MULTIPLE_SCATTERING
-        fresnel *= ggx_compensation(b.f0, b.alpha, wo.z);
+        fresnel *= ggx_compensation(b.f0, facets_width(b, wo), wo.z);
 #endif
-        result += vec4(fresnel * (d * ggx_g(b.alpha, wo, wi)), specular_probability * d * ggx_g1_smith(b.alpha, wo.z));
+        result += vec4(fresnel * (d * facets_g(b, wo, wi)), specular_probability * d * facets_g1_smith(b, wo));
     }
     return result;
 }
@@ -74,7 +84,7 @@ BsdfSample cook_torrance_sample(Bsdf b, vec3 wo, vec2 u) {
     }
 #endif
     s.wi = square_to_cosine_hemisphere(u);
-    if (specular) s.wi = reflect(-wo, ggx_sample_vndf(b.alpha, wo, u));
+    if (specular) s.wi = reflect(-wo, facets_sample_vndf(b, wo, u));
     vec4 eval_pdf = cook_torrance_eval_pdf(b, wo, s.wi);
     if (eval_pdf.a > 0.0) {
         s.weight = eval_pdf.rgb / eval_pdf.a;

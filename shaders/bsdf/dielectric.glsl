@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The interface of two dielectrics, such as glass in air: smooth, or of GGX facets (Walter et al. 2007, Microfacet Models
 // for Refraction through Rough Surfaces; Smith's uncorrelated masking and shadowing).
+#include "bsdf/facets.glsl"
 #include "bsdf/fresnel.glsl"
-#include "bsdf/ggx.glsl"
 #include "bsdf/model.glsl"
 #include "core/hash.glsl"
 #include "core/math.glsl"
@@ -36,8 +36,8 @@ vec4 dielectric_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
     float cos_i = dot(wi, wh);
     if (dielectric_is_smooth(b) || wo.z <= 0.0 || wi.z == 0.0 || cos_o <= 0.0 || (cos_i > 0.0) != reflects) return vec4(0.0);
     float fresnel = fresnel_dielectric(cos_o, b.eta);
-    float visible = ggx_d(b.alpha, wh) * ggx_g1_smith(b.alpha, wo.z) / wo.z;
-    float shadowing = ggx_g1_smith(b.alpha, abs(wi.z));
+    float visible = facets_d(b, wh) * facets_g1_smith(b, wo) / wo.z;
+    float shadowing = facets_g1_smith(b, wi);
     float pdf = 0.25 * fresnel * visible;
     if (reflects) return vec4(vec3(pdf * shadowing), pdf);
     pdf = (1.0 - fresnel) * visible * cos_o * abs(cos_i) * square(b.eta / (cos_o + b.eta * cos_i));
@@ -59,14 +59,14 @@ BsdfSample dielectric_scatter_smooth(Bsdf b, vec3 wo, vec2 u) {
 // The facet is drawn first, then by its Fresnel term what it does: by a number of its own, hashed from the two.
 BsdfSample dielectric_scatter_rough(Bsdf b, vec3 wo, vec2 u) {
     BsdfSample s = bsdf_no_sample();
-    vec3 wh = ggx_sample_vndf(b.alpha, wo, u);
+    vec3 wh = facets_sample_vndf(b, wo, u);
     float choice = hash_to_unit(hash_uint(floatBitsToUint(u.x) ^ hash_uint(floatBitsToUint(u.y))));
     bool reflects = choice < fresnel_dielectric(dot(wo, wh), b.eta);
     s.wi = reflects ? reflect(-wo, wh) : dielectric_refract(wo, wh, b.eta);
     if (wo.z <= 0.0 || s.wi.z == 0.0 || (s.wi.z > 0.0) != reflects) return bsdf_no_sample();
     s.pdf = dielectric_eval_pdf(b, wo, s.wi).a;
     if (s.pdf <= 0.0) return s;
-    float shadowing = ggx_g1_smith(b.alpha, abs(s.wi.z));
+    float shadowing = facets_g1_smith(b, s.wi);
     s.weight = reflects ? vec3(shadowing) : b.transmittance * (shadowing / square(b.eta));
     s.eta = reflects ? 1.0 : b.eta;
     s.event = reflects ? EVENT_REFLECTION : EVENT_TRANSMISSION;

@@ -59,13 +59,16 @@ float ggx_g1(float alpha, float cos_theta) {
 
 // Masking and shadowing together: uncorrelated, that is, the product of the two; or, of Smith's, correlated by the
 // height of the facet (Heitz 2014, Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs, eq. 99).
-float ggx_g(float alpha, vec3 wo, vec3 wi) {
+// alpha is the width along wo and that along wi.
+float ggx_g(vec2 alpha, vec3 wo, vec3 wi) {
 #if GEOMETRY_TERM == GEOMETRY_SMITH_HEIGHT_CORRELATED
-    return 1.0 / (1.0 + ggx_lambda(alpha, wo.z) + ggx_lambda(alpha, wi.z));
+    return 1.0 / (1.0 + ggx_lambda(alpha.x, wo.z) + ggx_lambda(alpha.y, wi.z));
 #else
-    return ggx_g1(alpha, wo.z) * ggx_g1(alpha, wi.z);
+    return ggx_g1(alpha.x, wo.z) * ggx_g1(alpha.y, wi.z);
 #endif
 }
+
+float ggx_g(float alpha, vec3 wo, vec3 wi) { return ggx_g(vec2(alpha), wo, wi); }
 
 // What a white metal reflects at an angle, of all light, by single scattering: the directional albedo
 // of D and Smith's uncorrelated G with F = 1. A fit of our own, within 0.35 % of the integral (docs/material.md).
@@ -90,14 +93,16 @@ vec3 ggx_compensation(vec3 f0, float alpha, float cos_o) {
 }
 
 // A microfacet normal with the density of the normals visible from wo (Dupuy and Benyoub 2023,
-// Sampling Visible GGX Normals with Spherical Caps, listing 3).
-vec3 ggx_sample_vndf(float alpha, vec3 wo, vec2 u) {
+// Sampling Visible GGX Normals with Spherical Caps, listing 3), of widths alpha along x and y.
+vec3 ggx_sample_vndf(vec2 alpha, vec3 wo, vec2 u) {
     vec3 stretched = normalize(vec3(wo.xy * alpha, wo.z));
     float z = (1.0 - u.y) * (1.0 + stretched.z) - stretched.z;
     float r = sqrt(clamp(1.0 - z * z, 0.0, 1.0));
     vec3 cap = vec3(r * cos_sin_turns(u.x), z) + stretched;
     return normalize(vec3(cap.xy * alpha, max(0.0, cap.z)));
 }
+
+vec3 ggx_sample_vndf(float alpha, vec3 wo, vec2 u) { return ggx_sample_vndf(vec2(alpha), wo, u); }
 
 // Its density over the solid angle of wh (Heitz 2018, Sampling the GGX Distribution of Visible
 // Normals, eq. 1). It belongs to the sampler, so it uses Smith's G1 whichever term shades.

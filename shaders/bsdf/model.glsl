@@ -7,15 +7,19 @@ struct Bsdf {
     float alpha;   // roughness squared, the GGX width
     vec3 f0;       // specular reflectance at normal incidence; f0 = 0 and f90 = 0: no specular lobe
     vec3 f90;      // specular reflectance at grazing incidence
+    float anisotropy;    // of facets: along the tangent their width is mix(alpha, 1, anisotropy^2)
+    int half_vector;     // 1: the diffuse part has the factor 1 - F at the half vector
     float eta;     // of dielectrics and plastic: index of refraction beyond the surface over that on the side of wo
     vec3 transmittance;  // of dielectrics: colour of what passes
     vec3 index;          // of conductors: index of refraction
     vec3 extinction;     // of conductors: k, the imaginary part of the index
+    vec4 coat_facets;    // of rough plastic: what its coat passes, as coefficients of rough_plastic_interface()
+    vec3 coat_angles;
 };
 
 // One without parameters of dielectrics, conductors and plastic.
 Bsdf bsdf_of(int model, vec3 diffuse, float alpha, vec3 f0, vec3 f90) {
-    return Bsdf(model, diffuse, alpha, f0, f90, 1.0, vec3(1.0), vec3(1.0), vec3(0.0));
+    return Bsdf(model, diffuse, alpha, f0, f90, 0.0, 0, 1.0, vec3(1.0), vec3(1.0), vec3(0.0), vec4(0.0), vec3(0.0));
 }
 
 // What happened at a sampled event: one of the first two, whether the lobe is a delta, and whether the direction is that

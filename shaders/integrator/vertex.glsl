@@ -34,9 +34,17 @@ Vertex vertex_at(Surface surface, Material material, vec3 direction, uint seed) 
     vec3 shading_normal = side * material_shading_normal(surface);
     if (u_has_shading_normals != 0) shading_normal = shading_normal_bend(shading_normal, -direction);
     vertex.frame = frame_from_normal(shading_normal);
+    vertex.bsdf = material_bsdf(material, side > 0.0);
+    if (u_facets_are_isotropic == 0) {
+        Anisotropy anisotropy = anisotropy_load(surface.material);
+        vertex.bsdf.anisotropy = anisotropy.strength;
+        if (anisotropy.strength > 0.0) {
+            vertex.bsdf.alpha = max(vertex.bsdf.alpha, ALPHA_DELTA);
+            vertex.frame = frame_from_tangent(shading_normal, material_tangent(surface, anisotropy));
+        }
+    }
     vertex.geometric = frame_to_local(vertex.frame, normal);
     vertex.wo = frame_to_local(vertex.frame, -direction);
-    vertex.bsdf = material_bsdf(material, side > 0.0);
     vertex.inside = ivec4(0);
     vertex.beyond = ivec4(0);
     vertex.seed = seed;

@@ -2,27 +2,58 @@
 // What a surface is made of at one point: the material's constant values, times its textures and the
 // colours of the vertices (the metallic-roughness material of glTF 2.0, section 3.9).
 #include "bsdf/bsdf.glsl"
+#include "core/frame.glsl"
 #include "core/math.glsl"
 #include "scene/material.glsl"
 #include "shape/surface.glsl"
 #include "texture/texture.glsl"
 
+// The coat of a rough plastic, between the two of the nearest roughnesses.
+Coat material_coat(Plastic plastic, float alpha) {
+    Coat coat = coat_load(plastic.coat);
+    if (plastic.coats > 1) {
+        float place = sqrt(alpha) * float(plastic.coats - 1);
+        int below = min(int(place), plastic.coats - 2);
+        float t = place - float(below);
+        coat = coat_load(plastic.coat + below);
+        Coat above = coat_load(plastic.coat + below + 1);
+        coat.facets = mix(coat.facets, above.facets, t);
+        coat.angles = mix(coat.angles, above.angles, t);
+        coat.internal = mix(coat.internal, above.internal, t);
+    }
+    return coat;
+}
+
 // The BSDF of a surface of this material, met from its front or from behind. There is nothing before the front of a
 // dielectric.
 Bsdf material_bsdf(Material material, bool is_front) {
     Bsdf b = bsdf_of(material.bsdf, material.diffuse, material.alpha, material.f0, material.f90);
+#if HAS_COOK_TORRANCE
+    if (u_without_half_vector == 0 && b.model == BSDF_COOK_TORRANCE) b.half_vector = material.record;
+#endif
 #if HAS_EXACT_FRESNEL
     Dielectric dielectric = dielectric_load(material.record);
     b.eta = is_front || b.model == BSDF_THIN_DIELECTRIC ? dielectric.eta : 1.0 / dielectric.eta;
     b.transmittance = dielectric.transmittance;
+    if (u_has_maps != 0 && (b.model == BSDF_DIELECTRIC || b.model == BSDF_THIN_DIELECTRIC)) {
+        b.transmittance = b.diffuse;  // with its texture, in the place of an albedo
+        b.diffuse = vec3(0.0);
+    }
     if (b.model == BSDF_CONDUCTOR) {
         Conductor conductor = conductor_load(material.record);
         b.index = conductor.index;
         b.extinction = conductor.extinction;
     }
-    if (b.model == BSDF_PLASTIC) {
+    if (b.model == BSDF_PLASTIC || b.model == BSDF_ROUGH_PLASTIC) {
         Plastic plastic = plastic_load(material.record);
         b.eta = plastic.eta;
+        if (b.model == BSDF_ROUGH_PLASTIC && u_plastics_are_smooth == 0) {
+            b.alpha = max(b.alpha, ALPHA_DELTA);
+            Coat coat = material_coat(plastic, b.alpha);
+            b.coat_facets = coat.facets;
+            b.coat_angles = coat.angles;
+            plastic.internal = coat.internal;
+        }
         // A geometric series of what goes to and fro, and the radiance of the coat spread by refraction to that outside.
         b.diffuse /= (1.0 - (plastic.nonlinear != 0 ? b.diffuse : vec3(1.0)) * plastic.internal) * square(plastic.eta);
     }
@@ -85,6 +116,17 @@ float material_occlusion(Surface surface) {
     }
 #endif
     return 1.0;
+}
+
+// The direction along which facets are wider: the tangent of a mesh, or, where there is none, the horizontal one to the
+// right as seen from outside, x where the surface is horizontal; turned by the angle of the material.
+vec3 material_tangent(Surface surface, Anisotropy anisotropy) {
+    vec3 normal = surface.shading_normal;
+    vec3 level = unit_or(vec3(normal.z, 0.0, -normal.x), vec3(1.0, 0.0, 0.0));
+    bool has_tangent = dot(surface.tangent.xyz, surface.tangent.xyz) > 0.0;
+    Frame frame = frame_from_tangent(normal, has_tangent ? surface.tangent.xyz : level);
+    float handed = has_tangent ? surface.tangent.w : 1.0;
+    return anisotropy.cosine * frame.tangent + anisotropy.sine * handed * frame.bitangent;
 }
 
 // The interpolated normal, with what a normal map makes of it; on the side of the surface's front. The tangent is made

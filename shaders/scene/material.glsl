@@ -8,6 +8,8 @@ uniform int u_first_maps;
 uniform int u_first_dielectric;
 uniform int u_first_conductor;
 uniform int u_first_plastic;
+uniform int u_first_coat;
+uniform int u_first_anisotropy;
 uniform int u_first_opacity;
 uniform int u_has_maps;        // 0: materials are constant
 
@@ -23,7 +25,7 @@ struct Material {
     vec3 f90;  // specular reflectance at grazing incidence
     int unlit;  // 1: emits to every ray, and scatters nothing
     vec3 emission;  // radiance from the front
-    int record;  // number of that of a dielectric, a conductor or a plastic
+    int record;  // number of that of a dielectric, a conductor or a plastic; of others 1: the factor of the half vector
 };
 Material material_of(uvec4 t0, uvec4 t1, uvec4 t2, uvec4 t3) {
     return Material(
@@ -96,13 +98,43 @@ struct Plastic {
     float eta;  // index of refraction of the coat
     float internal;  // share of diffuse light from within that the coat reflects back to the base
     int nonlinear;  // 1: what is reflected back and scattered again takes the colour of the base each time
+    int coat;  // of a rough one: number of the record of its coat, or of the first of several
+    int coats;  // so many, of roughnesses evenly from 0 to 1
 };
-Plastic plastic_of(uvec4 t0) {
-    return Plastic(uintBitsToFloat(t0.x), uintBitsToFloat(t0.y), int(t0.z));
+Plastic plastic_of(uvec4 t0, uvec4 t1) {
+    return Plastic(uintBitsToFloat(t0.x), uintBitsToFloat(t0.y), int(t0.z), int(t0.w), int(t1.x));
 }
 Plastic plastic_load(int index) {
-    int first = u_first_plastic + 1 * index;
-    return plastic_of(scene_texel(first));
+    int first = u_first_plastic + 2 * index;
+    return plastic_of(scene_texel(first), scene_texel(first + 1));
+}
+
+// A rough coat of one roughness.
+struct Coat {
+    vec4 facets;  // coefficients of what it passes (bsdf/rough_plastic.glsl)
+    vec3 angles;
+    float internal;  // share of diffuse light from within that it reflects
+};
+Coat coat_of(uvec4 t0, uvec4 t1) {
+    return Coat(uintBitsToFloat(t0), uintBitsToFloat(t1.xyz), uintBitsToFloat(t1.w));
+}
+Coat coat_load(int index) {
+    int first = u_first_coat + 2 * index;
+    return coat_of(scene_texel(first), scene_texel(first + 1));
+}
+
+// Of facets that are wider along a tangent; of every material, where any has them.
+struct Anisotropy {
+    float strength;  // 0: as wide across it
+    float cosine;    // of the angle from the tangent of the surface, counter-clockwise
+    float sine;
+};
+Anisotropy anisotropy_of(uvec4 t0) {
+    return Anisotropy(uintBitsToFloat(t0.x), uintBitsToFloat(t0.y), uintBitsToFloat(t0.z));
+}
+Anisotropy anisotropy_load(int index) {
+    int first = u_first_anisotropy + 1 * index;
+    return anisotropy_of(scene_texel(first));
 }
 
 struct Opacity {

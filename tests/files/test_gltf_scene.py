@@ -107,8 +107,14 @@ def test_materials(tmp_path: Path) -> None:
 
 def test_what_transmits_is_a_dielectric(tmp_path: Path) -> None:
     """With a thickness a solid, without one a pane; what transmits in part is left as it is, with a note."""
-    volume = {"thicknessFactor": 1, "attenuationColor": [0.5, 0, 1], "attenuationDistance": 2}
+    volume = {
+        "thicknessFactor": 1,
+        "thicknessTexture": {"index": 0},
+        "attenuationColor": [0.5, 0, 1],
+        "attenuationDistance": 2,
+    }
     rough = {"baseColorFactor": [0.9, 1, 1, 1], "metallicFactor": 0, "roughnessFactor": 0.3}
+    rough["baseColorTexture"] = {"index": 0}
     passing = {"KHR_materials_transmission": {"transmissionFactor": 1}, "KHR_materials_ior": {"ior": 1.2}}
     partly = {"KHR_materials_transmission": {"transmissionFactor": 0.4}}
     gltf = Gltf(
@@ -123,11 +129,14 @@ def test_what_transmits_is_a_dielectric(tmp_path: Path) -> None:
             {"name": "veil", "pbrMetallicRoughness": rough, "extensions": partly},
         ]
     )
+    gltf.content |= {"textures": [{"source": 0}], "images": [{"bufferView": gltf.view(PNG), "mimeType": "image/png"}]}
     position = gltf.array(TRIANGLE)
     primitives = [{"attributes": {"POSITION": position}, "material": index} for index in range(3)]
     gltf.content |= {"meshes": [{"primitives": primitives}], "nodes": [{"mesh": 0}], "scenes": [{"nodes": [0]}]}
-    with pytest.warns(UserWarning, match=r"ignored: KHR_materials_transmission of materials\[2\], which is mixed"):
+    with pytest.warns(UserWarning, match=r"KHR_materials_transmission of materials\[2\], which is mixed") as caught:
         model = gltf.read(tmp_path)
+    assert "thicknessTexture of materials[1], whose thickness is that of its mesh" in str(caught[0].message)
+    assert model.materials["glass"].transmittance_texture is not None
     color = pytest.approx((0.9, 1, 1))
     assert (model.materials["pane"].model, model.materials["pane"].ior) == ("thin-dielectric", 1.2)
     glass = model.materials["glass"]
@@ -136,6 +145,24 @@ def test_what_transmits_is_a_dielectric(tmp_path: Path) -> None:
     assert glass.abbe_number == 40
     assert glass.transmittance == model.materials["pane"].transmittance == color
     assert model.materials["veil"].model == "metallic-roughness"
+
+
+@pytest.mark.parametrize("transmits", [False, True])
+def test_anisotropy(tmp_path: Path, transmits: bool) -> None:
+    """Of metals and of what transmits; its texture is not read."""
+    brushed = {"anisotropyStrength": 0.6, "anisotropyRotation": 0.5, "anisotropyTexture": {"index": 0}}
+    passing = {"KHR_materials_transmission": {"transmissionFactor": 1}, "KHR_materials_volume": {"thicknessFactor": 1}}
+    item = {
+        "pbrMetallicRoughness": {"roughnessFactor": 0.4, "metallicFactor": 0.0 if transmits else 1.0},
+        "extensions": {"KHR_materials_anisotropy": brushed} | (passing if transmits else {}),
+    }
+    gltf = Gltf(materials=[item], nodes=[{"mesh": 0}], scenes=[{"nodes": [0]}])
+    gltf.triangle(material=0)
+    with pytest.warns(UserWarning, match=r"ignored: anisotropyTexture of materials\[0\]"):
+        (material,) = gltf.read(tmp_path).materials.values()
+    assert material.model == ("dielectric" if transmits else "metallic-roughness")
+    assert (material.anisotropy, material.roughness) == (0.6, 0.4)
+    assert material.anisotropy_rotation_degrees == pytest.approx(28.6479, abs=1e-4)
 
 
 def test_emission_above_one_is_read(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fragtracer.errors import FragtracerError
 from fragtracer.reference.render import render_reference
 from fragtracer.reference.translate import NEVER, to_mitsuba
 from fragtracer.scene import (
@@ -226,3 +227,29 @@ def test_a_diffuse_material_is_mitsubas_own(mi):
     tree = to_mitsuba(scene)
     assert tree["material_0"]["bsdf"]["type"] == "diffuse"
     assert (tree["material_1"]["type"], tree["material_1"]["geometry"]) == ("fragtracer_cooktorrance", "karis")
+
+
+def brushed(**values):
+    return {"brushed": Material(model="conductor", metal="gold", roughness=0.5, anisotropy=0.6, **values)}
+
+
+def test_anisotropic_facets_are_turned_as_ours(mi):
+    """About the y axis, on spheres, in quarters of a turn; elsewhere Mitsuba's tangents are others."""
+    sphere, wall = (
+        Sphere((1.0, 2.0, 3.0), 0.5, "brushed"),
+        Rectangle((0.0,) * 3, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), "brushed"),
+    )
+    tree = to_mitsuba(Scene(materials=brushed(anisotropy_rotation_degrees=-90.0), spheres=[sphere]))
+    facets = tree["material_0"]["bsdf"]
+    assert (facets["alpha_u"], facets["alpha_v"]) == pytest.approx((0.25, 0.25 + 0.75 * 0.36))
+    shape = mi.load_dict(tree).shapes()[0]
+    si = shape.ray_intersect(mi.Ray3f([1, 2.3, 5], [0, 0, -1]))
+    along = np.ravel(si.sh_frame.s)
+    np.testing.assert_allclose(along / np.linalg.norm(along), (1, 0, 0), atol=1e-5)
+    for refused in (
+        Scene(materials=brushed(), rectangles=[wall]),
+        Scene(materials=brushed(anisotropy_rotation_degrees=30.0)),
+    ):
+        with pytest.raises(FragtracerError, match="--plugin"):
+            to_mitsuba(refused)
+        assert to_mitsuba(refused, plugins=False)["material_0"]["bsdf"]["type"] == "roughconductor"

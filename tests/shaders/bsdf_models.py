@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from fragtracer import scene
+from fragtracer.packing.coats import coat
 from fragtracer.packing.records import BsdfModel
 from fragtracer.scene.reflectance import METAL_INDEX
 
@@ -78,6 +79,8 @@ class Model:
         Of parameters and wo (n, 3): the delta lobes.
     transmits
         Whether light passes the surface. The parameters have an ``eta`` then.
+    makes_energy
+        Whether it reflects more than it receives, at some angle.
     domain
         Cells for directions from a viewer, smaller where the density is high.
     tolerance
@@ -98,6 +101,7 @@ class Model:
     features: Mapping[str, int | str] = field(default_factory=dict)
     deltas: Callable[[Parameters, Floats], Sequence[Delta]] = no_delta
     transmits: bool = False
+    makes_energy: bool = False
     domain: Callable[[Parameters, Direction], Domain] = hemisphere
     tolerance: Values = no_slack
     whitest: Sequence[Parameters] = ()
@@ -208,6 +212,110 @@ def float32_tolerance(m: Material, wo: Floats, wi: Floats) -> Floats:
         return tolerance + 4e-7 / (m.alpha * np.linalg.norm(wo + wi, axis=-1))
     passed = [1 - bsdf_oracle.interface_reflectance(m, w[..., 2]).max(axis=-1) for w in (wo, wi)]
     return tolerance + 2e-7 / np.maximum(np.minimum(*passed), 1e-30)
+
+
+@dataclass(frozen=True)
+class HalfVector(Material):
+    """Whose base has 1 - F(wo . wh) in place of what passes the interface."""
+
+    half_vector: int = 1
+
+
+def half_vector_eval(m: HalfVector, wo: Floats, wi: Floats) -> Floats:
+    cosine = np.linalg.norm(wo + wi, axis=-1) / 2
+    base = np.asarray(m.diffuse) * (1 - bsdf_oracle.fresnel(m.f0, m.f90, cosine)) * wi[..., 2:] / np.pi
+    if m.alpha == 0:
+        return base
+    return base + bsdf_oracle.bsdf_eval(replace(m, diffuse=(0.0, 0.0, 0.0)), "SMITH", wo, wi)
+
+
+def half_vector_largest_weight(m: HalfVector, cosine: Floats) -> Floats:
+    wo = np.stack([np.sqrt(1 - cosine**2), 0 * cosine, np.maximum(cosine, 1e-30)], -1)
+    chance = bsdf_oracle.specular_probability(m, wo)[:, None]
+    with np.errstate(divide="ignore"):
+        return np.maximum(np.maximum(m.f0, m.f90) / chance, np.asarray(m.diffuse) / (1 - chance))
+
+
+def half_vector_tolerance(m: HalfVector, wo: Floats, wi: Floats) -> Floats:
+    """As without, and what rounding the half vector makes of 1 - F where that is little."""
+    size = np.linalg.norm(wo + wi, axis=-1)
+    passed = 1 - bsdf_oracle.fresnel(m.f0, m.f90, size / 2).max(axis=-1)
+    return float32_tolerance(m, wo, wi) + 1e-6 / np.maximum(passed * size, 1e-30)
+
+
+@dataclass(frozen=True)
+class Brushed(Material):
+    """With facets of two widths."""
+
+    anisotropy: float = 0.5
+
+
+def brushed_eval(m: Brushed, term: str, wo: Floats, wi: Floats) -> Floats:
+    """The specular lobe with the width along each direction in the term of masking and shadowing."""
+    wh = (wo + wi) / np.linalg.norm(wo + wi, axis=-1, keepdims=True)
+    one, other = (bsdf_oracle.g1(term, bsdf_oracle.width_along(m.alpha, m.anisotropy, w), w[..., 2]) for w in (wo, wi))
+    masking = 1 / (1 / one + 1 / other - 1) if term == "SMITH_HEIGHT_CORRELATED" else one * other
+    d = bsdf_oracle.facets_d(m.alpha, m.anisotropy, wh) / (4 * wo[..., 2])
+    fresnel = bsdf_oracle.fresnel(m.f0, m.f90, (wo * wh).sum(-1))
+    return bsdf_oracle.bsdf_eval_diffuse(m, wo, wi, term) + fresnel * (d * masking)[..., None]
+
+
+def brushed_pdf(m: Brushed, wo: Floats, wi: Floats, term: str) -> Floats:
+    facets = conductor_pdf(Conductor(WHITE, WHITE, m.alpha, m.anisotropy), wo, wi)
+    chance = bsdf_oracle.specular_probability(m, wo, term)
+    return chance * facets + (1 - chance) * wi[..., 2] / np.pi
+
+
+def brushed(term: str) -> Model:
+    model = cook_torrance(term)
+    some = {
+        name: [Brushed(m.diffuse, alpha, m.f0, m.f90, anisotropy) for alpha, anisotropy in BRUSHED]
+        for name, m in COOK_TORRANCE.items()
+        if name in ("plastic", "gold")
+    }
+    white = [COOK_TORRANCE[name] for name in ("white dielectric", "white metal")] if "SMITH" in term else []
+
+    def largest_weight(m: Brushed, cosine: Floats) -> Floats:
+        return np.fmax(model.largest_weight(m, cosine), model.largest_weight(replace(m, alpha=1.0), cosine))
+
+    return replace(
+        model,
+        materials=some,
+        value=lambda m, wo, wi: brushed_eval(m, term, wo, wi),
+        pdf=partial(brushed_pdf, term=term),
+        largest_weight=largest_weight,
+        deltas=no_delta,
+        whitest=[Brushed(m.diffuse, alpha, m.f0, m.f90, by) for m in white for alpha, by in BRUSHED],
+        lossless=[],
+        scene_materials=[
+            scene.Material(albedo=(0.8, 0.5, 0.3), roughness=0.4, anisotropy=0.8),
+            scene.Material(
+                model="conductor", metal="gold", roughness=0.3, anisotropy=0.7, anisotropy_rotation_degrees=90.0
+            ),
+        ]
+        if term == "SMITH"
+        else [],
+    )
+
+
+HALF_VECTOR = replace(
+    cook_torrance("SMITH"),
+    materials={
+        name: [HalfVector(m.diffuse, alpha, m.f0, m.f90) for alpha in (0.0, 0.01, 0.5)]
+        for name, m in COOK_TORRANCE.items()
+        if name in ("plastic", "half metallic")
+    },
+    value=half_vector_eval,
+    largest_weight=half_vector_largest_weight,
+    tolerance=half_vector_tolerance,
+    whitest=[],
+    lossless=[],
+    makes_energy=True,
+    scene_materials=[
+        scene.Material(albedo=(0.8, 0.6, 0.4), roughness=0.2, diffuse_factor="half-vector"),
+        scene.Material(albedo=(0.8, 0.6, 0.4), roughness=0.6, metallic=0.3, diffuse_factor="half-vector"),
+    ],
+)
 
 
 DIFFUSE = Model(
@@ -331,6 +439,7 @@ class Dielectric:
     eta: float
     alpha: float = 0.0
     transmittance: Direction = WHITE
+    anisotropy: float = 0.0
 
 
 def dielectric_lobes(p: Dielectric, wo: Floats, wi: Floats) -> tuple[Floats, Floats]:
@@ -344,8 +453,8 @@ def dielectric_lobes(p: Dielectric, wo: Floats, wi: Floats) -> tuple[Floats, Flo
     co, ci = (wo * wh).sum(-1), (wi * wh).sum(-1)
     faces = (co > 0) & ((ci > 0) == reflects)
     fresnel = bsdf_oracle.fresnel_dielectric(np.abs(co), p.eta)
-    d = bsdf_oracle.ggx_d(p.alpha, wh) * faces
-    g1o, g1i = (bsdf_oracle.g1_smith(p.alpha, np.abs(w[..., 2])) for w in (wo, wi))
+    d = bsdf_oracle.facets_d(p.alpha, p.anisotropy, wh) * faces
+    g1o, g1i = (bsdf_oracle.facets_g1(p.alpha, p.anisotropy, w) for w in (wo, wi))
     with np.errstate(divide="ignore", invalid="ignore"):
         reflected = fresnel * d * g1o / (4 * wo[..., 2])
         transmitted = (1 - fresnel) * d * g1o * np.abs(co * ci) * p.eta**2 / (wo[..., 2] * (co + p.eta * ci) ** 2)
@@ -392,6 +501,7 @@ DIELECTRIC = Model(
         "glass": [Dielectric(1.5, alpha) for alpha in DIELECTRIC_ALPHAS],
         "glass from within": [Dielectric(1 / 1.5, alpha) for alpha in DIELECTRIC_ALPHAS],
         "red glass": [Dielectric(1.9, alpha, (0.9, 0.2, 0.1)) for alpha in (0.0, 0.3)],
+        "brushed glass": [Dielectric(eta, 0.1, anisotropy=0.5) for eta in (1.5, 1 / 1.5)],
     },
     lambda p, wo, wi: dielectric_lobes(p, wo, wi)[0],
     lambda p, wo, wi: dielectric_lobes(p, wo, wi)[1],
@@ -444,6 +554,7 @@ class Conductor:
     index: Direction
     extinction: Direction
     alpha: float
+    anisotropy: float = 0.0
 
 
 def conductor_pdf(p: Conductor, wo: Floats, wi: Floats) -> Floats:
@@ -451,13 +562,14 @@ def conductor_pdf(p: Conductor, wo: Floats, wi: Floats) -> Floats:
     wh = wh / np.linalg.norm(wh, axis=-1, keepdims=True)
     if p.alpha == 0:
         return np.zeros(wh.shape[:-1])
-    return bsdf_oracle.visible_normal_pdf(p.alpha, wo, wh) / (4 * (wo * wh).sum(-1))
+    facets = p.alpha, p.anisotropy
+    return bsdf_oracle.facets_d(*facets, wh) * bsdf_oracle.facets_g1(*facets, wo) / (4 * wo[..., 2])
 
 
 def conductor_eval(p: Conductor, wo: Floats, wi: Floats) -> Floats:
     """F D G1(wo) G1(wi) / (4 cos_o)."""
     cosine = np.linalg.norm(wo + wi, axis=-1) / 2
-    shadowed = conductor_pdf(p, wo, wi) * bsdf_oracle.g1_smith(p.alpha, wi[..., 2])
+    shadowed = conductor_pdf(p, wo, wi) * bsdf_oracle.facets_g1(p.alpha, p.anisotropy, wi)
     return bsdf_oracle.fresnel_conductor(cosine, p.index, p.extinction) * shadowed[..., None]
 
 
@@ -470,6 +582,8 @@ def conductor_tolerance(p: Conductor, wo: Floats, wi: Floats) -> Floats:
     return 1e-4 + 4e-7 / (p.alpha or 1.0) / np.linalg.norm(wo + wi, axis=-1)
 
 
+# Width across the tangent, and anisotropy.
+BRUSHED = ((0.05, 0.4), (0.3, 0.8))
 CONDUCTORS = {
     "measured gold": METAL_INDEX["gold"],
     "all but lossless": ((2e-3, 2e-3, 2e-3), (10.0, 10.0, 10.0)),
@@ -477,14 +591,16 @@ CONDUCTORS = {
 }
 CONDUCTOR = Model(
     "CONDUCTOR",
-    {name: [Conductor(*index, alpha) for alpha in (0.0, 1e-2, 0.3, 1.0)] for name, index in CONDUCTORS.items()},
+    {name: [Conductor(*index, alpha) for alpha in (0.0, 1e-2, 0.3, 1.0)] for name, index in CONDUCTORS.items()}
+    | {"brushed gold": [Conductor(*METAL_INDEX["gold"], *facets) for facets in BRUSHED]},
     conductor_eval,
     conductor_pdf,
     lambda p, cosine: np.ones((len(cosine), 3)),
     deltas=conductor_deltas,
     domain=lambda p, wo: Reflections(p.alpha or 1.0, wo),
     tolerance=conductor_tolerance,
-    whitest=[Conductor(*CONDUCTORS["all but lossless"], alpha) for alpha in (0.0, 1e-2, 0.1, 0.5, 1.0)],
+    whitest=[Conductor(*CONDUCTORS["all but lossless"], alpha) for alpha in (0.0, 1e-2, 0.1, 0.5, 1.0)]
+    + [Conductor(*CONDUCTORS["all but lossless"], *facets) for facets in BRUSHED],
     lossless=[Conductor(*CONDUCTORS["all but lossless"], alpha) for alpha in (0.0, 1e-3)],
     scene_materials=[
         scene.Material(model="conductor", metal="gold", roughness=0.3),
@@ -554,8 +670,91 @@ PLASTIC = Model(
     ],
 )
 
+
+@dataclass(frozen=True)
+class RoughPlastic:
+    """Of BSDF_ROUGH_PLASTIC; ``diffuse`` and the coefficients of the coat as the shader's BSDF has them."""
+
+    diffuse: Direction
+    alpha: float
+    eta: float
+    coat_facets: tuple[float, ...]
+    coat_angles: Direction
+
+
+def rough_plastic_of(albedo: Direction, alpha: float, eta: float = 1.5, nonlinear: bool = True) -> RoughPlastic:
+    """A base of that albedo; test_coats.py holds the coat to its integrals."""
+    record = coat(alpha, eta)
+    rho = np.asarray(albedo)
+    r, g, b = rho / (1 - (rho if nonlinear else 1) * record["internal"]) / eta**2
+    return RoughPlastic((r, g, b), alpha, eta, tuple(record["facets"]), tuple(record["angles"]))
+
+
+def rough_plastic_interface(p: RoughPlastic, cosine: Floats) -> tuple[Floats, Floats]:
+    """What a smooth coat reflects at the angle to a facet, and what the coat passes."""
+    facet = cosine / bsdf_oracle.g1_smith(p.alpha, cosine)
+    ratio = p.alpha / facet
+    fit = np.polynomial.polynomial.polyval(ratio, [*p.coat_facets, p.coat_angles[0]])
+    fit = fit + p.coat_angles[1] * cosine + p.coat_angles[2] * np.sqrt(1 - cosine**2)
+    reflected = bsdf_oracle.fresnel_dielectric(facet, p.eta)
+    return reflected, (1 - reflected) * fit
+
+
+def rough_plastic_chance(p: RoughPlastic, wo: Floats) -> Floats:
+    """Of the facets."""
+    reflected, passed = rough_plastic_interface(p, wo[..., 2])
+    return reflected / (reflected + passed * (np.asarray(p.diffuse) @ bsdf_oracle.REC_709))
+
+
+def rough_plastic_eval(p: RoughPlastic, wo: Floats, wi: Floats) -> Floats:
+    facets, _ = dielectric_lobes(Dielectric(p.eta, p.alpha), wo, wi)
+    passed = [rough_plastic_interface(p, w[..., 2])[1] for w in (wo, wi)]
+    return facets + np.multiply(p.diffuse, (passed[0] * passed[1] * wi[..., 2] / np.pi)[..., None])
+
+
+def rough_plastic_pdf(p: RoughPlastic, wo: Floats, wi: Floats) -> Floats:
+    chance = rough_plastic_chance(p, wo)
+    wh = (wo + wi) / np.linalg.norm(wo + wi, axis=-1, keepdims=True)
+    facets = bsdf_oracle.visible_normal_pdf(p.alpha, wo, wh) / (4 * (wo * wh).sum(-1))
+    return chance * facets + (1 - chance) * wi[..., 2] / np.pi
+
+
+def rough_plastic_largest_weight(p: RoughPlastic, cosine: Floats) -> Floats:
+    """Of facets that reflect all, and of the base where light enters straight."""
+    wo = np.stack([np.sqrt(1 - cosine**2), 0 * cosine, np.maximum(cosine, 1e-30)], -1)
+    chance, passed = rough_plastic_chance(p, wo)[:, None], rough_plastic_interface(p, wo[:, 2])[1][:, None]
+    return np.maximum(1 / chance, np.multiply(p.diffuse, passed / (1 - chance)))
+
+
+def rough_plastic_tolerance(p: RoughPlastic, wo: Floats, wi: Floats) -> Floats:
+    """1e-4, and what the distribution makes of rounding the half vector."""
+    return 1e-4 + 8e-7 / (p.alpha * np.linalg.norm(wo + wi, axis=-1))
+
+
+ROUGH_PLASTIC = Model(
+    "ROUGH_PLASTIC",
+    {
+        "satin": [rough_plastic_of((0.6, 0.3, 0.1), alpha) for alpha in (1e-3, 0.05, 0.3, 1.0)],
+        "linear satin": [rough_plastic_of((0.6, 0.3, 0.1), 0.3, nonlinear=False)],
+        "white satin": [rough_plastic_of(WHITE, 0.1, eta) for eta in (1.3, 2.0)],
+    },
+    rough_plastic_eval,
+    rough_plastic_pdf,
+    rough_plastic_largest_weight,
+    domain=lambda p, wo: Reflections(p.alpha, wo),
+    tolerance=rough_plastic_tolerance,
+    whitest=[rough_plastic_of(WHITE, alpha, eta) for eta in (1.1, 1.5, 2.4) for alpha in (0.01, 0.1, 0.4, 1.0)],
+    scene_materials=[
+        scene.Material(model="rough-plastic", albedo=(0.8, 0.4, 0.2), roughness=0.3),
+        scene.Material(model="rough-plastic", albedo=(0.3, 0.5, 0.8), roughness=0.7, ior=1.8, nonlinear=False),
+    ],
+)
+
 MODELS: dict[str, Model] = {
     "eon": EON,
+    "rough-plastic": ROUGH_PLASTIC,
+    "half-vector": HALF_VECTOR,
+    **{f"brushed {term}": brushed(term) for term in TERMS[:2]},
     "plastic": PLASTIC,
     "conductor": CONDUCTOR,
     "dielectric": DIELECTRIC,

@@ -94,6 +94,25 @@ def g(term: str, alpha: ArrayLike, co: ArrayLike, ci: ArrayLike) -> Floats:
     return 1 / (1 / one + 1 / other - 1) if term == "SMITH_HEIGHT_CORRELATED" else one * other
 
 
+def width_along(alpha: float, anisotropy: float, w: Floats) -> Floats:
+    """The width of facets along w; along x it is alpha + (1 - alpha) anisotropy²."""
+    if anisotropy == 0:
+        return np.full(w.shape[:-1], alpha)
+    turn = np.arctan2(w[..., 1], w[..., 0])
+    return np.hypot((alpha + (1 - alpha) * anisotropy**2) * np.cos(turn), alpha * np.sin(turn))
+
+
+def facets_d(alpha: float, anisotropy: float, wh: Floats) -> Floats:
+    """Trowbridge-Reitz of two widths, by slopes."""
+    x, y = alpha + (1 - alpha) * anisotropy**2, alpha
+    slopes = (wh[..., 0] / x) ** 2 + (wh[..., 1] / y) ** 2 + wh[..., 2] ** 2
+    return 1 / (np.pi * x * y * slopes**2)
+
+
+def facets_g1(alpha: float, anisotropy: float, w: Floats) -> Floats:
+    return g1_smith(width_along(alpha, anisotropy, w), np.abs(w[..., 2]))
+
+
 def visible_normal_pdf(alpha: ArrayLike, wo: Floats, wh: Floats) -> Floats:
     """G1 D max(0, wo . wh) / cos_o."""
     cosine = np.maximum(0, (wo * wh).sum(-1))

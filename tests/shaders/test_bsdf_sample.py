@@ -153,7 +153,7 @@ def test_mean_weight_is_the_albedo(ctx: moderngl.Context, name: str, material: s
             wo = direction(degrees)
             weight = run(ctx, model, parameters, DRAW, {"u": u}, DRAWN, wo)["weight"]
             expected, power = albedo(model, parameters, wo)
-            assert (power <= 1 + 1e-6).all()
+            assert (power <= 1 + 1e-6).all() or model.makes_energy
             p_values[f"{parameters} at {degrees}°"] = mean_p_value(weight, expected)
     assert_likely(p_values)
 

@@ -3,17 +3,21 @@
 
 import re
 
+import moderngl
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from fragtracer.resources import folder
+from fragtracer.scene.microfacets import internal_reflectance, rough_interface
 
 from . import bsdf_oracle
+from .bsdf_models import MODELS, HalfVector
 from .bsdf_oracle import Material, interface_reflectance
 from .chi_square import nodes
 from .directions import direction
 from .domains import Cone, Reflections
+from .test_bsdf_values import albedos
 
 PAGE = (folder("shaders").parent / "docs/material.md").read_text("utf-8").replace("\n", " ")
 WHITE = (1.0, 1.0, 1.0)
@@ -51,8 +55,8 @@ def base(m: Material, degrees: float, term: str = "SMITH") -> float:
 
 
 @pytest.mark.parametrize("alpha", [0, 0.1, 0.25, 1])
-def test_the_factor_of_the_half_vector(alpha: float) -> None:
-    """Over a white base, 1 - F(wo . wh) times cos / pi, and the lobe."""
+def test_the_factor_of_the_half_vector(ctx: moderngl.Context, alpha: float) -> None:
+    """Over a white base, 1 - F(wo . wh) times cos / pi, and the lobe; and a material that has the factor does that."""
     wi, weights = nodes(Cone(), (32, 8), (8, 12))
     found = []
     for cosine in figures(r"\| factor \| α \| # \| # \| # \| # \| # \|"):
@@ -62,6 +66,10 @@ def test_the_factor_of_the_half_vector(alpha: float) -> None:
         mirrored = lobe(m, np.degrees(np.arccos(cosine))) if alpha else bsdf_oracle.fresnel(m.f0, m.f90, cosine)[0]
         found.append(passed + mirrored)
     np.testing.assert_allclose(row("1 − F(wo·h) | 0" if alpha == 0 else f"| {alpha}"), found, atol=0.005)
+    degrees = np.degrees(np.arccos(figures(r"\| factor \| α \| # \| # \| # \| # \| # \|")))
+    material = HalfVector(WHITE, alpha, (0.04,) * 3, WHITE)
+    shaded = albedos(ctx, MODELS["half-vector"], [material], degrees, (16, 8))[0, :, 0]
+    np.testing.assert_allclose(shaded, found, rtol=2e-3)
 
 
 def test_what_a_white_base_loses() -> None:
@@ -136,3 +144,14 @@ def test_the_fit_of_what_a_white_metal_reflects() -> None:
     assert 100 * max(errors) <= largest + 0.005
     (percent,) = figures("F0 = 0.04 grows by at most # %")
     assert 100 * 0.04 * (1 - least) / least == pytest.approx(percent, abs=0.5)
+
+
+def test_what_white_under_a_rough_coat_reflects() -> None:
+    """Of diffuse light: at the facets, and by the base; in, out and within by single scattering."""
+    x, weights = np.polynomial.legendre.leggauss(48)
+    cosine, found = (x + 1) / 2, []
+    for roughness in row("roughness"):
+        alpha = max(roughness**2, 1e-3)
+        reflected, passed = (float(weights @ (cosine * y)) for y in rough_interface(alpha, 1.5, cosine))
+        found.append(reflected + passed**2 / 1.5**2 / (1 - internal_reflectance(alpha, 1.5)))
+    np.testing.assert_allclose(row("white, under a coat of n = 1.5"), found, atol=0.005)

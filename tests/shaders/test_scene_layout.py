@@ -118,8 +118,9 @@ def full_scene() -> Scene:
     others = {
         "glass": Material(model="dielectric", attenuation_color=(0.5, 0.6, 0.7), abbe_number=30.0),
         "pane": Material(model="thin-dielectric", ior=1.7, transmittance=(0.2, 0.3, 0.4)),
-        "metal": Material(model="conductor", metal="gold"),
+        "metal": Material(model="conductor", metal="gold", anisotropy=0.5),
         "varnish": Material(model="plastic", nonlinear=False),
+        "satin": Material(model="rough-plastic"),
     }
     return replace(
         scene,

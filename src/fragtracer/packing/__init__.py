@@ -180,12 +180,12 @@ def _mesh_material(material: Material, number: int) -> MeshMaterial:
 
 
 def _with_tangents(meshes: Sequence[Mesh], materials: Iterable[tuple[str, Material]]) -> tuple[Mesh, ...]:
-    """The meshes with tangents where a normal map needs them."""
-    bumps = {name: material.normal_texture for name, material in materials if material.normal_texture}
+    """The meshes with tangents where a normal map or anisotropic facets need them."""
+    coordinates = {name: set_ for name, material in materials if (set_ := material.tangent_coordinates) is not None}
 
     def part_with(mesh: Mesh, part: Any) -> Any:
-        texture = bumps.get(mesh.material_of(part))
-        return replace(part, geometry=with_tangents(part.geometry, texture.coordinates)) if texture else part
+        found = coordinates.get(mesh.material_of(part))
+        return part if found is None else replace(part, geometry=with_tangents(part.geometry, found))
 
     return tuple(replace(mesh, parts=tuple(part_with(mesh, part) for part in mesh.parts)) for mesh in meshes)
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.packing.atlas import Atlas, Region, build_atlas, mean_color
+from fragtracer.packing.coats import ROUGHNESSES, coat
 from fragtracer.packing.interiors import dielectrics
 from fragtracer.packing.records import MATERIAL_RECORDS, BsdfModel, Words, words_of, words_of_rows
 from fragtracer.scene import SHAPES, Material, Scene, Texture
@@ -45,10 +46,11 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
     packed, of_shapes, of_meshes = _apart(scene, materials)
     dielectric = dielectrics(materials)
     conductor, plastic = (
-        {name: i for i, name in enumerate(n for n, m in materials.items() if m.model == model)}
-        for model in ("conductor", "plastic")
+        {name: i for i, name in enumerate(n for n, m in materials.items() if m.model in models)}
+        for models in (("conductor",), ("plastic", "rough-plastic"))
     )
-    numbers = np.zeros(len(packed), np.int64)
+    coats = {name: _coats(materials[name]) for name in plastic}
+    numbers = np.array([_has_half_vector(m) for m in packed], np.int64)
     for name, number in (dielectric | conductor | plastic).items():
         numbers[[of[name] for of in (of_shapes, of_meshes) if name in of]] = number
     textured = [packed[i] for i in of_meshes.values() if packed[i].textures]
@@ -57,6 +59,7 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
     index = {texture: i for i, texture in enumerate(textures)}
     colored = any(part.geometry.colors is not None for mesh in scene.meshes for part in mesh.parts)
     has_maps = bool(textures) or colored
+    is_anisotropic = any(m.anisotropy > 0 for m in packed)
     has_alpha = any(m.alpha_mode != "opaque" for m in packed)
     lobes = [(m.specular_f0, m.specular_f90) for m in packed]
     plain = [(m, lobe) for m, lobe in zip(packed, lobes, strict=True) if m.model == DEFAULT_MODEL and not m.unlit]
@@ -67,13 +70,17 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
         "Maps": words_of_rows(MATERIAL_RECORDS["Maps"], [_maps(m, index) for m in packed] if has_maps else []),
         "Dielectric": words_of_rows(MATERIAL_RECORDS["Dielectric"], [_dielectric(materials[n]) for n in dielectric]),
         "Conductor": words_of_rows(MATERIAL_RECORDS["Conductor"], [_conductor(materials[n]) for n in conductor]),
-        "Plastic": words_of_rows(MATERIAL_RECORDS["Plastic"], [_plastic(materials[n]) for n in plastic]),
+        "Plastic": words_of_rows(MATERIAL_RECORDS["Plastic"], _plastics(materials, coats)),
+        "Coat": words_of_rows(MATERIAL_RECORDS["Coat"], [row for rows in coats.values() for row in rows]),
+        "Anisotropy": words_of_rows(
+            MATERIAL_RECORDS["Anisotropy"], [_anisotropy(m) for m in packed] if is_anisotropic else []
+        ),
         "Opacity": words_of_rows(
             MATERIAL_RECORDS["Opacity"], [_opacity(m, index) for m in packed] if has_alpha else []
         ),
         "Texture": words_of_rows(MATERIAL_RECORDS["Texture"], [_texture(t, atlas.regions[t.image]) for t in textures]),
     }
-    used = {name for m in textured for name in m.textures}
+    used = {"albedo" if name == "transmittance" else name for m in textured for name in m.textures}
     if all(_share_texture(m) for m in textured):
         used -= {"metallic"}
     features = {
@@ -86,6 +93,9 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
     flags = {
         "u_has_maps": int(has_maps),
         "u_dielectrics_are_smooth": int(not any(map(_is_rough_dielectric, packed))),
+        "u_facets_are_isotropic": int(not is_anisotropic),
+        "u_without_half_vector": int(not any(map(_has_half_vector, packed))),
+        "u_plastics_are_smooth": int(BsdfModel.ROUGH_PLASTIC not in models),
         "u_texture_uses": sum(_USES[name] for name in used),
         "u_has_float_texels": int(len(atlas.floats) > 0),
     }
@@ -140,11 +150,21 @@ def _model(material: Material, specular: bool) -> BsdfModel:
     sides of a branch."""
     if material.model == DEFAULT_MODEL:
         return BsdfModel.COOK_TORRANCE if specular else BsdfModel.DIFFUSE
+    if material.model == "rough-plastic" and not _is_rough(material):
+        return BsdfModel.PLASTIC
     return BsdfModel[material.model.replace("-", "_").upper()]
 
 
+def _has_half_vector(material: Material) -> bool:
+    return material.diffuse_factor == "half-vector"
+
+
+def _is_rough(material: Material) -> bool:
+    return material.alpha >= _ALPHA_DELTA or material.roughness_texture is not None
+
+
 def _is_rough_dielectric(material: Material) -> bool:
-    return material.is_solid and (material.alpha >= _ALPHA_DELTA or material.roughness_texture is not None)
+    return material.is_solid and _is_rough(material)
 
 
 def _dielectric(material: Material) -> dict[str, Any]:
@@ -161,9 +181,28 @@ def _conductor(material: Material) -> dict[str, Any]:
     return {"index": index, "extinction": extinction}
 
 
-def _plastic(material: Material) -> dict[str, Any]:
-    internal = internal_diffuse_reflectance(material.index)
-    return {"eta": material.index, "internal": internal, "nonlinear": material.nonlinear}
+def _coats(material: Material) -> list[dict[str, Any]]:
+    """Records of the coat of a plastic: of its roughness, or, where a texture varies that, of several."""
+    if material.model == "plastic" or not _is_rough(material):
+        return []
+    if material.roughness_texture is None:
+        return [coat(material.alpha, material.index)]
+    return [coat(float(roughness**2), material.index) for roughness in np.linspace(0, 1, ROUGHNESSES)]
+
+
+def _plastics(materials: Mapping[str, Material], coats: Mapping[str, Sequence[object]]) -> list[dict[str, Any]]:
+    """Records of the plastics, whose ``coats`` are numbered one after the other."""
+    firsts = np.cumsum([0, *map(len, coats.values())])
+    return [
+        {
+            "eta": materials[name].index,
+            "internal": internal_diffuse_reflectance(materials[name].index),
+            "nonlinear": materials[name].nonlinear,
+            "coat": first,
+            "coats": len(found),
+        }
+        for (name, found), first in zip(coats.items(), firsts, strict=False)
+    ]
 
 
 def _share_texture(material: Material) -> bool:
@@ -186,7 +225,7 @@ def _material_words(
     records: NDArray[np.int64],
 ) -> Words:
     """Records of ``materials`` with their models, the f0 and f90 of their specular lobes, and the numbers of the
-    ``records`` of dielectrics, conductors and plastics."""
+    ``records`` of dielectrics, conductors and plastics, or 1 for the diffuse factor of the half vector."""
     scatters = np.array([not m.unlit for m in materials], np.float64)
     f0, f90 = np.array(lobes, np.float64).reshape(-1, 2, 3).transpose(1, 0, 2)
     columns = {
@@ -206,11 +245,14 @@ def _maps(material: Material, index: Mapping[Texture, int]) -> dict[str, Any]:
     textures = material.textures
     dielectric = replace(material, metal=None, metallic=0.0) if material.model == DEFAULT_MODEL else material
     numbers = {f"{name}_texture": index[textures[name]] if name in textures else -1 for name in TEXTURED}
+    transmittance = numbers.pop("transmittance_texture")
+    if material.is_dielectric:  # in the place of an albedo, which it has not
+        numbers["albedo_texture"] = transmittance
     channel = -1
     if material.metallic_texture is not None and _share_texture(material):
         numbers["metallic_texture"], channel = -1, "rgba".index(material.metallic_texture.channel)
     return {
-        "albedo": material.base_color,
+        "albedo": material.transmittance if material.is_dielectric else material.base_color,
         "roughness": material.roughness,
         "dielectric_f0": dielectric.specular_f0,
         "metallic": material.metalness,
@@ -220,6 +262,11 @@ def _maps(material: Material, index: Mapping[Texture, int]) -> dict[str, Any]:
         "occlusion_strength": material.occlusion_strength,
         **numbers,
     }
+
+
+def _anisotropy(material: Material) -> dict[str, Any]:
+    angle = np.radians(material.anisotropy_rotation_degrees)
+    return {"strength": material.anisotropy, "cosine": np.cos(angle), "sine": np.sin(angle)}
 
 
 def _opacity(material: Material, index: Mapping[Texture, int]) -> dict[str, Any]:
@@ -252,11 +299,12 @@ def needed_attributes(scene: Scene) -> Iterable[str]:
     """Which attributes of vertices the materials of meshes need: "normal", "uv", "tangent", "color"."""
     parts = [(scene.materials[mesh.material_of(part)], part.geometry) for mesh in scene.meshes for part in mesh.parts]
     has_bumps = any(material.normal_texture is not None for material, _ in parts)
+    has_brushing = any(material.anisotropy > 0 for material, _ in parts)
     if has_bumps or any(geometry.normals is not None for _, geometry in parts):
         yield "normal"
     if any(material.textures for material, _ in parts):
         yield "uv"
-    if has_bumps:
+    if has_bumps or has_brushing:
         yield "tangent"
     if any(geometry.colors is not None for _, geometry in parts):
         yield "color"

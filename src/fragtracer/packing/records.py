@@ -27,7 +27,9 @@ MATERIAL_RECORDS: dict[str, Record] = {
     ),
     "Dielectric": (("transmittance", "vec3"), ("eta", "float"), ("absorption", "vec3"), ("dispersion", "float")),
     "Conductor": (("index", "vec3"), ("extinction", "vec3")),
-    "Plastic": (("eta", "float"), ("internal", "float"), ("nonlinear", "int")),
+    "Plastic": (("eta", "float"), ("internal", "float"), ("nonlinear", "int"), ("coat", "int"), ("coats", "int")),
+    "Coat": (("facets", "vec4"), ("angles", "vec3"), ("internal", "float")),
+    "Anisotropy": (("strength", "float"), ("cosine", "float"), ("sine", "float")),
     "Opacity": (("opacity", "float"), ("mode", "int"), ("cutoff", "float"), ("texture_index", "int")),
     "Texture": (
         *(("u_row", "vec3"), ("coordinates", "int"), ("v_row", "vec3"), ("channel", "int")),
@@ -48,6 +50,7 @@ class BsdfModel(IntEnum):
     THIN_DIELECTRIC = 4
     CONDUCTOR = 5
     PLASTIC = 6
+    ROUGH_PLASTIC = 7
 
     @property
     def feature(self) -> str:

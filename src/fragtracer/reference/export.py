@@ -25,7 +25,7 @@ _TAGS = {
     **dict.fromkeys(("box", "tent", "gaussian"), "rfilter"),
     **dict.fromkeys(("diffuse", "twosided", "blendbsdf", "mask", "normalmap", plugins.NAME, plugins.SURFACE), "bsdf"),
     **dict.fromkeys(("bitmap", "mesh_attribute", plugins.TEXTURE), "texture"),
-    **dict.fromkeys(("conductor", "roughconductor", "plastic", "principled"), "bsdf"),
+    **dict.fromkeys(("conductor", "roughconductor", "plastic", "roughplastic", "principled"), "bsdf"),
     **dict.fromkeys(("path", "volpath"), "integrator"),
     **dict.fromkeys(dielectrics.KINDS, "bsdf"),
     "homogeneous": "medium",

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from fragtracer.errors import FragtracerError
-from fragtracer.reference.dielectrics import conductor_bsdf, dielectric_bsdf, plastic_bsdf
+from fragtracer.reference.dielectrics import conductor_bsdf, dielectric_bsdf, facets, plastic_bsdf
 from fragtracer.reference.meshes import MeshAttributes
 from fragtracer.reference.plugins import NAME, SURFACE, UNLIT
 from fragtracer.reference.shapes import Tree, rgb
@@ -37,7 +37,7 @@ def is_plain(material: Material, attributes: MeshAttributes) -> bool:
 
 def is_own_plugin(material: Material) -> bool:
     """Whether Mitsuba has a plugin of its own for the model."""
-    return material.is_dielectric or material.model in ("conductor", "plastic")
+    return material.is_dielectric or material.model in ("conductor", "plastic", "rough-plastic")
 
 
 def own_plugin(material: Material) -> Tree:
@@ -49,7 +49,7 @@ def own_plugin(material: Material) -> Tree:
 
 def has_images(material: Material) -> bool:
     """Whether images change how the material scatters."""
-    return not material.textures.keys().isdisjoint(("albedo", "roughness", "metallic", "normal"))
+    return not material.textures.keys().isdisjoint(("albedo", "roughness", "metallic", "normal", "transmittance"))
 
 
 def has_null_transmission(material: Material) -> bool:
@@ -65,6 +65,13 @@ def geometry_term(settings: RenderSettings) -> str:
 
 def exact_bsdf(material: Material, geometry: str, attributes: MeshAttributes, textures: TextureFolder) -> Tree:
     """The same material: Mitsuba's ``diffuse`` where that is exact, our plugins elsewhere."""
+    if material.anisotropy and (
+        material.anisotropy_rotation_degrees % 90 or has_images(material) or attributes.shading or attributes.tangent
+    ):
+        raise FragtracerError(
+            "Mitsuba shows a material with anisotropy exactly only in quarters of a turn, and without textures, "
+            "normals and tangents of vertices; leave these out, or export the scene without --plugin"
+        )
     if material.unlit:
         black = replace(material, model=DEFAULT_MODEL, albedo=(0.0, 0.0, 0.0), metal=None, metallic=0.0, specular=0.0)
         return surface(black, geometry, attributes, textures) if has_null_transmission(material) else lambert(black)
@@ -90,6 +97,8 @@ def exact_bsdf(material: Material, geometry: str, attributes: MeshAttributes, te
         "specular_f90": list(material.specular_f90),
         "alpha": float(material.alpha),
         "geometry": geometry,
+        "diffuse_factor": material.diffuse_factor,
+        **{name: width for name, width in facets(material).items() if name.startswith("alpha_")},
     }
 
 
@@ -104,6 +113,7 @@ def surface(material: Material, geometry: str, attributes: MeshAttributes, textu
         "specular": float(material.specular),
         "dielectric_f0": list(material.dielectric_f0),
         "geometry": geometry,
+        "diffuse_factor": material.diffuse_factor,
         "opacity": float(material.opacity),
         "alpha_mode": material.alpha_mode,
         "alpha_cutoff": float(material.alpha_cutoff),

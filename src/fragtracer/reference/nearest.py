@@ -4,6 +4,7 @@
 import math
 from typing import Any
 
+from fragtracer.reference.dielectrics import facets
 from fragtracer.reference.materials import (
     has_images,
     has_null_transmission,
@@ -87,7 +88,7 @@ def _textured(material: Material, attributes: MeshAttributes, textures: TextureF
 def _metal(material: Material) -> Tree:
     metal: Tree = {"type": "conductor", "material": "none", "specular_reflectance": rgb(material.base_color)}
     if material.alpha >= DELTA_ALPHA:
-        metal |= {"type": "roughconductor", "distribution": "ggx", "alpha": float(material.alpha)}
+        metal |= {"type": "roughconductor", **facets(material)}
     return metal
 
 
@@ -126,7 +127,9 @@ def note(material: Material, geometry: str, plugin: bool, attributes: MeshAttrib
             f"{UNLIT}, the same" if plugin else "area, nearly the same: emits from its front only, sampled as a light"
         )
     if is_own_plugin(material):
-        return f"{own_plugin(material)['type']}, the same but for textures and normals of vertices"
+        but = "textures, tangents and normals" if material.anisotropy else "textures and normals"
+        tree = own_plugin(material)
+        return f"{tree.get('bsdf', tree)['type']}, the same but for {but} of vertices"
     if plugin and not is_plain(material, attributes):
         return f"{SURFACE}, the same"
     if not (plugin or is_plain(material, attributes)) and (
@@ -146,13 +149,19 @@ def note(material: Material, geometry: str, plugin: bool, attributes: MeshAttrib
         differs.append("the exact Fresnel term in place of Schlick's, a base brighter towards grazing")
     if kinds[-1].endswith("conductor"):
         differs.append("a metal of the same reflectance at every angle, no rise towards grazing")
+    if material.anisotropy:
+        differs.append("facets of two widths on metals alone, turned as Mitsuba's shapes have their tangents")
+    if material.diffuse_factor == "half-vector":
+        differs.append("a base without the factor of the half vector")
     if geometry != "smith":
         differs.append(f"Smith's uncorrelated geometry term in place of {geometry}")
     return f"{' and '.join(kinds)}, nearly the same: {'; '.join(differs)}"
 
 
 def _textured_note(material: Material, geometry: str) -> str:
-    differs = ["a base brighter towards grazing"]
+    differs = ["a base without the factor of the half vector"]
+    if material.diffuse_factor == "interface":
+        differs = ["a base brighter towards grazing"]
     if material.normal_texture:
         differs.append("a normal map whose green is inverted where the image is mirrored")
     if material.alpha_mode == "mask":

@@ -121,6 +121,12 @@ def sphere(shape: Sphere) -> Tree:
     return {"type": "sphere", "center": list(shape.center), "radius": float(shape.radius)}
 
 
+def upright_sphere(shape: Tree) -> Tree:
+    """The same sphere with its poles, about which Mitsuba's tangents turn, along y."""
+    x, y, z = shape["radius"] * np.array([(1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0)])
+    return {"type": "sphere", "to_world": matrix(x, y, z, shape["center"])}
+
+
 def triangle_mesh(path: Path, vertices: ArrayLike) -> Tree:
     """A mesh of separate triangles in a PLY file.
 

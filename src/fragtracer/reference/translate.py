@@ -36,6 +36,7 @@ from typing import Any
 
 import numpy as np
 
+from fragtracer.errors import FragtracerError
 from fragtracer.reference import dielectrics, lights, shapes
 from fragtracer.reference.environment import environment_emitters, hides_emitters, sun_distance
 from fragtracer.reference.materials import emitter_of, exact_bsdf, geometry_term, has_null_transmission
@@ -97,6 +98,14 @@ def scene_tree(scene: Scene, folder: Path, plugins: bool = True) -> Tree:
         if material.is_solid:
             tree[key] |= _medium(scene, media, "interior", name) | _medium(scene, media, "exterior", around)
         emitter = emitter_of(scene.materials[name], attributes, textures, plugins)
+        if material.anisotropy and shape["type"] == "sphere":
+            tree[key] = {**tree[key], **shapes.upright_sphere(shape)}
+            del tree[key]["center"], tree[key]["radius"]
+        elif material.anisotropy and plugins and not _has_tangents(scene, name, key):
+            raise FragtracerError(
+                f"Mitsuba turns the facets of {name!r} otherwise on flat shapes, and on meshes without texture "
+                "coordinates; put it on spheres and other meshes, or export the scene without --plugin"
+            )
         if emitter:
             tree[key]["emitter"] = lights.sphere_light(shape, emitter) if plugins else emitter
     for kind in LIGHTS:
@@ -106,6 +115,12 @@ def scene_tree(scene: Scene, folder: Path, plugins: bool = True) -> Tree:
     if scene.environment is None and max(scene.ambient.radiance) > 0:
         tree["ambient"] = {"type": "constant", "radiance": rgb(scene.ambient.radiance)}
     return tree
+
+
+def _has_tangents(scene: Scene, name: str, key: str) -> bool:
+    """Whether the meshes of a material have tangents that Mitsuba finds, too: from their texture coordinates."""
+    parts = [part for mesh in scene.meshes for part in mesh.parts if mesh.material_of(part) == name]
+    return key.startswith("mesh") and all(part.geometry.uvs is not None for part in parts)
 
 
 def _medium(scene: Scene, media: Tree, side: str, name: str) -> Tree:

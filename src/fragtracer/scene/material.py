@@ -19,12 +19,14 @@ from fragtracer.scene.texture import Texture
 
 # The parameters that can be textured, by the field NAME_texture.
 DEFAULT_MODEL: Final = "metallic-roughness"
+_BRUSHED = ("anisotropy", "anisotropy_rotation_degrees")
 # The keys that mean something to each model besides those of all: textures of these, emission, opacity, sides, normals.
 MODELS: dict[str, tuple[str, ...]] = {
-    DEFAULT_MODEL: ("albedo", "roughness", "metallic", "ior", "f0", "metal", "specular"),
+    DEFAULT_MODEL: ("albedo", "roughness", "metallic", "ior", "f0", "metal", "specular", "diffuse_factor", *_BRUSHED),
     "eon": ("albedo", "roughness"),
     "dielectric": (
         "roughness",
+        *_BRUSHED,
         "ior",
         "transmittance",
         "attenuation_color",
@@ -33,12 +35,13 @@ MODELS: dict[str, tuple[str, ...]] = {
         "priority",
     ),
     "thin-dielectric": ("ior", "transmittance"),
-    "conductor": ("roughness", "metal", "eta", "k"),
+    "conductor": ("roughness", *_BRUSHED, "metal", "eta", "k"),
     "plastic": ("albedo", "ior", "nonlinear"),
+    "rough-plastic": ("albedo", "roughness", "ior", "nonlinear"),
 }
 _OF_MODELS = {key for keys in MODELS.values() for key in keys}
 _OF_OTHERS = {model: sorted(_OF_MODELS - set(keys)) for model, keys in MODELS.items()}  # keys that mean nothing to it
-TEXTURED = ("albedo", "roughness", "metallic", "normal", "occlusion", "emission")
+TEXTURED = ("albedo", "roughness", "metallic", "normal", "occlusion", "emission", "transmittance")
 _TEXTURE_FIELDS = {name: f"{name}_texture" for name in TEXTURED}
 
 
@@ -51,15 +54,24 @@ class Material:
     (shaders/bsdf/eon.glsl), whose roughness of 0 is Lambert's. "dielectric" is the surface of a solid or a liquid that
     light passes, such as glass or water, and "thin-dielectric" a pane of it (shaders/bsdf/dielectric.glsl).
     "conductor" is a metal of a measured complex index ``eta`` + i ``k``, or of that of the ``metal`` of a name in
-    :data:`METAL_INDEX`. "plastic" is a Lambert base under a smooth coat (shaders/bsdf/plastic.glsl): what the coat
-    reflects back to the base is scattered again, ``nonlinear`` in its colour.
+    :data:`METAL_INDEX`. "plastic" is a Lambert base under a smooth coat (shaders/bsdf/plastic.glsl), "rough-plastic"
+    one under a coat of GGX facets (shaders/bsdf/rough_plastic.glsl): what the coat reflects back to the base is
+    scattered again, ``nonlinear`` in its colour.
 
     ``albedo`` is the colour of the base, and the specular colour of the metallic part. The GGX
     width is ``roughness**2``; roughness below 0.01 is a perfect mirror. The dielectric part's
     reflectance at normal incidence comes from ``ior`` (index of refraction against air, 1.5 where
     nothing is given) or directly from ``f0``. ``metal`` names a metal of :data:`METAL_F0` and
     replaces albedo, metallic, ior and f0. ``specular`` scales the dielectric reflection: 0
-    is pure Lambert. ``emission`` is the radiance in W/m²/sr of the front of a surface.
+    is pure Lambert. ``diffuse_factor`` says what of the light the base gets and gives: what passes the "interface", in
+    and out, or 1 - F at the "half-vector", which is more at grazing angles than there is (docs/material.md).
+    ``emission`` is the radiance in W/m²/sr of the front of a surface.
+
+    With an ``anisotropy`` the facets are wider along the tangent, as those of brushed metal across the strokes:
+    α + (1 - α) ``anisotropy``², which is Mitsuba's ``alpha_u``, where α, its ``alpha_v``, is the width across it
+    (glTF's ``KHR_materials_anisotropy``). The tangent is that of a mesh, or, where there is none, the horizontal
+    direction to the right as seen from outside, +x where the surface is horizontal; ``anisotropy_rotation_degrees``
+    turns it counter-clockwise.
 
     Behind the front of a dielectric, ``attenuation_color`` is what is left of white light after
     ``attenuation_distance`` metres (Beer and Lambert); ``transmittance`` is the colour of what passes the surface.
@@ -76,16 +88,19 @@ class Material:
     radiance and scatters nothing.
     """
 
-    model: Literal["metallic-roughness", "eon", "dielectric", "thin-dielectric", "conductor", "plastic"] = (
-        "metallic-roughness"
-    )
+    model: Literal[
+        "metallic-roughness", "eon", "dielectric", "thin-dielectric", "conductor", "plastic", "rough-plastic"
+    ] = "metallic-roughness"
     albedo: Reflectance = (0.5, 0.5, 0.5)
     roughness: Fraction = 0.5
     metallic: Fraction = 0.0
+    anisotropy: Fraction = 0.0
+    anisotropy_rotation_degrees: Number = 0.0
     ior: Annotated[float, Field(ge=1, le=LARGEST)] | None = None
     f0: Reflectance | None = None
     metal: str | None = None
     specular: Fraction = 1.0
+    diffuse_factor: Literal["interface", "half-vector"] = "interface"
     transmittance: Reflectance = (1.0, 1.0, 1.0)
     attenuation_color: Reflectance = (1.0, 1.0, 1.0)
     attenuation_distance: Positive = 1.0
@@ -100,6 +115,7 @@ class Material:
     metallic_texture: Texture | None = None
     normal_texture: Texture | None = None
     normal_scale: Number = 1.0
+    transmittance_texture: Texture | None = None
     occlusion_texture: Texture | None = None
     occlusion_strength: Fraction = 1.0
     emission_texture: Texture | None = None
@@ -149,8 +165,20 @@ class Material:
 
     @property
     def alpha(self) -> float:
-        """GGX width."""
-        return self.roughness**2
+        """GGX width; across the tangent, of anisotropic facets, which are never a perfect mirror."""
+        return max(self.roughness**2, 1e-4) if self.anisotropy > 0 else self.roughness**2
+
+    @property
+    def alpha_along(self) -> float:
+        """GGX width along the tangent."""
+        return self.alpha + (1 - self.alpha) * self.anisotropy**2
+
+    @property
+    def tangent_coordinates(self) -> int | None:
+        """The set of texture coordinates that tangents follow, None where it needs no tangents."""
+        if self.normal_texture is not None:
+            return self.normal_texture.coordinates
+        return 0 if self.anisotropy > 0 else None
 
     @property
     def base_color(self) -> Triple:
@@ -225,7 +253,7 @@ class Material:
         """Specular reflectance at grazing incidence, per channel for a dielectric, 1 for a metal."""
         if self.model == "eon":
             return (0.0, 0.0, 0.0)
-        if self.metal or self.model in ("conductor", "plastic"):
+        if self.metal or self.model in ("conductor", "plastic", "rough-plastic"):
             return (1.0, 1.0, 1.0)
         dielectric = (1 - self.metallic) * self.specular
         metallic = self.metallic * grazing_reflectance(max(self.albedo))

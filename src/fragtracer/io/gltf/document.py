@@ -113,6 +113,12 @@ class Dispersion(Item):
     dispersion: Positive = 0.0  # 20 over the Abbe number
 
 
+class Anisotropy(Item):
+    anisotropyStrength: Fraction = 0.0
+    anisotropyRotation: Number = 0.0  # radians
+    anisotropyTexture: TextureInfo | None = None
+
+
 class Volume(Item):
     thicknessFactor: Positive = 0.0
     thicknessTexture: TextureInfo | None = None

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Materials of glTF 2.0 (section 3.9) and their extensions to materials of the scene model."""
 
+import math
 import os
 from typing import Any
 
@@ -60,10 +61,13 @@ class Materials:
         }
         old = self._container.extension(gltf.SpecularGlossiness, item, "KHR_materials_pbrSpecularGlossiness", place)
         made |= self._reflectance(item, place) if old is None else self._specular_glossiness(old, place)
+        made |= self._anisotropy(item, place)
         if item.alphaMode == "MASK" and item.alphaCutoff > 1:  # above every alpha
             made["opacity"] = 0.0
         transmission = self._container.extension(gltf.Transmission, item, "KHR_materials_transmission", place)
         if transmission is not None and transmission.transmissionFactor > 0:
+            if transmission.transmissionTexture:
+                self.notes.append(f"transmissionTexture of {place}")
             if transmission.transmissionFactor >= _LEAST_TRANSMISSION > made["metallic"]:
                 return self._dielectric(item, place, index, made)
             self.notes.append(f"KHR_materials_transmission of {place}, which is mixed with what does not transmit")
@@ -75,14 +79,16 @@ class Materials:
         ior = self._container.extension(gltf.Ior, item, "KHR_materials_ior", place)
         volume = self._container.extension(gltf.Volume, item, "KHR_materials_volume", place) or gltf.Volume()
         kept = {name: made[name] for name in ("emission", "emission_texture", "normal_texture", "normal_scale")}
-        kept |= {"transmittance": made["albedo"], "ior": max(ior.ior, 1.0) if ior else 1.5}
-        if made["albedo_texture"] is not None:
-            self.notes.append(f"baseColorTexture of {place}, which transmits")
+        kept |= {"transmittance": made["albedo"], "transmittance_texture": made["albedo_texture"]}
+        kept |= {"ior": max(ior.ior, 1.0) if ior else 1.5}
+        if volume.thicknessTexture:
+            self.notes.append(f"thicknessTexture of {place}, whose thickness is that of its mesh")
         if volume.thicknessFactor == 0:
             if made["roughness"] > 0:
                 self.notes.append(f"roughnessFactor of {place}, a pane")
             return Material(model="thin-dielectric", **kept)
         kept |= {"roughness": made["roughness"], "roughness_texture": made["roughness_texture"], "priority": index}
+        kept |= self._anisotropy(item, place)
         dispersion = self._container.extension(gltf.Dispersion, item, "KHR_materials_dispersion", place)
         if dispersion is not None and dispersion.dispersion > 0:
             kept["abbe_number"] = 20 / dispersion.dispersion
@@ -90,6 +96,13 @@ class Materials:
             red, green, blue = (max(c, _LEAST_ATTENUATION) for c in volume.attenuationColor)
             kept |= {"attenuation_color": (red, green, blue), "attenuation_distance": volume.attenuationDistance}
         return Material(model="dielectric", **kept)
+
+    def _anisotropy(self, item: gltf.Material, place: str) -> dict[str, Any]:
+        found = self._container.extension(gltf.Anisotropy, item, "KHR_materials_anisotropy", place) or gltf.Anisotropy()
+        if found.anisotropyTexture:
+            self.notes.append(f"anisotropyTexture of {place}")
+        degrees = math.degrees(found.anisotropyRotation)
+        return {"anisotropy": found.anisotropyStrength, "anisotropy_rotation_degrees": degrees}
 
     def _specular_glossiness(self, old: gltf.SpecularGlossiness, place: str) -> dict[str, Any]:
         """The specular-glossiness workflow, which replaces metallic-roughness."""

@@ -2,8 +2,9 @@
 """``fragtracer_cooktorrance``: a uniform two-sided material.
 
 Its parameters: ``diffuse_albedo``, ``specular_f0`` and ``specular_f90`` (three numbers each),
-``alpha`` (GGX width) and ``geometry`` ("smith", "smith-height-correlated", "schlick-beckmann", "karis" or
-"smith-multiple-scattering").
+``alpha`` (GGX width), ``geometry`` ("smith", "smith-height-correlated", "schlick-beckmann", "karis" or
+"smith-multiple-scattering") and ``diffuse_factor`` ("interface" or "half-vector"); of
+facets of two widths ``alpha_u``, along the tangent, and ``alpha_v`` besides.
 """
 
 from typing import Any
@@ -26,7 +27,12 @@ def plain_class(mi: Any, dr: Any) -> type:
             # Opaque, that is, unknown to the compiler: materials of one kind share their code.
             dr.make_opaque(albedo, f0, f90, alpha, k)
             specular_range = (0.25, 0.75) if has_diffuse and has_specular else (float(has_specular),) * 2
-            self.lobes = Lobes(albedo, f0, f90, alpha, geometry, k, specular_range)
+            diffuse_factor = str(props.get("diffuse_factor", "interface"))
+            widths = None
+            if "alpha_u" in props:
+                widths = mi.Float(float(props["alpha_u"])), mi.Float(float(props["alpha_v"]))
+                dr.make_opaque(*widths)
+            self.lobes = Lobes(albedo, f0, f90, alpha, geometry, k, specular_range, diffuse_factor, widths)
 
         def _set_lobes(self, has_diffuse: bool, has_specular: bool, delta: bool) -> None:
             self.diffuse_type = int(mi.BSDFFlags.DiffuseReflection)

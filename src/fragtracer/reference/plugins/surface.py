@@ -2,8 +2,8 @@
 """``fragtracer_surface``: a material that varies over a mesh, with shading normals, alpha and culled back faces.
 
 Its parameters: ``model`` (models/), ``albedo`` (three numbers), ``roughness``, ``metallic``, ``specular``,
-``dielectric_f0`` (three numbers), ``geometry``, ``opacity``, ``alpha_mode`` ("opaque", "mask" or "blend"),
-``alpha_cutoff``, ``double_sided``, ``normal_scale``; and children ``albedo_texture``, ``alpha_texture``,
+``dielectric_f0`` (three numbers), ``geometry``, ``diffuse_factor``, ``opacity``, ``alpha_mode`` ("opaque", "mask" or
+"blend"), ``alpha_cutoff``, ``double_sided``, ``normal_scale``; and children ``albedo_texture``, ``alpha_texture``,
 ``roughness_texture``, ``metallic_texture`` and ``normal_texture``, each a ``fragtracer_texture`` and
 each with its set of coordinates, as ``albedo_set``: "uv", or the name of an attribute of the mesh.
 
@@ -37,6 +37,7 @@ def surface_class(mi: Any, dr: Any) -> type:
             self.dielectric_f0 = mi.Color3f([float(x) for x in props.get("dielectric_f0", [0.0, 0.0, 0.0])])
             self.geometry, self.alpha_mode = str(props.get("geometry", "smith")), str(props.get("alpha_mode", "opaque"))
             self.model = str(props.get("model", "metallic-roughness"))
+            self.diffuse_factor = str(props.get("diffuse_factor", "interface"))
             self.double_sided = bool(props.get("double_sided", True))
             names = ("albedo", "alpha", "roughness", "metallic", "normal")
             self.textures = {n: props[f"{n}_texture"] for n in names if f"{n}_texture" in props}
@@ -135,7 +136,9 @@ def surface_class(mi: Any, dr: Any) -> type:
             dielectric = (1 - metallic) * self.values["specular"]
             f0 = dielectric * self.dielectric_f0 + metallic * albedo
             f90 = dielectric * _grazing(self.dielectric_f0) + metallic * _grazing(dr.max(albedo))
-            parameters = Parameters((1 - metallic) * albedo, f0, f90, alpha, self.geometry, _SPECULAR_RANGE)
+            parameters = Parameters(
+                (1 - metallic) * albedo, f0, f90, alpha, self.geometry, _SPECULAR_RANGE, self.diffuse_factor
+            )
             return lobes_of(self.model, parameters)
 
         def _frame(self, si: Any, active: Any) -> Any:

@@ -14,6 +14,7 @@ from fragtracer.scene.reflectance import DIELECTRIC_F0, METAL_F0, METAL_INDEX
 CUSTOM = "custom"
 _MATTE = "matte"
 _ALPHA_MODES = get_args(get_type_hints(Material)["alpha_mode"])
+_DIFFUSE_FACTORS = get_args(get_type_hints(Material)["diffuse_factor"])
 PRESETS = (CUSTOM, _MATTE, *DIELECTRIC_F0, *sorted(METAL_F0))
 
 
@@ -28,7 +29,7 @@ def edit(material: Material, of_mesh: bool = False) -> Material:
         chosen = widgets.choice("Preset", preset, PRESETS, "Measured metals and dielectrics.")
         if chosen != preset:
             return with_preset(material, chosen)
-        new["roughness"] = widgets.slider("Roughness", material.roughness, 0.0, 1.0, "%.2f")
+        new |= {key: _CONTROLS[key](material) for key in ("roughness", "anisotropy", "anisotropy_rotation_degrees")}
     else:
         values = {key: control(material) for key, control in _CONTROLS.items() if key in MODELS[model]}
         new |= {key: value for key, value in values.items() if value is not None}
@@ -36,6 +37,7 @@ def edit(material: Material, of_mesh: bool = False) -> Material:
         new["albedo"] = widgets.color("Albedo", material.albedo)
         new["metallic"] = widgets.slider("Metallic", material.metallic, 0.0, 1.0, "%.2f")
         new["specular"] = widgets.slider("Specular", material.specular, 0.0, 1.0, "%.2f")
+        new["diffuse_factor"] = widgets.choice("Diffuse factor", material.diffuse_factor, _DIFFUSE_FACTORS)
         if material.f0 is not None:
             new["f0"] = widgets.color("F0", material.f0)
         else:
@@ -66,6 +68,10 @@ _UNLIKE = {"metal", "ior", "eta", "k", "f0"}
 _CONTROLS: dict[str, Callable[[Material], Any]] = {
     "albedo": lambda m: widgets.color("Albedo", m.albedo),
     "roughness": lambda m: widgets.slider("Roughness", m.roughness, 0.0, 1.0, "%.2f"),
+    "anisotropy": lambda m: widgets.slider("Anisotropy", m.anisotropy, 0.0, 1.0, "%.2f"),
+    "anisotropy_rotation_degrees": lambda m: widgets.slider(
+        "turned by", m.anisotropy_rotation_degrees, -180.0, 180.0, "%.0f°"
+    ),
     "ior": lambda m: widgets.slider("Index of refr.", m.index, 1.0, 3.0, "%.3f"),
     "transmittance": lambda m: widgets.color("Transmittance", m.transmittance),
     "attenuation_color": lambda m: tuple(max(1e-4, c) for c in widgets.color("Attenuation", m.attenuation_color)),

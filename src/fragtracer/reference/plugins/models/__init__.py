@@ -20,6 +20,7 @@ class Parameters:
     alpha: Any  # roughness squared
     geometry: str
     specular_range: tuple[float, float]  # of the probability to choose the specular lobe
+    diffuse_factor: str = "interface"  # or "half-vector"
 
 
 def lobes_of(model: str, parameters: Parameters) -> Any:

@@ -33,13 +33,16 @@ def smith_g1_over_cos(c: Any, alpha: Any) -> Any:
     return 2 / (c + dr.sqrt(dr.fma(1 - alpha2, dr.square(c), alpha2)))
 
 
-def smith_g2_over_cosines(c: Any, d: Any, alpha: Any) -> Any:
-    """G2 / (c d) of Smith for GGX at two cosines, correlated by height (Heitz 2014, eq. 99, multiplied out)."""
+def smith_g2_over_cosines(c: Any, d: Any, alpha_c: Any, alpha_d: Any) -> Any:
+    """G2 / (c d) of Smith for GGX at two cosines with their widths, correlated by height (Heitz 2014, eq. 99,
+    multiplied out)."""
     import drjit as dr
 
-    alpha2 = dr.square(alpha)
-    one, other = (x * dr.sqrt(alpha2 + (1 - alpha2) * dr.square(y)) for x, y in ((c, d), (d, c)))
-    return 2 / (one + other)
+    def root(cosine: Any, alpha: Any) -> Any:
+        alpha2 = dr.square(alpha)
+        return dr.sqrt(alpha2 + (1 - alpha2) * dr.square(cosine))
+
+    return 2 / (c * root(d, alpha_d) + d * root(c, alpha_c))
 
 
 def schlick_g1_over_cos(c: Any, k: Any) -> Any:
@@ -81,19 +84,20 @@ def smith_albedo(c: Any, alpha: Any) -> Any:
     return 1 - 9 * dr.square(alpha) * spread * loss
 
 
-def ggx_d(wh: Any, alpha: Any) -> Any:
-    """GGX density of normals D(wh) in 1/sr, ``wh`` in the local frame (Walter et al. 2007, eq. 33).
+def ggx_d(wh: Any, alpha_u: Any, alpha_v: Any) -> Any:
+    """GGX density of normals D(wh) in 1/sr, ``wh`` in the local frame, of widths along x and y (Walter et al. 2007,
+    eq. 33; Heitz 2014, eq. 85).
 
     sin² comes from x and y: (n·h)² (alpha² - 1) + 1 loses all its digits where alpha is small.
     """
     import drjit as dr
 
-    alpha2 = dr.square(alpha)
-    spread = dr.square(wh.x) + dr.square(wh.y) + alpha2 * dr.square(wh.z)
+    alpha2, ratio = alpha_u * alpha_v, alpha_v / alpha_u
+    spread = dr.square(wh.x) * ratio + dr.square(wh.y) / ratio + alpha2 * dr.square(wh.z)
     return alpha2 / (dr.pi * dr.square(spread))
 
 
-def ggx_sample_visible(wo: Any, alpha: Any, u: Any) -> Any:
+def ggx_sample_visible(wo: Any, alpha_u: Any, alpha_v: Any, u: Any) -> Any:
     """A microfacet normal seen from ``wo`` (wo.z > 0), ``u`` uniform (Dupuy, Benyoub 2023, listing 3).
 
     Density D(wh) G1(wo) (wo·wh) / wo.z with Smith's G1.
@@ -101,18 +105,20 @@ def ggx_sample_visible(wo: Any, alpha: Any, u: Any) -> Any:
     import drjit as dr
     import mitsuba as mi
 
-    v = dr.normalize(mi.Vector3f(alpha * wo.x, alpha * wo.y, wo.z))
+    v = dr.normalize(mi.Vector3f(alpha_u * wo.x, alpha_v * wo.y, wo.z))
     sin_phi, cos_phi = dr.sincos(2 * dr.pi * u.x)
     height = (1 - u.y) * (1 + v.z)  # of the cap's point above its lowest one, -v.z
     radius = dr.safe_sqrt(u.y * (1 + v.z) * (height + 1 - v.z))
-    return dr.normalize(mi.Vector3f(alpha * (radius * cos_phi + v.x), alpha * (radius * sin_phi + v.y), height))
+    x, y = alpha_u * (radius * cos_phi + v.x), alpha_v * (radius * sin_phi + v.y)
+    return dr.normalize(mi.Vector3f(x, y, height))
 
 
 @dataclass(frozen=True)
 class Lobes:
     """A specular lobe over a Lambert base. Directions are local, on the front.
 
-    ``specular_range`` bounds the probability of choosing the specular lobe.
+    ``specular_range`` bounds the probability of choosing the specular lobe. With the ``diffuse_factor`` "half-vector"
+    the base has 1 - F(wo·wh) in place of what passes the interface in and out.
     """
 
     albedo: Any  # of the base
@@ -122,10 +128,13 @@ class Lobes:
     geometry: str
     k: Any
     specular_range: tuple[float, float]
+    diffuse_factor: str = "interface"
+    widths: tuple[Any, Any] | None = None  # along x and y, where they are not both alpha
 
     @classmethod
     def of(cls, p: Parameters) -> "Lobes":
-        return cls(p.albedo, p.f0, p.f90, p.alpha, p.geometry, schlick_k(p.geometry, p.alpha), p.specular_range)
+        k = schlick_k(p.geometry, p.alpha)
+        return cls(p.albedo, p.f0, p.f90, p.alpha, p.geometry, k, p.specular_range, p.diffuse_factor)
 
     @property
     def delta(self) -> Any:
@@ -145,13 +154,25 @@ class Lobes:
         alpha = 0.95 * self.alpha if self.geometry == "smith-height-correlated" else self.alpha
         return self.f0 + (dr.maximum((1 - alpha) * self.f90, self.f0) - self.f0) * (1 - c) ** 5
 
-    def g_over_cosines(self, c: Any, d: Any) -> Any:
+    def width(self, w: Any) -> Any:
+        """The width of the facets along a direction."""
+        import drjit as dr
+
+        if self.widths is None:
+            return self.alpha
+        x, y = dr.square(w.x), dr.square(w.y)
+        squares = dr.square(self.widths[0]) * x + dr.square(self.widths[1]) * y
+        return dr.sqrt(squares / dr.maximum(x + y, 1e-30))
+
+    def g_over_cosines(self, wo: Any, wi: Any) -> Any:
         """The geometry term over both cosines."""
+        widths = self.width(wo), self.width(wi)
         if self.geometry == "smith-height-correlated":
-            return smith_g2_over_cosines(c, d, self.alpha)
+            return smith_g2_over_cosines(wo.z, wi.z, *widths)
         if self.geometry in SMITH:
-            return smith_g1_over_cos(c, self.alpha) * smith_g1_over_cos(d, self.alpha)
-        return schlick_g1_over_cos(c, self.k) * schlick_g1_over_cos(d, self.k)
+            return smith_g1_over_cos(wo.z, widths[0]) * smith_g1_over_cos(wi.z, widths[1])
+        k = (self.k, self.k) if self.widths is None else tuple(schlick_k(self.geometry, w) for w in widths)
+        return schlick_g1_over_cos(wo.z, k[0]) * schlick_g1_over_cos(wi.z, k[1])
 
     def specular_probability(self, wo: Any) -> Any:
         """The lobes are chosen by the Fresnel term at n·wo."""
@@ -166,17 +187,20 @@ class Lobes:
         import drjit as dr
 
         p_specular = self.specular_probability(wo)
-        both_pass = (1 - self.interface(wo.z)) * (1 - self.interface(wi.z))
-        value = self.albedo * both_pass * (wi.z / dr.pi)
-        pdf = (1 - p_specular) * wi.z / dr.pi
         wh = dr.normalize(wo + wi)
-        d = dr.select(self.delta, 0, ggx_d(wh, dr.maximum(self.alpha, DELTA_ALPHA)) / 4)
-        specular = self.fresnel(dr.dot(wo, wh)) * (d * self.g_over_cosines(wo.z, wi.z) * wi.z)
+        factor = (1 - self.interface(wo.z)) * (1 - self.interface(wi.z))
+        if self.diffuse_factor == "half-vector":
+            factor = 1 - self.fresnel(dr.dot(wo, wh))
+        value = self.albedo * factor * (wi.z / dr.pi)
+        pdf = (1 - p_specular) * wi.z / dr.pi
+        alphas = [dr.maximum(alpha, DELTA_ALPHA) for alpha in self.widths or (self.alpha, self.alpha)]
+        d = dr.select(self.delta, 0, ggx_d(wh, *alphas) / 4)
+        specular = self.fresnel(dr.dot(wo, wh)) * (d * self.g_over_cosines(wo, wi) * wi.z)
         if self.geometry == "smith-multiple-scattering":
-            once = smith_albedo(dr.maximum(wo.z, 1e-6), self.alpha)
+            once = smith_albedo(dr.maximum(wo.z, 1e-6), self.width(wo))
             specular *= 1 + self.f0 * (1 - once) / once
         value += specular
-        return value, pdf + p_specular * d * smith_g1_over_cos(wo.z, self.alpha)
+        return value, pdf + p_specular * d * smith_g1_over_cos(wo.z, self.width(wo))
 
     def sample(self, wo: Any, choice: Any, u: Any) -> Any:
         """A direction to the light, f·cos, its density (of a mirror its probability), and whether it is specular."""
@@ -185,10 +209,11 @@ class Lobes:
 
         p_specular = self.specular_probability(wo)
         specular = choice < p_specular
-        wh = dr.select(self.delta, mi.Vector3f(0, 0, 1), ggx_sample_visible(wo, self.alpha, u))
+        visible = ggx_sample_visible(wo, *(self.widths or (self.alpha, self.alpha)), u)
+        wh = dr.select(self.delta, mi.Vector3f(0, 0, 1), visible)
         mirrored = 2 * dr.dot(wo, wh) * wh - wo
         wi = dr.select(specular, mirrored, mi.warp.square_to_cosine_hemisphere(u))
         value, pdf = self.eval_pdf(wo, wi)
         mirror = specular & self.delta
-        value = dr.select(mirror, self.fresnel(wo.z) * self.g_over_cosines(wo.z, wo.z) * dr.square(wo.z), value)
+        value = dr.select(mirror, self.fresnel(wo.z) * self.g_over_cosines(wo, wo) * dr.square(wo.z), value)
         return wi, value, dr.select(mirror, p_specular, pdf), specular
