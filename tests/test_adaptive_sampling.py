@@ -14,6 +14,7 @@ from fragtracer.renderer import Renderer
 from fragtracer.sampling.allocation import (
     FIRST_STAGE,
     ITEM_SAMPLES,
+    PILOT_SAMPLES,
     Plan,
     Stages,
     block_order,
@@ -210,7 +211,7 @@ def test_a_pilot_looks_at_whole_tiles() -> None:
             assert (np.ptp(place, axis=2) == 15).all()
             assert (place.min(axis=2) % 16 == 0).all() or tiles == 0
         assert len(np.unique(work.pixels)) == tiles * 256
-        np.testing.assert_array_equal(work.first.reshape(2, -1), np.repeat([[0], [16]], tiles * 256, axis=1))
+        np.testing.assert_array_equal(work.first.reshape(2, -1), np.repeat([[0], [PILOT_SAMPLES]], tiles * 256, axis=1))
 
 
 @pytest.mark.parametrize(

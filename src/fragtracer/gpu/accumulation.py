@@ -18,6 +18,7 @@ from fragtracer.sampling.allocation import (
     ITEM_SAMPLES,
     LEAST_GAIN,
     MOST_STAGES,
+    PILOT_SAMPLES,
     PILOT_STREAM,
     Plan,
     Stages,
@@ -131,7 +132,7 @@ class Accumulation:
             work = pilot_list(*self.size)
             pilot = _List(self._ctx, self.size, _LIST_WIDTH, max(_BLOCK, _rows(len(work.pixels), _LIST_WIDTH)))
             try:
-                for _ in pilot.trace(tracer, work, PILOT_STREAM, ITEM_SAMPLES, budget):
+                for _ in pilot.trace(tracer, work, PILOT_STREAM, PILOT_SAMPLES, budget):
                     yield 0.0
                 self._gain = pilot_gain(pilot.read(len(work.pixels))) if len(work.pixels) else 1.0
             finally:

@@ -24,7 +24,8 @@ FIRST_STAGE = 32  # samples per pixel
 ITEM_SAMPLES = 16  # of an item of work
 MOST_STAGES = 31  # that have streams of random numbers of their own (shaders/sampler/stream.glsl)
 PILOT_STREAM = MOST_STAGES  # the stream of the pilot
-LEAST_GAIN = 1.8  # in squared error, at which the pilot says that adaptive sampling pays (docs/sampling.md)
+LEAST_GAIN = 2.0  # in squared error, at which the pilot says that adaptive sampling pays (docs/sampling.md)
+PILOT_SAMPLES = 32  # of each of two items of the pilot for a pixel
 _PILOT_TILES, _TILE = 64, 16  # pixels, a side
 _ROUNDING = 1e-6  # relative, of a running mean in float32
 _LEAST_SHARE = 8  # of the mean number of samples that every pixel gets: an eighth
@@ -138,7 +139,7 @@ def pilot_list(width: int, height: int) -> "WorkList":
     y, x = np.divmod(block_order(_TILE, _TILE), _TILE)
     row, column = np.divmod(tiles, max(1, columns))
     pixels = ((_TILE * row[:, None] + y) * width + _TILE * column[:, None] + x).reshape(-1)
-    return WorkList(np.tile(pixels, 2), np.repeat([0, ITEM_SAMPLES], len(pixels)))
+    return WorkList(np.tile(pixels, 2), np.repeat([0, PILOT_SAMPLES], len(pixels)))
 
 
 def pilot_gain(items: Pixels) -> float:
