@@ -70,9 +70,9 @@ CHOICES = {
     "background": ["environment", "environment", "prefiltered", "irradiance", "black"],
 }
 # What no scene asks for, but the viewer and the study of the split-sum approximation do; of every program a part.
-GUIDING: dict[str, list[Any]] = {"HAS_GUIDING": [0, 1]}
+GUIDING: dict[str, list[Any]] = {"GUIDING": ["GUIDING_OFF", "GUIDING_ON", "GUIDING_MEASURED"]}
 PROGRAMS: dict[str, dict[str, list[Any]]] = {
-    "pathtracer.frag": {**GUIDING, "GUIDING_MEASURE": [0, 1]},
+    "pathtracer.frag": GUIDING,
     "photons.frag": GUIDING,
     "split_sum.frag": {
         **GUIDING,

@@ -12,10 +12,6 @@
 #include "integrator/vertex.glsl"
 #include "sampler/sampler.glsl"
 
-#ifndef GUIDING_MEASURE
-#define GUIDING_MEASURE 0  // what it adds are moments in place of radiance: of a sample, and of one without guiding
-#endif
-
 uniform int u_bounces;
 uniform int u_russian_roulette_vertex;  // the first vertex at which a path may be ended early
 
@@ -32,7 +28,7 @@ struct Path {
     uint seed;        // of stochastic alpha, another for each path
     ivec4 inside;     // the dielectrics that the ray is in (integrator/interior.glsl)
     int band;         // the colour that dispersion has left of it, or BAND_NONE
-#if GUIDING_MEASURE
+#if GUIDING == GUIDING_MEASURED
     float odds;             // density of the path so far over that without guiding
     float unguided;         // luminance that it would have found without guiding
     float unguided_moment;  // and the square of that, times how much more often it would have been drawn
@@ -42,13 +38,13 @@ struct Path {
 Path path_begin(ivec2 pixel, vec4 u) {
     Ray ray = camera_ray(pixel, u);
     return Path(ray, vec3(1.0), 1.0, vec3(0.0), 0, 0, 0.0, true, 0.0, hash_pcg4d(floatBitsToUint(u)).x, u_camera_interiors, BAND_NONE
-#if GUIDING_MEASURE
+#if GUIDING == GUIDING_MEASURED
         , 1.0, 0.0, 0.0
 #endif
     );
 }
 
-#if GUIDING_MEASURE
+#if GUIDING == GUIDING_MEASURED
 // What a path would have had as its second moment without guiding, from those that guiding has drawn: a part c of its
 // radiance found with odds r counts c r there, and the path comes up 1 / r times as often.
 void path_measure(inout Path path, float found) {
@@ -81,7 +77,7 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
         Material material = material_at(surface);
         path.throughput *= interior_transmittance(path.inside, hit.distance);
 
-#if GUIDING_MEASURE
+#if GUIDING == GUIDING_MEASURED
         float known = luminance(path.radiance);
 #endif
         // Emission: of what lies behind everything, or of the surface. Lights emit from their front alone, weighed against
@@ -106,7 +102,7 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
 
         // A path that has ended is a sample.
         if (!scatters) {
-#if GUIDING_MEASURE
+#if GUIDING == GUIDING_MEASURED
             path_measure(path, luminance(path.radiance) - known);
             film_add(film, path_moments(path));
 #else
@@ -130,13 +126,13 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
         vertex_guide(vertex, path.depth + 1 < u_bounces);
         if (scatters && path.depth < u_bounces) path.radiance += path.throughput * direct_light(vertex, vertex_number, pixel, index, u.zw);
 
-#if GUIDING_MEASURE
+#if GUIDING == GUIDING_MEASURED
         path_measure(path, luminance(path.radiance) - known);
 #endif
 
         // The next direction, drawn from the BSDF, or by the guiding. Where there is none, the path ends at what it meets.
         BsdfSample scattered = vertex_scatter(vertex, u.xy);
-#if GUIDING_MEASURE
+#if GUIDING == GUIDING_MEASURED
         path.odds *= vertex_odds(vertex, scattered);
 #endif
         path.ray = Ray(vertex_origin(vertex, scattered.wi), frame_to_world(vertex.frame, scattered.wi));

@@ -17,7 +17,7 @@ struct Vertex {
     ivec4 inside;    // the dielectrics that the side of wo lies in (integrator/interior.glsl)
     ivec4 beyond;    // and the other one
     uint seed;       // of stochastic alpha, for the rays to lights
-#if HAS_GUIDING
+#if GUIDING
     Guide guide;     // set by vertex_guide()
 #endif
 };
@@ -53,14 +53,14 @@ float vertex_shading_factor(Vertex vertex, vec3 wi) {
 
 // Makes use of the guiding, if there is any, where `is_guided`.
 void vertex_guide(inout Vertex vertex, bool is_guided) {
-#if HAS_GUIDING
+#if GUIDING
     vertex.guide = guide_at(vertex.origin, vertex.frame, vertex.bsdf, is_guided);
 #endif
 }
 
 // The probability of sampling the BSDF.
 float vertex_bsdf_probability(Vertex vertex) {
-#if HAS_GUIDING
+#if GUIDING
     return 1.0 - vertex.guide.sum;
 #else
     return 1.0;
@@ -69,7 +69,7 @@ float vertex_bsdf_probability(Vertex vertex) {
 
 // The density of a direction that vertex_scatter() gave over that of the BSDF alone.
 float vertex_odds(Vertex vertex, BsdfSample s) {
-#if HAS_GUIDING
+#if GUIDING
     if (bsdf_is_delta(s) || s.pdf <= 0.0) return 1.0 - vertex.guide.sum;
     return (1.0 - vertex.guide.sum) * (1.0 + guide_pdf(vertex.guide, frame_to_world(vertex.frame, s.wi)) / s.pdf);
 #else
@@ -79,7 +79,7 @@ float vertex_odds(Vertex vertex, BsdfSample s) {
 
 // The next direction, as bsdf_sample() gives it.
 BsdfSample vertex_scatter(Vertex vertex, vec2 u) {
-#if HAS_GUIDING
+#if GUIDING
     return guide_scatter(vertex.guide, vertex.frame, vertex.bsdf, vertex.wo, u);
 #else
     return bsdf_sample(vertex.bsdf, vertex.wo, u);
