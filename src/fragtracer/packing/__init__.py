@@ -20,7 +20,8 @@ from fragtracer.packing.instances import MeshMaterial
 from fragtracer.packing.interiors import camera_interiors, interior_flags
 from fragtracer.packing.lights import LIGHT_RECORDS, emissions_of, emissive_shapes, pack_lights
 from fragtracer.packing.materials import PackedMaterials, mean_emission, needed_attributes, pack_materials
-from fragtracer.packing.records import MATERIAL_RECORDS, Words, texel_count, words_of_rows
+from fragtracer.packing.media import media_rows, warn_of_light_from_afar
+from fragtracer.packing.records import MATERIAL_RECORDS, MEDIUM_RECORDS, Words, texel_count, words_of_rows
 from fragtracer.packing.settings import needs_maps, settings_features, settings_uniforms
 from fragtracer.packing.shapes import CULLED, Shapes, finite_shapes, plane_records, shape_records
 from fragtracer.packing.space import Space, space_of
@@ -99,7 +100,10 @@ def pack(
     mesh_power = bvh.mesh_power if bvh else 0.0
     lights = pack_lights(scene, shapes, emissions, primitives, origin, extent, mesh_power, environment.lights)
 
-    scene_records, offsets = _scene_words(surfaces.words, lights.records)
+    media = media_rows(scene)
+    warn_of_light_from_afar(scene)
+
+    scene_records, offsets = _scene_words(surfaces.words, {"Medium": media, **lights.records})
     attributes, attribute_flags = _attributes(bvh)
     tables: dict[str, Table] = {
         "u_scene": (np.concatenate([words.reshape(-1, 4) for words in scene_records.values()]),),
@@ -126,6 +130,7 @@ def pack(
     }
     flags = {**surfaces.flags, **interior_flags(scene), **attribute_flags, "u_bvh_shapes": uniforms.pop("u_bvh_shapes")}
     features = {**settings_features(settings, environment.hidden), **surfaces.features, **lights.features}
+    features["HAS_MEDIA"] = int(bool(media))
     features |= bvh.features if bvh else {"HAS_MESHES": 0, "HAS_INSTANCES": 0}
     rounds = 4 + len(listed) + (bvh.usual_rounds if bvh else 0)
     sample_rounds = 1 + rounds + 24 + (environment.tables.levels if environment.tables else 0)
@@ -195,7 +200,7 @@ def _scene_words(
 ) -> tuple[dict[str, Words], dict[str, int]]:
     """The words of records by kind, some of them ``known``, and the uniforms with the texels where they begin."""
     words, offsets, first = {}, {}, 0
-    for name, record in (MATERIAL_RECORDS | LIGHT_RECORDS).items():
+    for name, record in (MATERIAL_RECORDS | MEDIUM_RECORDS | LIGHT_RECORDS).items():
         words[name] = known[name] if name in known else words_of_rows(record, records.get(name, []))
         offsets[f"u_first_{_snake(name)}"] = first
         first += texel_count(record) * len(words[name])

@@ -140,11 +140,13 @@ def _model(material: Material, specular: bool) -> BsdfModel:
     sides of a branch."""
     if material.model == DEFAULT_MODEL:
         return BsdfModel.COOK_TORRANCE if specular else BsdfModel.DIFFUSE
+    if material.model == "null":
+        return BsdfModel.DIELECTRIC  # of index 1, which is passed
     return BsdfModel[material.model.replace("-", "_").upper()]
 
 
 def _is_rough_dielectric(material: Material) -> bool:
-    return material.is_solid and (material.alpha >= _ALPHA_DELTA or material.roughness_texture is not None)
+    return material.model == "dielectric" and (material.alpha >= _ALPHA_DELTA or material.roughness_texture is not None)
 
 
 def _dielectric(material: Material) -> dict[str, Any]:

@@ -35,6 +35,9 @@ MATERIAL_RECORDS: dict[str, Record] = {
         *(("layer", "int"), ("flags", "int"), ("wrap_u", "int"), ("wrap_v", "int")),
     ),
 }
+MEDIUM_RECORDS: dict[str, Record] = {
+    "Medium": (("extinction", "vec3"), ("g", "float"), ("albedo", "vec3"), ("is_null", "int")),
+}
 SIZES = {"int": 1, "uint": 1, "float": 1, "vec2": 2, "uvec2": 2, "vec3": 3, "uvec3": 3, "vec4": 4}
 
 

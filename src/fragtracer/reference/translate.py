@@ -23,6 +23,8 @@ Where the two renderers differ:
 - Where a material has alpha or culled back faces, the integrator is ``volpath``: null transmission is not
   counted as scattering there, and shadow rays pass through it too.
 - Mitsuba's gaussian filter is cut off at 4 standard deviations and lowered to 0 there; ours is not.
+- Media that scatter need Mitsuba's own ``volpathmis``, whose channels are weighed against each other; ours
+  (plugins/path.py) knows those that absorb.
 - Path choices (``rays``, ``light_samples``, ``estimator``, ``sampler``) have no counterpart: they
   change the noise, not the mean.
 """
@@ -45,6 +47,7 @@ from fragtracer.reference.plugins import PATH, SPHERE_LIGHT
 from fragtracer.reference.shapes import Tree, rgb
 from fragtracer.reference.textures import TextureFolder
 from fragtracer.scene import LIGHTS, SHAPES, RenderSettings, Scene
+from fragtracer.scene.interiors import has_media
 
 NEVER = 1_000_000  # a depth that no path reaches
 
@@ -81,8 +84,7 @@ def scene_tree(scene: Scene, folder: Path, plugins: bool = True) -> Tree:
     tree: Tree = {"type": "scene", "integrator": _integrator(scene), "sensor": _sensor(scene)}
     media = dielectrics.media(scene)
     tree |= media
-    if inside := dielectrics.of_camera(scene):
-        tree["sensor"] |= _medium(scene, media, "medium", inside)
+    tree["sensor"] |= _medium(scene, media, "medium", dielectrics.of_camera(scene))
     surroundings = dielectrics.surroundings(scene)
     used = {(name, attributes) for _, name, attributes in found.values()}
     unused = {(name, MeshAttributes()) for name in scene.materials.keys() - {name for name, _ in used}}
@@ -109,8 +111,9 @@ def scene_tree(scene: Scene, folder: Path, plugins: bool = True) -> Tree:
 
 
 def _medium(scene: Scene, media: Tree, side: str, name: str) -> Tree:
-    """What absorbs on a side of a shape, if anything does: the dielectric ``name``, which is empty for air."""
-    key = dielectrics.medium_key(scene, name) if name else ""
+    """What absorbs or scatters on a side of a shape, if anything does: in the dielectric ``name``, which is empty for
+    air."""
+    key = dielectrics.medium_key(scene, name)
     return {side: {"type": "ref", "id": key}} if key in media else {}
 
 
@@ -128,6 +131,7 @@ def _integrator(scene: Scene) -> Tree:
     rr_depth = settings.russian_roulette_depth if settings.russian_roulette else NEVER
     null = any(map(has_null_transmission, scene.materials.values()))
     kind = "volpath" if null or dielectrics.media(scene) else "path"
+    kind = "volpathmis" if has_media(scene) else kind
     return {"type": kind, "max_depth": settings.bounces + 1, "rr_depth": rr_depth, "hide_emitters": hidden}
 
 
@@ -214,7 +218,7 @@ def to_mitsuba(scene: Scene, folder: Path | None = None, plugins: bool = True, e
     tree = scene_tree(scene, folder or _temporary_folder(), plugins)
     if not exact:
         tree = _with_own_emitters(tree)
-    elif plugins and not str(mi.variant()).startswith("scalar"):
+    elif plugins and not has_media(scene) and not str(mi.variant()).startswith("scalar"):
         own = tree["integrator"]
         null = any(map(has_null_transmission, scene.materials.values()))
         media = any(key.startswith("medium_") for key in tree)

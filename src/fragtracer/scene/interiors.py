@@ -112,9 +112,16 @@ def _triangles(shape: Rectangle) -> Floats:
 
 
 def has_interiors(materials: dict[str, Material], found: list[Solid]) -> bool:
-    """Whether paths have to know what they are inside of: something absorbs, or solids may overlap."""
-    absorbs = any(max(materials[solid.material].absorption) > 0 for solid in found)
+    """Whether paths have to know what they are inside of: something absorbs or scatters, or solids may overlap."""
+    inside = [materials[solid.material] for solid in found]
+    absorbs = any(max(material.absorption) > 0 or material.interior is not None for material in inside)
     return absorbs or any(True for _ in _overlapping(found))
+
+
+def has_media(scene: "Scene") -> bool:
+    """Whether there is a medium anywhere."""
+    inside = any(scene.materials[solid.material].interior is not None for solid in solids(scene))
+    return inside or scene.fog is not None
 
 
 def _overlapping(found: list[Solid]) -> Iterator[tuple[Solid, Solid]]:
