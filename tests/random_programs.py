@@ -21,9 +21,11 @@ from fragtracer.scene import (
     Ambient,
     Camera,
     Environment,
+    Fog,
     Geometry,
     Image,
     Material,
+    Medium,
     Mesh,
     Part,
     Placement,
@@ -41,6 +43,7 @@ MATERIALS = {
     "metal": Material(metal="gold", roughness=0.4),
     "mirror": Material(metal="silver", roughness=0.0),
     "black": Material(albedo=0.0, specular=0.0),
+    "cloud": Material(model="null", interior="haze"),
     **{name: model.scene_materials[0] for name, model in MODELS.items() if model.scene_materials},
 }
 IMAGE = Image(np.zeros((1, 1, 3), np.uint8))
@@ -153,6 +156,8 @@ def random_program(rng: random.Random) -> Program:
         meshes=meshes,
         camera=Camera(aperture_radius=rng.choice([0.0, 0.1])),
         materials=materials,
+        media={"haze": Medium()},
+        fog=Fog("haze") if rng.random() < 0.1 else None,
         ambient=Ambient(rng.choice([0.0, 1.0])),
         environment=rng.choice(ENVIRONMENTS),
         **shapes,

@@ -5,9 +5,10 @@
 #include "core/frame.glsl"
 #include "core/math.glsl"
 
-// 1/sr, of phase_sample() too.
+// 1/sr, of phase_sample() too. 1 + g^2 - 2 g cos is written as a sum, of which nothing cancels.
 float phase_eval(float g, vec3 wo, vec3 wi) {
-    float s = max(1.0 + g * g + 2.0 * g * dot(wo, wi), 1e-20);
+    vec3 aside = g > 0.0 ? wo + wi : wo - wi;
+    float s = square(1.0 - abs(g)) + abs(g) * dot(aside, aside);
     return 0.25 * INVERSE_PI * (1.0 - g * g) / (s * sqrt(s));
 }
 

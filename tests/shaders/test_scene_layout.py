@@ -16,16 +16,18 @@ from mesh_shapes import ball, geometry
 from fragtracer.gpu.specialise import Level
 from fragtracer.packing import PackedScene, instances, pack
 from fragtracer.packing.lights import LIGHT_RECORDS, MESH_LIGHT, LightKind
-from fragtracer.packing.records import MATERIAL_RECORDS, SIZES, Words, places, texel_count
+from fragtracer.packing.records import MATERIAL_RECORDS, MEDIUM_RECORDS, SIZES, Words, places, texel_count
 from fragtracer.packing.shapes import FLATS, SHAPE_RECORDS, Kind
 from fragtracer.scene import (
     LIGHTS,
     SHAPES,
     DirectionalLight,
     Environment,
+    Fog,
     Image,
     Light,
     Material,
+    Medium,
     Mesh,
     Part,
     Placement,
@@ -40,8 +42,9 @@ from . import Floats
 from .scene_oracle import Shape, corners_of, kind_of, plane_of, shapes_of
 from .scene_probe import camera_on, random_scene, scene_probe, shape_records, snake
 
-SCENE = [f"scene/{name}.glsl" for name in ("material", "texture", "vertex")] + ["shape/shape.glsl", "light/light.glsl"]
-SCENE_RECORDS = MATERIAL_RECORDS | LIGHT_RECORDS
+SCENE = [f"scene/{name}.glsl" for name in ("material", "texture", "vertex")]
+SCENE += ["shape/shape.glsl", "medium/medium.glsl", "light/light.glsl"]
+SCENE_RECORDS = MATERIAL_RECORDS | MEDIUM_RECORDS | LIGHT_RECORDS
 RECORDS = SCENE_RECORDS | SHAPE_RECORDS | {"MeshLight": MESH_LIGHT}
 Table = dict[str, Floats]
 
@@ -120,10 +123,13 @@ def full_scene() -> Scene:
         "pane": Material(model="thin-dielectric", ior=1.7, transmittance=(0.2, 0.3, 0.4)),
         "metal": Material(model="conductor", metal="gold"),
         "varnish": Material(model="plastic", nonlinear=False),
+        "cloud": Material(model="null", interior="haze"),
     }
     return replace(
         scene,
         materials=scene.materials | others | {"bumpy": bumpy, "plain": Material(alpha_mode="blend", opacity=0.4)},
+        media={"haze": Medium(extinction=(1.0, 2.0, 3.0), g=0.5)},
+        fog=Fog("haze"),
         meshes=(Mesh((Part(body, "plain"),), places), Mesh((Part(body, "bumpy"),), places[:1])),
         environment=Environment(sky=Sky(sun_elevation_degrees=30.0)),
     )

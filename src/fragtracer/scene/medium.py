@@ -34,7 +34,8 @@ class Medium:
             if getattr(self, one) is not None and getattr(self, other) is not None:
                 raise ValueError(f"{one} and {other} both say how dense the medium is; give one of them")
         if (self.scattering is None) != (self.absorption is None):
-            raise ValueError("scattering and absorption must both be given; 0 is none")
+            one, other = ("absorption", "scattering") if self.scattering is None else ("scattering", "absorption")
+            raise ValueError(f"{one} must come with {other}; 0 is none")
         if self.scattering is not None and self.albedo is not None:
             raise ValueError("albedo is scattering / (scattering + absorption); leave albedo out")
         if self.mean_free_path is not None and min(self.mean_free_path) <= 0:
