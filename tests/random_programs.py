@@ -43,7 +43,7 @@ MATERIALS = {
     "metal": Material(metal="gold", roughness=0.4),
     "mirror": Material(metal="silver", roughness=0.0),
     "black": Material(albedo=0.0, specular=0.0),
-    "cloud": Material(model="null", interior="haze"),
+    "cloud": Material(model="null", interior="haze", priority=1),
     **{name: model.scene_materials[0] for name, model in MODELS.items() if model.scene_materials},
 }
 IMAGE = Image(np.zeros((1, 1, 3), np.uint8))

@@ -123,7 +123,7 @@ def full_scene() -> Scene:
         "pane": Material(model="thin-dielectric", ior=1.7, transmittance=(0.2, 0.3, 0.4)),
         "metal": Material(model="conductor", metal="gold"),
         "varnish": Material(model="plastic", nonlinear=False),
-        "cloud": Material(model="null", interior="haze"),
+        "cloud": Material(model="null", interior="haze", priority=1),
     }
     return replace(
         scene,
