@@ -20,6 +20,7 @@ from fragtracer.resources import folder
 from fragtracer.scene import (
     Ambient,
     Camera,
+    Density,
     Environment,
     Fog,
     Geometry,
@@ -46,6 +47,7 @@ MATERIALS = {
     "cloud": Material(model="null", interior="haze", priority=1),
     **{name: model.scene_materials[0] for name, model in MODELS.items() if model.scene_materials},
 }
+SMOKE = Medium(density=Density(np.ones((2, 2, 2))), bounds=((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0)))
 IMAGE = Image(np.zeros((1, 1, 3), np.uint8))
 BYTES = Texture(IMAGE)
 FLOATS = Texture(Image(np.ones((1, 1, 3), np.float32), "linear"), coordinates=1)
@@ -156,7 +158,7 @@ def random_program(rng: random.Random) -> Program:
         meshes=meshes,
         camera=Camera(aperture_radius=rng.choice([0.0, 0.1])),
         materials=materials,
-        media={"haze": Medium()},
+        media={"haze": rng.choice([Medium(), SMOKE])},
         fog=Fog("haze") if rng.random() < 0.1 else None,
         ambient=Ambient(rng.choice([0.0, 1.0])),
         environment=rng.choice(ENVIRONMENTS),

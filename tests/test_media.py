@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Light through media, in closed form."""
 
+import struct
 import warnings
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,11 +14,13 @@ from rendering import ESTIMATORS, batches, rendered
 from scene_builders import lambert, stare
 
 from fragtracer.errors import SceneError
-from fragtracer.io.toml import dump, load, parse
+from fragtracer.io.toml import dump, files_behind, load, parse, save
+from fragtracer.io.volumes import write_volume
 from fragtracer.packing import pack
 from fragtracer.scene import (
     Ambient,
     Camera,
+    Density,
     DirectionalLight,
     Fog,
     Light,
@@ -192,6 +196,48 @@ def test_a_boundary_in_glass_bends_no_light(ctx):
         np.testing.assert_allclose(image, np.broadcast_to((0.5, 1.0, 4.0), image.shape), rtol=10 * ROUNDING)
 
 
+def lumps() -> tuple[Medium, float]:
+    """A grid that varies, in a cube around the origin; and the mean of its densities along z at the middle."""
+    values = np.random.default_rng(1).random((8, 2, 2)) * 2
+    medium = Medium(extinction=EXTINCTION, albedo=0.8, density=Density(values), bounds=((-0.3,) * 3, (0.3,) * 3))
+    return medium, float(values.mean())
+
+
+def test_light_passes_a_grid_by_beers_law(ctx):
+    """In the mean, as far as it lies in the box: by delta tracking of paths, and by ratio tracking towards a lamp."""
+    medium, mean = lumps()
+    expected = np.exp(-0.6 * mean * np.array(EXTINCTION))
+    scene = cloud_scene(medium, ambient=Ambient(1.0))
+    assert_mean(rendered(ctx, scene, 2048, bounces=0), expected, 0.01)
+    wall = Rectangle((-1.0, -1.0, -1.0), (2.0, 0.0, 0.0), (0.0, 2.0, 0.0), "matt")
+    view = stare((0.0, 0.0, -1.0), (0.0, 3.0, 0.0))
+    lamp = [Light((0.0, 0.0, 1.0), power=4 * np.pi)]
+    lit = cloud_scene(medium, camera=view, materials={"matt": lambert(0.5)}, rectangles=[wall], lights=lamp)
+    assert_mean(rendered(ctx, lit, 512, bounces=1), 0.5 / np.pi / 4 * expected, 0.01, rounding=1e-4)
+
+
+def test_a_grid_of_one_density_is_a_medium_without(ctx):
+    """Also as the fog, which then ends at the box, and lets light from afar pass."""
+    size, camera = (16, 16), Camera((0.1, 0.2, 2.5), (0.0, 0.0, 0.0), fov_degrees=20.0)
+    corner = 0.7 / np.sqrt(3)
+    low, high = (-corner, -2 * corner, -corner), (corner, 0.0, corner)
+    same = Medium(extinction=EXTINCTION, albedo=0.8, g=0.5)
+    gridded = Medium(
+        extinction=(0.15, 0.5, 1.25), albedo=0.8, g=0.5, density=Density(np.full((2, 3, 1), 2)), bounds=(low, high)
+    )
+    scenes = [
+        Scene(
+            camera,
+            {"cloud": CLOUD},
+            {"cloud": same},
+            rectangles=slab(2 * corner, corner, "cloud"),
+            ambient=Ambient(1.0),
+        ),
+        Scene(camera, {}, {"fog": gridded}, Fog("fog"), ambient=Ambient(1.0)),
+    ]
+    assert_agree(*(batches(ctx, s, 1024, range(4), size=size, bounces=8) for s in scenes), 0.01, (2, 2))
+
+
 def test_scenes_without_media_have_no_code_for_them():
     packed = pack(load("glass"), load("glass").render, 8, 8)
     assert packed.features["HAS_MEDIA"] == 0
@@ -211,6 +257,14 @@ MISTAKES = {
     "twice": ("[medium.a]\nextinction = 1\nmean_free_path = 1", "extinction and mean_free_path both say"),
     "one of two": ("[medium.a]\nscattering = 1", "medium.a.scattering: must come with absorption, got 1; 0 is none"),
     "both albedos": ("[medium.a]\nscattering = 1\nabsorption = 1\nalbedo = 1", "leave albedo out"),
+    "no box": ('[medium.a]\ndensity = "a.npy"', "medium.a.density: a.npy: cannot read this grid: No such file"),
+    "no grid": ("[medium.a]\nbounds = [[0, 0, 0], [1, 1, 1]]", "medium.a.bounds: must come with density"),
+    "no suffix": ('[medium.a]\ndensity = "a.vdb"', "a.vdb: cannot read this grid: a grid ends in .npy or .vol"),
+    "no file": (
+        "[medium.a]\ndensity = 3",
+        "medium.a.density: must be the name of a .npy or .vol file in quotes, got 3",
+    ),
+    "box": ("[medium.a]\nbounds = 3", "medium.a.bounds: must be two points [[x, y, z], [x, y, z]], got 3"),
     "a key": ("[medium.a]\nsigma_t = 1", "medium.a.sigma_t: there is no such key; "),
     "a table": ("medium = 3", "medium: must be a table, written [medium.NAME], got 3"),
     "no medium": (
@@ -242,6 +296,48 @@ def test_mistakes_are_named(text, message):
     assert str(raised.value).startswith("x.toml: ")
     assert message in str(raised.value)
     assert "\n" not in str(raised.value)
+
+
+def volume(*header: int, values: int = 8) -> bytes:
+    return struct.pack("<3sB5i6f", b"VOL", 3, *header, *[0.0] * 6) + np.arange(values, dtype="<f4").tobytes()
+
+
+GRIDS = {
+    "rank": (np.ones((2, 2)), "a grid of densities is (z, y, x) numbers, of rank 3, got (2, 2)"),
+    "nan": (np.full((2, 2, 2), np.nan), "densities must be finite; 8 are not, which numpy.nan_to_num would mend"),
+    "negative": (np.full((2, 2, 2), -1.0), "densities must not be negative, the least is -1"),
+    "words": (np.full((2, 2, 2), "a"), "densities are numbers, got <U1"),
+    "empty": (np.ones((2, 0, 2)), "a grid of densities is (z, y, x) numbers, of rank 3, got (2, 0, 2)"),
+    "no header": (b"VO", "it does not open with the header of a volume"),
+    "channels": (volume(1, 2, 2, 2, 3), "version 3, encoding 1, 3 channels; only version 3 of one float32 is read"),
+    "short": (volume(1, 2, 2, 3, 1), "its header says 2 x 2 x 3 voxels, more than it has"),
+}
+
+
+@pytest.mark.parametrize(("content", "message"), GRIDS.values(), ids=GRIDS)
+def test_grids_that_cannot_be_read(tmp_path, content, message):
+    file = tmp_path / ("grid.vol" if isinstance(content, bytes) else "grid.npy")
+    file.write_bytes(content) if isinstance(content, bytes) else np.save(file, content)
+    text = f'[medium.a]\ndensity = "{file.name}"\nbounds = [[0, 0, 0], [1, 1, 1]]'
+    with pytest.raises(SceneError) as raised:
+        parse(text, tmp_path / "x.toml")
+    assert str(raised.value) == f"{tmp_path / 'x.toml'}: medium.a.density: {file}: cannot read this grid: {message}"
+
+
+def test_grids_survive_the_trip(tmp_path):
+    """Of both kinds of file, and one that was made in Python."""
+    values = np.arange(24, dtype=np.float32).reshape(2, 3, 4)
+    write_volume(tmp_path / "a.vol", values[..., None])
+    np.save(tmp_path / "a.npy", values)
+    for name in ("a.vol", "a.npy"):
+        text = f'[ambient]\nradiance = 1\n[medium.a]\ndensity = "{name}"\nbounds = [[0, 0, 0], [1, 1, 1]]'
+        scene = parse(text, tmp_path / "x.toml")
+        np.testing.assert_array_equal(scene.media["a"].density.values, values)
+        assert parse(dump(scene, tmp_path), tmp_path / "x.toml") == scene
+        assert files_behind(scene) == {tmp_path / name}
+    made = replace(scene, media={"a": replace(scene.media["a"], density=Density(values))}, name="y")
+    save(made, tmp_path / "y.toml")
+    assert load(tmp_path / "y.toml") == made
 
 
 def test_coefficients():

@@ -62,7 +62,8 @@ vec3 direct_transmittance(Vertex vertex, Ray ray, float distance, ivec4 inside, 
     do {
         Hit hit = closest_hit_before(ray, distance, light_primitive, seed, u_has_null == 0);
         goes_on = hit.primitive != NO_PRIMITIVE;
-        transmittance *= interior_transmittance(inside, goes_on ? hit.distance : distance);
+        Medium medium = medium_load(interior_of(inside));
+        transmittance *= medium_transmittance(medium, ray, goes_on ? hit.distance : distance, hash_uint(~seed));
         if (goes_on) {
             Surface surface = surface_at(ray, hit);
             Material material = material_load(surface.material);
@@ -75,7 +76,9 @@ vec3 direct_transmittance(Vertex vertex, Ray ray, float distance, ivec4 inside, 
             ray.origin = origin;
             seed = hash_uint(seed);
         }
-    } while (goes_on && max_component(transmittance) > 0.0);
+        goes_on = goes_on && max_component(transmittance) > 0.0;
+    } while (goes_on);
+    if (goes_on) traversal_was_cut = true;
     return transmittance;
 #else
     return direct_is_occluded(vertex, ray, distance, light_primitive, u) ? vec3(0.0) : interior_transmittance(inside, distance);

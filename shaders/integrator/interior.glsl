@@ -76,11 +76,9 @@ int interior_refracting(ivec4 inside) {
     return interior_of(inside);
 }
 
-// What is left of light along a way of that length (Beer and Lambert).
+// What is left of light along a way of that length (Beer and Lambert), where there are no media.
 vec3 interior_transmittance(ivec4 inside, float distance) {
-#if HAS_MEDIA
-    return medium_transmittance(medium_load(interior_of(inside)), distance);
-#elif HAS_EXACT_FRESNEL
+#if HAS_EXACT_FRESNEL
     int interior = interior_of(inside);
     if (u_has_interiors != 0 && interior != 0) return exp(-interior_load(interior).absorption * distance);
 #endif

@@ -88,7 +88,7 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
         float unused;
         vec2 u_flight = sampler_vec4(pixel, index, dimension_medium(vertex_number), unused).xy;
         Medium medium = medium_load(interior_of(path.inside));
-        MediumSample flight = medium_sample(medium, hit.distance, path.throughput, u_flight);
+        MediumSample flight = medium_sample(medium, path.ray, hit.distance, path.throughput, u_flight);
         if (is_hit) flight.distance = min(flight.distance, max(0.0, hit.distance - RAY_OFFSET * surface.extent));
         path.throughput *= flight.weight;
         is_hit = is_hit && !flight.scatters;

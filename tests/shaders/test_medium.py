@@ -4,11 +4,15 @@
 import moderngl
 import numpy as np
 import pytest
+from scipy.interpolate import RegularGridInterpolator
 
 from fragtracer.gpu.probe import probe
+from fragtracer.packing import pack
+from fragtracer.scene import Density, Material, Medium, Scene, Sphere
 
 from .chi_square import assert_fits, chi_square, fit, nodes
 from .domains import Cone
+from .scene_probe import scene_probe
 
 PHASE, MEDIUM = ["medium/phase.glsl"], ["medium/medium.glsl"]
 COEFFICIENTS = (-0.9, -0.3, 0.0, 1e-4, 0.6, 0.95)
@@ -48,8 +52,9 @@ def test_phase_samples(ctx: moderngl.Context) -> None:
 
 
 def flights(ctx: moderngl.Context, throughput: np.ndarray, distance: float) -> dict[str, np.ndarray]:
-    medium = f"Medium(vec3{tuple(EXTINCTION.tolist())}, 0.0, vec3{tuple(ALBEDO.tolist())}, 0)"
-    body = f"MediumSample s = medium_sample({medium}, {distance}, vec3{tuple(throughput.tolist())}, u);\n"
+    medium = f"Medium(vec3{tuple(EXTINCTION.tolist())}, 0.0, vec3{tuple(ALBEDO.tolist())}, 0, -1)"
+    ray, worth = "Ray(vec3(0.0), vec3(1.0))", f"vec3{tuple(throughput.tolist())}"
+    body = f"MediumSample s = medium_sample({medium}, {ray}, {distance}, {worth}, u);\n"
     body += "t = s.distance; weight = s.weight; scatters = float(s.scatters);"
     u = np.random.default_rng(2).random((COUNT, 2))
     found = probe(ctx, MEDIUM, body, {"u": u}, {"t": 1, "weight": 3, "scatters": 1})
@@ -78,8 +83,36 @@ def test_free_flights(ctx: moderngl.Context, throughput: tuple[float, float, flo
 
 def test_light_passes_by_beers_law(ctx: moderngl.Context) -> None:
     """Also where nothing is extinguished for ever."""
-    medium = "Medium(vec3(0.0, 0.5, 3.0), 0.0, vec3(0.0), 0)"
+    medium = "Medium(vec3(0.0, 0.5, 3.0), 0.0, vec3(0.0), 0, -1)"
     distance = np.array([0.0, 0.1, 1.0, 20.0, 1e30])
-    body = f"t = medium_transmittance({medium}, d);"
+    body = f"t = medium_transmittance({medium}, Ray(vec3(0.0), vec3(1.0)), d, 1u);"
     found = probe(ctx, MEDIUM, body, {"d": distance}, {"t": 3})["t"]
     np.testing.assert_allclose(found, np.exp(-np.outer(distance, (0.0, 0.5, 3.0))), rtol=4e-6, atol=1e-30)
+
+
+def interpolated(values: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Of the unit cube (n, 3), by scipy; beyond the outer centres the value there."""
+    axes = [(np.arange(n) + 0.5) / n for n in values.shape]
+    inside = np.clip(places[:, ::-1], [a[0] for a in axes], [a[-1] for a in axes])
+    single = [len(a) == 1 for a in axes]
+    axes = [np.array([0.5, 1.5]) if one else a for a, one in zip(axes, single, strict=True)]
+    padded = np.pad(values, [(0, int(one)) for one in single], mode="edge")
+    return RegularGridInterpolator(axes, padded)(inside)
+
+
+@pytest.mark.parametrize("shape", [(4, 3, 5), (1, 2, 1)])
+def test_density_is_interpolated_between_voxels(ctx: moderngl.Context, shape: tuple[int, int, int]) -> None:
+    rng = np.random.default_rng(3)
+    values, low, high = rng.random(shape), np.array([-1.0, 2.0, 0.5]), np.array([1.0, 2.5, 4.0])
+    bounds = (tuple(low.tolist()), tuple(high.tolist()))
+    scene = Scene(
+        materials={"cloud": Material(model="null", interior="smoke")},
+        media={"smoke": Medium(density=Density(values), bounds=bounds)},
+        spheres=[Sphere((0.0, 2.0, 0.0), 1.0, "cloud")],
+    )
+    packed = pack(scene, scene.render, 8, 8)
+    unit = rng.random((4096, 3)) * 1.2 - 0.1
+    position = low + unit * (high - low) - packed.origin
+    body = "d = grid_density(grid_load(0), position);"
+    found = scene_probe(ctx, packed, MEDIUM, body, {"position": position}, {"d": 1})["d"]
+    np.testing.assert_allclose(found, interpolated(values, unit), rtol=2e-5, atol=2e-6)

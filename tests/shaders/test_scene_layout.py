@@ -21,6 +21,7 @@ from fragtracer.packing.shapes import FLATS, SHAPE_RECORDS, Kind
 from fragtracer.scene import (
     LIGHTS,
     SHAPES,
+    Density,
     DirectionalLight,
     Environment,
     Fog,
@@ -118,6 +119,7 @@ def full_scene() -> Scene:
     )
     body = geometry(ball(8, 4), uvs=rng.random((len(ball(8, 4)[0]), 2)))
     places = tuple(Placement((3.0 * i, 0.0, 5.0), (10.0 * i, 5.0, 0.0), (1.0, 0.5, -2.0)) for i in range(3))
+    grid = Density(rng.random((2, 3, 4)))
     others = {
         "glass": Material(model="dielectric", attenuation_color=(0.5, 0.6, 0.7), abbe_number=30.0),
         "pane": Material(model="thin-dielectric", ior=1.7, transmittance=(0.2, 0.3, 0.4)),
@@ -128,7 +130,7 @@ def full_scene() -> Scene:
     return replace(
         scene,
         materials=scene.materials | others | {"bumpy": bumpy, "plain": Material(alpha_mode="blend", opacity=0.4)},
-        media={"haze": Medium(extinction=(1.0, 2.0, 3.0), g=0.5)},
+        media={"haze": Medium(extinction=(1.0, 2.0, 3.0), g=0.5, density=grid, bounds=((-1, 0, -1), (1, 2, 1)))},
         fog=Fog("haze"),
         meshes=(Mesh((Part(body, "plain"),), places), Mesh((Part(body, "bumpy"),), places[:1])),
         environment=Environment(sky=Sky(sun_elevation_degrees=30.0)),

@@ -2,9 +2,12 @@
 """Dielectrics, conductors, plastic and media as Mitsuba's own plugins, and what lies around each shape of a dielectric:
 Mitsuba has interfaces without priorities, so that a shape must lie within one medium."""
 
+from pathlib import Path
+
 import numpy as np
 
 from fragtracer.errors import FragtracerError
+from fragtracer.io.volumes import write_volume
 from fragtracer.reference.plugins import DELTA_ALPHA
 from fragtracer.reference.shapes import Tree, rgb
 from fragtracer.scene import Material, Medium, Plane, Scene, Sphere
@@ -42,22 +45,26 @@ def plastic_bsdf(material: Material) -> Tree:
     return {"type": "twosided", "bsdf": tree}
 
 
-def media(scene: Scene) -> Tree:
+def media(scene: Scene) -> dict[str, Medium]:
     """The fog, and the media of all shapes that absorb or scatter, by their keys in the tree of the scene."""
     names = dict.fromkeys(["", *(solid.material for solid in solids(scene))])
-    return {medium_key(scene, name): medium_tree(medium) for name in names if (medium := _medium_of(scene, name))}
+    return {medium_key(scene, name): medium for name in names if (medium := _medium_of(scene, name))}
 
 
-def medium_tree(medium: Medium) -> Tree:
-    """The plugin of a medium. Its extinction coefficient in 1/m is a colour, which must not exceed 1, and its scale."""
+def medium_tree(medium: Medium, file: Path) -> Tree:
+    """The plugin of a medium; a grid is written to ``file``. The extinction coefficient in 1/m is a colour, which must
+    not exceed 1, and its scale."""
     scale = max(*medium.sigma_t, 1e-30)
-    return {
-        "type": "homogeneous",
-        "albedo": rgb(medium.single_albedo),
-        "sigma_t": rgb([s / scale for s in medium.sigma_t]),
-        "scale": scale,
-        "phase": {"type": "hg", "g": float(medium.g)},
-    }
+    color = [s / scale for s in medium.sigma_t]
+    tree: Tree = {"albedo": rgb(medium.single_albedo), "scale": scale, "phase": {"type": "hg", "g": float(medium.g)}}
+    if medium.density is None or medium.bounds is None:
+        return {"type": "homogeneous", "sigma_t": rgb(color), **tree}
+    write_volume(file, medium.density.values[..., None] * np.array(color))
+    low, high = map(np.array, medium.bounds)
+    box = np.eye(4)
+    box[:3] = np.column_stack([np.diag(high - low), low])
+    grid = {"type": "gridvolume", "filename": str(file), "raw": True, "to_world": box}
+    return {"type": "heterogeneous", "sigma_t": grid, **tree}
 
 
 def _medium_of(scene: Scene, name: str) -> Medium | None:

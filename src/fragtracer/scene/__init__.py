@@ -19,7 +19,7 @@ from fragtracer.scene.interiors import conflict
 from fragtracer.scene.light import *
 from fragtracer.scene.light import LIGHTS, Ambient, LightLists
 from fragtracer.scene.material import Material
-from fragtracer.scene.medium import Fog, Medium
+from fragtracer.scene.medium import Density, Fog, Medium
 from fragtracer.scene.mesh import Geometry, Mesh, Part, Placement
 from fragtracer.scene.settings import RenderSettings
 from fragtracer.scene.shapes import *
@@ -32,6 +32,7 @@ __all__ = [
     "LIGHTS",
     "SHAPES",
     "Camera",
+    "Density",
     "Environment",
     "Fog",
     "Geometry",

@@ -1,15 +1,55 @@
 # SPDX-License-Identifier: MIT
 """Participating media: what absorbs and scatters light between surfaces."""
 
-from typing import Annotated
+from typing import Annotated, Self
 
-from pydantic import Field
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import BeforeValidator, Field
 from pydantic.dataclasses import dataclass
 
-from fragtracer.scene.fields import CONFIG, Reflectance, Strength, Triple
+from fragtracer.scene.content import content_digest, read_only
+from fragtracer.scene.fields import CONFIG, Point, Reflectance, Strength, Triple, as_tuple
 
 ALBEDO = 0.75  # where none is given, as of Mitsuba's media
 _PAIRS = (("extinction", "mean_free_path"), ("extinction", "scattering"), ("mean_free_path", "scattering"))
+
+
+Box = Annotated[tuple[Point, Point], BeforeValidator(as_tuple)]
+
+
+class Density:
+    """A grid of densities; two are equal if their content is.
+
+    ``values`` is (z, y, x), float32, at the centres of voxels, as in Mitsuba; between them it is interpolated. ``file``
+    is the file they were read from, if any.
+
+    Raises ``ValueError`` for an array of another kind.
+    """
+
+    def __init__(self, values: ArrayLike, file: str | None = None) -> None:
+        array = np.asarray(values)
+        if array.ndim != 3 or array.size == 0:
+            raise ValueError(f"a grid of densities is (z, y, x) numbers, of rank 3, got {array.shape}")
+        if array.dtype.kind not in "fiu":
+            raise ValueError(f"densities are numbers, got {array.dtype}")
+        self.values: NDArray[np.float32] = read_only(array, np.float32)
+        if not np.isfinite(self.values).all():
+            count = int((~np.isfinite(self.values)).sum())
+            raise ValueError(f"densities must be finite; {count} are not, which numpy.nan_to_num would mend")
+        if self.values.min() < 0:
+            raise ValueError(f"densities must not be negative, the least is {self.values.min():g}")
+        self.file = file
+        self.digest = content_digest(self.values)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Density) and self.digest == other.digest
+
+    def __hash__(self) -> int:
+        return hash(self.digest)
+
+    def __deepcopy__(self, memo: object) -> Self:
+        return self
 
 
 @dataclass(frozen=True, config=CONFIG)
@@ -20,6 +60,9 @@ class Medium:
     ``albedo`` σs/σt of a single scattering; or by its ``scattering`` and ``absorption`` coefficients σs and σa in 1/m.
     Left out, the extinction is 1/m, the albedo 0.75. ``g`` is the mean cosine of the angle by which light is scattered
     (Henyey and Greenstein 1941): above 0 forwards, below 0 backwards.
+
+    A grid of ``density`` multiplies the extinction within a box, the two corners ``bounds`` in m of the world; there is
+    nothing outside of it.
     """
 
     extinction: Strength | None = None
@@ -28,6 +71,8 @@ class Medium:
     scattering: Strength | None = None
     absorption: Strength | None = None
     g: Annotated[float, Field(gt=-1, lt=1)] = 0.0
+    density: Density | None = None
+    bounds: Box | None = None
 
     def __post_init__(self) -> None:
         for one, other in _PAIRS:
@@ -38,6 +83,11 @@ class Medium:
             raise ValueError(f"{one} must come with {other}; 0 is none")
         if self.scattering is not None and self.albedo is not None:
             raise ValueError("albedo is scattering / (scattering + absorption); leave albedo out")
+        if (self.density is None) != (self.bounds is None):
+            one, other = ("bounds", "density") if self.density is None else ("density", "bounds")
+            raise ValueError(f"{one} must come with {other}, the box of the grid; [[-1, 0, -1], [1, 2, 1]] is one")
+        if self.bounds is not None and not all(low < high for low, high in zip(*self.bounds, strict=True)):
+            raise ValueError("bounds must be two corners, each number of the first less than that of the second")
         if self.mean_free_path is not None and min(self.mean_free_path) <= 0:
             raise ValueError("mean_free_path must be greater than 0; a large one is a thin medium")
 

@@ -67,7 +67,8 @@ def files_behind(scene: Scene) -> set[Path]:
     images: list[Image | Panorama] = [texture.image for texture in textures]
     if scene.environment is not None and scene.environment.image is not None:
         images.append(scene.environment.image)
-    return files | {Path(image.file) for image in images if image.file}
+    grids = {Path(medium.density.file) for medium in scene.media.values() if medium.density and medium.density.file}
+    return files | grids | {Path(image.file) for image in images if image.file}
 
 
 def bundled() -> dict[str, str]:

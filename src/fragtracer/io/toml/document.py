@@ -8,10 +8,11 @@ from typing import Any
 from pydantic import ValidationError
 
 from fragtracer.io.toml.environments import environment, plain_environment
+from fragtracer.io.toml.media import plain_medium, read_medium
 from fragtracer.io.toml.meshes import plain_meshes, read_meshes
 from fragtracer.io.toml.tables import build, join, plain, show, suggest
 from fragtracer.io.toml.textures import TEXTURES, SceneImages, plain_texture, texture
-from fragtracer.scene import LIGHTS, SHAPES, Ambient, Camera, Fog, Material, Medium, RenderSettings, Scene
+from fragtracer.scene import LIGHTS, SHAPES, Ambient, Camera, Fog, Material, RenderSettings, Scene
 from fragtracer.scene.reflectance import DIELECTRIC_F0
 
 _TABLES = {"camera": Camera, "render": RenderSettings, "ambient": Ambient, "fog": Fog}
@@ -57,7 +58,7 @@ def _section(key: str, value: Any, images: SceneImages, mistakes: list[str]) -> 
     if key == "material" and isinstance(value, Mapping):
         return {name: _material(table, join(key, name), images, mistakes) for name, table in value.items()}
     if key == "medium" and isinstance(value, Mapping):
-        return {name: build(Medium, table, join(key, name), mistakes) for name, table in value.items()}
+        return {name: read_medium(item, join(key, name), images.folder, mistakes) for name, item in value.items()}
     if key == "environment" and isinstance(value, Mapping):
         return environment(value, images.folder, mistakes)
     if key == "description" and isinstance(value, str):
@@ -139,7 +140,7 @@ def to_document(scene: Scene, folder: Path) -> dict[str, Any]:
     if own:
         document["material"] = {name: _plain_material(item, folder) for name, item in own.items()}
     if scene.media:
-        document["medium"] = {name: plain(item) for name, item in scene.media.items()}
+        document["medium"] = {name: plain_medium(item, folder) for name, item in scene.media.items()}
     arrays = {"mesh": meshes, **{key: [plain(item) for item in getattr(scene, f"{key}s")] for key in _ARRAYS}}
     return document | {key: items for key, items in arrays.items() if items}
 
