@@ -216,6 +216,15 @@ def test_light_passes_a_grid_by_beers_law(ctx):
     assert_mean(rendered(ctx, lit, 512, bounces=1), 0.5 / np.pi / 4 * expected, 0.01, rounding=1e-4)
 
 
+def test_paths_that_are_worth_nothing_stay_finite(ctx):
+    """Those that a black lamp has scattered, in a grid of many steps."""
+    medium = replace(lumps()[0], extinction=(20.0, 40.0, 80.0))
+    lamp = {"lamp": lambert(0.0, 1.0), "cloud": CLOUD}
+    wall = Rectangle((-1.0, -1.0, -0.5), (2.0, 0.0, 0.0), (0.0, 2.0, 0.0), "lamp")
+    image = rendered(ctx, cloud_scene(medium, materials=lamp, rectangles=[wall]), 64, bounces=4)
+    assert image.max() > 0
+
+
 def test_a_grid_of_one_density_is_a_medium_without(ctx):
     """Also as the fog, which then ends at the box, and lets light from afar pass."""
     size, camera = (16, 16), Camera((0.1, 0.2, 2.5), (0.0, 0.0, 0.0), fov_degrees=20.0)

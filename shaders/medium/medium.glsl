@@ -53,7 +53,8 @@ struct MediumSample {
 // Free flight of a path worth `throughput` through what has the same extinction everywhere, over a way of the length
 // `distance`; `u` chooses the channel and the flight. The weight takes all extinction for scattering.
 MediumSample medium_flight(vec3 extinction, float distance, vec3 throughput, vec2 u) {
-    vec3 probability = throughput / max(throughput.x + throughput.y + throughput.z, 1e-30);
+    float worth = throughput.x + throughput.y + throughput.z;
+    vec3 probability = worth > 0.0 ? throughput / worth : vec3(1.0 / 3.0);
     float drawn = u.x < probability.x ? extinction.x : u.x < probability.x + probability.y ? extinction.y : extinction.z;
     float flight = drawn > 0.0 ? -log(1.0 - u.y) / drawn : INFINITE_DISTANCE;
     bool scatters = flight < distance;
