@@ -6,7 +6,6 @@
 #include "guiding/guide.glsl"
 #include "material/material.glsl"
 #include "medium/medium.glsl"
-#include "medium/phase.glsl"
 #include "shape/shape.glsl"
 
 struct Vertex {

@@ -11,9 +11,9 @@
 // the path is worth in it, and the weight is over the mean density of all (the balance heuristic: Wilkie et al. 2014, Hero
 // Wavelength Spectral Sampling; Pharr, Jakob and Humphreys 2023, section 14.2). So no weight raises the sum of a path's channels.
 #include "core/constants.glsl"
+#include "core/frame.glsl"
 #include "core/hash.glsl"
 #include "core/math.glsl"
-#include "medium/grid.glsl"
 #include "scene/storage.glsl"
 #include "shape/bvh.glsl"
 #include "shape/ray.glsl"
@@ -21,6 +21,9 @@
 #ifndef HAS_MEDIA
 #define HAS_MEDIA 0
 #endif
+#if HAS_MEDIA
+#include "medium/grid.glsl"
+#include "medium/phase.glsl"
 
 uniform int u_first_medium;  // texel of u_scene where the table begins
 
@@ -122,3 +125,5 @@ vec3 medium_transmittance(Medium medium, Ray ray, float distance, uint seed) {
     if (goes_on) traversal_was_cut = true;
     return transmittance;
 }
+
+#endif

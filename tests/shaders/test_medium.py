@@ -57,7 +57,7 @@ def flights(ctx: moderngl.Context, throughput: np.ndarray, distance: float) -> d
     body = f"MediumSample s = medium_sample({medium}, {ray}, {distance}, {worth}, u);\n"
     body += "t = s.distance; weight = s.weight; scatters = float(s.scatters);"
     u = np.random.default_rng(2).random((COUNT, 2))
-    found = probe(ctx, MEDIUM, body, {"u": u}, {"t": 1, "weight": 3, "scatters": 1})
+    found = probe(ctx, MEDIUM, body, {"u": u}, {"t": 1, "weight": 3, "scatters": 1}, {"HAS_MEDIA": 1})
     return {name: values.astype(np.float64) for name, values in found.items()}
 
 
@@ -86,7 +86,7 @@ def test_light_passes_by_beers_law(ctx: moderngl.Context) -> None:
     medium = "Medium(vec3(0.0, 0.5, 3.0), 0.0, vec3(0.0), 0, -1)"
     distance = np.array([0.0, 0.1, 1.0, 20.0, 1e30])
     body = f"t = medium_transmittance({medium}, Ray(vec3(0.0), vec3(1.0)), d, 1u);"
-    found = probe(ctx, MEDIUM, body, {"d": distance}, {"t": 3})["t"]
+    found = probe(ctx, MEDIUM, body, {"d": distance}, {"t": 3}, {"HAS_MEDIA": 1})["t"]
     np.testing.assert_allclose(found, np.exp(-np.outer(distance, (0.0, 0.5, 3.0))), rtol=4e-6, atol=1e-30)
 
 
