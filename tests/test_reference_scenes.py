@@ -70,6 +70,7 @@ OTHER_SPP = {
     "all kinds": 2048,
     "dielectric": 2048,
     "thin-dielectric": 2048,
+    "wax": 4096,
 }
 
 BALLS = Scene(
