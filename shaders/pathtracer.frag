@@ -9,6 +9,7 @@
 #include "scene/storage.glsl"
 #include "texture/texture.glsl"
 #include "shape/intersect.glsl"
+#include "medium/medium.glsl"
 #include "camera/camera.glsl"
 #include "material/material.glsl"
 #include "light/light.glsl"

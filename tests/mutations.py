@@ -21,6 +21,7 @@ import test_direct_light
 import test_environment_light
 import test_furnace
 import test_guiding as test_guided_pictures
+import test_media
 import test_split_sum
 import test_textured
 from apps.viewer import test_display
@@ -43,6 +44,7 @@ from shaders import (
     test_light,
     test_material,
     test_math,
+    test_medium,
     test_mesh,
     test_mesh_light,
     test_pixel_filter,
@@ -867,8 +869,8 @@ MUTATIONS = [
     Mutation(
         "absorption forgotten on the way to a light",
         "integrator/direct.glsl",
-        "    radiance *= interior_transmittance(interior_behind_vertex(vertex, wi), light.distance);\n",
-        "",
+        "? vec3(0.0) : interior_transmittance(inside, distance)",
+        "? vec3(0.0) : vec3(1.0)",
         Check(test_dielectrics.test_light_within_a_dielectric_is_absorbed_on_its_way),
     ),
     Mutation(
@@ -954,6 +956,88 @@ MUTATIONS = [
         "            plastic.internal = coat.internal;\n",
         "",
         Check(test_coats.test_a_texture_varies_the_coat),
+        "light scattered backwards in place of forwards",
+        "medium/phase.glsl",
+        "vec3 aside = g > 0.0 ? wo + wi : wo - wi;",
+        "vec3 aside = g > 0.0 ? wo - wi : wo + wi;",
+        Check(test_medium.test_phase_function, g=0.6),
+    ),
+    Mutation(
+        "g negated where directions are drawn",
+        "medium/phase.glsl",
+        "frame_from_normal(-wo)",
+        "frame_from_normal(wo)",
+        Check(test_medium.test_phase_samples),
+    ),
+    Mutation(
+        "transmittance squared",
+        "medium/medium.glsl",
+        "exp(-extinction * distance)",
+        "exp(-2.0 * extinction * distance)",
+        Check(test_media.test_light_passes_a_medium_by_beers_law, albedo=0.0),
+    ),
+    Mutation(
+        "extinction in place of scattering",
+        "medium/medium.glsl",
+        "    if (s.scatters) s.weight *= medium.albedo;\n",
+        "",
+        Check(test_media.test_single_scattering_in_a_slab, g=0.0),
+    ),
+    Mutation(
+        "density of the channel that was drawn, in place of the mean of all",
+        "medium/medium.glsl",
+        "dot(probability, density)",
+        "(drawn == extinction.x ? density.x : drawn == extinction.y ? density.y : density.z)",
+        Check(test_medium.test_free_flights, throughput=(0.2, 1.0, 0.05)),
+    ),
+    Mutation(
+        "media forgotten on the way to a light",
+        "integrator/direct.glsl",
+        "transmittance *= medium_transmittance(",
+        "medium_transmittance(",
+        Check(test_media.test_light_is_dimmed_on_its_way_through_fog),
+    ),
+    Mutation(
+        "light from beyond a boundary as if the path could only have come that way",
+        "integrator/path.glsl",
+        "is_passed ? path.certain : bsdf_is_delta(scattered)",
+        "bsdf_is_delta(scattered)",
+        Check(test_media.test_estimators_agree),
+    ),
+    Mutation(
+        "light from beyond a boundary weighed from there",
+        "integrator/path.glsl",
+        "is_passed ? path.start : path.ray.origin",
+        "path.ray.origin",
+        Check(test_media.test_estimators_agree),
+    ),
+    Mutation(
+        "the boundary of a medium taken for glass of index 1",
+        "integrator/interior.glsl",
+        "    if (interior_is_null(interior)) return;\n",
+        "",
+        Check(test_media.test_a_boundary_in_glass_bends_no_light),
+    ),
+    Mutation(
+        "a collision with the largest density taken for one with the medium",
+        "medium/medium.glsl",
+        " && hash_to_unit(seed) < share",
+        "",
+        Check(test_media.test_light_passes_a_grid_by_beers_law),
+    ),
+    Mutation(
+        "ratio of extinctions forgotten on the way to a light",
+        "medium/medium.glsl",
+        "grid_density(grid, ray.origin + range.x * ray.direction) / extinction",
+        "grid.largest / extinction",
+        Check(test_media.test_light_passes_a_grid_by_beers_law),
+    ),
+    Mutation(
+        "voxels counted from their corners",
+        "medium/grid.glsl",
+        "vec3(grid.voxels) - 0.5, vec3(0.0)",
+        "vec3(grid.voxels), vec3(0.0)",
+        Check(test_medium.test_density_is_interpolated_between_voxels, shape=(4, 3, 5)),
     ),
     Mutation(
         "probability of the lobes not divided out",

@@ -20,10 +20,13 @@ from fragtracer.resources import folder
 from fragtracer.scene import (
     Ambient,
     Camera,
+    Density,
     Environment,
+    Fog,
     Geometry,
     Image,
     Material,
+    Medium,
     Mesh,
     Part,
     Placement,
@@ -41,8 +44,10 @@ MATERIALS = {
     "metal": Material(metal="gold", roughness=0.4),
     "mirror": Material(metal="silver", roughness=0.0),
     "black": Material(albedo=0.0, specular=0.0),
+    "cloud": Material(model="null", interior="haze", priority=1),
     **{name: model.scene_materials[0] for name, model in MODELS.items() if model.scene_materials},
 }
+SMOKE = Medium(density=Density(np.ones((2, 2, 2))), bounds=((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0)))
 IMAGE = Image(np.zeros((1, 1, 3), np.uint8))
 BYTES = Texture(IMAGE)
 FLOATS = Texture(Image(np.ones((1, 1, 3), np.float32), "linear"), coordinates=1)
@@ -70,9 +75,9 @@ CHOICES = {
     "background": ["environment", "environment", "prefiltered", "irradiance", "black"],
 }
 # What no scene asks for, but the viewer and the study of the split-sum approximation do; of every program a part.
-GUIDING: dict[str, list[Any]] = {"HAS_GUIDING": [0, 1]}
+GUIDING: dict[str, list[Any]] = {"GUIDING": ["GUIDING_OFF", "GUIDING_ON", "GUIDING_MEASURED"]}
 PROGRAMS: dict[str, dict[str, list[Any]]] = {
-    "pathtracer.frag": {**GUIDING, "GUIDING_MEASURE": [0, 1]},
+    "pathtracer.frag": GUIDING,
     "photons.frag": GUIDING,
     "split_sum.frag": {
         **GUIDING,
@@ -153,6 +158,8 @@ def random_program(rng: random.Random) -> Program:
         meshes=meshes,
         camera=Camera(aperture_radius=rng.choice([0.0, 0.1])),
         materials=materials,
+        media={"haze": rng.choice([Medium(), SMOKE]), "nothing": Medium(extinction=0.0)},
+        fog=Fog("nothing") if rng.random() < 0.1 else None,
         ambient=Ambient(rng.choice([0.0, 1.0])),
         environment=rng.choice(ENVIRONMENTS),
         **shapes,

@@ -102,7 +102,7 @@ _AREAS = {"power", "intensity"}  # W and W/sr; radiance and irradiance stay
 _OTHERS = {
     *("up", "fov_degrees", "normal", "direction", "inner_degrees", "outer_degrees"),
     *("material", "radiance", "irradiance", "name", "description"),
-    *("render", "materials", "environment"),
+    *("render", "materials", "media", "fog", "environment"),
 }
 
 

@@ -37,8 +37,8 @@ FACE = "__init__"
 ONLY_IN = {"moderngl": "gpu", "glcontext": "gpu", "mitsuba": "reference", "drjit": "reference"}
 
 # Bottom first; programs, which lie in none, may use all of them.
-SHADER_FOLDERS = ["core", "sampler", "film", "bsdf", "scene", "texture", "shape", "camera", "material", "light"]
-SHADER_FOLDERS += ["guiding", "integrator", "split_sum", "display"]
+SHADER_FOLDERS = ["core", "sampler", "film", "bsdf", "scene", "texture", "shape", "medium", "camera", "material"]
+SHADER_FOLDERS += ["light", "guiding", "integrator", "split_sum", "display"]
 PROGRAM = "pathtracer.frag"  # which lists the whole architecture
 
 RANK = {name: rank for rank, names in enumerate(LAYERS) for name in names}

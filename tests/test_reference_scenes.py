@@ -20,10 +20,13 @@ from fragtracer.io.toml import bundled, load
 from fragtracer.scene import (
     Ambient,
     Camera,
+    Density,
     DirectionalLight,
     Disk,
+    Fog,
     Light,
     Material,
+    Medium,
     Plane,
     RenderSettings,
     Scene,
@@ -48,6 +51,7 @@ SPP, SPP_OF_MESHES = 1024, 256
 OTHER_SPP = {
     "caustic": 2048,
     "cornell-box": 2048,
+    "fog": 16384,
     "furnace": 256,
     "knot": 1024,
     "mirror": 4096,
@@ -62,6 +66,7 @@ OTHER_SPP = {
     "conductor": 2048,
     "dielectric": 4096,
     "thin-dielectric": 4096,
+    "wax": 4096,
 }
 
 BALLS = Scene(
@@ -124,7 +129,33 @@ BSDFS = {
     if model.scene_materials
 }
 
-LEVEL = 0.01 / (len(CASES) + len(DISKS_AND_LIGHTS) + len(BSDFS))
+CLOUD = Sphere((-0.1, 0.9, 0.4), 0.6, "cloud")
+SMOKE = Density(np.random.default_rng(1).random((6, 5, 4)) * 2)
+SMOG = Medium(extinction=(2.0, 3.0, 5.0), albedo=(0.9, 0.8, 0.7), g=0.4)
+
+
+def clouded(cloud, medium=SMOG, **changes):
+    """The balls with one of a medium before them."""
+    materials = BALLS.materials | {"cloud": cloud}
+    media = {"smog": medium, "haze": Medium(extinction=(0.05, 0.1, 0.15), albedo=0.9, g=-0.3)}
+    changed = {"lights": [LAMP_ABOVE], "spheres": [*BALLS.spheres, CLOUD]} | changes
+    return replace(BALLS, materials=materials, media=media, **changed)
+
+
+MEDIA = {
+    "a cloud": clouded(Material(model="null", interior="smog"), ambient=Ambient(0.5)),
+    "a cloud in fog": clouded(Material(model="null", interior="smog"), fog=Fog("haze")),
+    "a grid": clouded(
+        Material(model="null", interior="smog"),
+        replace(SMOG, density=SMOKE, bounds=((-0.4, 0.6, 0.1), (0.2, 1.2, 0.6))),
+        ambient=Ambient(0.5),
+    ),
+    "wax under a rough surface": clouded(
+        Material(model="dielectric", roughness=0.6, interior="smog"), ambient=Ambient(0.5)
+    ),
+}
+
+LEVEL = 0.01 / (len(CASES) + len(DISKS_AND_LIGHTS) + len(BSDFS) + len(MEDIA))
 
 
 @cache
@@ -135,8 +166,8 @@ def reference_of(name, settings):
 
 
 def scene_of(name, settings):
-    if name in DISKS_AND_LIGHTS or name in BSDFS:
-        return (DISKS_AND_LIGHTS | BSDFS)[name]
+    if name in (others := DISKS_AND_LIGHTS | BSDFS | MEDIA):
+        return others[name]
     scene = load(name)
     if name == "caustic":  # a lamp that is met through glass by chance, and so by fewer samples if it is larger
         scene = replace(scene, lights=[replace(light, radius=1.0) for light in scene.lights])
@@ -174,6 +205,12 @@ def test_disks_and_lights_agree_with_the_reference(ctx, name):
 def test_bsdfs_agree_with_the_reference(ctx, name):
     """Each model of the table that no bundled scene has, within 1 %."""
     assert_agreement(ctx, name, margin=0.01)
+
+
+@pytest.mark.parametrize("name", MEDIA)
+def test_media_agree_with_the_reference(ctx, name):
+    """Media behind boundaries that are none, in fog, on a grid, and under a surface."""
+    assert_agreement(ctx, name)
 
 
 def assert_agreement(ctx, name, settings=None, margin=0.02):

@@ -5,7 +5,7 @@
 #include "bsdf/bsdf.glsl"
 #include "guiding/lobes.glsl"
 
-#if HAS_GUIDING
+#if GUIDING
 
 const float GUIDING_MOST = 0.5;   // probability of a lobe: what the BSDF alone finds needs samples as well
 

@@ -7,10 +7,13 @@
 #include "core/math.glsl"
 #include "core/warp.glsl"
 
-#ifndef HAS_GUIDING
-#define HAS_GUIDING 0
+#define GUIDING_OFF 0
+#define GUIDING_ON 1
+#define GUIDING_MEASURED 2  // what paths add are moments in place of radiance: of a sample, and of one without guiding
+#ifndef GUIDING
+#define GUIDING GUIDING_OFF
 #endif
-#if HAS_GUIDING
+#if GUIDING
 
 const int GUIDING_LOBES = 4;  // of a cell
 const float GUIDING_LEAST_ALPHA = 0.01;

@@ -3,10 +3,7 @@
 // that guiding has drawn. A part c of the radiance, found where the path so far has been drawn r times as often as
 // without guiding, counts c r there; and the path comes up 1 / r times as often.
 #include "core/math.glsl"
-
-#ifndef GUIDING_MEASURE
-#define GUIDING_MEASURE 0  // whether the film gets these moments in place of radiance
-#endif
+#include "guiding/lobes.glsl"
 
 struct Moments {
     float odds;             // density of the path so far over that without guiding
@@ -26,7 +23,7 @@ void moments_find(inout Moments moments, vec3 radiance) {
 
 // After a vertex where the path has found `radiance` in all, and gone on in a direction with `odds`.
 void moments_scatter(inout Moments moments, vec3 radiance, float odds) {
-#if GUIDING_MEASURE
+#if GUIDING == GUIDING_MEASURED
     moments_find(moments, radiance);
     moments.odds *= odds;
 #endif
@@ -34,7 +31,7 @@ void moments_scatter(inout Moments moments, vec3 radiance, float odds) {
 
 // What the film gets of a path that has found `radiance`.
 vec3 moments_of_path(Moments moments, vec3 radiance) {
-#if GUIDING_MEASURE
+#if GUIDING == GUIDING_MEASURED
     moments_find(moments, radiance);
     return vec3(moments.found, square(moments.found), moments.unguided_moment);
 #else

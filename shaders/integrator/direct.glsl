@@ -42,15 +42,52 @@ float direct_emission_weight(float bsdf_pdf, float light_pdf, bool certain) {
 #endif
 }
 
+// Of a ray that `u` has chosen.
+uint direct_seed(Vertex vertex, vec2 u) {
+    return hash_uint(vertex.seed ^ hash_uint(floatBitsToUint(u.x) ^ hash_uint(floatBitsToUint(u.y))));
+}
+
 // Whether anything is between the start of a ray that `u` has chosen and a light.
 bool direct_is_occluded(Vertex vertex, Ray ray, float distance, int light_primitive, vec2 u) {
-    uint seed = hash_uint(vertex.seed ^ hash_uint(floatBitsToUint(u.x) ^ hash_uint(floatBitsToUint(u.y))));
-    return is_occluded(ray, distance, light_primitive, seed);
+    return is_occluded(ray, distance, light_primitive, direct_seed(vertex, u));
+}
+
+// What is left of light that arrives along a ray from `distance`, where the ray begins `inside` of some dielectrics; it
+// passes boundaries of media.
+vec3 direct_transmittance(Vertex vertex, Ray ray, float distance, ivec4 inside, int light_primitive, vec2 u) {
+#if HAS_MEDIA
+    uint seed = direct_seed(vertex, u);
+    vec3 transmittance = vec3(1.0);
+    bool goes_on;
+    do {
+        Hit hit = closest_hit_before(ray, distance, light_primitive, seed, u_has_null == 0);
+        goes_on = hit.primitive != NO_PRIMITIVE;
+        Medium medium = medium_load(interior_of(inside));
+        transmittance *= medium_transmittance(medium, ray, goes_on ? hit.distance : distance, hash_uint(~seed));
+        if (goes_on) {
+            Surface surface = surface_at(ray, hit);
+            Material material = material_load(surface.material);
+            bool is_entered = dot(surface.normal, ray.direction) < 0.0;
+            if (!interior_bounds_medium(material)) transmittance = vec3(0.0);
+            inside = is_entered ? interior_with(inside, material.record + 1) : interior_without(inside, material.record + 1);
+            vec3 beyond = ray.direction + (is_entered ? -surface.normal : surface.normal);
+            vec3 origin = ray_offset_origin(surface.position, beyond, surface.extent);
+            distance = max(0.0, distance - dot(origin - ray.origin, ray.direction));
+            ray.origin = origin;
+            seed = hash_uint(seed);
+        }
+        goes_on = goes_on && max_component(transmittance) > 0.0;
+    } while (goes_on);
+    if (goes_on) traversal_was_cut = true;
+    return transmittance;
+#else
+    return direct_is_occluded(vertex, ray, distance, light_primitive, u) ? vec3(0.0) : interior_transmittance(inside, distance);
+#endif
 }
 
 // Radiance scattered towards wo from one sample of the lights, if nothing occludes it.
 vec3 direct_unoccluded(Vertex vertex, LightSample light, vec3 wi) {
-    vec4 eval_pdf = bsdf_eval_pdf(vertex.bsdf, vertex.wo, wi);
+    vec4 eval_pdf = vertex_eval_pdf(vertex, wi);
     eval_pdf.rgb *= vertex_shading_factor(vertex, wi);
     if (light.pdf <= 0.0 || max_component(eval_pdf.rgb) <= 0.0) return vec3(0.0);
     float bsdf_pdf = vertex_bsdf_probability(vertex) * eval_pdf.a;
@@ -63,18 +100,24 @@ vec3 direct_sample(Vertex vertex, vec2 u) {
     vec3 radiance = direct_unoccluded(vertex, light, wi);
     if (max_component(radiance) <= 0.0) return vec3(0.0);
     Ray ray = Ray(vertex_origin(vertex, wi), light.wi);
-    radiance *= interior_transmittance(interior_behind_vertex(vertex, wi), light.distance);
-    return direct_is_occluded(vertex, ray, light.distance, light.primitive, u) ? vec3(0.0) : radiance;
+    ivec4 inside = interior_behind_vertex(vertex, wi);
+    return radiance * direct_transmittance(vertex, ray, light.distance, inside, light.primitive, u);
 }
 
 // The ambient light by sampling it alone. The other estimators leave it to BSDF sampling, which is
 // proportional to the integrand where nothing occludes; its light pdf is therefore 0 there.
 vec3 direct_ambient_sample(Vertex vertex, vec2 u) {
+#if HAS_MEDIA
+    if (vertex.in_medium) {
+        Ray way = Ray(vertex.origin, frame_to_world(vertex.frame, phase_sample(vertex.g, vertex.wo, u)));
+        return u_ambient_radiance * direct_transmittance(vertex, way, INFINITE_DISTANCE, vertex.inside, NO_PRIMITIVE, u);
+    }
+#endif
     vec3 wi = square_to_cosine_hemisphere(u);
     Ray ray = Ray(vertex.origin, frame_to_world(vertex.frame, wi));
-    if (wi.z <= 0.0 || direct_is_occluded(vertex, ray, INFINITE_DISTANCE, NO_PRIMITIVE, u)) return vec3(0.0);
+    if (wi.z <= 0.0) return vec3(0.0);
     float factor = vertex_shading_factor(vertex, wi);
-    vec3 radiance = u_ambient_radiance * interior_transmittance(vertex.inside, INFINITE_DISTANCE);
+    vec3 radiance = u_ambient_radiance * direct_transmittance(vertex, ray, INFINITE_DISTANCE, vertex.inside, NO_PRIMITIVE, u);
     return bsdf_eval(vertex.bsdf, vertex.wo, wi) * radiance * factor / square_to_cosine_hemisphere_pdf(wi);
 }
 

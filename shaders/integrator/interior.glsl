@@ -2,12 +2,14 @@
 // What lies between surfaces: dielectrics that may lie within each other, or overlap, of which the one with the highest
 // priority counts (Schmidt and Budge 2002, Simple Nested Dielectrics in Ray Traced Images). A path has a list of those that
 // it is in: four at most, each as often as it was entered. A dielectric is there as the number of its record and 1, which
-// rises with the priority; 0 is none.
+// rises with the priority; 0 is none. Each has a medium within, and the fog is where there is none of them.
 #include "integrator/vertex.glsl"
+#include "medium/medium.glsl"
 #include "scene/material.glsl"
 #include "shape/bvh.glsl"
 
 uniform int u_has_interiors;       // 0: nothing absorbs, and no two overlap: every dielectric is met from outside or left
+uniform int u_has_null;            // 1: some surface is but the boundary of a medium
 uniform ivec4 u_camera_interiors;  // where paths begin
 uniform int u_has_dispersion;      // 1: some dielectric has an index of its own for each colour
 
@@ -49,7 +51,32 @@ float interior_eta(int interior, int band) {
 }
 #endif
 
-// What is left of light along a way of that length (Beer and Lambert).
+// Whether the surface of a dielectric is but the boundary of a medium.
+bool interior_is_null(int interior) {
+#if HAS_MEDIA
+    return u_has_null != 0 && interior != 0 && medium_load(interior).is_null != 0;
+#else
+    return false;
+#endif
+}
+
+// Whether that is all that a surface of this material is.
+bool interior_bounds_medium(Material material) {
+    return material.bsdf == BSDF_DIELECTRIC && interior_is_null(material.record + 1);
+}
+
+// The dielectric whose index of refraction counts: boundaries of media have none.
+int interior_refracting(ivec4 inside) {
+#if HAS_MEDIA
+    if (interior_is_null(inside.x)) inside.x = 0;
+    if (interior_is_null(inside.y)) inside.y = 0;
+    if (interior_is_null(inside.z)) inside.z = 0;
+    if (interior_is_null(inside.w)) inside.w = 0;
+#endif
+    return interior_of(inside);
+}
+
+// What is left of light along a way of that length (Beer and Lambert), where there are no media.
 vec3 interior_transmittance(ivec4 inside, float distance) {
 #if HAS_EXACT_FRESNEL
     int interior = interior_of(inside);
@@ -68,8 +95,9 @@ void interior_set_vertex(inout Vertex vertex, Material material, bool is_entered
     if (vertex.bsdf.model != BSDF_DIELECTRIC) return;
     int interior = material.record + 1;
     vertex.beyond = is_entered ? interior_with(inside, interior) : interior_without(inside, interior);
-    int before = max(interior_of(inside), is_entered ? 0 : interior);
-    int behind = interior_of(vertex.beyond);
+    if (interior_is_null(interior)) return;
+    int before = max(interior_refracting(inside), is_entered ? 0 : interior);
+    int behind = interior_refracting(vertex.beyond);
     vertex.bsdf.eta = before == behind ? 1.0 : interior_eta(behind, band) / interior_eta(before, band);
     if (before == behind) vertex.bsdf.transmittance = vec3(1.0);
 #endif

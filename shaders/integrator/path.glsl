@@ -29,12 +29,21 @@ struct Path {
     uint seed;        // of stochastic alpha, another for each path
     ivec4 inside;     // the dielectrics that the ray is in (integrator/interior.glsl)
     int band;         // the colour that dispersion has left of it, or BAND_NONE
+#if HAS_MEDIA
+    vec3 start;       // where light was scattered last, before boundaries of media were passed
+    float way;        // distance from there to the origin of the ray
+#endif
     Moments moments;  // what guiding is worth, where that is measured
 };
 
 Path path_begin(ivec2 pixel, vec4 u) {
     Ray ray = camera_ray(pixel, u);
-    return Path(ray, vec3(1.0), 1.0, vec3(0.0), 0, 0, 0.0, true, 0.0, hash_pcg4d(floatBitsToUint(u)).x, u_camera_interiors, BAND_NONE, moments_begin());
+    return Path(ray, vec3(1.0), 1.0, vec3(0.0), 0, 0, 0.0, true, 0.0, hash_pcg4d(floatBitsToUint(u)).x, u_camera_interiors, BAND_NONE
+#if HAS_MEDIA
+        , ray.origin, 0.0
+#endif
+        , moments_begin()
+    );
 }
 
 // Adds `count` samples of the pixel to its film.
@@ -54,14 +63,33 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
         bool is_hit = hit.primitive != NO_PRIMITIVE;
         Surface surface = surface_at(path.ray, hit);
         Material material = material_at(surface);
+        bool escapes = !is_hit;
+#if HAS_MEDIA
+        // Or a point of the medium before that; not so near to the surface that rounding puts it beyond.
+        float unused;
+        vec2 u_flight = sampler_vec4(pixel, index, dimension_medium(vertex_number), unused).xy;
+        Medium medium = medium_load(interior_of(path.inside));
+        MediumSample flight = medium_sample(medium, path.ray, hit.distance, path.throughput, u_flight);
+        if (is_hit) flight.distance = min(flight.distance, max(0.0, hit.distance - RAY_OFFSET * surface.extent));
+        path.throughput *= flight.weight;
+        is_hit = is_hit && !flight.scatters;
+        escapes = escapes && !flight.scatters;
+        bool is_passed = is_hit && interior_bounds_medium(material);
+        vec3 start = path.start;
+        float way = path.way + hit.distance;
+#else
         path.throughput *= interior_transmittance(path.inside, hit.distance);
+        const bool is_passed = false;
+        vec3 start = path.ray.origin;
+        float way = hit.distance;
+#endif
 
         // Emission: of what lies behind everything, or of the surface. Lights emit from their front alone, weighed against
         // the sample of them at the vertex before.
         float cos_theta = -dot(surface.normal, path.ray.direction);
-        if (!is_hit) path.radiance += path.throughput * escaped_radiance(path.ray.direction, path.depth, path.pdf, path.certain);
+        if (escapes) path.radiance += path.throughput * escaped_radiance(path.ray.direction, path.depth, path.pdf, path.certain);
         if (is_hit && u_light_count > 0 && surface.light >= 0 && cos_theta > 0.0) {
-            float pdf = light_pdf(surface.light, path.ray.origin, hit.distance, cos_theta, surface.light_density);
+            float pdf = light_pdf(surface.light, start, way, cos_theta, surface.light_density);
             path.radiance += path.throughput * material.emission * direct_emission_weight(path.pdf, pdf, path.certain);
         }
         if (is_hit && material.unlit != 0) path.radiance += path.throughput * material.emission;
@@ -69,7 +97,11 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
         // The end, by the number of bounces or Russian roulette (Arvo and Kirk 1990, Particle Transport and Image
         // Synthesis).
         float survival = path.depth < u_russian_roulette_vertex ? 1.0 : min(0.95, path.eta_scale * max_component(path.throughput));
-        bool scatters = is_hit && material.unlit == 0 && path.depth < u_bounces && path.rr_sample < survival;
+        bool scatters = is_hit && material.unlit == 0;
+#if HAS_MEDIA
+        scatters = scatters || flight.scatters;
+#endif
+        scatters = scatters && path.depth < u_bounces && path.rr_sample < survival;
 #if HAS_EXACT_FRESNEL
         bool may_pass = is_hit && path.depth == u_bounces && interior_may_pass(material);
         scatters = scatters || (may_pass && path.rr_sample < survival);
@@ -88,7 +120,10 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
 
         // Direct light.
         Vertex vertex = vertex_at(surface, material, path.ray.direction, hash_uint(~path.seed + uint(vertex_number)));
-        if (scatters) {
+#if HAS_MEDIA
+        if (flight.scatters) vertex_set_medium(vertex, path.ray, flight.distance, path.inside, medium.g);
+#endif
+        if (scatters && is_hit) {
             int band = interior_band(material, path.band, hash_to_unit(hash_uint(path.seed ^ 0x68bc21ebu)));
             path.throughput *= interior_band_color(path.band, band);
             path.band = band;
@@ -105,8 +140,12 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
         path.eta_scale *= square(scattered.eta);
         path.inside = interior_behind_vertex(vertex, scattered.wi);
         path.depth = scattered.pdf > 0.0 ? path.depth + 1 : u_bounces + 1;
-        path.pdf = scattered.pdf;
-        path.certain = bsdf_is_delta(scattered);
+#if HAS_MEDIA
+        path.start = is_passed ? path.start : path.ray.origin;
+        path.way = is_passed ? distance(path.start, path.ray.origin) : 0.0;
+#endif
+        path.pdf = is_passed ? path.pdf : scattered.pdf;
+        path.certain = is_passed ? path.certain : bsdf_is_delta(scattered);
         path.rr_sample = rr_sample;
 #if HAS_EXACT_FRESNEL
         // To pass a surface unchanged is no scattering, and after the last one all that is left.

@@ -5,6 +5,7 @@
 #include "core/frame.glsl"
 #include "guiding/guide.glsl"
 #include "material/material.glsl"
+#include "medium/medium.glsl"
 #include "shape/shape.glsl"
 
 struct Vertex {
@@ -17,8 +18,12 @@ struct Vertex {
     ivec4 inside;    // the dielectrics that the side of wo lies in (integrator/interior.glsl)
     ivec4 beyond;    // and the other one
     uint seed;       // of stochastic alpha, for the rays to lights
-#if HAS_GUIDING
+#if GUIDING
     Guide guide;     // set by vertex_guide()
+#endif
+#if HAS_MEDIA
+    bool in_medium;  // and on no surface: scattered by the phase function
+    float g;         // of that
 #endif
 };
 
@@ -48,7 +53,34 @@ Vertex vertex_at(Surface surface, Material material, vec3 direction, uint seed) 
     vertex.inside = ivec4(0);
     vertex.beyond = ivec4(0);
     vertex.seed = seed;
+#if HAS_MEDIA
+    vertex.in_medium = false;
+    vertex.g = 0.0;
+#endif
     return vertex;
+}
+
+#if HAS_MEDIA
+// Makes it a point of a medium, where a ray arrives that is `inside` of some dielectrics.
+void vertex_set_medium(inout Vertex vertex, Ray ray, float distance, ivec4 inside, float g) {
+    vertex.in_medium = true;
+    vertex.g = g;
+    vertex.origin = ray.origin + distance * ray.direction;
+    vertex.behind = vertex.origin;
+    vertex.frame = frame_from_normal(-ray.direction);
+    vertex.geometric = vec3(0.0, 0.0, 1.0);
+    vertex.wo = vec3(0.0, 0.0, 1.0);
+    vertex.inside = inside;
+    vertex.beyond = inside;
+}
+#endif
+
+// f |cos_i| in rgb and the density in a, without delta lobes.
+vec4 vertex_eval_pdf(Vertex vertex, vec3 wi) {
+#if HAS_MEDIA
+    if (vertex.in_medium) return vec4(phase_eval(vertex.g, vertex.wo, wi));
+#endif
+    return bsdf_eval_pdf(vertex.bsdf, vertex.wo, wi);
 }
 
 // Where rays start whose local direction is wi.
@@ -56,19 +88,25 @@ vec3 vertex_origin(Vertex vertex, vec3 wi) { return wi.z < 0.0 ? vertex.behind :
 
 // Factor of what is scattered to wi, for the sake of shading normals.
 float vertex_shading_factor(Vertex vertex, vec3 wi) {
+#if HAS_MEDIA
+    if (vertex.in_medium) return 1.0;
+#endif
     return u_has_shading_normals != 0 ? shadow_terminator(vertex.geometric, wi) : 1.0;
 }
 
-// Makes use of the guiding, if there is any, where `is_guided`.
+// Makes use of the guiding, if there is any, where `is_guided`; within media there is none.
 void vertex_guide(inout Vertex vertex, bool is_guided) {
-#if HAS_GUIDING
+#if HAS_MEDIA
+    is_guided = is_guided && !vertex.in_medium;
+#endif
+#if GUIDING
     vertex.guide = guide_at(vertex.origin, vertex.frame, vertex.bsdf, is_guided);
 #endif
 }
 
 // The probability of sampling the BSDF.
 float vertex_bsdf_probability(Vertex vertex) {
-#if HAS_GUIDING
+#if GUIDING
     return 1.0 - vertex.guide.sum;
 #else
     return 1.0;
@@ -77,7 +115,7 @@ float vertex_bsdf_probability(Vertex vertex) {
 
 // The density of a direction that vertex_scatter() gave over that of the BSDF alone.
 float vertex_odds(Vertex vertex, BsdfSample s) {
-#if HAS_GUIDING
+#if GUIDING
     if (bsdf_is_delta(s) || s.pdf <= 0.0) return 1.0 - vertex.guide.sum;
     return (1.0 - vertex.guide.sum) * (1.0 + guide_pdf(vertex.guide, frame_to_world(vertex.frame, s.wi)) / s.pdf);
 #else
@@ -87,7 +125,13 @@ float vertex_odds(Vertex vertex, BsdfSample s) {
 
 // The next direction, as bsdf_sample() gives it.
 BsdfSample vertex_scatter(Vertex vertex, vec2 u) {
-#if HAS_GUIDING
+#if HAS_MEDIA
+    if (vertex.in_medium) {
+        vec3 wi = phase_sample(vertex.g, vertex.wo, u);
+        return BsdfSample(wi, vec3(1.0), phase_eval(vertex.g, vertex.wo, wi), 1.0, EVENT_REFLECTION);
+    }
+#endif
+#if GUIDING
     return guide_scatter(vertex.guide, vertex.frame, vertex.bsdf, vertex.wo, u);
 #else
     return bsdf_sample(vertex.bsdf, vertex.wo, u);

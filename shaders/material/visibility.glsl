@@ -51,20 +51,20 @@ Hit alpha_intersect(Ray ray, float max_distance, int ignored, uint seed) {
 }
 #endif
 
-// The closest surface that is opaque to this ray; `seed` is its own.
-Hit closest_hit(Ray ray, uint seed) {
+// The closest surface nearer than `distance` that is opaque to this ray, but for the primitive `ignored`; if `any` will do,
+// some. `seed` is the ray's own.
+Hit closest_hit_before(Ray ray, float distance, int ignored, uint seed, bool any) {
 #if HAS_ALPHA
-    return alpha_intersect(ray, INFINITE_DISTANCE, NO_PRIMITIVE, seed);
+    return alpha_intersect(ray, distance, ignored, seed);
 #else
-    return scene_intersect(ray, INFINITE_DISTANCE, NO_PRIMITIVE, false);
+    return scene_intersect(ray, distance, ignored, any);
 #endif
 }
 
+// The closest surface that is opaque to this ray.
+Hit closest_hit(Ray ray, uint seed) { return closest_hit_before(ray, INFINITE_DISTANCE, NO_PRIMITIVE, seed, false); }
+
 // Whether a surface opaque to this ray is nearer than `distance`, but for the primitive `ignored`.
 bool is_occluded(Ray ray, float distance, int ignored, uint seed) {
-#if HAS_ALPHA
-    return alpha_intersect(ray, distance, ignored, seed).primitive != NO_PRIMITIVE;
-#else
-    return scene_intersect(ray, distance, ignored, true).primitive != NO_PRIMITIVE;
-#endif
+    return closest_hit_before(ray, distance, ignored, seed, true).primitive != NO_PRIMITIVE;
 }

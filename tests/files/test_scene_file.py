@@ -16,9 +16,11 @@ from fragtracer.scene import (
     DirectionalLight,
     Disk,
     Environment,
+    Fog,
     Gradient,
     Light,
     Material,
+    Medium,
     Plane,
     Rectangle,
     RenderSettings,
@@ -31,7 +33,7 @@ from fragtracer.scene import (
 from fragtracer.scene.reflectance import DIELECTRIC_F0, METAL_F0
 
 BUNDLED = sorted(path.stem for path in folder("scenes").glob("*.toml"))
-TABLES = (Camera, RenderSettings, Ambient, Environment, Gradient, Sky)
+TABLES = (Camera, RenderSettings, Ambient, Fog, Medium, Environment, Gradient, Sky)
 LIGHTS = (Light, SpotLight, DirectionalLight)
 MODEL = (*TABLES, Material, *LIGHTS, Sphere, Plane, Rectangle, Disk, Triangle)
 FULL = Scene(

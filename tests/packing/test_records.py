@@ -13,19 +13,26 @@ from fragtracer.gpu.textures import WIDTH as TEXTURE_WIDTH
 from fragtracer.packing import _ATTRIBUTE_FLAGS, atlas, materials, pack, random_texture, shapes
 from fragtracer.packing.hierarchy import MOST_RECORDS, RECORDS_IN_ROW
 from fragtracer.packing.lights import LIGHT_RECORDS, MESH_LIGHT, LightKind
-from fragtracer.packing.records import MATERIAL_RECORDS, SIZES, BsdfModel, places, texel_count
+from fragtracer.packing.records import MATERIAL_RECORDS, MEDIUM_RECORDS, SIZES, BsdfModel, places, texel_count
 from fragtracer.packing.shapes import SHAPE_RECORDS, SHAPE_TEXELS, Kind
 from fragtracer.resources import folder
 from fragtracer.scene import Disk, Material, Scene, Sphere
 
 SHADERS = folder("shaders")
-FOLDERS = ("scene", "light", "shape")
+FOLDERS = ("scene", "light", "shape", "medium")
 SCENE = "\n".join(path.read_text() for name in FOLDERS for path in sorted((SHADERS / name).glob("*.glsl")))
-SCENE_RECORDS = MATERIAL_RECORDS | LIGHT_RECORDS
+SCENE_RECORDS = MATERIAL_RECORDS | MEDIUM_RECORDS | LIGHT_RECORDS
 RECORDS = SCENE_RECORDS | SHAPE_RECORDS | {"MeshLight": MESH_LIGHT}
 NONE = dict.fromkeys(shapes._GEOMETRY, 0)
 NO_WORDS, NO_BOUNDS = np.zeros((0, 4, 4), np.uint32), np.zeros((6, 0), np.float32)
-NO_RECORDS = {"Ray", "Hit", "BvhRay", "Surface", "LightSample"}  # structs of these folders that lie in no texture
+NO_RECORDS = {
+    "Ray",
+    "Hit",
+    "BvhRay",
+    "Surface",
+    "LightSample",
+    "MediumSample",
+}  # structs of these folders that lie in no texture
 LANES = "xyzw"
 
 

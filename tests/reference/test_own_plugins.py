@@ -20,12 +20,13 @@ from shaders.bsdf_models import (
 from shaders.bsdf_probe import run
 from shaders.directions import direction
 
-from fragtracer.reference.dielectrics import conductor_bsdf, dielectric_bsdf, plastic_bsdf
+from fragtracer.gpu.probe import probe
+from fragtracer.reference.dielectrics import conductor_bsdf, dielectric_bsdf, medium_tree, plastic_bsdf
 from fragtracer.reference.materials import exact_bsdf
 from fragtracer.reference.meshes import MeshAttributes
 from fragtracer.reference.plugins import register
 from fragtracer.reference.textures import TextureFolder
-from fragtracer.scene import Material
+from fragtracer.scene import Material, Medium
 from fragtracer.scene.reflectance import METAL_INDEX
 
 DEGREES = [3, 40, 65, 85]
@@ -45,6 +46,23 @@ def over_the_sphere(count: int) -> Any:
     z, turns = np.random.default_rng(5).random((2, count)) * ((2,), (1,)) - ((1,), (0,))
     radius, angle = np.sqrt(1 - z**2), 2 * np.pi * turns
     return np.stack([radius * np.cos(angle), radius * np.sin(angle), z], 1).astype(np.float32)
+
+
+@pytest.mark.parametrize("g", [-0.7, 0.0, 0.4, 0.9])
+def test_phase_function(ctx: moderngl.Context, mi: Any, g: float) -> None:
+    """Values and densities; in Mitsuba wi is against the ray that arrives, and the context none of ours."""
+    import drjit as dr
+
+    wi = over_the_sphere(4096)
+    body = f"p = phase_eval({g}, vec3(0.0, 0.0, 1.0), wi);"
+    ours = probe(ctx, ["medium/phase.glsl"], body, {"wi": wi}, {"p": 1})["p"]
+    theirs = mi.load_dict(medium_tree(Medium(g=g), Path())["phase"])
+    place = dr.zeros(mi.MediumInteraction3f)
+    place.wi = mi.Vector3f(0.0, 0.0, 1.0)
+    place.sh_frame = mi.Frame3f(mi.Vector3f(0.0, 0.0, 1.0))
+    value, pdf = theirs.eval_pdf(mi.PhaseFunctionContext(None), place, mi.Vector3f(wi.T))
+    np.testing.assert_allclose(value.numpy().T, np.stack([ours] * 3, 1), rtol=1e-4)
+    np.testing.assert_allclose(np.ravel(pdf), ours, rtol=1e-4)
 
 
 @pytest.mark.parametrize("side", [1, -1])

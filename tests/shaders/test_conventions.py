@@ -47,6 +47,8 @@ WITHOUT_PDF = {
     "light_no_sample": "none is drawn",
     "thin_dielectric_sample": "both lobes are deltas",
     "flat_sample": "uniform in its coordinates, so that the density is 1 over the area",
+    "medium_sample": "the weight is over the mean density of the channels",
+    "phase_sample": "the density is the phase function itself, phase_eval",
     "environment_light_sample": "the density comes with the radiance, from environment_radiance_pdf",
 }
 

@@ -16,16 +16,19 @@ from mesh_shapes import ball, geometry
 from fragtracer.gpu.specialise import Level
 from fragtracer.packing import PackedScene, instances, pack
 from fragtracer.packing.lights import LIGHT_RECORDS, MESH_LIGHT, LightKind
-from fragtracer.packing.records import MATERIAL_RECORDS, SIZES, Words, places, texel_count
+from fragtracer.packing.records import MATERIAL_RECORDS, MEDIUM_RECORDS, SIZES, Words, places, texel_count
 from fragtracer.packing.shapes import FLATS, SHAPE_RECORDS, Kind
 from fragtracer.scene import (
     LIGHTS,
     SHAPES,
+    Density,
     DirectionalLight,
     Environment,
+    Fog,
     Image,
     Light,
     Material,
+    Medium,
     Mesh,
     Part,
     Placement,
@@ -40,8 +43,9 @@ from . import Floats
 from .scene_oracle import Shape, corners_of, kind_of, plane_of, shapes_of
 from .scene_probe import camera_on, random_scene, scene_probe, shape_records, snake
 
-SCENE = [f"scene/{name}.glsl" for name in ("material", "texture", "vertex")] + ["shape/shape.glsl", "light/light.glsl"]
-SCENE_RECORDS = MATERIAL_RECORDS | LIGHT_RECORDS
+SCENE = [f"scene/{name}.glsl" for name in ("material", "texture", "vertex")]
+SCENE += ["shape/shape.glsl", "medium/medium.glsl", "light/light.glsl"]
+SCENE_RECORDS = MATERIAL_RECORDS | MEDIUM_RECORDS | LIGHT_RECORDS
 RECORDS = SCENE_RECORDS | SHAPE_RECORDS | {"MeshLight": MESH_LIGHT}
 Table = dict[str, Floats]
 
@@ -115,16 +119,20 @@ def full_scene() -> Scene:
     )
     body = geometry(ball(8, 4), uvs=rng.random((len(ball(8, 4)[0]), 2)))
     places = tuple(Placement((3.0 * i, 0.0, 5.0), (10.0 * i, 5.0, 0.0), (1.0, 0.5, -2.0)) for i in range(3))
+    grid = Density(rng.random((2, 3, 4)))
     others = {
         "glass": Material(model="dielectric", attenuation_color=(0.5, 0.6, 0.7), abbe_number=30.0),
         "pane": Material(model="thin-dielectric", ior=1.7, transmittance=(0.2, 0.3, 0.4)),
         "metal": Material(model="conductor", metal="gold", anisotropy=0.5),
         "varnish": Material(model="plastic", nonlinear=False),
         "satin": Material(model="rough-plastic"),
+        "cloud": Material(model="null", interior="haze", priority=1),
     }
     return replace(
         scene,
         materials=scene.materials | others | {"bumpy": bumpy, "plain": Material(alpha_mode="blend", opacity=0.4)},
+        media={"haze": Medium(extinction=(1.0, 2.0, 3.0), g=0.5, density=grid, bounds=((-1, 0, -1), (1, 2, 1)))},
+        fog=Fog("haze"),
         meshes=(Mesh((Part(body, "plain"),), places), Mesh((Part(body, "bumpy"),), places[:1])),
         environment=Environment(sky=Sky(sun_elevation_degrees=30.0)),
     )

@@ -81,7 +81,8 @@ class Tracer:
         if packed.needs_maps:
             self._load_maps(packed.environment)
         self._max_rays = max(1, _MAX_ROUNDS // packed.path_rounds)
-        has_long_loops = packed.uniforms["u_bvh_root"] >= 0 or packed.features["HAS_ALPHA"] == 1
+        features = packed.features
+        has_long_loops = packed.uniforms["u_bvh_root"] >= 0 or 1 in (features["HAS_ALPHA"], features["HAS_MEDIA"])
         self._is_limited = has_long_loops and self._is_software
         self.set(packed.all_uniforms)
 

@@ -88,7 +88,7 @@ def measure(ctx: Any, scene: Scene, settings: RenderSettings, guide: Guide) -> f
 
 
 def _measured(ctx: Any, packed: PackedScene, size: tuple[int, int]) -> NDArray[np.float64]:
-    program = TracerProgram(defines={"GUIDING_MEASURE": 1}, level=Level.KINDS)
+    program = TracerProgram(defines={"GUIDING": "GUIDING_MEASURED"}, level=Level.KINDS)
     film = Film(ctx, *size)
     tracer = Tracer(ctx, packed, program)
     try:

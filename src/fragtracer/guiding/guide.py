@@ -41,7 +41,7 @@ class Guide:
         return replace(
             packed,
             tables={**packed.tables, "u_guiding": (_texels(lobes, move),)},
-            features={**packed.features, "HAS_GUIDING": 1},
+            features={**packed.features, "GUIDING": "GUIDING_ON"},
             uniforms={**packed.uniforms, **uniforms},
         )
 

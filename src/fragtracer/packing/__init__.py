@@ -20,7 +20,8 @@ from fragtracer.packing.instances import MeshMaterial
 from fragtracer.packing.interiors import camera_interiors, interior_flags
 from fragtracer.packing.lights import LIGHT_RECORDS, emissions_of, emissive_shapes, pack_lights
 from fragtracer.packing.materials import PackedMaterials, mean_emission, needed_attributes, pack_materials
-from fragtracer.packing.records import MATERIAL_RECORDS, Words, texel_count, words_of_rows
+from fragtracer.packing.media import PackedMedia, pack_media
+from fragtracer.packing.records import MATERIAL_RECORDS, MEDIUM_RECORDS, Words, texel_count, words_of_rows
 from fragtracer.packing.settings import needs_maps, settings_features, settings_uniforms
 from fragtracer.packing.shapes import CULLED, Shapes, finite_shapes, plane_records, shape_records
 from fragtracer.packing.space import Space, space_of
@@ -99,10 +100,12 @@ def pack(
     mesh_power = bvh.mesh_power if bvh else 0.0
     lights = pack_lights(scene, shapes, emissions, primitives, origin, extent, mesh_power, environment.lights)
 
-    scene_records, offsets = _scene_words(surfaces.words, lights.records)
+    media = pack_media(scene, origin)
+
+    scene_records, offsets = _scene_words(surfaces.words, lights.records, media)
     attributes, attribute_flags = _attributes(bvh)
     tables: dict[str, Table] = {
-        "u_scene": (np.concatenate([words.reshape(-1, 4) for words in scene_records.values()]),),
+        "u_scene": (np.concatenate([words.reshape(-1, 4) for words in scene_records.values()]), *media.voxels),
         "u_shapes": _parts(listed, bvh),
         "u_byte_texels": (surfaces.atlas.bytes,),
         "u_float_texels": (surfaces.atlas.floats,),
@@ -124,8 +127,15 @@ def pack(
         "u_background_radiance": (0.0, 0.0, 0.0),
         **environment.uniforms,
     }
-    flags = {**surfaces.flags, **interior_flags(scene), **attribute_flags, "u_bvh_shapes": uniforms.pop("u_bvh_shapes")}
+    flags = {
+        **surfaces.flags,
+        **interior_flags(scene),
+        **media.flags,
+        **attribute_flags,
+        "u_bvh_shapes": uniforms.pop("u_bvh_shapes"),
+    }
     features = {**settings_features(settings, environment.hidden), **surfaces.features, **lights.features}
+    features["HAS_MEDIA"] = int(bool(media.rows["Medium"]))
     features |= bvh.features if bvh else {"HAS_MESHES": 0, "HAS_INSTANCES": 0}
     rounds = 4 + len(listed) + (bvh.usual_rounds if bvh else 0)
     sample_rounds = 1 + rounds + 24 + (environment.tables.levels if environment.tables else 0)
@@ -191,14 +201,17 @@ def _with_tangents(meshes: Sequence[Mesh], materials: Iterable[tuple[str, Materi
 
 
 def _scene_words(
-    known: Mapping[str, Words], records: Mapping[str, list[dict[str, Any]]]
+    known: Mapping[str, Words], records: Mapping[str, list[dict[str, Any]]], media: PackedMedia
 ) -> tuple[dict[str, Words], dict[str, int]]:
     """The words of records by kind, some of them ``known``, and the uniforms with the texels where they begin."""
+    kinds = MATERIAL_RECORDS | MEDIUM_RECORDS | LIGHT_RECORDS
+    known = {**known, **{name: words_of_rows(kinds[name], rows) for name, rows in media.rows.items()}}
     words, offsets, first = {}, {}, 0
-    for name, record in (MATERIAL_RECORDS | LIGHT_RECORDS).items():
+    for name, record in kinds.items():
         words[name] = known[name] if name in known else words_of_rows(record, records.get(name, []))
         offsets[f"u_first_{_snake(name)}"] = first
         first += texel_count(record) * len(words[name])
+    words["Grid"] = words_of_rows(kinds["Grid"], media.placed(first)["Grid"])
     return words, offsets
 
 

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from fragtracer.scene import Geometry, Material, Scene
-from fragtracer.scene.interiors import has_interiors, solids
+from fragtracer.scene.interiors import has_interiors, has_media, solids
 
+_KIND_OF = {"dielectric": "dielectric", "null": "boundary"}
 MOST_INTERIORS = 4  # of a path at once: the components of an ivec4
 
 
@@ -28,14 +29,16 @@ def interior_flags(scene: Scene) -> dict[str, int]:
         for part in mesh.parts:
             if scene.materials[mesh.material_of(part)].is_solid and not is_closed(part.geometry):
                 warnings.warn(
-                    f"mesh {mesh.name!r} of the dielectric {mesh.material_of(part)!r} is not closed: where a ray gets "
-                    "in by a gap, it is taken to be outside",
+                    f"mesh {mesh.name!r} of the {_KIND_OF[scene.materials[mesh.material_of(part)].model]} "
+                    f"{mesh.material_of(part)!r} is not closed: where a ray gets in by a gap, it is taken to be "
+                    "outside",
                     stacklevel=2,
                 )
     found = list(solids(scene))
     disperses = any(scene.materials[solid.material].dispersion > 0 for solid in found)
     return {
-        "u_has_interiors": int(disperses or has_interiors(dict(scene.materials), found)),
+        "u_has_interiors": int(disperses or has_interiors(dict(scene.materials), found) or has_media(scene)),
+        "u_has_null": int(any(scene.materials[solid.material].model == "null" for solid in found)),
         "u_has_dispersion": int(disperses),
     }
 

@@ -152,6 +152,8 @@ def _model(material: Material, specular: bool) -> BsdfModel:
         return BsdfModel.COOK_TORRANCE if specular else BsdfModel.DIFFUSE
     if material.model == "rough-plastic" and not _is_rough(material):
         return BsdfModel.PLASTIC
+    if material.model == "null":
+        return BsdfModel.DIELECTRIC  # of index 1, which is passed
     return BsdfModel[material.model.replace("-", "_").upper()]
 
 
@@ -164,7 +166,7 @@ def _is_rough(material: Material) -> bool:
 
 
 def _is_rough_dielectric(material: Material) -> bool:
-    return material.is_solid and _is_rough(material)
+    return material.model == "dielectric" and _is_rough(material)
 
 
 def _dielectric(material: Material) -> dict[str, Any]:

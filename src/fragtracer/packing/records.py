@@ -37,6 +37,14 @@ MATERIAL_RECORDS: dict[str, Record] = {
         *(("layer", "int"), ("flags", "int"), ("wrap_u", "int"), ("wrap_v", "int")),
     ),
 }
+MEDIUM_RECORDS: dict[str, Record] = {
+    "Medium": (("extinction", "vec3"), ("g", "float"), ("albedo", "vec3"), ("is_null", "int"), ("grid", "int")),
+    "Grid": (
+        *(("low", "vec3"), ("largest", "float"), ("inverse_size", "vec3"), ("first", "int")),
+        ("voxels", "uvec3"),
+    ),
+}
+ROW = 4096  # texels of a texture
 SIZES = {"int": 1, "uint": 1, "float": 1, "vec2": 2, "uvec2": 2, "vec3": 3, "uvec3": 3, "vec4": 4}
 
 

@@ -1,13 +1,16 @@
 # SPDX-License-Identifier: MIT
-"""Dielectrics, conductors and plastic as Mitsuba's own plugins, and what lies around each shape of a dielectric:
+"""Dielectrics, conductors, plastic and media as Mitsuba's own plugins, and what lies around each shape of a dielectric:
 Mitsuba has interfaces without priorities, so that a shape must lie within one medium."""
+
+from pathlib import Path
 
 import numpy as np
 
 from fragtracer.errors import FragtracerError
+from fragtracer.io.volumes import write_volume
 from fragtracer.reference.plugins import DELTA_ALPHA
 from fragtracer.reference.shapes import Tree, rgb
-from fragtracer.scene import Material, Plane, Scene, Sphere
+from fragtracer.scene import Material, Medium, Plane, Scene, Sphere
 from fragtracer.scene.fields import Triple
 from fragtracer.scene.interiors import Solid, solids
 from fragtracer.scene.microfacets import internal_reflectance, rough_interface
@@ -16,7 +19,9 @@ KINDS = ("dielectric", "roughdielectric", "thindielectric")
 
 
 def dielectric_bsdf(material: Material, around: Material | None) -> Tree:
-    """The plugin of a dielectric that lies in air, or within another one."""
+    """The plugin of a dielectric that lies in air, or within another one, or of the boundary of a medium."""
+    if material.model == "null":
+        return {"type": "null"}
     tree: Tree = {"int_ior": float(material.index), "ext_ior": 1.0 if around is None else float(around.index)}
     tree["specular_transmittance"] = rgb(material.transmittance)
     if not material.is_solid:
@@ -70,24 +75,40 @@ def _base_under_rough_coat(material: Material) -> Triple:
     return (r, g, b)
 
 
-def media(scene: Scene) -> Tree:
-    """The media of all dielectrics that absorb, by their keys in the tree of the scene."""
-    names = dict.fromkeys(solid.material for solid in solids(scene))
-    absorbing = {name: scene.materials[name] for name in names if max(scene.materials[name].absorption) > 0}
-    return {
-        medium_key(scene, name): {"type": "homogeneous", "albedo": 0.0, **_scaled(material.absorption)}
-        for name, material in absorbing.items()
-    }
+def media(scene: Scene) -> dict[str, Medium]:
+    """The fog, and the media of all shapes that absorb or scatter, by their keys in the tree of the scene."""
+    names = dict.fromkeys(["", *(solid.material for solid in solids(scene))])
+    return {medium_key(scene, name): medium for name in names if (medium := _medium_of(scene, name))}
 
 
-def _scaled(absorption: Triple) -> Tree:
-    """An extinction coefficient in 1/m as a colour, which must not exceed 1, and its scale."""
-    scale = max(absorption)
-    return {"sigma_t": rgb([a / scale for a in absorption]), "scale": scale}
+def medium_tree(medium: Medium, file: Path) -> Tree:
+    """The plugin of a medium; a grid is written to ``file``. The extinction coefficient in 1/m is a colour, which must
+    not exceed 1, and its scale."""
+    scale = max(*medium.sigma_t, 1e-30)
+    color = [s / scale for s in medium.sigma_t]
+    tree: Tree = {"albedo": rgb(medium.single_albedo), "scale": scale, "phase": {"type": "hg", "g": float(medium.g)}}
+    if medium.density is None or medium.bounds is None:
+        return {"type": "homogeneous", "sigma_t": rgb(color), **tree}
+    write_volume(file, medium.density.values[..., None] * np.array(color))
+    low, high = map(np.array, medium.bounds)
+    box = np.eye(4)
+    box[:3] = np.column_stack([np.diag(high - low), low])
+    grid = {"type": "gridvolume", "filename": str(file), "raw": True, "to_world": box}
+    return {"type": "heterogeneous", "sigma_t": grid, **tree}
+
+
+def _medium_of(scene: Scene, name: str) -> Medium | None:
+    """What is behind the surface of the material ``name``, if it does anything; without a name, the fog."""
+    if not name:
+        return scene.media[scene.fog.medium] if scene.fog else None
+    material = scene.materials[name]
+    if material.interior is not None:
+        return scene.media[material.interior]
+    return Medium(extinction=material.absorption, albedo=(0.0, 0.0, 0.0)) if max(material.absorption) > 0 else None
 
 
 def medium_key(scene: Scene, name: str) -> str:
-    return f"medium_{list(scene.materials).index(name)}"
+    return f"medium_{list(scene.materials).index(name)}" if name else "medium_fog"
 
 
 def surroundings(scene: Scene) -> dict[str, str]:

@@ -26,9 +26,10 @@ _TAGS = {
     **dict.fromkeys(("diffuse", "twosided", "blendbsdf", "mask", "normalmap", plugins.NAME, plugins.SURFACE), "bsdf"),
     **dict.fromkeys(("bitmap", "mesh_attribute", plugins.TEXTURE), "texture"),
     **dict.fromkeys(("conductor", "roughconductor", "plastic", "roughplastic", "principled"), "bsdf"),
-    **dict.fromkeys(("path", "volpath"), "integrator"),
-    **dict.fromkeys(dielectrics.KINDS, "bsdf"),
-    "homogeneous": "medium",
+    **dict.fromkeys(("path", "volpath", "volpathmis"), "integrator"),
+    **dict.fromkeys((*dielectrics.KINDS, "null"), "bsdf"),
+    **dict.fromkeys(("homogeneous", "heterogeneous"), "medium"),
+    "hg": "phase",
     "independent": "sampler",
     "hdrfilm": "film",
 }

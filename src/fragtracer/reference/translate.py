@@ -23,6 +23,10 @@ Where the two renderers differ:
 - Where a material has alpha or culled back faces, the integrator is ``volpath``: null transmission is not
   counted as scattering there, and shadow rays pass through it too.
 - Mitsuba's gaussian filter is cut off at 4 standard deviations and lowered to 0 there; ours is not.
+- Media that scatter need Mitsuba's own ``volpathmis``, whose channels are weighed against each other; ours
+  (plugins/path.py) knows those that absorb. It has a bias with roulette: a grey cube of 4 mean free paths and an
+  albedo of 0.8 is 0.3 % darker than without, so there is none. And one with a ``rectangle`` as the boundary of a
+  medium: that cube is 0.6 % brighter than a random walk in numpy, so such a rectangle is two triangles.
 - Path choices (``rays``, ``light_samples``, ``estimator``, ``sampler``) have no counterpart: they
   change the noise, not the mean.
 """
@@ -30,6 +34,7 @@ Where the two renderers differ:
 import atexit
 import shutil
 import tempfile
+from collections.abc import Collection
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -46,6 +51,7 @@ from fragtracer.reference.plugins import PATH, SPHERE_LIGHT
 from fragtracer.reference.shapes import Tree, rgb
 from fragtracer.reference.textures import TextureFolder
 from fragtracer.scene import LIGHTS, SHAPES, RenderSettings, Scene
+from fragtracer.scene.interiors import halves, has_media
 
 NEVER = 1_000_000  # a depth that no path reaches
 
@@ -81,9 +87,8 @@ def scene_tree(scene: Scene, folder: Path, plugins: bool = True) -> Tree:
     found = _shapes(scene, folder, smooth=not plugins)
     tree: Tree = {"type": "scene", "integrator": _integrator(scene), "sensor": _sensor(scene)}
     media = dielectrics.media(scene)
-    tree |= media
-    if inside := dielectrics.of_camera(scene):
-        tree["sensor"] |= _medium(scene, media, "medium", inside)
+    tree |= {key: dielectrics.medium_tree(medium, folder / f"{key}.vol") for key, medium in media.items()}
+    tree["sensor"] |= _medium(scene, media, "medium", dielectrics.of_camera(scene))
     surroundings = dielectrics.surroundings(scene)
     used = {(name, attributes) for _, name, attributes in found.values()}
     unused = {(name, MeshAttributes()) for name in scene.materials.keys() - {name for name, _ in used}}
@@ -123,9 +128,10 @@ def _has_tangents(scene: Scene, name: str, key: str) -> bool:
     return key.startswith("mesh") and all(part.geometry.uvs is not None for part in parts)
 
 
-def _medium(scene: Scene, media: Tree, side: str, name: str) -> Tree:
-    """What absorbs on a side of a shape, if anything does: the dielectric ``name``, which is empty for air."""
-    key = dielectrics.medium_key(scene, name) if name else ""
+def _medium(scene: Scene, media: Collection[str], side: str, name: str) -> Tree:
+    """What absorbs or scatters on a side of a shape, if anything does: in the dielectric ``name``, which is empty for
+    air."""
+    key = dielectrics.medium_key(scene, name)
     return {side: {"type": "ref", "id": key}} if key in media else {}
 
 
@@ -140,9 +146,11 @@ def _material_key(number: int, attributes: MeshAttributes) -> str:
 
 def _integrator(scene: Scene) -> Tree:
     settings, hidden = scene.render, hides_emitters(scene)
-    rr_depth = settings.russian_roulette_depth if settings.russian_roulette else NEVER
+    has_roulette = settings.russian_roulette and not has_media(scene)
+    rr_depth = settings.russian_roulette_depth if has_roulette else NEVER
     null = any(map(has_null_transmission, scene.materials.values()))
     kind = "volpath" if null or dielectrics.media(scene) else "path"
+    kind = "volpathmis" if has_media(scene) else kind
     return {"type": kind, "max_depth": settings.bounces + 1, "rr_depth": rr_depth, "hide_emitters": hidden}
 
 
@@ -185,14 +193,17 @@ def _film(settings: RenderSettings) -> Tree:
 def _shapes(scene: Scene, folder: Path, smooth: bool) -> dict[str, tuple[Tree, str, MeshAttributes]]:
     """Every shape by its key, with the name of its material and the attributes that this reads."""
     plain = MeshAttributes()
+    around_media = [r for r in scene.rectangles if scene.materials[r.material].interior is not None]
     found = {
         f"{kind.removesuffix('s')}_{i}": (shapes.shape(scene, shape), shape.material, plain)
         for kind in SHAPES
         for i, shape in enumerate(getattr(scene, kind))
-        if kind != "triangles"
+        if kind != "triangles" and shape not in around_media
     }
-    for i, name in enumerate(dict.fromkeys(t.material for t in scene.triangles)):
-        vertices = [t.vertices for t in scene.triangles if t.material == name]
+    flats = [(t.material, t.vertices) for t in scene.triangles]
+    flats += [(r.material, vertices) for r in around_media for vertices in halves(r)]
+    for i, name in enumerate(dict.fromkeys(name for name, _ in flats)):
+        vertices = [vertices for material, vertices in flats if material == name]
         found[f"triangles_{i}"] = (shapes.triangle_mesh(folder / f"triangles_{i}.ply", vertices), name, plain)
     for i, mesh in enumerate(scene.meshes):
         for (j, part), (k, placement) in product(enumerate(mesh.parts), enumerate(mesh.instances)):
@@ -229,7 +240,7 @@ def to_mitsuba(scene: Scene, folder: Path | None = None, plugins: bool = True, e
     tree = scene_tree(scene, folder or _temporary_folder(), plugins)
     if not exact:
         tree = _with_own_emitters(tree)
-    elif plugins and not str(mi.variant()).startswith("scalar"):
+    elif plugins and not has_media(scene) and not str(mi.variant()).startswith("scalar"):
         own = tree["integrator"]
         null = any(map(has_null_transmission, scene.materials.values()))
         media = any(key.startswith("medium_") for key in tree)

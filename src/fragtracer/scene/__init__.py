@@ -19,6 +19,7 @@ from fragtracer.scene.interiors import conflict
 from fragtracer.scene.light import *
 from fragtracer.scene.light import LIGHTS, Ambient, LightLists
 from fragtracer.scene.material import Material
+from fragtracer.scene.medium import Density, Fog, Medium
 from fragtracer.scene.mesh import Geometry, Mesh, Part, Placement
 from fragtracer.scene.settings import RenderSettings
 from fragtracer.scene.shapes import *
@@ -31,11 +32,14 @@ __all__ = [
     "LIGHTS",
     "SHAPES",
     "Camera",
+    "Density",
     "Environment",
+    "Fog",
     "Geometry",
     "Gradient",
     "Image",
     "Material",
+    "Medium",
     "Mesh",
     "Panorama",
     "Part",
@@ -52,10 +56,13 @@ __all__ = [
 
 @dataclass(frozen=True, config=CONFIG)
 class Scene(ShapeLists, LightLists):
-    """A camera, shapes, lights and render settings. Shapes name their material, a key of ``materials``."""
+    """A camera, shapes, lights and render settings. Shapes name their material, a key of ``materials``; materials name
+    the medium within, and the ``fog`` that which is everywhere else, keys of ``media``."""
 
     camera: Camera = Camera()
     materials: Mapping[str, Material] = field(default_factory=dict)
+    media: Mapping[str, Medium] = field(default_factory=dict)
+    fog: Fog | None = None
     meshes: Many[Mesh] = ()
     ambient: Ambient = Ambient()
     environment: Environment | None = None
@@ -76,6 +83,11 @@ class Scene(ShapeLists, LightLists):
                 if name not in self.materials:
                     where = f"mesh[{index}].material"
                     raise ValueError(f"{where}: {self._no_material(name)}")
+        used = {f"material.{name}.interior": m.interior for name, m in self.materials.items() if m.interior is not None}
+        for where, name in (used | ({"fog.medium": self.fog.medium} if self.fog else {})).items():
+            if name not in self.media:
+                known = ", ".join(sorted(self.media)) or "none is defined; write a table [medium.NAME]"
+                raise ValueError(f"{where}: there is no medium {name!r}; the media are: {known}")
         if problem := conflict(self):
             raise ValueError(problem)
 

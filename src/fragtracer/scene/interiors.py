@@ -84,7 +84,7 @@ def solids(scene: "Scene") -> Iterator[Solid]:
         if plane.material in names:
             yield Solid(f"plane_{i}", plane.material, -everywhere, everywhere, plane)
     for name in sorted(names):
-        flats = [_triangles(shape) for shape in scene.rectangles if shape.material == name]
+        flats = [halves(shape) for shape in scene.rectangles if shape.material == name]
         flats += [np.array([shape.vertices]) for shape in scene.triangles if shape.material == name]
         if flats:
             triangles = np.concatenate(flats)
@@ -106,15 +106,23 @@ def _of_mesh(name: str, material: str, matrix: Floats, geometry: Geometry) -> So
     return Solid(name, material, low, high, None, lambda: placed(geometry.positions)[geometry.triangles])
 
 
-def _triangles(shape: Rectangle) -> Floats:
+def halves(shape: Rectangle) -> Floats:
+    """The two triangles (2, 3, 3) of a rectangle."""
     a, u, v = (np.asarray(x, np.float64) for x in (shape.corner, shape.edge_u, shape.edge_v))
     return np.array([(a, a + u, a + u + v), (a, a + u + v, a + v)])
 
 
 def has_interiors(materials: dict[str, Material], found: list[Solid]) -> bool:
-    """Whether paths have to know what they are inside of: something absorbs, or solids may overlap."""
-    absorbs = any(max(materials[solid.material].absorption) > 0 for solid in found)
+    """Whether paths have to know what they are inside of: something absorbs or scatters, or solids may overlap."""
+    inside = [materials[solid.material] for solid in found]
+    absorbs = any(max(material.absorption) > 0 or material.interior is not None for material in inside)
     return absorbs or any(True for _ in _overlapping(found))
+
+
+def has_media(scene: "Scene") -> bool:
+    """Whether there is a medium anywhere."""
+    inside = any(scene.materials[solid.material].interior is not None for solid in solids(scene))
+    return inside or scene.fog is not None
 
 
 def _overlapping(found: list[Solid]) -> Iterator[tuple[Solid, Solid]]:

@@ -33,8 +33,10 @@ MODELS: dict[str, tuple[str, ...]] = {
         "attenuation_distance",
         "abbe_number",
         "priority",
+        "interior",
     ),
     "thin-dielectric": ("ior", "transmittance"),
+    "null": ("priority", "interior"),
     "conductor": ("roughness", *_BRUSHED, "metal", "eta", "k"),
     "plastic": ("albedo", "ior", "nonlinear"),
     "rough-plastic": ("albedo", "roughness", "ior", "nonlinear"),
@@ -56,7 +58,8 @@ class Material:
     "conductor" is a metal of a measured complex index ``eta`` + i ``k``, or of that of the ``metal`` of a name in
     :data:`METAL_INDEX`. "plastic" is a Lambert base under a smooth coat (shaders/bsdf/plastic.glsl), "rough-plastic"
     one under a coat of GGX facets (shaders/bsdf/rough_plastic.glsl): what the coat reflects back to the base is
-    scattered again, ``nonlinear`` in its colour.
+    scattered again, ``nonlinear`` in its colour. "null" is no surface at all, but the boundary of a
+    medium.
 
     ``albedo`` is the colour of the base, and the specular colour of the metallic part. The GGX
     width is ``roughness**2``; roughness below 0.01 is a perfect mirror. The dielectric part's
@@ -77,6 +80,7 @@ class Material:
     ``attenuation_distance`` metres (Beer and Lambert); ``transmittance`` is the colour of what passes the surface.
     ``abbe_number`` says how much its index of refraction, which is that of yellow light, differs between colours: 20 is
     a strong dispersion, 60 a weak one. Where two dielectrics overlap, the one with the higher ``priority`` is there.
+    ``interior`` names the medium behind the front, a key of ``Scene.media``.
 
     A texture multiplies the parameter of its name; roughness, metallic and occlusion use one
     channel of it. ``normal_texture`` holds tangent-space normals (glTF 2.0, section 3.9.3), their x and y
@@ -89,7 +93,7 @@ class Material:
     """
 
     model: Literal[
-        "metallic-roughness", "eon", "dielectric", "thin-dielectric", "conductor", "plastic", "rough-plastic"
+        "metallic-roughness", "eon", "dielectric", "thin-dielectric", "null", "conductor", "plastic", "rough-plastic"
     ] = "metallic-roughness"
     albedo: Reflectance = (0.5, 0.5, 0.5)
     roughness: Fraction = 0.5
@@ -106,6 +110,7 @@ class Material:
     attenuation_distance: Positive = 1.0
     abbe_number: Positive | None = None
     priority: int = 0
+    interior: str | None = None
     eta: Strength | None = None
     k: Strength | None = None
     nonlinear: bool = True
@@ -129,6 +134,8 @@ class Material:
         self._check_model()
         if min(self.attenuation_color) <= 0:
             raise ValueError("attenuation_color must be greater than 0; 0.001 is all but black")
+        if self.interior is not None and min(self.attenuation_color) < 1:
+            raise ValueError("attenuation_color and interior both say what is inside; give one of them")
         if self.is_dielectric and not self.double_sided:
             raise ValueError("double_sided must stay true; light leaves a dielectric by the back of its surface")
         if self.model == "conductor":
@@ -193,16 +200,18 @@ class Material:
     @property
     def is_dielectric(self) -> bool:
         """Whether light passes its surface."""
-        return self.model in ("dielectric", "thin-dielectric")
+        return self.is_solid or self.model == "thin-dielectric"
 
     @property
     def is_solid(self) -> bool:
-        """Whether its surface has a dielectric behind it."""
-        return self.model == "dielectric"
+        """Whether its surface bounds something that light passes: a dielectric or a medium."""
+        return self.model in ("dielectric", "null")
 
     @property
     def index(self) -> float:
         """Index of refraction."""
+        if self.model == "null":
+            return 1.0
         return 1.5 if self.ior is None else self.ior
 
     @property

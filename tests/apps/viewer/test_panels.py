@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
-from fragtracer.apps.viewer.panels import lights, materials
-from fragtracer.scene import Camera, DirectionalLight, Light, Material, SpotLight
+from fragtracer.apps.viewer.panels import lights, materials, media
+from fragtracer.scene import Camera, DirectionalLight, Fog, Light, Material, Medium, SpotLight
 from fragtracer.scene.material import DEFAULT_MODEL, MODELS
 from fragtracer.scene.reflectance import DIELECTRIC_F0, METAL_F0
 
@@ -31,7 +31,7 @@ def test_every_model_becomes_every_other(before: str, after: str) -> None:
     assert made.emission == (2.0, 2.0, 2.0)
     if all("roughness" in MODELS[model] for model in (before, after)):
         assert made.roughness == 0.3
-    assert after == DEFAULT_MODEL or set(MODELS[after]) <= set(materials._CONTROLS)
+    assert after == DEFAULT_MODEL or set(MODELS[after]) <= {*materials._CONTROLS, "interior"}
 
 
 def test_light_in_other_unit_is_the_same_light() -> None:
@@ -75,3 +75,34 @@ def test_only_what_is_edited_of_a_light_changes(monkeypatch: pytest.MonkeyPatch)
     assert lights.edit(sun) == DirectionalLight(sun.direction, (0.8, 0.8, 0.4))
     rows = {"Direction": (0.0, 0.0, 0.0)}
     assert lights.edit(sun) is sun, "no direction"
+
+
+def test_only_what_is_edited_of_media_changes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whichever coefficients they are given by; and a material has one or the colour of what is left, not both."""
+    rows: dict[str, object] = {}
+
+    def row(text: str, value: object, *_: object, **__: object) -> object:
+        return rows.get(text, value)
+
+    for name in ("whole", "color", "number", "slider", "choice"):
+        monkeypatch.setattr(media.widgets, name, row)
+    given = [
+        Medium(),
+        Medium(extinction=2.0, albedo=0.5),
+        Medium(mean_free_path=3.0),
+        Medium(scattering=1.0, absorption=2.0),
+    ]
+    for medium in given:
+        assert media.edit(medium) is medium
+    rows = {"g": 0.5, "Extinction": (1.0, 2.0, 3.0), "Mean free path": (0.0, 1.0, 2.0), "Absorption": (0.0, 0.0, 1.0)}
+    assert media.edit(given[0]) == Medium(extinction=(1.0, 2.0, 3.0), g=0.5)
+    assert media.edit(given[2]) == Medium(mean_free_path=(1e-5, 1.0, 2.0), g=0.5)
+    assert media.edit(given[3]) == Medium(scattering=1.0, absorption=(0.0, 0.0, 1.0), g=0.5)
+    assert media.fog(None, ["a"]) is None
+    rows = {"Fog": "a", "Interior": "a"}
+    assert media.fog(None, ["a"]) == Fog("a")
+    tinted = Material(model="dielectric", ior=1.5, attenuation_color=(0.9, 0.5, 0.1))
+    assert materials.edit(tinted, known=["a"]) == Material(model="dielectric", ior=1.5, interior="a")
+    rows = {"Interior": media.NONE}
+    assert materials.edit(Material(model="null", interior="a"), known=["a"]) == Material(model="null")
+    assert media.new_name(["medium-1", "medium-3"]) == "medium-2"

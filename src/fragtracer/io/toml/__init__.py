@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Scene files in TOML, to a :class:`Scene` and back.
 
-The tables are ``[camera]``, ``[render]``, ``[ambient]``, ``[environment]``, ``[material.NAME]``, ``[[light]]``,
+The tables are ``[camera]``, ``[render]``, ``[ambient]``, ``[environment]``, ``[fog]``, ``[medium.NAME]``,
+``[material.NAME]``, ``[[light]]``,
 ``[[spot_light]]``, ``[[directional_light]]``, ``[[sphere]]``, ``[[plane]]``, ``[[rectangle]]``, ``[[disk]]``,
 ``[[triangle]]`` and ``[[mesh]]``, under a ``description``; their keys are the fields of the dataclasses of
 :mod:`fragtracer.scene`, with the name of a file where these hold pixels or triangles. The
@@ -67,7 +68,8 @@ def files_behind(scene: Scene) -> set[Path]:
     images: list[Image | Panorama] = [texture.image for texture in textures]
     if scene.environment is not None and scene.environment.image is not None:
         images.append(scene.environment.image)
-    return files | {Path(image.file) for image in images if image.file}
+    grids = {Path(medium.density.file) for medium in scene.media.values() if medium.density and medium.density.file}
+    return files | grids | {Path(image.file) for image in images if image.file}
 
 
 def bundled() -> dict[str, str]:

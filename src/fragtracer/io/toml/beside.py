@@ -8,13 +8,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fragtracer import output
 from fragtracer.io import read_model
 from fragtracer.io.arrays import write_arrays
 from fragtracer.io.images import write_image
 from fragtracer.io.toml.meshes import Models, is_stored
-from fragtracer.scene import Environment, Image, Material, Mesh, Panorama, Scene
+from fragtracer.scene import Density, Environment, Image, Material, Medium, Mesh, Panorama, Scene
 from fragtracer.scene.content import content_digest
 
 
@@ -35,7 +36,9 @@ def with_files(scene: Scene, path: Path) -> Scene:
         name: material if came.get(name) == material else _with_images(material, path)
         for name, material in scene.materials.items()
     }
-    return replace(scene, meshes=meshes, materials=materials, environment=_with_panorama(scene.environment, path))
+    media = {name: _with_density(medium, path) for name, medium in scene.media.items()}
+    environment = _with_panorama(scene.environment, path)
+    return replace(scene, meshes=meshes, materials=materials, media=media, environment=environment)
 
 
 def _materials_of(meshes: tuple[Mesh, ...]) -> Mapping[str, Material]:
@@ -63,6 +66,16 @@ def _with_images(material: Material, path: Path) -> Material:
     return replace(material, **changes)
 
 
+def _with_density(medium: Medium, path: Path) -> Medium:
+    if medium.density is None or medium.density.file is not None:
+        return medium
+    file = _beside(path, "density", medium.density.digest, ".npy")
+    if not file.exists():
+        with output.replacing(file) as part:
+            _write_array(part, medium.density.values)
+    return replace(medium, density=Density(medium.density.values, str(file)))
+
+
 def _with_panorama(environment: Environment | None, path: Path) -> Environment | None:
     if environment is None or environment.image is None or environment.image.file is not None:
         return environment
@@ -81,7 +94,7 @@ def _write_image(image: Image, name: str, path: Path) -> Image:
         write_image(file, pixels)
     elif not file.exists():
         with output.replacing(file) as part:
-            _write_picture(part, image) if suffix == ".png" else _write_array(part, image)
+            _write_picture(part, image) if suffix == ".png" else _write_array(part, image.pixels)
     return Image(pixels, image.color_space, str(file))
 
 
@@ -92,9 +105,9 @@ def _write_picture(file: Path, image: Image) -> None:
     PIL.Image.fromarray(pixels).save(file, format="PNG")
 
 
-def _write_array(file: Path, image: Image) -> None:
+def _write_array(file: Path, values: NDArray[Any]) -> None:
     with file.open("wb") as stream:
-        np.save(stream, image.pixels)
+        np.save(stream, values)
 
 
 def _beside(path: Path, name: str, digest: str, suffix: str) -> Path:

@@ -8,15 +8,16 @@ from typing import Any
 from pydantic import ValidationError
 
 from fragtracer.io.toml.environments import environment, plain_environment
+from fragtracer.io.toml.media import plain_medium, read_medium
 from fragtracer.io.toml.meshes import plain_meshes, read_meshes
 from fragtracer.io.toml.tables import build, join, plain, show, suggest
 from fragtracer.io.toml.textures import TEXTURES, SceneImages, plain_texture, texture
-from fragtracer.scene import LIGHTS, SHAPES, Ambient, Camera, Material, RenderSettings, Scene
+from fragtracer.scene import LIGHTS, SHAPES, Ambient, Camera, Fog, Material, RenderSettings, Scene
 from fragtracer.scene.reflectance import DIELECTRIC_F0
 
-_TABLES = {"camera": Camera, "render": RenderSettings, "ambient": Ambient}
+_TABLES = {"camera": Camera, "render": RenderSettings, "ambient": Ambient, "fog": Fog}
 _ARRAYS = {name.removesuffix("s"): cls for name, cls in (LIGHTS | SHAPES).items()}
-_KEYS = ("description", *_TABLES, "environment", "material", "mesh", *_ARRAYS)
+_KEYS = ("description", *_TABLES, "environment", "material", "medium", "mesh", *_ARRAYS)
 
 
 def from_document(document: Mapping[str, Any], name: str, folder: Path, mistakes: list[str]) -> Scene | None:
@@ -45,7 +46,7 @@ def from_document(document: Mapping[str, Any], name: str, folder: Path, mistakes
     if mistakes:
         return None
     values["material"] = {**found, **values.get("material", {})}
-    plurals = {"material": "materials", "mesh": "meshes", **{key: f"{key}s" for key in _ARRAYS}}
+    plurals = {"material": "materials", "medium": "media", "mesh": "meshes", **{key: f"{key}s" for key in _ARRAYS}}
     return _scene({plurals.get(key, key): value for key, value in values.items()} | {"name": name}, mistakes)
 
 
@@ -56,6 +57,8 @@ def _section(key: str, value: Any, images: SceneImages, mistakes: list[str]) -> 
         return build(_TABLES[key], value, key, mistakes)
     if key == "material" and isinstance(value, Mapping):
         return {name: _material(table, join(key, name), images, mistakes) for name, table in value.items()}
+    if key == "medium" and isinstance(value, Mapping):
+        return {name: read_medium(item, join(key, name), images.folder, mistakes) for name, item in value.items()}
     if key == "environment" and isinstance(value, Mapping):
         return environment(value, images.folder, mistakes)
     if key == "description" and isinstance(value, str):
@@ -69,7 +72,7 @@ def _misplaced(key: str, value: Any) -> str:
         return f"there is no such key; {suggest(key, _KEYS)}"
     if key == "description":
         return f"must be a text in quotes, got {show(value)}"
-    header = "[material.NAME]" if key == "material" else f"[{key}]"
+    header = f"[{key}.NAME]" if key in ("material", "medium") else f"[{key}]"
     return f"must be a table, written {header}, got {show(value)}"
 
 
@@ -129,13 +132,15 @@ def _scene(values: dict[str, Any], mistakes: list[str]) -> Scene | None:
 def to_document(scene: Scene, folder: Path) -> dict[str, Any]:
     """The tables of a scene file in ``folder``, without default values."""
     document: dict[str, Any] = {"description": scene.description} if scene.description else {}
-    document |= {key: table for key in _TABLES if (table := plain(getattr(scene, key)))}
+    document |= {key: table for key in _TABLES if (item := getattr(scene, key)) is not None and (table := plain(item))}
     if scene.environment is not None:
         document["environment"] = plain_environment(scene.environment, folder)
     meshes, found = plain_meshes(scene, folder)
     own = {name: item for name, item in scene.materials.items() if found.get(name) != item}
     if own:
         document["material"] = {name: _plain_material(item, folder) for name, item in own.items()}
+    if scene.media:
+        document["medium"] = {name: plain_medium(item, folder) for name, item in scene.media.items()}
     arrays = {"mesh": meshes, **{key: [plain(item) for item in getattr(scene, f"{key}s")] for key in _ARRAYS}}
     return document | {key: items for key, items in arrays.items() if items}
 

@@ -14,6 +14,7 @@ from pydantic_core import ErrorDetails
 
 from fragtracer.scene import Gradient, Image, Panorama, Reflectance, Sky, Strength, Texture, Vector
 from fragtracer.scene.fields import Point, Points, Scale
+from fragtracer.scene.medium import Box, Density
 from fragtracer.scene.texture import Pair
 
 T = TypeVar("T")
@@ -32,6 +33,8 @@ _KINDS = {
     Panorama: "an image file",
     Gradient: "a table [environment.gradient]",
     Sky: "a table [environment.sky]",
+    Density: "a grid, the name of a .npy or .vol file",
+    Box: "two points [[x, y, z], [x, y, z]]",
     Texture: 'the name of an image file or a table { file = "…" }',
     Points: "three points [[x, y, z], [x, y, z], [x, y, z]]",
 }
@@ -41,6 +44,7 @@ _ITEMS = {
     "three numbers [x, y, z]": "a number",
     "a number or three numbers [r, g, b]": "a number",
     "three points [[x, y, z], [x, y, z], [x, y, z]]": "three numbers [x, y, z]",
+    "two points [[x, y, z], [x, y, z]]": "three numbers [x, y, z]",
 }
 _BARE_KEY = re.compile(r"[\w-]+")
 _BOUNDS = {"gt": "greater than", "ge": "at least", "lt": "less than", "le": "at most"}

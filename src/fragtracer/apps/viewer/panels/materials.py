@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: MIT
 """Controls of a material, with presets."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, get_args, get_type_hints
 
-from fragtracer.apps.viewer.panels import widgets
+from fragtracer.apps.viewer.panels import media, widgets
 from fragtracer.scene import Material
 from fragtracer.scene.material import DEFAULT_MODEL, MODELS
 from fragtracer.scene.reflectance import DIELECTRIC_F0, METAL_F0, METAL_INDEX
@@ -18,8 +18,8 @@ _DIFFUSE_FACTORS = get_args(get_type_hints(Material)["diffuse_factor"])
 PRESETS = (CUSTOM, _MATTE, *DIELECTRIC_F0, *sorted(METAL_F0))
 
 
-def edit(material: Material, of_mesh: bool = False) -> Material:
-    """Controls for ``material``; ``of_mesh`` adds those that apply to meshes alone."""
+def edit(material: Material, of_mesh: bool = False, known: Sequence[str] = ()) -> Material:
+    """Controls for ``material``; ``of_mesh`` adds those of meshes alone, ``known`` are the names of media."""
     model = widgets.choice("Model", material.model, list(MODELS))
     if model != material.model:
         return with_model(material, model)
@@ -33,6 +33,9 @@ def edit(material: Material, of_mesh: bool = False) -> Material:
     else:
         values = {key: control(material) for key, control in _CONTROLS.items() if key in MODELS[model]}
         new |= {key: value for key, value in values.items() if value is not None}
+        if "interior" in MODELS[model]:
+            new["interior"] = media.choose("Interior", material.interior, known)
+            new |= {"attenuation_color": (1.0, 1.0, 1.0)} if new["interior"] is not None else {}
     if model == DEFAULT_MODEL and material.metal is None:
         new["albedo"] = widgets.color("Albedo", material.albedo)
         new["metallic"] = widgets.slider("Metallic", material.metallic, 0.0, 1.0, "%.2f")
@@ -58,7 +61,7 @@ def with_model(material: Material, model: str) -> Material:
     textured = {f"{key}_texture" for key in keys} & set(vars(default))
     made = {name: getattr(default, name) for name in {*keys, *textured} if name not in MODELS[model] or name in _UNLIKE}
     made |= {"metal": material.metal if material.metal in METAL_INDEX else "gold"} if model == "conductor" else {}
-    made |= {"double_sided": True} if model in ("dielectric", "thin-dielectric") else {}
+    made |= {"double_sided": True} if model in ("dielectric", "thin-dielectric", "null") else {}
     return replace(material, **{"model": model, **made})
 
 

@@ -7,10 +7,10 @@ from typing import Any
 from imgui_bundle import imgui
 
 from fragtracer.apps.viewer.document import KINDS, OBJECTS, Document, Part, is_light
-from fragtracer.apps.viewer.panels import camera, environment, lights, materials, objects, widgets
+from fragtracer.apps.viewer.panels import camera, environment, lights, materials, media, objects, widgets
 from fragtracer.apps.viewer.session import Session
 from fragtracer.apps.viewer.theme import MUTED
-from fragtracer.scene import Ambient, Mesh, Scene
+from fragtracer.scene import Ambient, Medium, Mesh, Scene
 
 _LIST_ROWS = 7.5
 
@@ -30,6 +30,8 @@ def draw(session: Session) -> None:
             session.keep_viewpoint(keep)
     if widgets.header("Environment"):
         _environment(session)
+    if widgets.header("Media"):
+        _media(session)
     if widgets.header("Ambient light"):
         scene = session.document.scene
         radiance = widgets.color("Radiance", scene.ambient.radiance, hdr=True)
@@ -74,7 +76,8 @@ def _selected(session: Session, place: Part) -> None:
             session.say(str(error).splitlines()[-1])
         name = _material_of(session, place)
         imgui.separator_text(f"Material “{name}”")
-        material = materials.edit(session.document.scene.materials[name], isinstance(part, Mesh))
+        known = list(document.scene.media)
+        material = materials.edit(session.document.scene.materials[name], isinstance(part, Mesh), known)
         try:
             session.edit(session.document.with_material(name, material), f"material {name}")
         except ValueError as error:  # two dielectrics that overlap cannot have the same priority
@@ -83,6 +86,20 @@ def _selected(session: Session, place: Part) -> None:
         if users > 1:
             imgui.text_colored(MUTED, f"shared by {users} objects")
     imgui.pop_id()
+
+
+def _media(session: Session) -> None:
+    scene = session.document.scene
+    _edit(session, replace(scene, fog=media.fog(scene.fog, list(scene.media))), "fog")
+    for name, medium in scene.media.items():
+        imgui.push_id(f"medium {name}")
+        imgui.separator_text(f"Medium “{name}”")
+        changed = media.edit(medium)
+        scene = session.document.scene
+        _edit(session, replace(scene, media={**scene.media, name: changed}), f"medium {name}")
+        imgui.pop_id()
+    if imgui.button("Add medium"):
+        add_medium(session)
 
 
 def _environment(session: Session) -> None:
@@ -109,6 +126,13 @@ def add_light(session: Session, kind: str) -> None:
     session.edit(session.document.with_added(kind, lights.new_light(kind, session.camera)), "add light")
     session.history.close()
     session.selected = (kind, count)
+
+
+def add_medium(session: Session) -> None:
+    """Add a medium, for the interior of materials or the fog to name."""
+    scene = session.document.scene
+    _edit(session, replace(scene, media={**scene.media, media.new_name(list(scene.media)): Medium()}), "add medium")
+    session.history.close()
 
 
 def remove(session: Session, place: Part) -> None:

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: MIT
+// The contract of media, and how light passes them.
+//
+//   medium_transmittance  what is left of light along a ray; in the mean, where the density varies
+//   medium_sample         where along a ray light is scattered next, if it is at all
+//
+// Where a grid says the density, both go on in steps through a medium of the largest density, by delta tracking (Woodcock
+// et al. 1965) and by ratio tracking (Novák et al. 2014, Residual Ratio Tracking for Estimating Attenuation in Participating Media).
+//
+// Extinction has a colour, and so has the density of free flights. One channel is drawn for each, in proportion to what
+// the path is worth in it, and the weight is over the mean density of all (the balance heuristic: Wilkie et al. 2014, Hero
+// Wavelength Spectral Sampling; Pharr, Jakob and Humphreys 2023, section 14.2). So no weight raises the sum of a path's channels.
+#include "core/constants.glsl"
+#include "core/frame.glsl"
+#include "core/hash.glsl"
+#include "core/math.glsl"
+#include "scene/storage.glsl"
+#include "shape/bvh.glsl"
+#include "shape/ray.glsl"
+
+#ifndef HAS_MEDIA
+#define HAS_MEDIA 0
+#endif
+#if HAS_MEDIA
+#include "medium/grid.glsl"
+#include "medium/phase.glsl"
+
+uniform int u_first_medium;  // texel of u_scene where the table begins
+
+// What is behind the surface of a dielectric: of the one whose record has the number i, that with the number i + 1. The
+// first is the fog.
+struct Medium {
+    vec3 extinction;  // 1/m
+    float g;          // mean cosine of scattering
+    vec3 albedo;      // what of extinction is scattering
+    int is_null;      // 1: the surface around it is none
+    int grid;         // number of the grid of densities that multiply the extinction, or -1
+};
+Medium medium_of(uvec4 t0, uvec4 t1, uvec4 t2) {
+    return Medium(uintBitsToFloat(t0.xyz), uintBitsToFloat(t0.w), uintBitsToFloat(t1.xyz), int(t1.w), int(t2.x));
+}
+Medium medium_load(int index) {
+    int first = u_first_medium + 3 * index;
+    return medium_of(scene_texel(first), scene_texel(first + 1), scene_texel(first + 2));
+}
+
+// Beer and Lambert's law.
+vec3 medium_passed(vec3 extinction, float distance) { return exp(-extinction * distance); }
+
+struct MediumSample {
+    float distance;
+    vec3 weight;   // of what is scattered there, or of what arrives where the way ends
+    bool scatters;
+};
+
+// Free flight of a path worth `throughput` through what has the same extinction everywhere, over a way of the length
+// `distance`; `u` chooses the channel and the flight. The weight takes all extinction for scattering.
+MediumSample medium_flight(vec3 extinction, float distance, vec3 throughput, vec2 u) {
+    float worth = throughput.x + throughput.y + throughput.z;
+    vec3 probability = worth > 0.0 ? throughput / worth : vec3(1.0 / 3.0);
+    float drawn = u.x < probability.x ? extinction.x : u.x < probability.x + probability.y ? extinction.y : extinction.z;
+    float flight = drawn > 0.0 ? -log(1.0 - u.y) / drawn : INFINITE_DISTANCE;
+    bool scatters = flight < distance;
+    flight = min(flight, distance);
+    vec3 passed = medium_passed(extinction, flight);
+    vec3 density = scatters ? extinction * passed : passed;
+    return MediumSample(flight, density / max(dot(probability, density), 1e-30), scatters);
+}
+
+// Of a medium with a grid: a collision with the medium of the largest density is one with a share of it.
+MediumSample medium_track(Medium medium, Ray ray, float distance, vec3 throughput, vec2 u) {
+    Grid grid = grid_load(medium.grid);
+    vec2 range = grid_range(grid, ray, distance);
+    MediumSample s = MediumSample(range.x, vec3(1.0), false);
+    uint seed = hash_uint(floatBitsToUint(u.x) ^ hash_uint(floatBitsToUint(u.y)));
+    bool goes_on = range.x < range.y;
+    while (goes_on) {
+        MediumSample flight = medium_flight(medium.extinction * grid.largest, range.y - s.distance, throughput * s.weight, u);
+        s.distance += flight.distance;
+        s.weight *= flight.weight;
+        seed = hash_uint(seed + 0x9e3779b9u);
+        float share = grid_density(grid, ray.origin + s.distance * ray.direction) / grid.largest;
+        s.scatters = flight.scatters && hash_to_unit(seed) < share;
+        goes_on = flight.scatters && !s.scatters;
+        u = hash_to_unit(hash_pcg4d(uvec4(seed, 0u, 1u, 2u))).xy;
+    }
+    if (goes_on) traversal_was_cut = true;
+    if (!s.scatters) s.distance = distance;
+    return s;
+}
+
+// A way of the length `distance` along a ray, for a path worth `throughput`; `u` chooses the channel and the free flight.
+MediumSample medium_sample(Medium medium, Ray ray, float distance, vec3 throughput, vec2 u) {
+    bool is_grid = u_has_grids != 0 && medium.grid >= 0;
+    if (!is_grid && max_component(medium.albedo * medium.extinction) <= 0.0) {
+        return MediumSample(distance, medium_passed(medium.extinction, distance), false);
+    }
+    MediumSample s = is_grid ? medium_track(medium, ray, distance, throughput, u) : medium_flight(medium.extinction, distance, throughput, u);
+    if (s.scatters) s.weight *= medium.albedo;
+    return s;
+}
+
+const float MEDIUM_LITTLE = 0.05;  // what is left of light where roulette begins
+
+// Along `distance` of a ray; `seed` is its own.
+vec3 medium_transmittance(Medium medium, Ray ray, float distance, uint seed) {
+    if (u_has_grids == 0 || medium.grid < 0) return medium_passed(medium.extinction, distance);
+    Grid grid = grid_load(medium.grid);
+    vec2 range = grid_range(grid, ray, distance);
+    float extinction = max_component(medium.extinction) * grid.largest;
+    vec3 transmittance = vec3(1.0);
+    bool goes_on = range.x < range.y && extinction > 0.0;
+    while (goes_on) {
+        seed = hash_uint(seed + 0x9e3779b9u);
+        vec4 u = hash_to_unit(hash_pcg4d(uvec4(seed, 3u, 4u, 5u)));
+        range.x -= log(1.0 - u.x) / extinction;
+        goes_on = range.x < range.y;
+        if (goes_on) {
+            transmittance *= 1.0 - medium.extinction * (grid_density(grid, ray.origin + range.x * ray.direction) / extinction);
+            bool is_little = max_component(transmittance) < MEDIUM_LITTLE;
+            if (is_little) transmittance *= u.y < 0.5 ? 2.0 : 0.0;
+            goes_on = max_component(transmittance) > 0.0;
+        }
+    }
+    if (goes_on) traversal_was_cut = true;
+    return transmittance;
+}
+
+#endif

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: MIT
+"""Media as records of shaders/medium/, and the voxels of their grids."""
+
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fragtracer.packing.interiors import dielectrics
+from fragtracer.packing.records import ROW, Words
+from fragtracer.scene import Density, Material, Medium, Scene
+from fragtracer.scene.interiors import has_media
+
+Floats = NDArray[np.float64]
+_VACUUM = Medium(extinction=(0.0, 0.0, 0.0))
+
+
+@dataclass(frozen=True, eq=False)
+class PackedMedia:
+    """Rows of records by kind, and the texels (n, 4) of each grid."""
+
+    rows: Mapping[str, list[dict[str, Any]]]
+    voxels: Sequence[Words]
+
+    @property
+    def flags(self) -> dict[str, int]:
+        return {"u_has_grids": int(bool(self.voxels))}
+
+    def placed(self, texels: int) -> dict[str, list[dict[str, Any]]]:
+        """The rows where the grids lie after so many ``texels`` of records, each from the beginning of a row."""
+        first, grids = _rows(texels), []
+        for row, voxels in zip(self.rows["Grid"], self.voxels, strict=True):
+            grids.append({**row, "first": first * ROW})
+            first += _rows(len(voxels))
+        return {**self.rows, "Grid": grids}
+
+
+def pack_media(scene: Scene, origin: Floats) -> PackedMedia:
+    """The fog and what is inside of each dielectric, in the order of their records; nothing where there is no medium.
+    Boxes are relative to ``origin``."""
+    if not has_media(scene):
+        return PackedMedia({"Medium": [], "Grid": []}, [])
+    _warn_of_light_from_afar(scene)
+    found = [scene.media[scene.fog.medium] if scene.fog else _VACUUM]
+    names = list(dielectrics(scene.materials))
+    found += [_inside(scene, scene.materials[name]) for name in names]
+    grids = list(dict.fromkeys((m.density, m.bounds) for m in found if m.density and m.bounds))
+    numbers = {grid: i for i, grid in enumerate(grids)}
+    is_null = [False] + [scene.materials[name].model == "null" for name in names]
+    rows = [
+        {
+            "extinction": medium.sigma_t,
+            "g": medium.g,
+            "albedo": medium.single_albedo,
+            "is_null": null,
+            "grid": numbers.get((medium.density, medium.bounds), -1),  # type: ignore[arg-type]
+        }
+        for medium, null in zip(found, is_null, strict=True)
+    ]
+    boxes = [_grid(density, np.array(bounds) - origin) for density, bounds in grids]
+    return PackedMedia({"Medium": rows, "Grid": boxes}, [_voxels(density) for density, _ in grids])
+
+
+def _inside(scene: Scene, material: Material) -> Medium:
+    if material.interior is not None:
+        return scene.media[material.interior]
+    return Medium(extinction=material.absorption, albedo=(0.0, 0.0, 0.0))
+
+
+def _grid(density: Density, box: Floats) -> dict[str, Any]:
+    # A medium without density is one that nothing is divided by.
+    largest = max(float(density.values.max()), 1e-30)
+    size = density.values.shape[::-1]
+    return {"low": box[0], "largest": largest, "inverse_size": 1 / (box[1] - box[0]), "voxels": size}
+
+
+@lru_cache(maxsize=4)
+def _voxels(density: Density) -> Words:
+    """Texels of each voxel with its neighbours in y, in z, and in both; those at the border are their own."""
+    values = np.pad(density.values, ((0, 1), (0, 1), (0, 0)), mode="edge")
+    corners = values[:-1, :-1], values[:-1, 1:], values[1:, :-1], values[1:, 1:]
+    return np.ascontiguousarray(np.stack(corners, axis=-1)).reshape(-1, 4).view(np.uint32)
+
+
+def _rows(texels: int) -> int:
+    return -(-texels // ROW)
+
+
+def _warn_of_light_from_afar(scene: Scene) -> None:
+    """Nothing passes a fog without an end."""
+    if scene.fog is None:
+        return
+    fog = scene.media[scene.fog.medium]
+    is_lit = scene.environment is not None or scene.directional_lights or max(scene.ambient.radiance) > 0
+    if is_lit and min(fog.sigma_t) > 0 and fog.density is None:
+        warnings.warn(
+            "no light from infinitely far away arrives through [fog], which has no end: environment, ambient and "
+            "directional lights are dark in it; make the medium the interior of a large sphere of model null instead",
+            stacklevel=3,
+        )

@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: MIT
+"""medium/: the phase function, transmittance, and free flights."""
+
+import moderngl
+import numpy as np
+import pytest
+from scipy.interpolate import RegularGridInterpolator
+
+from fragtracer.gpu.probe import probe
+from fragtracer.packing import pack
+from fragtracer.scene import Density, Material, Medium, Scene, Sphere
+
+from .chi_square import assert_fits, chi_square, fit, nodes
+from .domains import Cone
+from .scene_probe import scene_probe
+
+PHASE, MEDIUM = ["medium/phase.glsl"], ["medium/medium.glsl"]
+COEFFICIENTS = (-0.9, -0.3, 0.0, 1e-4, 0.6, 0.95)
+WO = (0.6, 0.0, 0.8)
+COUNT = 1 << 16
+EXTINCTION, ALBEDO = np.array([0.5, 2.0, 6.0]), np.array([0.9, 0.5, 0.3])
+
+
+def henyey_greenstein(g: float, cosine: np.ndarray) -> np.ndarray:
+    return (1 - g**2) / (1 + g**2 - 2 * g * cosine) ** 1.5 / (4 * np.pi)
+
+
+@pytest.mark.parametrize("g", COEFFICIENTS)
+def test_phase_function(ctx: moderngl.Context, g: float) -> None:
+    """Its values, its integral, and the mean cosine of the angle from straight on, which is g."""
+    wi, weights = nodes(Cone(tuple(-x for x in WO), 2.0), (96, 4), (16, 4))
+    value = probe(ctx, PHASE, f"p = phase_eval({g}, vec3{WO}, wi);", {"wi": wi}, {"p": 1})["p"].astype(np.float64)
+    cosine = -wi @ np.array(WO)
+    np.testing.assert_allclose(value, henyey_greenstein(g, cosine), rtol=1e-5)
+    assert value @ weights == pytest.approx(1, abs=2e-5)
+    assert (value * cosine) @ weights == pytest.approx(g, abs=2e-5)
+
+
+def test_phase_samples(ctx: moderngl.Context) -> None:
+    """They have the phase function as their density."""
+    u = np.random.default_rng(1).random((COUNT, 2))
+    fits = {}
+    for g in COEFFICIENTS:
+        wi = probe(ctx, PHASE, f"wi = phase_sample({g}, vec3{WO}, u);", {"u": u}, {"wi": 3})["wi"].astype(np.float64)
+        np.testing.assert_allclose(np.linalg.norm(wi, axis=1), 1, atol=2e-6)
+        axis = np.array(WO) * (-1 if g > 0 else 1)
+        domain = Cone(tuple(axis), 2.0)
+        fits[str(g)] = fit(
+            domain, wi, lambda w, g=g: henyey_greenstein(g, -w @ np.array(WO)), cells=(512, 4), order=(8, 4)
+        )
+    assert_fits(fits)
+
+
+def flights(ctx: moderngl.Context, throughput: np.ndarray, distance: float) -> dict[str, np.ndarray]:
+    medium = f"Medium(vec3{tuple(EXTINCTION.tolist())}, 0.0, vec3{tuple(ALBEDO.tolist())}, 0, -1)"
+    ray, worth = "Ray(vec3(0.0), vec3(1.0))", f"vec3{tuple(throughput.tolist())}"
+    body = f"MediumSample s = medium_sample({medium}, {ray}, {distance}, {worth}, u);\n"
+    body += "t = s.distance; weight = s.weight; scatters = float(s.scatters);"
+    u = np.random.default_rng(2).random((COUNT, 2))
+    found = probe(ctx, MEDIUM, body, {"u": u}, {"t": 1, "weight": 3, "scatters": 1}, {"HAS_MEDIA": 1})
+    return {name: values.astype(np.float64) for name, values in found.items()}
+
+
+@pytest.mark.parametrize("throughput", [(1.0, 1.0, 1.0), (0.2, 1.0, 0.05), (0.0, 0.0, 1.0)])
+def test_free_flights(ctx: moderngl.Context, throughput: tuple[float, float, float]) -> None:
+    """Their density is the mean of those of the channels by what the path is worth in each, and each weight what is
+    scattered, or passes, over that."""
+    worth = np.array(throughput)
+    found = flights(ctx, worth, 0.7)
+    transmittance = np.exp(-EXTINCTION * found["t"][:, None])
+    scatters = found["scatters"] > 0
+    value = np.where(scatters[:, None], ALBEDO * EXTINCTION * transmittance, transmittance)
+    density = np.where(scatters[:, None], EXTINCTION * transmittance, transmittance) @ (worth / worth.sum())
+    np.testing.assert_allclose(found["weight"], value / density[:, None], rtol=2e-6)
+    ends = np.linspace(0, 0.7, 21)
+    passed = np.exp(-np.outer(ends, EXTINCTION)) @ (worth / worth.sum())
+    expected = COUNT * np.append(passed[:-1] - passed[1:], passed[-1])
+    observed = np.append(np.histogram(found["t"][scatters], ends)[0], (~scatters).sum())
+    assert chi_square(observed.astype(float), expected) > 1e-3
+    # Whatever the colours, no weight makes a path worth more than it was.
+    assert ((found["weight"] * worth).sum(1) <= worth.sum() * (1 + 1e-6)).all()
+
+
+def test_light_passes_by_beers_law(ctx: moderngl.Context) -> None:
+    """Also where nothing is extinguished for ever."""
+    medium = "Medium(vec3(0.0, 0.5, 3.0), 0.0, vec3(0.0), 0, -1)"
+    distance = np.array([0.0, 0.1, 1.0, 20.0, 1e30])
+    body = f"t = medium_transmittance({medium}, Ray(vec3(0.0), vec3(1.0)), d, 1u);"
+    found = probe(ctx, MEDIUM, body, {"d": distance}, {"t": 3}, {"HAS_MEDIA": 1})["t"]
+    np.testing.assert_allclose(found, np.exp(-np.outer(distance, (0.0, 0.5, 3.0))), rtol=4e-6, atol=1e-30)
+
+
+def interpolated(values: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Of the unit cube (n, 3), by scipy; beyond the outer centres the value there."""
+    axes = [(np.arange(n) + 0.5) / n for n in values.shape]
+    inside = np.clip(places[:, ::-1], [a[0] for a in axes], [a[-1] for a in axes])
+    single = [len(a) == 1 for a in axes]
+    axes = [np.array([0.5, 1.5]) if one else a for a, one in zip(axes, single, strict=True)]
+    padded = np.pad(values, [(0, int(one)) for one in single], mode="edge")
+    return RegularGridInterpolator(axes, padded)(inside)
+
+
+@pytest.mark.parametrize("shape", [(4, 3, 5), (1, 2, 1)])
+def test_density_is_interpolated_between_voxels(ctx: moderngl.Context, shape: tuple[int, int, int]) -> None:
+    rng = np.random.default_rng(3)
+    values, low, high = rng.random(shape), np.array([-1.0, 2.0, 0.5]), np.array([1.0, 2.5, 4.0])
+    bounds = (tuple(low.tolist()), tuple(high.tolist()))
+    scene = Scene(
+        materials={"cloud": Material(model="null", interior="smoke")},
+        media={"smoke": Medium(density=Density(values), bounds=bounds)},
+        spheres=[Sphere((0.0, 2.0, 0.0), 1.0, "cloud")],
+    )
+    packed = pack(scene, scene.render, 8, 8)
+    unit = rng.random((4096, 3)) * 1.2 - 0.1
+    position = low + unit * (high - low) - packed.origin
+    body = "d = grid_density(grid_load(0), position);"
+    found = scene_probe(ctx, packed, MEDIUM, body, {"position": position}, {"d": 1})["d"]
+    np.testing.assert_allclose(found, interpolated(values, unit), rtol=2e-5, atol=2e-6)
