@@ -17,6 +17,7 @@ _PLACES = {
     "Renderer": "renderer",
     "render": "renderer",
     "view": "apps.viewer",
+    "export_html": "apps.web",
     "read_image": "io.images",
     "write_image": "io.images",
     "FragtracerError": "errors",

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: MIT
+// The page: a poster first, then the scene as it is traced, and what a reader can do with it.
+import { toml } from "./camera";
+import type { Film } from "./film";
+import { listen } from "./input";
+import { Live, type State } from "./live";
+import { Panel, element } from "./panel";
+import { type Payload, decode } from "./payload";
+
+const SHOWN_FROM = 16; // samples of each pixel, at which the traced picture takes the place of the poster
+const SHOWN_AFTER = 3000; // milliseconds after which it does anyway
+
+const find = <T extends HTMLElement>(id: string): T => document.getElementById(id) as T;
+
+interface Api {
+  live: Live;
+  trace(width: number, height: number, spp: number, seed: number): Promise<string[]>;
+  state: State;
+}
+
+async function main(): Promise<void> {
+  const canvas = find<HTMLCanvasElement>("picture");
+  const note = find("note");
+  const gl = canvas.getContext("webgl2", { alpha: false, antialias: false, depth: false, powerPreference: "high-performance" });
+  const missing = whatIsMissing(gl);
+  if (!gl || missing) {
+    note.textContent = `This is a still picture: ${missing}.`;
+    return;
+  }
+  performance.mark("start");
+  const payload = await decode(find("scene").textContent!);
+  await page(new Live(gl, payload), payload, canvas, note);
+}
+
+// Why the scene cannot be traced here, if it cannot.
+function whatIsMissing(gl: WebGL2RenderingContext | null): string {
+  if (!gl) return "this browser has no WebGL 2, which tracing needs";
+  if (!gl.getExtension("EXT_color_buffer_float")) return "this device cannot draw into float textures, which tracing needs";
+  if (gl.getParameter(gl.MAX_TEXTURE_SIZE) < 4096) return "this device has no textures of 4096 texels a side, which the scene needs";
+  if (typeof DecompressionStream === "undefined") return "this browser has no DecompressionStream, by which the scene is unpacked";
+  return "";
+}
+
+async function page(live: Live, payload: Payload, canvas: HTMLCanvasElement, note: HTMLElement): Promise<void> {
+  const { header } = payload;
+  const stage = find("stage");
+  const initial = { camera: live.camera, settings: live.settings };
+  const panel = new Panel(find("controls"), (id, value) => live.set(live.camera, { ...live.settings, [id]: value }));
+  header.controls.forEach((control) => panel.add(control));
+  find("panel").hidden = false;
+
+  let isTouched = false;
+  let firstFrame = 0;
+  const reveal = (): void => stage.classList.add("live");
+  const api: Api = { live, state: { samples: 0, seconds: 0, error: Infinity, speed: 0 }, trace: (...of) => traced(live, ...of) };
+  (window as unknown as { fragtracer: Api }).fragtracer = api;
+
+  live.onFrame = (state, isCoarse) => {
+    api.state = { ...state };
+    if (!firstFrame) {
+      firstFrame = performance.now();
+      performance.mark("first-frame");
+      canvas.tabIndex = 0;
+    }
+    const isGood = state.samples >= SHOWN_FROM || performance.now() - firstFrame > SHOWN_AFTER;
+    if (isTouched || (isGood && !isCoarse)) reveal();
+    find("status").textContent = describe(state);
+  };
+  live.onLoss = (isLost) => {
+    stage.classList.toggle("live", false);
+    note.textContent = isLost ? "The graphics device was lost; the scene goes on when it is back." : "";
+  };
+
+  listen(canvas, (change) => {
+    if (!firstFrame) return;
+    isTouched = true;
+    live.set(change(live.camera), live.settings);
+  });
+  const act = (label: string, key: string, action: () => void): HTMLButtonElement => {
+    const button = element("button", { type: "button", "aria-keyshortcuts": key, title: `Key: ${key}` }, label);
+    button.addEventListener("click", action);
+    document.addEventListener("keydown", (event) => {
+      const isTyping = event.target instanceof HTMLInputElement || event.target instanceof HTMLSelectElement;
+      if (event.key === key && !isTyping && !event.ctrlKey && !event.metaKey && !event.altKey) action();
+    });
+    find("actions").append(button);
+    return button;
+  };
+  const pauseButton = act("Pause", "p", () => {
+    live.setPaused(!live.paused);
+    pauseButton.textContent = live.paused ? "Go on" : "Pause";
+  });
+  act("Reset", "r", () => {
+    live.set(initial.camera, initial.settings);
+    panel.set(live.settings);
+  });
+  act("Save PNG", "s", () => {
+    live.show();
+    canvas.toBlob((blob) => blob && save(blob, `${header.file}.png`), "image/png");
+  });
+  act("Copy camera", "c", () => void copy(toml(live.camera)).then((how) => (note.textContent = how)));
+
+  const resize = (): void => {
+    const box = stage.getBoundingClientRect();
+    const [width, height] = [box.width, box.height].map((side) => Math.max(1, Math.round(side * devicePixelRatio)));
+    if (canvas.width === width && canvas.height === height) return;
+    canvas.width = width;
+    canvas.height = height;
+    live.show();
+    live.restart();
+  };
+  resize();
+  new ResizeObserver(resize).observe(stage);
+  const seen = { tab: !document.hidden, place: true };
+  document.addEventListener("visibilitychange", () => {
+    seen.tab = !document.hidden;
+    live.setOn(seen.tab && seen.place);
+  });
+  new IntersectionObserver((entries) => {
+    seen.place = entries[entries.length - 1].isIntersecting;
+    live.setOn(seen.tab && seen.place);
+  }).observe(stage);
+  live.setOn(seen.tab);
+  await live.run();
+}
+
+function describe({ samples, seconds, error, speed }: State): string {
+  if (!samples) return "";
+  const percent = 100 * error;
+  const parts = [`${samples} samples`, `${seconds.toFixed(seconds < 10 ? 1 : 0)} s`];
+  if (Number.isFinite(percent)) parts.push(`error ${percent.toPrecision(2)} %`);
+  return [...parts, `${(speed / 1e6).toPrecision(3)} M samples/s`].join(" · ");
+}
+
+function save(blob: Blob, name: string): void {
+  const link = element("a", { href: URL.createObjectURL(blob), download: name });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+}
+
+// By the clipboard, or, where a file has none, as a selection.
+async function copy(text: string): Promise<string> {
+  const area = find<HTMLTextAreaElement>("copied");
+  area.value = text;
+  try {
+    await navigator.clipboard.writeText(text);
+    return "The camera is in the clipboard, as the [camera] table of a scene file.";
+  } catch {
+    area.hidden = false;
+    area.select();
+    return "Copy the selected lines: the [camera] table of a scene file.";
+  }
+}
+
+// The three textures of a film in base64, for tests and notebooks.
+async function traced(live: Live, width: number, height: number, spp: number, seed: number): Promise<string[]> {
+  const film: Film = await live.trace(width, height, spp, seed);
+  const texts = [0, 1, 2].map((i) => {
+    const bytes = new Uint8Array(film.read(i).buffer);
+    let text = "";
+    for (let at = 0; at < bytes.length; at += 32768) text += String.fromCharCode(...bytes.subarray(at, at + 32768));
+    return btoa(text);
+  });
+  film.release();
+  return texts;
+}
+
+main().catch((error: unknown) => {
+  find("note").textContent = `This is a still picture: ${error instanceof Error ? error.message : String(error)}`;
+});
