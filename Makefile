@@ -19,7 +19,7 @@ demo: ## render three-spheres, compare it with Mitsuba, and open the viewer wher
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ] && $(BIN)/fragtracer view --help >/dev/null 2>&1; then $(BIN)/fragtracer view; fi
 
 test: ## run all tests; make test ARGS="-k film" runs some
-	@scripts/setup gl window atomic llvm xvfb xdotool glslang
+	@scripts/setup gl window atomic llvm xvfb xdotool glslang chromium
 	$(BIN)/pytest -q -n auto --maxprocesses 4 --dist worksteal $(ARGS)
 
 # The tests that catch most mistakes for their time: layers, records, the shader library, closed forms, a file of each kind.

@@ -8,6 +8,7 @@ import select
 import shutil
 import signal
 import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Mapping, Sequence
@@ -25,6 +26,13 @@ _FLAGS = (
     *("--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--no-first-run", "--remote-debugging-pipe"),
     *("--disable-background-networking", "--hide-scrollbars", "--mute-audio", "--force-color-profile=srgb"),
 )
+# The protocol speaks on descriptors 3 and 4.
+_LAUNCHER = """import fcntl, os, sys
+ends = [fcntl.fcntl(int(end), fcntl.F_DUPFD, 10) for end in sys.argv[1:3]]
+for end, number in zip(ends, (3, 4)):
+    os.dup2(end, number)
+os.execv(sys.argv[3], sys.argv[3:])
+"""
 
 
 class Chromium:
@@ -35,10 +43,9 @@ class Chromium:
         self._profile = tempfile.mkdtemp(prefix="chromium-")
         commands, self._write = os.pipe()
         self._read, answers = os.pipe()
-        # The protocol speaks on descriptors 3 and 4, which the shell makes of whatever numbers the pipes have.
         command = [PROGRAM, *_FLAGS, *DRIVERS[driver], *flags, f"--user-data-dir={self._profile}", "about:blank"]
         self._process = subprocess.Popen(
-            ["sh", "-c", f'exec "$@" 3<&{commands} 4>&{answers}', "sh", *command],
+            [sys.executable, "-c", _LAUNCHER, str(commands), str(answers), *command],
             pass_fds=(commands, answers),
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
@@ -50,6 +57,13 @@ class Chromium:
         self._number = 0
         self._session: str | None = None
         self.events: list[dict[str, Any]] = []  # all that were told so far
+        try:
+            self._attach()
+        except BaseException:
+            self.close()
+            raise
+
+    def _attach(self) -> None:
         (target,) = (t for t in self.call("Target.getTargets")["targetInfos"] if t["type"] == "page")
         found = self.call("Target.attachToTarget", targetId=target["targetId"], flatten=True)
         self._session = found["sessionId"]

@@ -56,6 +56,10 @@ export class Display {
     this.meter ??= await Program.compiled(this.gl, this.vertex, METER);
   }
 
+  knows(tonemap: string): boolean {
+    return [0, 1].every((fits) => this.programs.get(this.key(tonemap, fits)) instanceof Program);
+  }
+
   draw(film: Film, exposure: number, tonemap: string): void {
     const gl = this.gl;
     const { width, height } = gl.canvas;

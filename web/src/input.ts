@@ -15,7 +15,7 @@ export function listen(canvas: HTMLCanvasElement, move: (change: Move) => void):
   const pointers = new Map<number, PointerEvent>();
 
   canvas.addEventListener("pointerdown", (event) => {
-    canvas.focus({ preventScroll: true });
+    canvas.focus({ preventScroll: true, focusVisible: false } as FocusOptions);
     pointers.set(event.pointerId, event);
     canvas.setPointerCapture(event.pointerId);
   });

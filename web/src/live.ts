@@ -27,11 +27,11 @@ export class Live {
   settings: Settings;
   paused = false;
   tracer!: Tracer;
+  shown: Film | null = null;
   onFrame: (state: State, isCoarse: boolean) => void = () => {};
   onLoss: (isLost: boolean) => void = () => {};
   private display!: Display;
   private films = new Map<number, Film>(); // by how many pixels a side share one of its texels
-  private shown: Film | null = null;
   private version = 0; // of camera and settings
   private drawn = -1; // the version that the films are of
   private changed = 0; // when
@@ -149,6 +149,11 @@ export class Live {
 
   private woken(): Promise<void> {
     return new Promise((done) => (this.wake = done));
+  }
+
+  // Whether what it takes for a tone curve is compiled.
+  shows(tonemap: string): boolean {
+    return this.display.knows(tonemap);
   }
 
   private get tonemap(): string {

@@ -6,16 +6,21 @@ import { listen } from "./input";
 import { Live, type State } from "./live";
 import { Panel, element } from "./panel";
 import { type Payload, decode } from "./payload";
+import { randomTexture } from "./random";
 
 const SHOWN_FROM = 16; // samples of each pixel, at which the traced picture takes the place of the poster
 const SHOWN_AFTER = 3000; // milliseconds after which it does anyway
 
 const find = <T extends HTMLElement>(id: string): T => document.getElementById(id) as T;
 
+// For tests and notebooks: `window.fragtracer`. Textures are float32 RGBA in base64, row 0 at the bottom.
 interface Api {
   live: Live;
-  trace(width: number, height: number, spp: number, seed: number): Promise<string[]>;
   state: State;
+  trace(width: number, height: number, spp: number, seed: number): Promise<string[]>;
+  film(): string[]; // what the canvas shows
+  pixels(): string; // of the canvas, as bytes; right after it was drawn
+  randomTexture(): string;
 }
 
 async function main(): Promise<void> {
@@ -52,7 +57,24 @@ async function page(live: Live, payload: Payload, canvas: HTMLCanvasElement, not
   let isTouched = false;
   let firstFrame = 0;
   const reveal = (): void => stage.classList.add("live");
-  const api: Api = { live, state: { samples: 0, seconds: 0, error: Infinity, speed: 0 }, trace: (...of) => traced(live, ...of) };
+  const api: Api = {
+    live,
+    state: { samples: 0, seconds: 0, error: Infinity, speed: 0 },
+    trace: async (...of) => {
+      const film = await live.trace(...of);
+      const texts = textures(film);
+      film.release();
+      return texts;
+    },
+    film: () => textures(live.shown!),
+    pixels: () => {
+      const bytes = new Uint8Array(4 * canvas.width * canvas.height);
+      live.gl.bindFramebuffer(live.gl.FRAMEBUFFER, null);
+      live.gl.readPixels(0, 0, canvas.width, canvas.height, live.gl.RGBA, live.gl.UNSIGNED_BYTE, bytes);
+      return base64(bytes);
+    },
+    randomTexture: () => base64(randomTexture(header.random)),
+  };
   (window as unknown as { fragtracer: Api }).fragtracer = api;
 
   live.onFrame = (state, isCoarse) => {
@@ -152,17 +174,13 @@ async function copy(text: string): Promise<string> {
   }
 }
 
-// The three textures of a film in base64, for tests and notebooks.
-async function traced(live: Live, width: number, height: number, spp: number, seed: number): Promise<string[]> {
-  const film: Film = await live.trace(width, height, spp, seed);
-  const texts = [0, 1, 2].map((i) => {
-    const bytes = new Uint8Array(film.read(i).buffer);
-    let text = "";
-    for (let at = 0; at < bytes.length; at += 32768) text += String.fromCharCode(...bytes.subarray(at, at + 32768));
-    return btoa(text);
-  });
-  film.release();
-  return texts;
+const textures = (film: Film): string[] => [0, 1, 2].map((i) => base64(film.read(i)));
+
+function base64(values: Float32Array | Uint8Array): string {
+  const bytes = new Uint8Array(values.buffer);
+  let text = "";
+  for (let at = 0; at < bytes.length; at += 32768) text += String.fromCharCode(...bytes.subarray(at, at + 32768));
+  return btoa(text);
 }
 
 main().catch((error: unknown) => {

@@ -127,6 +127,7 @@ export class Tracer {
     const now = performance.now();
     const seconds = Math.max(now - Math.max(start, this.last), 0.1) / 1000;
     this.last = now;
+    if (document.hidden) return good; // such a page hears late of it
     this.seconds += seconds;
     const before = Math.max(this.speed, FIRST_BAND / this.budget);
     this.speed = Math.min(samples / seconds, MOST_GROWTH * before);

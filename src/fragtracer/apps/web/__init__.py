@@ -15,7 +15,7 @@ import numpy as np
 from PIL import Image
 
 from fragtracer import __version__
-from fragtracer.apps.web.payload import payload
+from fragtracer.apps.web.payload import scene_payload
 from fragtracer.display.look import Look
 from fragtracer.output import check_writable, replacing
 from fragtracer.renderer import Renderer
@@ -101,7 +101,7 @@ def page(
         poster=_base64(poster.getvalue()),
         width=width,
         height=height,
-        scene=_base64(payload(scene, settings, look)),
+        scene=_base64(scene_payload(scene, settings, look)),
         script=script,
     )
 

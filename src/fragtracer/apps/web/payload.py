@@ -34,7 +34,7 @@ _WHAT = {
 }
 
 
-def payload(scene: Scene, settings: RenderSettings, look: Look) -> bytes:
+def scene_payload(scene: Scene, settings: RenderSettings, look: Look) -> bytes:
     """All that the runner needs of ``scene``, compressed.
 
     Raises
@@ -69,7 +69,7 @@ def payload(scene: Scene, settings: RenderSettings, look: Look) -> bytes:
         "controls": shown,
     }
     text = json.dumps(header, allow_nan=False).encode()
-    return gzip.compress(struct.pack("<I", len(text)) + text + b"".join(blob.parts), 9, mtime=0)
+    return gzip.compress(struct.pack("<I", len(text)) + text + b"".join(blob.parts), 6, mtime=0)
 
 
 def _composed(program: str, packed: PackedScene | None) -> str:
@@ -120,7 +120,7 @@ class _Blob:
         stride = array.shape[-1] * array.itemsize
         plain = np.ascontiguousarray(array).view(np.uint8).reshape(-1, stride)
         apart = np.ascontiguousarray(plain.T)
-        is_smaller = len(zlib.compress(apart.tobytes(), 6)) < len(zlib.compress(plain.tobytes(), 6))
+        is_smaller = len(zlib.compress(apart, 1)) < len(zlib.compress(plain, 1))
         data = (apart if is_smaller else plain).tobytes()
         self.parts.append(data)
         self._size += len(data)

@@ -1,0 +1,233 @@
+# SPDX-License-Identifier: MIT
+"""Pages in a browser: the picture is the desktop's, and the controls do what they say, by real events."""
+
+import base64
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from chromium import Chromium
+
+import fragtracer as ft
+from fragtracer.apps.viewer import camera as moves
+from fragtracer.display.look import Look
+from fragtracer.packing.random_texture import random_texture
+from fragtracer.renderer import Renderer
+from fragtracer.sampling.pixels import Pixels
+from fragtracer.scene import Scene
+
+from .conftest import HAS_STARTED, open_scene, pixels
+
+WIDTH, HEIGHT, SPP, SEED = 64, 48, 8, 3
+MIDDLE = (200.0, 150.0)  # of the picture, in the page of 400 x 500
+
+
+def desktop(scene: Scene, spp: int = SPP, **settings) -> Pixels:
+    """The same samples on the desktop."""
+    settings = {"seed": SEED, "adaptive": "off", "guiding": "off"} | settings
+    with Renderer(scene, (WIDTH, HEIGHT), **settings) as renderer:
+        renderer.sample(spp)
+        with renderer.context:
+            return renderer._film.read()
+
+
+def traced(browser: Chromium, spp: int = SPP) -> Pixels:
+    return pixels(browser.run(f"fragtracer.trace({WIDTH}, {HEIGHT}, {spp}, {SEED})", 120), WIDTH, HEIGHT)
+
+
+def assert_same(found: Pixels, expected: Pixels, nearly_all: float = 0.99) -> None:
+    """Every pixel has all its samples, and nearly all have the same paths: what they differ by is rounding. In others
+    rounding has sent a path elsewhere, which leaves the mean as it is but for noise."""
+    assert (found.mean[..., 3] + found.variance[..., 3] == expected.mean[..., 3] + expected.variance[..., 3]).all()
+    mean, other = found.mean[..., :3].astype(np.float64), expected.mean[..., :3].astype(np.float64)
+    size = np.abs(other).max(axis=2) + 1e-3 * np.abs(other).mean()
+    assert (np.abs(mean - other).max(axis=2) < 2**-10 * size).mean() > nearly_all
+    error = np.linalg.norm(expected.standard_error().mean(axis=(0, 1))) / mean.size**0.5
+    assert np.abs(mean.mean() - other.mean()) < 4 * error
+
+
+@pytest.mark.parametrize("name", ["three-spheres", "grille"])
+def test_the_picture_is_that_of_the_desktop(opened, name):
+    """The program, records, BVH, images, environment and random numbers are the same, and the driver too."""
+    assert_same(traced(opened(ft.load(name))), desktop(ft.load(name)))
+
+
+def test_the_picture_is_that_of_another_driver(swiftshader, tmp_path):
+    scene = ft.load("three-spheres")
+    open_scene(swiftshader, scene, tmp_path)
+    assert_same(traced(swiftshader), desktop(scene))
+
+
+def test_the_random_numbers_are_those_of_the_desktop(opened):
+    found = opened(ft.load("cornell-box")).run("fragtracer.randomTexture()")
+    assert base64.b64decode(found) == random_texture().tobytes()
+
+
+def test_the_display_is_that_of_the_desktop(opened):
+    """Exposure, tone curve and transfer function, by the shader that the window has too."""
+    browser = opened(ft.load("three-spheres"))
+    browser.wait("fragtracer.state.samples > 0")
+    browser.run("fragtracer.live.setPaused(true)")
+    set_control(browser, "exposure", 1.5)
+    for tonemap in ("reinhard", "aces", "agx", "linear"):
+        set_control(browser, "tonemap", tonemap)
+        browser.wait(f"fragtracer.live.shows('{tonemap}')")
+        width, height = browser.run("[picture.width, picture.height]")
+        film = pixels(browser.run("fragtracer.film()"), width, height)
+        shown = base64.b64decode(browser.run("fragtracer.live.show(), fragtracer.pixels()"))
+        found = np.frombuffer(shown, np.uint8).reshape(height, width, 4)[::-1, :, :3]
+        expected = 255 * Look(1.5, tonemap).show(np.ascontiguousarray(film.mean[..., :3]))
+        assert np.abs(found - expected).max() <= 1
+
+
+def test_settings_do_what_they_say(opened):
+    """By real events on the sliders; the sky turns with its sun, in a program that was compiled for another."""
+    scene = ft.load("sun-sky")
+    browser = opened(scene)
+    for name, value in {"rotation": 40, "strength": 0.08, "bounces": 2, "light_samples": 3}.items():
+        set_control(browser, name, value)
+    browser.wait("fragtracer.state.samples > 0")
+    environment = replace(scene.environment, rotation_degrees=40, strength=0.08)
+    found = traced(browser, 4)
+    expected = desktop(replace(scene, environment=environment), 4, bounces=2, light_samples=3)
+    assert_same(found, expected, nearly_all=0.98)
+
+
+def set_control(browser: Chromium, name: str, value: float | str) -> None:
+    browser.run(
+        f"(() => {{ const field = document.getElementById('control-{name}'); field.value = '{value}';"
+        "field.dispatchEvent(new Event('input', {bubbles: true})); })()"
+    )
+
+
+def camera_of(browser: Chromium) -> ft.Camera:
+    return ft.Camera(**browser.run("fragtracer.live.camera"))
+
+
+def assert_camera(browser: Chromium, expected: ft.Camera) -> None:
+    found = camera_of(browser)
+    np.testing.assert_allclose(found.position, expected.position, atol=1e-9)
+    np.testing.assert_allclose(found.target, expected.target, atol=1e-9)
+
+
+def test_keys_and_mouse_move_the_camera_as_in_the_window(opened):
+    scene = ft.load("cornell-box")
+    browser = opened(scene)
+    browser.run("picture.focus()")
+    browser.key("ArrowRight")
+    expected = moves.orbit(scene.camera, np.pi / 36, 0)
+    assert_camera(browser, expected)
+    browser.key("+")
+    expected = moves.dolly(expected, 1 / 1.1)
+    assert_camera(browser, expected)
+    height = browser.run("picture.clientHeight")
+    browser.drag(MIDDLE, (MIDDLE[0] + 40, MIDDLE[1] + 20))
+    expected = moves.orbit(expected, 2 * np.pi * 40 / height, 2 * np.pi * 20 / height)
+    assert_camera(browser, expected)
+    browser.drag(MIDDLE, (MIDDLE[0] + 40, MIDDLE[1] + 20), "right")
+    expected = moves.pan(expected, 40 / height, 20 / height)
+    assert_camera(browser, expected)
+    browser.mouse("mouseWheel", *MIDDLE, {"deltaX": 0, "deltaY": 100})
+    assert_camera(browser, moves.dolly(expected, np.exp(0.15)))
+    browser.wait("stage.classList.contains('live')")  # at once, not when the picture is as good as the poster
+    browser.key("r")
+    assert_camera(browser, scene.camera)
+
+
+def test_fingers_move_the_camera(opened):
+    scene = ft.load("cornell-box")
+    browser = opened(scene)
+    browser.resize(390, 700, 2, mobile=True)
+    height = browser.run("picture.clientHeight")
+    x, y = 190.0, 150.0
+    browser.touch("touchStart", (x, y))
+    browser.touch("touchMove", (x + 30, y))
+    browser.touch("touchEnd")
+    expected = moves.orbit(scene.camera, 2 * np.pi * 30 / height, 0)
+    assert_camera(browser, expected)
+    browser.touch("touchStart", (x, y), (x + 60, y))
+    browser.touch("touchMove", (x - 30, y), (x + 90, y))
+    browser.touch("touchEnd")
+    moved = camera_of(browser)
+    distance = [np.linalg.norm(np.subtract(c.position, c.target)) for c in (moved, expected)]
+    np.testing.assert_allclose(distance[0] / distance[1], 60 / 120)
+    browser.resize(400, 500)
+
+
+def test_the_camera_that_is_copied_can_be_loaded(opened, tmp_path):
+    scene = ft.load("cornell-box")
+    browser = opened(scene)
+    browser.run("picture.focus()")
+    browser.key("ArrowLeft")
+    browser.key("c")
+    browser.wait("copied.value")
+    text = browser.run("copied.value")
+    path = tmp_path / "scene.toml"
+    path.write_text(text + "[ambient]\nradiance = [1, 1, 1]\n")
+    np.testing.assert_allclose(ft.load(path).camera.position, camera_of(browser).position, rtol=1e-7)
+
+
+def test_a_lost_context_comes_back(opened):
+    browser = opened(ft.load("three-spheres"))
+    browser.run("window.loss = fragtracer.live.gl.getExtension('WEBGL_lose_context'); loss.loseContext()")
+    browser.wait("note.textContent.includes('lost')")
+    assert not browser.run("stage.classList.contains('live')")  # the poster is there
+    browser.run("window.version = fragtracer.live.shown; loss.restoreContext()")
+    browser.wait("!note.textContent && fragtracer.live.shown && fragtracer.live.shown !== version")
+    assert_same(traced(browser, 4), desktop(ft.load("three-spheres"), 4))
+
+
+def test_a_hidden_page_rests_and_goes_on(opened):
+    browser = opened(ft.load("three-spheres"))
+    browser.wait("fragtracer.state.samples > 1")
+    other = browser.call("Target.createTarget", url="about:blank")["targetId"]
+    try:
+        browser.wait("document.hidden")
+        before = browser.run("fragtracer.live.shown.samples")
+        time.sleep(1)
+        assert browser.run("fragtracer.live.shown.samples") <= before + 2  # those that had begun
+    finally:
+        browser.call("Target.closeTarget", targetId=other)
+    browser.wait("!document.hidden")
+    browser.wait(f"fragtracer.live.shown.samples > {before + 2}")
+
+
+def test_another_size_of_the_window_is_another_picture(opened):
+    browser = opened(ft.load("cornell-box"))
+    browser.resize(300, 400)
+    browser.wait("picture.width === Math.round(stage.getBoundingClientRect().width)")
+    browser.wait("fragtracer.state.samples > 0 && fragtracer.live.shown.width === picture.width")
+    browser.resize(400, 500)
+
+
+def test_a_page_without_float_textures_keeps_its_poster(mesa, tmp_path):
+    """And says why, as one without JavaScript does."""
+    scene = ft.load("cornell-box")
+    source = "WebGL2RenderingContext.prototype.getExtension = () => null"
+    script = mesa.call("Page.addScriptToEvaluateOnNewDocument", source=source)["identifier"]
+    with pytest.raises(TimeoutError):
+        open_quickly(mesa, scene, tmp_path)
+    assert mesa.run("note.textContent").startswith(
+        "This is a still picture: this device cannot draw into float textures"
+    )
+    assert mesa.run("poster.naturalWidth") == 48
+    mesa.call("Page.removeScriptToEvaluateOnNewDocument", identifier=script)
+    assert mesa.problems() == []
+
+
+def open_quickly(browser: Chromium, scene: Scene, folder: Path) -> None:
+    wait = browser.wait
+    browser.wait = lambda condition, timeout=60: wait(condition, 1 if condition == HAS_STARTED else timeout)  # type: ignore[method-assign]
+    try:
+        open_scene(browser, scene, folder)
+    finally:
+        del browser.wait  # type: ignore[method-assign]
+
+
+def test_a_hostile_name_does_nothing(opened):
+    name = "</script><script>window.alarm = 1</script><img src=x onerror='window.alarm = 1'>"
+    browser = opened(replace(ft.load("cornell-box"), name=name))
+    assert browser.run("document.title") == name
+    assert browser.run("window.alarm") is None
