@@ -9,15 +9,30 @@ const KEY_TURN = Math.PI / 36;
 const KEY_PAN = 0.03; // of the picture's height
 const KEY_DOLLY = 1.1;
 
+const CLICK = 4; // CSS pixels
+
+const isNear = (a: PointerEvent, b: PointerEvent): boolean =>
+  Math.hypot(a.clientX - b.clientX, a.clientY - b.clientY) < CLICK;
+
 export type Move = (camera: Camera) => Camera;
 
-export function listen(canvas: HTMLCanvasElement, move: (change: Move) => void): void {
+export function listen(
+  canvas: HTMLCanvasElement,
+  move: (change: Move) => void,
+  pick: (x: number, y: number) => void, // from 0 to 1, x to the right and y down
+): void {
   const pointers = new Map<number, PointerEvent>();
+  let first: PointerEvent | null = null; // while it may still be a click
 
   canvas.addEventListener("pointerdown", (event) => {
     canvas.focus({ preventScroll: true, focusVisible: false } as FocusOptions);
+    first = pointers.size || event.button ? null : event;
     pointers.set(event.pointerId, event);
     canvas.setPointerCapture(event.pointerId);
+  });
+  canvas.addEventListener("pointerup", (event) => {
+    if (first && isNear(first, event)) pick(event.offsetX / canvas.clientWidth, event.offsetY / canvas.clientHeight);
+    first = null;
   });
   for (const end of ["pointerup", "pointercancel"] as const)
     canvas.addEventListener(end, (event) => pointers.delete(event.pointerId));
@@ -25,7 +40,8 @@ export function listen(canvas: HTMLCanvasElement, move: (change: Move) => void):
 
   canvas.addEventListener("pointermove", (event) => {
     const before = pointers.get(event.pointerId);
-    if (!before) return;
+    if (!before || (first && isNear(first, event))) return;
+    first = null;
     const height = canvas.clientHeight;
     const [right, down] = [(event.clientX - before.clientX) / height, (event.clientY - before.clientY) / height];
     const others = [...pointers.values()].filter(({ pointerId }) => pointerId !== event.pointerId);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Draws for as long as nothing changes: after a change coarsely first, so that it is seen at once, then finer.
 import * as cameras from "./camera";
-import { type Settings, changes } from "./controls";
+import { type Settings, changes, isTraced } from "./controls";
 import { Display } from "./display";
 import { Film } from "./film";
 import { type Gl, pause } from "./gl";
@@ -65,7 +65,7 @@ export class Live {
   }
 
   set(camera: Camera, settings: Settings): void {
-    const traced = this.payload.header.controls.some(({ id, targets }) => targets.length && settings[id] !== this.settings[id]);
+    const traced = this.payload.header.controls.some((control) => isTraced(control) && settings[control.id] !== this.settings[control.id]);
     const shown = this.tonemap !== settings.tonemap;
     const moved = camera !== this.camera;
     this.camera = camera;
@@ -121,8 +121,9 @@ export class Live {
       const version = this.version;
       if (this.drawn !== version) await this.begin(version);
       const goesOn = async (): Promise<boolean> => {
-        while ((this.paused || !this.isOn) && !this.isEnded && this.isReady) await this.woken();
-        return version === this.version && !this.isEnded && this.isReady;
+        const isValid = (): boolean => version === this.version && !this.isEnded && this.isReady;
+        while (isValid() && (this.paused || !this.isOn)) await this.woken();
+        return isValid();
       };
       await this.refine(goesOn);
     }
@@ -131,6 +132,7 @@ export class Live {
   // The film after `spp` samples of each pixel of a picture of its own, seen by `camera`.
   async trace(width: number, height: number, spp: number, seed: number): Promise<Film> {
     this.setPaused(true);
+    while (this.drawn !== this.version) await pause(5);
     await this.tracer.settle();
     const film = new Film(this.gl, width, height);
     this.tracer.set({ ...this.view(width, height), u_seed: seed });
@@ -138,8 +140,13 @@ export class Live {
       await this.tracer.pass(film, Math.min(this.tracer.rays(film), spp - film.samples), async () => true);
     await this.tracer.settle();
     this.tracer.set({ u_seed: this.payload.header.seed });
-    this.drawn = -1;
     return film;
+  }
+
+  // The material in a place of the picture: x to the right and y down, from 0 to 1.
+  async pick(x: number, y: number): Promise<number> {
+    const { width, height } = this.size;
+    return this.tracer.pick([2 * x - 1, 1 - 2 * y], this.view(width, height));
   }
 
   show(): void {
@@ -161,9 +168,9 @@ export class Live {
   }
 
   private async begin(version: number): Promise<void> {
-    const { uniforms, words } = changes(this.payload.header.controls, this.settings);
+    const { uniforms, edits } = changes(this.payload.header.controls, this.settings);
     this.tracer.set(uniforms);
-    await this.tracer.edit(words);
+    await this.tracer.edit(edits);
     for (const film of this.films.values()) film.samples = 0;
     this.state = { samples: 0, seconds: 0, error: Infinity, speed: this.state.speed };
     this.drawn = version;

@@ -2,10 +2,10 @@
 // The page: a poster first, then the scene as it is traced, and what a reader can do with it.
 import { toml } from "./camera";
 import type { Film } from "./film";
-import { listen } from "./input";
+import { type Move, listen } from "./input";
 import { Live, type State } from "./live";
 import { Panel, element } from "./panel";
-import { type Payload, decode } from "./payload";
+import { type Control, type Payload, decode } from "./payload";
 import { randomTexture } from "./random";
 
 const SHOWN_FROM = 16; // samples of each pixel, at which the traced picture takes the place of the poster
@@ -17,6 +17,7 @@ const find = <T extends HTMLElement>(id: string): T => document.getElementById(i
 interface Api {
   live: Live;
   state: State;
+  controls: Control[];
   trace(width: number, height: number, spp: number, seed: number): Promise<string[]>;
   film(): string[]; // what the canvas shows
   pixels(): string; // of the canvas, as bytes; right after it was drawn
@@ -50,8 +51,10 @@ async function page(live: Live, payload: Payload, canvas: HTMLCanvasElement, not
   const { header } = payload;
   const stage = find("stage");
   const initial = { camera: live.camera, settings: live.settings };
-  const panel = new Panel(find("controls"), (id, value) => live.set(live.camera, { ...live.settings, [id]: value }));
-  header.controls.forEach((control) => panel.add(control));
+  const change = (id: string, value: number | string): void => live.set(live.camera, { ...live.settings, [id]: value });
+  const panel = new Panel(find("controls"), change);
+  const objectPanel = new Panel(find("object"), change);
+  header.controls.filter(({ object }) => object === undefined).forEach((control) => panel.add(control, control.value));
   find("panel").hidden = false;
 
   let isTouched = false;
@@ -60,6 +63,7 @@ async function page(live: Live, payload: Payload, canvas: HTMLCanvasElement, not
   const api: Api = {
     live,
     state: { samples: 0, seconds: 0, error: Infinity, speed: 0 },
+    controls: header.controls,
     trace: async (...of) => {
       const film = await live.trace(...of);
       const texts = textures(film);
@@ -93,11 +97,21 @@ async function page(live: Live, payload: Payload, canvas: HTMLCanvasElement, not
     note.textContent = isLost ? "The graphics device was lost; the scene goes on when it is back." : "";
   };
 
-  listen(canvas, (change) => {
+  const move = (how: Move): void => {
     if (!firstFrame) return;
     isTouched = true;
-    live.set(change(live.camera), live.settings);
-  });
+    live.set(how(live.camera), live.settings);
+  };
+  const pick = async (x: number, y: number): Promise<void> => {
+    if (!firstFrame) return;
+    const number = await live.pick(x, y);
+    const own = header.controls.filter(({ object }) => object === number);
+    objectPanel.clear();
+    own.forEach((control) => objectPanel.add(control, live.settings[control.id]));
+    find("picked").textContent = own.length ? String(own[0].name) : "Nothing here can be changed.";
+    find("picking").hidden = false;
+  };
+  listen(canvas, move, (x, y) => void pick(x, y));
   const act = (label: string, key: string, action: () => void): HTMLButtonElement => {
     const button = element("button", { type: "button", "aria-keyshortcuts": key, title: `Key: ${key}` }, label);
     button.addEventListener("click", action);
@@ -115,6 +129,7 @@ async function page(live: Live, payload: Payload, canvas: HTMLCanvasElement, not
   act("Reset", "r", () => {
     live.set(initial.camera, initial.settings);
     panel.set(live.settings);
+    objectPanel.set(live.settings);
   });
   act("Save PNG", "s", () => {
     live.show();

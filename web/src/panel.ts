@@ -22,21 +22,27 @@ export class Panel {
     private readonly change: (id: string, value: number | string) => void,
   ) {}
 
-  add(control: Control): void {
+  add(control: Control, value: number | string): void {
     const id = `control-${control.id}`;
     const output = element("output", { for: id });
-    const input = control.choices ? this.choice(id, control.choices) : this.slider(id, control);
+    const isNumber = typeof control.value === "number";
+    const input = control.choices ? this.choice(id, control.choices) : isNumber ? this.slider(id, control) : this.color(id);
     const show = (): void => {
-      output.textContent = control.choices ? "" : input.value + (control.unit ? ` ${control.unit}` : "");
+      output.textContent = isNumber ? input.value + (control.unit ? ` ${control.unit}` : "") : "";
     };
-    input.value = String(control.value);
+    input.value = String(value);
     input.addEventListener("input", () => {
       show();
-      this.change(control.id, control.choices ? input.value : Number(input.value));
+      this.change(control.id, isNumber ? Number(input.value) : input.value);
     });
     show();
     this.parent.append(element("label", { for: id }, control.label), input, output);
     this.fields.set(control.id, { input, show });
+  }
+
+  clear(): void {
+    this.parent.replaceChildren();
+    this.fields.clear();
   }
 
   set(settings: Settings): void {
@@ -48,6 +54,10 @@ export class Panel {
 
   private choice(id: string, choices: string[]): HTMLSelectElement {
     return element("select", { id }, ...choices.map((name) => element("option", { value: name }, name)));
+  }
+
+  private color(id: string): HTMLInputElement {
+    return element("input", { id, type: "color" });
   }
 
   private slider(id: string, { min, max, step }: Control): HTMLInputElement {

@@ -27,17 +27,32 @@ export interface Camera {
   focus_distance: number | null;
 }
 
-// A run of words of u_scene, or a uniform, that a control changes.
+// A metallic-roughness material: words of u_scene of its record and of that of its textures, and what is in them.
+export interface Surface {
+  words: Record<"diffuse" | "alpha" | "f0" | "f90", number>;
+  maps: Partial<Record<"albedo" | "roughness" | "metallic", number>>;
+  before: { diffuse: Vector; alpha: number; f0: Vector; f90: Vector };
+  albedo: Vector;
+  roughness: number;
+  metallic: number;
+  dielectric_f0: Vector;
+  dielectric_f90: Vector;
+}
+
+// What a control changes: a uniform, a run of words of a table, or a surface.
 export interface Target {
   uniform?: string;
-  word?: number; // of u_scene
+  table?: string; // u_scene if it is left out
+  word?: number;
   value?: number[]; // what it is without the control
+  exponent?: number; // of the factor of "scale"; 1 if it is left out
+  surface?: Surface;
 }
 
 export interface Control {
   id: string;
   label: string;
-  effect: "set" | "turn" | "scale" | "exposure" | "tonemap";
+  effect: "set" | "turn" | "scale" | "surface" | "exposure" | "tonemap";
   value: number | string;
   min?: number;
   max?: number;
@@ -45,6 +60,8 @@ export interface Control {
   choices?: string[];
   unit?: string;
   targets: Target[];
+  object?: number; // the material that it belongs to
+  name?: string; // of that material
 }
 
 export interface Header {
@@ -53,6 +70,7 @@ export interface Header {
   seed: number;
   vertex: string;
   fragment: string;
+  pick: string; // takes the place of the outputs and main() of `fragment`
   display: string;
   constants: [number, string][]; // lines of `fragment` with the scene compiled in, for renderers in software
   kept: string[]; // uniforms that these leave

@@ -2,6 +2,7 @@
 // The path tracing program with its scene, as src/fragtracer/gpu/tracer.py: passes cut into bands by measured time.
 import { Film, SAMPLERS } from "./film";
 import { type Gl, Program, finished, newTexture, targetOf } from "./gl";
+import type { Edit } from "./controls";
 import type { Header, Payload, Table, Values } from "./payload";
 import { randomTexture } from "./random";
 
@@ -23,7 +24,8 @@ export class Tracer {
   private general: Promise<Program> | null = null; // the program that reads the whole scene from textures
   private readonly textures = new Map<string, WebGLTexture>();
   private readonly dummies = new Map<number, WebGLTexture>();
-  private readonly words: Uint32Array; // of u_scene
+  private readonly words: Record<string, Uint32Array>; // of tables that may change
+  private picker: Promise<Program> | null = null;
   private uniforms: Record<string, Values>;
   private pending: { done: Promise<boolean>; samples: number; start: number }[] = [];
   private last = 0; // when the last band was found finished
@@ -38,8 +40,11 @@ export class Tracer {
     this.isSoftware = /swiftshader|llvmpipe|softpipe|basic render/i.test(name);
     this.uniforms = { ...header.uniforms, u_has_work: 0, u_stage: 0 };
     for (const table of header.tables) this.textures.set(table.name, this.upload(table, payload));
-    const scene = header.tables.find((table) => table.name === "u_scene")!;
-    this.words = new Uint32Array(payload.bytes(scene.parts[0]).buffer);
+    const words = (name: string): Uint32Array => {
+      const table = header.tables.find((known) => known.name === name);
+      return new Uint32Array(table ? (payload.bytes(table.parts[0]).buffer as ArrayBuffer) : []);
+    };
+    this.words = { u_scene: words("u_scene"), u_shapes: words("u_shapes") };
     this.textures.set("u_random_texture", this.uploadRandom());
   }
 
@@ -54,19 +59,47 @@ export class Tracer {
     Object.assign(this.uniforms, uniforms);
   }
 
-  // Other values for words of u_scene. Constants have no place for them: the program is then the general one.
-  async edit(changes: { word: number; values: number[] }[]): Promise<void> {
-    const floats = new Float32Array(this.words.buffer);
-    const changed = changes.filter(({ word, values }) => values.some((v, i) => floats[word + i] !== Math.fround(v)));
+  // Other values for words of tables. Constants have no place for them: the program is then the general one.
+  async edit(edits: Edit[]): Promise<void> {
+    const changed = edits.filter(({ table, word, values }) => {
+      const floats = new Float32Array(this.words[table].buffer);
+      return values.some((value, i) => floats[word + i] !== Math.fround(value));
+    });
     if (!changed.length) return;
-    for (const { word, values } of changed) floats.set(values, word);
-    this.put(this.textures.get("u_scene")!, "uint", new Uint8Array(this.words.buffer), 0);
+    for (const { table, word, values } of changed) new Float32Array(this.words[table].buffer).set(values, word);
+    for (const table of new Set(changed.map((edit) => edit.table)))
+      this.put(this.textures.get(table)!, "uint", new Uint8Array(this.words[table].buffer), 0);
     if (this.isSoftware) {
       this.general ??= Program.compiled(this.gl, this.header.vertex, this.header.fragment);
       const program = await this.general;
       if (program !== this.program) this.speed = 0;
       this.program = program;
     }
+  }
+
+  // The number of the material that is seen in a place, in [-1, 1]^2 with y up, or -1.
+  async pick(place: [number, number], view: Record<string, Values>): Promise<number> {
+    const { gl, header } = this;
+    const { fragment, vertex } = header;
+    const head = fragment.slice(0, fragment.lastIndexOf("layout(location = 0) out"));
+    this.picker ??= Program.compiled(gl, vertex, head + header.pick);
+    const program = await this.picker;
+    const texture = newTexture(gl, gl.TEXTURE_2D);
+    gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGBA32F, 1, 1);
+    const framebuffer = gl.createFramebuffer()!;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
+    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, texture, 0);
+    gl.viewport(0, 0, 1, 1);
+    gl.disable(gl.SCISSOR_TEST);
+    program.use();
+    program.set({ ...this.uniforms, ...view, u_place: place });
+    this.bind(program, []);
+    program.draw();
+    const found = new Float32Array(4);
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.FLOAT, found);
+    gl.deleteFramebuffer(framebuffer);
+    gl.deleteTexture(texture);
+    return found[0];
   }
 
   // How many paths a pass should have: as many as fill a band or so.
@@ -108,17 +141,20 @@ export class Tracer {
   }
 
   private draw(film: Film, rays: number, row: number, rows: number): void {
-    const gl = this.gl;
     this.program.use();
     this.program.set({ ...this.uniforms, u_rays: rays });
-    this.program.samplers.forEach(({ name, type }, unit) => {
-      const target = targetOf(gl, type);
-      gl.activeTexture(gl.TEXTURE0 + unit);
-      const texture = this.textures.get(name) ?? film.textures[SAMPLERS.indexOf(name)] ?? this.dummy(type);
-      gl.bindTexture(target, texture);
-    });
+    this.bind(this.program, film.textures);
     film.useBack(row, rows);
     this.program.draw();
+  }
+
+  private bind(program: Program, film: WebGLTexture[]): void {
+    const gl = this.gl;
+    program.samplers.forEach(({ name, type }, unit) => {
+      gl.activeTexture(gl.TEXTURE0 + unit);
+      const texture = this.textures.get(name) ?? film[SAMPLERS.indexOf(name)] ?? this.dummy(type);
+      gl.bindTexture(targetOf(gl, type), texture);
+    });
   }
 
   private async learn(): Promise<boolean> {

@@ -13,6 +13,7 @@ from chromium import Chromium
 import fragtracer as ft
 from fragtracer.apps.viewer import camera as moves
 from fragtracer.display.look import Look
+from fragtracer.display.tone import srgb_decode
 from fragtracer.packing.random_texture import random_texture
 from fragtracer.renderer import Renderer
 from fragtracer.sampling.pixels import Pixels
@@ -34,7 +35,7 @@ def desktop(scene: Scene, spp: int = SPP, **settings) -> Pixels:
 
 
 def traced(browser: Chromium, spp: int = SPP) -> Pixels:
-    return pixels(browser.run(f"fragtracer.trace({WIDTH}, {HEIGHT}, {spp}, {SEED})", 120), WIDTH, HEIGHT)
+    return pixels(browser.run(f"fragtracer.trace({WIDTH}, {HEIGHT}, {spp}, {SEED})", 60), WIDTH, HEIGHT)
 
 
 def assert_same(found: Pixels, expected: Pixels, nearly_all: float = 0.99) -> None:
@@ -88,7 +89,6 @@ def test_settings_do_what_they_say(opened):
     browser = opened(scene)
     for name, value in {"rotation": 40, "strength": 0.08, "bounces": 2, "light_samples": 3}.items():
         set_control(browser, name, value)
-    browser.wait("fragtracer.state.samples > 0")
     environment = replace(scene.environment, rotation_degrees=40, strength=0.08)
     found = traced(browser, 4)
     expected = desktop(replace(scene, environment=environment), 4, bounces=2, light_samples=3)
@@ -185,13 +185,14 @@ def test_a_hidden_page_rests_and_goes_on(opened):
     other = browser.call("Target.createTarget", url="about:blank")["targetId"]
     try:
         browser.wait("document.hidden")
+        time.sleep(1.2)  # what had begun is finished, of which a hidden page hears once a second
         before = browser.run("fragtracer.live.shown.samples")
-        time.sleep(1)
-        assert browser.run("fragtracer.live.shown.samples") <= before + 2  # those that had begun
+        time.sleep(0.8)
+        assert browser.run("fragtracer.live.shown.samples") == before
     finally:
         browser.call("Target.closeTarget", targetId=other)
     browser.wait("!document.hidden")
-    browser.wait(f"fragtracer.live.shown.samples > {before + 2}")
+    browser.wait(f"fragtracer.live.shown.samples > {before}")
 
 
 def test_another_size_of_the_window_is_another_picture(opened):
@@ -231,3 +232,41 @@ def test_a_hostile_name_does_nothing(opened):
     browser = opened(replace(ft.load("cornell-box"), name=name))
     assert browser.run("document.title") == name
     assert browser.run("window.alarm") is None
+
+
+def test_a_picked_object_can_be_changed(opened):
+    """By a click, and as if the scene had been written that way: another surface, under a larger and stronger light."""
+    scene = ft.load("three-spheres")
+    browser = opened(scene)
+    click(browser, *place_of(browser, scene.camera, scene.spheres[0].center))
+    browser.wait("picked.textContent === 'plastic'")
+    controls = browser.run("[...object.querySelectorAll('input')].map((input) => [input.type, input.id])")
+    (_, albedo), (_, roughness), (_, metallic) = controls
+    for name, value in ((albedo, "#40c080"), (roughness, 0.4), (metallic, 0.75)):
+        set_control(browser, name.removeprefix("control-"), value)
+    lights = {c["id"].split("-")[0]: c["id"] for c in browser.run("fragtracer.controls") if "object" in c}
+    browser.run(
+        "fragtracer.live.set(fragtracer.live.camera, "
+        f"{{...fragtracer.live.settings, '{lights['power']}': 2, '{lights['size']}': 3}})"
+    )
+    color = tuple(srgb_decode(np.array([0x40, 0xC0, 0x80], np.float32) / 255).tolist())
+    plastic = replace(scene.materials["plastic"], albedo=color, metallic=0.75, roughness=0.4)
+    (light,) = scene.lights
+    light = replace(light, power=tuple(2 * watts for watts in light.power), radius=3 * light.radius)
+    expected = desktop(replace(scene, materials=dict(scene.materials) | {"plastic": plastic}, lights=(light,)))
+    assert_same(traced(browser), expected)
+    browser.run("picture.focus()")
+    browser.key("r")
+    assert_same(traced(browser), desktop(scene))
+
+
+def place_of(browser: Chromium, camera: ft.Camera, point) -> tuple[float, float]:
+    box = browser.run("(({left, top, width, height}) => [left, top, width, height])(picture.getBoundingClientRect())")
+    x, y = moves.project(camera, point, 48 / 32)
+    return box[0] + x * box[2], box[1] + y * box[3]
+
+
+def click(browser: Chromium, x: float, y: float) -> None:
+    held = {"button": "left", "buttons": 1, "clickCount": 1}
+    browser.mouse("mousePressed", x, y, held)
+    browser.mouse("mouseReleased", x, y, {**held, "buttons": 0})

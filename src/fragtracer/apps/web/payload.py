@@ -6,6 +6,7 @@ import json
 import struct
 import zlib
 from dataclasses import asdict
+from importlib.resources import files
 from typing import Any
 
 import numpy as np
@@ -58,6 +59,7 @@ def scene_payload(scene: Scene, settings: RenderSettings, look: Look) -> bytes:
         "seed": settings.seed,
         "vertex": _composed("fullscreen.vert", None),
         "fragment": fragment,
+        "pick": files("fragtracer.apps.web").joinpath("pick.glsl").read_text(encoding="utf-8"),
         "display": _composed("display/display.frag", None),
         "constants": _changes(fragment, specialise(packed, Level.SCENE, kept).apply(fragment)),
         "path_rounds": packed.path_rounds,
@@ -120,7 +122,7 @@ class _Blob:
         stride = array.shape[-1] * array.itemsize
         plain = np.ascontiguousarray(array).view(np.uint8).reshape(-1, stride)
         apart = np.ascontiguousarray(plain.T)
-        is_smaller = len(zlib.compress(apart, 1)) < len(zlib.compress(plain, 1))
+        is_smaller = len(zlib.compress(apart.data, 1)) < len(zlib.compress(plain.data, 1))
         data = (apart if is_smaller else plain).tobytes()
         self.parts.append(data)
         self._size += len(data)
