@@ -78,7 +78,7 @@ def main():
             for name in names:
                 scene = ft.load(name)
                 path = Path(there) / "page.html"
-                path.write_text(page(scene, (32, 24), 1), encoding="utf-8")
+                path.write_text(page(scene, (32, 24), 1).text, encoding="utf-8")
                 browser.open(path)
                 browser.wait("window.fragtracer && fragtracer.live.shown", 120)
                 found = np.array([browser_image(browser, seed) for seed in range(SEEDS)])

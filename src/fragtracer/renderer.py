@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """From a scene to an image: progressive rendering with as many samples as asked for."""
 
+import io
 import time
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
@@ -10,8 +11,10 @@ from types import TracebackType
 from typing import Any, Literal, Self
 
 import numpy as np
+import PIL.Image
 from numpy.typing import NDArray
 
+from fragtracer.display.look import Look
 from fragtracer.gpu.accumulation import Accumulation
 from fragtracer.gpu.context import create_context, describe, is_software
 from fragtracer.gpu.specialise import MOST_LISTED, Level
@@ -241,6 +244,13 @@ class Renderer:
         made_by = {"software": f"fragtracer {__version__}", "scene": self.scene.name}
         counts |= {"guiding_decision": self._decision().reason, "adaptive_decision": self._film.decision}
         return made_by | settings | counts | {"gl_renderer": describe(self.context)["GL renderer"]}
+
+    def _repr_png_(self) -> bytes:
+        """The picture so far, for a notebook, with the exposure that suits it."""
+        data = io.BytesIO()
+        shown = Look("auto").show(self.image())
+        PIL.Image.fromarray(np.uint8(np.rint(255 * shown))).save(data, "png")
+        return data.getvalue()
 
     def _packed(self) -> PackedScene:
         packed = pack(self.scene, self.settings, self.settings.width, self.settings.height, self._most_listed)

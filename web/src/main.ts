@@ -30,12 +30,40 @@ async function main(): Promise<void> {
   const gl = canvas.getContext("webgl2", { alpha: false, antialias: false, depth: false, powerPreference: "high-performance" });
   const missing = whatIsMissing(gl);
   if (!gl || missing) {
-    note.textContent = `This is a still picture: ${missing}.`;
+    standIn(missing || "WebGL 2 is missing");
     return;
   }
   performance.mark("start");
   const payload = await decode(find("scene").textContent!);
   await page(new Live(gl, payload), payload, canvas, note);
+}
+
+// The poster stays, or, where the page has them, pictures from all around that can be turned.
+function standIn(why: string): void {
+  const pictures: string[] = JSON.parse(find("turntable").textContent!);
+  find("note").textContent = `This is ${pictures.length ? "a series of pictures" : "a still picture"}: ${why}.`;
+  if (!pictures.length) return;
+  const stage = find("stage");
+  const poster = find<HTMLImageElement>("poster");
+  let place = 0;
+  const turn = (steps: number): void => {
+    place += steps;
+    const index = Math.round(place) % pictures.length;
+    poster.src = `data:image/webp;base64,${pictures[(index + pictures.length) % pictures.length]}`;
+  };
+  find("picture").remove();
+  stage.tabIndex = 0;
+  stage.setAttribute("role", "application");
+  stage.setAttribute("aria-label", "Arrow keys turn the picture.");
+  stage.style.touchAction = "pan-y";
+  poster.draggable = false;
+  stage.addEventListener("pointerdown", (event) => stage.setPointerCapture(event.pointerId));
+  stage.addEventListener("pointermove", (event) => {
+    if (event.buttons) turn((-event.movementX / stage.clientWidth) * pictures.length);
+  });
+  stage.addEventListener("keydown", (event) => {
+    if (event.key === "ArrowLeft" || event.key === "ArrowRight") turn(event.key === "ArrowLeft" ? 1 : -1);
+  });
 }
 
 // Why the scene cannot be traced here, if it cannot.
@@ -198,6 +226,4 @@ function base64(values: Float32Array | Uint8Array): string {
   return btoa(text);
 }
 
-main().catch((error: unknown) => {
-  find("note").textContent = `This is a still picture: ${error instanceof Error ? error.message : String(error)}`;
-});
+main().catch((error: unknown) => standIn(error instanceof Error ? error.message : String(error)));

@@ -66,14 +66,12 @@ export interface Control {
 
 export interface Header {
   file: string; // the name of the scene, for files
-  size: [number, number];
   seed: number;
   vertex: string;
   fragment: string;
   pick: string; // takes the place of the outputs and main() of `fragment`
   display: string;
   constants: [number, string][]; // lines of `fragment` with the scene compiled in, for renderers in software
-  kept: string[]; // uniforms that these leave
   path_rounds: number; // of all loops along one path
   uniforms: Record<string, Values>;
   tables: Table[];
@@ -81,7 +79,6 @@ export interface Header {
   camera: Camera;
   origin: Vector;
   controls: Control[];
-  fallback: { columns: number; pictures: number } | null;
 }
 
 export interface Payload {

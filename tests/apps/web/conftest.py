@@ -3,7 +3,6 @@
 
 import base64
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -54,7 +53,7 @@ def open_scene(browser: Chromium, scene: Scene, folder: Path) -> None:
     """Show the page of a scene, until something is traced."""
     browser.events.clear()
     path = folder / "page.html"
-    path.write_text(page(replace(scene, render=replace(scene.render, adaptive="off")), (48, 32), 1), encoding="utf-8")
+    path.write_text(page(scene, (48, 32), 1).text, encoding="utf-8")
     browser.open(path)
     browser.wait(HAS_STARTED)
 

@@ -4,7 +4,6 @@
 import base64
 import time
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +11,7 @@ from chromium import Chromium
 
 import fragtracer as ft
 from fragtracer.apps.viewer import camera as moves
+from fragtracer.apps.web import page
 from fragtracer.display.look import Look
 from fragtracer.display.tone import srgb_decode
 from fragtracer.packing.random_texture import random_texture
@@ -19,7 +19,7 @@ from fragtracer.renderer import Renderer
 from fragtracer.sampling.pixels import Pixels
 from fragtracer.scene import Scene
 
-from .conftest import HAS_STARTED, open_scene, pixels
+from .conftest import open_scene, pixels
 
 WIDTH, HEIGHT, SPP, SEED = 64, 48, 8, 3
 MIDDLE = (200.0, 150.0)  # of the picture, in the page of 400 x 500
@@ -203,28 +203,40 @@ def test_another_size_of_the_window_is_another_picture(opened):
     browser.resize(400, 500)
 
 
-def test_a_page_without_float_textures_keeps_its_poster(mesa, tmp_path):
-    """And says why, as one without JavaScript does."""
-    scene = ft.load("cornell-box")
+def test_where_nothing_can_be_traced_there_are_pictures(mesa, tmp_path):
+    """The poster and a line that says why, or a turntable."""
+    mesa.events.clear()
     source = "WebGL2RenderingContext.prototype.getExtension = () => null"
     script = mesa.call("Page.addScriptToEvaluateOnNewDocument", source=source)["identifier"]
-    with pytest.raises(TimeoutError):
-        open_quickly(mesa, scene, tmp_path)
-    assert mesa.run("note.textContent").startswith(
-        "This is a still picture: this device cannot draw into float textures"
-    )
-    assert mesa.run("poster.naturalWidth") == 48
-    mesa.call("Page.removeScriptToEvaluateOnNewDocument", identifier=script)
+    why = "this device cannot draw into float textures, which tracing needs."
+    try:
+        for fallback, kind in ((None, "a still picture"), ((24, 16, 4), "a series of pictures")):
+            path = tmp_path / "page.html"
+            path.write_text(page(ft.load("three-spheres"), (48, 32), 1, fallback=fallback).text, encoding="utf-8")
+            mesa.open(path)
+            mesa.wait("note.textContent.includes('device')")
+            assert mesa.run("note.textContent") == f"This is {kind}: {why}"
+            mesa.wait("poster.naturalWidth === 48")
+    finally:
+        mesa.call("Page.removeScriptToEvaluateOnNewDocument", identifier=script)
+    pictures = mesa.run("JSON.parse(turntable.textContent)")
+    assert len(set(pictures)) == 4
+    mesa.run("stage.focus()")
+    mesa.key("ArrowLeft")
+    assert mesa.run("poster.src").endswith(pictures[1])
+    mesa.key("ArrowRight")
+    mesa.key("ArrowRight")
+    assert mesa.run("poster.src").endswith(pictures[3])
     assert mesa.problems() == []
 
 
-def open_quickly(browser: Chromium, scene: Scene, folder: Path) -> None:
-    wait = browser.wait
-    browser.wait = lambda condition, timeout=60: wait(condition, 1 if condition == HAS_STARTED else timeout)  # type: ignore[method-assign]
-    try:
-        open_scene(browser, scene, folder)
-    finally:
-        del browser.wait  # type: ignore[method-assign]
+def test_a_frame_of_a_notebook_traces(mesa, tmp_path):
+    mesa.events.clear()
+    path = tmp_path / "notebook.html"
+    path.write_text("<!DOCTYPE html><p>A cell</p>" + ft.show(ft.load("cornell-box"), (48, 32), 1)._repr_html_())
+    mesa.open(path)
+    mesa.wait("frames[0].fragtracer && frames[0].fragtracer.state.samples > 0")
+    assert mesa.problems() == []
 
 
 def test_a_hostile_name_does_nothing(opened):

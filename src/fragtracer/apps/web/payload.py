@@ -55,7 +55,6 @@ def scene_payload(scene: Scene, settings: RenderSettings, look: Look) -> bytes:
     blob = _Blob()
     header = {
         "file": _file_name(scene.name),
-        "size": (settings.width, settings.height),
         "seed": settings.seed,
         "vertex": _composed("fullscreen.vert", None),
         "fragment": fragment,
