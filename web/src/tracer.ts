@@ -13,7 +13,7 @@ const MOST_GROWTH = 4; // of a band over the one before
 const MOST_RAYS = 16; // of a pixel in a pass
 const MOST_ROUNDS = 65000; // of all loops in a draw; llvmpipe stops a shader after 65,535
 // Seconds that a band is meant to take: the page, too, is drawn by this device.
-const BUDGET = { gpu: 0.012, software: 0.06 };
+const BUDGET = { gpu: 0.012, software: 0.1 };
 const IN_FLIGHT = 2; // bands, so that the device does not wait for the page
 
 export class Tracer {
