@@ -4,7 +4,7 @@ BIN := .venv/bin
 ARGS :=
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test check mutate lint wheel clean
+.PHONY: help demo test check mutate lint runner wheel clean
 .NOTPARALLEL:
 
 help: ## print this list
@@ -43,10 +43,13 @@ lint: ## check style and types
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 
+runner: ## build the script of exported pages from web/src (needs Node)
+	cd web && npm ci && npm run build
+
 wheel: ## build dist/fragtracer-*.whl
 	@scripts/setup
 	$(BIN)/python -m build --wheel --no-isolation
 
 clean: ## remove everything that these targets made, .venv included
-	rm -rf .venv out dist build .pytest_cache .mypy_cache .ruff_cache
+	rm -rf .venv out dist build web/node_modules .pytest_cache .mypy_cache .ruff_cache
 	find src tests -name __pycache__ -prune -exec rm -rf {} +

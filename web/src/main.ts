@@ -128,6 +128,7 @@ async function page(live: Live, payload: Payload, canvas: HTMLCanvasElement, not
   const move = (how: Move): void => {
     if (!firstFrame) return;
     isTouched = true;
+    setPaused(false); // or it would not be seen
     live.set(how(live.camera), live.settings);
   };
   const pick = async (x: number, y: number): Promise<void> => {
@@ -144,16 +145,17 @@ async function page(live: Live, payload: Payload, canvas: HTMLCanvasElement, not
     const button = element("button", { type: "button", "aria-keyshortcuts": key, title: `Key: ${key}` }, label);
     button.addEventListener("click", action);
     document.addEventListener("keydown", (event) => {
-      const isTyping = event.target instanceof HTMLInputElement || event.target instanceof HTMLSelectElement;
+      const isTyping = event.target instanceof Element && event.target.matches("input, select, textarea");
       if (event.key === key && !isTyping && !event.ctrlKey && !event.metaKey && !event.altKey) action();
     });
     find("actions").append(button);
     return button;
   };
-  const pauseButton = act("Pause", "p", () => {
-    live.setPaused(!live.paused);
-    pauseButton.textContent = live.paused ? "Go on" : "Pause";
-  });
+  const pauseButton = act("Pause", "p", () => setPaused(!live.paused));
+  const setPaused = (paused: boolean): void => {
+    live.setPaused(paused);
+    pauseButton.textContent = paused ? "Go on" : "Pause";
+  };
   act("Reset", "r", () => {
     live.set(initial.camera, initial.settings);
     panel.set(live.settings);
@@ -192,7 +194,7 @@ async function page(live: Live, payload: Payload, canvas: HTMLCanvasElement, not
 function describe({ samples, seconds, error, speed }: State): string {
   if (!samples) return "";
   const percent = 100 * error;
-  const parts = [`${samples} samples`, `${seconds.toFixed(seconds < 10 ? 1 : 0)} s`];
+  const parts = [samples === 1 ? "1 sample" : `${samples} samples`, `${seconds.toFixed(seconds < 10 ? 1 : 0)} s`];
   if (Number.isFinite(percent)) parts.push(`error ${percent.toPrecision(2)} %`);
   return [...parts, `${(speed / 1e6).toPrecision(3)} M samples/s`].join(" · ");
 }

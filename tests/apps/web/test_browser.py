@@ -195,6 +195,21 @@ def test_a_hidden_page_rests_and_goes_on(opened):
     browser.wait(f"fragtracer.live.shown.samples > {before}")
 
 
+def test_a_pause_lasts_until_the_picture_is_moved(opened):
+    browser = opened(ft.load("three-spheres"))
+    browser.wait("fragtracer.state.samples > 0")
+    browser.run("actions.firstChild.click()")
+    assert browser.run("actions.firstChild.textContent") == "Go on"
+    time.sleep(0.3)  # what had begun is finished
+    before = browser.run("fragtracer.live.shown.samples")
+    time.sleep(0.3)
+    assert browser.run("fragtracer.live.shown.samples") == before
+    browser.run("picture.focus()")
+    browser.key("ArrowLeft")
+    assert browser.run("actions.firstChild.textContent") == "Pause"
+    browser.wait(f"fragtracer.live.shown.samples > {before}")
+
+
 def test_another_size_of_the_window_is_another_picture(opened):
     browser = opened(ft.load("cornell-box"))
     browser.resize(300, 400)
