@@ -9,6 +9,7 @@ import type { Camera, Payload } from "./payload";
 import { Tracer } from "./tracer";
 
 const PREVIEW = 0.06; // seconds that the first, coarse picture after a change is meant to take
+const PASS = 0.5; // seconds that any other picture is meant to take at most
 const COARSEST = 8; // pixels a side that share one of it
 const MOVING = 150; // milliseconds after a change in which there is no finer picture
 const SHOWN = 50; // milliseconds between two drawings of the canvas
@@ -194,7 +195,7 @@ export class Live {
     const film = this.film(share);
     if (film.samples === 0) film.clear();
     this.tracer.set(this.view(film.width, film.height));
-    const rays = this.tracer.rays(film);
+    const rays = Math.min(this.tracer.rays(film, PASS), Math.max(1, film.samples));
     const before = this.tracer.seconds;
     if (!(await this.tracer.pass(film, rays, goesOn))) return false;
     this.shown = film;

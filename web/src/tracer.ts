@@ -102,11 +102,12 @@ export class Tracer {
     return found[0];
   }
 
-  // How many paths a pass should have: as many as fill a band or so.
-  rays(film: Film): number {
+  // How many paths a pass should have at most, and, so that it takes so many seconds: several in one draw keep more
+  // lanes busy (path regeneration).
+  rays(film: Film, seconds = Infinity): number {
     const most = this.isSoftware ? Math.max(1, Math.floor(MOST_ROUNDS / this.header.path_rounds)) : MOST_RAYS;
-    const wanted = (this.speed * this.budget) / (film.width * film.height);
-    return Math.max(1, Math.min(MOST_RAYS, most, 2 ** Math.floor(Math.log2(Math.max(1, wanted)))));
+    const wanted = (this.speed * seconds) / (film.width * film.height);
+    return Math.max(1, Math.floor(Math.min(MOST_RAYS, most, wanted)));
   }
 
   // Draw `rays` paths for every pixel; `goesOn` is asked before each band, and may let it wait. False if the pass was
