@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: MIT
 // What lies in a place of the picture: the number of its material, or -1. In place of the outputs and main() of
 // pathtracer.frag.
 layout(location = 0) out vec4 out_picked;
