@@ -4,7 +4,7 @@ BIN := .venv/bin
 ARGS :=
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test check mutate lint wheel clean
+.PHONY: help demo test check mutate lint runner wheel clean
 .NOTPARALLEL:
 
 help: ## print this list
@@ -19,7 +19,7 @@ demo: ## render three-spheres, compare it with Mitsuba, and open the viewer wher
 	@if [ -n "$$DISPLAY$$WAYLAND_DISPLAY" ] && $(BIN)/fragtracer view --help >/dev/null 2>&1; then $(BIN)/fragtracer view; fi
 
 test: ## run all tests; make test ARGS="-k film" runs some
-	@scripts/setup gl window atomic llvm xvfb xdotool glslang
+	@scripts/setup gl window atomic llvm xvfb xdotool glslang chromium
 	$(BIN)/pytest -q -n auto --maxprocesses 4 --dist worksteal $(ARGS)
 
 # The tests that catch most mistakes for their time: layers, records, the shader library, closed forms, a file of each kind.
@@ -43,10 +43,13 @@ lint: ## check style and types
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 
+runner: ## build the script of exported pages from web/src (needs Node)
+	cd web && npm ci && npm run build
+
 wheel: ## build dist/fragtracer-*.whl
 	@scripts/setup
 	$(BIN)/python -m build --wheel --no-isolation
 
 clean: ## remove everything that these targets made, .venv included
-	rm -rf .venv out dist build .pytest_cache .mypy_cache .ruff_cache
+	rm -rf .venv out dist build web/node_modules .pytest_cache .mypy_cache .ruff_cache
 	find src tests -name __pycache__ -prune -exec rm -rf {} +

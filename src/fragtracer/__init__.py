@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """A path tracer in one GLSL fragment shader, proved against Mitsuba."""
 
+import sys
 from importlib import import_module
 from importlib.metadata import version
 from typing import Any
@@ -17,6 +18,8 @@ _PLACES = {
     "Renderer": "renderer",
     "render": "renderer",
     "view": "apps.viewer",
+    "export_html": "apps.web",
+    "show": "apps.web",
     "read_image": "io.images",
     "write_image": "io.images",
     "FragtracerError": "errors",
@@ -25,14 +28,24 @@ _PLACES = {
 
 def __getattr__(name: str) -> Any:
     if name in _PLACES:
-        return getattr(import_module(f"fragtracer.{_PLACES[name]}"), name)
+        found = getattr(import_module(f"fragtracer.{_PLACES[name]}"), name)
+        _make_scenes_show_themselves()
+        return found
     if not name.startswith("_") or name == "__all__":
         scene = import_module("fragtracer.scene")
         if name == "__all__":
             return sorted([*scene.__all__, *_PLACES])
         if name in scene.__all__:
+            _make_scenes_show_themselves()
             return getattr(scene, name)
     raise AttributeError(f"module 'fragtracer' has no attribute {name!r}")
+
+
+def _make_scenes_show_themselves() -> None:
+    """In a notebook a scene is its live page; the scene model itself knows nothing of pages."""
+    model = sys.modules.get("fragtracer.scene")
+    if model is not None and not hasattr(model.Scene, "_repr_html_"):
+        model.Scene._repr_html_ = lambda scene: __getattr__("show")(scene)._repr_html_()
 
 
 def __dir__() -> list[str]:

@@ -242,6 +242,18 @@ class Renderer:
         counts |= {"guiding_decision": self._decision().reason, "adaptive_decision": self._film.decision}
         return made_by | settings | counts | {"gl_renderer": describe(self.context)["GL renderer"]}
 
+    def _repr_png_(self) -> bytes:
+        """The picture so far, for a notebook, with the exposure that suits it."""
+        from io import BytesIO
+
+        from PIL import Image
+
+        from fragtracer.display.look import Look
+
+        data = BytesIO()
+        Image.fromarray(np.uint8(np.rint(255 * Look("auto").show(self.image())))).save(data, "png")
+        return data.getvalue()
+
     def _packed(self) -> PackedScene:
         packed = pack(self.scene, self.settings, self.settings.width, self.settings.height, self._most_listed)
         return self._decision().applied(packed) if self._name is None else packed

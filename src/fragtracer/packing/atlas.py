@@ -59,6 +59,14 @@ def build_atlas(images: Iterable[Image], max_side: int = MAX_SIDE, max_bytes: in
     return _build(tuple(dict.fromkeys(images)), max_side, max_bytes)
 
 
+def smaller_image(image: Image, factor: float) -> Image:
+    """``image`` with its sides times ``factor``, at least a texel: means over the area of each, of linear colours."""
+    rgba = _rgba(image)
+    size = (max(1, round(rgba.shape[0] * factor)), max(1, round(rgba.shape[1] * factor)))
+    space = "linear" if rgba.dtype == np.float32 else image.color_space
+    return Image(_resized(rgba, size, image.color_space == "srgb"), space, image.file)
+
+
 @lru_cache(_KEPT)
 def _build(images: tuple[Image, ...], max_side: int, max_bytes: int) -> Atlas:
     pixels: dict[Image, NDArray[Any]] = {}

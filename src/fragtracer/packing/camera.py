@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""A camera for the shader (camera/)."""
+"""A camera for the shader (camera/); web/src/camera.ts says the same for pages."""
 
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pyglm import glm
 
 from fragtracer.scene import Camera
 
@@ -13,19 +12,27 @@ from fragtracer.scene import Camera
 def camera_uniforms(camera: Camera, origin: NDArray[np.float64], width: int, height: int) -> dict[str, Any]:
     """What the shader needs of ``camera`` for an image of ``width`` x ``height`` pixels, by name.
 
-    ``origin`` is that of the :class:`PackedScene` it looks at.
+    ``origin`` is that of the :class:`PackedScene` it looks at. Matrices are column by column; the projection has its
+    near plane at 1 and its far one at 2, by which nothing is clipped.
     """
-    eye, target = (glm.dvec3(*np.subtract(p, origin)) for p in (camera.position, camera.target))
-    view = glm.lookAt(eye, target, glm.dvec3(*camera.up))
-    projection = glm.perspective(np.radians(camera.fov_degrees), width / height, 1.0, 2.0)
+    eye = np.subtract(camera.position, origin)
+    forward = _unit(np.subtract(camera.target, camera.position))
+    right = _unit(np.cross(forward, camera.up))
+    up = np.cross(right, forward)
+    high = float(np.tan(np.radians(camera.fov_degrees) / 2))
     return {
-        "u_inverse_view": _column_major(glm.inverse(view)),
-        "u_inverse_projection": _column_major(glm.inverse(projection)),
+        "u_inverse_view": (*_column(right), *_column(up), *_column(-forward), *_column(eye)[:3], 1.0),
+        "u_inverse_projection": (high * width / height, *[0.0] * 4, high, *[0.0] * 5, -0.25, 0.0, 0.0, -1.0, 0.75),
         "u_lens_radius": camera.aperture_radius,
         "u_focus_distance": camera.focal_distance,
         "u_inverse_image_size": (1 / width, 1 / height),
     }
 
 
-def _column_major(matrix: Any) -> tuple[float, ...]:
-    return tuple(float(x) for column in matrix.to_list() for x in column)
+def _unit(vector: NDArray[np.float64]) -> NDArray[np.float64]:
+    unit: NDArray[np.float64] = vector / np.linalg.norm(vector)
+    return unit
+
+
+def _column(vector: NDArray[np.float64]) -> tuple[float, ...]:
+    return (*map(float, vector), 0.0)

@@ -8,6 +8,8 @@ each keeps the stratification of its aligned power-of-two blocks (Burley 2020, P
 Owen Scrambling, section 5). Counterpart in the shader: sampler/texture.glsl.
 """
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -41,6 +43,20 @@ def random_texture(seed: int = 0) -> NDArray[np.float32]:
         order = _scramble(np.arange(WIDTH * WIDTH, dtype=np.uint32)[:, None], _POINT_BITS, rng)[:, 0]
         layer[:] = 1 + _scramble(sobol[order], BITS, rng) / np.float32(1 << BITS)
     return texture.reshape(LAYERS, WIDTH, WIDTH, 4)
+
+
+def recipe() -> dict[str, Any]:
+    """What it takes to make the texture of seed 0 elsewhere: the state of PCG64 (O'Neill 2014), as decimal digits, and
+    the direction numbers."""
+    state = np.random.PCG64(0).state["state"]
+    return {
+        "state": str(state["state"]),
+        "increment": str(state["inc"]),
+        "directions": [_directions(dimension) for dimension in range(4)],
+        "bits": BITS,
+        "width": WIDTH,
+        "layers": LAYERS,
+    }
 
 
 def _sobol_points() -> NDArray[np.uint32]:

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from fragtracer import __version__
-from fragtracer.apps.cli import bench, compare, develop, doctor, info, render, scenes, view
+from fragtracer.apps.cli import bench, compare, develop, doctor, info, render, scenes, view, web
 from fragtracer.errors import FragtracerError
 
 app = typer.Typer(
@@ -27,6 +27,7 @@ for command in (
     compare.export_mitsuba,
     bench.bench,
     doctor.doctor,
+    web.export_html,
     info.info,
     scenes.scenes,
 ):

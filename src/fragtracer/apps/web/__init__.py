@@ -1,0 +1,200 @@
+# SPDX-License-Identifier: MIT
+"""A scene in one HTML file that traces it, by the shaders of the desktop, in WebGL 2."""
+
+import base64
+import hashlib
+import html
+import io
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from importlib.resources import files
+from pathlib import Path
+from string import Template
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from fragtracer import __version__
+from fragtracer.apps.web.payload import scene_payload
+from fragtracer.apps.web.smaller import with_quantised_meshes, with_smaller_images
+from fragtracer.display.look import Look
+from fragtracer.errors import SceneError
+from fragtracer.output import check_writable, replacing
+from fragtracer.renderer import Renderer
+from fragtracer.scene import Camera, Scene
+
+SUFFIXES = (".html", ".htm")
+POSTER_SECONDS = 30.0
+CELL_SECONDS = 5.0  # of a cell of a notebook
+_QUALITY = 85  # of WebP
+_MOST_HALVINGS = 4  # of images
+_FIRST_BITS = 18  # of vertices, two fewer at each step
+
+
+@dataclass(frozen=True)
+class Page:
+    """The text of a page, and what was done to make it small, a line each."""
+
+    text: str
+    notes: list[str]
+
+    def _repr_html_(self) -> str:
+        """For a notebook: the page in a frame of its own."""
+        return (
+            f'<iframe srcdoc="{html.escape(self.text)}" title="A live picture" allow="clipboard-write" '
+            'style="width: 100%; height: 36rem; border: 0"></iframe>'
+        )
+
+
+def export_html(
+    scene: Scene,
+    path: str | Path,
+    size: tuple[int, int] | None = None,
+    spp: int | None = None,
+    seconds: float = POSTER_SECONDS,
+    exposure: float | Literal["auto"] = 0.0,
+    tonemap: str = "linear",
+    size_limit: int | None = None,
+    fallback: tuple[int, int, int] | None = None,
+) -> Page:
+    """Write a page that shows a picture of ``scene`` at once, and then traces it live; nothing else is needed.
+
+    Parameters
+    ----------
+    scene
+        What to trace.
+    path
+        The file, .html or .htm.
+    size
+        (width, height) of the picture in pixels; left out, the scene's own. The page keeps its proportions.
+    spp
+        Samples per pixel of the picture; left out, the scene's own, or as many as there is time for.
+    seconds
+        The time that the picture may take, and as much again that all of ``fallback`` may take.
+    exposure
+        Brightness in stops, or "auto".
+    tonemap
+        "linear", "reinhard", "aces" or "agx".
+    size_limit
+        Bytes that the page may have: images lose texels and meshes digits until it fits.
+    fallback
+        Width, height and number of pictures from all around, which can be turned where nothing can be traced.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+    SceneError
+        If the scene is more than a browser can hold, or cannot be made as small.
+    """
+    check_writable(path, SUFFIXES)
+    made = page(scene, size, spp, seconds, Look(exposure, tonemap), size_limit, fallback)
+    with replacing(path) as part:
+        part.write_text(made.text, encoding="utf-8")
+    return made
+
+
+def show(scene: Scene, size: tuple[int, int] | None = None, spp: int | None = None, **options: Any) -> Page:
+    """The page of ``scene`` for a notebook, which shows it as the value of a cell; ``options`` as :func:`page`."""
+    return page(scene, size, spp, **{"seconds": CELL_SECONDS, **options})
+
+
+def page(
+    scene: Scene,
+    size: tuple[int, int] | None = None,
+    spp: int | None = None,
+    seconds: float = POSTER_SECONDS,
+    look: Look | None = None,
+    size_limit: int | None = None,
+    fallback: tuple[int, int, int] | None = None,
+) -> Page:
+    """The page that :func:`export_html` writes."""
+    look = look or Look()
+    width, height = size or (scene.render.width, scene.render.height)
+    settings = replace(scene.render, width=width, height=height)
+    with Renderer(scene, (width, height)) as renderer:
+        image = renderer.render(spp=spp or settings.spp, seconds=seconds)
+    look = replace(look, exposure=look.stops(image))
+    style = Template(_text("page.css")).substitute(width=width, height=height)
+    script = _text("runner.js")
+    turntable = "[]" if fallback is None else json.dumps(_turntable(scene, fallback, look, seconds))
+    fields = {
+        "style_hash": _hash(style),
+        "script_hash": _hash(script),
+        "version": __version__,
+        "name": html.escape(scene.name),
+        "style": style,
+        "poster": _base64(_picture(image, look)),
+        "width": width,
+        "height": height,
+        "turntable": turntable,
+        "script": script,
+    }
+    template = Template(_text("page.html"))
+    text = ""
+    for smaller, notes in _made_smaller(scene):
+        payload = scene_payload(smaller, settings, look)
+        text = template.substitute(fields, scene=_base64(payload))
+        if size_limit is None or len(text.encode()) <= size_limit:
+            return Page(text, notes)
+    raise SceneError(
+        f"the page takes {len(text) / 1e3:,.0f} kB at least; the limit is {(size_limit or 0) / 1e3:,.0f} kB"
+    )
+
+
+def _made_smaller(scene: Scene) -> Iterator[tuple[Scene, list[str]]]:
+    """The scene as it is, then ever smaller ones, and what was done to them."""
+    yield scene, []
+    has_images = any(material.textures for material in scene.materials.values())
+    if not (has_images or scene.meshes):
+        return
+    for step in range(1, _MOST_HALVINGS + 1):
+        smaller, side = with_smaller_images(scene, step)
+        bits = _FIRST_BITS - 2 * step
+        notes = [f"images have {side} texels a side at most"] if has_images else []
+        notes += [f"vertices of meshes lie on a grid of 2^{bits} steps"] if scene.meshes else []
+        yield with_quantised_meshes(smaller, bits), notes
+
+
+def _turntable(scene: Scene, fallback: tuple[int, int, int], look: Look, seconds: float) -> list[str]:
+    """Pictures from all around the target, the first that of the camera, each further to its left."""
+    width, height, count = fallback
+    pictures = []
+    with Renderer(scene, (width, height), specialised=False) as renderer:
+        for i in range(count):
+            renderer.reset(replace(scene, camera=_turned(scene.camera, 2 * np.pi * i / count)))
+            pictures.append(_base64(_picture(renderer.render(seconds=seconds / count, spp=scene.render.spp), look)))
+    return pictures
+
+
+def _turned(camera: Camera, angle: float) -> Camera:
+    """``camera`` about its target and up vector (Rodrigues)."""
+    up = np.array(camera.up) / np.linalg.norm(camera.up)
+    arm = np.subtract(camera.position, camera.target)
+    along = up * (up @ arm)
+    turned = along + np.cos(angle) * (arm - along) + np.sin(angle) * np.cross(up, arm)
+    x, y, z = (camera.target + turned).tolist()
+    return replace(camera, position=(x, y, z))
+
+
+def _picture(image: NDArray[np.float32], look: Look) -> bytes:
+    """As WebP."""
+    data = io.BytesIO()
+    Image.fromarray(np.uint8(np.rint(255 * look.show(image)))).save(data, "webp", quality=_QUALITY)
+    return data.getvalue()
+
+
+def _text(name: str) -> str:
+    return files("fragtracer.apps.web").joinpath(name).read_text(encoding="utf-8")
+
+
+def _base64(data: bytes) -> str:
+    return base64.b64encode(data).decode()
+
+
+def _hash(text: str) -> str:
+    """As a policy names an inline script or style."""
+    return _base64(hashlib.sha256(text.encode()).digest())

@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: MIT
+"""A scene as a page brings it along: a JSON header, and the arrays that it names (web/src/payload.ts)."""
+
+import gzip
+import json
+import struct
+import zlib
+from dataclasses import asdict
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fragtracer.apps.web.controls import controls
+from fragtracer.display.look import Look
+from fragtracer.errors import SceneError
+from fragtracer.gpu.specialise import MOST_LISTED, Level, specialise
+from fragtracer.gpu.textures import WIDTH
+from fragtracer.packing import PackedScene, pack
+from fragtracer.packing.random_texture import recipe
+from fragtracer.resources import folder
+from fragtracer.scene import RenderSettings, Scene
+from fragtracer.shader_composer import compose
+
+# What nearly all devices with WebGL 2 have; the standard promises 2048.
+_MOST_ROWS = 4096
+_KINDS = {"uint32": "uint", "float32": "float", "float16": "half", "uint8": "byte"}
+_WHAT = {
+    "u_scene": "materials, textures and lights",
+    "u_shapes": "shapes and meshes",
+    "u_vertices": "vertices of meshes",
+    "u_environment": "the environment",
+    "u_environment_tree": "the environment",
+}
+
+
+def scene_payload(scene: Scene, settings: RenderSettings, look: Look) -> bytes:
+    """All that the runner needs of ``scene``, compressed.
+
+    Raises
+    ------
+    SceneError
+        If a browser cannot hold it, or the settings ask for more than paths.
+    """
+    packed = pack(scene, settings, settings.width, settings.height, MOST_LISTED["gpu"])
+    if settings.integrator != "path" or packed.needs_maps:
+        raise SceneError(
+            "a page traces paths: it has no maps of the split-sum approximation; "
+            'set integrator = "path" and background = "environment" under [render]'
+        )
+    shown = controls(scene, settings, packed, look)
+    fragment = _composed("pathtracer.frag", packed)
+    kept = tuple(target["uniform"] for control in shown for target in control["targets"] if "uniform" in target)
+    blob = _Blob()
+    header = {
+        "file": _file_name(scene.name),
+        "seed": settings.seed,
+        "vertex": _composed("fullscreen.vert", None),
+        "fragment": fragment,
+        "pick": files("fragtracer.apps.web").joinpath("pick.glsl").read_text(encoding="utf-8"),
+        "display": _composed("display/display.frag", None),
+        "constants": _changes(fragment, specialise(packed, Level.SCENE, kept).apply(fragment)),
+        "path_rounds": packed.path_rounds,
+        "uniforms": {name: _plain(value) for name, value in packed.all_uniforms.items()} | {"u_seed": settings.seed},
+        "tables": [blob.table(name, table) for name, table in packed.tables.items() if any(p.size for p in table)],
+        "random": recipe(),
+        "camera": asdict(scene.camera),
+        "origin": packed.origin.tolist(),
+        "controls": shown,
+    }
+    text = json.dumps(header, allow_nan=False).encode()
+    return gzip.compress(struct.pack("<I", len(text)) + text + b"".join(blob.parts), 6, mtime=0)
+
+
+def _composed(program: str, packed: PackedScene | None) -> str:
+    return compose(program, {}, folder("shaders"), language="300 es", optional=packed.features if packed else None).text
+
+
+def _changes(before: str, after: str) -> list[tuple[int, str]]:
+    """The lines of two texts that differ, by their number from 0."""
+    pairs = zip(before.splitlines(), after.splitlines(), strict=True)
+    return [(i, new) for i, (old, new) in enumerate(pairs) if old != new]
+
+
+def _plain(value: Any) -> Any:
+    return np.asarray(value).tolist()
+
+
+def _file_name(name: str) -> str:
+    return "".join(c if c.isalnum() or c in "-_" else "-" for c in name)[:80] or "scene"
+
+
+class _Blob:
+    """Arrays, one after the other."""
+
+    def __init__(self) -> None:
+        self.parts: list[bytes] = []
+        self._size = 0
+
+    def table(self, name: str, table: tuple[NDArray[Any], ...]) -> dict[str, Any]:
+        """Add the parts of a table; what the header says of it."""
+        rows = sum(-(-len(part) // WIDTH) for part in table)
+        is_folded = table[0].ndim == 2
+        if is_folded and rows > _MOST_ROWS:
+            size = sum(part.nbytes for part in table) / 1e6
+            most = _MOST_ROWS * WIDTH * table[0].itemsize * 4 / 1e6
+            raise SceneError(
+                f"{_WHAT.get(name, 'the scene')} take {size:,.0f} MB; a texture in a browser holds {most:,.0f} MB: "
+                "use fewer triangles or smaller images"
+            )
+        layers, height, width = (1, 0, 0) if is_folded else table[0].shape[:3]
+        return {
+            "name": name,
+            "kind": _KINDS[table[0].dtype.name],
+            "size": None if is_folded else (width, height, layers),
+            "parts": [self._part(part) for part in table],
+        }
+
+    def _part(self, array: NDArray[Any]) -> dict[str, int]:
+        stride = array.shape[-1] * array.itemsize
+        plain = np.ascontiguousarray(array).view(np.uint8).reshape(-1, stride)
+        apart = np.ascontiguousarray(plain.T)
+        is_smaller = len(zlib.compress(apart.data, 1)) < len(zlib.compress(plain.data, 1))
+        data = (apart if is_smaller else plain).tobytes()
+        self.parts.append(data)
+        self._size += len(data)
+        return {"offset": self._size - len(data), "length": len(data), "stride": stride if is_smaller else 0}

@@ -1,0 +1,299 @@
+# SPDX-License-Identifier: MIT
+"""Pages in a browser: the picture is the desktop's, and the controls do what they say, by real events."""
+
+import base64
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from chromium import Chromium
+
+import fragtracer as ft
+from fragtracer.apps.viewer import camera as moves
+from fragtracer.apps.web import page
+from fragtracer.display.look import Look
+from fragtracer.display.tone import srgb_decode
+from fragtracer.packing.random_texture import random_texture
+from fragtracer.renderer import Renderer
+from fragtracer.sampling.pixels import Pixels
+from fragtracer.scene import Scene
+
+from .conftest import open_scene, pixels
+
+WIDTH, HEIGHT, SPP, SEED = 64, 48, 8, 3
+MIDDLE = (200.0, 150.0)  # of the picture, in the page of 400 x 500
+
+
+def desktop(scene: Scene, spp: int = SPP, **settings) -> Pixels:
+    """The same samples on the desktop."""
+    settings = {"seed": SEED, "adaptive": "off", "guiding": "off"} | settings
+    with Renderer(scene, (WIDTH, HEIGHT), **settings) as renderer:
+        renderer.sample(spp)
+        with renderer.context:
+            return renderer._film.read()
+
+
+def traced(browser: Chromium, spp: int = SPP) -> Pixels:
+    return pixels(browser.run(f"fragtracer.trace({WIDTH}, {HEIGHT}, {spp}, {SEED})", 60), WIDTH, HEIGHT)
+
+
+def assert_same(found: Pixels, expected: Pixels, nearly_all: float = 0.99) -> None:
+    """Every pixel has all its samples, and nearly all have the same paths: what they differ by is rounding. In others
+    rounding has sent a path elsewhere, which leaves the mean as it is but for noise."""
+    assert (found.mean[..., 3] + found.variance[..., 3] == expected.mean[..., 3] + expected.variance[..., 3]).all()
+    mean, other = found.mean[..., :3].astype(np.float64), expected.mean[..., :3].astype(np.float64)
+    size = np.abs(other).max(axis=2) + 1e-3 * np.abs(other).mean()
+    assert (np.abs(mean - other).max(axis=2) < 2**-10 * size).mean() > nearly_all
+    error = np.linalg.norm(expected.standard_error().mean(axis=(0, 1))) / mean.size**0.5
+    assert np.abs(mean.mean() - other.mean()) < 4 * error
+
+
+@pytest.mark.parametrize("name", ["three-spheres", "grille"])
+def test_the_picture_is_that_of_the_desktop(opened, name):
+    """The program, records, BVH, images, environment and random numbers are the same, and the driver too."""
+    assert_same(traced(opened(ft.load(name))), desktop(ft.load(name)))
+
+
+def test_the_picture_is_that_of_another_driver(swiftshader, tmp_path):
+    scene = ft.load("three-spheres")
+    open_scene(swiftshader, scene, tmp_path)
+    assert_same(traced(swiftshader), desktop(scene))
+
+
+def test_the_random_numbers_are_those_of_the_desktop(opened):
+    found = opened(ft.load("cornell-box")).run("fragtracer.randomTexture()")
+    assert base64.b64decode(found) == random_texture().tobytes()
+
+
+def test_the_display_is_that_of_the_desktop(opened):
+    """Exposure, tone curve and transfer function, by the shader that the window has too."""
+    browser = opened(ft.load("three-spheres"))
+    browser.wait("fragtracer.state.samples > 0")
+    browser.run("fragtracer.live.setPaused(true)")
+    set_control(browser, "exposure", 1.5)
+    for tonemap in ("reinhard", "aces", "agx", "linear"):
+        set_control(browser, "tonemap", tonemap)
+        browser.wait(f"fragtracer.live.shows('{tonemap}')")
+        width, height = browser.run("[picture.width, picture.height]")
+        film = pixels(browser.run("fragtracer.film()"), width, height)
+        shown = base64.b64decode(browser.run("fragtracer.live.show(), fragtracer.pixels()"))
+        found = np.frombuffer(shown, np.uint8).reshape(height, width, 4)[::-1, :, :3]
+        expected = 255 * Look(1.5, tonemap).show(np.ascontiguousarray(film.mean[..., :3]))
+        assert np.abs(found - expected).max() <= 1
+
+
+def test_settings_do_what_they_say(opened):
+    """By real events on the sliders; the sky turns with its sun, in a program that was compiled for another."""
+    scene = ft.load("sun-sky")
+    browser = opened(scene)
+    for name, value in {"rotation": 40, "strength": 0.08, "bounces": 2, "light_samples": 3}.items():
+        set_control(browser, name, value)
+    environment = replace(scene.environment, rotation_degrees=40, strength=0.08)
+    found = traced(browser, 4)
+    expected = desktop(replace(scene, environment=environment), 4, bounces=2, light_samples=3)
+    assert_same(found, expected, nearly_all=0.98)
+
+
+def set_control(browser: Chromium, name: str, value: float | str) -> None:
+    browser.run(
+        f"(() => {{ const field = document.getElementById('control-{name}'); field.value = '{value}';"
+        "field.dispatchEvent(new Event('input', {bubbles: true})); })()"
+    )
+
+
+def camera_of(browser: Chromium) -> ft.Camera:
+    return ft.Camera(**browser.run("fragtracer.live.camera"))
+
+
+def assert_camera(browser: Chromium, expected: ft.Camera) -> None:
+    found = camera_of(browser)
+    np.testing.assert_allclose(found.position, expected.position, atol=1e-9)
+    np.testing.assert_allclose(found.target, expected.target, atol=1e-9)
+
+
+def test_keys_and_mouse_move_the_camera_as_in_the_window(opened):
+    scene = ft.load("cornell-box")
+    browser = opened(scene)
+    browser.run("picture.focus()")
+    browser.key("ArrowRight")
+    expected = moves.orbit(scene.camera, np.pi / 36, 0)
+    assert_camera(browser, expected)
+    browser.key("+")
+    expected = moves.dolly(expected, 1 / 1.1)
+    assert_camera(browser, expected)
+    height = browser.run("picture.clientHeight")
+    browser.drag(MIDDLE, (MIDDLE[0] + 40, MIDDLE[1] + 20))
+    expected = moves.orbit(expected, 2 * np.pi * 40 / height, 2 * np.pi * 20 / height)
+    assert_camera(browser, expected)
+    browser.drag(MIDDLE, (MIDDLE[0] + 40, MIDDLE[1] + 20), "right")
+    expected = moves.pan(expected, 40 / height, 20 / height)
+    assert_camera(browser, expected)
+    browser.mouse("mouseWheel", *MIDDLE, {"deltaX": 0, "deltaY": 100})
+    assert_camera(browser, moves.dolly(expected, np.exp(0.15)))
+    browser.wait("stage.classList.contains('live')")  # at once, not when the picture is as good as the poster
+    browser.key("r")
+    assert_camera(browser, scene.camera)
+
+
+def test_fingers_move_the_camera(opened):
+    scene = ft.load("cornell-box")
+    browser = opened(scene)
+    browser.resize(390, 700, 2, mobile=True)
+    height = browser.run("picture.clientHeight")
+    x, y = 190.0, 150.0
+    browser.touch("touchStart", (x, y))
+    browser.touch("touchMove", (x + 30, y))
+    browser.touch("touchEnd")
+    expected = moves.orbit(scene.camera, 2 * np.pi * 30 / height, 0)
+    assert_camera(browser, expected)
+    browser.touch("touchStart", (x, y), (x + 60, y))
+    browser.touch("touchMove", (x - 30, y), (x + 90, y))
+    browser.touch("touchEnd")
+    moved = camera_of(browser)
+    distance = [np.linalg.norm(np.subtract(c.position, c.target)) for c in (moved, expected)]
+    np.testing.assert_allclose(distance[0] / distance[1], 60 / 120)
+    browser.resize(400, 500)
+
+
+def test_the_camera_that_is_copied_can_be_loaded(opened, tmp_path):
+    scene = ft.load("cornell-box")
+    browser = opened(scene)
+    browser.run("picture.focus()")
+    browser.key("ArrowLeft")
+    browser.key("c")
+    browser.wait("copied.value")
+    text = browser.run("copied.value")
+    path = tmp_path / "scene.toml"
+    path.write_text(text + "[ambient]\nradiance = [1, 1, 1]\n")
+    np.testing.assert_allclose(ft.load(path).camera.position, camera_of(browser).position, rtol=1e-7)
+
+
+def test_a_lost_context_comes_back(opened):
+    browser = opened(ft.load("three-spheres"))
+    browser.run("window.loss = fragtracer.live.gl.getExtension('WEBGL_lose_context'); loss.loseContext()")
+    browser.wait("note.textContent.includes('lost')")
+    assert not browser.run("stage.classList.contains('live')")  # the poster is there
+    browser.run("window.version = fragtracer.live.shown; loss.restoreContext()")
+    browser.wait("!note.textContent && fragtracer.live.shown && fragtracer.live.shown !== version")
+    assert_same(traced(browser, 4), desktop(ft.load("three-spheres"), 4))
+
+
+def test_a_hidden_page_rests_and_goes_on(opened):
+    browser = opened(ft.load("three-spheres"))
+    browser.wait("fragtracer.state.samples > 1")
+    other = browser.call("Target.createTarget", url="about:blank")["targetId"]
+    try:
+        browser.wait("document.hidden")
+        time.sleep(1.2)  # what had begun is finished, of which a hidden page hears once a second
+        before = browser.run("fragtracer.live.shown.samples")
+        time.sleep(0.8)
+        assert browser.run("fragtracer.live.shown.samples") == before
+    finally:
+        browser.call("Target.closeTarget", targetId=other)
+    browser.wait("!document.hidden")
+    browser.wait(f"fragtracer.live.shown.samples > {before}")
+
+
+def test_a_pause_lasts_until_the_picture_is_moved(opened):
+    browser = opened(ft.load("three-spheres"))
+    browser.wait("fragtracer.state.samples > 0")
+    browser.run("actions.firstChild.click()")
+    assert browser.run("actions.firstChild.textContent") == "Go on"
+    time.sleep(0.3)  # what had begun is finished
+    before = browser.run("fragtracer.live.shown.samples")
+    time.sleep(0.3)
+    assert browser.run("fragtracer.live.shown.samples") == before
+    browser.run("picture.focus()")
+    browser.key("ArrowLeft")
+    assert browser.run("actions.firstChild.textContent") == "Pause"
+    browser.wait(f"fragtracer.live.shown.samples > {before}")
+
+
+def test_another_size_of_the_window_is_another_picture(opened):
+    browser = opened(ft.load("cornell-box"))
+    browser.resize(300, 400)
+    browser.wait("picture.width === Math.round(stage.getBoundingClientRect().width)")
+    browser.wait("fragtracer.state.samples > 0 && fragtracer.live.shown.width === picture.width")
+    browser.resize(400, 500)
+
+
+def test_where_nothing_can_be_traced_there_are_pictures(mesa, tmp_path):
+    """The poster and a line that says why, or a turntable."""
+    mesa.events.clear()
+    source = "WebGL2RenderingContext.prototype.getExtension = () => null"
+    script = mesa.call("Page.addScriptToEvaluateOnNewDocument", source=source)["identifier"]
+    why = "this device cannot draw into float textures, which tracing needs."
+    try:
+        for fallback, kind in ((None, "a still picture"), ((24, 16, 4), "a series of pictures")):
+            path = tmp_path / "page.html"
+            path.write_text(page(ft.load("three-spheres"), (48, 32), 1, fallback=fallback).text, encoding="utf-8")
+            mesa.open(path)
+            mesa.wait("note.textContent.includes('device')")
+            assert mesa.run("note.textContent") == f"This is {kind}: {why}"
+            mesa.wait("poster.naturalWidth === 48")
+    finally:
+        mesa.call("Page.removeScriptToEvaluateOnNewDocument", identifier=script)
+    pictures = mesa.run("JSON.parse(turntable.textContent)")
+    assert len(set(pictures)) == 4
+    mesa.run("stage.focus()")
+    mesa.key("ArrowLeft")
+    assert mesa.run("poster.src").endswith(pictures[1])
+    mesa.key("ArrowRight")
+    mesa.key("ArrowRight")
+    assert mesa.run("poster.src").endswith(pictures[3])
+    assert mesa.problems() == []
+
+
+def test_a_frame_of_a_notebook_traces(mesa, tmp_path):
+    mesa.events.clear()
+    path = tmp_path / "notebook.html"
+    path.write_text("<!DOCTYPE html><p>A cell</p>" + ft.show(ft.load("cornell-box"), (48, 32), 1)._repr_html_())
+    mesa.open(path)
+    mesa.wait("frames[0].fragtracer && frames[0].fragtracer.state.samples > 0")
+    assert mesa.problems() == []
+
+
+def test_a_hostile_name_does_nothing(opened):
+    name = "</script><script>window.alarm = 1</script><img src=x onerror='window.alarm = 1'>"
+    browser = opened(replace(ft.load("cornell-box"), name=name))
+    assert browser.run("document.title") == name
+    assert browser.run("window.alarm") is None
+
+
+def test_a_picked_object_can_be_changed(opened):
+    """By a click, and as if the scene had been written that way: another surface, under a larger and stronger light."""
+    scene = ft.load("three-spheres")
+    browser = opened(scene)
+    click(browser, *place_of(browser, scene.camera, scene.spheres[0].center))
+    browser.wait("picked.textContent === 'plastic'")
+    controls = browser.run("[...object.querySelectorAll('input')].map((input) => [input.type, input.id])")
+    (_, albedo), (_, roughness), (_, metallic) = controls
+    for name, value in ((albedo, "#40c080"), (roughness, 0.4), (metallic, 0.75)):
+        set_control(browser, name.removeprefix("control-"), value)
+    lights = {c["id"].split("-")[0]: c["id"] for c in browser.run("fragtracer.controls") if "object" in c}
+    browser.run(
+        "fragtracer.live.set(fragtracer.live.camera, "
+        f"{{...fragtracer.live.settings, '{lights['power']}': 2, '{lights['size']}': 3}})"
+    )
+    color = tuple(srgb_decode(np.array([0x40, 0xC0, 0x80], np.float32) / 255).tolist())
+    plastic = replace(scene.materials["plastic"], albedo=color, metallic=0.75, roughness=0.4)
+    (light,) = scene.lights
+    light = replace(light, power=tuple(2 * watts for watts in light.power), radius=3 * light.radius)
+    expected = desktop(replace(scene, materials=dict(scene.materials) | {"plastic": plastic}, lights=(light,)))
+    assert_same(traced(browser), expected)
+    browser.run("picture.focus()")
+    browser.key("r")
+    assert_same(traced(browser), desktop(scene))
+
+
+def place_of(browser: Chromium, camera: ft.Camera, point) -> tuple[float, float]:
+    box = browser.run("(({left, top, width, height}) => [left, top, width, height])(picture.getBoundingClientRect())")
+    x, y = moves.project(camera, point, 48 / 32)
+    return box[0] + x * box[2], box[1] + y * box[3]
+
+
+def click(browser: Chromium, x: float, y: float) -> None:
+    held = {"button": "left", "buttons": 1, "clickCount": 1}
+    browser.mouse("mousePressed", x, y, held)
+    browser.mouse("mouseReleased", x, y, {**held, "buttons": 0})

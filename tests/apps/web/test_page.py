@@ -1,0 +1,202 @@
+# SPDX-License-Identifier: MIT
+"""The text of a page, and what is refused."""
+
+import base64
+import gzip
+import hashlib
+import io
+import json
+import re
+import struct
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import PIL.Image
+import pytest
+
+import fragtracer as ft
+from fragtracer.apps import cli
+from fragtracer.apps.web import page, payload
+from fragtracer.apps.web.payload import scene_payload
+from fragtracer.apps.web.smaller import with_quantised_meshes, with_smaller_images
+from fragtracer.display.look import Look
+from fragtracer.errors import SceneError
+from fragtracer.packing import pack
+from fragtracer.packing.atlas import mean_color
+
+CHECKOUT = Path(__file__).parents[3]
+RUNNER = CHECKOUT / "src" / "fragtracer" / "apps" / "web" / "runner.js"
+SIZE = (48, 32)
+
+
+class Parsed(HTMLParser):
+    """The elements of a page with their attributes, and the text in each."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.elements: list[tuple[str, dict[str, str | None]]] = []
+        self.texts: list[tuple[str, str]] = []
+        self.open: list[str] = []
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
+        self.elements.append((tag, dict(attributes)))
+        self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        while self.open and self.open.pop() != tag:  # those that have no end
+            pass
+
+    def handle_data(self, data: str) -> None:
+        if self.open:
+            self.texts.append((self.open[-1], data))
+
+
+def unpacked(data: bytes) -> tuple[dict, bytes]:
+    """Header and arrays of a payload."""
+    whole = gzip.decompress(data)
+    (length,) = struct.unpack_from("<I", whole)
+    return json.loads(whole[4 : 4 + length]), whole[4 + length :]
+
+
+def test_a_page_is_small_and_names_nothing_elsewhere():
+    text = page(ft.load("three-spheres"), SIZE, 1).text
+    assert len(text) < 200_000  # without the poster in its full size; the goal is 400 kB with it
+    parsed = Parsed(text)
+    for _, attributes in parsed.elements:
+        for name in ("src", "href", "action"):
+            assert (attributes.get(name) or "data:").startswith("data:")
+    assert [tag for tag, _ in parsed.elements].count("script") == 3
+
+
+def test_the_policy_names_the_script_and_the_style():
+    parsed = Parsed(page(ft.load("cornell-box"), SIZE, 1).text)
+    (policy,) = (a["content"] for tag, a in parsed.elements if tag == "meta" and a.get("http-equiv"))
+    assert policy.startswith("default-src 'none';")
+    assert "unsafe" not in policy
+    script = [text for tag, text in parsed.texts if tag == "script"][-1]
+    (style,) = (text for tag, text in parsed.texts if tag == "style")
+    for kind, text in (("script", script), ("style", style)):
+        digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
+        assert re.search(rf"{kind}-src 'sha256-{re.escape(digest)}'", policy)
+
+
+def test_a_name_is_text_wherever_it_stands():
+    name = "</script><script>alert(1)</script>\"'><img src=x onerror=alert(1)>&amp;${name}"
+    parsed = Parsed(page(replace(ft.load("cornell-box"), name=name), SIZE, 1).text)
+    assert [tag for tag, _ in parsed.elements].count("script") == 3
+    assert [a["id"] for tag, a in parsed.elements if tag == "img"] == ["poster"]
+    assert "".join(text for tag, text in parsed.texts if tag == "h1").strip() == name
+
+
+@pytest.mark.parametrize("name", ["grille", "overcast"])
+def test_the_arrays_are_those_of_the_desktop(name):
+    scene = ft.load(name)
+    header, data = unpacked(scene_payload(scene, scene.render, Look()))
+    packed = pack(scene, scene.render, scene.render.width, scene.render.height, 8)
+    assert {table["name"] for table in header["tables"]} == {n for n, t in packed.tables.items() if len(t[0])}
+    for table in header["tables"]:
+        for part, expected in zip(table["parts"], packed.tables[table["name"]], strict=True):
+            stored = np.frombuffer(data, np.uint8, part["length"], part["offset"])
+            if part["stride"]:
+                stored = stored.reshape(part["stride"], -1).T
+            assert stored.tobytes() == expected.tobytes()
+
+
+def test_the_runner_is_built_from_its_sources():
+    """Else: npm ci && npm run build in web/."""
+    sources = sorted((CHECKOUT / "web" / "src").iterdir())
+    digest = hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()
+    assert f"built from web/src {digest} " in RUNNER.read_text(encoding="utf-8").splitlines()[0]
+    assert "</script" not in RUNNER.read_text(encoding="utf-8")
+
+
+def test_a_scene_beyond_a_texture_is_refused(monkeypatch):
+    monkeypatch.setattr(payload, "_MOST_ROWS", 2)
+    scene = ft.load("knot")
+    with pytest.raises(SceneError, match=r"shapes and meshes take 1 MB; a texture in a browser holds 0 MB: use fewer"):
+        scene_payload(scene, scene.render, Look())
+
+
+def test_an_approximation_is_refused():
+    scene = ft.load("overcast")
+    for changes in ({"integrator": "split-sum"}, {"background": "irradiance"}):
+        with pytest.raises(SceneError, match="a page traces paths"):
+            scene_payload(scene, replace(scene.render, **changes), Look())
+
+
+def test_a_page_is_made_as_small_as_asked_for():
+    scene = ft.load("leaves")
+    whole = page(scene, SIZE, 1)
+    assert whole.notes == []
+    made = page(scene, SIZE, 1, size_limit=int(0.7 * len(whole.text)))
+    assert len(made.text) <= 0.7 * len(whole.text)
+    assert [re.sub(r"\d+", "N", note) for note in made.notes] == [
+        "images have N texels a side at most",
+        "vertices of meshes lie on a grid of N^N steps",
+    ]
+    with pytest.raises(SceneError, match=r"the page takes \d+ kB at least; the limit is 1 kB"):
+        page(ft.load("cornell-box"), SIZE, 1, size_limit=1000)
+
+
+def test_smaller_images_have_the_same_mean_and_vertices_move_by_half_a_step():
+    scene = ft.load("grille")
+    smaller, side = with_smaller_images(scene, 2)
+    images = [t.image for m in scene.materials.values() for t in m.textures.values()]
+    found = [t.image for m in smaller.materials.values() for t in m.textures.values()]
+    assert side == max(max(image.pixels.shape[:2]) for image in images) // 4
+    for image, other in zip(images, found, strict=True):
+        np.testing.assert_allclose(mean_color(other), mean_color(image), atol=0.01)
+    scene = ft.load("knot")
+    for mesh, other in zip(scene.meshes, with_quantised_meshes(scene, 10).meshes, strict=True):
+        for part, coarse in zip(mesh.parts, other.parts, strict=True):
+            moved = np.abs(part.geometry.positions - coarse.geometry.positions).max()
+            assert 0 < moved <= np.ptp(part.geometry.positions, axis=0).max() / 2**10
+
+
+def test_a_scene_shows_itself_in_a_notebook():
+    class Frame(HTMLParser):
+        def handle_starttag(self, tag, attributes):
+            assert tag == "iframe"
+            self.page = dict(attributes)["srcdoc"]
+
+    scene = ft.load("cornell-box")
+    shown = ft.show(replace(scene, name="<b>"), SIZE, 1)
+    frame = Frame()
+    frame.feed(shown._repr_html_())
+    assert frame.page == shown.text
+    assert "_repr_html_" in dir(scene)
+
+
+def test_a_renderer_shows_its_picture_in_a_notebook():
+    with ft.Renderer(ft.load("cornell-box"), SIZE) as renderer:
+        renderer.sample(1)
+        picture = np.asarray(PIL.Image.open(io.BytesIO(renderer._repr_png_())))
+        expected = 255 * Look("auto").show(renderer.image())
+    np.testing.assert_allclose(picture, expected, atol=0.51)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["cornell-box", "missing/page.html"], "there is no folder"),
+        (["cornell-box", "page.png"], "cannot write .png"),
+        (["no-such-scene", "page.html"], "no-such-scene"),
+        (["cornell-box", "page.html", "--size-limit", "5"], "give a number of kB or MB"),
+        (["cornell-box", "page.html", "--fallback", "0x9,3"], "give width, height and number of pictures"),
+        (["cornell-box", "page.html", "--exposure", "bright"], "give a number of stops"),
+    ],
+)
+def test_bad_input_is_one_sentence(arguments, message, monkeypatch, capsys, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.argv", ["fragtracer", "export-html", *arguments])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert ended.value.code == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert "Traceback" not in error
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: MIT
+// Draws for as long as nothing changes: after a change coarsely first, so that it is seen at once, then finer.
+import * as cameras from "./camera";
+import { type Settings, changes, isTraced } from "./controls";
+import { Display } from "./display";
+import { Film } from "./film";
+import { type Gl, pause } from "./gl";
+import type { Camera, Payload } from "./payload";
+import { Tracer } from "./tracer";
+
+const PREVIEW = 0.06; // seconds that the first, coarse picture after a change is meant to take
+const PASS = 0.5; // seconds that any other picture is meant to take at most
+const COARSEST = 8; // pixels a side that share one of it
+const MOVING = 150; // milliseconds after a change in which there is no finer picture
+const SHOWN = 50; // milliseconds between two drawings of the canvas
+const METERED = 1000; // milliseconds between two measurements of the error
+const MOST_PIXELS = 2_100_000; // of the picture
+
+export interface State {
+  samples: number;
+  seconds: number;
+  error: number;
+  speed: number; // pixel samples per second
+}
+
+export class Live {
+  camera: Camera;
+  settings: Settings;
+  paused = false;
+  tracer!: Tracer;
+  shown: Film | null = null;
+  onFrame: (state: State, isCoarse: boolean) => void = () => {};
+  onLoss: (isLost: boolean) => void = () => {};
+  private display!: Display;
+  private films = new Map<number, Film>(); // by how many pixels a side share one of its texels
+  private version = 0; // of camera and settings
+  private drawn = -1; // the version that the films are of
+  private changed = 0; // when
+  private isOn = true; // the canvas can be seen
+  private isEnded = false;
+  private isReady = false; // the context holds all that is needed
+  private wake: () => void = () => {};
+  private state: State = { samples: 0, seconds: 0, error: Infinity, speed: 0 };
+  private lastShown = 0;
+  private lastMetered = 0;
+
+  constructor(
+    readonly gl: Gl,
+    private readonly payload: Payload,
+  ) {
+    this.camera = payload.header.camera;
+    this.settings = Object.fromEntries(payload.header.controls.map(({ id, value }) => [id, value]));
+  }
+
+  // Compile and upload everything, again after the context was lost.
+  private async start(): Promise<void> {
+    const { header } = this.payload;
+    this.gl.getExtension("EXT_color_buffer_float");
+    this.films.clear();
+    this.shown = null;
+    this.tracer = new Tracer(this.gl, header, this.payload);
+    this.display = new Display(this.gl, header.vertex, header.display);
+    await Promise.all([this.tracer.start(), this.display.prepare(this.tonemap)]);
+    this.drawn = -1;
+    this.isReady = true;
+  }
+
+  set(camera: Camera, settings: Settings): void {
+    const traced = this.payload.header.controls.some((control) => isTraced(control) && settings[control.id] !== this.settings[control.id]);
+    const shown = this.tonemap !== settings.tonemap;
+    const moved = camera !== this.camera;
+    this.camera = camera;
+    this.settings = { ...settings };
+    if (traced || moved) this.restart();
+    if (shown) void this.display.prepare(this.tonemap).then(() => this.show());
+    else if (!traced) this.show();
+  }
+
+  restart(): void {
+    this.version++;
+    this.changed = performance.now();
+    this.wake();
+  }
+
+  setOn(isOn: boolean): void {
+    this.isOn = isOn;
+    this.wake();
+  }
+
+  setPaused(paused: boolean): void {
+    this.paused = paused;
+    this.wake();
+  }
+
+  end(): void {
+    this.isEnded = true;
+    this.wake();
+  }
+
+  // Draw until the end.
+  async run(): Promise<void> {
+    const canvas = this.gl.canvas as HTMLCanvasElement;
+    canvas.addEventListener("webglcontextlost", (event) => {
+      event.preventDefault(); // then it comes back
+      this.isReady = false;
+      this.onLoss(true);
+      this.wake();
+    });
+    canvas.addEventListener("webglcontextrestored", () => this.wake());
+    while (!this.isEnded) {
+      if (this.gl.isContextLost()) {
+        await this.woken();
+        continue;
+      }
+      if (!this.isReady) {
+        await this.start().catch((error: unknown) => {
+          if (!this.gl.isContextLost()) throw error;
+        });
+        if (this.isReady) this.onLoss(false);
+        continue;
+      }
+      const version = this.version;
+      if (this.drawn !== version) await this.begin(version);
+      const goesOn = async (): Promise<boolean> => {
+        const isValid = (): boolean => version === this.version && !this.isEnded && this.isReady;
+        while (isValid() && (this.paused || !this.isOn)) await this.woken();
+        return isValid();
+      };
+      await this.refine(goesOn);
+    }
+  }
+
+  // The film after `spp` samples of each pixel of a picture of its own, seen by `camera`.
+  async trace(width: number, height: number, spp: number, seed: number): Promise<Film> {
+    this.setPaused(true);
+    while (this.drawn !== this.version) await pause(5);
+    await this.tracer.settle();
+    const film = new Film(this.gl, width, height);
+    this.tracer.set({ ...this.view(width, height), u_seed: seed });
+    while (film.samples < spp)
+      await this.tracer.pass(film, Math.min(this.tracer.rays(film), spp - film.samples), async () => true);
+    await this.tracer.settle();
+    this.tracer.set({ u_seed: this.payload.header.seed });
+    return film;
+  }
+
+  // The material in a place of the picture: x to the right and y down, from 0 to 1.
+  async pick(x: number, y: number): Promise<number> {
+    const { width, height } = this.size;
+    return this.tracer.pick([2 * x - 1, 1 - 2 * y], this.view(width, height));
+  }
+
+  show(): void {
+    if (this.shown && this.isReady) this.display.draw(this.shown, Number(this.settings.exposure), this.tonemap);
+    this.lastShown = performance.now();
+  }
+
+  private woken(): Promise<void> {
+    return new Promise((done) => (this.wake = done));
+  }
+
+  // Whether what it takes for a tone curve is compiled.
+  shows(tonemap: string): boolean {
+    return this.display.knows(tonemap);
+  }
+
+  private get tonemap(): string {
+    return String(this.settings.tonemap);
+  }
+
+  private async begin(version: number): Promise<void> {
+    const { uniforms, edits } = changes(this.payload.header.controls, this.settings);
+    this.tracer.set(uniforms);
+    await this.tracer.edit(edits);
+    for (const film of this.films.values()) film.samples = 0;
+    this.state = { samples: 0, seconds: 0, error: Infinity, speed: this.state.speed };
+    this.drawn = version;
+  }
+
+  private async refine(goesOn: () => Promise<boolean>): Promise<void> {
+    const { width, height } = this.size;
+    const pixels = this.tracer.speed * PREVIEW;
+    let share = 1;
+    while (share < COARSEST && (width * height) / share ** 2 > pixels) share *= 2;
+    for (; share > 1; share /= 2) {
+      do if (!(await this.add(share, goesOn))) return;
+      while (performance.now() - this.changed < MOVING);
+    }
+    while (await this.add(1, goesOn));
+  }
+
+  // One more pass, and show it.
+  private async add(share: number, goesOn: () => Promise<boolean>): Promise<boolean> {
+    if (!(await goesOn())) return false;
+    const film = this.film(share);
+    if (film.samples === 0) film.clear();
+    this.tracer.set(this.view(film.width, film.height));
+    const rays = Math.min(this.tracer.rays(film, PASS), Math.max(1, film.samples));
+    const before = this.tracer.seconds;
+    if (!(await this.tracer.pass(film, rays, goesOn))) return false;
+    this.shown = film;
+    if (share === 1) {
+      this.state.samples = film.samples;
+      this.state.seconds += this.tracer.seconds - before;
+      this.state.speed = (film.samples * film.width * film.height) / this.state.seconds;
+      if (film.samples >= 2 && performance.now() - this.lastMetered > METERED) {
+        await this.tracer.settle();
+        this.state.error = this.display.relativeError(film);
+        this.lastMetered = performance.now();
+      }
+    }
+    if (film.samples <= rays || performance.now() - this.lastShown > SHOWN) this.show();
+    this.onFrame(this.state, share > 1);
+    await pause();
+    return true;
+  }
+
+  // Of the picture: that of the canvas, if it is not too large.
+  private get size(): { width: number; height: number } {
+    const { width, height } = this.gl.canvas;
+    const share = Math.min(1, Math.sqrt(MOST_PIXELS / (width * height)));
+    return { width: Math.max(1, Math.round(width * share)), height: Math.max(1, Math.round(height * share)) };
+  }
+
+  private film(share: number): Film {
+    const [width, height] = [this.size.width, this.size.height].map((side) => Math.max(1, Math.ceil(side / share)));
+    const known = this.films.get(share);
+    if (known && known.width === width && known.height === height) return known;
+    known?.release();
+    if (this.shown === known) this.shown = null;
+    const film = new Film(this.gl, width, height);
+    this.films.set(share, film);
+    return film;
+  }
+
+  private view(width: number, height: number): ReturnType<typeof cameras.uniforms> {
+    return cameras.uniforms(this.camera, this.payload.header.origin, width, height);
+  }
+}
