@@ -37,8 +37,8 @@ COUNT_WORK = (
     ),
     Edit(
         _DIRECT,
-        "    return is_occluded(ray, distance, light_primitive, seed);\n",
-        "    sample_work.y += 1.0;\n    return is_occluded(ray, distance, light_primitive, seed);\n",
+        "ivec4 inside, int light_primitive, vec2 u) {\n",
+        "ivec4 inside, int light_primitive, vec2 u) {\n    sample_work.y += 1.0;\n",
     ),
     Edit(_PATH, "        Hit hit = closest_hit(", "        sample_work.x += 1.0;\n        Hit hit = closest_hit("),
     Edit(
@@ -48,7 +48,7 @@ COUNT_WORK = (
     ),
     Edit(
         _PATH,
-        "            film_add(film, path.radiance);\n",
+        "            film_add(film, moments_of_path(path.moments, path.radiance));\n",
         "            film_add(film, sample_work);\n            sample_work = vec3(0.0);\n",
     ),
 )
