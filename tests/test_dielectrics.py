@@ -262,7 +262,8 @@ model = "dielectric"
 MISTAKES = {
     "ior = 0": "material.glass.ior: must be at least 1, got 0",
     "metallic = 1": "material.glass: metallic means nothing to model = 'dielectric'; leave it out; its keys are "
-    "roughness, ior, transmittance, attenuation_color, attenuation_distance, abbe_number, priority",
+    "roughness, anisotropy, anisotropy_rotation_degrees, ior, transmittance, attenuation_color, "
+    "attenuation_distance, abbe_number, priority, interior",
     "attenuation_color = 0": "material.glass.attenuation_color: must be greater than 0",
     "attenuation_distance = 0": "material.glass.attenuation_distance: must be greater",
     "": "material.water.priority: shapes of 'glass' and 'water' may overlap, and both have the priority 0; give the "
