@@ -956,6 +956,8 @@ MUTATIONS = [
         "            plastic.internal = coat.internal;\n",
         "",
         Check(test_coats.test_a_texture_varies_the_coat),
+    ),
+    Mutation(
         "light scattered backwards in place of forwards",
         "medium/phase.glsl",
         "vec3 aside = g > 0.0 ? wo + wi : wo - wi;",

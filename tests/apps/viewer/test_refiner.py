@@ -3,6 +3,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import moderngl
@@ -16,7 +17,9 @@ from fragtracer.apps.viewer import refiner as refiner_module
 from fragtracer.apps.viewer.dynamic_resolution import DynamicResolution
 from fragtracer.apps.viewer.live import LiveRenderer
 from fragtracer.apps.viewer.refiner import Refiner
+from fragtracer.errors import ShaderError
 from fragtracer.gpu import textures, tracer
+from fragtracer.guiding import Decision
 from fragtracer.scene import (
     Ambient,
     Camera,
@@ -240,3 +243,25 @@ def test_editing_a_small_thing_does_not_upload_a_mesh(make: Make, monkeypatch: p
     refiner.change(replace(scene, **{kind: up[kind]}))
     assert refiner.renderer.scene != scene
     assert 0 < sum(uploaded) < 20_000
+
+
+def test_a_broken_shader_file_keeps_the_program_when_something_is_learned(
+    make: Make, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = everything()
+    refiner = make(scene)
+    refiner._specialises = False
+    plan = refiner.renderer.plan(scene)
+    guided = replace(plan, packed=replace(plan.packed, tables={**plan.packed.tables, "u_guiding": ()}))
+    asked: list[object] = []
+
+    def broken(found: object, *_: object) -> None:
+        asked.append(found)
+        raise ShaderError("a file is broken")
+
+    monkeypatch.setattr(refiner.renderer, "plan", lambda *_: guided)
+    monkeypatch.setattr(refiner.renderer, "adopt", broken)
+    learned = scene, scene.render, Decision(None, "")
+    monkeypatch.setattr(refiner, "_guider", SimpleNamespace(take=lambda: learned, close=lambda: None))
+    refiner._guide(0.0)
+    assert asked == [guided]

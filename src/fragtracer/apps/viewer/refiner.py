@@ -2,6 +2,7 @@
 """Progressive refinement: a small picture at once while something moves, then full resolution and more samples."""
 
 import time
+from contextlib import suppress
 from dataclasses import replace
 
 from fragtracer.apps.viewer.compiler import BackgroundCompiler
@@ -200,7 +201,8 @@ class Refiner:
             if "u_guiding" in plan.packed.tables and self._specialises:
                 self._guides, self._specialising = True, None
             elif "u_guiding" in plan.packed.tables:
-                self.renderer.adopt(plan)
+                with suppress(ShaderError):  # a shader file may be broken for now; the last program stays in use
+                    self.renderer.adopt(plan)
         elif now - self._edited_at > _LEARN_AFTER:
             self._guider.ask(self._scene, decides(self._scene.render))
 
