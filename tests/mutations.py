@@ -205,7 +205,7 @@ MUTATIONS = [
     Mutation(
         "light scattered between facets lost",
         "bsdf/cook_torrance.glsl",
-        "        fresnel *= ggx_compensation(b.f0, b.alpha, wo.z);\n",
+        "        fresnel *= ggx_compensation(b.f0, facets_width(b, wo), wo.z);\n",
         "",
         Check(test_bsdf_values.test_white_metal_with_multiple_scattering_reflects_everything),
     ),
@@ -219,8 +219,8 @@ MUTATIONS = [
     Mutation(
         "G without the side of the light",
         "bsdf/ggx.glsl",
-        "return ggx_g1(alpha, wo.z) * ggx_g1(alpha, wi.z);",
-        "return ggx_g1(alpha, wo.z);",
+        "return ggx_g1(alpha.x, wo.z) * ggx_g1(alpha.y, wi.z);",
+        "return ggx_g1(alpha.x, wo.z);",
         Check(test_ggx.test_geometry_term, term="SMITH"),
     ),
     Mutation(
@@ -315,8 +315,8 @@ MUTATIONS = [
     Mutation(
         "shadow ray too short",
         "material/visibility.glsl",
-        "scene_intersect(ray, distance, ignored, true)",
-        "scene_intersect(ray, 0.5 * distance, ignored, true)",
+        "return closest_hit_before(ray, distance, ignored, seed, true)",
+        "return closest_hit_before(ray, 0.5 * distance, ignored, seed, true)",
         SHADOWS,
     ),
     Mutation(
@@ -398,8 +398,8 @@ MUTATIONS = [
     Mutation(
         "interface passed once, not twice",
         "bsdf/cook_torrance.glsl",
-        "diffuse *= cook_torrance_transmittance(b, wo.z) *",
-        "diffuse *=",
+        "return cook_torrance_transmittance(b, wo.z) * cook_torrance_transmittance(b, wi.z);",
+        "return cook_torrance_transmittance(b, wi.z);",
         PLASTIC,
     ),
     Mutation(
@@ -433,7 +433,7 @@ MUTATIONS = [
     Mutation(
         "shadow of what is there in part as of what is there",
         "material/visibility.glsl",
-        "alpha_intersect(ray, distance, ignored, seed).primitive",
+        "closest_hit_before(ray, distance, ignored, seed, true).primitive",
         "scene_intersect(ray, distance, ignored, true).primitive",
         SHEETS,
     ),
