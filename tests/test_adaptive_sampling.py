@@ -225,10 +225,9 @@ def test_the_gain_is_what_a_plan_is_worth(ratio: float, seen: float, least: floa
     deviation = np.tile(np.repeat(np.where(np.arange(tiles) % 4 == 0, ratio, 1.0), pixels), 2)
     values = rng.normal(1, 0.02 * deviation[:, None], (2 * tiles * pixels, ITEM_SAMPLES))
     values *= (rng.random(values.shape) < seen) / seen
-    colors = lambda x: np.repeat(x[:, None, None], 3, axis=2)  # noqa: E731
     halves = (values * np.where(np.arange(ITEM_SAMPLES) % 2, -1, 1)).mean(axis=1)
     count = np.full((len(values), 1, 1), float(ITEM_SAMPLES))
-    parts = [colors(values.mean(axis=1)), colors(values.var(axis=1)), colors(halves)]
-    mean, variance, half = (part.astype(np.float32) for part in parts)
+    parts = values.mean(axis=1), values.var(axis=1), halves
+    mean, variance, half = (np.repeat(part[:, None, None], 3, axis=2).astype(np.float32) for part in parts)
     items = Pixels(*(np.concatenate([x, count], axis=2).astype(np.float32) for x in (mean, variance)), half)
     assert least < pilot_gain(items) < most

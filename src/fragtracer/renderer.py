@@ -239,7 +239,9 @@ class Renderer:
         settings = {name: str(value) for name, value in vars(self.settings).items() if not name.startswith("_")}
         counts = {"spp": str(self.spp), "non_finite_samples": str(self.non_finite_samples())}
         made_by = {"software": f"fragtracer {__version__}", "scene": self.scene.name}
-        counts |= {"guiding_decision": self._decision().reason, "adaptive_decision": self._film.decision}
+        traces_paths = self._program().name == PROGRAMS["path"]
+        adaptive = self._film.decision if traces_paths else f"off: the integrator is {self.settings.integrator}"
+        counts |= {"guiding_decision": self._decision().reason, "adaptive_decision": adaptive}
         return made_by | settings | counts | {"gl_renderer": describe(self.context)["GL renderer"]}
 
     def _repr_png_(self) -> bytes:

@@ -113,8 +113,8 @@ class Accumulation:
         if self._gain is None:
             return f"off: there are no more than {FIRST_STAGE} samples per pixel"
         if self._stays_even:
-            return f"off: the squared error would fall by {self._gain:.2f}, less than the time would rise"
-        return f"on: the squared error falls by {self._gain:.2f}"
+            return f"off: at equal samples it would divide the squared error by {self._gain:.2f} < {LEAST_GAIN:g}"
+        return f"on: at equal samples it divides the squared error by {self._gain:.2f}"
 
     @property
     def _stays_even(self) -> bool:
@@ -128,13 +128,15 @@ class Accumulation:
 
     def _pays(self, tracer: Tracer, budget: float | None) -> Generator[float, None, bool]:
         """Whether to go on with a plan; yields while a pilot finds that out."""
-        if self.adaptive == "auto" and self._gain is None:
-            work = pilot_list(*self.size)
-            pilot = _List(self._ctx, self.size, _LIST_WIDTH, max(_BLOCK, _rows(len(work.pixels), _LIST_WIDTH)))
+        work = pilot_list(*self.size)
+        if self.adaptive == "auto" and not len(work.pixels):
+            self._gain = 1.0
+        elif self.adaptive == "auto" and self._gain is None:
+            pilot = _List(self._ctx, self.size, _LIST_WIDTH, _rows(len(work.pixels), _LIST_WIDTH))
             try:
                 for _ in pilot.trace(tracer, work, PILOT_STREAM, PILOT_SAMPLES, budget):
                     yield 0.0
-                self._gain = pilot_gain(pilot.read(len(work.pixels))) if len(work.pixels) else 1.0
+                self._gain = pilot_gain(pilot.read(len(work.pixels)))
             finally:
                 pilot.release()
         return not self._stays_even

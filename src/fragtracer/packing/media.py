@@ -14,6 +14,7 @@ from fragtracer.packing.interiors import dielectrics
 from fragtracer.packing.records import ROW, Words
 from fragtracer.scene import Density, Material, Medium, Scene
 from fragtracer.scene.interiors import has_media
+from fragtracer.scene.medium import Box
 
 Floats = NDArray[np.float64]
 _VACUUM = Medium(extinction=(0.0, 0.0, 0.0))
@@ -49,7 +50,7 @@ def pack_media(scene: Scene, origin: Floats) -> PackedMedia:
     names = list(dielectrics(scene.materials))
     found += [_inside(scene, scene.materials[name]) for name in names]
     grids = list(dict.fromkeys((m.density, m.bounds) for m in found if m.density and m.bounds))
-    numbers = {grid: i for i, grid in enumerate(grids)}
+    numbers: dict[tuple[Density | None, Box | None], int] = {grid: i for i, grid in enumerate(grids)}
     is_null = [False] + [scene.materials[name].model == "null" for name in names]
     rows = [
         {
@@ -57,7 +58,7 @@ def pack_media(scene: Scene, origin: Floats) -> PackedMedia:
             "g": medium.g,
             "albedo": medium.single_albedo,
             "is_null": null,
-            "grid": numbers.get((medium.density, medium.bounds), -1),  # type: ignore[arg-type]
+            "grid": numbers.get((medium.density, medium.bounds), -1),
         }
         for medium, null in zip(found, is_null, strict=True)
     ]

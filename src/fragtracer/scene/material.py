@@ -58,8 +58,7 @@ class Material:
     "conductor" is a metal of a measured complex index ``eta`` + i ``k``, or of that of the ``metal`` of a name in
     :data:`METAL_INDEX`. "plastic" is a Lambert base under a smooth coat (shaders/bsdf/plastic.glsl), "rough-plastic"
     one under a coat of GGX facets (shaders/bsdf/rough_plastic.glsl): what the coat reflects back to the base is
-    scattered again, ``nonlinear`` in its colour. "null" is no surface at all, but the boundary of a
-    medium.
+    scattered again, ``nonlinear`` in its colour. "null" is no surface at all, but the boundary of a medium.
 
     ``albedo`` is the colour of the base, and the specular colour of the metallic part. The GGX
     width is ``roughness**2``; roughness below 0.01 is a perfect mirror. The dielectric part's

@@ -14,7 +14,6 @@ from fragtracer.scene.fields import CONFIG, Point, Reflectance, Strength, Triple
 ALBEDO = 0.75  # where none is given, as of Mitsuba's media
 _PAIRS = (("extinction", "mean_free_path"), ("extinction", "scattering"), ("mean_free_path", "scattering"))
 
-
 Box = Annotated[tuple[Point, Point], BeforeValidator(as_tuple)]
 
 

@@ -2,6 +2,7 @@
 """Scenes made smaller in bytes: images with fewer texels, vertices on a coarser grid."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -16,12 +17,12 @@ def with_smaller_images(scene: Scene, halvings: int) -> tuple[Scene, int]:
 
     def reduced(material: Material) -> Material:
         nonlocal longest
-        changes = {}
+        changes: dict[str, Any] = {}
         for name, texture in material.textures.items():
             image = smaller_image(texture.image, 0.5**halvings)
             longest = max(longest, *image.pixels.shape[:2])
             changes[f"{name}_texture"] = replace(texture, image=image)
-        return replace(material, **changes) if changes else material  # type: ignore[arg-type]
+        return replace(material, **changes)
 
     return replace(scene, materials={name: reduced(m) for name, m in scene.materials.items()}), longest
 

@@ -2,8 +2,8 @@
 """Scene files in TOML, to a :class:`Scene` and back.
 
 The tables are ``[camera]``, ``[render]``, ``[ambient]``, ``[environment]``, ``[fog]``, ``[medium.NAME]``,
-``[material.NAME]``, ``[[light]]``,
-``[[spot_light]]``, ``[[directional_light]]``, ``[[sphere]]``, ``[[plane]]``, ``[[rectangle]]``, ``[[disk]]``,
+``[material.NAME]``, ``[[light]]``, ``[[spot_light]]``, ``[[directional_light]]``,
+``[[sphere]]``, ``[[plane]]``, ``[[rectangle]]``, ``[[disk]]``,
 ``[[triangle]]`` and ``[[mesh]]``, under a ``description``; their keys are the fields of the dataclasses of
 :mod:`fragtracer.scene`, with the name of a file where these hold pixels or triangles. The
 ``f0`` of a material may also name a dielectric of ``DIELECTRIC_F0``.
