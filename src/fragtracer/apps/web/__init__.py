@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from fragtracer import __version__
-from fragtracer.apps.web.payload import scene_payload
+from fragtracer.apps.web.payload import packed_for_page, scene_payload
 from fragtracer.apps.web.smaller import with_quantised_meshes, with_smaller_images
 from fragtracer.display.look import Look
 from fragtracer.errors import SceneError
@@ -115,6 +115,7 @@ def page(
     look = look or Look()
     width, height = size or (scene.render.width, scene.render.height)
     settings = replace(scene.render, width=width, height=height)
+    packed_for_page(scene, settings)  # refused here, not after the work
     with Renderer(scene, (width, height)) as renderer:
         image = renderer.render(spp=spp or settings.spp, seconds=seconds)
     look = replace(look, exposure=look.stops(image))

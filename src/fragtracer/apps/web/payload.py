@@ -35,8 +35,8 @@ _WHAT = {
 }
 
 
-def scene_payload(scene: Scene, settings: RenderSettings, look: Look) -> bytes:
-    """All that the runner needs of ``scene``, compressed.
+def packed_for_page(scene: Scene, settings: RenderSettings) -> PackedScene:
+    """``scene`` as a browser can trace it.
 
     Raises
     ------
@@ -49,6 +49,26 @@ def scene_payload(scene: Scene, settings: RenderSettings, look: Look) -> bytes:
             "a page traces paths: it has no maps of the split-sum approximation; "
             'set integrator = "path" and background = "environment" under [render]'
         )
+    for name, table in packed.tables.items():
+        if table and table[0].ndim == 2 and sum(-(-len(part) // WIDTH) for part in table) > _MOST_ROWS:
+            size = sum(part.nbytes for part in table) / 1e6
+            most = _MOST_ROWS * WIDTH * table[0].itemsize * 4 / 1e6
+            raise SceneError(
+                f"{_WHAT.get(name, 'the scene')} take {size:,.0f} MB; a texture in a browser holds {most:,.0f} MB: "
+                "use fewer triangles or smaller images"
+            )
+    return packed
+
+
+def scene_payload(scene: Scene, settings: RenderSettings, look: Look) -> bytes:
+    """All that the runner needs of ``scene``, compressed.
+
+    Raises
+    ------
+    SceneError
+        If a browser cannot hold it, or the settings ask for more than paths.
+    """
+    packed = packed_for_page(scene, settings)
     shown = controls(scene, settings, packed, look)
     fragment = _composed("pathtracer.frag", packed)
     kept = tuple(target["uniform"] for control in shown for target in control["targets"] if "uniform" in target)
@@ -100,15 +120,7 @@ class _Blob:
 
     def table(self, name: str, table: tuple[NDArray[Any], ...]) -> dict[str, Any]:
         """Add the parts of a table; what the header says of it."""
-        rows = sum(-(-len(part) // WIDTH) for part in table)
         is_folded = table[0].ndim == 2
-        if is_folded and rows > _MOST_ROWS:
-            size = sum(part.nbytes for part in table) / 1e6
-            most = _MOST_ROWS * WIDTH * table[0].itemsize * 4 / 1e6
-            raise SceneError(
-                f"{_WHAT.get(name, 'the scene')} take {size:,.0f} MB; a texture in a browser holds {most:,.0f} MB: "
-                "use fewer triangles or smaller images"
-            )
         layers, height, width = (1, 0, 0) if is_folded else table[0].shape[:3]
         return {
             "name": name,
