@@ -1,29 +1,34 @@
 # SPDX-License-Identifier: MIT
 """Writes docs/correctness.md: for every feature the difference from Mitsuba and the smallest detectable bias.
 
-usage: python scripts/correctness.py [--quick]
+usage: python scripts/correctness.py [--minutes N] [--again COMMIT]
 
-Takes hours on two cores: a first run of each row, which is thrown away, says how many samples the row needs.
---quick renders that first run with a sixteenth of the samples, is content with it and writes nothing.
+A first run of each row, which is thrown away, says how many samples the row needs. All rows take hours on two cores, so
+each is kept in docs/correctness.json as soon as it is made, with the commit that made it, and the table is written
+again: --minutes ends after the row during which they have passed, and the next call goes on with what is missing, rows
+that need few samples first. --again forgets the rows that were made by a commit.
 """
 
-import sys
+import argparse
+import json
+import subprocess
+import time
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
-from datetime import date
+from dataclasses import asdict, dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
+from zlib import crc32
 
 import numpy as np
 
 from fragtracer.apps.compare import compare_scene
 from fragtracer.apps.compare.run import Comparison
-from fragtracer.apps.compare.verdict import Verdict
 from fragtracer.io.toml import bundled, load
 from fragtracer.scene import Ambient, Camera, Light, Material, Plane, Rectangle, RenderSettings, Scene, Sphere
 
-OUTPUT = Path(__file__).parents[1] / "docs" / "correctness.md"
+CHECKOUT = Path(__file__).parents[1]
+OUTPUT, KEPT = (CHECKOUT / "docs" / f"correctness.{suffix}" for suffix in ("md", "json"))
 SIZE, SPP, BATCHES, MARGIN = (320, 180), 512, 16, 0.005
 MOST_SPP = 32 * SPP
 JUDGED, BLOCK_BIAS = 0.9, 0.01  # what the samples are spent for
@@ -67,6 +72,10 @@ batch. fragtracer draws the points of a gaussian pixel filter by its density, Mi
 sky two pixels from a lit sphere fragtracer has its first such point after some ten thousand samples. So the rows of
 pixel filters are of a scene without black background.
 
+For the same reason the comparison is of paths without guiding: in the dark far floor of three-spheres guided paths find
+0.1 % more light, reflected by the spheres, which unguided ones, fragtracer's own and Mitsuba's, do not meet once in
+sixteen batches. Guided pictures are compared with unguided ones where both find the light (`tests/test_guiding.py`).
+
 Of meshes, intersection, light sampling and texture filtering are Mitsuba's own. Shading normals, normal maps, alpha and
 unlit materials follow our own rules, which a Mitsuba plugin (`reference/plugins/surface.py`) implements a second time.
 `tests/test_reference_meshes.py` compares each of them on its own.
@@ -78,14 +87,51 @@ tested too: `tests/test_mutations.py` plants each of the errors of `tests/mutati
 every file of GLSL, and requires that the test which it names passes without it and fails with it; `make mutate` plants
 random errors and lists those that no test finds.
 
-Written by `python scripts/correctness.py` on {date} with fragtracer {fragtracer},
-Mitsuba {mitsuba} ({variant}) and {renderer}.
+Written by `python scripts/correctness.py` with Mitsuba {mitsuba} ({variant}) and {renderer}; the last column names the
+commit of fragtracer that made the row.
+
+{summary}
 
 {not_met}
 
-| scene | what is special | spp | seed | difference | detectable | blocks: median, worst | judged | parts | verdict |
-|---|---|---|---|---|---|---|---|---|---|
+{missing}
+
+| scene | feature | spp | seed | difference | detectable | blocks: median, worst | judged | parts | verdict | commit |
+|---|---|---|---|---|---|---|---|---|---|---|
 """
+
+
+@dataclass(frozen=True)
+class Row:
+    """What is known of a case; shares are of 1, ``detectable`` is None where both images are black."""
+
+    scene: str
+    special: str
+    commit: str
+    needed_spp: int  # by the first run
+    spp: int = 0  # of the run that counts, 0 before it
+    seed: int = 0
+    difference: float = 0.0
+    detectable: float | None = None
+    median_block: float = 0.0
+    worst_block: float = 0.0
+    judged: int = 0
+    lit: int = 0
+    differing: int = 0
+    parts: int = 0
+    outcome: str = ""
+
+    @property
+    def is_short(self) -> bool:
+        """Whether fewer regions were judged, or the median block less precisely, than was asked for."""
+        return self.judged < JUDGED * self.lit or self.median_block > BLOCK_BIAS
+
+    def __str__(self) -> str:
+        seen = "both images black" if self.detectable is None else f"{100 * self.detectable:.3f} %"
+        blocks = f"{_percent(self.median_block)}, {_percent(self.worst_block)}"
+        judged, parts = f"{self.judged} of {self.lit}", f"{self.differing} of {self.parts}"
+        cells = (self.spp, self.seed, f"{100 * self.difference:+.3f} %", seen, blocks, judged, parts, self.outcome)
+        return " | ".join(["", self.scene, self.special, *map(str, cells), self.commit, ""]).strip()
 
 
 def cases() -> Iterator[tuple[str, str, Scene]]:
@@ -166,27 +212,35 @@ def _with(name: str, **settings: object) -> Scene:
     return replace(scene, render=replace(scene.render, **settings))
 
 
-def compared(scene: Scene, seed: int, quick: bool) -> Comparison:
-    """With the samples that a first run with other random numbers says are needed."""
+def first_run(case: tuple[str, str, Scene], seed: int, commit: str) -> Row:
+    """How many samples a row needs."""
+    name, special, scene = case
     # With emitters alone in view, all noise is at their edges, and samples are cheap.
-    spp = SPP * (8 if scene.render.bounces == 0 else 1) // (16 if quick else 1)
-    first = compare_scene(scene, SIZE, spp, BATCHES, seed + 1, MARGIN)
-    if quick:
-        return first
-    factor = 1.2 * first.verdict.spp_factor_for(JUDGED, BLOCK_BIAS)
-    return compare_scene(scene, SIZE, int(np.clip(factor * spp, spp, max(spp, MOST_SPP))), BATCHES, seed, MARGIN)
+    spp = SPP * (8 if scene.render.bounces == 0 else 1)
+    factor = 1.2 * compare_scene(scene, SIZE, spp, BATCHES, seed, MARGIN).verdict.spp_factor_for(JUDGED, BLOCK_BIAS)
+    return Row(name, special, commit, int(np.clip(factor * spp, spp, max(spp, MOST_SPP))))
 
 
-def row(name: str, special: str, comparison: Comparison) -> str:
+def full_run(row: Row, scene: Scene, seed: int, commit: str) -> tuple[Row, Comparison]:
+    """The row as it counts, from other random numbers than the first run."""
+    comparison = compare_scene(scene, SIZE, row.needed_spp, BATCHES, seed, MARGIN)
     verdict = comparison.verdict
     difference = verdict.image.pair.relative_difference[0, 0]
-    largest = difference[abs(difference).argmax()]
-    seen = f"{100 * verdict.detectable_bias.max():.3f} %" if comparison.ours.picture.any() else "both images black"
-    blocks = ", ".join(_percent(bias) for bias in verdict.block_biases)
-    judged, lit = verdict.judged_share
-    parts = f"{verdict.differing} of {verdict.comparisons}"
-    cells = [name, special, comparison.spp, comparison.seed, f"{100 * largest:+.3f} %", seen, blocks]
-    return " | ".join(["", *map(str, cells), f"{judged} of {lit}", parts, verdict.outcome, ""]).strip()
+    median_block, worst_block = map(float, verdict.block_biases)
+    judged, lit = map(int, verdict.judged_share)
+    made = Row(
+        *(row.scene, row.special, commit, row.needed_spp, comparison.spp, comparison.seed),
+        difference=float(difference[abs(difference).argmax()]),
+        detectable=float(verdict.detectable_bias.max()) if comparison.ours.picture.any() else None,
+        median_block=median_block,
+        worst_block=worst_block,
+        judged=judged,
+        lit=lit,
+        differing=int(verdict.differing),
+        parts=int(verdict.comparisons),
+        outcome=str(verdict.outcome),
+    )
+    return made, comparison
 
 
 def _percent(share: float) -> str:
@@ -194,26 +248,22 @@ def _percent(share: float) -> str:
     return f"{100 * share:.{2 if 100 * share < 10 else 0}{'g' if 100 * share < 10 else 'f'}} %"
 
 
-def not_met(verdicts: list[tuple[str, str, Verdict]]) -> str:
-    """Which rows have fewer regions judged, or a less precise median block, than was asked for."""
-    short = []
-    for name, special, verdict in verdicts:
-        judged, lit = verdict.judged_share
-        median, _ = verdict.block_biases
-        if judged < JUDGED * lit or median > BLOCK_BIAS:
-            short.append(f"{name}, {special} ({judged} of {lit}; {_percent(median)})")
-    if not short:
-        return "Every row has what the samples were spent for."
-    return "Rows whose samples were not enough (regions judged; median block): " + "; ".join(short) + "."
-
-
-def main(quick: bool) -> None:
-    rows, verdicts = [], []
-    for number, (name, special, scene) in enumerate(cases()):
-        comparison = compared(scene, 2 * number, quick)
-        rows.append(row(name, special, comparison))
-        verdicts.append((name, special, comparison.verdict))
-        print(rows[-1], flush=True)
+def document(rows: list[Row], of_all: int, devices: Mapping[str, str]) -> str:
+    """The text of docs/correctness.md."""
+    made = [row for row in rows if row.spp]
+    agree = sum(row.outcome == "agreement" for row in made)
+    differing, parts = sum(row.differing for row in made), sum(row.parts for row in made)
+    summary = f"**{agree} of {len(made)} rows agree; {differing} of {parts:,} parts differ.**"
+    short = [f"{r.scene}, {r.special} ({r.judged} of {r.lit}; {_percent(r.median_block)})" for r in made if r.is_short]
+    not_met = "Every row has what the samples were spent for."
+    if short:
+        not_met = f"Rows whose samples were not enough (regions judged; median block): {'; '.join(short)}."
+    missing = "No row is missing."
+    if len(made) < of_all:
+        waiting = [f"{row.scene}, {row.special} ({row.needed_spp} spp)" for row in rows if not row.spp]
+        missing = f"{of_all - len(made)} of {of_all} rows were not made yet. Of them the first run says: " + (
+            f"{'; '.join(waiting)}." if waiting else "nothing yet."
+        )
     facts = {
         "batches": BATCHES,
         "size": f"{SIZE[0]} x {SIZE[1]}",
@@ -222,17 +272,55 @@ def main(quick: bool) -> None:
         "judged": f"{100 * JUDGED:g}",
         "block_bias": f"{100 * BLOCK_BIAS:g}",
         "margin": 100 * MARGIN,
-        "not_met": not_met(verdicts),
-        "date": date.today().isoformat(),
-        "fragtracer": version("fragtracer"),
-        "mitsuba": version("mitsuba"),
-        "variant": comparison.reference.device,
-        "renderer": comparison.ours.device,
+        "summary": summary,
+        "not_met": not_met,
+        "missing": missing,
     }
-    print(facts["not_met"])
-    if not quick:
-        OUTPUT.write_text(HEAD.format(**facts) + "\n".join(rows) + "\n", encoding="utf-8")
+    return HEAD.format(**facts, **devices) + "\n".join(map(str, made)) + "\n"
+
+
+def current_commit() -> str:
+    command = ["git", "-C", str(CHECKOUT), "rev-parse", "--short", "HEAD"]
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="Write docs/correctness.md, row by row.")
+    parser.add_argument("--minutes", type=float, default=float("inf"), metavar="N", help="end after so many")
+    parser.add_argument("--again", metavar="COMMIT", help="forget the rows that were made by this commit")
+    options = parser.parse_args()
+    end = time.monotonic() + 60 * options.minutes
+    commit = current_commit()
+    kept = json.loads(KEPT.read_text(encoding="utf-8")) if KEPT.is_file() else {"devices": {}, "rows": []}
+    rows = {(row["scene"], row["special"]): Row(**row) for row in kept["rows"] if row["commit"] != options.again}
+    devices: dict[str, str] = kept["devices"]
+    scenes = {(name, special): scene for name, special, scene in cases()}
+    seeds = {key: 2 * (crc32(", ".join(key).encode()) % 1_000_000) for key in scenes}
+    assert len(set(seeds.values())) == len(seeds)
+
+    def keep(row: Row) -> None:
+        rows[row.scene, row.special] = row
+        known = [rows[key] for key in scenes if key in rows]
+        KEPT.write_text(json.dumps({"devices": devices, "rows": [*map(asdict, known)]}, indent=1), encoding="utf-8")
+        if devices:
+            OUTPUT.write_text(document(known, len(scenes), devices), encoding="utf-8")
+
+    for key, scene in scenes.items():
+        if key not in rows and time.monotonic() < end:
+            keep(first_run((*key, scene), seeds[key] + 1, commit))
+            print(f"{key}: {rows[key].needed_spp} spp", flush=True)
+    for row in sorted((rows[key] for key in scenes if key in rows), key=lambda row: row.needed_spp):
+        if not row.spp and time.monotonic() < end:
+            key = row.scene, row.special
+            made, comparison = full_run(row, scenes[key], seeds[key], commit)
+            devices = {
+                "mitsuba": version("mitsuba"),
+                "variant": comparison.reference.device,
+                "renderer": comparison.ours.device,
+            }
+            keep(made)
+            print(made, flush=True)
 
 
 if __name__ == "__main__":
-    main("--quick" in sys.argv[1:])
+    main()

@@ -40,7 +40,7 @@ void main() {
     Film film = film_load(pixel, 0u);
     float unused;
     for (int i = 0; i < u_rays; i++) {
-        uint index = film_sampler_index(film_next_number(film));
+        uint index = film_sampler_index(film);
         vec4 u = sampler_vec4(pixel, index, dimension_camera(), unused);
         film_add(film, split_sum_radiance(camera_ray(pixel, u), hash_pcg4d(floatBitsToUint(u)).x, pixel, index));
     }

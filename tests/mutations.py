@@ -266,7 +266,7 @@ MUTATIONS = [
     Mutation(
         "NaN swallowed",
         "film/film.glsl",
-        "        film.non_finite += 1.0;\n",
+        "film.non_finite += has_ended && !counts ? 1.0 : 0.0;",
         "",
         Check(samples_that_are_not_finite_are_counted),
     ),

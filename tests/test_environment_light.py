@@ -200,7 +200,7 @@ def test_camera_sees_the_map_the_right_way_round(ctx):
         environment = Environment(image=Panorama(pixels), rotation_degrees=turn)
         camera = Camera((0.0, 0.0, 0.0), (0.0, 0.0, -1.0), fov_degrees=90.0)
         scene = Scene(camera=camera, environment=environment)
-        image = rendered(ctx, scene, 256, (64, 64), adaptive="off")
+        image = rendered(ctx, scene, 256, (64, 64))
         u, v = middle + np.arctan(x) / (2 * np.pi), 0.5 - np.arctan(y / np.hypot(1, x)) / np.pi
         expected = lookup(pixels, direction_of(u, v)).reshape(64, 16, 64, 16, 3).mean((1, 3))
         np.testing.assert_allclose(image, expected, rtol=0.005)

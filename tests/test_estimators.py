@@ -26,12 +26,12 @@ COARSE_RESOLUTION = 0.04
 SETTINGS = {
     "nee": {"estimator": "nee"},
     "nee with 8 light samples": {"estimator": "nee", "light_samples": 8},
-    # What never met the light in a dark region is given few samples more, and its scatter is not known.
-    "bsdf": {"estimator": "bsdf", "adaptive": "off"},
+    "bsdf": {"estimator": "bsdf"},
     "mis with 8 light samples": {"estimator": "mis", "light_samples": 8},
     "hash sampler": {"sampler": "hash"},
     "no roulette": {"russian_roulette": False},
     "roulette from the first vertex": {"russian_roulette_depth": 1},
+    "adaptive sampling": {"adaptive": "on"},
 }
 
 
@@ -105,7 +105,7 @@ def test_each_bounce_only_adds_light(ctx, name):
     """With the same random numbers a path is the beginning of its longer self, so this holds for every
     pixel, up to rounding, and not for the mean alone."""
     scene = load(name)
-    settings = {"adaptive": "off", "size": SIZE, "specialised": False}  # one program for all
+    settings = {"size": SIZE, "specialised": False}  # one program for all
     images = [rendered(ctx, scene, 64, bounces=bounces, **settings).astype(np.float64) for bounces in range(21)]
     for fewer, more in pairwise(images):
         assert (more >= fewer * (1 - 1e-5)).all()
@@ -178,7 +178,7 @@ PLANTED = {
     "density of the diffuse lobe 3 % too high": (
         *("bsdf/cook_torrance.glsl", "square_to_cosine_hemisphere_pdf(wi));"),
         "1.03 * square_to_cosine_hemisphere_pdf(wi));",
-        *("three-spheres", {"estimator": "bsdf", "adaptive": "off"}, {"estimator": "nee", "adaptive": "off"}),
+        *("three-spheres", {"estimator": "bsdf"}, {"estimator": "nee"}),
     ),
     "the same random numbers in every dimension": (
         *("sampler/texture.glsl", "uint(dimension), block)", "0u, block)", "cornell-box", {}, {"sampler": "hash"}),

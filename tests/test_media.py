@@ -160,8 +160,7 @@ def test_estimators_agree(ctx):
     """Light that is sampled from a point of a medium, or met from there, over boundaries that are none."""
     size = (12, 8)
     images = {
-        name: batches(ctx, lit_cloud(), 3072, range(4), size=size, estimator=name, bounces=6, adaptive="off")
-        for name in ESTIMATORS
+        name: batches(ctx, lit_cloud(), 3072, range(4), size=size, estimator=name, bounces=6) for name in ESTIMATORS
     }
     for name in ("nee", "bsdf"):
         assert_agree(images[name], images["mis"], 0.02, (2, 2))

@@ -19,37 +19,39 @@ struct Film {
     vec3 half_difference;
     float count;       // of finite samples
     float non_finite;
-    uint first;        // the number of the first sample
+    uint next;         // the number of its next sample
 };
 
+// The film of a texel, whose samples are numbered from `first` on.
 Film film_load(ivec2 texel, uint first) {
     vec4 mean = texelFetch(u_film_mean, texel, 0);
     vec4 variance = texelFetch(u_film_variance, texel, 0);
     vec3 half_difference = texelFetch(u_film_half_difference, texel, 0).rgb;
-    return Film(mean.rgb, variance.rgb, half_difference, mean.a, variance.a, first);
+    return Film(mean.rgb, variance.rgb, half_difference, mean.a, variance.a, first + uint(mean.a + variance.a));
 }
 
-// The number of its next sample.
-uint film_next_number(Film film) { return film.first + uint(film.count + film.non_finite); }
+// The sampler's index of the next sample.
+uint film_sampler_index(Film film) {
+    return sampler_stream_index(2u * uint(u_stage) + (film.next & 1u), film.next >> 1u);
+}
 
-// The sampler's index of a sample.
-uint film_sampler_index(uint number) { return sampler_stream_index(2u * uint(u_stage) + (number & 1u), number >> 1u); }
-
-// Welford 1962, Note on a Method for Calculating Corrected Sums of Squares and Products, with the
-// sum of squares divided by the count. Samples that are not finite are counted apart.
-void film_add(inout Film film, vec3 radiance) {
-    float sign = (film_next_number(film) & 1u) == 0u ? 1.0 : -1.0;
-    if (!is_finite(radiance)) {
-        film.non_finite += 1.0;
-        return;
-    }
-    film.count += 1.0;
-    float share = 1.0 / film.count;
+// Adds a sample where a path `has_ended`. Welford 1962, Note on a Method for Calculating Corrected Sums of Squares and
+// Products, with the sum of squares divided by the count. Samples that are not finite are counted apart. There is no
+// branch, in which a software renderer would mask every assignment: what is not added is the mean, with no share.
+void film_add_if(bool has_ended, inout Film film, vec3 radiance) {
+    bool counts = has_ended && is_finite(radiance);
+    film.count += counts ? 1.0 : 0.0;
+    film.non_finite += has_ended && !counts ? 1.0 : 0.0;
+    float share = counts ? 1.0 / film.count : 0.0;
+    if (!counts) radiance = film.mean;
     vec3 delta = radiance - film.mean;
     film.mean += delta * share;
     film.variance += (delta * (radiance - film.mean) - film.variance) * share;
-    film.half_difference += (sign * radiance - film.half_difference) * share;
+    film.half_difference += (((film.next & 1u) == 0u ? radiance : -radiance) - film.half_difference) * share;
+    film.next += has_ended ? 1u : 0u;
 }
+
+void film_add(inout Film film, vec3 radiance) { film_add_if(true, film, radiance); }
 
 // Adds all samples of another film (Chan, Golub and LeVeque 1983, Algorithms for Computing the Sample Variance).
 void film_merge(inout Film film, Film other) {

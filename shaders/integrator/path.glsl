@@ -48,9 +48,8 @@ Path path_begin(ivec2 pixel, vec4 u) {
 
 // Adds `count` samples of the pixel to its film.
 void path_trace(inout Film film, ivec2 pixel, int count) {
-    uint number = film_next_number(film);
-    uint end = number + uint(count);
-    uint index = film_sampler_index(number);
+    uint end = film.next + uint(count);
+    uint index = film_sampler_index(film);
     float rr_sample;
     Path path = path_begin(pixel, sampler_vec4(pixel, index, dimension_camera(), rr_sample));
     // The loop tests at its end: a software renderer runs a body once more than a leading test lets pass. And it computes
@@ -109,11 +108,8 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
         path.throughput /= survival;
 
         // A path that has ended is a sample.
-        if (!scatters) {
-            film_add(film, moments_of_path(path.moments, path.radiance));
-            number++;
-            index = film_sampler_index(number);
-        }
+        film_add_if(!scatters, film, moments_of_path(path.moments, path.radiance));
+        index = film_sampler_index(film);
 
         // One draw of random numbers serves the path that goes on and the one that begins.
         vec4 u = sampler_vec4(pixel, index, scatters ? dimension_vertex(vertex_number) : dimension_camera(), rr_sample);
@@ -156,5 +152,5 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
 
         // Regeneration.
         if (!scatters) path = path_begin(pixel, u);
-    } while (number < end);
+    } while (film.next < end);
 }

@@ -24,7 +24,7 @@ SICKNESS = {
     "flat intersections": ("shape/flat.glsl", "dot(uv, uv) - 1.0", "dot(uv, uv) - 1.01"),
     "furnace": ("integrator/path.glsl", "*= scattered.weight", "*= 0.99 * scattered.weight"),
     "estimators": ("light/area.glsl", "(cos_theta * area)", "(1.1 * cos_theta * area)"),
-    "determinism": ("film/film.glsl", "uint(film.count + film.non_finite)", "uint(u_rays)"),
+    "determinism": ("film/film.glsl", "first + uint(mean.a + variance.a)", "first + uint(u_rays)"),
 }
 
 
@@ -65,10 +65,18 @@ def test_the_report_says_what_failed(tmp_path):
     assert "test &amp; try" in page
 
 
+# Those of the bundled scenes that differ most; what the doctor does with each is the same.
+SOME = ["furnace", "roughness-grid", "glass", "fog", "knot", "sun-sky"]
+
+
 @pytest.mark.slow
 def test_it_passes_here_and_writes_a_report(tmp_path):
-    command = [sys.executable, "-m", "fragtracer", "doctor", "--report", str(tmp_path / "r.html")]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    code = (
+        "import sys; from fragtracer.apps import cli; from fragtracer.apps.doctor import compile\n"
+        f"compile.bundled = lambda: {SOME}; sys.argv[1:] = ['doctor', '--report', {str(tmp_path / 'r.html')!r}]\n"
+        "cli.main()"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     *lines, summary = done.stdout.splitlines()
     findings = [line for line in lines if line.startswith("passed")]

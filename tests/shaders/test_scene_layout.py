@@ -4,7 +4,7 @@
 That both have the same fields in the same places is what tests/packing/test_records.py says.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -48,6 +48,8 @@ SCENE += ["shape/shape.glsl", "medium/medium.glsl", "light/light.glsl"]
 SCENE_RECORDS = MATERIAL_RECORDS | MEDIUM_RECORDS | LIGHT_RECORDS
 RECORDS = SCENE_RECORDS | SHAPE_RECORDS | {"MeshLight": MESH_LIGHT}
 Table = dict[str, Floats]
+WHOLE = ("int", "uint", "uvec2", "uvec3")
+MOST_OUTPUTS = 8  # of a probe
 
 # Most shapes of the short list, how many triangles, and how much is compiled in.
 STORAGES = {
@@ -76,19 +78,29 @@ def read(
     if record == "Node":
         load = "Node r = node_of(shape_texel(int(row), 0), shape_texel(int(row), 1), shape_texel(int(row), 2));"
     table: Table = {}
-    for name, kind in RECORDS[record]:
-        size, whole = SIZES[kind], kind in ("int", "uint", "uvec2", "uvec3")
-        vector = f"uvec{size}(r.{name})" if size > 1 else f"uint(r.{name})"
-        if not whole:
-            outputs, body = {"value": size}, f"value = r.{name};"
-        else:  # in halves, as a float has 24 bits
-            outputs = {"low": size, "high": size}
-            cast = "float" if size == 1 else f"vec{size}"
-            body = f"low = {cast}({vector} & 0xffffu); high = {cast}({vector} >> 16u);"
-        found = scene_probe(ctx, packed, SCENE, f"{load} {body}", {"row": np.asarray(rows)}, outputs, level)
-        value = found["high"] * 65536 + found["low"] if whole else found["value"]
-        table[name] = np.where(value >= 2**31, value - 2**32, value) if kind == "int" else value
+    for fields in batched(RECORDS[record], MOST_OUTPUTS // 2):
+        outputs: dict[str, int] = {}
+        body = [load]
+        for name, kind in fields:
+            size, whole = SIZES[kind], kind in WHOLE
+            vector = f"uvec{size}(r.{name})" if size > 1 else f"uint(r.{name})"
+            if not whole:
+                outputs |= {f"of_{name}": size}
+                body.append(f"of_{name} = r.{name};")
+            else:  # in halves, as a float has 24 bits
+                outputs |= {f"low_{name}": size, f"high_{name}": size}
+                cast = "float" if size == 1 else f"vec{size}"
+                body.append(f"low_{name} = {cast}({vector} & 0xffffu); high_{name} = {cast}({vector} >> 16u);")
+        found = scene_probe(ctx, packed, SCENE, "\n".join(body), {"row": np.asarray(rows)}, outputs, level)
+        for name, kind in fields:
+            value = found[f"high_{name}"] * 65536 + found[f"low_{name}"] if kind in WHOLE else found[f"of_{name}"]
+            table[name] = np.where(value >= 2**31, value - 2**32, value) if kind == "int" else value
     return table
+
+
+def batched(fields: Sequence[tuple[str, str]], size: int) -> Iterator[Sequence[tuple[str, str]]]:
+    for start in range(0, len(fields), size):
+        yield fields[start : start + size]
 
 
 def decoded(record: str, words: Words) -> Table:

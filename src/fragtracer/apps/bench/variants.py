@@ -48,8 +48,8 @@ COUNT_WORK = (
     ),
     Edit(
         _PATH,
-        "            film_add(film, moments_of_path(path.moments, path.radiance));\n",
-        "            film_add(film, sample_work);\n            sample_work = vec3(0.0);\n",
+        "        film_add_if(!scatters, film, moments_of_path(path.moments, path.radiance));\n",
+        "        film_add_if(!scatters, film, sample_work);\n        if (!scatters) sample_work = vec3(0.0);\n",
     ),
 )
 
@@ -66,8 +66,8 @@ NO_PATH_REGENERATION = (
     Edit(_PATH, "scatters ? dimension_vertex(vertex_number) : dimension_camera()", "dimension_vertex(vertex_number)"),
     Edit(
         _PATH,
-        "        if (!scatters) path = path_begin(pixel, u);\n    } while (number < end);\n",
-        "        goes_on = scatters;\n        } while (goes_on);\n    } while (number < end);\n",
+        "        if (!scatters) path = path_begin(pixel, u);\n    } while (film.next < end);\n",
+        "        goes_on = scatters;\n        } while (goes_on);\n    } while (film.next < end);\n",
     ),
 )
 

@@ -64,8 +64,10 @@ def render_ours(
     non_finite, rendering = 0, 0.0
     begin = time.perf_counter()
     # Without guiding, as the reference: light that it alone finds, too rare for any batch of the other side, would show
-    # as a difference (docs/correctness.md).
-    with Renderer(scene, size, context, rays=min(each, scene.render.rays), guiding="off") as renderer:
+    # as a difference (docs/correctness.md). Batches are too short for a pilot of adaptive sampling to pay.
+    adaptive = "off" if scene.render.adaptive == "auto" else scene.render.adaptive
+    rays = min(each, scene.render.rays)
+    with Renderer(scene, size, context, rays=rays, guiding="off", adaptive=adaptive) as renderer:
         device = renderer.context_info["GL renderer"]
         for batch_seed in np.random.SeedSequence((seed, 0)).generate_state(batches):
             renderer.reset(seed=int(batch_seed))
