@@ -44,6 +44,10 @@ vec3 cook_torrance_diffuse_factor(Bsdf b, vec3 wo, vec3 wi) {
     return cook_torrance_transmittance(b, wo.z) * cook_torrance_transmittance(b, wi.z);
 }
 
+vec3 cook_torrance_diffuse(Bsdf b, vec3 wo, vec3 wi) {
+    return b.diffuse * (wi.z * INVERSE_PI) * cook_torrance_diffuse_factor(b, wo, wi);
+}
+
 // Probability of choosing the specular lobe: its share of the energy reflected towards wo.
 float cook_torrance_specular_probability(Bsdf b, vec3 wo) {
     float specular = luminance(1.0 - cook_torrance_transmittance(b, wo.z));
