@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""Layers of a picture besides its radiance (arbitrary output variables): their names, their channels in a file, and mattes
-as Cryptomatte has them."""
+"""Layers of a picture besides its radiance (arbitrary output variables): their names, their channels in a file, and
+mattes as Cryptomatte has them."""
 
 import json
 from collections.abc import Iterable, Mapping, Sequence

@@ -233,7 +233,7 @@ class Renderer:
         return int(self._read().variance[..., 3].sum(dtype=np.float64))
 
     def aov(self, name: str, previous_camera: Camera | None = None) -> NDArray[np.float32]:
-        """A layer of the picture, float32, row 0 at the top; what each of :data:`fragtracer.aov.AOVS` is, is said there.
+        """A layer of the picture, float32, row 0 at the top; :data:`fragtracer.aov.AOVS` says what each of them is.
 
         Colours, normals and positions are (height, width, 3), "motion" (height, width, 2), "depth" and "samples"
         (height, width). Of the mattes "object" and "material" it is (height, width, 6, 2): the ids of up to six names,
@@ -273,7 +273,7 @@ class Renderer:
             raise FragtracerError(f"the layer {name} must be asked for before: Renderer(scene, aovs=[{name!r}])")
         with self._current():
             parts = dict(zip(_PARTS, self._parts.read()[..., :3], strict=True))
-        return np.ascontiguousarray(sum(parts[part] for part in _SUMS[name]))
+        return np.sum([parts[part] for part in _SUMS[name]], axis=0, dtype=np.float32)
 
     def _matte(self, name: str) -> NDArray[np.float32]:
         pixels, layers = self._drawn(f"LAYERS_{name.upper()}S", self.scene.camera)
@@ -281,8 +281,8 @@ class Renderer:
         return matte(ranks, pixels.mean[..., 3], self.matte_names(name))
 
     def matte_names(self, name: str) -> list[str]:
-        """The names whose ids the matte ``name`` has: meshes by theirs, other shapes by their place in the scene file, as
-        "sphere[0]"; materials by their keys."""
+        """The names whose ids the matte ``name`` has: meshes by theirs, other shapes by their place in the scene file,
+        as "sphere[0]"; materials by their keys."""
         return matte_names(self.scene)[name == "material"]
 
     def _geometry(self, name: str, previous: Camera) -> NDArray[np.float32]:
@@ -396,7 +396,9 @@ class Renderer:
         defines = self._defines
         if self._has_parts:
             if name != PROGRAMS["path"]:
-                raise FragtracerError(f"the integrator {self.settings.integrator} knows no parts of the light; use path")
+                raise FragtracerError(
+                    f"the integrator {self.settings.integrator} knows no parts of the light; use path"
+                )
             defines = {**defines, "LIGHT_PARTS": 1}
         return TracerProgram(name, defines, self._level, root=self._shaders)
 

@@ -52,7 +52,8 @@ class Accumulation:
 
     If ``adaptive`` is "off", every pixel has as many. If it is "on", the samples of later stages go where the error is
     (:mod:`fragtracer.sampling.allocation`), and if it is "auto", they do where a pilot says that this pays, whose
-    samples are not in the picture. ``layers`` are drawn besides, without adaptive sampling. Raises :class:`DeviceError` if the GPU cannot hold the image.
+    samples are not in the picture. ``layers`` are drawn besides, without adaptive sampling. Raises
+    :class:`DeviceError` if the GPU cannot hold the image.
     """
 
     def __init__(

@@ -19,9 +19,7 @@ class Film:
     keeps and releases them. Raises :class:`DeviceError` if the GPU cannot hold it.
     """
 
-    def __init__(
-        self, ctx: moderngl.Context, width: int, height: int, layers: LayerTextures | None = None
-    ) -> None:
+    def __init__(self, ctx: moderngl.Context, width: int, height: int, layers: LayerTextures | None = None) -> None:
         if max(width, height) > max_size(ctx):
             raise DeviceError(f"this GPU renders at most {max_size(ctx)} pixels a side, not {width}x{height}")
         self.size = (width, height)

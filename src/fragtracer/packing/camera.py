@@ -29,9 +29,7 @@ def camera_uniforms(camera: Camera, origin: NDArray[np.float64], width: int, hei
     }
 
 
-def pixel_matrix(
-    camera: Camera, origin: NDArray[np.float64], width: int, height: int
-) -> NDArray[np.float64]:
+def pixel_matrix(camera: Camera, origin: NDArray[np.float64], width: int, height: int) -> NDArray[np.float64]:
     """(4, 4): from homogeneous points about ``origin`` to pixels of a picture of ``width`` x ``height``, row 0 at the
     bottom: (x w, y w, 0, w), where w is the distance along the axis of view, below 0 behind the camera."""
     eye = np.subtract(camera.position, origin)

@@ -165,8 +165,8 @@ def shape_records(
     extent: float,
     first_object: int = 0,
 ) -> Shapes:
-    """The records of ``shapes`` about ``origin``, in a scene that extends ``extent`` metres from there; their objects are
-    numbered from ``first_object`` on.
+    """The records of ``shapes`` about ``origin``, in a scene that extends ``extent`` metres from there; their objects
+    are numbered from ``first_object`` on.
 
     ``shapes`` are in the order of :func:`finite_shapes`, ``index`` has the numbers of materials, ``lights`` (n,) the
     number of the light that each shape is, or -1.

@@ -22,6 +22,10 @@ Worst = Annotated[
     float | None,
     typer.Option(min=0.0, metavar="PERCENT", help="Stop when 99 % of the pixels have at most this relative error."),
 ]
+Aovs = Annotated[
+    list[str] | None,
+    typer.Option(metavar="LAYER,...", help="Write layers beside the picture, .exr: albedo, normal, ..., or all."),
+]
 _PATIENCE = 0.5  # seconds until there is a progress bar, which takes time to make
 
 
@@ -57,16 +61,21 @@ def render(
     bloom: options.Bloom = 0.0,
     bloom_threshold: options.BloomThreshold = 1.0,
     bloom_alone: options.BloomAlone = False,
+    aov: Aovs = None,
 ) -> None:
     """Render SCENE into an image file. Ctrl-C writes what there is."""
+    from fragtracer.aov import AOVS, checked
     from fragtracer.display.look import Look
-    from fragtracer.io.images import check_writable, write_image
+    from fragtracer.io.images import check_layers_writable, check_writable, write_image
     from fragtracer.io.toml import load
     from fragtracer.renderer import Renderer
 
     check_writable(output)
     look = (options.parse_exposure(exposure), tonemap, gamma, bloom, bloom_threshold, bloom_alone)
     Look(*look)  # refused here, not after the work
+    aovs = checked(aov or ())
+    if aovs:
+        check_layers_writable(output)
     settings: dict[str, Any] = {
         "bounces": bounces,
         "rays": rays,
@@ -85,9 +94,11 @@ def render(
     }
     loaded = load(scene, light_models=environment in (None, "none"))
     lit = options.with_environment(loaded, environment, environment_rotation, environment_strength)
-    with Renderer(options.with_settings(lit, **settings), options.parse_size(size)) as renderer:
+    with Renderer(options.with_settings(lit, **settings), options.parse_size(size), aovs=aovs) as renderer:
         finished = _sample(renderer, {"spp": spp, "seconds": time, "until": _share(until), "worst": _share(worst)})
-        write_image(output, renderer.image(), renderer.metadata(), *look)
+        layers = {name: renderer.aov(name) for name in aovs}
+        names = {name: renderer.matte_names(name) for name in aovs if AOVS[name].matte}
+        write_image(output, renderer.image(), renderer.metadata(), *look, layers, names)
         _report(renderer, output, finished)
     if not finished:
         raise typer.Exit(130)
