@@ -273,7 +273,8 @@ class Renderer:
             raise FragtracerError(f"the layer {name} must be asked for before: Renderer(scene, aovs=[{name!r}])")
         with self._current():
             parts = dict(zip(_PARTS, self._parts.read()[..., :3], strict=True))
-        return np.sum([parts[part] for part in _SUMS[name]], axis=0, dtype=np.float32)
+        total: NDArray[np.float32] = np.sum([parts[part] for part in _SUMS[name]], axis=0, dtype=np.float32)
+        return total
 
     def _matte(self, name: str) -> NDArray[np.float32]:
         pixels, layers = self._drawn(f"LAYERS_{name.upper()}S", self.scene.camera)
@@ -297,8 +298,8 @@ class Renderer:
         if name == "motion":
             return np.ascontiguousarray(motion[..., :2])
         if name == "normal_camera":
-            axes = np.reshape(self._packed().movable["u_inverse_view"], (4, 4))[:3, :3]
-            return (normal[..., :3] @ axes.T).astype(np.float32)
+            axes: NDArray[np.float64] = np.reshape(self._packed().movable["u_inverse_view"], (4, 4))[:3, :3]
+            return np.asarray(normal[..., :3] @ axes.T, np.float32)
         return np.ascontiguousarray(normal[..., :3])
 
     def _drawn(self, kind: str, previous: Camera) -> tuple[Pixels, NDArray[np.float32]]:
