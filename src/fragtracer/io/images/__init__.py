@@ -35,6 +35,7 @@ from fragtracer.io.images.rgbe import LARGEST
 
 _WRITERS = {".exr": write_exr, ".hdr": write_hdr, ".npy": write_npy, ".png": write_png}
 _READERS = {".exr": read_exr, ".hdr": read_hdr, ".npy": read_npy, ".png": read_png}
+READABLE = tuple(_READERS)
 _PREFIX = "fragtracer."
 
 
