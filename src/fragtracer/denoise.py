@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""Denoising by Open Image Denoise (Áfra 2025): a neural network guesses the picture that more samples would have given. It
-has a bias that nobody knows, so it never takes the place of the radiance (docs/denoising.md)."""
+"""Denoising by Open Image Denoise (Áfra 2025): a neural network guesses the picture that more samples would have given.
+It has a bias that nobody knows, so it never takes the place of the radiance (docs/denoising.md)."""
 
 from importlib.metadata import version
 from types import ModuleType
@@ -24,9 +24,9 @@ def denoise(image: npt.ArrayLike, albedo: npt.ArrayLike | None = None, normal: n
     image
         Linear radiance, (height, width, 3), not negative: before exposure and tone curve.
     albedo, normal
-        Layers of the same picture (:meth:`fragtracer.renderer.Renderer.aov`), (height, width, 3), in [0, 1] and [-1, 1]:
-        what they show is kept sharp. They are denoised first, for they have the noise of lenses and edges. A normal
-        needs an albedo.
+        Layers of the same picture (:meth:`fragtracer.renderer.Renderer.aov`), (height, width, 3), in [0, 1] and
+        [-1, 1]: what they show is kept sharp. They are denoised first, for they have the noise of lenses and edges. A
+        normal needs an albedo.
 
     Returns
     -------
