@@ -12,6 +12,7 @@ from fragtracer.errors import FragtracerError
 
 Floats = npt.NDArray[np.float32]
 GUIDES = ("albedo", "normal")  # the layers that it wants besides the picture
+_LEAST = 128  # pixels a side: the network has black around a picture, which would darken a small one
 KEY = "denoised"  # of the metadata of a picture that is, and the name of the layer
 LAYER_KEY = "denoised_layer"  # of the metadata of a picture that is not, but has such a layer
 
@@ -45,11 +46,16 @@ def denoise(image: npt.ArrayLike, albedo: npt.ArrayLike | None = None, normal: n
             images[name] = _checked(guide, name, images["color"].shape)
     if "normal" in images and "albedo" not in images:
         raise FragtracerError("to denoise by a normal, an albedo is needed too")
+    height, width, _ = images["color"].shape
+    above, left = (max(0, _LEAST - side) // 2 for side in (height, width))
+    margins = [(above, max(0, _LEAST - height - above)), (left, max(0, _LEAST - width - left)), (0, 0)]
+    images = {name: np.ascontiguousarray(np.pad(one, margins, mode="edge")) for name, one in images.items()}
     with oidn.Device() as device:
         device.commit()
         _check(device)
         clean = {name: _filtered(oidn, device, {name: images[name]}) for name in GUIDES if name in images}
-        return _filtered(oidn, device, {"color": images["color"], **clean}, hdr=True, cleanAux=bool(clean))
+        found = _filtered(oidn, device, {"color": images["color"], **clean}, hdr=True, cleanAux=bool(clean))
+    return np.ascontiguousarray(found[above : above + height, left : left + width])
 
 
 def check_installed() -> None:

@@ -88,9 +88,7 @@ def _refuse_pictures(scene: str, denoise: bool) -> None:
     from fragtracer.io.images import READABLE, read_metadata
 
     if denoise:
-        raise FragtracerError(
-            "compare tests the mean of all samples, and a denoised picture is none; leave --denoise out"
-        )
+        raise FragtracerError("compare tests the mean of samples, and a denoised picture is none; leave --denoise out")
     if Path(scene).suffix.lower() in READABLE:
         what = "a denoised picture" if KEY in read_metadata(scene) else "a picture"
         raise FragtracerError(f"{scene}: this is {what}, and compare renders the scene itself; give the scene")
