@@ -102,7 +102,7 @@ def render(
         finished = _sample(renderer, {"spp": spp, "seconds": time, "until": _share(until), "worst": _share(worst)})
         image, metadata, layers, names = _picture(renderer, output, aovs, denoise)
         write_image(output, image, metadata, *look, layers, names)
-        _report(renderer, output, finished)
+        _report(renderer, output, finished, denoise)
     if not finished:
         raise typer.Exit(130)
 
@@ -167,10 +167,11 @@ def _sample(renderer: Any, limits: dict[str, Any]) -> bool:
     return True
 
 
-def _report(renderer: Any, output: Path, finished: bool) -> None:
+def _report(renderer: Any, output: Path, finished: bool, denoised: bool) -> None:
     note = "" if finished else ", interrupted"
     error = renderer.relative_error()  # of one sample there is none, and where it is no float32
     found = f"{100 * error:.2g} % mean error" if math.isfinite(error) else "mean error not known"
+    found += " before it was denoised" if denoised else ""
     print(f"{output}: {renderer.spp} samples per pixel{note}, {found}")
     if bad := renderer.non_finite_samples():
         print(f"fragtracer: warning: {bad} samples were not finite and are left out of the image", file=sys.stderr)
