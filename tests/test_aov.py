@@ -97,6 +97,10 @@ def test_parts_do_not_depend_on_passes_and_begin_anew(ctx: moderngl.Context) -> 
             renderer.reset(seed=0)
             renderer.sample(8)
             found.append(renderer.aov("direct"))
+            before = renderer.aov("depth")
+            renderer.reset(load("furnace"))
+            renderer.sample(8)
+            assert not np.array_equal(renderer.aov("depth"), before)
     np.testing.assert_array_equal(*found)
 
 

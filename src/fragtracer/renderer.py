@@ -114,7 +114,7 @@ class Renderer:
             self._tracer = Tracer(self.context, self._packed(), self._program())
             self._film.warm_up(self._tracer)
         self._last_error: float | None = None
-        self._last_drawn: tuple[object, tuple[Pixels, NDArray[np.float32]]] | None = None
+        self._drawn_last: dict[str, tuple[tuple[Camera, int], tuple[Pixels, NDArray[np.float32]]]] = {}
 
     def sample(self, spp: int = 1, on_band: Callable[[float], None] | None = None) -> None:
         """Add ``spp`` samples per pixel; ``on_band`` hears how many there are so far.
@@ -199,6 +199,7 @@ class Renderer:
                 self._tracer.load(self._packed(), self._program())
             self._film.adaptive = self._adaptive
             self._film.clear()
+        self._drawn_last.clear()
         self._last_error = None
 
     def image(self) -> NDArray[np.float32]:
@@ -305,8 +306,8 @@ class Renderer:
     def _drawn(self, kind: str, previous: Camera) -> tuple[Pixels, NDArray[np.float32]]:
         """What layers.frag draws with the samples that the picture has: its film and its layers (3, height, width, 4);
         what was drawn last is kept."""
-        key = kind, previous, self.scene, self.settings, self.spp
-        if self._last_drawn is None or self._last_drawn[0] != key:
+        known, found = self._drawn_last.get(kind, (None, None))
+        if found is None or known != (previous, self.spp):
             size = self.settings.width, self.settings.height
             packed = self._packed()
             cameras = {"u_to_pixel": self.scene.camera, "u_to_previous_pixel": previous}
@@ -320,11 +321,12 @@ class Renderer:
                     for _ in self._tracer.bands(film, self.spp):
                         pass
                     assert film.layers is not None
-                    self._last_drawn = key, (film.read(), film.layers.read())
+                    found = film.read(), film.layers.read()
+                    self._drawn_last[kind] = (previous, self.spp), found
                 finally:
                     film.release()
                     self._tracer.load(packed, self._program())
-        return self._last_drawn[1]
+        return found
 
     @property
     def spp(self) -> int:
