@@ -98,7 +98,7 @@ void layers_add(inout Film film, Ray ray, uint seed) {
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     Film film = film_load(pixel, 0u);
-    for (int i = 0; i < 3; i++) layers[i] = layer_load(pixel, i);
+    for (int i = 0; i < 3; i++) layers[i] = layers_load(pixel, i);
     float unused;
     for (int i = 0; i < u_rays; i++) {
         uint index = film_sampler_index(film_next_number(film));

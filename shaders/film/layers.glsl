@@ -3,4 +3,4 @@
 // since samplers are scarce, and draws as so many targets after those of the film (gpu/layers.py copies them back).
 uniform highp sampler2DArray u_layers;
 
-vec4 layer_load(ivec2 texel, int layer) { return texelFetch(u_layers, ivec3(texel, layer), 0); }
+vec4 layers_load(ivec2 texel, int layer) { return texelFetch(u_layers, ivec3(texel, layer), 0); }

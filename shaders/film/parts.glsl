@@ -22,8 +22,8 @@ Parts film_parts;  // the running means of the fragment's pixel
 Parts parts_begin() { return Parts(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0)); }
 
 void parts_load(ivec2 texel) {
-    film_parts = Parts(layer_load(texel, 0).rgb, layer_load(texel, 1).rgb, layer_load(texel, 2).rgb,
-        layer_load(texel, 3).rgb, layer_load(texel, 4).rgb);
+    film_parts = Parts(layers_load(texel, 0).rgb, layers_load(texel, 1).rgb, layers_load(texel, 2).rgb,
+        layers_load(texel, 3).rgb, layers_load(texel, 4).rgb);
 }
 
 // Adds radiance that was scattered so many times; of it `diffuse` by the diffuse part at the first.
