@@ -104,7 +104,7 @@ def test_parts_do_not_depend_on_passes_and_begin_anew(ctx: moderngl.Context) -> 
     np.testing.assert_array_equal(*found)
 
 
-@pytest.mark.parametrize("name", ["cornell-box", "still-life"])
+@pytest.mark.parametrize("name", ["cornell-box", "knot"])
 def test_first_surface_is_that_of_mitsuba(
     ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, name: str
 ) -> None:

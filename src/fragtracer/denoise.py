@@ -53,8 +53,10 @@ def denoise(image: npt.ArrayLike, albedo: npt.ArrayLike | None = None, normal: n
     with oidn.Device() as device:
         device.commit()
         _check(device)
-        clean = {name: _filtered(oidn, device, {name: images[name]}) for name in GUIDES if name in images}
-        found = _filtered(oidn, device, {"color": images["color"], **clean}, hdr=True, cleanAux=bool(clean))
+        guides = [name for name in GUIDES if name in images]
+        clean = {name: _filtered(oidn, device, {name: images[name]}, oidn.OIDN_QUALITY_BALANCED) for name in guides}
+        images = {"color": images["color"], **clean}
+        found = _filtered(oidn, device, images, oidn.OIDN_QUALITY_HIGH, hdr=True, cleanAux=bool(clean))
     return np.ascontiguousarray(found[above : above + height, left : left + width])
 
 
@@ -96,7 +98,7 @@ def _checked(image: npt.ArrayLike, name: str, shape: tuple[int, ...] | None) -> 
     return floats
 
 
-def _filtered(oidn: ModuleType, device: object, images: dict[str, Floats], **switches: bool) -> Floats:
+def _filtered(oidn: ModuleType, device: object, images: dict[str, Floats], quality: int, **switches: bool) -> Floats:
     """``images`` through the filter RT; the output has the shape of the first."""
     output = np.empty_like(next(iter(images.values())))
     with oidn.Filter(device, oidn.OIDN_FILTER_TYPE_RT) as rt:
@@ -104,6 +106,7 @@ def _filtered(oidn: ModuleType, device: object, images: dict[str, Floats], **swi
             rt.set_image(name, array, oidn.OIDN_FORMAT_FLOAT3)
         for name, value in switches.items():
             rt.set_bool(name, value)
+        rt.set_quality(quality)
         rt.commit()
         rt.execute()
         _check(device)
