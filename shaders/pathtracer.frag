@@ -4,6 +4,7 @@
 #include "core/constants.glsl"
 #include "sampler/sampler.glsl"
 #include "film/film.glsl"
+#include "film/parts.glsl"
 #include "film/work.glsl"
 #include "bsdf/bsdf.glsl"
 #include "scene/storage.glsl"
@@ -19,6 +20,13 @@
 layout(location = 0) out vec4 out_mean;
 layout(location = 1) out vec4 out_variance;
 layout(location = 2) out vec4 out_half_difference;
+#if LIGHT_PARTS
+layout(location = 3) out vec4 out_emission;
+layout(location = 4) out vec4 out_direct_diffuse;
+layout(location = 5) out vec4 out_direct_specular;
+layout(location = 6) out vec4 out_indirect_diffuse;
+layout(location = 7) out vec4 out_indirect_specular;
+#endif
 
 uniform int u_rays;  // paths per fragment in this pass
 
@@ -26,9 +34,19 @@ void main() {
     ivec2 texel = ivec2(gl_FragCoord.xy);
     Work work = work_load(texel);
     Film film = film_load(texel, work.first_sample);
+#if LIGHT_PARTS
+    parts_load(texel);
+#endif
     path_trace(film, work.pixel, u_rays);
     if (traversal_was_cut) film_invalidate(film);
     out_mean = film_mean(film);
     out_variance = film_variance(film);
     out_half_difference = film_half_difference(film);
+#if LIGHT_PARTS
+    out_emission = vec4(film_parts.emission, 0.0);
+    out_direct_diffuse = vec4(film_parts.direct_diffuse, 0.0);
+    out_direct_specular = vec4(film_parts.direct_specular, 0.0);
+    out_indirect_diffuse = vec4(film_parts.indirect_diffuse, 0.0);
+    out_indirect_specular = vec4(film_parts.indirect_specular, 0.0);
+#endif
 }

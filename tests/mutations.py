@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import test_adaptive_sampling
 import test_anisotropy
+import test_aov
 import test_convergence
 import test_cube_maps
 import test_dielectrics
@@ -1089,5 +1090,40 @@ MUTATIONS = [
         "    moments.odds *= odds;\n",
         "",
         Check(test_guided_pictures.test_guiding_pays_for_caustics),
+    ),
+    Mutation(
+        "direct light in no part",
+        "integrator/path.glsl",
+        "            parts_receive(path.parts, path.depth + 1, direct, diffuse);\n",
+        "",
+        Check(test_aov.test_parts_of_a_furnace, estimator="nee"),
+    ),
+    Mutation(
+        "parts of light by the scattering before",
+        "integrator/path.glsl",
+        "parts_receive(path.parts, path.depth, radiance, radiance * path.diffuse);",
+        "parts_receive(path.parts, path.depth + 1, radiance, radiance * path.diffuse);",
+        Check(test_aov.test_parts_of_a_furnace, estimator="bsdf"),
+    ),
+    Mutation(
+        "a coat that is diffuse by a tenth",
+        "bsdf/cook_torrance.glsl",
+        "return b.diffuse * (wi.z * INVERSE_PI) * cook_torrance_diffuse_factor(b, wo, wi);",
+        "return 1.1 * b.diffuse * (wi.z * INVERSE_PI) * cook_torrance_diffuse_factor(b, wo, wi);",
+        Check(test_aov.test_what_is_diffuse_of_a_coated_base, model="default"),
+    ),
+    Mutation(
+        "a matte of other samples than the picture",
+        "layers.frag",
+        "hash_uint(hash_pcg4d(floatBitsToUint(u)).x)",
+        "hash_pcg4d(floatBitsToUint(u)).x",
+        Check(test_aov.test_mattes_anti_alias_as_the_picture_does, opacity=0.5),
+    ),
+    Mutation(
+        "motion from the previous picture",
+        "layers.frag",
+        "before.xy / before.w - now.xy / now.w",
+        "now.xy / now.w - before.xy / before.w",
+        Check(test_aov.test_motion_of_a_wall),
     ),
 ]

@@ -75,16 +75,20 @@ CHOICES = {
     "background": ["environment", "environment", "prefiltered", "irradiance", "black"],
 }
 # What no scene asks for, but the viewer and the study of the split-sum approximation do; of every program a part.
-GUIDING: dict[str, list[Any]] = {"GUIDING": ["GUIDING_OFF", "GUIDING_ON", "GUIDING_MEASURED"]}
+SWITCHES: dict[str, list[Any]] = {
+    "GUIDING": ["GUIDING_OFF", "GUIDING_ON", "GUIDING_MEASURED"],
+    "LIGHT_PARTS": [0, 0, 1],
+}
 PROGRAMS: dict[str, dict[str, list[Any]]] = {
-    "pathtracer.frag": GUIDING,
-    "photons.frag": GUIDING,
+    "pathtracer.frag": SWITCHES,
+    "photons.frag": SWITCHES,
     "split_sum.frag": {
-        **GUIDING,
+        **SWITCHES,
         "SPLIT_SUM_STEP": [9, 9, 1, 2, 3, 4, 5, 6, 7, 8],
         "GEOMETRY_TERM": ["GEOMETRY_KARIS_ENVIRONMENT"],
     },
     "auxiliary.frag": {"AUXILIARY": ["AUXILIARY_NORMALS", "AUXILIARY_DEPTH", "AUXILIARY_ALBEDO"]},
+    "layers.frag": {"LAYERS": ["LAYERS_GEOMETRY", "LAYERS_OBJECTS", "LAYERS_MATERIALS"]},
 }
 ENVIRONMENTS = [None, None, Environment(radiance=1.0), Environment(radiance=1.0, visible=False), Environment(sky=Sky())]
 

@@ -21,7 +21,7 @@ LAYERS = [
     {"errors"},  # 0
     {"resources", "output", "display"},  # 0
     {"cache"},  # 0
-    {"scene", "bvh", "sampling"},  # 1
+    {"scene", "bvh", "sampling", "aov", "denoise"},  # 1
     {"shader_composer"},  # 2
     {"io", "packing"},  # 3
     {"gpu"},  # 4

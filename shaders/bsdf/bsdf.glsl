@@ -5,6 +5,7 @@
 //   bsdf_eval    f |cos_i|, without delta lobes
 //   bsdf_pdf     1/sr, of bsdf_sample(), without delta lobes
 //   bsdf_sample  a direction with its weight and density
+//   bsdf_diffuse what of bsdf_eval is scattered by a diffuse part, for layers
 //
 // Radiance is what is transported: a transmitted weight carries the factor eta^2, and so is taken out of the Russian
 // roulette (integrator/path.glsl). Where nothing is scattered, weight and density are 0.
@@ -54,6 +55,25 @@ bool bsdf_is_null(BsdfSample s) { return HAS_EXACT_FRESNEL == 1 && (s.event & EV
 vec3 bsdf_eval(Bsdf b, vec3 wo, vec3 wi) { return bsdf_eval_pdf(b, wo, wi).rgb; }
 
 float bsdf_pdf(Bsdf b, vec3 wo, vec3 wi) { return bsdf_eval_pdf(b, wo, wi).a; }
+
+// What of bsdf_eval() is scattered by a diffuse part; towards a direction in which nothing is scattered, anything.
+vec3 bsdf_diffuse(Bsdf b, vec3 wo, vec3 wi) {
+    vec3 diffuse = vec3(0.0);
+#if HAS_DIFFUSE
+    if (b.model == BSDF_DIFFUSE) diffuse = bsdf_eval(b, wo, wi);
+#endif
+#if HAS_COOK_TORRANCE
+    if (b.model == BSDF_COOK_TORRANCE) diffuse = cook_torrance_diffuse(b, wo, wi);
+#endif
+#if HAS_EON
+    if (b.model == BSDF_EON) diffuse = bsdf_eval(b, wo, wi);
+#endif
+#if HAS_EXACT_FRESNEL
+    if (b.model == BSDF_PLASTIC) diffuse = bsdf_eval(b, wo, wi);  // the coat is a mirror
+    if (b.model == BSDF_ROUGH_PLASTIC && u_plastics_are_smooth == 0) diffuse = rough_plastic_diffuse(b, wo, wi);
+#endif
+    return diffuse;
+}
 
 // u chooses the lobe and the direction within it.
 BsdfSample bsdf_sample(Bsdf b, vec3 wo, vec2 u) {

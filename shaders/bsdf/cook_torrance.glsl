@@ -18,10 +18,8 @@
 #ifndef HAS_DELTA
 #define HAS_DELTA 1  // some specular lobe may be a perfect mirror
 #endif
-#ifndef MULTIPLE_SCATTERING
-#define MULTIPLE_SCATTERING 0  // its part of the specular lobe, for Smith's uncorrelated geometry term
-#endif
 
+uniform int u_multiple_scattering;  // 1: the specular lobe has its part, for Smith's uncorrelated geometry term
 uniform int u_without_half_vector;  // 1: no base has the factor of the half vector, which then needs no code
 
 bool cook_torrance_is_mirror(Bsdf b) { return HAS_DELTA == 1 && b.alpha < ALPHA_DELTA; }
@@ -44,6 +42,10 @@ vec3 cook_torrance_diffuse_factor(Bsdf b, vec3 wo, vec3 wi) {
     return cook_torrance_transmittance(b, wo.z) * cook_torrance_transmittance(b, wi.z);
 }
 
+vec3 cook_torrance_diffuse(Bsdf b, vec3 wo, vec3 wi) {
+    return b.diffuse * (wi.z * INVERSE_PI) * cook_torrance_diffuse_factor(b, wo, wi);
+}
+
 // Probability of choosing the specular lobe: its share of the energy reflected towards wo.
 float cook_torrance_specular_probability(Bsdf b, vec3 wo) {
     float specular = luminance(1.0 - cook_torrance_transmittance(b, wo.z));
@@ -63,9 +65,7 @@ vec4 cook_torrance_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
         vec3 wh = normalize(wo + wi);
         float d = facets_d(b, wh) / (4.0 * wo.z);
         vec3 fresnel = fresnel_schlick(b.f0, b.f90, dot(wo, wh));
-#if MULTIPLE_SCATTERING
-        fresnel *= ggx_compensation(b.f0, facets_width(b, wo), wo.z);
-#endif
+        if (u_multiple_scattering != 0) fresnel *= ggx_compensation(b.f0, facets_width(b, wo), wo.z);
         result += vec4(fresnel * (d * facets_g(b, wo, wi)), specular_probability * d * facets_g1_smith(b, wo));
     }
     return result;

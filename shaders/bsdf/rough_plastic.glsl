@@ -23,6 +23,10 @@ vec2 rough_plastic_interface(Bsdf b, float cos_theta) {
     return vec2(fresnel, (1.0 - fresnel) * fit);
 }
 
+vec3 rough_plastic_diffuse(Bsdf b, vec3 wo, vec3 wi) {
+    return b.diffuse * (rough_plastic_interface(b, wo.z).y * rough_plastic_interface(b, wi.z).y * wi.z * INVERSE_PI);
+}
+
 // Probability of choosing the facets: about their share of the energy reflected towards wo.
 float rough_plastic_specular_probability(Bsdf b, vec2 interface_o) {
     return interface_o.x / (interface_o.x + interface_o.y * luminance(b.diffuse));

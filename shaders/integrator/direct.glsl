@@ -19,6 +19,10 @@
 uniform int u_light_samples;  // at each vertex
 uniform vec3 u_ambient_radiance;
 
+#if LIGHT_PARTS
+vec3 direct_diffuse;  // what of the light that direct_light() has returned is scattered by the diffuse part of the BSDF
+#endif
+
 // Weight of a sample of the lights of density light_pdf, against BSDF sampling of density bsdf_pdf.
 float direct_light_weight(float light_pdf, float bsdf_pdf, bool delta) {
 #if ESTIMATOR == ESTIMATOR_MIS
@@ -101,7 +105,11 @@ vec3 direct_sample(Vertex vertex, vec2 u) {
     if (max_component(radiance) <= 0.0) return vec3(0.0);
     Ray ray = Ray(vertex_origin(vertex, wi), light.wi);
     ivec4 inside = interior_behind_vertex(vertex, wi);
-    return radiance * direct_transmittance(vertex, ray, light.distance, inside, light.primitive, u);
+    radiance *= direct_transmittance(vertex, ray, light.distance, inside, light.primitive, u);
+#if LIGHT_PARTS
+    direct_diffuse += radiance * vertex_diffuse_share(vertex, wi);
+#endif
+    return radiance;
 }
 
 // The ambient light by sampling it alone. The other estimators leave it to BSDF sampling, which is
@@ -110,7 +118,11 @@ vec3 direct_ambient_sample(Vertex vertex, vec2 u) {
 #if HAS_MEDIA
     if (vertex.in_medium) {
         Ray way = Ray(vertex.origin, frame_to_world(vertex.frame, phase_sample(vertex.g, vertex.wo, u)));
-        return u_ambient_radiance * direct_transmittance(vertex, way, INFINITE_DISTANCE, vertex.inside, NO_PRIMITIVE, u);
+        vec3 scattered = u_ambient_radiance * direct_transmittance(vertex, way, INFINITE_DISTANCE, vertex.inside, NO_PRIMITIVE, u);
+#if LIGHT_PARTS
+        direct_diffuse += scattered;
+#endif
+        return scattered;
     }
 #endif
     vec3 wi = square_to_cosine_hemisphere(u);
@@ -118,13 +130,20 @@ vec3 direct_ambient_sample(Vertex vertex, vec2 u) {
     if (wi.z <= 0.0) return vec3(0.0);
     float factor = vertex_shading_factor(vertex, wi);
     vec3 radiance = u_ambient_radiance * direct_transmittance(vertex, ray, INFINITE_DISTANCE, vertex.inside, NO_PRIMITIVE, u);
-    return bsdf_eval(vertex.bsdf, vertex.wo, wi) * radiance * factor / square_to_cosine_hemisphere_pdf(wi);
+    vec3 scattered = bsdf_eval(vertex.bsdf, vertex.wo, wi) * radiance * factor / square_to_cosine_hemisphere_pdf(wi);
+#if LIGHT_PARTS
+    direct_diffuse += scattered * vertex_diffuse_share(vertex, wi);
+#endif
+    return scattered;
 }
 
 // Radiance from all lights that the vertex, number `depth` of its path, scatters towards wo; u serves if one sample is all.
 vec3 direct_light(Vertex vertex, int depth, ivec2 pixel, uint index, vec2 u) {
     vec3 direct = vec3(0.0);
     float unused;
+#if LIGHT_PARTS
+    direct_diffuse = vec3(0.0);
+#endif
     if (u_light_count > 0) {
         int i = 0;
         do {
@@ -136,6 +155,9 @@ vec3 direct_light(Vertex vertex, int depth, ivec2 pixel, uint index, vec2 u) {
             i++;
         } while (i < u_light_samples);
         direct /= float(u_light_samples);
+#if LIGHT_PARTS
+        direct_diffuse /= float(u_light_samples);
+#endif
     }
 #if ESTIMATOR == ESTIMATOR_NEE
     if (max_component(u_ambient_radiance) > 0.0) {

@@ -6,6 +6,7 @@
 // bounces counts scattering events: 0 is emission seen directly, 1 adds direct light.
 #include "camera/camera.glsl"
 #include "film/film.glsl"
+#include "film/parts.glsl"
 #include "guiding/measure.glsl"
 #include "integrator/direct.glsl"
 #include "integrator/escape.glsl"
@@ -34,6 +35,10 @@ struct Path {
     float way;        // distance from there to the origin of the ray
 #endif
     Moments moments;  // what guiding is worth, where that is measured
+#if LIGHT_PARTS
+    Parts parts;       // of the radiance
+    vec3 diffuse;      // what of the BSDF was its diffuse part, towards the ray that left the first vertex
+#endif
 };
 
 Path path_begin(ivec2 pixel, vec4 u) {
@@ -43,7 +48,18 @@ Path path_begin(ivec2 pixel, vec4 u) {
         , ray.origin, 0.0
 #endif
         , moments_begin()
+#if LIGHT_PARTS
+        , parts_begin(), vec3(0.0)
+#endif
     );
+}
+
+// Adds what the ray has met.
+void path_receive(inout Path path, vec3 radiance) {
+    path.radiance += radiance;
+#if LIGHT_PARTS
+    parts_receive(path.parts, path.depth, radiance, radiance * path.diffuse);
+#endif
 }
 
 // Adds `count` samples of the pixel to its film.
@@ -86,12 +102,12 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
         // Emission: of what lies behind everything, or of the surface. Lights emit from their front alone, weighed against
         // the sample of them at the vertex before.
         float cos_theta = -dot(surface.normal, path.ray.direction);
-        if (escapes) path.radiance += path.throughput * escaped_radiance(path.ray.direction, path.depth, path.pdf, path.certain);
+        if (escapes) path_receive(path, path.throughput * escaped_radiance(path.ray.direction, path.depth, path.pdf, path.certain));
         if (is_hit && u_light_count > 0 && surface.light >= 0 && cos_theta > 0.0) {
             float pdf = light_pdf(surface.light, start, way, cos_theta, surface.light_density);
-            path.radiance += path.throughput * material.emission * direct_emission_weight(path.pdf, pdf, path.certain);
+            path_receive(path, path.throughput * material.emission * direct_emission_weight(path.pdf, pdf, path.certain));
         }
-        if (is_hit && material.unlit != 0) path.radiance += path.throughput * material.emission;
+        if (is_hit && material.unlit != 0) path_receive(path, path.throughput * material.emission);
 
         // The end, by the number of bounces or Russian roulette (Arvo and Kirk 1990, Particle Transport and Image
         // Synthesis).
@@ -109,6 +125,9 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
 
         // A path that has ended is a sample.
         film_add_if(!scatters, film, moments_of_path(path.moments, path.radiance));
+#if LIGHT_PARTS
+        if (!scatters && is_finite(path.radiance)) parts_add(path.parts, 1.0 / film.count);
+#endif
         index = film_sampler_index(film);
 
         // One draw of random numbers serves the path that goes on and the one that begins.
@@ -126,11 +145,23 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
             interior_set_vertex(vertex, material, cos_theta >= 0.0, path.inside, band);
         }
         vertex_guide(vertex, path.depth + 1 < u_bounces);
+#if LIGHT_PARTS
+        if (scatters && path.depth < u_bounces) {
+            vec3 direct = path.throughput * direct_light(vertex, vertex_number, pixel, index, u.zw);
+            path.radiance += direct;
+            vec3 diffuse = path.depth == 0 ? path.throughput * direct_diffuse : direct * path.diffuse;
+            parts_receive(path.parts, path.depth + 1, direct, diffuse);
+        }
+#else
         if (scatters && path.depth < u_bounces) path.radiance += path.throughput * direct_light(vertex, vertex_number, pixel, index, u.zw);
+#endif
 
         // The next direction, drawn from the BSDF, or by the guiding. Where there is none, the path ends at what it meets.
         BsdfSample scattered = vertex_scatter(vertex, u.xy);
         moments_scatter(path.moments, path.radiance, vertex_odds(vertex, scattered));
+#if LIGHT_PARTS
+        if (path.depth == 0) path.diffuse = bsdf_is_delta(scattered) ? vec3(0.0) : vertex_diffuse_share(vertex, scattered.wi);
+#endif
         path.ray = Ray(vertex_origin(vertex, scattered.wi), frame_to_world(vertex.frame, scattered.wi));
         path.throughput *= scattered.weight * vertex_shading_factor(vertex, scattered.wi);
         path.eta_scale *= square(scattered.eta);

@@ -3,6 +3,7 @@
 #include "bsdf/bsdf.glsl"
 #include "bsdf/shading_normal.glsl"
 #include "core/frame.glsl"
+#include "film/parts.glsl"
 #include "guiding/guide.glsl"
 #include "material/material.glsl"
 #include "medium/medium.glsl"
@@ -82,6 +83,17 @@ vec4 vertex_eval_pdf(Vertex vertex, vec3 wi) {
 #endif
     return bsdf_eval_pdf(vertex.bsdf, vertex.wo, wi);
 }
+
+#if LIGHT_PARTS
+// What the diffuse part of the BSDF is of it, towards wi; without delta lobes. Media scatter diffusely.
+vec3 vertex_diffuse_share(Vertex vertex, vec3 wi) {
+#if HAS_MEDIA
+    if (vertex.in_medium) return vec3(1.0);
+#endif
+    vec3 all = bsdf_eval(vertex.bsdf, vertex.wo, wi);
+    return clamp(bsdf_diffuse(vertex.bsdf, vertex.wo, wi) / max(all, vec3(1e-30)), 0.0, 1.0);
+}
+#endif
 
 // Where rays start whose local direction is wi.
 vec3 vertex_origin(Vertex vertex, vec3 wi) { return wi.z < 0.0 ? vertex.behind : vertex.origin; }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Records of u_shapes: first the short list of shapes that every ray is tested against (planes, which are infinite,
 // and the shapes of a scene that has few), then a BVH of two levels over all others. The highest byte of the first
-// texel's last word is the kind of a record. Here are those of the BVH and of meshes; the record of any other shape
+// texel's last word is the kind of a record, its lowest bit a flag, and what is between them, of leaves and instances, the
+// number of the object that it is of. Here are those of the BVH and of meshes; the record of any other shape
 // stands in its own file, shape/NAME.glsl.
 #include "scene/storage.glsl"
 
@@ -10,6 +11,8 @@ const uint KIND_TRIANGLE = 1u;  // of a mesh
 const uint KIND_INSTANCE = 2u;
 
 const uint SHAPE_CULLED = 1u;  // flag of a shape or an instance: only its front is met
+
+int shape_object(uint kind) { return int((kind & 0xffffffu) >> 1u); }
 
 uniform int u_bvh_root;      // its record; -1: there is no BVH
 uniform int u_bvh_shapes;    // BVH_... of shape/: the kinds of its leaves besides triangles of meshes

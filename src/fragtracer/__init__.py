@@ -22,6 +22,7 @@ _PLACES = {
     "show": "apps.web",
     "read_image": "io.images",
     "write_image": "io.images",
+    "denoise": "denoise",
     "FragtracerError": "errors",
 }
 

@@ -2,7 +2,7 @@
 """From a scene to an image: progressive rendering with as many samples as asked for."""
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,16 +12,31 @@ from typing import Any, Literal, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from fragtracer.aov import AOVS, RANKS, checked, matte
+from fragtracer.errors import FragtracerError
 from fragtracer.gpu.accumulation import Accumulation
 from fragtracer.gpu.context import create_context, describe, is_software
+from fragtracer.gpu.film import Film
+from fragtracer.gpu.layers import LayerTextures
 from fragtracer.gpu.specialise import MOST_LISTED, Level
 from fragtracer.gpu.tracer import Tracer, TracerProgram
 from fragtracer.guiding import Decision, decide, decides, same_light
-from fragtracer.packing import PackedScene, pack
+from fragtracer.packing import PackedScene, matte_names, pack
+from fragtracer.packing.camera import pixel_matrix
 from fragtracer.sampling.pixels import Pixels
-from fragtracer.scene import RenderSettings, Scene
+from fragtracer.scene import Camera, RenderSettings, Scene
 
 PROGRAMS = {"path": "pathtracer.frag", "split-sum": "split_sum.frag"}
+# What the targets of film/parts.glsl hold.
+_PARTS = ("emission", "direct_diffuse", "direct_specular", "indirect_diffuse", "indirect_specular")
+_SUMS = {
+    "direct": _PARTS[1:3],
+    "indirect": _PARTS[3:],
+    "diffuse": _PARTS[1::2],
+    "specular": _PARTS[2::2],
+    **{name: (name,) for name in _PARTS},
+}
+_GEOMETRY_LAYERS = 3  # targets of layers.frag besides those of the film
 
 
 @dataclass(frozen=True)
@@ -54,6 +69,9 @@ class Renderer:
         A program below shaders/ in place of the one that the setting ``integrator`` asks for.
     shaders
         A folder of shader files in place of fragtracer's own.
+    aovs
+        Layers that :meth:`aov` will be asked for. Only those that are parts of the light need to be named; the light is
+        then sampled evenly, without adaptive sampling.
     settings
         Any field of :class:`RenderSettings` to change for this render, as ``bounces=2``.
 
@@ -61,6 +79,8 @@ class Renderer:
     ------
     DeviceError
         Without OpenGL 3.3, or if the GPU cannot hold an image of this size.
+    FragtracerError
+        If there is no such layer, or the integrator knows no parts of the light.
     """
 
     def __init__(
@@ -72,8 +92,10 @@ class Renderer:
         defines: Mapping[str, int | str] | None = None,
         program: str | None = None,
         shaders: Path | None = None,
+        aovs: Iterable[str] = (),
         **settings: Any,
     ) -> None:
+        self._has_parts = any(AOVS[name].is_light for name in checked(aovs))
         if size is not None:
             settings |= {"width": size[0], "height": size[1]}
         self.settings: RenderSettings = replace(scene.render, **settings)
@@ -86,10 +108,13 @@ class Renderer:
         self._defines, self._name, self._shaders = dict(defines or {}), program, shaders
         self._guiding: tuple[Scene, RenderSettings, Decision] | None = None
         with self._current():
-            self._film = Accumulation(self.context, self.settings.width, self.settings.height, self._adaptive)
+            size = self.settings.width, self.settings.height
+            self._parts = LayerTextures(self.context, size, len(_PARTS)) if self._has_parts else None
+            self._film = Accumulation(self.context, *size, self._adaptive, self._parts)
             self._tracer = Tracer(self.context, self._packed(), self._program())
             self._film.warm_up(self._tracer)
         self._last_error: float | None = None
+        self._drawn_last: dict[str, tuple[tuple[Camera, int], tuple[Pixels, NDArray[np.float32]]]] = {}
 
     def sample(self, spp: int = 1, on_band: Callable[[float], None] | None = None) -> None:
         """Add ``spp`` samples per pixel; ``on_band`` hears how many there are so far.
@@ -174,6 +199,7 @@ class Renderer:
                 self._tracer.load(self._packed(), self._program())
             self._film.adaptive = self._adaptive
             self._film.clear()
+        self._drawn_last.clear()
         self._last_error = None
 
     def image(self) -> NDArray[np.float32]:
@@ -206,6 +232,101 @@ class Renderer:
     def non_finite_samples(self) -> int:
         """How many samples were NaN or infinite; they are left out of the mean."""
         return int(self._read().variance[..., 3].sum(dtype=np.float64))
+
+    def aov(self, name: str, previous_camera: Camera | None = None) -> NDArray[np.float32]:
+        """A layer of the picture, float32, row 0 at the top; :data:`fragtracer.aov.AOVS` says what each of them is.
+
+        Colours, normals and positions are (height, width, 3), "motion" (height, width, 2), "depth" and "samples"
+        (height, width). Of the mattes "object" and "material" it is (height, width, 6, 2): the ids of up to six names,
+        and the share of the samples that met them, the largest first, 0 where there are no more.
+
+        Light adds up: emission + direct + indirect is :meth:`image`, and so is emission + diffuse + specular. Layers of
+        the surface that is met first are drawn now, with the first :attr:`spp` samples of each pixel. They are means
+        over all samples, 0 where nothing is met; depth and position over those that have met something.
+
+        Parameters
+        ----------
+        name
+            One of :data:`fragtracer.aov.AOVS`; a part of the light must have been named to ``aovs``.
+        previous_camera
+            Of the previous picture, for "motion"; left out, nothing moves.
+
+        Raises
+        ------
+        FragtracerError
+            If there is no such layer, or it was not asked for in time, or there are no samples.
+        """
+        (name,) = checked([name])
+        if not self.spp:
+            raise FragtracerError(f"there are no samples yet for the layer {name}")
+        if name == "samples":
+            return self.samples()
+        if name == "standard_error":
+            return self.standard_error()
+        if name in _SUMS:
+            return self._light(name)
+        if AOVS[name].matte:
+            return self._matte(name)
+        return self._geometry(name, previous_camera or self.scene.camera)
+
+    def _light(self, name: str) -> NDArray[np.float32]:
+        if self._parts is None:
+            raise FragtracerError(f"the layer {name} must be asked for before: Renderer(scene, aovs=[{name!r}])")
+        with self._current():
+            parts = dict(zip(_PARTS, self._parts.read()[..., :3], strict=True))
+        total: NDArray[np.float32] = np.sum([parts[part] for part in _SUMS[name]], axis=0, dtype=np.float32)
+        return total
+
+    def _matte(self, name: str) -> NDArray[np.float32]:
+        pixels, layers = self._drawn(f"LAYERS_{name.upper()}S", self.scene.camera)
+        ranks = layers.transpose(1, 2, 0, 3).reshape(*layers.shape[1:3], RANKS, 2)
+        return matte(ranks, pixels.mean[..., 3], self.matte_names(name))
+
+    def matte_names(self, name: str) -> list[str]:
+        """The names whose ids the matte ``name`` has: meshes by theirs, other shapes by their place in the scene file,
+        as "sphere[0]"; materials by their keys."""
+        return matte_names(self.scene)[name == "material"]
+
+    def _geometry(self, name: str, previous: Camera) -> NDArray[np.float32]:
+        pixels, (normal, place, motion) = self._drawn("LAYERS_GEOMETRY", previous)
+        is_met = normal[..., 3:] > 0
+        if name == "albedo":
+            return np.ascontiguousarray(pixels.mean[..., :3])
+        if name == "depth":
+            return np.where(is_met[..., 0], place[..., 3], np.float32(np.inf))
+        if name == "position":
+            return np.where(is_met, place[..., :3] + self._packed().origin, 0).astype(np.float32)
+        if name == "motion":
+            return np.ascontiguousarray(motion[..., :2])
+        if name == "normal_camera":
+            axes: NDArray[np.float64] = np.reshape(self._packed().movable["u_inverse_view"], (4, 4))[:3, :3]
+            return np.asarray(normal[..., :3] @ axes.T, np.float32)
+        return np.ascontiguousarray(normal[..., :3])
+
+    def _drawn(self, kind: str, previous: Camera) -> tuple[Pixels, NDArray[np.float32]]:
+        """What layers.frag draws with the samples that the picture has: its film and its layers (3, height, width, 4);
+        what was drawn last is kept."""
+        known, found = self._drawn_last.get(kind, (None, None))
+        if found is None or known != (previous, self.spp):
+            size = self.settings.width, self.settings.height
+            packed = self._packed()
+            cameras = {"u_to_pixel": self.scene.camera, "u_to_previous_pixel": previous}
+            matrices = {name: pixel_matrix(camera, packed.origin, *size) for name, camera in cameras.items()}
+            with self._current():
+                film = Film(self.context, *size, LayerTextures(self.context, size, _GEOMETRY_LAYERS))
+                try:
+                    program = TracerProgram("layers.frag", {"LAYERS": kind}, self._level, root=self._shaders)
+                    self._tracer.load(packed, program)
+                    self._tracer.set({name: tuple(matrix.T.ravel()) for name, matrix in matrices.items()})
+                    for _ in self._tracer.bands(film, self.spp):
+                        pass
+                    assert film.layers is not None
+                    found = film.read(), film.layers.read()
+                    self._drawn_last[kind] = (previous, self.spp), found
+                finally:
+                    film.release()
+                    self._tracer.load(packed, self._program())
+        return found
 
     @property
     def spp(self) -> int:
@@ -241,6 +362,8 @@ class Renderer:
         made_by = {"software": f"fragtracer {__version__}", "scene": self.scene.name}
         traces_paths = self._program().name == PROGRAMS["path"]
         adaptive = self._film.decision if traces_paths else f"off: the integrator is {self.settings.integrator}"
+        if self._has_parts:
+            adaptive = "off: the parts of the light are sampled evenly"
         counts |= {"guiding_decision": self._decision().reason, "adaptive_decision": adaptive}
         return made_by | settings | counts | {"gl_renderer": describe(self.context)["GL renderer"]}
 
@@ -273,11 +396,19 @@ class Renderer:
 
     def _program(self) -> TracerProgram:
         name = self._name or PROGRAMS[self.settings.integrator]
-        return TracerProgram(name, self._defines, self._level, root=self._shaders)
+        defines = self._defines
+        if self._has_parts:
+            if name != PROGRAMS["path"]:
+                raise FragtracerError(
+                    f"the integrator {self.settings.integrator} knows no parts of the light; use path"
+                )
+            defines = {**defines, "LIGHT_PARTS": 1}
+        return TracerProgram(name, defines, self._level, root=self._shaders)
 
     @property
     def _adaptive(self) -> Literal["auto", "on", "off"]:
-        return self.settings.adaptive if self._program().name == PROGRAMS["path"] else "off"
+        is_path = self._program().name == PROGRAMS["path"]
+        return self.settings.adaptive if is_path and not self._has_parts else "off"
 
     def _read(self) -> Pixels:
         with self._current():

@@ -34,8 +34,9 @@ def run(
     """A probe in which `b` is the BSDF and `wo` the direction to the viewer; results in float64.
 
     Parameters and viewer are uniforms, so that all probes with the same body share one program. Parameters that the
-    model does not have are 0.
+    model does not have are 0. ``features`` whose names begin with u_ are uniforms.
     """
+    switches = {name: features.pop(name) for name in list(features) if name.startswith("u_")}
     values = vars(parameters)
     assert set(values) <= set(FIELDS), f"{model.name} has parameters that the shader's Bsdf lacks"
     declarations = [f"uniform {FIELDS[name]} u_{name};" for name in values]
@@ -55,6 +56,6 @@ def run(
         outputs,
         {**model.features, **features},
         {"probe/bsdf.glsl": glsl},
-        {f"u_{name}": value for name, value in values.items()} | {"u_wo": wo},
+        {f"u_{name}": value for name, value in values.items()} | {"u_wo": wo} | switches,
     )
     return {name: values.astype(np.float64) for name, values in result.items()}

@@ -199,7 +199,7 @@ def test_multiple_scattering_scales_the_specular_lobe(ctx: moderngl.Context) -> 
             for name in ("plastic", "half metallic", "gold", "white metal"):
                 material = replace(SMITH.materials[name][0], alpha=alpha)
                 tolerance = FIT + SMITH.tolerance(material, np.array(wo), rounded)
-                result = run(ctx, SMITH, material, EVAL, {"wi": rounded}, VALUES, wo, MULTIPLE_SCATTERING=1)
+                result = run(ctx, SMITH, material, EVAL, {"wi": rounded}, VALUES, wo, u_multiple_scattering=1)
                 value = bsdf_oracle.bsdf_eval_compensated(material, viewer, rounded.astype(np.float64), single)
                 assert (np.abs(result["value"] - value) <= tolerance[:, None] * value).all(), (name, alpha, degrees)
                 pdf = bsdf_oracle.bsdf_pdf(material, viewer, rounded.astype(np.float64))
@@ -209,7 +209,7 @@ def test_multiple_scattering_scales_the_specular_lobe(ctx: moderngl.Context) -> 
 def compensated(ctx: moderngl.Context, material: Material) -> Floats:
     """What is reflected with multiple scattering, of light from every side, (alphas, viewers, 3)."""
     widths = [replace(material, alpha=alpha) for alpha in WIDE]
-    return albedos(ctx, SMITH, widths, VIEWERS, (8, 8), MULTIPLE_SCATTERING=1)
+    return albedos(ctx, SMITH, widths, VIEWERS, (8, 8), u_multiple_scattering=1)
 
 
 def test_white_metal_with_multiple_scattering_reflects_everything(ctx: moderngl.Context) -> None:

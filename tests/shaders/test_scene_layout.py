@@ -14,7 +14,7 @@ import pytest
 from mesh_shapes import ball, geometry
 
 from fragtracer.gpu.specialise import Level
-from fragtracer.packing import PackedScene, instances, pack
+from fragtracer.packing import PackedScene, instances, matte_names, pack
 from fragtracer.packing.lights import LIGHT_RECORDS, MESH_LIGHT, LightKind
 from fragtracer.packing.records import MATERIAL_RECORDS, MEDIUM_RECORDS, SIZES, Words, places, texel_count
 from fragtracer.packing.shapes import FLATS, SHAPE_RECORDS, Kind
@@ -207,7 +207,10 @@ def test_shapes_are_read_as_the_scene_has_them(ctx: moderngl.Context, stored: tu
     def expect_material(table: Table, row: int, shape: Shape) -> None:
         assert table["material"][row] == names.index(shape.material)
         culled = shape.material in scene.materials and not scene.materials[shape.material].double_sided
-        assert int(table["kind"][row]) & 0xFFFFFF == culled
+        assert int(table["kind"][row]) & 1 == culled
+        kind, place = matte_names(scene)[0][(int(table["kind"][row]) & 0xFFFFFF) >> 1].rstrip("]").split("[")
+        found = getattr(scene, f"{kind}s")[int(place)]
+        assert found.position == shape.center if kind == "light" else found is shape
 
     of_kind: dict[type, list[Any]] = {}
     for shape in shapes_of(scene):

@@ -10,6 +10,7 @@ import numpy as np
 
 from fragtracer.errors import DeviceError
 from fragtracer.gpu.film import Film, read_pixels
+from fragtracer.gpu.layers import LayerTextures
 from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.gpu.tracer import Tracer
 from fragtracer.resources import folder
@@ -51,14 +52,22 @@ class Accumulation:
 
     If ``adaptive`` is "off", every pixel has as many. If it is "on", the samples of later stages go where the error is
     (:mod:`fragtracer.sampling.allocation`), and if it is "auto", they do where a pilot says that this pays, whose
-    samples are not in the picture. Raises :class:`DeviceError` if the GPU cannot hold the image.
+    samples are not in the picture. ``layers`` are drawn besides, without adaptive sampling. Raises
+    :class:`DeviceError` if the GPU cannot hold the image.
     """
 
-    def __init__(self, ctx: moderngl.Context, width: int, height: int, adaptive: Literal["auto", "on", "off"]) -> None:
+    def __init__(
+        self,
+        ctx: moderngl.Context,
+        width: int,
+        height: int,
+        adaptive: Literal["auto", "on", "off"],
+        layers: LayerTextures | None = None,
+    ) -> None:
         self.size = (width, height)
         self.adaptive = adaptive
         self._ctx = ctx
-        self._film = Film(ctx, width, height)
+        self._film = Film(ctx, width, height, layers)
         self._stages: _StageTextures | None = None
         self._planner = ThreadPoolExecutor(1)  # its thread begins with the first stage that is planned
         self.clear()

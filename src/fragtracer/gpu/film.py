@@ -6,6 +6,7 @@ import numpy as np
 
 from fragtracer.errors import DeviceError
 from fragtracer.gpu.context import max_size
+from fragtracer.gpu.layers import LayerTextures
 from fragtracer.sampling.pixels import Floats, Pixels
 
 _TEXTURES = 3
@@ -14,13 +15,15 @@ _TEXTURES = 3
 class Film:
     """Two sets of float textures that take turns: a pass reads the front and draws the back.
 
-    ``width`` and ``height`` are in pixels. Raises :class:`DeviceError` if the GPU cannot hold them.
+    ``width`` and ``height`` are in pixels. A program that has ``layers`` draws them after its own textures; the film
+    keeps and releases them. Raises :class:`DeviceError` if the GPU cannot hold it.
     """
 
-    def __init__(self, ctx: moderngl.Context, width: int, height: int) -> None:
+    def __init__(self, ctx: moderngl.Context, width: int, height: int, layers: LayerTextures | None = None) -> None:
         if max(width, height) > max_size(ctx):
             raise DeviceError(f"this GPU renders at most {max_size(ctx)} pixels a side, not {width}x{height}")
         self.size = (width, height)
+        self.layers = layers
         self.stage = 0  # whose streams of random numbers its samples take
         self._sets: list[list[moderngl.Texture]] = [[], []]
         self._framebuffers: list[moderngl.Framebuffer] = []
@@ -28,7 +31,7 @@ class Film:
             for textures in self._sets:
                 for _ in range(_TEXTURES):
                     textures.append(ctx.texture(self.size, 4, dtype="f4"))
-                self._framebuffers.append(ctx.framebuffer(textures))
+                self._framebuffers.append(ctx.framebuffer([*textures, *(layers.targets if layers else ())]))
         except moderngl.Error as error:
             self.release()
             _ = ctx.error  # takes the driver's own note of it away
@@ -42,6 +45,8 @@ class Film:
         for framebuffer in self._framebuffers:
             framebuffer.scissor = (0, 0, *self.size)  # not the last band's, to which clearing would keep
             framebuffer.clear()
+        if self.layers is not None:
+            self.layers.keep()
         self._front = 0
         self.samples = 0  # of each pixel
 
@@ -49,6 +54,8 @@ class Film:
         """Read from the front set at texture units ``first_unit`` and the next, draw to the back."""
         for unit, texture in enumerate(self._sets[self._front], first_unit):
             texture.use(unit)
+        if self.layers is not None:
+            self.layers.use(first_unit + _TEXTURES)
         self._framebuffers[1 - self._front].use()
 
     def restrict(self, bottom: int, rows: int) -> None:
@@ -59,6 +66,8 @@ class Film:
         """Make what was drawn the front, after every pixel of it has been drawn ``samples`` times more."""
         self._front = 1 - self._front
         self.samples += samples
+        if self.layers is not None:
+            self.layers.keep()
 
     def drawn_samples(self, bottom: int, rows: int) -> int:
         """The least number of samples that a pixel of some rows has in the back set, which is being drawn."""
@@ -88,7 +97,7 @@ class Film:
     @property
     def gpu_bytes(self) -> int:
         """Size of all textures."""
-        return 2 * _TEXTURES * 16 * self.size[0] * self.size[1]
+        return 2 * _TEXTURES * 16 * self.size[0] * self.size[1] + (self.layers.gpu_bytes if self.layers else 0)
 
     def release(self) -> None:
         for framebuffer in self._framebuffers:
@@ -96,6 +105,8 @@ class Film:
             framebuffer.release()
         for texture in (t for textures in self._sets for t in textures):
             texture.release()
+        if self.layers is not None:
+            self.layers.release()
 
 
 def read_pixels(framebuffer: moderngl.Framebuffer, bottom: int, rows: int) -> Pixels:

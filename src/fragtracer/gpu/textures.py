@@ -27,6 +27,7 @@ UNITS = {
 }
 # All 16 are taken: the guiding, of programs that trace paths, has that of a map that they do not look up.
 UNITS["u_guiding"] = UNITS["u_brdf_map"]
+UNITS["u_layers"] = UNITS["u_work"]  # and a program that draws layers has no lists of work
 _WHAT = {
     "u_shapes": "the shapes and meshes of the scene",
     "u_vertices": "the vertices of the meshes",

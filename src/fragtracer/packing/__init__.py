@@ -19,11 +19,17 @@ from fragtracer.packing.hierarchy import ATTRIBUTES, RECORDS_IN_ROW, PackedBvh, 
 from fragtracer.packing.instances import MeshMaterial
 from fragtracer.packing.interiors import camera_interiors, interior_flags
 from fragtracer.packing.lights import LIGHT_RECORDS, emissions_of, emissive_shapes, pack_lights
-from fragtracer.packing.materials import PackedMaterials, mean_emission, needed_attributes, pack_materials
+from fragtracer.packing.materials import (
+    PackedMaterials,
+    material_names,
+    mean_emission,
+    needed_attributes,
+    pack_materials,
+)
 from fragtracer.packing.media import PackedMedia, pack_media
 from fragtracer.packing.records import MATERIAL_RECORDS, MEDIUM_RECORDS, Words, texel_count, words_of_rows
 from fragtracer.packing.settings import needs_maps, settings_features, settings_uniforms
-from fragtracer.packing.shapes import CULLED, Shapes, finite_shapes, plane_records, shape_records
+from fragtracer.packing.shapes import CULLED, Shapes, finite_shapes, object_names, plane_records, shape_records
 from fragtracer.packing.space import Space, space_of
 from fragtracer.scene import Material, Mesh, RenderSettings, Scene
 from fragtracer.scene.tangents import with_tangents
@@ -89,8 +95,10 @@ def pack(
     surfaces = pack_materials(scene, materials)
     emissions = emissions_of(materials)
     light_of = emissive_shapes(shapes, emissions)
-    records = shape_records(shapes, materials, surfaces.of_shapes, light_of, origin, extent)
-    planes = plane_records(scene.planes, materials, surfaces.of_shapes, origin)
+    plane_objects = len(scene.meshes)
+    shape_objects = plane_objects + len(scene.planes)
+    records = shape_records(shapes, materials, surfaces.of_shapes, light_of, origin, extent, shape_objects)
+    planes = plane_records(scene.planes, materials, surfaces.of_shapes, origin, plane_objects)
     is_listed = len(shapes) <= most_listed
     listed = np.concatenate([planes, records.words]) if is_listed else planes
     first = RECORDS_IN_ROW * max(1, -(-len(listed) // RECORDS_IN_ROW))
@@ -153,6 +161,11 @@ def pack(
         vertex_rounds * (settings.bounces + 2),
         space,
     )
+
+
+def matte_names(scene: Scene) -> tuple[list[str], list[str]]:
+    """The names of the objects and of the materials of ``scene`` by their numbers in its records."""
+    return object_names(scene), material_names(scene, finite_shapes(scene)[1])
 
 
 def view_uniforms(scene: Scene, origin: Floats, width: int, height: int) -> dict[str, Any]:

@@ -29,6 +29,18 @@ def camera_uniforms(camera: Camera, origin: NDArray[np.float64], width: int, hei
     }
 
 
+def pixel_matrix(camera: Camera, origin: NDArray[np.float64], width: int, height: int) -> NDArray[np.float64]:
+    """(4, 4): from homogeneous points about ``origin`` to pixels of a picture of ``width`` x ``height``, row 0 at the
+    bottom: (x w, y w, 0, w), where w is the distance along the axis of view, below 0 behind the camera."""
+    eye = np.subtract(camera.position, origin)
+    forward = _unit(np.subtract(camera.target, camera.position))
+    right = _unit(np.cross(forward, camera.up))
+    high = float(np.tan(np.radians(camera.fov_degrees) / 2))
+    x, y, w = (np.append(axis, -axis @ eye) for axis in (right, np.cross(right, forward), forward))
+    scale = height / (2 * high)
+    return np.stack([scale * x + width / 2 * w, scale * y + height / 2 * w, np.zeros(4), w])
+
+
 def _unit(vector: NDArray[np.float64]) -> NDArray[np.float64]:
     unit: NDArray[np.float64] = vector / np.linalg.norm(vector)
     return unit

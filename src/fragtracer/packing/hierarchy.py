@@ -19,7 +19,7 @@ from fragtracer.packing.alias import alias_table, choice_probabilities
 from fragtracer.packing.instances import Blas, Instance, MeshMaterial, TransformedInstance, fit, instances_of
 from fragtracer.packing.lights import MESH_LIGHT
 from fragtracer.packing.records import Words, words_of
-from fragtracer.packing.shapes import GROWTH, SHAPE_RECORDS, SHAPE_TEXELS, Kind, Shapes
+from fragtracer.packing.shapes import GROWTH, SHAPE_RECORDS, SHAPE_TEXELS, Kind, Shapes, kind_words
 from fragtracer.scene import Mesh
 
 Floats = NDArray[np.float64]
@@ -155,7 +155,8 @@ class _Packer:
         self._write(moved(layout.nodes), _nodes(blas.bvh, self._first + moved(layout.first), blas.child_bounds))
         triangles = instance.triangles
         columns: dict[str, Any] = {name: blas.corners[:, i] for i, name in enumerate("abc")}
-        columns |= {"kind": Kind.TRIANGLE << 24 | instance.material.flags, "material": instance.material.index}
+        kind = kind_words(Kind.TRIANGLE, instance.material.flags, instance.object)
+        columns |= {"kind": kind, "material": instance.material.index}
         if self._vertices:
             columns["vertices"] = triangles + self._vertex_count
             self._add_vertices(instance)
@@ -195,7 +196,8 @@ class _Packer:
         instance = transformed.instance
         inverse = np.linalg.inv(instance.matrix[:, :3])
         columns: dict[str, Any] = dict(zip(("row_x", "row_y", "row_z"), inverse, strict=True))
-        columns |= {"kind": Kind.INSTANCE << 24 | instance.material.flags, "root": self._first + root}
+        kind = kind_words(Kind.INSTANCE, instance.material.flags, instance.object)
+        columns |= {"kind": kind, "root": self._first + root}
         columns |= {"material": instance.material.index, "translation": instance.middle}
         self._words[place] = words_of(SHAPE_RECORDS["Instance"], columns, 1)
 

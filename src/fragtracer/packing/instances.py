@@ -43,6 +43,7 @@ class Instance:
     geometry: Geometry
     material: MeshMaterial
     matrix: Floats  # (3, 4), to the space of the shader
+    object: int  # its number
 
     @property
     def is_mirrored(self) -> bool:
@@ -83,12 +84,12 @@ class TransformedInstance:
 
 
 def instances_of(meshes: Sequence[Mesh], materials: Mapping[str, MeshMaterial], origin: Floats) -> list[Instance]:
-    """Every part of ``meshes`` at every place, (0, 0, 0) at ``origin`` (3,)."""
+    """Every part of ``meshes`` at every place, (0, 0, 0) at ``origin`` (3,); the mesh is the object."""
     instances = []
-    for mesh in meshes:
+    for i, mesh in enumerate(meshes):
         for matrix, part in mesh.placed():
             matrix[:3, 3] -= origin
-            instances.append(Instance(part.geometry, materials[mesh.material_of(part)], matrix[:3]))
+            instances.append(Instance(part.geometry, materials[mesh.material_of(part)], matrix[:3], i))
     return instances
 
 
@@ -128,7 +129,7 @@ def _local_epsilon(instance: Instance, epsilon: float) -> float:
 def _in_own_space(geometry: Geometry) -> Instance:
     """The geometry for all its instances to share, its middle in the origin; materials are theirs."""
     nothing = MeshMaterial(0, 0.0, 0)
-    return Instance(geometry, nothing, np.column_stack([np.eye(3), -_middle(geometry)]))
+    return Instance(geometry, nothing, np.column_stack([np.eye(3), -_middle(geometry)]), 0)
 
 
 def _blas(instance: Instance, epsilon: float) -> Blas:

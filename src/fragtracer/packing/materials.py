@@ -102,6 +102,13 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
     return PackedMaterials(words, features, flags, atlas, of_shapes, of_meshes)
 
 
+def material_names(scene: Scene, materials: Mapping[str, Material]) -> list[str]:
+    """The names of materials by the numbers that :func:`pack_materials` gives them."""
+    packed, of_shapes, of_meshes = _apart(scene, materials)
+    number = {n: name for of in (of_shapes, of_meshes) for name, n in of.items()}
+    return [number[i] for i in range(len(packed))]
+
+
 def mean_emission(material: Material) -> tuple[float, float, float]:
     """Radiance that a surface with the whole emission texture on it has in the mean."""
     if not material.is_emissive:

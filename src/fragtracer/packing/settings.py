@@ -20,7 +20,6 @@ def settings_features(settings: RenderSettings, hidden: bool) -> dict[str, int |
         background = "color"
     return {
         "GEOMETRY_TERM": value("GEOMETRY", settings.geometry),
-        "MULTIPLE_SCATTERING": int(settings.multiple_scattering),
         "ESTIMATOR": value("ESTIMATOR", settings.estimator),
         "BACKGROUND": value("BACKGROUND", background),
         "SAMPLER": value("SAMPLER", settings.sampler),
@@ -41,5 +40,6 @@ def settings_uniforms(settings: RenderSettings) -> dict[str, Any]:
         "u_light_samples": settings.light_samples,
         "u_russian_roulette_vertex": settings.russian_roulette_depth if settings.russian_roulette else never,
         "u_seed": settings.seed,
+        "u_multiple_scattering": int(settings.multiple_scattering),
         "u_background_roughness": settings.background_roughness,
     }

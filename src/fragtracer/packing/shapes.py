@@ -55,6 +55,7 @@ SHAPE_TEXELS = 4  # of each record of u_shapes
 
 Shape = Sphere | Rectangle | Disk | Triangle
 CULLED = 1  # SHAPE_CULLED of scene/shape.glsl
+_MOST_OBJECTS = 2**23  # whose numbers differ
 
 # Flat shapes grow by this beyond their edges, relative to the scene, so that neighbours leave no crack; and bounds,
 # since where a ray passes an edge is known no better.
@@ -93,13 +94,19 @@ def finite_shapes(scene: Scene) -> tuple[list[Shape], dict[str, Material]]:
     """The shapes of ``scene`` that are finite, those of its lights with a radius among them, in the order of their
     records: spheres, then flat shapes. And all materials, those of such lights included."""
     materials = dict(scene.materials)
-    shapes = [shape for name in SHAPES if name != "planes" for shape in getattr(scene, name)]
     for i, light in enumerate(scene.lights):
         if light.radius > 0:
-            name = f"light[{i}]"
-            materials[name] = light_material(light)
-            shapes.append(Sphere(light.position, light.radius, name))
-    return sorted(shapes, key=lambda shape: _ORDER[type(shape)]), materials
+            materials[f"light[{i}]"] = light_material(light)
+    return [shape for _, shape in _named_shapes(scene)], materials
+
+
+def _named_shapes(scene: Scene) -> list[tuple[str, Shape]]:
+    finite = [name for name in SHAPES if name != "planes"]
+    shapes = [(f"{kind.removesuffix('s')}[{i}]", s) for kind in finite for i, s in enumerate(getattr(scene, kind))]
+    for i, light in enumerate(scene.lights):
+        if light.radius > 0:
+            shapes.append((f"light[{i}]", Sphere(light.position, light.radius, f"light[{i}]")))
+    return sorted(shapes, key=lambda named: _ORDER[type(named[1])])
 
 
 def bounds_of(shapes: Sequence[Shape]) -> tuple[Floats, Floats]:
@@ -117,15 +124,32 @@ def light_material(light: Light) -> Material:
     return Material(albedo=(0.0, 0.0, 0.0), specular=0.0, emission=light.surface_radiance)
 
 
+def kind_words(kind: Any, flags: Any, objects: Any) -> Any:
+    """The word of a record that says its kind, its flags and the number of the object that it is of."""
+    return kind << 24 | np.minimum(objects, _MOST_OBJECTS - 1) << 1 | flags
+
+
+def object_names(scene: Scene) -> list[str]:
+    """The objects of ``scene`` by their numbers: meshes by their names, all others by their kind and place in the scene
+    file, as "sphere[0]": planes, then what :func:`finite_shapes` gives."""
+    planes = [f"plane[{i}]" for i in range(len(scene.planes))]
+    return [mesh.name for mesh in scene.meshes] + planes + [name for name, _ in _named_shapes(scene)]
+
+
 def plane_records(
-    planes: Sequence[Plane], materials: Mapping[str, Material], index: Mapping[str, int], origin: Floats
+    planes: Sequence[Plane],
+    materials: Mapping[str, Material],
+    index: Mapping[str, int],
+    origin: Floats,
+    first_object: int = 0,
 ) -> Words:
-    """Records (n, 4, 4) of planes about ``origin``; ``index`` has the numbers of materials."""
+    """Records (n, 4, 4) of planes about ``origin``; ``index`` has the numbers of materials, their objects are numbered
+    from ``first_object`` on."""
     normals = _unit(_vectors([p.normal for p in planes]))
     points = _vectors([p.point for p in planes]) - origin
     columns = {
         "normal": normals,
-        "kind": Kind.PLANE << 24 | _flags(planes, materials),
+        "kind": kind_words(Kind.PLANE, _flags(planes, materials), first_object + np.arange(len(planes))),
         "offset": (normals * points).sum(axis=1),
         "material": np.array([index[p.material] for p in planes], np.int64),
     }
@@ -139,8 +163,10 @@ def shape_records(
     lights: NDArray[np.int64],
     origin: Floats,
     extent: float,
+    first_object: int = 0,
 ) -> Shapes:
-    """The records of ``shapes`` about ``origin``, in a scene that extends ``extent`` metres from there.
+    """The records of ``shapes`` about ``origin``, in a scene that extends ``extent`` metres from there; their objects
+    are numbered from ``first_object`` on.
 
     ``shapes`` are in the order of :func:`finite_shapes`, ``index`` has the numbers of materials, ``lights`` (n,) the
     number of the light that each shape is, or -1.
@@ -153,7 +179,7 @@ def shape_records(
         some = [shape for shape in shapes if isinstance(shape, classes)]
         columns, low, high = geometry(some, origin, growth)
         part = slice(first, first + len(some))
-        columns["kind"] = columns["kind"] << 24 | flags[part]
+        columns["kind"] = kind_words(columns["kind"], flags[part], first_object + first + np.arange(len(some)))
         columns |= {"material": material[part], "light": lights[part] + 1}
         words.append(words_of(SHAPE_RECORDS[noun.capitalize()], columns, len(some), SHAPE_TEXELS))
         lows.append(low)

@@ -35,6 +35,7 @@ def compare(
     ] = False,
     report: Annotated[Path | None, typer.Option(help="Write a report with pictures, .html.")] = None,
     json: Annotated[Path | None, typer.Option(help="Write all numbers, .json.")] = None,
+    denoise: Annotated[bool, typer.Option("--denoise", hidden=True)] = False,
 ) -> None:
     """Render SCENE here and in Mitsuba and test whether they agree: status 0 yes, 1 no, 2 cannot tell.
 
@@ -45,6 +46,7 @@ def compare(
     from fragtracer.io.toml import load
     from fragtracer.output import check_writable
 
+    _refuse_pictures(scene, denoise)
     for path, suffixes in ((report, {".html"}), (json, {".json"})):
         if path is not None:
             check_writable(path, suffixes)
@@ -78,6 +80,18 @@ def compare(
     if json is not None:
         _write_json(json, to_json(comparison))
     raise typer.Exit(comparison.exit_status)
+
+
+def _refuse_pictures(scene: str, denoise: bool) -> None:
+    """What is compared are the means of independent samples; a denoised picture has a bias that nobody knows."""
+    from fragtracer.denoise import KEY
+    from fragtracer.io.images import READABLE, read_metadata
+
+    if denoise:
+        raise FragtracerError("compare tests the mean of samples, and a denoised picture is none; leave --denoise out")
+    if Path(scene).suffix.lower() in READABLE:
+        what = "a denoised picture" if KEY in read_metadata(scene) else "a picture"
+        raise FragtracerError(f"{scene}: this is {what}, and compare renders the scene itself; give the scene")
 
 
 def _compare_split_sum(

@@ -2,7 +2,7 @@
 """``fragtracer develop``: an image of radiance into a picture, as ``render`` makes it of a scene."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -19,8 +19,11 @@ def develop(
     bloom: options.Bloom = 0.0,
     bloom_threshold: options.BloomThreshold = 1.0,
     bloom_alone: options.BloomAlone = False,
+    denoise: options.Denoise = False,
 ) -> None:
-    """Make a picture of IMAGE, with exposure, glare and tone curve."""
+    """Make a picture of IMAGE, with exposure, glare and tone curve; with --denoise from an .exr with the layers albedo
+    and normal."""
+    from fragtracer.denoise import check_installed
     from fragtracer.display.look import Look
     from fragtracer.io.images import read_content, write_image
     from fragtracer.output import check_writable
@@ -32,7 +35,21 @@ def develop(
         )
     look = (options.parse_exposure(exposure), tonemap, gamma, bloom, bloom_threshold, bloom_alone)
     Look(*look)
-    pixels, metadata = read_content(image)
+    if denoise:
+        check_installed()
+    pixels, metadata = _denoised(image) if denoise else read_content(image)
     write_image(output, pixels, metadata, *look)
     stops = Look(*look).stops(pixels)
     print(f"{output}: exposure {stops:+.2f} stops")
+
+
+def _denoised(path: Path) -> tuple[Any, dict[str, str]]:
+    """The image of a file, denoised, and metadata that say so."""
+    from fragtracer.denoise import GUIDES, KEY, denoise, denoiser
+    from fragtracer.io.images import read_layers
+
+    try:
+        images, metadata = read_layers(path, GUIDES)
+    except FragtracerError as error:
+        raise FragtracerError(f"{error}; to denoise it later, render it with --aov {','.join(GUIDES)}") from None
+    return denoise(*images), metadata | {KEY: denoiser()}

@@ -53,6 +53,10 @@ Bloom = Annotated[float, typer.Option(metavar="STRENGTH", help="Glare around bri
 BloomThreshold = Annotated[float, typer.Option(metavar="X", help="What is bright, after exposure; 1 is white.")]
 BloomAlone = Annotated[bool, typer.Option("--bloom-alone", help="Show the glare and nothing else.")]
 
+Denoise = Annotated[
+    bool, typer.Option("--denoise", help="By Open Image Denoise: a .png shows that, an .exr has it as a layer besides.")
+]
+
 
 def parse_size(text: str | None) -> tuple[int, int] | None:
     """(width, height) from "640x480"; None stays None.

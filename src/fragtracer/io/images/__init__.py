@@ -8,7 +8,7 @@ cannot: there they become magenta, as bright as the brightest pixel, with a warn
 """
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from fragtracer import output
+from fragtracer.aov import channels, matte_metadata
 from fragtracer.display.look import Look
 from fragtracer.display.tone import FloatImage
 from fragtracer.errors import FragtracerError, OutputError
@@ -34,12 +35,19 @@ from fragtracer.io.images.rgbe import LARGEST
 
 _WRITERS = {".exr": write_exr, ".hdr": write_hdr, ".npy": write_npy, ".png": write_png}
 _READERS = {".exr": read_exr, ".hdr": read_hdr, ".npy": read_npy, ".png": read_png}
+READABLE = tuple(_READERS)
 _PREFIX = "fragtracer."
 
 
 def check_writable(path: str | Path) -> None:
     """Raise :class:`OutputError` if :func:`write_image` cannot write ``path``; to be called before rendering."""
     output.check_writable(path, _WRITERS)
+
+
+def check_layers_writable(path: str | Path) -> None:
+    """Raise :class:`OutputError` unless ``path`` is a file that can have layers; to be called before rendering."""
+    if Path(path).suffix.lower() != ".exr":
+        raise OutputError(f"{path}: only .exr files have layers; give {Path(path).with_suffix('.exr').name}")
 
 
 def write_image(
@@ -52,6 +60,8 @@ def write_image(
     bloom: float = 0.0,
     bloom_threshold: float = 1.0,
     bloom_alone: bool = False,
+    layers: Mapping[str, npt.NDArray[np.float32]] | None = None,
+    matte_names: Mapping[str, Sequence[str]] | None = None,
 ) -> None:
     """Write an image in the format of the extension of ``path``.
 
@@ -67,6 +77,12 @@ def write_image(
         Kept under "fragtracer.KEY" and read back by :func:`read_metadata`; a .npy file has no place for them.
     exposure, tonemap, gamma, bloom, bloom_threshold, bloom_alone
         As :class:`fragtracer.display.look.Look` has them; .png only, the other formats keep the radiance itself.
+    layers
+        Other pictures by name, as :meth:`fragtracer.renderer.Renderer.aov` gives them, or (h, w, 3); .exr only. Their
+        channels are LAYER.R, G and B of colours, LAYER.X, Y and Z of vectors, LAYER.Z of the depth, and those of
+        Cryptomatte; R, G and B stay those of ``image``.
+    matte_names
+        The names whose ids mattes among the ``layers`` have, for the header.
 
     Raises
     ------
@@ -74,6 +90,8 @@ def write_image(
         If the file cannot be written, or the image or a setting is not of the kind described here.
     """
     check_writable(path)
+    if layers:
+        check_layers_writable(path)
     suffix = Path(path).suffix.lower()
     pixels = _as_image(image)
     entries = {_PREFIX + key: value for key, value in (metadata or {}).items()}
@@ -86,8 +104,14 @@ def write_image(
         entries |= {_PREFIX + key: value for key, value in look.metadata(pixels).items()}
         _non_finite(pixels, path)
         pixels = look.show(pixels)
+    for name, names in (matte_names or {}).items():
+        entries |= matte_metadata(name, names)
     with output.replacing(path) as part:
-        _WRITERS[suffix](part, pixels, entries)
+        if layers:
+            planes = [channels(name, np.asarray(values, np.float32)) for name, values in layers.items()]
+            write_exr(part, pixels, entries, {name: plane for one in planes for name, plane in one.items()})
+        else:
+            _WRITERS[suffix](part, pixels, entries)
 
 
 def _non_finite(image: FloatImage, path: str | Path) -> npt.NDArray[np.bool_]:
@@ -123,6 +147,20 @@ def read_image(path: str | Path) -> FloatImage:
     return read_content(path)[0]
 
 
+def read_layers(path: str | Path, layers: Sequence[str]) -> tuple[list[FloatImage], dict[str, str]]:
+    """The image and some ``layers`` of three channels of an .exr file, each (h, w, 3), and the metadata.
+
+    Raises
+    ------
+    FragtracerError
+        As :func:`read_image`, and if there is no such layer.
+    """
+    if Path(path).suffix.lower() != ".exr":
+        raise FragtracerError(f"{path}: only .exr files have layers; this one has no {' or '.join(layers)}")
+    pixels, entries = _read(path, layers)
+    return np.split(pixels, 1 + len(layers), axis=2), _ours(entries)
+
+
 def read_metadata(path: str | Path) -> dict[str, str]:
     """The metadata that :func:`write_image` stored in a file, perhaps none. Raises as :func:`read_image`."""
     return read_content(path)[1]
@@ -131,7 +169,11 @@ def read_metadata(path: str | Path) -> dict[str, str]:
 def read_content(path: str | Path) -> Content:
     """The results of :func:`read_image` and :func:`read_metadata`, reading the file once. Raises as these."""
     pixels, entries = _read(path)
-    return pixels, {k.removeprefix(_PREFIX): value for k, value in entries.items() if k.startswith(_PREFIX)}
+    return pixels, _ours(entries)
+
+
+def _ours(entries: Mapping[str, str]) -> dict[str, str]:
+    return {k.removeprefix(_PREFIX): value for k, value in entries.items() if k.startswith(_PREFIX)}
 
 
 def check_regular(path: str | Path) -> None:
@@ -140,14 +182,14 @@ def check_regular(path: str | Path) -> None:
         raise OSError("it is not a regular file")
 
 
-def _read(path: str | Path) -> Content:
+def _read(path: str | Path, layers: Sequence[str] = ()) -> Content:
     reader = _READERS.get(Path(path).suffix.lower())
     if reader is None:
         raise FragtracerError(f"{path}: cannot read this kind of image; choose from {', '.join(_READERS)}")
     try:
         check_regular(path)
         Path(path).open("rb").close()
-        return reader(Path(path))
+        return read_exr(Path(path), layers) if layers else reader(Path(path))
     except (OSError, RuntimeError, ValueError, EOFError) as error:
         if isinstance(error, OSError) and error.strerror:
             raise FragtracerError(f"{path}: cannot read: {error.strerror}") from error

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: MIT
 """Reads one OpenEXR file in a process of its own: a damaged file can crash the library or exhaust the memory.
-``python exr_child.py FILE RESULT.npy`` writes the pixels and prints the metadata or an error as JSON.
+``python exr_child.py FILE RESULT.npy [LAYER ...]`` writes the pixels and prints the metadata or an error as JSON.
 
 It does not import fragtracer, to start fast.
 """
 
 import json
 import sys
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -36,8 +37,9 @@ def limit() -> None:
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 
-def read(path: str) -> tuple[NDArray[Any], dict[str, str]]:
-    """The pixels of the display window, (h, w, 3), black outside the data window, and the strings of the header.
+def read(path: str, layers: Sequence[str] = ()) -> tuple[NDArray[Any], dict[str, str]]:
+    """The pixels of the display window, (h, w, 3 + 3 layers), black outside the data window, and the strings of the
+    header.
 
     Raises ``Unsupported`` for a valid file of another kind, and ``ValueError`` or ``RuntimeError`` for a damaged one.
     """
@@ -62,6 +64,8 @@ def read(path: str) -> tuple[NDArray[Any], dict[str, str]]:
         stack = _from_luminance_chroma(channels, size, chromaticities)
     else:
         stack = np.stack(_colors(channels, size), axis=-1)
+    for layer in layers:
+        stack = np.concatenate([stack, np.stack(_layer(channels, layer, size), axis=-1)], axis=-1)
     if data != display:
         stack = _placed(stack, data, display)
     return stack, texts
@@ -88,6 +92,15 @@ def _colors(channels: dict[str, NDArray[Any]], size: tuple[int, int]) -> list[ND
                 raise Unsupported(f"its channels {', '.join(dict.fromkeys(names))} have fewer samples than pixels")
             return [channels[name] for name in names]
     raise Unsupported(f"it has no channels R, G and B, only {', '.join(sorted(channels)) or 'none'}")
+
+
+def _layer(channels: dict[str, NDArray[Any]], layer: str, size: tuple[int, int]) -> list[NDArray[Any]]:
+    """The three channels of a layer: LAYER.R, G and B, or X, Y and Z."""
+    for letters in ("RGB", "XYZ"):
+        names = [f"{layer}.{letter}" for letter in letters]
+        if channels.keys() >= set(names) and all(channels[name].shape == size for name in names):
+            return [channels[name] for name in names]
+    raise Unsupported(f"it has no layer {layer}")
 
 
 def _grey(names: set[str]) -> str | None:
@@ -134,7 +147,7 @@ def _luminance_weights(chromaticities: tuple[float, ...]) -> NDArray[np.float64]
 
 def _placed(pixels: NDArray[Any], data: tuple[int, ...], display: tuple[int, ...]) -> NDArray[Any]:
     """The display window of pixels of the data window, black outside."""
-    result = np.zeros((display[3] - display[1] + 1, display[2] - display[0] + 1, 3), pixels.dtype)
+    result = np.zeros((display[3] - display[1] + 1, display[2] - display[0] + 1, pixels.shape[2]), pixels.dtype)
     x, y = data[0] - display[0], data[1] - display[1]
     left, top = max(x, 0), max(y, 0)
     right, bottom = min(x + pixels.shape[1], result.shape[1]), min(y + pixels.shape[0], result.shape[0])
@@ -147,7 +160,7 @@ def main() -> None:
     """Print {"metadata": {...}}, or {"unsupported": "..."} for a kind that is not read, or {"error": "..."}."""
     limit()
     try:
-        pixels, metadata = read(sys.argv[1])
+        pixels, metadata = read(sys.argv[1], sys.argv[3:])
         np.save(sys.argv[2], pixels if pixels.dtype == np.float16 else pixels.astype(np.float32))
         print(json.dumps({"metadata": metadata}))
     except Unsupported as error:

@@ -10,7 +10,7 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -23,27 +23,34 @@ Content = tuple[FloatImage, dict[str, str]]
 _SECONDS = 120
 
 
-def write_exr(path: Path, pixels: FloatImage, metadata: Mapping[str, str]) -> None:
-    """float32 RGB, lossless; the metadata are string attributes."""
+def write_exr(
+    path: Path, pixels: FloatImage, metadata: Mapping[str, str], channels: Mapping[str, FloatImage] | None = None
+) -> None:
+    """float32 RGB and other ``channels`` (h, w) in one part, lossless; the metadata are string attributes.
+
+    In one part, since that is read by all that reads layers; some read the first part alone.
+    """
     import OpenEXR
 
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, **metadata}
     try:
-        with OpenEXR.File(header, {"RGB": pixels}) as file:
+        planes = {name: np.ascontiguousarray(plane, np.float32) for name, plane in (channels or {}).items()}
+        with OpenEXR.File(header, {"RGB": pixels, **planes}) as file:
             file.write(str(path))
     except RuntimeError as error:
         raise OSError(str(error)) from error
 
 
-def read_exr(path: Path) -> Content:
-    """The display window of the first part, scanline or tiled: RGB, luminance and chroma, or a single channel as grey.
+def read_exr(path: Path, layers: Sequence[str] = ()) -> Content:
+    """The display window of the first part, scanline or tiled: RGB, luminance and chroma, or a single channel as grey;
+    and after these three channels those of ``layers``, which have three each.
 
     It is read in another process (:mod:`fragtracer.io.images.exr_child`), so that a damaged file cannot crash this one.
     """
     environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}  # each thread reserves memory
     with tempfile.TemporaryDirectory() as folder:
         result = Path(folder) / "pixels.npy"
-        command = [sys.executable, "-P", exr_child.__file__, os.path.abspath(path), str(result)]
+        command = [sys.executable, "-P", exr_child.__file__, os.path.abspath(path), str(result), *layers]
         try:
             done = subprocess.run(command, capture_output=True, env=environment, timeout=_SECONDS, check=False)
         except subprocess.TimeoutExpired:

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: MIT
+// What a compositor or a denoiser asks of the surface that a camera ray meets first: numbers in place of light, in the mean
+// over the same places in the pixel, and on the lens, as the samples of the picture. No light transport. The film holds the
+// albedo; of mattes it holds nothing, and counts.
+#include "bsdf/fresnel.glsl"
+#include "camera/camera.glsl"
+#include "film/film.glsl"
+#include "film/layers.glsl"
+#include "material/visibility.glsl"
+#include "sampler/sampler.glsl"
+
+#define LAYERS_GEOMETRY 0
+#define LAYERS_OBJECTS 1
+#define LAYERS_MATERIALS 2
+#ifndef LAYERS
+#define LAYERS LAYERS_GEOMETRY
+#endif
+
+layout(location = 0) out vec4 out_mean;
+layout(location = 1) out vec4 out_variance;
+layout(location = 2) out vec4 out_half_difference;
+layout(location = 3) out vec4 out_layer_0;
+layout(location = 4) out vec4 out_layer_1;
+layout(location = 5) out vec4 out_layer_2;
+
+uniform int u_rays;
+
+#if LAYERS == LAYERS_GEOMETRY
+uniform mat4 u_to_pixel;  // from homogeneous points to pixels, row 0 at the bottom
+uniform mat4 u_to_previous_pixel;
+
+vec4 layers[3];  // normal and how many rays have met something; position and depth in the mean of those; motion
+
+// What the surface reflects and lets through of white light from straight above.
+vec3 layers_albedo(Material material, bool is_front) {
+    if (material.unlit != 0) return material.emission;
+#if HAS_EXACT_FRESNEL
+    Bsdf b = material_bsdf(material, is_front);
+    if (b.model == BSDF_DIELECTRIC || b.model == BSDF_THIN_DIELECTRIC) return b.transmittance;
+    if (b.model == BSDF_CONDUCTOR) return fresnel_conductor(1.0, b.index, b.extinction);
+#endif
+    return material.diffuse + material.f0;
+}
+
+// In pixels, from this picture to the previous one; 0 where that has it behind the camera.
+vec2 layers_motion(vec4 point) {
+    vec4 now = u_to_pixel * point;
+    vec4 before = u_to_previous_pixel * point;
+    return now.w > 0.0 && before.w > 0.0 ? before.xy / before.w - now.xy / now.w : vec2(0.0);
+}
+
+void layers_add(inout Film film, Ray ray, uint seed) {
+    Hit hit = closest_hit(ray, seed);
+    bool is_hit = hit.primitive != NO_PRIMITIVE;
+    Surface surface = surface_at(ray, hit);
+    bool is_front = dot(surface.normal, ray.direction) < 0.0;
+    film_add(film, is_hit ? layers_albedo(material_at(surface), is_front) : vec3(0.0));
+    float share = 1.0 / film.count;
+    layers[0].xyz += ((is_hit ? material_shading_normal(surface) : vec3(0.0)) - layers[0].xyz) * share;
+    vec4 point = is_hit ? vec4(surface.position, 1.0) : vec4(ray.direction, 0.0);
+    layers[2].xy += (layers_motion(point) - layers[2].xy) * share;
+    if (!is_hit) return;
+    layers[0].a += 1.0;
+    float depth = -dot(surface.position - u_inverse_view[3].xyz, u_inverse_view[2].xyz);
+    layers[1] += (vec4(surface.position, depth) - layers[1]) / layers[0].a;
+}
+#else
+vec4 layers[3];  // six ranks, two a texture: the number of an object or a material, from 1 on, and how many rays have met it
+
+// Numbers that find no rank any more are left out.
+void layers_count(float number) {
+    bool is_counted = false;
+    for (int i = 0; i < 3; i++) {
+        if (!is_counted && (layers[i].x == number || layers[i].y == 0.0)) {
+            layers[i].xy = vec2(number, layers[i].y + 1.0);
+            is_counted = true;
+        }
+        if (!is_counted && (layers[i].z == number || layers[i].w == 0.0)) {
+            layers[i].zw = vec2(number, layers[i].w + 1.0);
+            is_counted = true;
+        }
+    }
+}
+
+void layers_add(inout Film film, Ray ray, uint seed) {
+    Hit hit = closest_hit(ray, seed);
+    film_add(film, vec3(0.0));
+    if (hit.primitive == NO_PRIMITIVE) return;
+#if LAYERS == LAYERS_OBJECTS
+    int record = hit.instance >= 0 ? hit.instance : hit.primitive;
+    layers_count(float(1 + shape_object(shape_texel(record, 0).w)));
+#else
+    layers_count(float(1 + surface_at(ray, hit).material));
+#endif
+}
+#endif
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    Film film = film_load(pixel, 0u);
+    for (int i = 0; i < 3; i++) layers[i] = layers_load(pixel, i);
+    float unused;
+    for (int i = 0; i < u_rays; i++) {
+        uint index = film_sampler_index(film);
+        vec4 u = sampler_vec4(pixel, index, dimension_camera(), unused);
+        // The hash of the path's first vertex, so that stochastic alpha decides as in the picture.
+        layers_add(film, camera_ray(pixel, u), hash_uint(hash_pcg4d(floatBitsToUint(u)).x));
+    }
+    if (traversal_was_cut) film_invalidate(film);
+    out_mean = film_mean(film);
+    out_variance = film_variance(film);
+    out_half_difference = film_half_difference(film);
+    out_layer_0 = layers[0];
+    out_layer_1 = layers[1];
+    out_layer_2 = layers[2];
+}

@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: MIT
+"""Denoising: it lowers the error, keeps the radiance as it was, says what it did, and refuses what it cannot do."""
+
+import builtins
+import sys
+from typing import Any
+
+import moderngl
+import numpy as np
+import pytest
+from rendering import rendered
+
+from fragtracer.apps import cli
+from fragtracer.apps.compare.relative_error import relative_weight
+from fragtracer.denoise import denoise
+from fragtracer.errors import FragtracerError
+from fragtracer.io.images import read_image, read_layers, read_metadata, write_image
+from fragtracer.io.toml import load
+from fragtracer.renderer import Renderer
+
+pytest.importorskip("pyoidn", reason="Open Image Denoise is not installed")
+
+
+def command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str]:
+    """The exit status of a command in this process, and what it printed as an error."""
+    monkeypatch.setattr(sys, "argv", ["fragtracer", *map(str, arguments)])
+    with pytest.raises(SystemExit) as end:
+        cli.main()
+    return int(end.value.code or 0), capsys.readouterr().err
+
+
+def test_the_error_falls(ctx: moderngl.Context) -> None:
+    """By more than a factor of 4 in the square, over a Cornell box; and with its layers further than without."""
+    size = (64, 64)
+    reference = rendered(ctx, load("cornell-box"), 1024, size, seed=1, adaptive="off")
+    with Renderer(load("cornell-box"), size, context=ctx, guiding="off") as renderer:
+        renderer.sample(16)
+        image, guides = renderer.image(), [renderer.aov(name) for name in ("albedo", "normal")]
+    before = image.copy()
+
+    def error(picture: np.ndarray) -> float:
+        return float(((picture - reference) ** 2 * relative_weight(reference)).mean())
+
+    guided = denoise(image, *guides)
+    assert guided.dtype == np.float32
+    assert guided.shape == image.shape
+    assert error(guided) < min(error(image) / 4, error(denoise(image)))
+    np.testing.assert_array_equal(image, before)
+
+
+@pytest.mark.parametrize("size", [(1, 1), (1, 7), (33, 2)])
+def test_sizes_of_all_kinds_and_brightnesses(size: tuple[int, int]) -> None:
+    """A picture without noise stays as it is, from dim to brighter than white."""
+    for radiance in (0.0, 1e-3, 1e3):
+        image = np.full((*size[::-1], 3), radiance)
+        np.testing.assert_allclose(denoise(image, image * 0 + 0.5, image * 0 + (0, 0, 1)), image, rtol=0.05, atol=1e-6)
+
+
+def test_what_it_refuses(monkeypatch: pytest.MonkeyPatch) -> None:
+    image = np.ones((4, 4, 3), np.float32)
+    spoilt = image.copy()
+    spoilt[1, 2, 0], spoilt[3, 3] = np.nan, np.inf
+    with pytest.raises(FragtracerError, match=r"^image: 2 pixels are NaN or infinite, which a denoiser would spread"):
+        denoise(spoilt)
+    with pytest.raises(FragtracerError, match=r"^normal: 2 pixels are NaN"):
+        denoise(image, image, spoilt)
+    with pytest.raises(FragtracerError, match=r"^image is to be an array of .* numbers, got float32 \(4, 4\)"):
+        denoise(image[..., 0])
+    with pytest.raises(FragtracerError, match=r"^albedo has the shape \(3, 4, 3\), the image \(4, 4, 3\)"):
+        denoise(image, image[:3])
+    with pytest.raises(FragtracerError, match=r"^to denoise by a normal, an albedo is needed too"):
+        denoise(image, None, image)
+    real = builtins.__import__
+
+    def without(name: str, *rest: Any, **more: Any) -> Any:
+        if name == "pyoidn":
+            raise ImportError(name)
+        return real(name, *rest, **more)
+
+    monkeypatch.setattr(builtins, "__import__", without)
+    with pytest.raises(FragtracerError, match=r"needs Open Image Denoise; pip install 'fragtracer\[denoise\]'"):
+        denoise(image)
+
+
+def test_the_radiance_stays_in_the_file(tmp_path, monkeypatch, capsys) -> None:
+    """Beside the denoised layer, of which a picture shows the same as one developed from the layers; each says so."""
+    options = ("--size", "24x16", "--spp", 4, "--aov", "albedo,normal")
+    render = ("render", "cornell-box", "-o")
+    assert command(monkeypatch, capsys, *render, tmp_path / "raw.exr", *options)[0] == 0
+    assert command(monkeypatch, capsys, *render, tmp_path / "a.exr", *options, "--denoise")[0] == 0
+    assert command(monkeypatch, capsys, *render, tmp_path / "a.png", *options[:4], "--denoise")[0] == 0
+    raw = read_image(tmp_path / "raw.exr")
+    np.testing.assert_array_equal(read_image(tmp_path / "a.exr"), raw)
+    (_, clean), metadata = read_layers(tmp_path / "a.exr", ["denoised"])
+    assert np.abs(clean - raw).max() > 0
+    assert metadata["denoised_layer"].startswith("Open Image Denoise")
+    assert "denoised" not in metadata
+    develop = ("develop", tmp_path / "raw.exr", "-o")
+    assert command(monkeypatch, capsys, *develop, tmp_path / "b.png", "--denoise")[0] == 0
+    assert command(monkeypatch, capsys, *develop, tmp_path / "raw.png")[0] == 0
+    np.testing.assert_array_equal(read_image(tmp_path / "b.png"), read_image(tmp_path / "a.png"))
+    for name in ("a.png", "b.png"):
+        assert read_metadata(tmp_path / name)["denoised"].startswith("Open Image Denoise")
+    assert "denoised" not in read_metadata(tmp_path / "raw.png")
+
+    status, message = command(monkeypatch, capsys, "compare", tmp_path / "a.png")
+    assert (status, "this is a denoised picture, and compare renders the scene itself" in message) == (2, True)
+    status, message = command(monkeypatch, capsys, "compare", tmp_path / "raw.exr")
+    assert (status, "this is a picture, and compare renders the scene itself" in message) == (2, True)
+
+
+def test_commands_that_cannot_denoise(tmp_path, monkeypatch, capsys) -> None:
+    write_image(tmp_path / "bare.exr", np.ones((2, 2, 3)))
+    write_image(tmp_path / "bare.npy", np.ones((2, 2, 3)))
+    render = ("render", "furnace", "--size", "8x8", "--spp", 1)
+    cases: dict[tuple[object, ...], str] = {
+        (*render, "-o", tmp_path / "a.npy", "--denoise"): "only .exr files keep the radiance beside a denoised layer",
+        (*render, "-o", tmp_path / "a.png", "--aov", "albedo"): "a.png: only .exr files have layers; give a.exr",
+        (*render, "-o", tmp_path / "a.exr", "--aov", "albedos"): "no layer 'albedos'; the layers are: albedo, ",
+        ("develop", tmp_path / "bare.exr", "-o", tmp_path / "a.png", "--denoise"): "render it with --aov albedo,normal",
+        ("develop", tmp_path / "bare.npy", "-o", tmp_path / "a.png", "--denoise"): "render it with --aov albedo,normal",
+        ("compare", "furnace", "--denoise"): "compare tests the mean of samples, and a denoised picture is none",
+    }
+    for arguments, expected in cases.items():
+        status, message = command(monkeypatch, capsys, *arguments)
+        assert (status, expected in message) == (2, True), message
+        assert len(message.strip().splitlines()) == 1
+    assert not list(tmp_path.glob("a.*"))
