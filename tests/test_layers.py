@@ -22,7 +22,8 @@ LAYERS = [
     {"resources", "output", "display"},  # 0
     {"cache"},  # 0
     {"scene", "bvh", "sampling"},  # 1
-    {"shader_composer"},  # 2
+    {"shader_composer", "archive"},  # 2
+    {"films"},  # 3
     {"io", "packing"},  # 3
     {"gpu"},  # 4
     {"guiding"},  # 4

@@ -3,6 +3,7 @@
 
 import math
 import sys
+from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -10,6 +11,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from fragtracer.apps.cli import options
+from fragtracer.errors import FragtracerError
 
 Output = Annotated[Path, typer.Option("--output", "-o", help="Image file: .exr, .hdr, .npy (linear radiance) or .png.")]
 Spp = Annotated[int | None, typer.Option(min=1, max=2**24, help="Samples per pixel.  [default: the scene's]")]
@@ -22,6 +24,17 @@ Worst = Annotated[
     float | None,
     typer.Option(min=0.0, metavar="PERCENT", help="Stop when 99 % of the pixels have at most this relative error."),
 ]
+FirstSample = Annotated[
+    int | None,
+    typer.Option(
+        "--first-sample", min=0, max=2**24, help="Number of the first sample, to merge films of disjoint samples."
+    ),
+]
+Checkpoint = Annotated[
+    Path | None, typer.Option(metavar="DIR", help="Keep the film in this folder while it is rendered (docs/films.md).")
+]
+Every = Annotated[float | None, typer.Option(min=0.0, metavar="SECONDS", help="Time between checkpoints, 60.")]
+Resume = Annotated[bool, typer.Option("--resume", help="Go on from the checkpoint, if there is one.")]
 _PATIENCE = 0.5  # seconds until there is a progress bar, which takes time to make
 
 
@@ -51,6 +64,10 @@ def render(
     environment_rotation: options.EnvironmentRotation = None,
     environment_strength: options.EnvironmentStrength = None,
     integrator: Annotated[Literal["path", "split-sum"] | None, typer.Option(help="How light is found.")] = None,
+    first_sample: FirstSample = None,
+    checkpoint: Checkpoint = None,
+    every: Every = None,
+    resume: Resume = False,
     exposure: options.Exposure = "0",
     tonemap: options.Tonemap = "linear",
     gamma: options.Gamma = 1.0,
@@ -59,6 +76,7 @@ def render(
     bloom_alone: options.BloomAlone = False,
 ) -> None:
     """Render SCENE into an image file. Ctrl-C writes what there is."""
+    from fragtracer.apps.cli.keeping import Keeper
     from fragtracer.display.look import Look
     from fragtracer.io.images import check_writable, write_image
     from fragtracer.io.toml import load
@@ -67,6 +85,8 @@ def render(
     check_writable(output)
     look = (options.parse_exposure(exposure), tonemap, gamma, bloom, bloom_threshold, bloom_alone)
     Look(*look)  # refused here, not after the work
+    if checkpoint is None and (resume or every is not None):
+        raise FragtracerError(f"{'--resume' if resume else '--every'} needs --checkpoint DIR, the folder of the film")
     settings: dict[str, Any] = {
         "bounces": bounces,
         "rays": rays,
@@ -85,19 +105,38 @@ def render(
     }
     loaded = load(scene, light_models=environment in (None, "none"))
     lit = options.with_environment(loaded, environment, environment_rotation, environment_strength)
-    with Renderer(options.with_settings(lit, **settings), options.parse_size(size)) as renderer:
-        finished = _sample(renderer, {"spp": spp, "seconds": time, "until": _share(until), "worst": _share(worst)})
+    lit = options.with_settings(lit, **settings)
+    if first_sample:
+        _check_parts(lit.render, first_sample)
+    with Renderer(lit, options.parse_size(size), first_sample=first_sample or 0) as renderer:
+        keeper = None if checkpoint is None else Keeper(renderer, checkpoint, 60.0 if every is None else every, resume)
+        limits = {"spp": spp, "seconds": time, "until": _share(until), "worst": _share(worst)}
+        finished = _sample(renderer, limits, keeper)
+        if keeper is not None:
+            keeper.finish()
         write_image(output, renderer.image(), renderer.metadata(), *look)
         _report(renderer, output, finished)
     if not finished:
         raise typer.Exit(130)
 
 
+def _check_parts(settings: Any, first_sample: int) -> None:
+    """Raise FragtracerError where samples cannot begin with ``first_sample``."""
+    if first_sample % 2:
+        raise FragtracerError(
+            f"--first-sample {first_sample}: give an even number; samples belong to two streams in turns"
+        )
+    if settings.adaptive != "off":
+        raise FragtracerError("--first-sample needs --no-adaptive: only films that are sampled evenly can be merged")
+    if settings.integrator != "path":
+        raise FragtracerError("--first-sample needs --integrator path")
+
+
 def _share(percent: float | None) -> float | None:
     return None if percent is None else percent / 100
 
 
-def _sample(renderer: Any, limits: dict[str, Any]) -> bool:
+def _sample(renderer: Any, limits: dict[str, Any], keep: Callable[[bool], None] | None = None) -> bool:
     """Render, under a progress bar if it takes long; False if the user interrupted."""
     if not any(limit is not None for limit in limits.values()):
         limits["spp"] = renderer.settings.spp
@@ -115,7 +154,7 @@ def _sample(renderer: Any, limits: dict[str, Any]) -> bool:
                 bar(state)
 
         try:
-            renderer.render(**limits, progress=report)
+            renderer.render(**limits, progress=report, keep=keep)
         except KeyboardInterrupt:
             return False
     return True
