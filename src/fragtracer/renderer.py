@@ -21,6 +21,7 @@ from fragtracer.gpu.specialise import MOST_LISTED, Level
 from fragtracer.gpu.tracer import Tracer, TracerProgram
 from fragtracer.guiding import Decision, decide, decides, same_light
 from fragtracer.packing import PackedScene, pack
+from fragtracer.packing.space import Space
 from fragtracer.sampling.allocation import Window
 from fragtracer.sampling.pixels import Pixels
 from fragtracer.scene import RenderSettings, Scene
@@ -63,7 +64,8 @@ class Renderer:
         The number of the first sample of each pixel, an even one: renders of disjoint samples can be merged
         (:func:`fragtracer.films.merge`). Only where sampling is not adaptive.
     moves
-        Whether :meth:`reset` will be given other cameras, which then do not compile.
+        Whether :meth:`reset` will be given other cameras, which then do not compile. Coordinates, and whether paths are
+        guided, are decided by the first.
     settings
         Any field of :class:`RenderSettings` to change for this render, as ``bounces=2``.
 
@@ -98,6 +100,8 @@ class Renderer:
         self._level = level if (is_soft if specialised is None else specialised) else Level.NOTHING
         self._defines, self._name, self._shaders = dict(defines or {}), program, shaders
         self._guiding: tuple[Scene, RenderSettings, Decision] | None = None
+        self._moves = moves
+        self._space: Space | None = None
         self.first_sample = first_sample
         width, height = self.settings.width, self.settings.height
         window = Window(0, 0, width, height, first_sample) if first_sample else None
@@ -371,7 +375,10 @@ class Renderer:
         return data.getvalue()
 
     def _packed(self) -> PackedScene:
-        packed = pack(self.scene, self.settings, self.settings.width, self.settings.height, self._most_listed)
+        settings = self.settings
+        packed = pack(self.scene, settings, settings.width, settings.height, self._most_listed, self._space)
+        if self._moves:
+            self._space = self._space or packed.space  # the first, so that a picture does not depend on others
         return self._decision().applied(packed) if self._name is None else packed
 
     def _decision(self) -> Decision:

@@ -11,6 +11,7 @@ import warnings
 
 import numpy as np
 import pytest
+from command import TINY, status_of
 
 import fragtracer as ft
 from fragtracer.apps import cli
@@ -211,21 +212,6 @@ def test_scenes_lists_each_with_its_line():
     assert done.returncode == 0
     lines = dict(line.split(maxsplit=1) for line in done.stdout.splitlines())
     assert {"three-spheres", "cornell-box", "furnace", "roughness-grid", "mirror", "red-bounce"} <= lines.keys()
-
-
-TINY = ("--size", "16x12", "--bounces", "1")
-
-
-def status_of(monkeypatch, *words):
-    """The exit status of a command in this process."""
-    monkeypatch.setattr(sys, "argv", ["fragtracer", *map(str, words)])
-    monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)  # which main() changes
-    monkeypatch.setattr(signal, "signal", lambda *_: None)
-    try:
-        cli.main()
-    except SystemExit as end:
-        return end.code
-    return 0
 
 
 def test_a_killed_render_goes_on(tmp_path, monkeypatch, capsys):

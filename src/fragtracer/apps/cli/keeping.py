@@ -4,6 +4,8 @@
 import shutil
 import time
 import warnings
+from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 
 from fragtracer.errors import DeviceError, FilmError, OutputError
@@ -12,6 +14,19 @@ from fragtracer.output import remove_parts
 from fragtracer.renderer import Renderer
 
 _PIXEL = {"off": 48, "on": 200, "auto": 200}  # bytes of a film at most
+
+
+@dataclass(frozen=True)
+class Keeping:
+    """Where checkpoints lie, the seconds between them, and whether to go on from what is there."""
+
+    folder: Path
+    every: float
+    resume: bool
+
+    def begin(self, renderer: Renderer, frame: str = "") -> "Keeper":
+        """For a render, perhaps of a frame; raises as :class:`Keeper`."""
+        return Keeper(renderer, self.folder / frame, self.every, self.resume)
 
 
 class Keeper:
@@ -56,6 +71,12 @@ class Keeper:
         """Keep what was drawn since the last checkpoint, if a render can go on from it."""
         if self._renderer.spp != self._kept and self._renderer.can_go_on:
             self._write()
+
+    def remove(self) -> None:
+        """Forget the checkpoint of a picture that is finished, and its folder."""
+        with suppress(OSError):
+            self._path.unlink(missing_ok=True)
+            self._path.parent.rmdir()
 
     def _write(self) -> None:
         try:

@@ -3,7 +3,6 @@
 
 import math
 import sys
-from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -13,7 +12,9 @@ import typer
 from fragtracer.apps.cli import options
 from fragtracer.errors import FragtracerError
 
-Output = Annotated[Path, typer.Option("--output", "-o", help="Image file: .exr, .hdr, .npy (linear radiance) or .png.")]
+Output = Annotated[
+    Path, typer.Option("--output", "-o", help="Image: .exr, .hdr, .npy (radiance), .png; film: .mp4, .webm.")
+]
 Spp = Annotated[int | None, typer.Option(min=1, max=2**24, help="Samples per pixel.  [default: the scene's]")]
 Time = Annotated[float | None, typer.Option(min=0.0, metavar="SECONDS", help="Stop after this time.")]
 Until = Annotated[
@@ -35,6 +36,16 @@ Checkpoint = Annotated[
 ]
 Every = Annotated[float | None, typer.Option(min=0.0, metavar="SECONDS", help="Time between checkpoints, 60.")]
 Resume = Annotated[bool, typer.Option("--resume", help="Go on from the checkpoint, if there is one.")]
+FrameRange = Annotated[
+    str | None, typer.Option("--frames", metavar="A-B", help="Frames of a moving camera.  [default: all of its path]")
+]
+CameraPathFile = Annotated[
+    Path | None, typer.Option("--path", metavar="FILE", help="Keyframes of the camera, a .toml file (docs/films.md).")
+]
+Turntable = Annotated[
+    int | None, typer.Option(min=1, max=100_000, metavar="FRAMES", help="Turn the camera once around its target.")
+]
+Fps = Annotated[float | None, typer.Option(min=1, max=1000, help="Frames per second of a film, 24.")]
 _PATIENCE = 0.5  # seconds until there is a progress bar, which takes time to make
 
 
@@ -68,6 +79,10 @@ def render(
     checkpoint: Checkpoint = None,
     every: Every = None,
     resume: Resume = False,
+    frames: FrameRange = None,
+    path: CameraPathFile = None,
+    turntable: Turntable = None,
+    fps: Fps = None,
     exposure: options.Exposure = "0",
     tonemap: options.Tonemap = "linear",
     gamma: options.Gamma = 1.0,
@@ -75,14 +90,19 @@ def render(
     bloom_threshold: options.BloomThreshold = 1.0,
     bloom_alone: options.BloomAlone = False,
 ) -> None:
-    """Render SCENE into an image file. Ctrl-C writes what there is."""
-    from fragtracer.apps.cli.keeping import Keeper
+    """Render SCENE into an image file, or a film of a moving camera. Ctrl-C writes what there is."""
+    from fragtracer.apps.cli import video
+    from fragtracer.apps.cli.frames import frames_of
+    from fragtracer.apps.cli.keeping import Keeping
     from fragtracer.display.look import Look
     from fragtracer.io.images import check_writable, write_image
     from fragtracer.io.toml import load
     from fragtracer.renderer import Renderer
 
-    check_writable(output)
+    moves = any(option is not None for option in (frames, path, turntable, fps))
+    moves |= output.suffix.lower() in video.SUFFIXES
+    if not moves:
+        check_writable(output)
     look = (options.parse_exposure(exposure), tonemap, gamma, bloom, bloom_threshold, bloom_alone)
     Look(*look)  # refused here, not after the work
     if checkpoint is None and (resume or every is not None):
@@ -94,6 +114,7 @@ def render(
         "adaptive": None if adaptive is None else "on" if adaptive else "off",
         "seed": seed,
         "spp": spp,
+        **dict(zip(("width", "height"), options.parse_size(size) or (), strict=False)),
         "russian_roulette": russian_roulette,
         "geometry": geometry,
         "multiple_scattering": multiple_scattering,
@@ -106,16 +127,19 @@ def render(
     loaded = load(scene, light_models=environment in (None, "none"))
     lit = options.with_environment(loaded, environment, environment_rotation, environment_strength)
     lit = options.with_settings(lit, **settings)
-    if first_sample:
-        _check_parts(lit.render, first_sample)
-    with Renderer(lit, options.parse_size(size), first_sample=first_sample or 0) as renderer:
-        keeper = None if checkpoint is None else Keeper(renderer, checkpoint, 60.0 if every is None else every, resume)
-        limits = {"spp": spp, "seconds": time, "until": _share(until), "worst": _share(worst)}
-        finished = _sample(renderer, limits, keeper)
-        if keeper is not None:
-            keeper.finish()
-        write_image(output, renderer.image(), renderer.metadata(), *look)
-        _report(renderer, output, finished)
+    limits = {"spp": spp, "seconds": time, "until": _share(until), "worst": _share(worst)}
+    keeping = None if checkpoint is None else Keeping(checkpoint, 60.0 if every is None else every, resume)
+    if moves and first_sample:
+        raise FragtracerError("--first-sample is for one picture; leave it out where the camera moves")
+    if moves:
+        finished = _render_frames(lit, frames_of(lit, output, frames, path, turntable, fps), limits, look, keeping)
+    else:
+        if first_sample:
+            _check_parts(lit.render, first_sample)
+        with Renderer(lit, first_sample=first_sample or 0) as renderer:
+            finished = _sample(renderer, limits, keeping and keeping.begin(renderer))
+            write_image(output, renderer.image(), renderer.metadata(), *look)
+            _report(renderer, output, finished)
     if not finished:
         raise typer.Exit(130)
 
@@ -132,11 +156,45 @@ def _check_parts(settings: Any, first_sample: int) -> None:
         raise FragtracerError("--first-sample needs --integrator path")
 
 
+def _render_frames(scene: Any, frames: Any, limits: dict[str, Any], look: Any, keeping: Any) -> bool:
+    """Render the frames that are not finished, and make a film of them if it is asked for; False if interrupted."""
+    from fragtracer.apps.cli import video
+    from fragtracer.apps.cli.frames import digest_of, is_finished
+    from fragtracer.io.images import write_image
+    from fragtracer.renderer import Renderer
+
+    files = frames.files
+    files[min(files)].parent.mkdir(exist_ok=True)
+    with Renderer(scene, moves=True) as renderer:
+        done = 0
+        for number, moved in frames.scenes.items():
+            renderer.reset(moved, seed=moved.render.seed)
+            digest = digest_of(renderer, moved.render.spp, limits, look)
+            if is_finished(files[number], digest):
+                done += 1
+                continue
+            keeper = keeping and keeping.begin(renderer, f"{number:04}")
+            if not _sample(renderer, dict(limits), keeper):
+                print(f"{files[number]}: interrupted; the same command goes on with this frame", file=sys.stderr)
+                return False
+            metadata = renderer.metadata() | {"frame": str(number), "frame_digest": digest}
+            write_image(files[number], renderer.image(), metadata, *look)
+            _report(renderer, files[number], True)
+            if keeper is not None:
+                keeper.remove()
+    if done:
+        print(f"{done} of {len(files)} frames were finished before")
+    if frames.film is not None:
+        video.encode(list(files.values()), frames.film, frames.fps)
+        print(f"{frames.film}: {len(files)} frames, {float(frames.fps):g} a second")
+    return True
+
+
 def _share(percent: float | None) -> float | None:
     return None if percent is None else percent / 100
 
 
-def _sample(renderer: Any, limits: dict[str, Any], keep: Callable[[bool], None] | None = None) -> bool:
+def _sample(renderer: Any, limits: dict[str, Any], keeper: Any) -> bool:
     """Render, under a progress bar if it takes long; False if the user interrupted."""
     if not any(limit is not None for limit in limits.values()):
         limits["spp"] = renderer.settings.spp
@@ -154,9 +212,12 @@ def _sample(renderer: Any, limits: dict[str, Any], keep: Callable[[bool], None] 
                 bar(state)
 
         try:
-            renderer.render(**limits, progress=report, keep=keep)
+            renderer.render(**limits, progress=report, keep=keeper)
         except KeyboardInterrupt:
             return False
+        finally:
+            if keeper is not None:
+                keeper.finish()
     return True
 
 
