@@ -29,7 +29,7 @@ LAYERS = [
     {"guiding"},  # 4
     {"renderer", "reference"},  # 5
     {"apps.compare"},  # 6
-    {"apps.bench", "apps.doctor", "apps.viewer", "apps.web"},  # 6
+    {"apps.bench", "apps.cluster", "apps.doctor", "apps.viewer", "apps.web"},  # 6
     {"__init__"},  # the public face, which imports lazily from anywhere; all may ask it for the version
     {"apps.cli"},  # 6
     {"__main__"},  # 6

@@ -37,6 +37,7 @@ class Progress:
     spp: float
     seconds: float
     relative_error: float | None  # mean relative standard error when last measured
+    workers: int | None = None  # of a cluster
 
 
 class Renderer:
@@ -202,7 +203,7 @@ class Renderer:
             state, arrays = self._film.state()
         ranges = ((self.first_sample, self.first_sample + self.spp),)
         state |= {"next_look": self._next_look}
-        SavedFilm(self.origin(), self._driver, ranges, self.metadata(), state, arrays).write(Path(path))
+        SavedFilm(self.origin(), self.driver, ranges, self.metadata(), state, arrays).write(Path(path))
 
     def resume(self, path: str | Path) -> None:
         """Go on from what :meth:`save` has written, with the bits of a render that was not interrupted.
@@ -224,9 +225,9 @@ class Renderer:
         ((first, _),) = film.ranges
         if first != self.first_sample:
             raise FilmError(f"{path}: its first sample is {first} there, {self.first_sample} here")
-        if film.driver != self._driver:
+        if film.driver != self.driver:
             warnings.warn(
-                f"{path}: was rendered by {film.driver}, and goes on with {self._driver}; bits may differ", stacklevel=2
+                f"{path}: was rendered by {film.driver}, and goes on with {self.driver}; bits may differ", stacklevel=2
             )
         with self._current():
             self._film.restore(film.state, film.arrays)
@@ -264,7 +265,8 @@ class Renderer:
         )
 
     @property
-    def _driver(self) -> str:
+    def driver(self) -> str:
+        """What renders, with its version."""
         info = describe(self.context)
         return f"{info['GL renderer']}, OpenGL {info['GL version']}"
 

@@ -3,7 +3,8 @@
 
 import math
 import sys
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -36,6 +37,13 @@ Checkpoint = Annotated[
 ]
 Every = Annotated[float | None, typer.Option(min=0.0, metavar="SECONDS", help="Time between checkpoints, 60.")]
 Resume = Annotated[bool, typer.Option("--resume", help="Go on from the checkpoint, if there is one.")]
+Cluster = Annotated[
+    str | None,
+    typer.Option(metavar="ADDRESS", help="Render on a Dask cluster: tcp://host:8786, or local:N (docs/cluster.md)."),
+]
+BlockSamples = Annotated[
+    int | None, typer.Option("--block", min=2, max=2**20, metavar="SAMPLES", help="Of a task of the cluster, 64.")
+]
 FrameRange = Annotated[
     str | None, typer.Option("--frames", metavar="A-B", help="Frames of a moving camera.  [default: all of its path]")
 ]
@@ -83,6 +91,8 @@ def render(
     path: CameraPathFile = None,
     turntable: Turntable = None,
     fps: Fps = None,
+    cluster: Cluster = None,
+    block: BlockSamples = None,
     exposure: options.Exposure = "0",
     tonemap: options.Tonemap = "linear",
     gamma: options.Gamma = 1.0,
@@ -129,10 +139,16 @@ def render(
     lit = options.with_settings(lit, **settings)
     limits = {"spp": spp, "seconds": time, "until": _share(until), "worst": _share(worst)}
     keeping = None if checkpoint is None else Keeping(checkpoint, 60.0 if every is None else every, resume)
+    if cluster is None and block is not None:
+        raise FragtracerError("--block is the size of a task of --cluster ADDRESS; leave it out without")
+    if cluster is not None and (moves or first_sample or checkpoint):
+        raise FragtracerError("--cluster renders one picture from its first sample, without frames or --checkpoint")
     if moves and first_sample:
         raise FragtracerError("--first-sample is for one picture; leave it out where the camera moves")
     if moves:
         finished = _render_frames(lit, frames_of(lit, output, frames, path, turntable, fps), limits, look, keeping)
+    elif cluster is not None:
+        finished = _render_on_cluster(lit, cluster, block, limits, output, look)
     else:
         if first_sample:
             _check_parts(lit.render, first_sample)
@@ -190,15 +206,59 @@ def _render_frames(scene: Any, frames: Any, limits: dict[str, Any], look: Any, k
     return True
 
 
+def _render_on_cluster(
+    scene: Any, address: str, block: int | None, limits: dict[str, Any], output: Path, look: Any
+) -> bool:
+    """Render on a cluster and write the picture; False if that was interrupted."""
+    from fragtracer.apps import cluster
+    from fragtracer.io.images import write_image
+
+    _with_limit(limits, scene.render)
+    bounds = {"spp": limits["spp"], "seconds": limits["seconds"], "until": limits["until"]}
+    if limits["worst"] is not None:
+        raise FragtracerError("--cluster looks at the mean error only; give --until in place of --worst")
+    pixels = scene.render.width * scene.render.height
+    cluster.check(scene, block or cluster.BLOCK)
+    with cluster.connected(address) as client, _progress(limits, pixels) as report:
+        picture = cluster.render(
+            scene, client, **bounds, progress=report, **({} if block is None else {"block": block})
+        )
+    write_image(output, picture.pixels.mean[..., :3], picture.metadata, *look)
+    note = ", interrupted" if picture.interrupted or picture.problem else ""
+    error = 100 * picture.pixels.relative_error()
+    workers = picture.metadata["workers"]
+    print(f"{output}: {picture.metadata['spp']} samples per pixel of {workers} workers{note}, {error:.2g} % mean error")
+    if picture.problem:
+        raise FragtracerError(picture.problem)
+    return not picture.interrupted
+
+
 def _share(percent: float | None) -> float | None:
     return None if percent is None else percent / 100
 
 
 def _sample(renderer: Any, limits: dict[str, Any], keeper: Any) -> bool:
     """Render, under a progress bar if it takes long; False if the user interrupted."""
+    _with_limit(limits, renderer.settings)
+    with _progress(limits, renderer.settings.width * renderer.settings.height) as report:
+        try:
+            renderer.render(**limits, progress=report, keep=keeper)
+        except KeyboardInterrupt:
+            return False
+        finally:
+            if keeper is not None:
+                keeper.finish()
+    return True
+
+
+def _with_limit(limits: dict[str, Any], settings: Any) -> None:
     if not any(limit is not None for limit in limits.values()):
-        limits["spp"] = renderer.settings.spp
-    pixels = renderer.settings.width * renderer.settings.height
+        limits["spp"] = settings.spp
+
+
+@contextmanager
+def _progress(limits: dict[str, Any], pixels: int) -> Iterator[Callable[[Any], None]]:
+    """What to call with each :class:`fragtracer.renderer.Progress`; it shows a bar if that takes long."""
     bar: Any = None
     with ExitStack() as stack:
 
@@ -211,14 +271,7 @@ def _sample(renderer: Any, limits: dict[str, Any], keeper: Any) -> bool:
             if bar is not None:
                 bar(state)
 
-        try:
-            renderer.render(**limits, progress=report, keep=keeper)
-        except KeyboardInterrupt:
-            return False
-        finally:
-            if keeper is not None:
-                keeper.finish()
-    return True
+        yield report
 
 
 def _report(renderer: Any, output: Path, finished: bool) -> None:

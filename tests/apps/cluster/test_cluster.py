@@ -1,0 +1,202 @@
+# SPDX-License-Identifier: MIT
+"""A picture on a cluster of real processes: the same bits, whatever happens to them."""
+
+import os
+import signal
+import time
+import warnings
+from contextlib import suppress
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from command import status_of
+
+from fragtracer.apps import cluster
+from fragtracer.apps.cluster import work
+from fragtracer.errors import FragtracerError
+from fragtracer.io.images import read_image, read_metadata
+from fragtracer.io.toml import load
+from fragtracer.renderer import Renderer
+
+pytest.importorskip("distributed", reason="Dask is not installed")
+
+# What Dask leaves open when processes are killed.
+pytestmark = pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
+SPP, BLOCK, TILE = 20, 4, 16
+
+
+def scene():
+    loaded = load("three-spheres-ambient")
+    return replace(loaded, render=replace(loaded.render, width=40, height=24, bounces=2, adaptive="off"))
+
+
+@pytest.fixture(autouse=True)
+def _small_tiles(monkeypatch):
+    monkeypatch.setattr(work, "TILE", TILE)
+
+
+@pytest.fixture(scope="module")
+def client():
+    """Of two workers with a thread each."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("LP_NUM_THREADS", "1")
+        with warnings.catch_warnings(), cluster.connected("local:2") as connected:
+            yield connected
+
+
+@pytest.fixture
+def fresh(client):
+    """The workers, replaced by new ones afterwards."""
+    old = client.run(os.getpid)
+    yield client
+    for pid in old.values():
+        with suppress(ProcessLookupError):
+            os.kill(pid, signal.SIGKILL)
+    end = time.monotonic() + 20
+    while time.monotonic() < end:
+        found = workers_of(client)
+        if len(found) == 2 and not set(found) & set(old):
+            return
+        time.sleep(0.1)
+    raise AssertionError("the workers did not come back")
+
+
+def workers_of(client) -> list[str]:
+    return sorted(client.scheduler_info(n_workers=-1)["workers"])
+
+
+@pytest.fixture(scope="module")
+def expected(client):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(work, "TILE", TILE)
+        return cluster.render(scene(), client, spp=SPP, block=BLOCK)
+
+
+def same(picture, expected) -> bool:
+    pairs = zip(vars(picture.pixels).values(), vars(expected.pixels).values(), strict=True)
+    return all(np.array_equal(one, other) for one, other in pairs)
+
+
+def test_it_is_the_picture(ctx, expected) -> None:
+    with Renderer(scene(), context=ctx) as renderer:
+        renderer.sample(SPP)
+        np.testing.assert_allclose(expected.pixels.mean[..., :3], renderer.image(), rtol=1e-5, atol=1e-6)
+        np.testing.assert_array_equal(expected.pixels.mean[..., 3], SPP)
+        assert expected.metadata["gl_renderer"] == renderer.driver
+    assert (expected.metadata["spp"], expected.metadata["workers"]) == (str(SPP), "2")
+    assert int(expected.metadata["checked_blocks"]) >= 2
+    assert not expected.interrupted
+    assert expected.wire == 44 * 40 * 24 * SPP / BLOCK
+
+
+def test_a_killed_worker_costs_time_alone(fresh, expected) -> None:
+    """By signal 9, in the middle."""
+    pids = fresh.run(os.getpid)
+    killed = []
+
+    def report(state) -> None:
+        if state.spp > SPP / 5 and not killed:
+            killed.append(min(pids.values()))
+            os.kill(killed[0], signal.SIGKILL)
+
+    picture = cluster.render(scene(), fresh, spp=SPP, block=BLOCK, progress=report)
+    assert killed
+    assert same(picture, expected)
+
+
+def test_a_worker_that_returns_nonsense_is_found(fresh, expected) -> None:
+    """Its picture is 1 % too bright. It is named, and what it rendered is rendered again."""
+
+    def spoil() -> None:
+        from dataclasses import replace
+
+        from fragtracer.apps.cluster import worker
+
+        draw = worker._draw
+
+        def brighter(*arguments):
+            pixels = draw(*arguments)
+            mean = pixels.mean.copy()
+            mean[..., :3] *= 1.01
+            return replace(pixels, mean=mean)
+
+        worker._draw = brighter
+
+    (_, bad) = workers_of(fresh)
+    fresh.run(spoil, workers=[bad])
+    with pytest.warns(UserWarning, match=f"the worker {bad} is not used any more: it rendered a block otherwise"):
+        picture = cluster.render(scene(), fresh, spp=SPP, block=BLOCK)
+    assert same(picture, expected)
+
+
+def test_a_worker_that_hangs_is_left(fresh, expected) -> None:
+    def hang() -> None:
+        import time
+
+        from fragtracer.apps.cluster import worker
+
+        worker._draw = lambda *_: time.sleep(1000)
+
+    (_, bad) = workers_of(fresh)
+    fresh.run(hang, workers=[bad])
+    with pytest.warns(UserWarning, match=f"the worker {bad} is not used any more: a block did not come within 2 s"):
+        picture = cluster.render(scene(), fresh, spp=SPP, block=BLOCK, patience=2)
+    assert same(picture, expected)
+
+
+def test_a_block_that_lacks_samples_is_refused(fresh, expected) -> None:
+    def shorten() -> None:
+        from fragtracer.apps.cluster import worker
+
+        draw = worker._draw
+        worker._draw = lambda renderer, window, spp: draw(renderer, window, spp - 1)
+
+    (_, bad) = workers_of(fresh)
+    fresh.run(shorten, workers=[bad])
+    with pytest.warns(UserWarning, match=f"the worker {bad} .* without all of its samples"):
+        picture = cluster.render(scene(), fresh, spp=SPP, block=BLOCK)
+    assert same(picture, expected)
+
+
+def test_another_version_is_refused(fresh) -> None:
+    def age() -> None:
+        import fragtracer
+
+        fragtracer.__version__ = "0.0.1"
+
+    (_, bad) = workers_of(fresh)
+    fresh.run(age, workers=[bad])
+    with pytest.raises(FragtracerError, match=rf"the worker {bad} .*: version is 0\.0\.1 there"):
+        cluster.render(replace(scene(), camera=replace(scene().camera, fov_degrees=41.0)), fresh, spp=SPP, block=BLOCK)
+
+
+def test_until_stops_at_the_same_round(client) -> None:
+    pictures = [cluster.render(scene(), client, until=0.05, block=BLOCK) for _ in range(2)]
+    assert same(*pictures)
+    assert pictures[0].pixels.relative_error() <= 0.05
+    counts = np.unique(pictures[0].pixels.mean[..., 3])
+    assert len(counts) == 1
+    assert counts[0] % BLOCK == 0
+    assert counts[0] < 200
+
+
+def test_an_interruption_keeps_what_came_back(client) -> None:
+    def report(state) -> None:
+        if state.spp > SPP / 2:
+            raise KeyboardInterrupt
+
+    picture = cluster.render(scene(), client, spp=SPP, block=BLOCK, progress=report)
+    assert picture.interrupted
+    counts = picture.pixels.mean[..., 3]
+    assert counts.min() >= BLOCK  # the first blocks came first
+    assert counts.mean() > SPP / 2
+
+
+def test_the_command_renders_the_same_bits_with_one_worker(expected, tmp_path, monkeypatch, capsys) -> None:
+    output = tmp_path / "a.exr"
+    command = ["render", "three-spheres-ambient", "--size", "40x24", "--bounces", 2, "--spp", SPP, "--block", BLOCK]
+    assert status_of(monkeypatch, *command, "--cluster", "local:1", "-o", output) == 0
+    assert "20 samples per pixel of 1 workers" in capsys.readouterr().out
+    assert read_metadata(output)["block"] == str(BLOCK)
+    np.testing.assert_array_equal(read_image(output), expected.pixels.mean[..., :3])
