@@ -3,9 +3,7 @@
 
 import os
 import signal
-import time
 import warnings
-from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -46,20 +44,29 @@ def client():
 
 
 @pytest.fixture
-def fresh(client):
-    """The workers, replaced by new ones afterwards."""
-    old = client.run(os.getpid)
-    yield client
-    for pid in old.values():
-        with suppress(ProcessLookupError):
-            os.kill(pid, signal.SIGKILL)
-    end = time.monotonic() + 20
-    while time.monotonic() < end:
-        found = workers_of(client)
-        if len(found) == 2 and not set(found) & set(old):
-            return
-        time.sleep(0.1)
-    raise AssertionError("the workers did not come back")
+def spoilt(client, tmp_path):
+    """Spoils the second worker by a function until the end of the test; returns its address."""
+    flag = tmp_path / "hangs"
+    flag.touch()
+
+    def mend() -> None:
+        import fragtracer
+        from fragtracer.apps.cluster import worker
+
+        worker._draw = worker.__dict__.setdefault("_right", worker._draw)
+        fragtracer.__version__ = worker.__dict__.setdefault("_version", fragtracer.__version__)
+        worker.close()
+
+    client.run(mend)
+
+    def spoil(change, *arguments) -> str:
+        (_, bad) = workers_of(client)
+        client.run(change, *arguments, workers=[bad])
+        return bad
+
+    yield spoil
+    flag.unlink()
+    client.run(mend)
 
 
 def workers_of(client) -> list[str]:
@@ -90,85 +97,67 @@ def test_it_is_the_picture(ctx, expected) -> None:
     assert expected.wire == 44 * 40 * 24 * SPP / BLOCK
 
 
-def test_a_killed_worker_costs_time_alone(fresh, expected) -> None:
-    """By signal 9, in the middle."""
-    pids = fresh.run(os.getpid)
-    killed = []
-
-    def report(state) -> None:
-        if state.spp > SPP / 5 and not killed:
-            killed.append(min(pids.values()))
-            os.kill(killed[0], signal.SIGKILL)
-
-    picture = cluster.render(scene(), fresh, spp=SPP, block=BLOCK, progress=report)
-    assert killed
-    assert same(picture, expected)
-
-
-def test_a_worker_that_returns_nonsense_is_found(fresh, expected) -> None:
+def test_a_worker_that_returns_nonsense_is_found(client, expected, spoilt) -> None:
     """Its picture is 1 % too bright. It is named, and what it rendered is rendered again."""
 
-    def spoil() -> None:
+    def brighten() -> None:
         from dataclasses import replace
 
         from fragtracer.apps.cluster import worker
 
-        draw = worker._draw
-
         def brighter(*arguments):
-            pixels = draw(*arguments)
+            pixels = worker._right(*arguments)
             mean = pixels.mean.copy()
             mean[..., :3] *= 1.01
             return replace(pixels, mean=mean)
 
         worker._draw = brighter
 
-    (_, bad) = workers_of(fresh)
-    fresh.run(spoil, workers=[bad])
+    bad = spoilt(brighten)
     with pytest.warns(UserWarning, match=f"the worker {bad} is not used any more: it rendered a block otherwise"):
-        picture = cluster.render(scene(), fresh, spp=SPP, block=BLOCK)
+        picture = cluster.render(scene(), client, spp=SPP, block=BLOCK)
     assert same(picture, expected)
 
 
-def test_a_worker_that_hangs_is_left(fresh, expected) -> None:
-    def hang() -> None:
+def test_a_worker_that_hangs_is_left(client, expected, spoilt, tmp_path) -> None:
+    def hang(flag) -> None:
         import time
 
         from fragtracer.apps.cluster import worker
 
-        worker._draw = lambda *_: time.sleep(1000)
+        def wait(*_):
+            while flag.exists():
+                time.sleep(0.05)
 
-    (_, bad) = workers_of(fresh)
-    fresh.run(hang, workers=[bad])
+        worker._draw = wait
+
+    bad = spoilt(hang, tmp_path / "hangs")
     with pytest.warns(UserWarning, match=f"the worker {bad} is not used any more: a block did not come within 2 s"):
-        picture = cluster.render(scene(), fresh, spp=SPP, block=BLOCK, patience=2)
+        picture = cluster.render(scene(), client, spp=SPP, block=BLOCK, patience=2)
     assert same(picture, expected)
 
 
-def test_a_block_that_lacks_samples_is_refused(fresh, expected) -> None:
+def test_a_block_that_lacks_samples_is_refused(client, expected, spoilt) -> None:
     def shorten() -> None:
         from fragtracer.apps.cluster import worker
 
-        draw = worker._draw
-        worker._draw = lambda renderer, window, spp: draw(renderer, window, spp - 1)
+        worker._draw = lambda renderer, window, spp: worker._right(renderer, window, spp - 1)
 
-    (_, bad) = workers_of(fresh)
-    fresh.run(shorten, workers=[bad])
+    bad = spoilt(shorten)
     with pytest.warns(UserWarning, match=f"the worker {bad} .* without all of its samples"):
-        picture = cluster.render(scene(), fresh, spp=SPP, block=BLOCK)
+        picture = cluster.render(scene(), client, spp=SPP, block=BLOCK)
     assert same(picture, expected)
 
 
-def test_another_version_is_refused(fresh) -> None:
+def test_another_version_is_refused(client, spoilt) -> None:
     def age() -> None:
         import fragtracer
 
         fragtracer.__version__ = "0.0.1"
 
-    (_, bad) = workers_of(fresh)
-    fresh.run(age, workers=[bad])
-    with pytest.raises(FragtracerError, match=rf"the worker {bad} .*: version is 0\.0\.1 there"):
-        cluster.render(replace(scene(), camera=replace(scene().camera, fov_degrees=41.0)), fresh, spp=SPP, block=BLOCK)
+    bad = spoilt(age)
+    with pytest.raises(FragtracerError, match=rf"the worker {bad} has another fragtracer: version is 0\.0\.1 there"):
+        cluster.render(scene(), client, spp=SPP, block=BLOCK)
 
 
 def test_until_stops_at_the_same_round(client) -> None:
@@ -200,3 +189,18 @@ def test_the_command_renders_the_same_bits_with_one_worker(expected, tmp_path, m
     assert "20 samples per pixel of 1 workers" in capsys.readouterr().out
     assert read_metadata(output)["block"] == str(BLOCK)
     np.testing.assert_array_equal(read_image(output), expected.pixels.mean[..., :3])
+
+
+def test_a_killed_worker_costs_time_alone(client, expected) -> None:
+    """By signal 9, in the middle."""
+    pids = client.run(os.getpid)
+    killed = []
+
+    def report(state) -> None:
+        if state.spp > SPP / 5 and not killed:
+            killed.append(min(pids.values()))
+            os.kill(killed[0], signal.SIGKILL)
+
+    picture = cluster.render(scene(), client, spp=SPP, block=BLOCK, progress=report)
+    assert killed
+    assert same(picture, expected)

@@ -211,6 +211,7 @@ def _render_on_cluster(
 ) -> bool:
     """Render on a cluster and write the picture; False if that was interrupted."""
     from fragtracer.apps import cluster
+    from fragtracer.apps.cluster.work import BLOCK
     from fragtracer.io.images import write_image
 
     _with_limit(limits, scene.render)
@@ -218,7 +219,7 @@ def _render_on_cluster(
     if limits["worst"] is not None:
         raise FragtracerError("--cluster looks at the mean error only; give --until in place of --worst")
     pixels = scene.render.width * scene.render.height
-    cluster.check(scene, block or cluster.BLOCK)
+    cluster.check(scene, block or BLOCK)
     with cluster.connected(address) as client, _progress(limits, pixels) as report:
         picture = cluster.render(
             scene, client, **bounds, progress=report, **({} if block is None else {"block": block})

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from distributed import Client, Future
 
+from fragtracer import __version__
 from fragtracer.apps.cluster import worker as here
 from fragtracer.apps.cluster.work import Block, Cut, Tree, assembled, pixels_digest
 from fragtracer.apps.cluster.worker import Rendered, render_block
@@ -59,6 +60,8 @@ class Dispatcher:
     wire: int = 0  # bytes of films that came back
 
     def __post_init__(self) -> None:
+        for address, found in self.client.run(here.versions, on_error="return").items():
+            self._check(address, found)
         cut = self.job.cut
         (self.scene,) = self.client.scatter([self.job.scene], broadcast=True, hash=True)
         self._tiles = cut.tiles
@@ -120,6 +123,15 @@ class Dispatcher:
             self._trees[block.tile].add(block.number, pixels)
         self._waiting.clear()
         return self.picture()
+
+    def _check(self, address: str, found: Any) -> None:
+        """Refuse a worker that cannot render, or renders otherwise, before there is work."""
+        if isinstance(found, Exception):
+            raise FragtracerError(
+                f"the worker {address} cannot render: {found}; install fragtracer {__version__} there"
+            )
+        if different := differences({name: self.job.origin[name] for name in found}, found):
+            raise FragtracerError(f"the worker {address} has another fragtracer: {different}")
 
     def _glance(self) -> None:
         """Which workers there are."""
@@ -191,8 +203,6 @@ class Dispatcher:
         except FragtracerError as error:
             self._retry(flight.block, str(error))
             return
-        except ImportError as error:
-            raise FragtracerError(f"a worker of the cluster cannot render, {error}; install fragtracer there") from None
         except Exception as error:  # of a worker, its death included
             if self.client.status != "running":
                 raise FragtracerError("the scheduler of the cluster is gone") from None

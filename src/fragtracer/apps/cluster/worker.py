@@ -7,6 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 from fragtracer.apps.cluster.work import pixels_digest
+from fragtracer.films import shaders_digest
 from fragtracer.renderer import Renderer
 from fragtracer.sampling.allocation import Window
 from fragtracer.sampling.pixels import Pixels
@@ -46,6 +47,13 @@ def _render_block(scene: bytes, key: str, window: Window, spp: int, worker: str)
 
 def _draw(renderer: Renderer, window: Window, spp: int) -> Pixels:
     return renderer.block(window, spp)
+
+
+def versions() -> dict[str, str]:
+    """Of what renders here, by the names that they have in an origin."""
+    from fragtracer import __version__
+
+    return {"version": __version__, "shaders": shaders_digest()}
 
 
 def close() -> None:
