@@ -204,3 +204,19 @@ def test_a_killed_worker_costs_time_alone(client, expected) -> None:
     picture = cluster.render(scene(), client, spp=SPP, block=BLOCK, progress=report)
     assert killed
     assert same(picture, expected)
+
+
+def test_all_workers_may_die(client, expected) -> None:
+    """The scene, which they had, is sent to those that come after them."""
+    killed = []
+
+    def report(state) -> None:
+        if state.spp > SPP / 5 and not killed:
+            killed.extend(client.run(os.getpid).values())
+            for pid in killed:
+                os.kill(pid, signal.SIGKILL)
+
+    picture = cluster.render(scene(), client, spp=SPP, block=BLOCK, progress=report)
+    assert killed
+    assert picture.problem is None
+    assert same(picture, expected)

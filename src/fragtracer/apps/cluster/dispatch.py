@@ -6,11 +6,12 @@ import time
 import warnings
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from distributed import Client, Future
+from distributed import CancelledError, Client, Future
 
 from fragtracer import __version__
 from fragtracer.apps.cluster import worker as here
@@ -23,6 +24,7 @@ from fragtracer.sampling.pixels import Pixels
 
 CHECKED = 1 / 64  # of the blocks, and the first one of each worker, are rendered again elsewhere and compared
 _AHEAD = 2  # blocks that each worker has, so that it does not wait for the next
+_MOST_WAITING = 512  # blocks that are there before those of the round that is due
 _MOST_TRIES = 4  # of a block that comes to nothing
 _GLANCE = 1.0  # seconds, between looks at which workers there are
 
@@ -63,7 +65,7 @@ class Dispatcher:
         for address, found in self.client.run(here.versions, on_error="return").items():
             self._check(address, found)
         cut = self.job.cut
-        (self.scene,) = self.client.scatter([self.job.scene], broadcast=True, hash=True)
+        self._holders: set[str] = set()  # workers that have had the scene
         self._tiles = cut.tiles
         self._trees = {tile: Tree() for tile in range(len(self._tiles))}
         self._blocks: Iterator[Block] = cut.blocks()
@@ -74,6 +76,7 @@ class Dispatcher:
         self._authors: dict[Block, str] = {}  # of the blocks that are there
         self._waiting: dict[Block, Pixels] = {}  # beyond the round at which the error is looked at next
         self._round = 1  # whose blocks are all that the trees hold
+        self._stops = False  # whether the error decides when the render ends
         self._present = 0  # blocks that the trees hold
         self._agreed = self.job.origin  # by all workers so far
         self._workers: list[str] = []
@@ -90,6 +93,7 @@ class Dispatcher:
             If the work cannot be done: versions differ, no worker is left, the scheduler is gone.
         """
         start, error, is_good = time.perf_counter(), None, False
+        self._stops = until is not None
         area = self.job.cut.width * self.job.cut.height
         try:
             while True:
@@ -147,6 +151,10 @@ class Dispatcher:
             why = "; ".join(f"{name}: {reason}" for name, reason in self.banned.items())
             raise FragtracerError(f"no worker of the cluster is left to render: {why}")
         self._seen = now if self._workers else self._seen
+        if set(self._workers) - self._holders:
+            with suppress(TimeoutError):  # of workers that have just died
+                (self.scene,) = self.client.scatter([self.job.scene], broadcast=True, hash=True, timeout=_GLANCE)
+                self._holders |= set(self._workers)
         if now - self._seen > self.job.patience:
             raise FragtracerError(f"the cluster has had no workers for {self.job.patience:.0f} s")
         self._hurry()
@@ -169,7 +177,9 @@ class Dispatcher:
 
     def _fill(self) -> None:
         """Keep all workers busy."""
-        while len(self._flights) < _AHEAD * len(self._workers):
+        while len(self._flights) < _AHEAD * len(self._workers) and self._holders:
+            if not self._again and len(self._waiting) > _MOST_WAITING:
+                return
             block = self._again.popleft() if self._again else next(self._blocks, None)
             if block is None:
                 return
@@ -202,6 +212,12 @@ class Dispatcher:
             rendered = future.result(timeout=self.job.patience)
         except FragtracerError as error:
             self._retry(flight.block, str(error))
+            return
+        except CancelledError:  # the only workers that had the scene have died
+            self._holders.clear()
+            self._workers.clear()
+            if flight.suspect is None:
+                self._again.append(flight.block)
             return
         except Exception as error:  # of a worker, its death included
             if self.client.status != "running":
@@ -254,7 +270,7 @@ class Dispatcher:
 
     def _compare(self, block: Block, first: Rendered, second: Rendered) -> None:
         """Where two workers of one driver disagree, a third one decides, or this machine."""
-        if first.driver != second.driver:
+        if first.driver != second.driver or first.worker in self.banned:
             return
         self.checked += 1
         if first.digest == second.digest:
@@ -318,8 +334,9 @@ class Dispatcher:
         return self._present == self._round * len(self._tiles)
 
     def _next_round(self) -> None:
-        """Look at the error again when there are a quarter more samples."""
-        self._round += max(1, self._round // 4)
+        """Look at the error again when there are a quarter more samples, or, where nothing depends on it, twice as
+        many."""
+        self._round += max(1, self._round // 4) if self._stops else self._round
         self._round = min(self._round, self.job.cut.rounds or self._round)
         self._plant()
 
