@@ -117,6 +117,7 @@ def test_a_worker_that_returns_nonsense_is_found(client, expected, spoilt) -> No
     with pytest.warns(UserWarning, match=f"the worker {bad} is not used any more: it rendered a block otherwise"):
         picture = cluster.render(scene(), client, spp=SPP, block=BLOCK)
     assert same(picture, expected)
+    assert bad in picture.metadata["banned_workers"]
 
 
 def test_a_worker_that_hangs_is_left(client, expected, spoilt, tmp_path) -> None:

@@ -81,8 +81,8 @@ def render(
     dispatcher = Dispatcher(client, job)
     interrupted, problem = False, None
     try:
-        dispatcher.run(until, seconds, progress or (lambda _: None))
-        pixels = dispatcher.picture() if until is not None or seconds is None else dispatcher.all_there_is()
+        is_complete = dispatcher.run(until, seconds, progress or (lambda _: None))
+        pixels = dispatcher.picture() if is_complete else dispatcher.all_there_is()
     except (KeyboardInterrupt, FragtracerError) as error:
         if not dispatcher.pixels:
             raise
@@ -98,6 +98,8 @@ def render(
     }
     metadata |= {"non_finite_samples": str(int(pixels.variance[..., 3].sum(dtype=float)))}
     metadata |= {"checked_blocks": str(dispatcher.checked), "gl_renderer": driver_list(dispatcher.drivers)}
+    if dispatcher.banned:
+        metadata["banned_workers"] = "; ".join(f"{name}: {why}" for name, why in dispatcher.banned.items())
     return Picture(pixels, metadata, interrupted, problem, dispatcher.wire)
 
 
@@ -117,7 +119,8 @@ def connected(address: str) -> Iterator[Any]:
         raise FragtracerError(
             "rendering on a cluster needs Dask: type  pip install 'fragtracer[cluster]'  on each machine"
         ) from None
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what goes wrong is told in one message
+    for name in [name for name in logging.root.manager.loggerDict if name.startswith("distributed")]:
+        logging.getLogger(name).setLevel(logging.CRITICAL)  # what goes wrong is told in one message
     if local := _LOCAL.fullmatch(address):
         workers = int(local[1])
         if not workers:

@@ -26,6 +26,7 @@ CHECKED = 1 / 64  # of the blocks, and the first one of each worker, are rendere
 _AHEAD = 2  # blocks that each worker has, so that it does not wait for the next
 _MOST_WAITING = 512  # blocks that are there before those of the round that is due
 _MOST_TRIES = 4  # of a block that comes to nothing
+_GONE = "the scheduler of the cluster is gone"
 _GLANCE = 1.0  # seconds, between looks at which workers there are
 
 
@@ -84,8 +85,9 @@ class Dispatcher:
         self._slowest = 0.0
         self.pixels = 0  # times samples, that are there
 
-    def run(self, until: float | None, seconds: float | None, report: Callable[[Progress], None]) -> None:
-        """Render until all blocks are there, or the error is no more than ``until`` after a round, or time is over.
+    def run(self, until: float | None, seconds: float | None, report: Callable[[Progress], None]) -> bool:
+        """Render until all blocks are there, or the error is no more than ``until`` after a round, or time is over, in
+        which case the result is False.
 
         Raises
         ------
@@ -100,13 +102,13 @@ class Dispatcher:
                 elapsed = time.perf_counter() - start
                 report(Progress(self.pixels / area, elapsed, error, len(self._workers)))
                 if seconds is not None and elapsed >= seconds:
-                    return
+                    return False
                 self._glance()
                 is_good = is_good and self._is_complete
                 if not is_good:
                     self._fill()
                 elif all(flight.suspect is None for _, flight in self._flights.values()):
-                    return
+                    return True
                 self._receive()
                 while not is_good and self._is_complete:
                     error = self.picture().relative_error()
@@ -144,8 +146,11 @@ class Dispatcher:
             return
         self._glanced = now
         if self.client.status != "running":
-            raise FragtracerError("the scheduler of the cluster is gone")
-        known = self.client.scheduler_info(n_workers=-1)["workers"]
+            raise FragtracerError(_GONE)
+        try:
+            known = self.client.scheduler_info(n_workers=-1)["workers"]
+        except (OSError, TimeoutError) as error:
+            raise FragtracerError(f"{_GONE}: {error}") from None
         self._workers = sorted(address for address in known if address not in self.banned)
         if known and not self._workers:
             why = "; ".join(f"{name}: {reason}" for name, reason in self.banned.items())
@@ -162,6 +167,7 @@ class Dispatcher:
     def _hurry(self) -> None:
         """Give up blocks that no worker is left for, and those that have not come for too long with their workers."""
         patience = max(self.job.patience, 10 * _AHEAD * self._slowest)
+        patience *= 1 if self._slowest else 10  # nothing has come back yet, perhaps since blocks are large
         now, alive = time.monotonic(), set(self._workers)
         flights = {key: flight for key, (_, flight) in self._flights.items()}
         late = {key for key, flight in flights.items() if now - flight.since > patience}
@@ -211,7 +217,8 @@ class Dispatcher:
         try:
             rendered = future.result(timeout=self.job.patience)
         except FragtracerError as error:
-            self._retry(flight.block, str(error))
+            if flight.suspect is None:
+                self._retry(flight.block, str(error))
             return
         except CancelledError:  # the only workers that had the scene have died
             self._holders.clear()
@@ -221,8 +228,9 @@ class Dispatcher:
             return
         except Exception as error:  # of a worker, its death included
             if self.client.status != "running":
-                raise FragtracerError("the scheduler of the cluster is gone") from None
-            self._retry(flight.block, str(error) or type(error).__name__)
+                raise FragtracerError(_GONE) from None
+            if flight.suspect is None:
+                self._retry(flight.block, str(error) or type(error).__name__)
             return
         self._take(flight, rendered)
 
