@@ -307,6 +307,30 @@ def test_a_full_disk_leaves_the_last_film(tmp_path) -> None:
     assert list(tmp_path.iterdir()) == [path]
 
 
+def test_a_pass_that_is_abandoned_is_not_counted(ctx, monkeypatch) -> None:
+    """Nor taken off, where all was forgotten meanwhile; what a part of it has added is."""
+    monkeypatch.setattr("fragtracer.gpu.tracer.Tracer._rows", lambda *_: 7)
+    with Renderer(load(SCENE), SIZE, context=ctx, adaptive="off", **SETTINGS) as renderer:
+        film, tracer = renderer._film, renderer._tracer
+        renderer.sample(8)
+        bands = film.bands(tracer, 4, None)
+        next(bands)
+        bands.close()
+        assert renderer.spp == 8
+        bands = film.bands(tracer, 4, None)
+        next(bands)
+        film.clear()
+        bands.close()
+        assert renderer.spp == 0
+        bands = film.bands(tracer, 4, None)
+        monkeypatch.setattr("fragtracer.gpu.tracer.Tracer.max_rays", 4)
+        tracer._max_rays = 1  # as in a pass that a driver cuts short
+        for _ in range(4):
+            next(bands)
+        bands.close()
+        assert renderer.spp == renderer.samples().max() == 1
+
+
 def test_a_film_that_is_not_what_was_drawn_is_not_kept(ctx, tmp_path) -> None:
     from fragtracer.errors import DeviceError
 

@@ -104,14 +104,15 @@ class Accumulation:
         if self._plan is None:
             rays = rays if self._stays_even else min(rays, FIRST_STAGE - self._in_stage)
             self.pass_rays = min(rays, most, tracer.max_rays)
-            before = self._film.samples
+            sampled = self._sampled
             try:
                 yield from tracer.bands(self._film, self.pass_rays, budget, self._work)
             finally:
-                drawn = self._film.samples - before  # of a pass that was abandoned, perhaps the first of its parts
-                self._sampled += drawn
-                self._in_stage += drawn
-                self.spp += drawn
+                if sampled is self._sampled:  # it was not cleared since
+                    drawn = self._film.samples - self._in_stage  # of an abandoned pass, perhaps the first of its parts
+                    self._sampled += drawn
+                    self._in_stage += drawn
+                    self.spp += drawn
         else:
             if not self._lists:
                 self._begin_pass(self._plan, min(ITEM_SAMPLES, most))

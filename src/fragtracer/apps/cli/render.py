@@ -102,7 +102,6 @@ def render(
 ) -> None:
     """Render SCENE into an image file, or a film of a moving camera. Ctrl-C writes what there is."""
     from fragtracer.apps.cli import video
-    from fragtracer.apps.cli.frames import frames_of
     from fragtracer.apps.cli.keeping import Keeping
     from fragtracer.display.look import Look
     from fragtracer.io.images import check_writable, write_image
@@ -146,6 +145,8 @@ def render(
     if moves and first_sample:
         raise FragtracerError("--first-sample is for one picture; leave it out where the camera moves")
     if moves:
+        from fragtracer.apps.cli.frames import frames_of
+
         finished = _render_frames(lit, frames_of(lit, output, frames, path, turntable, fps), limits, look, keeping)
     elif cluster is not None:
         finished = _render_on_cluster(lit, cluster, block, limits, output, look)

@@ -7,9 +7,6 @@ from collections.abc import Sequence
 from fractions import Fraction
 from pathlib import Path
 
-import numpy as np
-from PIL import Image
-
 from fragtracer import output
 from fragtracer.errors import FragtracerError, OutputError
 
@@ -34,6 +31,8 @@ def check(path: Path, width: int, height: int) -> None:
 
 def encode(pictures: Sequence[Path], path: Path, fps: Fraction) -> None:
     """Write a film of 8-bit pictures of one size."""
+    from PIL import Image
+
     first = Image.open(pictures[0])
     width, height = first.size
     first.close()
@@ -48,7 +47,7 @@ def encode(pictures: Sequence[Path], path: Path, fps: Fraction) -> None:
             try:
                 for picture in pictures:
                     with Image.open(picture) as image:
-                        process.stdin.write(np.asarray(image.convert("RGB")).tobytes())
+                        process.stdin.write(image.convert("RGB").tobytes())
                 process.stdin.close()
             except BrokenPipeError:
                 pass  # it says why
