@@ -219,6 +219,8 @@ class Renderer:
             If another driver has rendered it: the bits may differ then.
         """
         film = SavedFilm.read(Path(path))
+        if "blocks" in film.state:
+            raise FilmError(f"{path}: this film was rendered on a cluster; go on with --cluster")
         film.check(self.origin(), path)
         if "merged" in film.state:
             raise FilmError(f"{path}: this film is merged of several; render more samples with --first-sample")

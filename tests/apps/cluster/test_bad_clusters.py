@@ -23,8 +23,8 @@ COMMAND = ("render", "three-spheres-ambient", *TINY, "-o", "a.png")
         (["--cluster", "local:1", "--adaptive"], "it needs --no-adaptive"),
         (["--cluster", "local:1", "--integrator", "split-sum"], "--integrator path"),
         (["--cluster", "local:1", "--worst", 5], "give --until in place of --worst"),
-        (["--cluster", "local:1", "--checkpoint", "kept"], "without frames or --checkpoint"),
-        (["--cluster", "local:1", "--turntable", 3, "-o", "a.#.png"], "without frames or --checkpoint"),
+        (["--cluster", "local:1", "--first-sample", 2, "--no-adaptive"], "leave out frames and --first-sample"),
+        (["--cluster", "local:1", "--turntable", 3, "-o", "a.#.png"], "leave out frames and --first-sample"),
         (["--block", 4], "--block is the size of a task of --cluster"),
     ],
 )

@@ -15,8 +15,10 @@ import pytest
 from command import status_of
 
 from fragtracer.apps import cluster
+from fragtracer.apps.cli.keeping import Keeping
 from fragtracer.apps.cluster import work
 from fragtracer.errors import FragtracerError
+from fragtracer.films import SavedFilm, merge
 from fragtracer.io.images import read_image, read_metadata
 from fragtracer.io.toml import load
 from fragtracer.renderer import Renderer
@@ -185,6 +187,38 @@ def test_an_interruption_keeps_what_came_back(client) -> None:
     counts = picture.pixels.mean[..., 3]
     assert counts.min() >= BLOCK  # the first blocks came first
     assert counts.mean() > SPP / 2
+
+
+def test_an_interrupted_render_goes_on(ctx, client, expected, tmp_path) -> None:
+    """With the same bits; what is of another cut is refused, and by a renderer of this machine."""
+
+    def report(state) -> None:
+        if state.spp > 0.7 * SPP:
+            raise KeyboardInterrupt
+
+    kept = Keeping(tmp_path, 0.0, False)
+    picture = cluster.render(scene(), client, spp=SPP, block=BLOCK, progress=report, begin=kept.begin)
+    assert picture.interrupted
+    again = replace(kept, resume=True).begin
+    counts = []
+    picture = cluster.render(
+        scene(), client, spp=SPP, block=BLOCK, progress=lambda state: counts.append(state.spp), begin=again
+    )
+    assert counts[0] >= BLOCK
+    assert same(picture, expected)
+    for spp, block, words in ((SPP, 2 * BLOCK, "--block is 4 there, 8 here"), (SPP - 2, BLOCK, "beyond --spp 18")):
+        with pytest.raises(FragtracerError, match=words):
+            cluster.render(scene(), client, spp=spp, block=block, begin=again)
+    film = SavedFilm.read(tmp_path / "film.npz")
+    with pytest.raises(FragtracerError, match="is the checkpoint of a cluster"):
+        merge({"a": film, "b": film})
+    with Renderer(scene(), context=ctx) as renderer:
+        with pytest.raises(FragtracerError, match="go on with --cluster"):
+            renderer.resume(tmp_path / "film.npz")
+        renderer.sample(2)
+        renderer.save(tmp_path / "film.npz")
+    with pytest.raises(FragtracerError, match="go on without --cluster"):
+        cluster.render(scene(), client, spp=SPP, block=BLOCK, begin=again)
 
 
 def test_a_scheduler_that_dies_leaves_what_came_back(tmp_path, monkeypatch) -> None:

@@ -7,13 +7,27 @@ import warnings
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 from fragtracer.errors import DeviceError, FilmError, OutputError
 from fragtracer.films import NAME
 from fragtracer.output import remove_parts
-from fragtracer.renderer import Renderer
+from fragtracer.scene import RenderSettings
 
 _PIXEL = {"off": 48, "on": 200, "auto": 200}  # bytes of a film at most
+
+
+class Resumable(Protocol):
+    """A render, on this machine or on a cluster."""
+
+    @property
+    def settings(self) -> RenderSettings: ...
+    @property
+    def spp(self) -> float: ...
+    @property
+    def can_go_on(self) -> bool: ...
+    def save(self, path: Path) -> None: ...
+    def resume(self, path: Path) -> None: ...
 
 
 @dataclass(frozen=True)
@@ -24,7 +38,7 @@ class Keeping:
     every: float
     resume: bool
 
-    def begin(self, renderer: Renderer, frame: str = "") -> "Keeper":
+    def begin(self, renderer: Resumable, frame: str = "") -> "Keeper":
         """For a render, perhaps of a frame; raises as :class:`Keeper`."""
         return Keeper(renderer, self.folder / frame, self.every, self.resume)
 
@@ -43,7 +57,7 @@ class Keeper:
         If there is a checkpoint and ``resume`` is false, or if it is damaged or of another picture.
     """
 
-    def __init__(self, renderer: Renderer, folder: Path, every: float, resume: bool) -> None:
+    def __init__(self, renderer: Resumable, folder: Path, every: float, resume: bool) -> None:
         self._renderer, self._path, self._every = renderer, folder / NAME, every
         try:
             folder.mkdir(parents=True, exist_ok=True)

@@ -140,8 +140,10 @@ def render(
     keeping = None if checkpoint is None else Keeping(checkpoint, 60.0 if every is None else every, resume)
     if cluster is None and block is not None:
         raise FragtracerError("--block is the size of a task of --cluster ADDRESS; leave it out without")
-    if cluster is not None and (moves or first_sample or checkpoint):
-        raise FragtracerError("--cluster renders one picture from its first sample, without frames or --checkpoint")
+    if cluster is not None and (moves or first_sample):
+        raise FragtracerError(
+            "--cluster renders one picture from its first sample; leave out frames and --first-sample"
+        )
     if moves and first_sample:
         raise FragtracerError("--first-sample is for one picture; leave it out where the camera moves")
     if moves:
@@ -149,7 +151,7 @@ def render(
 
         finished = _render_frames(lit, frames_of(lit, output, frames, path, turntable, fps), limits, look, keeping)
     elif cluster is not None:
-        finished = _render_on_cluster(lit, cluster, block, limits, output, look)
+        finished = _render_on_cluster(lit, cluster, block, limits, output, look, keeping)
     else:
         if first_sample:
             _check_parts(lit.render, first_sample)
@@ -208,7 +210,7 @@ def _render_frames(scene: Any, frames: Any, limits: dict[str, Any], look: Any, k
 
 
 def _render_on_cluster(
-    scene: Any, address: str, block: int | None, limits: dict[str, Any], output: Path, look: Any
+    scene: Any, address: str, block: int | None, limits: dict[str, Any], output: Path, look: Any, keeping: Any
 ) -> bool:
     """Render on a cluster and write the picture; False if that was interrupted."""
     from fragtracer.apps import cluster
@@ -223,7 +225,7 @@ def _render_on_cluster(
     cluster.check(scene, block or BLOCK)
     with cluster.connected(address) as client, _progress(limits, pixels) as report:
         picture = cluster.render(
-            scene, client, **bounds, progress=report, **({} if block is None else {"block": block})
+            scene, client, **bounds, progress=report, block=block or BLOCK, begin=keeping and keeping.begin
         )
     write_image(output, picture.pixels.mean[..., :3], picture.metadata, *look)
     note = ", interrupted" if picture.interrupted or picture.problem else ""

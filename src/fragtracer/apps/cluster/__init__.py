@@ -56,9 +56,12 @@ def render(
     progress: Callable[[Progress], None] | None = None,
     block: int = BLOCK,
     patience: float = _PATIENCE,
+    begin: Callable[[Any], Any] | None = None,
 ) -> Picture:
     """Render ``scene`` on the workers of a Dask client (:func:`connected`); the limits are those of
     :meth:`fragtracer.renderer.Renderer.render`. ``block`` is how many samples of each pixel of a tile are one task.
+
+    ``begin``, given what has ``save`` and ``resume`` as a renderer, returns what keeps checkpoints.
 
     The bits depend on the scene, the number of samples and ``block``; not on the workers, their number or their fate.
 
@@ -77,11 +80,16 @@ def render(
     origin = origin_of(scene, scene.render)
     content = pickle.dumps(scene, protocol=5)
     cut = Cut(settings.width, settings.height, block, spp)
-    job = Job(content, content_digest(repr(sorted(origin.items()))), origin, cut, patience)
+    job = Job(content, content_digest(repr(sorted(origin.items()))), origin, scene.render, cut, patience)
     dispatcher = Dispatcher(client, job)
+    keeper = begin(dispatcher) if begin is not None else None
     interrupted, problem = False, None
     try:
-        is_complete = dispatcher.run(until, seconds, progress or (lambda _: None))
+        try:
+            is_complete = dispatcher.run(until, seconds, progress or (lambda _: None), keeper or (lambda _: None))
+        finally:
+            if keeper is not None:
+                keeper.finish()
         pixels = dispatcher.picture() if is_complete else dispatcher.all_there_is()
     except (KeyboardInterrupt, FragtracerError) as error:
         if not dispatcher.pixels:

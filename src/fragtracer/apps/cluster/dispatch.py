@@ -7,7 +7,8 @@ import warnings
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import astuple, dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,10 +18,11 @@ from fragtracer import __version__
 from fragtracer.apps.cluster import worker as here
 from fragtracer.apps.cluster.work import Block, Cut, Tree, assembled, pixels_digest
 from fragtracer.apps.cluster.worker import Rendered, render_block
-from fragtracer.errors import DeviceError, FragtracerError
-from fragtracer.films import differences
+from fragtracer.errors import DeviceError, FilmError, FragtracerError
+from fragtracer.films import SavedFilm, differences
 from fragtracer.renderer import Progress
 from fragtracer.sampling.pixels import Pixels
+from fragtracer.scene import RenderSettings
 
 CHECKED = 1 / 64  # of the blocks, and the first one of each worker, are rendered again elsewhere and compared
 _AHEAD = 2  # blocks that each worker has, so that it does not wait for the next
@@ -38,6 +40,7 @@ class Job:
     scene: bytes
     key: str
     origin: Mapping[str, str]
+    settings: RenderSettings
     cut: Cut
     patience: float  # seconds, at least, until a block that does not come is given up
 
@@ -85,9 +88,15 @@ class Dispatcher:
         self._slowest = 0.0
         self.pixels = 0  # times samples, that are there
 
-    def run(self, until: float | None, seconds: float | None, report: Callable[[Progress], None]) -> bool:
+    def run(
+        self,
+        until: float | None,
+        seconds: float | None,
+        report: Callable[[Progress], None],
+        keep: Callable[[bool], None],
+    ) -> bool:
         """Render until all blocks are there, or the error is no more than ``until`` after a round, or time is over, in
-        which case the result is False.
+        which case the result is False. ``keep`` is called now and then, where :meth:`save` could be.
 
         Raises
         ------
@@ -96,11 +105,10 @@ class Dispatcher:
         """
         start, error, is_good = time.perf_counter(), None, False
         self._stops = until is not None
-        area = self.job.cut.width * self.job.cut.height
         try:
             while True:
                 elapsed = time.perf_counter() - start
-                report(Progress(self.pixels / area, elapsed, error, len(self._workers)))
+                report(Progress(self.spp, elapsed, error, len(self._workers)))
                 if seconds is not None and elapsed >= seconds:
                     return False
                 self._glance()
@@ -110,6 +118,7 @@ class Dispatcher:
                 elif all(flight.suspect is None for _, flight in self._flights.values()):
                     return True
                 self._receive()
+                keep(False)
                 while not is_good and self._is_complete:
                     error = self.picture().relative_error()
                     is_good = self._round == self.job.cut.rounds or (until is not None and error <= until)
@@ -118,6 +127,59 @@ class Dispatcher:
         finally:
             for future, _ in self._flights.values():
                 future.cancel()
+
+    @property
+    def settings(self) -> RenderSettings:
+        return self.job.settings
+
+    @property
+    def spp(self) -> float:
+        """Samples per pixel that are there, in the mean."""
+        return self.pixels / (self.job.cut.width * self.job.cut.height)
+
+    can_go_on = True  # from what save() writes, always
+
+    def save(self, path: Path) -> None:
+        """Write what the trees hold.
+
+        Raises
+        ------
+        OutputError
+            If it cannot be written.
+        DeviceError
+            If Ctrl-C came while a block was joined.
+        """
+        blocks = [astuple(block) for block in self._authors if block not in self._waiting]
+        held = {(number, tile) for tile, tree in self._trees.items() for number in tree.numbers}
+        if held != {(number, tile) for number, tile, _ in blocks}:
+            raise DeviceError("the render was interrupted while a block was joined")
+        state = {"blocks": blocks, "round": self._round, "block": self.job.cut.samples}
+        arrays = {
+            f"{tile}.{level}.{place}.{name}": image
+            for tile, tree in self._trees.items()
+            for (level, place), node in tree.nodes.items()
+            for name, image in vars(node).items()
+        }
+        SavedFilm(self.job.origin, driver_list(self.drivers), (), {}, state, arrays).write(path)
+
+    def resume(self, path: Path) -> None:
+        """Go on from what :meth:`save` has written; raises :class:`FilmError` where it is of another render."""
+        film, cut = SavedFilm.read(path), self.job.cut
+        if "blocks" not in film.state:
+            raise FilmError(f"{path}: this film was not rendered on a cluster; go on without --cluster")
+        film.check(self.job.origin, path)
+        if film.state["block"] != cut.samples:
+            raise FilmError(f"{path}: --block is {film.state['block']} there, {cut.samples} here")
+        blocks = [Block(*block) for block in film.state["blocks"]]
+        if any(block != cut.block(block.number, block.tile) for block in blocks):
+            raise FilmError(f"{path}: this film has samples beyond --spp {cut.spp}, or a last block that is shorter")
+        for name, image in film.arrays.items():
+            tile, level, place, part = name.split(".")
+            node = self._trees[int(tile)].nodes.setdefault((int(level), int(place)), _NOTHING)
+            self._trees[int(tile)].nodes[int(level), int(place)] = replace(node, **{part: image})
+        self._authors = dict.fromkeys(blocks, "")
+        self._present, self._round = len(blocks), film.state["round"]
+        self.pixels = sum(b.spp * self._tiles[b.tile].width * self._tiles[b.tile].height for b in blocks)
 
     def picture(self) -> Pixels:
         """Of all blocks of the finished rounds, and what there is of the next."""

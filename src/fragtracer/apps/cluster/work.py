@@ -3,6 +3,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import reduce
 
 import numpy as np
 
@@ -45,37 +46,48 @@ class Cut:
         """Blocks of a tile."""
         return None if self.spp is None else -(-self.spp // self.samples)
 
+    def block(self, number: int, tile: int) -> Block:
+        """One of the blocks of a tile."""
+        rest = self.samples if self.spp is None else self.spp - number * self.samples
+        return Block(number, tile, min(self.samples, rest))
+
     def blocks(self) -> Iterator[Block]:
         """All of them: the first of each tile, then the second of each, and so on, so that the whole picture is there
         early."""
         number, tiles = 0, range(len(self.tiles))
         while self.rounds is None or number < self.rounds:
-            rest = self.samples if self.spp is None else min(self.samples, self.spp - number * self.samples)
-            yield from (Block(number, tile, rest) for tile in tiles)
+            yield from (self.block(number, tile) for tile in tiles)
             number += 1
 
 
 class Tree:
     """Joins the blocks of a tile in pairs, the pairs in pairs and so on, as far as they are there: in which order they
-    come makes no difference to the bits."""
+    come makes no difference to the bits. ``nodes`` are what is not joined yet, by level and place in it."""
 
     def __init__(self) -> None:
-        self._nodes: dict[tuple[int, int], Moments] = {}  # by level and place in it
+        self.nodes: dict[tuple[int, int], Pixels] = {}
 
     def add(self, number: int, pixels: Pixels) -> None:
         """A block by its number."""
-        level, joined = 0, Moments.of(pixels)
-        while (other := self._nodes.pop((level, number ^ 1), None)) is not None:
-            joined = joined.merged(other) if number % 2 == 0 else other.merged(joined)
+        level = 0
+        while (other := self.nodes.pop((level, number ^ 1), None)) is not None:
+            pixels = _joined(pixels, other) if number % 2 == 0 else _joined(other, pixels)
             level, number = level + 1, number // 2
-        self._nodes[level, number] = joined
+        self.nodes[level, number] = pixels
 
-    def joined(self) -> Moments | None:
+    @property
+    def numbers(self) -> set[int]:
+        """Of the blocks that are there."""
+        return {n for level, place in self.nodes for n in range(place << level, (place + 1) << level)}
+
+    def joined(self) -> Pixels | None:
         """All blocks so far."""
-        result: Moments | None = None
-        for _, _, node in sorted(((place << level, level, node) for (level, place), node in self._nodes.items())):
-            result = node if result is None else result.merged(node)
-        return result
+        nodes = sorted(self.nodes, key=lambda node: node[1] << node[0])
+        return reduce(_joined, (self.nodes[node] for node in nodes)) if nodes else None
+
+
+def _joined(one: Pixels, other: Pixels) -> Pixels:
+    return Moments.of(one).merged(Moments.of(other)).pixels()
 
 
 def assembled(cut: Cut, tiles: dict[int, Tree]) -> Pixels:
@@ -83,10 +95,9 @@ def assembled(cut: Cut, tiles: dict[int, Tree]) -> Pixels:
     mean, variance = (np.zeros((cut.height, cut.width, 4), np.float32) for _ in range(2))
     half_difference = np.zeros((cut.height, cut.width, 3), np.float32)
     for number, window in enumerate(cut.tiles):
-        joined = tiles[number].joined()
-        if joined is not None:
+        pixels = tiles[number].joined()
+        if pixels is not None:
             place = np.s_[window.top : window.top + window.height, window.left : window.left + window.width]
-            pixels = joined.pixels()
             mean[place], variance[place] = pixels.mean, pixels.variance
             half_difference[place] = pixels.half_difference
     return Pixels(mean, variance, half_difference)
