@@ -78,7 +78,8 @@ class Keeper:
 
     def __call__(self, is_last: bool) -> None:
         """After a pass."""
-        if is_last or time.monotonic() - self._last >= self._every:
+        is_due = is_last or time.monotonic() - self._last >= self._every
+        if is_due and self._renderer.spp != self._kept:
             self._write()
 
     def finish(self) -> None:
