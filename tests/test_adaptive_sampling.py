@@ -33,7 +33,7 @@ def test_a_plan_has_the_samples_of_its_stage(stage: int) -> None:
     """Every pixel its least share, the others by the deviation; an item for each pixel in the first pass."""
     rng = np.random.default_rng(stage)
     deviation = rng.exponential(size=(20, 30)) ** 3
-    plan = Plan(stage, deviation)
+    plan = Plan.by(stage, deviation)
     assert plan.items.sum() * ITEM_SAMPLES == stage_samples(stage) * deviation.size
     least = plan.items.min()
     assert least * ITEM_SAMPLES >= stage_samples(stage) / 8
@@ -47,7 +47,7 @@ def test_a_plan_has_the_samples_of_its_stage(stage: int) -> None:
 
 
 def test_a_picture_without_error_is_sampled_evenly() -> None:
-    assert len(set(Plan(4, np.zeros((8, 8))).items)) == 1
+    assert len(set(Plan.by(4, np.zeros((8, 8))).items)) == 1
 
 
 def test_a_work_list_has_each_sample_once() -> None:
@@ -73,7 +73,7 @@ def _simulated(stages: int, draw: Callable[[Floats], Pixels], height: int, width
         samples += count
         weighted += (pixels.mean[..., 0] - weighted) * count / samples
         finished = finished.with_stage(pixels, stage_samples(stage))
-        plan = Plan(stage + 1, finished.deviation())
+        plan = Plan.by(stage + 1, finished.deviation())
         count = (plan.items * ITEM_SAMPLES).reshape(height, width).astype(float)
     return finished.mean[..., 0], weighted
 

@@ -22,13 +22,14 @@ LAYERS = [
     {"resources", "output", "display"},  # 0
     {"cache"},  # 0
     {"scene", "bvh", "sampling", "aov", "denoise"},  # 1
-    {"shader_composer"},  # 2
+    {"shader_composer", "archive"},  # 2
+    {"films"},  # 3
     {"io", "packing"},  # 3
     {"gpu"},  # 4
     {"guiding"},  # 4
     {"renderer", "reference"},  # 5
     {"apps.compare"},  # 6
-    {"apps.bench", "apps.doctor", "apps.viewer", "apps.web"},  # 6
+    {"apps.bench", "apps.cluster", "apps.doctor", "apps.viewer", "apps.web"},  # 6
     {"__init__"},  # the public face, which imports lazily from anywhere; all may ask it for the version
     {"apps.cli"},  # 6
     {"__main__"},  # 6

@@ -20,3 +20,7 @@ class DeviceError(FragtracerError):
 
 class OutputError(FragtracerError):
     """A result that cannot be written where it was asked for."""
+
+
+class FilmError(FragtracerError):
+    """A film on disk that is damaged, or is not of the picture that it is wanted for."""

@@ -49,11 +49,15 @@ def _problem(path: Path, suffixes: Collection[str]) -> str | None:
     return None
 
 
+_PART = ".fragtracer-{}.part"
+
+
 @contextmanager
-def replacing(path: str | Path) -> Iterator[Path]:
+def replacing(path: str | Path, durable: bool = False) -> Iterator[Path]:
     """Give the name of a temporary file in the folder of ``path``, which takes its place at the end.
 
-    After an exception, Ctrl-C included, ``path`` is as it was and the temporary file is gone.
+    After an exception, Ctrl-C included, ``path`` is as it was and the temporary file is gone. A ``durable`` one has
+    reached the disk before it takes the place, and the new name in its folder before this returns.
 
     Raises
     ------
@@ -61,12 +65,32 @@ def replacing(path: str | Path) -> Iterator[Path]:
         If the file cannot be written, as on a full disk.
     """
     target = Path(os.path.realpath(path))
-    part = target.with_name(f".fragtracer-{uuid.uuid4().hex}.part")
+    part = target.with_name(_PART.format(uuid.uuid4().hex))
     try:
         yield part
+        if durable:
+            _flush(part)
         os.replace(part, target)
+        if durable and os.name == "posix":  # others do not open folders
+            _flush(target.parent)
     except OSError as error:
         raise OutputError(f"{path}: cannot write: {error.strerror or error}") from error
     finally:
+        with suppress(OSError):
+            part.unlink()
+
+
+def _flush(path: Path) -> None:
+    """Wait until a file, or the names in a folder, are on the disk."""
+    descriptor = os.open(path, os.O_RDWR if path.is_file() else os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def remove_parts(folder: Path) -> None:
+    """Delete the temporary files that killed processes have left in a folder."""
+    for part in folder.glob(_PART.format("*")):
         with suppress(OSError):
             part.unlink()

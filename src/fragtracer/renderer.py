@@ -2,6 +2,7 @@
 """From a scene to an image: progressive rendering with as many samples as asked for."""
 
 import time
+import warnings
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
@@ -13,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.aov import AOVS, RANKS, checked, matte
-from fragtracer.errors import FragtracerError
+from fragtracer.errors import FilmError, FragtracerError
+from fragtracer.films import SavedFilm, origin_of
 from fragtracer.gpu.accumulation import Accumulation
 from fragtracer.gpu.context import create_context, describe, is_software
 from fragtracer.gpu.film import Film
@@ -23,6 +25,8 @@ from fragtracer.gpu.tracer import Tracer, TracerProgram
 from fragtracer.guiding import Decision, decide, decides, same_light
 from fragtracer.packing import PackedScene, matte_names, pack
 from fragtracer.packing.camera import pixel_matrix
+from fragtracer.packing.space import Space
+from fragtracer.sampling.allocation import Window
 from fragtracer.sampling.pixels import Pixels
 from fragtracer.scene import Camera, RenderSettings, Scene
 
@@ -37,6 +41,7 @@ _SUMS = {
     **{name: (name,) for name in _PARTS},
 }
 _GEOMETRY_LAYERS = 3  # targets of layers.frag besides those of the film
+_FIRST_LOOK = 16  # samples per pixel, at the error
 
 
 @dataclass(frozen=True)
@@ -46,6 +51,7 @@ class Progress:
     spp: float
     seconds: float
     relative_error: float | None  # mean relative standard error when last measured
+    workers: int | None = None  # of a cluster
 
 
 class Renderer:
@@ -72,6 +78,12 @@ class Renderer:
     aovs
         Layers that :meth:`aov` will be asked for. Only those that are parts of the light need to be named; the light is
         then sampled evenly, without adaptive sampling.
+    first_sample
+        The number of the first sample of each pixel, an even one: renders of disjoint samples can be merged
+        (:func:`fragtracer.films.merge`). Only where sampling is not adaptive.
+    moves
+        Whether :meth:`reset` will be given other cameras, which then do not compile. Coordinates, and whether paths are
+        guided, are decided by the first.
     settings
         Any field of :class:`RenderSettings` to change for this render, as ``bounces=2``.
 
@@ -93,6 +105,8 @@ class Renderer:
         program: str | None = None,
         shaders: Path | None = None,
         aovs: Iterable[str] = (),
+        first_sample: int = 0,
+        moves: bool = False,
         **settings: Any,
     ) -> None:
         self._has_parts = any(AOVS[name].is_light for name in checked(aovs))
@@ -104,16 +118,24 @@ class Renderer:
         self.context = create_context() if context is None else context
         is_soft = is_software(self.context)
         self._most_listed = MOST_LISTED["software" if is_soft else "gpu"]
-        self._level = Level.VIEW if (is_soft if specialised is None else specialised) else Level.NOTHING
+        level = Level.SCENE if moves else Level.VIEW
+        self._level = level if (is_soft if specialised is None else specialised) else Level.NOTHING
         self._defines, self._name, self._shaders = dict(defines or {}), program, shaders
         self._guiding: tuple[Scene, RenderSettings, Decision] | None = None
+        self._moves = moves
+        self._space: Space | None = None
+        self.first_sample = first_sample
+        width, height = self.settings.width, self.settings.height
+        window = Window(0, 0, width, height, first_sample) if first_sample else None
+        self._check_window(window)
         with self._current():
-            size = self.settings.width, self.settings.height
+            size = width, height
             self._parts = LayerTextures(self.context, size, len(_PARTS)) if self._has_parts else None
-            self._film = Accumulation(self.context, *size, self._adaptive, self._parts)
+            self._film = Accumulation(self.context, *size, self._adaptive, self._parts, window)
             self._tracer = Tracer(self.context, self._packed(), self._program())
             self._film.warm_up(self._tracer)
         self._last_error: float | None = None
+        self._next_look = _FIRST_LOOK
         self._drawn_last: dict[str, tuple[tuple[Camera, int], tuple[Pixels, NDArray[np.float32]]]] = {}
 
     def sample(self, spp: int = 1, on_band: Callable[[float], None] | None = None) -> None:
@@ -140,6 +162,7 @@ class Renderer:
         until: float | None = None,
         progress: Callable[[Progress], None] | None = None,
         worst: float | None = None,
+        keep: Callable[[bool], None] | None = None,
     ) -> NDArray[np.float32]:
         """Sample until the first of the given limits is reached and return :meth:`image`.
 
@@ -157,6 +180,9 @@ class Renderer:
         worst
             Relative standard error that 99 % of the pixels are to have at most, 0.05 for 5 %. With ``until``, both
             must hold.
+        keep
+            Called after every pass from which :meth:`save` could go on with the same bits, with whether it is the last
+            such one.
 
         Raises
         ------
@@ -171,19 +197,103 @@ class Renderer:
             if progress is not None:
                 progress(Progress(done, time.perf_counter() - start, self._last_error))
 
-        next_look = 16
-        while spp is None or self.spp < spp:
+        is_good = False
+        while (spp is None or self.spp < spp) and not is_good:
             self._draw_pass(None if spp is None else spp - self.spp, report)
-            if seconds is not None and time.perf_counter() - start >= seconds:
-                break
-            if (until is not None or worst is not None) and self.spp >= next_look:
+            if (until is not None or worst is not None) and self.spp >= self._next_look:
                 pixels = self._read()
                 self._last_error = pixels.relative_error()
                 is_good = until is None or self._last_error <= until
-                if is_good and (worst is None or pixels.worst_error() <= worst):
-                    break
-                next_look = self.spp + max(16, self.spp // 4)
+                is_good = is_good and (worst is None or pixels.worst_error() <= worst)
+                self._next_look = self.spp + max(_FIRST_LOOK, self.spp // 4)
+            is_good |= seconds is not None and time.perf_counter() - start >= seconds
+            if keep is not None and self.can_go_on:
+                keep(is_good or not (spp is None or self._film.is_whole(spp - self.spp)))
         return self.image()
+
+    def save(self, path: str | Path) -> None:
+        """Write what there is to a .npz file, from which :meth:`resume` goes on; one that is there is replaced once the
+        new one is on the disk.
+
+        Raises
+        ------
+        OutputError
+            If it cannot be written.
+        DeviceError
+            If what is on the GPU is not what was drawn there.
+        """
+        assert self.can_go_on
+        with self._current():
+            state, arrays = self._film.state()
+        ranges = ((self.first_sample, self.first_sample + self.spp),)
+        state |= {"next_look": self._next_look}
+        SavedFilm(self.origin(), self.driver, ranges, self.metadata(), state, arrays).write(Path(path))
+
+    def resume(self, path: str | Path) -> None:
+        """Go on from what :meth:`save` has written, with the bits of a render that was not interrupted.
+
+        Raises
+        ------
+        FilmError
+            If the file is missing, damaged, or of another picture; the message says what differs.
+
+        Warns
+        -----
+        UserWarning
+            If another driver has rendered it: the bits may differ then.
+        """
+        film = SavedFilm.read(Path(path))
+        if "blocks" in film.state:
+            raise FilmError(f"{path}: this film was rendered on a cluster; go on with --cluster")
+        film.check(self.origin(), path)
+        if "merged" in film.state:
+            raise FilmError(f"{path}: this film is merged of several; render more samples with --first-sample")
+        ((first, _),) = film.ranges
+        if first != self.first_sample:
+            raise FilmError(f"{path}: its first sample is {first} there, {self.first_sample} here")
+        if film.driver != self.driver:
+            warnings.warn(
+                f"{path}: was rendered by {film.driver}, and goes on with {self.driver}; bits may differ", stacklevel=2
+            )
+        with self._current():
+            self._film.restore(film.state, film.arrays)
+        self._next_look = film.state["next_look"]
+
+    def block(self, window: Window, spp: int) -> Pixels:
+        """``spp`` samples of each pixel of a part of the picture, beside the film of this renderer.
+
+        Raises ValueError where sampling is adaptive, or the integrator is not "path".
+        """
+        self._check_window(window)
+        with self._current():
+            film = Accumulation(self.context, self.settings.width, self.settings.height, "off", window=window)
+            try:
+                while film.spp < spp:
+                    for _ in film.bands(self._tracer, self.settings.rays, spp - film.spp):
+                        pass
+                return film.read()
+            finally:
+                film.release()
+
+    def _check_window(self, window: Window | None) -> None:
+        if window is None:
+            return
+        if self._program().name != PROGRAMS["path"] or self._adaptive != "off" or self._has_parts:
+            raise ValueError('a part of the samples needs adaptive="off", integrator="path" and no parts of the light')
+        if window.first_sample % 2:
+            raise ValueError("the first sample must have an even number, since samples belong to two streams in turns")
+
+    def origin(self) -> dict[str, str]:
+        """What decides over the samples (:func:`fragtracer.films.origin_of`)."""
+        more: dict[str, object] = {"program": self._program().name, "defines": self._defines}
+        more |= {"guided": self._decision().reason.partition(":")[0], "light_parts": self._has_parts}
+        return origin_of(self.scene, self.settings, self._shaders, **more)
+
+    @property
+    def driver(self) -> str:
+        """What renders, with its version."""
+        info = describe(self.context)
+        return f"{info['GL renderer']}, OpenGL {info['GL version']}"
 
     def reset(self, scene: Scene | None = None, **settings: Any) -> None:
         """Forget all samples; go on with ``scene``, if given, and with any settings that are.
@@ -200,7 +310,7 @@ class Renderer:
             self._film.adaptive = self._adaptive
             self._film.clear()
         self._drawn_last.clear()
-        self._last_error = None
+        self._last_error, self._next_look = None, _FIRST_LOOK
 
     def image(self) -> NDArray[np.float32]:
         """Mean radiance, (height, width, 3) float32 linear Rec. 709, row 0 at the top."""
@@ -334,6 +444,12 @@ class Renderer:
         return self._film.spp
 
     @property
+    def can_go_on(self) -> bool:
+        """Whether more samples give the picture of a render that was asked for them at once: not after adaptive
+        sampling was told to stop within a pass."""
+        return self._film.can_go_on
+
+    @property
     def draw_seconds(self) -> float:
         """Time that all draws of passes have taken, by the GPU's clock where it has one."""
         return self._tracer.timer.seconds
@@ -358,7 +474,11 @@ class Renderer:
         from fragtracer import __version__
 
         settings = {name: str(value) for name, value in vars(self.settings).items() if not name.startswith("_")}
-        counts = {"spp": str(self.spp), "non_finite_samples": str(self.non_finite_samples())}
+        counts = {
+            "spp": str(self.spp),
+            "first_sample": str(self.first_sample),
+            "non_finite_samples": str(self.non_finite_samples()),
+        }
         made_by = {"software": f"fragtracer {__version__}", "scene": self.scene.name}
         traces_paths = self._program().name == PROGRAMS["path"]
         adaptive = self._film.decision if traces_paths else f"off: the integrator is {self.settings.integrator}"
@@ -380,7 +500,10 @@ class Renderer:
         return data.getvalue()
 
     def _packed(self) -> PackedScene:
-        packed = pack(self.scene, self.settings, self.settings.width, self.settings.height, self._most_listed)
+        settings = self.settings
+        packed = pack(self.scene, settings, settings.width, settings.height, self._most_listed, self._space)
+        if self._moves:
+            self._space = self._space or packed.space  # the first, so that a picture does not depend on others
         return self._decision().applied(packed) if self._name is None else packed
 
     def _decision(self) -> Decision:

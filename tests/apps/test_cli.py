@@ -6,14 +6,18 @@ import re
 import signal
 import subprocess
 import sys
+import time
 import warnings
 
 import numpy as np
 import pytest
+from command import TINY, status_of
 
 import fragtracer as ft
 from fragtracer.apps import cli
 from fragtracer.apps.cli.info import contents
+from fragtracer.errors import OutputError
+from fragtracer.films import SavedFilm
 from fragtracer.io.images import read_image, read_metadata
 
 FRAGTRACER = (sys.executable, "-m", "fragtracer")
@@ -96,6 +100,7 @@ def test_no_memory_left_is_a_sentence(monkeypatch, capsys):
 def test_an_interrupted_render_keeps_what_it_has(tmp_path, signum):
     output = tmp_path / "f.exr"
     command = [*FRAGTRACER, "render", "furnace", "-o", str(output), "--size", "64x64", "--spp", str(2**24)]
+    command += ["--checkpoint", str(tmp_path)]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "env": os.environ | {"FORCE_COLOR": "1"}}
     # Whoever runs the tests in the background may have them ignore Ctrl-C, and a child inherits that.
     with subprocess.Popen(
@@ -115,6 +120,7 @@ def test_an_interrupted_render_keeps_what_it_has(tmp_path, signum):
     assert f"{spp} samples per pixel" in out
     assert spp > 0
     assert read_image(output).mean() == pytest.approx(0.5, rel=0.05)
+    assert SavedFilm.read(tmp_path / "film.npz").spp == spp
 
 
 @pytest.mark.parametrize(
@@ -206,3 +212,86 @@ def test_scenes_lists_each_with_its_line():
     assert done.returncode == 0
     lines = dict(line.split(maxsplit=1) for line in done.stdout.splitlines())
     assert {"three-spheres", "cornell-box", "furnace", "roughness-grid", "mirror", "red-bounce"} <= lines.keys()
+
+
+def test_a_killed_render_goes_on(tmp_path, monkeypatch, capsys):
+    """By signal 9, after its first checkpoint; it ends with the bits of one that was left alone."""
+    command = ["render", "three-spheres-ambient", *TINY, "--spp", 8000, "--rays", 16, "--no-adaptive"]
+    kept = ["--checkpoint", tmp_path / "kept"]
+    film = tmp_path / "kept" / "film.npz"
+    first = [*FRAGTRACER, *command, "-o", tmp_path / "a.npy", *kept, "--every", 0]
+    with subprocess.Popen(list(map(str, first))) as process:
+        while not film.exists():
+            assert process.poll() is None
+            time.sleep(0.01)
+        process.kill()
+    assert not (tmp_path / "a.npy").exists()
+    assert status_of(monkeypatch, *command, "-o", tmp_path / "a.npy", *kept) == 2
+    assert "there is a checkpoint; go on from it with --resume" in capsys.readouterr().err
+    assert status_of(monkeypatch, *command, "-o", tmp_path / "a.npy", *kept, "--resume") == 0
+    assert status_of(monkeypatch, *command, "-o", tmp_path / "b.npy") == 0
+    np.testing.assert_array_equal(*(read_image(tmp_path / name) for name in ("a.npy", "b.npy")))
+    assert status_of(monkeypatch, *command, "-o", tmp_path / "a.npy", *kept, "--resume", "--seed", 3) == 2
+    assert "seed is 0 there, 3 here" in capsys.readouterr().err
+
+
+def test_films_are_merged(tmp_path, monkeypatch, capsys):
+    command = ["render", "three-spheres-ambient", *TINY, "--no-adaptive", "-o"]
+    for first in (0, 8):
+        part = ["--spp", 8, "--first-sample", first, "--checkpoint", tmp_path / str(first)]
+        assert status_of(monkeypatch, *command, tmp_path / "a.npy", *part) == 0
+    folders = [tmp_path / str(first) for first in (8, 0)]
+    assert status_of(monkeypatch, "merge", *folders, "-o", tmp_path / "whole.exr") == 0
+    assert "16 samples per pixel of 2 films" in capsys.readouterr().out
+    found = read_metadata(tmp_path / "whole.exr")
+    assert (found["spp"], found["samples"], found["bounces"]) == ("16", "0-7, 8-15", "1")
+    assert status_of(monkeypatch, *command, tmp_path / "b.npy", "--spp", 16) == 0
+    expected = read_image(tmp_path / "b.npy")
+    np.testing.assert_allclose(read_image(tmp_path / "whole.exr"), expected, rtol=1e-5, atol=1e-6 * expected.max())
+    assert status_of(monkeypatch, "merge", *folders, "-o", tmp_path / "whole.npz") == 0
+    assert status_of(monkeypatch, "merge", folders[0], tmp_path / "whole.npz", "-o", tmp_path / "c.exr") == 2
+    assert "both have the samples 8 to 15" in capsys.readouterr().err
+    assert status_of(monkeypatch, "merge", folders[0], folders[0], "-o", tmp_path / "c.exr") == 2
+    assert "is named more than once" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--every", "5"], "--every needs --checkpoint DIR"),
+        (["--resume"], "--resume needs --checkpoint DIR"),
+        (["--checkpoint", "/dev/null/kept"], "cannot be the folder of a checkpoint"),
+        (["--first-sample", "3", "--no-adaptive"], "give an even number"),
+        (["--first-sample", "4"], "--first-sample needs --no-adaptive"),
+        (["--first-sample", "4", "--no-adaptive", "--integrator", "split-sum"], "needs --integrator path"),
+    ],
+)
+def test_bad_checkpoints_get_one_message(tmp_path, monkeypatch, capsys, arguments, words):
+    command = ["render", "cornell-box", "-o", tmp_path / "a.png", *TINY, "--spp", 1]
+    assert status_of(monkeypatch, *command, *arguments) == 2
+    assert words in capsys.readouterr().err
+    assert not (tmp_path / "a.png").exists()
+
+
+def test_a_disk_that_is_full_is_noticed_before_the_work(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("shutil.disk_usage", lambda _: type("Usage", (), {"free": 9000})())
+    output = tmp_path / "a.png"
+    command = ["render", "cornell-box", "-o", output, *TINY, "--checkpoint", tmp_path / "kept"]
+    assert status_of(monkeypatch, *command) == 2
+    assert "kept: a checkpoint takes up to 1 MB, 0 MB are free" in capsys.readouterr().err
+
+
+def test_a_disk_that_fills_up_is_a_warning(tmp_path, monkeypatch, capsys):
+    """The render goes on, and the picture is written."""
+
+    def fail(film, path):
+        raise OutputError(f"{path}: cannot write: No space left on device")
+
+    monkeypatch.setattr(SavedFilm, "write", fail)
+    output = tmp_path / "a.png"
+    command = ["render", "cornell-box", "-o", output, *TINY, "--spp", 4, "--checkpoint", tmp_path / "kept"]
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        assert status_of(monkeypatch, *command) == 0
+    assert "no checkpoint: " in capsys.readouterr().err
+    assert output.exists()

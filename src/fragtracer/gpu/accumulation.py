@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: MIT
 """A picture in progress: passes of samples, everywhere alike or where the error is."""
 
-from collections.abc import Generator, Iterator
+from collections.abc import Generator, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor, wait
-from typing import Literal
+from dataclasses import fields
+from typing import Any, Literal
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from fragtracer.errors import DeviceError
 from fragtracer.gpu.film import Film, read_pixels
@@ -23,6 +25,7 @@ from fragtracer.sampling.allocation import (
     PILOT_STREAM,
     Plan,
     Stages,
+    Window,
     WorkList,
     block_order,
     pilot_gain,
@@ -52,8 +55,8 @@ class Accumulation:
 
     If ``adaptive`` is "off", every pixel has as many. If it is "on", the samples of later stages go where the error is
     (:mod:`fragtracer.sampling.allocation`), and if it is "auto", they do where a pilot says that this pays, whose
-    samples are not in the picture. ``layers`` are drawn besides, without adaptive sampling. Raises
-    :class:`DeviceError` if the GPU cannot hold the image.
+    samples are not in the picture. ``layers`` are drawn besides, without adaptive sampling. A ``window`` of the image
+    can be sampled alone, evenly and without layers. Raises :class:`DeviceError` if the GPU cannot hold the image.
     """
 
     def __init__(
@@ -63,11 +66,14 @@ class Accumulation:
         height: int,
         adaptive: Literal["auto", "on", "off"],
         layers: LayerTextures | None = None,
+        window: Window | None = None,
     ) -> None:
-        self.size = (width, height)
+        assert window is None or (adaptive == "off" and layers is None)
+        self.size = (width, height) if window is None else (window.width, window.height)
         self.adaptive = adaptive
         self._ctx = ctx
-        self._film = Film(ctx, width, height, layers)
+        self._film = Film(ctx, *self.size, layers)
+        self._work = None if window is None else _work_texture(ctx, height, window)
         self._stages: _StageTextures | None = None
         self._planner = ThreadPoolExecutor(1)  # its thread begins with the first stage that is planned
         self.clear()
@@ -82,6 +88,7 @@ class Accumulation:
         self._in_stage = 0  # samples per pixel, in the mean
         self._gain: float | None = None  # of adaptive sampling, as the pilot says
         self._plan: Plan | None = None  # of this stage; without one, each pixel has as many samples
+        self._has_short_pass = False  # whether a pass had fewer samples than the plan has
         self._passes = 0  # of the plan that are drawn
         self._lists: list[WorkList] = []  # of the pass that is being drawn
         self._finished = Stages.none(height, width)
@@ -99,15 +106,23 @@ class Accumulation:
         if self._plan is None:
             rays = rays if self._stays_even else min(rays, FIRST_STAGE - self._in_stage)
             self.pass_rays = min(rays, most, tracer.max_rays)
-            yield from tracer.bands(self._film, self.pass_rays, budget)
-            self._sampled += self.pass_rays
+            sampled = self._sampled
+            try:
+                yield from tracer.bands(self._film, self.pass_rays, budget, self._work)
+            finally:
+                if sampled is self._sampled:  # it was not cleared since
+                    drawn = self._film.samples - self._in_stage  # of an abandoned pass, perhaps the first of its parts
+                    self._sampled += drawn
+                    self._in_stage += drawn
+                    self.spp += drawn
         else:
             if not self._lists:
                 self._begin_pass(self._plan, min(ITEM_SAMPLES, most))
             yield from self._draw(tracer, budget)
             self._passes += self.pass_rays == ITEM_SAMPLES
-        self._in_stage += self.pass_rays
-        self.spp += self.pass_rays
+            self._has_short_pass |= self.pass_rays < ITEM_SAMPLES
+            self._in_stage += self.pass_rays
+            self.spp += self.pass_rays
 
     @property
     def is_uneven(self) -> bool:
@@ -204,6 +219,59 @@ class Accumulation:
             )
         return pixels
 
+    def is_whole(self, most: int) -> bool:
+        """Whether the next pass, of ``most`` samples per pixel at most, is one that a longer render would draw, too."""
+        return most > 0 and (self._plan is None or most >= ITEM_SAMPLES)
+
+    @property
+    def can_go_on(self) -> bool:
+        """Whether more samples would give the picture of a render that was never told to stop."""
+        return not self._has_short_pass
+
+    def state(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+        """All that :meth:`restore` needs to go on with the same bits: numbers, and arrays with row 0 at the top.
+
+        Raises :class:`DeviceError` if what is on the GPU is not what was drawn there.
+        """
+        film = self._film.read()
+        counts = (film.mean[..., 3] + film.variance[..., 3]).ravel()
+        if (counts != self._sampled).any():
+            raise DeviceError("the film does not hold the samples that were drawn")
+        state: dict[str, Any] = {"spp": self.spp, "gain": self._gain, "in_stage": self._in_stage}
+        arrays: dict[str, NDArray[Any]] = {f"film.{name}": image for name, image in vars(film).items()}
+        if self._film.layers is not None:
+            arrays["film.layers"] = self._film.layers.read()
+        if self._plan is not None:
+            state |= {"stage": self._film.stage, "passes": self._passes, "pass_rays": self.pass_rays}
+            arrays |= {f"finished.{field.name}": getattr(self._finished, field.name) for field in fields(Stages)}
+            arrays |= {"plan.items": self._plan.items, "sampled": self._sampled, "sampled_before": self._sampled_before}
+            for name in ("pixels", "first"):
+                parts = [getattr(work, name) for work in self._lists]
+                arrays[f"list.{name}"] = np.concatenate([np.zeros(0, np.int64), *parts])
+        return state, arrays
+
+    def restore(self, state: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> None:
+        """Go on from what :meth:`state` has returned for a picture of this size; raises KeyError where it is not."""
+        self.clear()
+        film = Pixels(*(arrays[f"film.{field.name}"] for field in fields(Pixels)))
+        self.spp, self._gain, self._in_stage = state["spp"], state["gain"], state["in_stage"]
+        if "stage" not in state:
+            self._film.write(film, self.spp)
+            self._sampled += self.spp
+            if self._film.layers is not None:
+                self._film.layers.write(arrays["film.layers"])
+            return
+        self._film.write(film, 0)
+        self._film.stage, self._passes, self.pass_rays = state["stage"], state["passes"], state["pass_rays"]
+        self._finished = Stages(*(arrays[f"finished.{field.name}"] for field in fields(Stages)))
+        self._plan = Plan(self._film.stage, arrays["plan.items"])
+        self._sampled, self._sampled_before = arrays["sampled"], arrays["sampled_before"]
+        if self._stages is None:
+            self._stages = _StageTextures(self._ctx, self.size)
+        for _ in self._stages.show(_texels(self._finished)):
+            pass
+        self._lists = list(WorkList(arrays["list.pixels"], arrays["list.first"]).cut(self._stages.most_items))
+
     def read_rows(self, bottom: int, rows: int) -> Pixels:
         """``rows`` rows of the picture from ``bottom`` (0 is the lowest) upwards, to be shown: the error is that of the
         finished stages, diluted by this one."""
@@ -226,11 +294,14 @@ class Accumulation:
     @property
     def gpu_bytes(self) -> int:
         """Size of all textures."""
-        return self._film.gpu_bytes + (self._stages.gpu_bytes if self._stages else 0)
+        work = 8 * self.size[0] * self.size[1] if self._work else 0
+        return self._film.gpu_bytes + work + (self._stages.gpu_bytes if self._stages else 0)
 
     def release(self) -> None:
         self._planner.shutdown(wait=False, cancel_futures=True)
         self._film.release()
+        if self._work is not None:
+            self._work.release()
         if self._stages is not None:
             self._stages.release()
 
@@ -238,12 +309,26 @@ class Accumulation:
 def _planned(finished: Stages, pixels: Pixels, weight: float, stage: int) -> tuple[Stages, Plan, list[Floats]]:
     """All stages, with one more of ``pixels``, the plan of the next, and the texels of :meth:`_StageTextures.show`."""
     together = finished.with_stage(pixels, weight)
-    shown = together.pixels()
-    height, width, _ = shown.mean.shape
+    height, width, _ = together.mean.shape
     block_order(width, height)  # remembered
+    return together, Plan.by(stage, together.deviation()), _texels(together)
+
+
+def _texels(stages: Stages) -> list[Floats]:
+    shown = stages.pixels()
     half_difference = np.pad(shown.half_difference, [(0, 0), (0, 0), (0, 1)])
-    texels = [np.ascontiguousarray(image[::-1]) for image in (shown.mean, shown.variance, half_difference)]
-    return together, Plan(stage, together.deviation()), texels
+    return [np.ascontiguousarray(image[::-1]) for image in (shown.mean, shown.variance, half_difference)]
+
+
+def _work_texture(ctx: moderngl.Context, image_height: int, window: Window) -> moderngl.Texture:
+    """Film texels as items of a list, each of its pixel in the window (film/work.glsl)."""
+    x, y = np.arange(window.width), image_height - window.top - window.height + np.arange(window.height)
+    texels = np.empty((window.height, window.width, 2), np.uint32)
+    texels[..., 0] = y[:, None] << 16 | x + window.left
+    texels[..., 1] = window.first_sample
+    texture = ctx.texture((window.width, window.height), 2, texels.tobytes(), dtype="u4")
+    texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    return texture
 
 
 class _List:

@@ -84,6 +84,13 @@ class Film:
         """``rows`` rows of the front set from ``bottom`` (0 is the lowest) upwards."""
         return read_pixels(self._framebuffers[self._front], bottom, rows)
 
+    def write(self, pixels: Pixels, samples: int) -> None:
+        """Go on from what :meth:`read` has returned, after ``samples`` samples of each pixel."""
+        half_difference = np.pad(pixels.half_difference, [(0, 0), (0, 0), (0, 1)])
+        for texture, image in zip(self.textures, (pixels.mean, pixels.variance, half_difference), strict=True):
+            texture.write(np.ascontiguousarray(image[::-1], np.float32))
+        self.samples = samples
+
     @property
     def back_textures(self) -> tuple[moderngl.Texture, ...]:
         """The set that the next pass draws."""

@@ -49,6 +49,10 @@ class LayerTextures:
         texels = np.frombuffer(self._array.read(), np.float32)
         return texels.reshape(-1, height, width, 4)[:, ::-1]
 
+    def write(self, images: NDArray[np.float32]) -> None:
+        """Go on from what :meth:`read` has returned."""
+        self._array.write(np.ascontiguousarray(images[:, ::-1], np.float32))
+
     @property
     def gpu_bytes(self) -> int:
         """Size of all textures, and of the buffer between them."""

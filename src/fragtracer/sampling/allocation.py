@@ -96,22 +96,27 @@ class Stages:
 
 
 class Plan:
-    """Where the samples of stage ``stage`` go, in items of :data:`ITEM_SAMPLES` samples of one pixel each.
+    """Where the samples of a stage go: ``items`` (pixels,) of :data:`ITEM_SAMPLES` samples of one pixel each.
 
     Passes have as many items as there are pixels, nearly; the first has one of each pixel, so that every pixel has its
-    share of an unfinished stage. ``deviation`` (height, width) is that of :meth:`Stages.deviation`.
+    share of an unfinished stage.
     """
 
-    def __init__(self, stage: int, deviation: Floats) -> None:
-        samples = stage_samples(stage)
-        self.passes = samples // ITEM_SAMPLES
-        least = max(1, self.passes // _LEAST_SHARE)
-        rest = (self.passes - least) * deviation.size
-        wanted = np.minimum(_relative(deviation.ravel()) * (self.passes - least), _MOST_SHARE * self.passes)
-        edges = np.floor(np.concatenate([[0.0], np.cumsum(wanted)]) * (rest / wanted.sum()) + 0.5).astype(np.int64)
-        self.items: Counts = least + np.diff(edges)
+    def __init__(self, stage: int, items: Counts) -> None:
+        self.passes = stage_samples(stage) // ITEM_SAMPLES
+        self.items = items
         # Low-discrepancy phases, so that neighbours do not get their items in the same pass.
-        self._phase = np.arange(deviation.size) * ((5**0.5 - 1) / 2) % 1
+        self._phase = np.arange(items.size) * ((5**0.5 - 1) / 2) % 1
+
+    @staticmethod
+    def by(stage: int, deviation: Floats) -> "Plan":
+        """The plan for a ``deviation`` (height, width) as :meth:`Stages.deviation` has it."""
+        passes = stage_samples(stage) // ITEM_SAMPLES
+        least = max(1, passes // _LEAST_SHARE)
+        rest = (passes - least) * deviation.size
+        wanted = np.minimum(_relative(deviation.ravel()) * (passes - least), _MOST_SHARE * passes)
+        edges = np.floor(np.concatenate([[0.0], np.cumsum(wanted)]) * (rest / wanted.sum()) + 0.5).astype(np.int64)
+        return Plan(stage, least + np.diff(edges))
 
     def items_of_pass(self, number: int) -> Counts:
         """Items of each pixel, (pixels,), in pass ``number``, from 0."""
@@ -162,6 +167,17 @@ def pilot_gain(items: Pixels) -> float:
     smooth = np.array([[around(tile, _SMOOTH) for tile in half] for half in squares])
     shares = [1 / _LEAST_SHARE + (1 - 1 / _LEAST_SHARE) * _relative(np.sqrt(half)) for half in smooth]
     return float(smooth.mean() / np.mean([smooth[1] / shares[0], smooth[0] / shares[1]]))
+
+
+@dataclass(frozen=True)
+class Window:
+    """Some pixels of an image, ``left`` and ``top`` counted from its corner, and the number of their first sample."""
+
+    left: int
+    top: int
+    width: int
+    height: int
+    first_sample: int = 0
 
 
 @dataclass(frozen=True)

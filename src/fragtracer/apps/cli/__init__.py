@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from fragtracer import __version__
-from fragtracer.apps.cli import bench, compare, develop, doctor, info, render, scenes, view, web
+from fragtracer.apps.cli import bench, compare, develop, doctor, info, merge, render, scenes, view, web
 from fragtracer.errors import FragtracerError
 
 app = typer.Typer(
@@ -22,6 +22,7 @@ app = typer.Typer(
 for command in (
     view.view,
     render.render,
+    merge.merge,
     develop.develop,
     compare.compare,
     compare.export_mitsuba,

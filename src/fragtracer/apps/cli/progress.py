@@ -23,11 +23,12 @@ def render_progress(
         TextColumn("{task.fields[samples]}"),
         TextColumn("{task.fields[speed]}"),
         TextColumn("{task.fields[error]}"),
+        TextColumn("{task.fields[workers]}"),
         TimeRemainingColumn(compact=True),
     )
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         total = 1.0 if spp is not None or seconds is not None else None
-        task = bar.add_task("", total=total, samples="", speed="", error="")
+        task = bar.add_task("", total=total, samples="", speed="", error="", workers="")
 
         def report(state: renderer.Progress) -> None:
             done = [state.spp / spp] if spp is not None else []
@@ -39,6 +40,7 @@ def render_progress(
                 samples=f"{state.spp:.0f} spp" if spp is None else f"{state.spp:.0f}/{spp} spp",
                 speed=f"{rate:.1f} Msamples/s",
                 error="" if state.relative_error is None else f"error {100 * state.relative_error:.2g} %",
+                workers="" if state.workers is None else f"{state.workers} workers",
             )
 
         yield report

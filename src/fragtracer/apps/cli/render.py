@@ -3,16 +3,19 @@
 
 import math
 import sys
-from collections.abc import Sequence
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import typer
 
 from fragtracer.apps.cli import options
+from fragtracer.errors import FragtracerError
 
-Output = Annotated[Path, typer.Option("--output", "-o", help="Image file: .exr, .hdr, .npy (linear radiance) or .png.")]
+Output = Annotated[
+    Path, typer.Option("--output", "-o", help="Image: .exr, .hdr, .npy (radiance), .png; film: .mp4, .webm.")
+]
 Spp = Annotated[int | None, typer.Option(min=1, max=2**24, help="Samples per pixel.  [default: the scene's]")]
 Time = Annotated[float | None, typer.Option(min=0.0, metavar="SECONDS", help="Stop after this time.")]
 Until = Annotated[
@@ -27,6 +30,34 @@ Aovs = Annotated[
     list[str] | None,
     typer.Option(metavar="LAYER,...", help="Write layers beside the picture, .exr: albedo, normal, ..., or all."),
 ]
+FirstSample = Annotated[
+    int | None,
+    typer.Option(
+        "--first-sample", min=0, max=2**24, help="Number of the first sample, to merge films of disjoint samples."
+    ),
+]
+Checkpoint = Annotated[
+    Path | None, typer.Option(metavar="DIR", help="Keep the film in this folder while it is rendered (docs/films.md).")
+]
+Every = Annotated[float | None, typer.Option(min=0.0, metavar="SECONDS", help="Time between checkpoints, 60.")]
+Resume = Annotated[bool, typer.Option("--resume", help="Go on from the checkpoint, if there is one.")]
+Cluster = Annotated[
+    str | None,
+    typer.Option(metavar="ADDRESS", help="Render on a Dask cluster: tcp://host:8786, or local:N (docs/cluster.md)."),
+]
+BlockSamples = Annotated[
+    int | None, typer.Option("--block", min=2, max=2**20, metavar="SAMPLES", help="Of a task of the cluster, 64.")
+]
+FrameRange = Annotated[
+    str | None, typer.Option("--frames", metavar="A-B", help="Frames of a moving camera.  [default: all of its path]")
+]
+CameraPathFile = Annotated[
+    Path | None, typer.Option("--path", metavar="FILE", help="Keyframes of the camera, a .toml file (docs/films.md).")
+]
+Turntable = Annotated[
+    int | None, typer.Option(min=1, max=100_000, metavar="FRAMES", help="Turn the camera once around its target.")
+]
+Fps = Annotated[float | None, typer.Option(min=1, max=1000, help="Frames per second of a film, 24.")]
 _PATIENCE = 0.5  # seconds until there is a progress bar, which takes time to make
 
 
@@ -56,6 +87,16 @@ def render(
     environment_rotation: options.EnvironmentRotation = None,
     environment_strength: options.EnvironmentStrength = None,
     integrator: Annotated[Literal["path", "split-sum"] | None, typer.Option(help="How light is found.")] = None,
+    first_sample: FirstSample = None,
+    checkpoint: Checkpoint = None,
+    every: Every = None,
+    resume: Resume = False,
+    frames: FrameRange = None,
+    path: CameraPathFile = None,
+    turntable: Turntable = None,
+    fps: Fps = None,
+    cluster: Cluster = None,
+    block: BlockSamples = None,
     exposure: options.Exposure = "0",
     tonemap: options.Tonemap = "linear",
     gamma: options.Gamma = 1.0,
@@ -65,21 +106,27 @@ def render(
     aov: Aovs = None,
     denoise: options.Denoise = False,
 ) -> None:
-    """Render SCENE into an image file. Ctrl-C writes what there is."""
+    """Render SCENE into an image file, or a film of a moving camera. Ctrl-C writes what there is."""
     from fragtracer.aov import checked
+    from fragtracer.apps.cli import video
+    from fragtracer.apps.cli.keeping import Keeping
+    from fragtracer.apps.cli.picture import Picture
     from fragtracer.display.look import Look
-    from fragtracer.io.images import check_layers_writable, check_writable, write_image
+    from fragtracer.io.images import check_writable
     from fragtracer.io.toml import load
     from fragtracer.renderer import Renderer
 
-    check_writable(output)
+    moves = any(option is not None for option in (frames, path, turntable, fps))
+    moves |= output.suffix.lower() in video.SUFFIXES
+    if not moves:
+        check_writable(output)
     look = (options.parse_exposure(exposure), tonemap, gamma, bloom, bloom_threshold, bloom_alone)
     Look(*look)  # refused here, not after the work
-    aovs = checked(aov or ())
-    if aovs:
-        check_layers_writable(output)
-    if denoise:
-        _check_denoising(output)
+    picture = Picture(look, tuple(checked(aov or ())), denoise)
+    if not moves:
+        picture.check(output)
+    if checkpoint is None and (resume or every is not None):
+        raise FragtracerError(f"{'--resume' if resume else '--every'} needs --checkpoint DIR, the folder of the film")
     settings: dict[str, Any] = {
         "bounces": bounces,
         "rays": rays,
@@ -87,6 +134,7 @@ def render(
         "adaptive": None if adaptive is None else "on" if adaptive else "off",
         "seed": seed,
         "spp": spp,
+        **dict(zip(("width", "height"), options.parse_size(size) or (), strict=False)),
         "russian_roulette": russian_roulette,
         "geometry": geometry,
         "multiple_scattering": multiple_scattering,
@@ -98,56 +146,140 @@ def render(
     }
     loaded = load(scene, light_models=environment in (None, "none"))
     lit = options.with_environment(loaded, environment, environment_rotation, environment_strength)
-    with Renderer(options.with_settings(lit, **settings), options.parse_size(size), aovs=aovs) as renderer:
-        finished = _sample(renderer, {"spp": spp, "seconds": time, "until": _share(until), "worst": _share(worst)})
-        image, metadata, layers, names = _picture(renderer, output, aovs, denoise)
-        write_image(output, image, metadata, *look, layers, names)
-        _report(renderer, output, finished, denoise)
+    lit = options.with_settings(lit, **settings)
+    limits = {"spp": spp, "seconds": time, "until": _share(until), "worst": _share(worst)}
+    keeping = None if checkpoint is None else Keeping(checkpoint, 60.0 if every is None else every, resume)
+    if cluster is None and block is not None:
+        raise FragtracerError("--block is the size of a task of --cluster ADDRESS; leave it out without")
+    if cluster is not None and (moves or first_sample):
+        raise FragtracerError(
+            "--cluster renders one picture from its first sample; leave out frames and --first-sample"
+        )
+    if cluster is not None and (picture.aovs or denoise):
+        raise FragtracerError("--cluster renders the picture alone; leave out --aov and --denoise")
+    if moves and first_sample:
+        raise FragtracerError("--first-sample is for one picture; leave it out where the camera moves")
+    if moves:
+        from fragtracer.apps.cli.frames import frames_of
+
+        finished = _render_frames(lit, frames_of(lit, output, frames, path, turntable, fps), limits, picture, keeping)
+    elif cluster is not None:
+        finished = _render_on_cluster(lit, cluster, block, limits, output, look, keeping)
+    else:
+        if first_sample:
+            _check_parts(lit.render, picture, first_sample)
+        with Renderer(lit, first_sample=first_sample or 0, aovs=picture.aovs) as renderer:
+            finished = _sample(renderer, limits, keeping and keeping.begin(renderer))
+            picture.write(renderer, output)
+            _report(renderer, output, finished, denoise)
     if not finished:
         raise typer.Exit(130)
 
 
-def _check_denoising(output: Path) -> None:
-    """Refuse a file that cannot keep the radiance beside its denoised picture, nor say that it is one."""
-    from fragtracer.denoise import check_installed
-    from fragtracer.errors import OutputError
-
-    if output.suffix.lower() not in (".exr", ".png"):
-        raise OutputError(
-            f"{output}: only .exr files keep the radiance beside a denoised layer, and .png files are pictures anyway; "
-            "give one of these with --denoise"
-        )
-    check_installed()
-
-
-def _picture(renderer: Any, output: Path, aovs: Sequence[str], denoise: bool) -> tuple[Any, ...]:
-    """The image to write, its metadata, its layers and the names in its mattes."""
+def _check_parts(settings: Any, picture: Any, first_sample: int) -> None:
+    """Raise FragtracerError where samples cannot begin with ``first_sample``."""
     from fragtracer.aov import AOVS
-    from fragtracer.denoise import GUIDES, KEY, LAYER_KEY, denoiser
-    from fragtracer.denoise import denoise as denoised
 
-    image, metadata = renderer.image(), renderer.metadata()
-    if not renderer.spp:  # interrupted before the first sample
-        return image, metadata, {}, {}
-    layers = {name: renderer.aov(name) for name in aovs}
-    names = {name: renderer.matte_names(name) for name in aovs if AOVS[name].matte}
-    if denoise:
-        clean = denoised(image, *(renderer.aov(name) for name in GUIDES))
-        if output.suffix.lower() == ".png":
-            return clean, metadata | {KEY: denoiser()}, layers, names
-        layers[KEY], metadata[LAYER_KEY] = clean, denoiser()
-    return image, metadata, layers, names
+    if any(AOVS[name].is_light for name in picture.aovs):
+        raise FragtracerError("--first-sample is for pictures without layers of light; leave out one of the two")
+    if first_sample % 2:
+        raise FragtracerError(
+            f"--first-sample {first_sample}: give an even number; samples belong to two streams in turns"
+        )
+    if settings.adaptive != "off":
+        raise FragtracerError("--first-sample needs --no-adaptive: only films that are sampled evenly can be merged")
+    if settings.integrator != "path":
+        raise FragtracerError("--first-sample needs --integrator path")
+
+
+def _render_frames(scene: Any, frames: Any, limits: dict[str, Any], picture: Any, keeping: Any) -> bool:
+    """Render the frames that are not finished, and make a film of them if it is asked for; False if interrupted."""
+    from fragtracer.apps.cli import video
+    from fragtracer.apps.cli.frames import digest_of, is_finished
+    from fragtracer.renderer import Renderer
+
+    files = frames.files
+    picture.check(files[min(files)])
+    files[min(files)].parent.mkdir(exist_ok=True)
+    with Renderer(scene, moves=True, aovs=picture.aovs) as renderer:
+        done = 0
+        for number, moved in frames.scenes.items():
+            renderer.reset(moved, seed=moved.render.seed)
+            digest = digest_of(renderer, moved.render.spp, limits, picture)
+            if is_finished(files[number], digest):
+                done += 1
+                continue
+            keeper = keeping and keeping.begin(renderer, f"{number:04}")
+            if not _sample(renderer, dict(limits), keeper):
+                print(f"{files[number]}: interrupted; the same command goes on with this frame", file=sys.stderr)
+                return False
+            more = {"frame": str(number), "frame_digest": digest}
+            picture.write(renderer, files[number], more, frames.previous_cameras[number])
+            _report(renderer, files[number], True, picture.denoise)
+            if keeper is not None:
+                keeper.remove()
+    if done:
+        print(f"{done} of {len(files)} frames were finished before")
+    if frames.film is not None:
+        video.encode(list(files.values()), frames.film, frames.fps)
+        print(f"{frames.film}: {len(files)} frames, {float(frames.fps):g} a second")
+    return True
+
+
+def _render_on_cluster(
+    scene: Any, address: str, block: int | None, limits: dict[str, Any], output: Path, look: Any, keeping: Any
+) -> bool:
+    """Render on a cluster and write the picture; False if that was interrupted."""
+    from fragtracer.apps import cluster
+    from fragtracer.apps.cluster.work import BLOCK
+    from fragtracer.io.images import write_image
+
+    _with_limit(limits, scene.render)
+    bounds = {"spp": limits["spp"], "seconds": limits["seconds"], "until": limits["until"]}
+    if limits["worst"] is not None:
+        raise FragtracerError("--cluster looks at the mean error only; give --until in place of --worst")
+    pixels = scene.render.width * scene.render.height
+    cluster.check(scene, block or BLOCK)
+    with cluster.connected(address) as client, _progress(limits, pixels) as report:
+        picture = cluster.render(
+            scene, client, **bounds, progress=report, block=block or BLOCK, begin=keeping and keeping.begin
+        )
+    write_image(output, picture.pixels.mean[..., :3], picture.metadata, *look)
+    note = ", interrupted" if picture.interrupted or picture.problem else ""
+    error = 100 * picture.pixels.relative_error()
+    workers = picture.metadata["workers"]
+    print(f"{output}: {picture.metadata['spp']} samples per pixel of {workers} workers{note}, {error:.2g} % mean error")
+    if picture.problem:
+        raise FragtracerError(picture.problem)
+    return not picture.interrupted
 
 
 def _share(percent: float | None) -> float | None:
     return None if percent is None else percent / 100
 
 
-def _sample(renderer: Any, limits: dict[str, Any]) -> bool:
+def _sample(renderer: Any, limits: dict[str, Any], keeper: Any) -> bool:
     """Render, under a progress bar if it takes long; False if the user interrupted."""
+    _with_limit(limits, renderer.settings)
+    with _progress(limits, renderer.settings.width * renderer.settings.height) as report:
+        try:
+            renderer.render(**limits, progress=report, keep=keeper)
+        except KeyboardInterrupt:
+            return False
+        finally:
+            if keeper is not None:
+                keeper.finish()
+    return True
+
+
+def _with_limit(limits: dict[str, Any], settings: Any) -> None:
     if not any(limit is not None for limit in limits.values()):
-        limits["spp"] = renderer.settings.spp
-    pixels = renderer.settings.width * renderer.settings.height
+        limits["spp"] = settings.spp
+
+
+@contextmanager
+def _progress(limits: dict[str, Any], pixels: int) -> Iterator[Callable[[Any], None]]:
+    """What to call with each :class:`fragtracer.renderer.Progress`; it shows a bar if that takes long."""
     bar: Any = None
     with ExitStack() as stack:
 
@@ -160,11 +292,7 @@ def _sample(renderer: Any, limits: dict[str, Any]) -> bool:
             if bar is not None:
                 bar(state)
 
-        try:
-            renderer.render(**limits, progress=report)
-        except KeyboardInterrupt:
-            return False
-    return True
+        yield report
 
 
 def _report(renderer: Any, output: Path, finished: bool, denoised: bool) -> None:

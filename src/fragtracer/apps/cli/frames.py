@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: MIT
+"""Frames of a film: which there are, where they go, and which are there already."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+from PIL import Image
+from pydantic import ValidationError
+
+from fragtracer.apps.cli import video
+from fragtracer.errors import FragtracerError
+from fragtracer.io.images import check_writable, read_metadata
+from fragtracer.io.toml.camera_paths import load_camera_path
+from fragtracer.renderer import Renderer
+from fragtracer.scene import Camera, Scene
+from fragtracer.scene.camera_path import CameraPath, turntable
+from fragtracer.scene.content import content_digest
+
+_NUMBERS = re.compile(r"#+")
+_SEEDS = 2**32
+
+
+@dataclass(frozen=True)
+class Frames:
+    """The ``scenes`` of the frames that are asked for, by number, the cameras of the frames before them, and the
+    ``files`` that they go to; a ``film`` of ``fps`` frames a second is made of them if its name is given."""
+
+    scenes: Mapping[int, Scene]
+    previous_cameras: Mapping[int, Camera]
+    files: Mapping[int, Path]
+    film: Path | None
+    fps: Fraction
+
+
+def frames_of(
+    scene: Scene, output: Path, frames: str | None, path: Path | None, turns: int | None, fps: float | None
+) -> Frames:
+    """The frames ``frames``, as "1-240" or "7", or all, along a camera path of the file ``path`` or of a turntable of
+    ``turns`` frames. Frame n has the seed of the scene and n.
+
+    Raises
+    ------
+    FragtracerError
+        If there is not one path, a frame is not on it, or the files cannot be written.
+    """
+    if (path is None) == (turns is None):
+        raise FragtracerError("frames need a moving camera: give --path FILE or --turntable FRAMES, one of the two")
+    if fps is not None and output.suffix.lower() not in video.SUFFIXES:
+        raise FragtracerError(f"--fps is for films; write one, as -o film.mp4, or leave it out for {output}")
+    moving = turntable(scene.camera, turns) if turns is not None else None
+    moving = moving or load_camera_path(str(path), scene.camera)
+    numbers = _asked(frames, moving)
+    film = output if output.suffix.lower() in video.SUFFIXES else None
+    files = {number: _file(output, number) for number in numbers}
+    (video.check(output, scene.render.width, scene.render.height) if film else check_writable(files[numbers[0]]))
+    if output.suffix.lower() == ".npy":
+        raise FragtracerError(f"{output}: a .npy cannot say which frame it is; choose .exr, .hdr or .png")
+    scenes = {number: replace(scene, camera=_camera(moving, number)) for number in numbers}
+    seeds = {number: (scene.render.seed + number) % _SEEDS for number in numbers}
+    scenes = {n: replace(s, render=replace(s.render, seed=seeds[n])) for n, s in scenes.items()}
+    previous = {number: _camera(moving, max(number - 1, moving.frames[0])) for number in numbers}
+    return Frames(scenes, previous, files, film, Fraction(fps or 24).limit_denominator(1001))
+
+
+def digest_of(renderer: Renderer, *more: Any) -> str:
+    """Of all that decides over the picture of a frame, ``more`` than the samples included."""
+    return content_digest(repr(sorted(renderer.origin().items())), repr(more))
+
+
+def is_finished(file: Path, digest: str) -> bool:
+    """Whether ``file`` is whole and of that ``digest``."""
+    try:
+        if file.suffix.lower() == ".png":
+            with Image.open(file) as picture:
+                picture.verify()  # the checksums of all chunks, which reading the pixels passes over
+        return read_metadata(file).get("frame_digest") == digest
+    except (FragtracerError, OSError, SyntaxError):
+        return False
+
+
+def _asked(frames: str | None, path: CameraPath) -> range:
+    there = path.frames
+    if frames is None:
+        return there
+    found = re.fullmatch(r"(\d{1,7})(?:-(\d{1,7}))?", frames)
+    if not found or int(found[1]) > int(found[2] or found[1]):
+        raise FragtracerError(f"--frames {frames}: give the first and the last frame, as --frames 1-240")
+    asked = range(int(found[1]), int(found[2] or found[1]) + 1)
+    if asked[0] not in there or asked[-1] not in there:
+        raise FragtracerError(f"--frames {frames}: the camera moves from frame {there[0]} to {there[-1]}")
+    return asked
+
+
+def _camera(path: CameraPath, frame: int) -> Camera:
+    try:
+        return path.camera(frame)
+    except ValidationError as error:
+        problem = error.errors()[0]["msg"].removeprefix("Value error, ")
+        raise FragtracerError(f"frame {frame}: {problem}; add a key on the way there") from None
+
+
+def _file(output: Path, frame: int) -> Path:
+    """OUTPUT with the number in the place of its last #s, as many digits at least; of a film, in a folder beside it."""
+    if output.suffix.lower() in video.SUFFIXES:
+        return output.with_suffix(".frames") / f"{frame:04}.png"
+    places = list(_NUMBERS.finditer(output.name))
+    if not places:
+        example = output.with_name(f"{output.stem}.####{output.suffix}")
+        raise FragtracerError(f"-o {output}: mark the place of the frame's number by #, as -o {example}")
+    start, end = places[-1].span()
+    return output.with_name(f"{output.name[:start]}{frame:0{end - start}}{output.name[end:]}")

@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: MIT
+"""Checkpoints of a render."""
+
+import shutil
+import time
+import warnings
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+from fragtracer.errors import DeviceError, FilmError, OutputError
+from fragtracer.films import NAME
+from fragtracer.output import remove_parts
+from fragtracer.scene import RenderSettings
+
+_PIXEL = {"off": 48, "on": 200, "auto": 200}  # bytes of a film at most
+
+
+class Resumable(Protocol):
+    """A render, on this machine or on a cluster."""
+
+    @property
+    def settings(self) -> RenderSettings: ...
+    @property
+    def spp(self) -> float: ...
+    @property
+    def can_go_on(self) -> bool: ...
+    def save(self, path: Path) -> None: ...
+    def resume(self, path: Path) -> None: ...
+
+
+@dataclass(frozen=True)
+class Keeping:
+    """Where checkpoints lie, the seconds between them, and whether to go on from what is there."""
+
+    folder: Path
+    every: float
+    resume: bool
+
+    def begin(self, renderer: Resumable, frame: str = "") -> "Keeper":
+        """For a render, perhaps of a frame; raises as :class:`Keeper`."""
+        return Keeper(renderer, self.folder / frame, self.every, self.resume)
+
+
+class Keeper:
+    """Keeps the film of ``renderer`` in ``folder``, a checkpoint every so many seconds.
+
+    A checkpoint that cannot be written later, as on a disk that has filled up, is a warning: the render goes on, and
+    the last one stays.
+
+    Raises
+    ------
+    OutputError
+        If the folder cannot be written, or its disk has no room for a checkpoint.
+    FilmError
+        If there is a checkpoint and ``resume`` is false, or if it is damaged or of another picture.
+    """
+
+    def __init__(self, renderer: Resumable, folder: Path, every: float, resume: bool) -> None:
+        self._renderer, self._path, self._every = renderer, folder / NAME, every
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            remove_parts(folder)
+            free = shutil.disk_usage(folder).free
+        except OSError as error:
+            raise OutputError(f"{folder}: cannot be the folder of a checkpoint: {error.strerror or error}") from error
+        settings = renderer.settings
+        needed = _PIXEL[settings.adaptive] * settings.width * settings.height
+        if free < needed:
+            needs = f"a checkpoint takes up to {-(-needed // 10**6)} MB"
+            raise OutputError(f"{folder}: {needs}, {free // 10**6} MB are free")
+        if self._path.exists() and not resume:
+            raise FilmError(f"{self._path}: there is a checkpoint; go on from it with --resume, or delete it")
+        if self._path.exists():
+            renderer.resume(self._path)
+        self._kept, self._last = renderer.spp, time.monotonic()
+
+    def __call__(self, is_last: bool) -> None:
+        """After a pass."""
+        is_due = is_last or time.monotonic() - self._last >= self._every
+        if is_due and self._renderer.spp != self._kept:
+            self._write()
+
+    def finish(self) -> None:
+        """Keep what was drawn since the last checkpoint, if a render can go on from it."""
+        if self._renderer.spp != self._kept and self._renderer.can_go_on:
+            self._write()
+
+    def remove(self) -> None:
+        """Forget the checkpoint of a picture that is finished, and its folder."""
+        with suppress(OSError):
+            self._path.unlink(missing_ok=True)
+            self._path.parent.rmdir()
+
+    def _write(self) -> None:
+        try:
+            self._renderer.save(self._path)
+            self._kept = self._renderer.spp
+        except (OutputError, DeviceError) as error:
+            warnings.warn(f"no checkpoint: {error}", stacklevel=2)
+        self._last = time.monotonic()

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: MIT
+"""What is written of a render: the picture, layers beside it, and its denoised form."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from fragtracer.aov import AOVS
+from fragtracer.errors import OutputError
+
+
+@dataclass(frozen=True)
+class Picture:
+    """The ``look`` of pictures for screens, the layers ``aovs``, and whether to ``denoise``."""
+
+    look: tuple[float | Literal["auto"], str, float, float, float, bool]
+    aovs: tuple[str, ...]
+    denoise: bool
+
+    def check(self, output: Path) -> None:
+        """Raise OutputError where a file cannot hold the layers, or cannot keep the radiance beside its denoised
+        picture, nor say that it is one; FragtracerError where the denoiser is not installed."""
+        from fragtracer.denoise import check_installed
+        from fragtracer.io.images import check_layers_writable
+
+        if self.aovs:
+            check_layers_writable(output)
+        if self.denoise and output.suffix.lower() not in (".exr", ".png"):
+            raise OutputError(
+                f"{output}: only .exr files keep the radiance beside a denoised layer, and .png files are pictures "
+                "anyway; give one of these with --denoise"
+            )
+        if self.denoise:
+            check_installed()
+
+    def write(
+        self, renderer: Any, output: Path, more: Mapping[str, str] | None = None, previous_camera: Any = None
+    ) -> None:
+        """Write what ``renderer`` has, with ``more`` metadata; "motion" is from ``previous_camera``."""
+        from fragtracer.denoise import GUIDES, KEY, LAYER_KEY, denoise, denoiser
+        from fragtracer.io.images import write_image
+
+        image, metadata = renderer.image(), renderer.metadata() | dict(more or {})
+        aovs = self.aovs if renderer.spp else ()  # interrupted before the first sample
+        layers = {name: renderer.aov(name, previous_camera) for name in aovs}
+        names = {name: renderer.matte_names(name) for name in aovs if AOVS[name].matte}
+        if self.denoise and renderer.spp:
+            clean = denoise(image, *(renderer.aov(name) for name in GUIDES))
+            if output.suffix.lower() == ".png":
+                image, metadata[KEY] = clean, denoiser()
+            else:
+                layers[KEY], metadata[LAYER_KEY] = clean, denoiser()
+        write_image(output, image, metadata, *self.look, layers=layers, matte_names=names)

@@ -1,0 +1,291 @@
+# SPDX-License-Identifier: MIT
+"""A picture on a cluster of real processes: the same bits, whatever happens to them."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from command import status_of
+
+from fragtracer.apps import cluster
+from fragtracer.apps.cli.keeping import Keeping
+from fragtracer.apps.cluster import work
+from fragtracer.errors import FragtracerError
+from fragtracer.films import SavedFilm, merge
+from fragtracer.io.images import read_image, read_metadata
+from fragtracer.io.toml import load
+from fragtracer.renderer import Renderer
+
+pytest.importorskip("distributed", reason="Dask is not installed")
+
+# What Dask leaves open when processes are killed.
+pytestmark = pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
+SPP, BLOCK, TILE = 20, 4, 16
+
+
+def scene():
+    loaded = load("three-spheres-ambient")
+    return replace(loaded, render=replace(loaded.render, width=40, height=24, bounces=2, adaptive="off"))
+
+
+@pytest.fixture(autouse=True)
+def _small_tiles(monkeypatch):
+    monkeypatch.setattr(work, "TILE", TILE)
+
+
+@pytest.fixture(scope="module")
+def client():
+    """Of two workers with a thread each."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("LP_NUM_THREADS", "1")
+        with warnings.catch_warnings(), cluster.connected("local:2") as connected:
+            yield connected
+
+
+@pytest.fixture
+def spoilt(client, tmp_path):
+    """Spoils the second worker by a function until the end of the test; returns its address."""
+    flag = tmp_path / "hangs"
+    flag.touch()
+
+    def mend() -> None:
+        import fragtracer
+        from fragtracer.apps.cluster import worker
+
+        worker._draw = worker.__dict__.setdefault("_right", worker._draw)
+        fragtracer.__version__ = worker.__dict__.setdefault("_version", fragtracer.__version__)
+        worker.close()
+
+    client.run(mend)
+
+    def spoil(change, *arguments) -> str:
+        (_, bad) = workers_of(client)
+        client.run(change, *arguments, workers=[bad])
+        return bad
+
+    yield spoil
+    flag.unlink()
+    client.run(mend)
+
+
+def workers_of(client) -> list[str]:
+    return sorted(client.scheduler_info(n_workers=-1)["workers"])
+
+
+@pytest.fixture(scope="module")
+def expected(client):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(work, "TILE", TILE)
+        return cluster.render(scene(), client, spp=SPP, block=BLOCK)
+
+
+def same(picture, expected) -> bool:
+    pairs = zip(vars(picture.pixels).values(), vars(expected.pixels).values(), strict=True)
+    return all(np.array_equal(one, other) for one, other in pairs)
+
+
+def test_it_is_the_picture(ctx, expected) -> None:
+    with Renderer(scene(), context=ctx) as renderer:
+        renderer.sample(SPP)
+        np.testing.assert_allclose(expected.pixels.mean[..., :3], renderer.image(), rtol=1e-5, atol=1e-6)
+        np.testing.assert_array_equal(expected.pixels.mean[..., 3], SPP)
+        assert expected.metadata["gl_renderer"] == renderer.driver
+    assert (expected.metadata["spp"], expected.metadata["workers"]) == (str(SPP), "2")
+    assert int(expected.metadata["checked_blocks"]) >= 2
+    assert not expected.interrupted
+    assert expected.wire == 44 * 40 * 24 * SPP / BLOCK
+
+
+def test_a_worker_that_returns_nonsense_is_found(client, expected, spoilt) -> None:
+    """Its picture is 1 % too bright. It is named, and what it rendered is rendered again."""
+
+    def brighten() -> None:
+        from dataclasses import replace
+
+        from fragtracer.apps.cluster import worker
+
+        def brighter(*arguments):
+            pixels = worker._right(*arguments)
+            mean = pixels.mean.copy()
+            mean[..., :3] *= 1.01
+            return replace(pixels, mean=mean)
+
+        worker._draw = brighter
+
+    bad = spoilt(brighten)
+    with pytest.warns(UserWarning, match=f"the worker {bad} is not used any more: it rendered a block otherwise"):
+        picture = cluster.render(scene(), client, spp=SPP, block=BLOCK)
+    assert same(picture, expected)
+    assert bad in picture.metadata["banned_workers"]
+
+
+def test_a_worker_that_hangs_is_left(client, expected, spoilt, tmp_path) -> None:
+    def hang(flag) -> None:
+        import time
+
+        from fragtracer.apps.cluster import worker
+
+        def wait(*_):
+            while flag.exists():
+                time.sleep(0.05)
+
+        worker._draw = wait
+
+    bad = spoilt(hang, tmp_path / "hangs")
+    with pytest.warns(UserWarning, match=f"the worker {bad} is not used any more: a block did not come within 2 s"):
+        picture = cluster.render(scene(), client, spp=SPP, block=BLOCK, patience=2)
+    assert same(picture, expected)
+
+
+def test_a_block_that_lacks_samples_is_refused(client, expected, spoilt) -> None:
+    def shorten() -> None:
+        from fragtracer.apps.cluster import worker
+
+        worker._draw = lambda renderer, window, spp: worker._right(renderer, window, spp - 1)
+
+    bad = spoilt(shorten)
+    with pytest.warns(UserWarning, match=f"the worker {bad} .* without all of its samples"):
+        picture = cluster.render(scene(), client, spp=SPP, block=BLOCK)
+    assert same(picture, expected)
+
+
+def test_another_version_is_refused(client, spoilt) -> None:
+    def age() -> None:
+        import fragtracer
+
+        fragtracer.__version__ = "0.0.1"
+
+    bad = spoilt(age)
+    with pytest.raises(FragtracerError, match=rf"the worker {bad} has another fragtracer: version is 0\.0\.1 there"):
+        cluster.render(scene(), client, spp=SPP, block=BLOCK)
+
+
+def test_until_stops_at_the_same_round(client) -> None:
+    pictures = [cluster.render(scene(), client, until=0.05, block=BLOCK) for _ in range(2)]
+    assert same(*pictures)
+    assert pictures[0].pixels.relative_error() <= 0.05
+    counts = np.unique(pictures[0].pixels.mean[..., 3])
+    assert len(counts) == 1
+    assert counts[0] % BLOCK == 0
+    assert counts[0] < 200
+
+
+def test_an_interruption_keeps_what_came_back(client) -> None:
+    def report(state) -> None:
+        if state.spp > SPP / 2:
+            raise KeyboardInterrupt
+
+    picture = cluster.render(scene(), client, spp=SPP, block=BLOCK, progress=report)
+    assert picture.interrupted
+    counts = picture.pixels.mean[..., 3]
+    assert counts.min() >= BLOCK  # the first blocks came first
+    assert counts.mean() > SPP / 2
+
+
+def test_an_interrupted_render_goes_on(ctx, client, expected, tmp_path) -> None:
+    """With the same bits; what is of another cut is refused, and by a renderer of this machine."""
+
+    def report(state) -> None:
+        if state.spp > 0.7 * SPP:
+            raise KeyboardInterrupt
+
+    kept = Keeping(tmp_path, 0.0, False)
+    picture = cluster.render(scene(), client, spp=SPP, block=BLOCK, progress=report, begin=kept.begin)
+    assert picture.interrupted
+    again = replace(kept, resume=True).begin
+    counts = []
+    picture = cluster.render(
+        scene(), client, spp=SPP, block=BLOCK, progress=lambda state: counts.append(state.spp), begin=again
+    )
+    assert counts[0] >= BLOCK
+    assert same(picture, expected)
+    for spp, block, words in ((SPP, 2 * BLOCK, "--block is 4 there, 8 here"), (SPP - 2, BLOCK, "beyond --spp 18")):
+        with pytest.raises(FragtracerError, match=words):
+            cluster.render(scene(), client, spp=spp, block=block, begin=again)
+    film = SavedFilm.read(tmp_path / "film.npz")
+    with pytest.raises(FragtracerError, match="is the checkpoint of a cluster"):
+        merge({"a": film, "b": film})
+    with Renderer(scene(), context=ctx) as renderer:
+        with pytest.raises(FragtracerError, match="go on with --cluster"):
+            renderer.resume(tmp_path / "film.npz")
+        renderer.sample(2)
+        renderer.save(tmp_path / "film.npz")
+    with pytest.raises(FragtracerError, match="go on without --cluster"):
+        cluster.render(scene(), client, spp=SPP, block=BLOCK, begin=again)
+
+
+def test_a_scheduler_that_dies_leaves_what_came_back(tmp_path, monkeypatch) -> None:
+    file, none = tmp_path / "scheduler.json", {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    dask = [sys.executable, "-m", "distributed.cli.dask_"]
+
+    def start(program: str, *arguments: str) -> subprocess.Popen[bytes]:
+        common = ["--scheduler-file", str(file), "--dashboard-address", ":0"]
+        return subprocess.Popen([*dask[:2], dask[2] + program, *common, *arguments], **none)
+
+    with start("scheduler", "--host", "127.0.0.1", "--port", "0") as scheduler:
+        while not file.exists() or not file.read_text():
+            assert scheduler.poll() is None
+            time.sleep(0.05)
+        with start("worker", "--nthreads", "1", "--no-nanny") as worker:
+            try:
+                monkeypatch.setattr(cluster, "_REACH", 30)
+                with cluster.connected(json.loads(file.read_text())["address"]) as client:
+
+                    def report(state) -> None:
+                        if state.spp > SPP:
+                            scheduler.kill()
+
+                    picture = cluster.render(scene(), client, spp=40_000, block=BLOCK, progress=report, patience=5)
+            finally:
+                scheduler.kill()
+                worker.kill()
+    assert "the scheduler of the cluster is gone" in picture.problem
+    assert picture.pixels.mean[..., 3].min() >= BLOCK
+    assert int(picture.metadata["spp"]) >= SPP
+
+
+def test_the_command_renders_the_same_bits_with_one_worker(expected, tmp_path, monkeypatch, capsys) -> None:
+    output = tmp_path / "a.exr"
+    command = ["render", "three-spheres-ambient", "--size", "40x24", "--bounces", 2, "--spp", SPP, "--block", BLOCK]
+    assert status_of(monkeypatch, *command, "--cluster", "local:1", "-o", output) == 0
+    assert "20 samples per pixel of 1 workers" in capsys.readouterr().out
+    assert read_metadata(output)["block"] == str(BLOCK)
+    np.testing.assert_array_equal(read_image(output), expected.pixels.mean[..., :3])
+
+
+def test_a_killed_worker_costs_time_alone(client, expected) -> None:
+    """By signal 9, in the middle."""
+    pids = client.run(os.getpid)
+    killed = []
+
+    def report(state) -> None:
+        if state.spp > SPP / 5 and not killed:
+            killed.append(min(pids.values()))
+            os.kill(killed[0], signal.SIGKILL)
+
+    picture = cluster.render(scene(), client, spp=SPP, block=BLOCK, progress=report)
+    assert killed
+    assert same(picture, expected)
+
+
+def test_all_workers_may_die(client, expected) -> None:
+    """The scene, which they had, is sent to those that come after them."""
+    killed = []
+
+    def report(state) -> None:
+        if state.spp > SPP / 5 and not killed:
+            killed.extend(client.run(os.getpid).values())
+            for pid in killed:
+                os.kill(pid, signal.SIGKILL)
+
+    picture = cluster.render(scene(), client, spp=SPP, block=BLOCK, progress=report)
+    assert killed
+    assert picture.problem is None
+    assert same(picture, expected)

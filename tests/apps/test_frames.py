@@ -1,0 +1,184 @@
+# SPDX-License-Identifier: MIT
+"""``render --frames``: numbered pictures and films of a moving camera."""
+
+import builtins
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import OpenEXR
+import pytest
+from command import TINY, status_of
+
+from fragtracer.gpu import tracer
+from fragtracer.io.images import read_image, read_metadata, write_image
+from fragtracer.io.toml import load
+from fragtracer.renderer import Renderer
+from fragtracer.scene.camera_path import turntable
+
+SCENE = "three-spheres-ambient"
+COMMAND = ("render", SCENE, *TINY, "--spp", 4)
+
+
+@pytest.fixture
+def compiled(monkeypatch):
+    """Grows by one for each program that is compiled."""
+    programs = []
+
+    class Counted(tracer.FullscreenProgram):
+        def __init__(self, *arguments, **options):
+            super().__init__(*arguments, **options)
+            programs.append(self)
+
+    monkeypatch.setattr(tracer, "FullscreenProgram", Counted)
+    return programs
+
+
+def test_frames_are_those_of_their_cameras_and_seeds(tmp_path, monkeypatch, compiled):
+    """By one program. What is finished, of the same picture and whole, is not rendered again."""
+    command = [*COMMAND, "--turntable", 4, "--seed", 7, "-o", tmp_path / "a.##.hdr"]
+    assert status_of(monkeypatch, *command) == 0
+    assert len(compiled) == 1
+    files = [tmp_path / f"a.{number:02}.hdr" for number in range(1, 5)]
+    assert sorted(tmp_path.iterdir()) == files
+    scene = load(SCENE)
+    third = replace(scene, camera=turntable(scene.camera, 4).camera(3))
+    with Renderer(third, (16, 12), bounces=1, seed=10, moves=True) as renderer:
+        write_image(tmp_path / "third.hdr", renderer.render(4))
+    np.testing.assert_allclose(read_image(files[2]), read_image(tmp_path / "third.hdr"), rtol=0.01)
+    before = {file: (file.stat().st_mtime_ns, file.read_bytes()) for file in files}
+    files[0].unlink()
+    files[1].write_bytes(before[files[1]][1][:-100])
+    assert status_of(monkeypatch, *command, "--frames", "1-3") == 0
+    for file in files:
+        time, content = before[file]
+        assert (file.stat().st_mtime_ns == time) == (file in files[2:])
+        assert file.read_bytes() == content
+    assert status_of(monkeypatch, *command, "--frames", "3", "--spp", 5) == 0  # of another picture
+    assert read_metadata(files[2])["spp"] == "5"
+
+
+def test_frames_have_layers_and_motion(tmp_path, monkeypatch):
+    """The motion is that from the frame before, also where that one is not asked for."""
+    command = [*COMMAND, "--turntable", 8, "--aov", "motion,diffuse", "--denoise", "-o", tmp_path / "a.#.exr"]
+    assert status_of(monkeypatch, *command, "--frames", "1-3") == 0
+    (tmp_path / "a.3.exr").rename(tmp_path / "third.exr")
+    assert status_of(monkeypatch, *command, "--frames", 3) == 0
+    channels = {name: read_channels(tmp_path / name) for name in ("a.1.exr", "third.exr", "a.3.exr")}
+    motion = {name: np.hypot(found["motion.X"], found["motion.Y"]) for name, found in channels.items()}
+    assert not motion["a.1.exr"].any()
+    assert motion["a.3.exr"].max() > 1
+    np.testing.assert_array_equal(motion["a.3.exr"], motion["third.exr"])
+    assert channels["a.3.exr"]["denoised.R"].any()
+
+
+def read_channels(path):
+    """Each channel, (height, width), by its name."""
+    (part,) = OpenEXR.File(str(path), separate_channels=True).parts
+    return {name: channel.pixels for name, channel in part.channels.items()}
+
+
+def test_a_damaged_png_is_rendered_again(tmp_path, monkeypatch, capsys):
+    command = [*COMMAND, "--turntable", 2, "-o", tmp_path / "a.#.png"]
+    assert status_of(monkeypatch, *command) == 0
+    file = tmp_path / "a.1.png"
+    content = bytearray(file.read_bytes())
+    content[content.index(b"IDAT") + 40] ^= 1
+    good = file.read_bytes()
+    file.write_bytes(content)
+    assert status_of(monkeypatch, *command) == 0
+    assert "1 of 2 frames were finished before" in capsys.readouterr().out
+    assert file.read_bytes() == good
+    assert status_of(monkeypatch, *command, "--exposure", 1) == 0
+    assert "were finished" not in capsys.readouterr().out
+
+
+def test_an_interrupted_frame_goes_on_from_its_checkpoint(tmp_path, monkeypatch, capsys):
+    command = [*COMMAND, "--spp", 80, "--rays", 16, "--no-adaptive", "--turntable", 2]
+    assert status_of(monkeypatch, *command, "-o", tmp_path / "whole.#.exr") == 0
+    draw, passes = Renderer._draw_pass, []
+
+    def stop(renderer, *arguments):
+        passes.append(renderer.spp)
+        if len(passes) == 8:  # in the second frame
+            raise KeyboardInterrupt
+        draw(renderer, *arguments)
+
+    monkeypatch.setattr(Renderer, "_draw_pass", stop)
+    kept = ["-o", tmp_path / "a.#.exr", "--checkpoint", tmp_path / "kept"]
+    assert status_of(monkeypatch, *command, *kept) == 130
+    assert (tmp_path / "kept" / "0002" / "film.npz").exists()
+    assert not (tmp_path / "a.2.exr").exists()
+    assert status_of(monkeypatch, *command, *kept, "--resume") == 0
+    assert passes[-4:] == [32, 32, 48, 64]  # the first of which is that of the interruption
+    assert not (tmp_path / "kept" / "0002").exists()
+    for number in (1, 2):
+        images = [read_image(tmp_path / f"{name}.{number}.exr") for name in ("a", "whole")]
+        np.testing.assert_array_equal(*images)
+
+
+@pytest.mark.parametrize("suffix", [".mp4", ".webm"])
+def test_a_film_has_the_frames(tmp_path, monkeypatch, suffix):
+    imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg", reason="there is no FFmpeg to read it")
+    output = tmp_path / f"film{suffix}"
+    command = ["render", SCENE, "--size", "64x48", "--bounces", 1, "--spp", 64, "--turntable", 3, "--fps", 12]
+    assert status_of(monkeypatch, *command, "-o", output) == 0
+    reader = [imageio_ffmpeg.get_ffmpeg_exe(), "-i", output, "-f", "rawvideo", "-pix_fmt", "rgb24", "-"]
+    done = subprocess.run(reader, capture_output=True, check=True)
+    assert b"yuv420p(tv, bt709" in done.stderr
+    assert b"12 fps" in done.stderr
+    pictures = np.frombuffer(done.stdout, np.uint8).reshape(3, 48, 64, 3).astype(float)
+    for number, picture in enumerate(pictures, start=1):
+        expected = 255 * _srgb(read_image(tmp_path / "film.frames" / f"{number:04}.png"))
+        assert np.abs(picture - expected).mean() < 4
+        assert np.abs((picture - expected).mean(axis=(0, 1))).max() < 2  # another matrix or range would shift colours
+        others = [255 * _srgb(read_image(file)) for file in (tmp_path / "film.frames").glob("*.png")]
+        assert np.abs(picture - expected).mean() == min(np.abs(picture - other).mean() for other in others)
+
+
+def _srgb(image):
+    return np.where(image <= 0.0031308, 12.92 * image, 1.055 * np.maximum(image, 1e-9) ** (1 / 2.4) - 0.055)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--turntable", 4, "--frames", "0-3", "-o", "a.#.png"], "--frames 0-3: the camera moves from frame 1 to 4"),
+        (["--turntable", 4, "--frames", "3-1", "-o", "a.#.png"], "--frames 3-1: give the first and the last frame"),
+        (["--turntable", 4, "--frames", "all", "-o", "a.#.png"], "as --frames 1-240"),
+        (["--frames", "1", "-o", "a.#.png"], "give --path FILE or --turntable FRAMES"),
+        (["--path", "a.toml", "--turntable", 4, "-o", "a.#.png"], "one of the two"),
+        (["--path", "a.toml", "-o", "a.#.png"], "a.toml: no such file"),
+        (["-o", "a.mp4"], "frames need a moving camera"),
+        (["--turntable", 4, "-o", "a.png"], "by #, as -o a.####.png"),
+        (["--turntable", 4, "-o", "a.#.npy"], "cannot say which frame it is"),
+        (["--turntable", 4, "-o", "a.#.jpg"], "cannot write .jpg"),
+        (["--turntable", 4, "-o", "nowhere/a.mp4"], "there is no folder"),
+        (["--turntable", 4, "-o", "a.mp4", "--size", "15x12"], "even width and height, not 15x12"),
+        (["--turntable", 4, "-o", "a.#.png", "--fps", 12], "--fps is for films"),
+        (["--turntable", 4, "-o", "a.#.png", "--first-sample", 2], "leave it out where the camera moves"),
+    ],
+)
+def test_bad_frames_get_one_message(tmp_path, monkeypatch, capsys, arguments, words):
+    monkeypatch.chdir(tmp_path)
+    assert status_of(monkeypatch, *COMMAND, *arguments) == 2
+    err = capsys.readouterr().err
+    assert words in err
+    assert len(err.splitlines()) == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_without_ffmpeg_the_line_to_type_is_told(tmp_path, monkeypatch, capsys):
+    load_module = builtins.__import__
+
+    def missing(name, *arguments, **options):
+        if name == "imageio_ffmpeg":
+            raise ImportError(name)
+        return load_module(name, *arguments, **options)
+
+    monkeypatch.setattr(builtins, "__import__", missing)
+    monkeypatch.delitem(sys.modules, "imageio_ffmpeg", raising=False)
+    monkeypatch.setattr("shutil.which", lambda _: None)
+    assert status_of(monkeypatch, *COMMAND, "--turntable", 2, "-o", tmp_path / "a.mp4") == 2
+    assert "pip install 'fragtracer[video]'" in capsys.readouterr().err
