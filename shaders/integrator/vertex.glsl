@@ -96,7 +96,13 @@ vec3 vertex_diffuse_share(Vertex vertex, vec3 wi) {
 #endif
 
 // Where rays start whose local direction is wi.
-vec3 vertex_origin(Vertex vertex, vec3 wi) { return wi.z < 0.0 ? vertex.behind : vertex.origin; }
+vec3 vertex_origin(Vertex vertex, vec3 wi) {
+#if HAS_EXACT_FRESNEL
+    return wi.z < 0.0 ? vertex.behind : vertex.origin;
+#else
+    return vertex.origin;  // nothing is transmitted
+#endif
+}
 
 // Factor of what is scattered to wi, for the sake of shading normals.
 float vertex_shading_factor(Vertex vertex, vec3 wi) {
