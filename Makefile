@@ -43,7 +43,7 @@ lint: ## check style and types
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 
-runner: ## build the script of exported pages from web/src (needs Node)
+runner: ## build the scripts of exported pages and of the widget from web/src (needs Node)
 	cd web && npm ci && npm run build
 
 wheel: ## build dist/fragtracer-*.whl
