@@ -45,6 +45,7 @@ class Page:
     notes: list[str]
     settings: RenderSettings
     look: Look
+    poster: bytes  # WebP
 
     def _repr_html_(self) -> str:
         """For a notebook: the page in a frame of its own."""
@@ -143,6 +144,7 @@ def page(
     with Renderer(scene, (width, height)) as renderer:
         image = renderer.render(spp=spp or settings.spp, seconds=seconds)
     look = replace(look, exposure=look.stops(image))
+    poster = _picture(image, look)
     style = Template(_text("page.css")).substitute(width=width, height=height)
     script = _text("runner.js")
     turntable = "[]" if fallback is None else json.dumps(_turntable(scene, fallback, look, seconds))
@@ -152,7 +154,7 @@ def page(
         "version": __version__,
         "name": html.escape(scene.name),
         "style": style,
-        "poster": _base64(_picture(image, look)),
+        "poster": _base64(poster),
         "width": width,
         "height": height,
         "turntable": turntable,
@@ -164,7 +166,7 @@ def page(
         payload = scene_payload(smaller, settings, look)
         text = template.substitute(fields, scene=_base64(payload))
         if size_limit is None or len(text.encode()) <= size_limit:
-            return Page(text, notes, settings, look)
+            return Page(text, notes, settings, look, poster)
     raise SceneError(
         f"the page takes {len(text) / 1e3:,.0f} kB at least; the limit is {(size_limit or 0) / 1e3:,.0f} kB"
     )
