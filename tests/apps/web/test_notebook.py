@@ -58,7 +58,7 @@ def test_what_is_set_is_checked_and_kept(widget):
     assert len(heard) == 1
     assert (widget.settings["bounces"], widget.settings["exposure"]) == (2, 0)
     widget.camera = replace(scene.camera, fov_degrees=20)
-    assert widget.scene == replace(scene, camera=widget.camera)
+    assert widget.scene == replace(scene, camera=widget.camera, render=replace(scene.render, bounces=2))
     for settings, message in (
         ({"bounce": 1}, "there is no setting 'bounce'; there are exposure, tonemap, bounces"),
         ({"bounces": -1}, "bounces: must be a number from 0 to 32, got -1"),

@@ -28,7 +28,7 @@ class Widget(anywidget.AnyWidget):
         Values of the page's controls by name ("exposure", "tonemap", "bounces", "light_samples", and more by what the
         scene holds). Read-only: assigning a mapping changes the values that it names.
     scene : Scene
-        The scene as it was given, but with this camera.
+        The scene as it was given, but with this camera, these bounces and light samples.
     """
 
     _esm = files("fragtracer.apps.web").joinpath("widget.js").read_text(encoding="utf-8")
@@ -49,7 +49,8 @@ class Widget(anywidget.AnyWidget):
 
     @property
     def scene(self) -> Scene:
-        return replace(self._scene, camera=self.camera)
+        numbers = {name: int(self.settings[name]) for name in ("bounces", "light_samples")}
+        return replace(self._scene, camera=self.camera, render=replace(self._scene.render, **numbers))
 
     @traitlets.validate("settings")
     def _merged(self, proposal: Mapping[str, Any]) -> Mapping[str, Any]:
