@@ -49,8 +49,9 @@ class Widget(anywidget.AnyWidget):
 
     @property
     def scene(self) -> Scene:
-        numbers = {name: int(self.settings[name]) for name in ("bounces", "light_samples")}
-        return replace(self._scene, camera=self.camera, render=replace(self._scene.render, **numbers))
+        of = self.settings
+        render = replace(self._scene.render, bounces=of["bounces"], light_samples=of["light_samples"])
+        return replace(self._scene, camera=self.camera, render=render)
 
     @traitlets.validate("settings")
     def _merged(self, proposal: Mapping[str, Any]) -> Mapping[str, Any]:
