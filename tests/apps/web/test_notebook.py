@@ -61,7 +61,8 @@ def test_what_is_set_is_checked_and_kept(widget):
     assert widget.scene == replace(scene, camera=widget.camera, render=replace(scene.render, bounces=2))
     for settings, message in (
         ({"bounce": 1}, "there is no setting 'bounce'; there are exposure, tonemap, bounces"),
-        ({"bounces": -1}, "bounces: must be a number from 0 to 32, got -1"),
+        ({"bounces": -1}, "bounces: must be an integer from 0 to 32, got -1"),
+        ({"light_samples": 2.5}, "light_samples: must be an integer from 1 to 16, got 2.5"),
         ({"exposure": True}, "exposure: must be a number"),
         ({"tonemap": "filmic"}, "tonemap: must be one of linear"),
         ({"albedo-0": "red"}, "albedo-0: must be a colour"),

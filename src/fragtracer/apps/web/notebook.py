@@ -72,6 +72,8 @@ def _problem(control: Control, value: Any) -> str | None:
         return None if value in control["choices"] else f"must be one of {', '.join(control['choices'])}"
     if "min" in control:
         least, most = control["min"], control["max"]
-        is_number = isinstance(value, int | float) and not isinstance(value, bool)
-        return None if is_number and least <= value <= most else f"must be a number from {least:g} to {most:g}"
+        counts = control["effect"] == "set"
+        is_number = isinstance(value, int if counts else int | float) and not isinstance(value, bool)
+        kind = "an integer" if counts else "a number"
+        return None if is_number and least <= value <= most else f"must be {kind} from {least:g} to {most:g}"
     return None if re.fullmatch("#[0-9a-f]{6}", str(value)) else "must be a colour, as '#ff8000'"
