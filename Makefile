@@ -4,7 +4,7 @@ BIN := .venv/bin
 ARGS :=
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test check mutate lint runner wheel clean
+.PHONY: help demo test check mutate lint gallery runner wheel clean
 .NOTPARALLEL:
 
 help: ## print this list
@@ -43,7 +43,11 @@ lint: ## check style and types
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 
-runner: ## build the script of exported pages from web/src (needs Node)
+gallery: ## write site/: the documentation, every bundled scene as a live page, and the method step by step
+	@scripts/setup gl
+	$(BIN)/python scripts/gallery.py $(ARGS)
+
+runner: ## build the scripts of exported pages and of the widget from web/src (needs Node)
 	cd web && npm ci && npm run build
 
 wheel: ## build dist/fragtracer-*.whl
@@ -51,5 +55,5 @@ wheel: ## build dist/fragtracer-*.whl
 	$(BIN)/python -m build --wheel --no-isolation
 
 clean: ## remove everything that these targets made, .venv included
-	rm -rf .venv out dist build web/node_modules .pytest_cache .mypy_cache .ruff_cache
+	rm -rf .venv out site dist build web/node_modules .pytest_cache .mypy_cache .ruff_cache
 	find src tests -name __pycache__ -prune -exec rm -rf {} +

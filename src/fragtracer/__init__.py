@@ -20,6 +20,7 @@ _PLACES = {
     "view": "apps.viewer",
     "export_html": "apps.web",
     "show": "apps.web",
+    "widget": "apps.web",
     "read_image": "io.images",
     "write_image": "io.images",
     "denoise": "denoise",

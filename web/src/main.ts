@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 // The page: a poster first, then the scene as it is traced, and what a reader can do with it.
 import { toml } from "./camera";
+import type { Settings } from "./controls";
 import type { Film } from "./film";
 import { type Move, listen } from "./input";
 import { Live, type State } from "./live";
 import { Panel, element } from "./panel";
-import { type Control, type Payload, decode } from "./payload";
+import { type Camera, type Control, type Payload, decode } from "./payload";
 import { randomTexture } from "./random";
 
 const SHOWN_FROM = 16; // samples of each pixel, at which the traced picture takes the place of the poster
@@ -14,14 +15,22 @@ const SHOWN_AFTER = 3000; // milliseconds after which it does anyway
 const find = <T extends HTMLElement>(id: string): T => document.getElementById(id) as T;
 
 // For tests and notebooks: `window.fragtracer`. Textures are float32 RGBA in base64, row 0 at the bottom.
-interface Api {
+export interface Api {
   live: Live;
   state: State;
   controls: Control[];
+  set(camera: Camera, settings: Settings): void; // from the first frame on, at which the window hears of "traced"
+  onChange(camera: Camera, settings: Settings): void; // by the reader
   trace(width: number, height: number, spp: number, seed: number): Promise<string[]>;
   film(): string[]; // what the canvas shows
   pixels(): string; // of the canvas, as bytes; right after it was drawn
   randomTexture(): string;
+}
+
+declare global {
+  interface Window {
+    fragtracer?: Api;
+  }
 }
 
 async function main(): Promise<void> {
@@ -79,7 +88,11 @@ async function page(live: Live, payload: Payload, canvas: HTMLCanvasElement, not
   const { header } = payload;
   const stage = find("stage");
   const initial = { camera: live.camera, settings: live.settings };
-  const change = (id: string, value: number | string): void => live.set(live.camera, { ...live.settings, [id]: value });
+  const set = (camera: Camera, settings: Settings): void => {
+    live.set(camera, settings);
+    api.onChange(live.camera, live.settings);
+  };
+  const change = (id: string, value: number | string): void => set(live.camera, { ...live.settings, [id]: value });
   const panel = new Panel(find("controls"), change);
   const objectPanel = new Panel(find("object"), change);
   header.controls.filter(({ object }) => object === undefined).forEach((control) => panel.add(control, control.value));
@@ -92,6 +105,12 @@ async function page(live: Live, payload: Payload, canvas: HTMLCanvasElement, not
     live,
     state: { samples: 0, seconds: 0, error: Infinity, speed: 0 },
     controls: header.controls,
+    set: (camera, settings) => {
+      live.set(camera, settings);
+      panel.set(live.settings);
+      objectPanel.set(live.settings);
+    },
+    onChange: () => {},
     trace: async (...of) => {
       const film = await live.trace(...of);
       const texts = textures(film);
@@ -107,7 +126,7 @@ async function page(live: Live, payload: Payload, canvas: HTMLCanvasElement, not
     },
     randomTexture: () => base64(randomTexture(header.random)),
   };
-  (window as unknown as { fragtracer: Api }).fragtracer = api;
+  window.fragtracer = api;
 
   live.onFrame = (state, isCoarse) => {
     api.state = { ...state };
@@ -115,6 +134,7 @@ async function page(live: Live, payload: Payload, canvas: HTMLCanvasElement, not
       firstFrame = performance.now();
       performance.mark("first-frame");
       canvas.tabIndex = 0;
+      window.dispatchEvent(new Event("traced"));
     }
     const isGood = state.samples >= SHOWN_FROM || performance.now() - firstFrame > SHOWN_AFTER;
     if (isTouched || (isGood && !isCoarse)) reveal();
@@ -129,7 +149,7 @@ async function page(live: Live, payload: Payload, canvas: HTMLCanvasElement, not
     if (!firstFrame) return;
     isTouched = true;
     setPaused(false); // or it would not be seen
-    live.set(how(live.camera), live.settings);
+    set(how(live.camera), live.settings);
   };
   const pick = async (x: number, y: number): Promise<void> => {
     if (!firstFrame) return;
@@ -157,9 +177,8 @@ async function page(live: Live, payload: Payload, canvas: HTMLCanvasElement, not
     pauseButton.textContent = paused ? "Go on" : "Pause";
   };
   act("Reset", "r", () => {
-    live.set(initial.camera, initial.settings);
-    panel.set(live.settings);
-    objectPanel.set(live.settings);
+    api.set(initial.camera, initial.settings);
+    api.onChange(live.camera, live.settings);
   });
   act("Save PNG", "s", () => {
     live.show();

@@ -49,7 +49,7 @@ def assert_same(found: Pixels, expected: Pixels, nearly_all: float = 0.99) -> No
     assert np.abs(mean.mean() - other.mean()) < 4 * error
 
 
-@pytest.mark.parametrize("name", ["three-spheres", "grille"])
+@pytest.mark.parametrize("name", ["three-spheres", "grille", "fog"])
 def test_the_picture_is_that_of_the_desktop(opened, name):
     """The program, records, BVH, images, environment and random numbers are the same, and the driver too."""
     assert_same(traced(opened(ft.load(name))), desktop(ft.load(name)))

@@ -27,7 +27,7 @@ from fragtracer.packing import pack
 from fragtracer.packing.atlas import mean_color
 
 CHECKOUT = Path(__file__).parents[3]
-RUNNER = CHECKOUT / "src" / "fragtracer" / "apps" / "web" / "runner.js"
+BUILT = [CHECKOUT / "src" / "fragtracer" / "apps" / "web" / name for name in ("runner.js", "widget.js")]
 SIZE = (48, 32)
 
 
@@ -110,8 +110,9 @@ def test_the_runner_is_built_from_its_sources():
     """Else: npm ci && npm run build in web/."""
     sources = sorted((CHECKOUT / "web" / "src").iterdir())
     digest = hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()
-    assert f"built from web/src {digest} " in RUNNER.read_text(encoding="utf-8").splitlines()[0]
-    assert "</script" not in RUNNER.read_text(encoding="utf-8")
+    for text in (path.read_text(encoding="utf-8") for path in BUILT):
+        assert f"built from web/src {digest} " in text.splitlines()[0]
+        assert "</script" not in text
 
 
 def test_a_scene_beyond_a_texture_is_refused(monkeypatch):

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from importlib.resources import files
 from pathlib import Path
 from string import Template
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,10 +21,13 @@ from fragtracer import __version__
 from fragtracer.apps.web.payload import packed_for_page, scene_payload
 from fragtracer.apps.web.smaller import with_quantised_meshes, with_smaller_images
 from fragtracer.display.look import Look
-from fragtracer.errors import SceneError
+from fragtracer.errors import FragtracerError, SceneError
 from fragtracer.output import check_writable, replacing
 from fragtracer.renderer import Renderer
-from fragtracer.scene import Camera, Scene
+from fragtracer.scene import Camera, RenderSettings, Scene
+
+if TYPE_CHECKING:
+    from fragtracer.apps.web.notebook import Widget
 
 SUFFIXES = (".html", ".htm")
 POSTER_SECONDS = 30.0
@@ -36,10 +39,13 @@ _FIRST_BITS = 18  # of vertices, two fewer at each step
 
 @dataclass(frozen=True)
 class Page:
-    """The text of a page, and what was done to make it small, a line each."""
+    """The text of a page, what was done to make it small, a line each, and what it begins with."""
 
     text: str
     notes: list[str]
+    settings: RenderSettings
+    look: Look
+    poster: bytes  # WebP
 
     def _repr_html_(self) -> str:
         """For a notebook: the page in a frame of its own."""
@@ -102,6 +108,25 @@ def show(scene: Scene, size: tuple[int, int] | None = None, spp: int | None = No
     return page(scene, size, spp, **{"seconds": CELL_SECONDS, **options})
 
 
+def widget(scene: Scene, size: tuple[int, int] | None = None, spp: int | None = None, **options: Any) -> "Widget":
+    """The page of ``scene`` as a widget of a notebook, whose camera and settings can be read and set from Python.
+
+    The arguments are those of :func:`show`.
+
+    Raises
+    ------
+    FragtracerError
+        If anywidget is not installed.
+    """
+    try:
+        import anywidget  # noqa: F401
+    except ImportError as error:
+        raise FragtracerError("a widget needs anywidget; pip install 'fragtracer[notebook]'") from error
+    from fragtracer.apps.web.notebook import Widget
+
+    return Widget(scene, show(scene, size, spp, **options))
+
+
 def page(
     scene: Scene,
     size: tuple[int, int] | None = None,
@@ -119,6 +144,7 @@ def page(
     with Renderer(scene, (width, height)) as renderer:
         image = renderer.render(spp=spp or settings.spp, seconds=seconds)
     look = replace(look, exposure=look.stops(image))
+    poster = _picture(image, look)
     style = Template(_text("page.css")).substitute(width=width, height=height)
     script = _text("runner.js")
     turntable = "[]" if fallback is None else json.dumps(_turntable(scene, fallback, look, seconds))
@@ -128,7 +154,7 @@ def page(
         "version": __version__,
         "name": html.escape(scene.name),
         "style": style,
-        "poster": _base64(_picture(image, look)),
+        "poster": _base64(poster),
         "width": width,
         "height": height,
         "turntable": turntable,
@@ -140,7 +166,7 @@ def page(
         payload = scene_payload(smaller, settings, look)
         text = template.substitute(fields, scene=_base64(payload))
         if size_limit is None or len(text.encode()) <= size_limit:
-            return Page(text, notes)
+            return Page(text, notes, settings, look, poster)
     raise SceneError(
         f"the page takes {len(text) / 1e3:,.0f} kB at least; the limit is {(size_limit or 0) / 1e3:,.0f} kB"
     )
