@@ -58,8 +58,7 @@ float cook_torrance_specular_probability(Bsdf b, vec3 wo) {
 vec4 cook_torrance_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
     if (wo.z <= 0.0 || wi.z <= 0.0) return vec4(0.0);
     float specular_probability = cook_torrance_specular_probability(b, wo);
-    vec3 diffuse = b.diffuse * (wi.z * INVERSE_PI);
-    diffuse *= cook_torrance_diffuse_factor(b, wo, wi);
+    vec3 diffuse = cook_torrance_diffuse(b, wo, wi);
     vec4 result = vec4(diffuse, (1.0 - specular_probability) * square_to_cosine_hemisphere_pdf(wi));
     if (!cook_torrance_is_mirror(b)) {
         vec3 wh = normalize(wo + wi);
