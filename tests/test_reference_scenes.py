@@ -37,7 +37,7 @@ from fragtracer.scene import (
 pytest.importorskip("mitsuba", reason="Mitsuba is not installed")
 pytestmark = pytest.mark.slow
 
-CASES = [(name, {}) for name in bundled() if name != "fog"]  # which takes minutes; MEDIA has fog with less noise
+CASES = [(name, {}) for name in bundled() if name not in ("fog", "wax")]  # for which MEDIA has cases with less noise
 CASES += [("roughness-grid", {"geometry": term}) for term in ("smith-height-correlated", "schlick-beckmann")]
 CASES += [("mirror", {"geometry": "karis"}), ("roughness-grid", {"multiple_scattering": True})]
 CASES += [("cornell-box", {"bounces": 0}), ("three-spheres", {"bounces": 1})]
@@ -65,7 +65,6 @@ OTHER_SPP = {
     "conductor": 2048,
     "dielectric": 4096,
     "thin-dielectric": 4096,
-    "wax": 4096,
 }
 
 BALLS = Scene(
