@@ -72,6 +72,17 @@ def test_a_page_is_small_and_names_nothing_elsewhere():
     assert [tag for tag, _ in parsed.elements].count("script") == 3
 
 
+def test_a_denoised_poster_says_so():
+    posters = {}
+    for denoise in (False, True):
+        made = page(ft.load("cornell-box"), SIZE, 4, denoise=denoise)
+        (image,) = (found for element, found in Parsed(made.text).elements if found.get("id") == "poster")
+        assert image["alt"] == f"cornell-box, rendered{' and denoised' * denoise}"
+        posters[denoise] = np.asarray(PIL.Image.open(io.BytesIO(made.poster)).convert("L"), float)
+    noise = {denoise: np.abs(np.diff(poster)).mean() for denoise, poster in posters.items()}
+    assert noise[True] < 0.6 * noise[False]
+
+
 def test_the_policy_names_the_script_and_the_style():
     parsed = Parsed(page(ft.load("cornell-box"), SIZE, 1).text)
     (policy,) = (a["content"] for tag, a in parsed.elements if tag == "meta" and a.get("http-equiv"))

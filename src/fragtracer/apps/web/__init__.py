@@ -20,6 +20,8 @@ from PIL import Image
 from fragtracer import __version__
 from fragtracer.apps.web.payload import packed_for_page, scene_payload
 from fragtracer.apps.web.smaller import with_quantised_meshes, with_smaller_images
+from fragtracer.denoise import GUIDES, check_installed
+from fragtracer.denoise import denoise as denoised
 from fragtracer.display.look import Look
 from fragtracer.errors import FragtracerError, SceneError
 from fragtracer.output import check_writable, replacing
@@ -65,6 +67,7 @@ def export_html(
     tonemap: str = "linear",
     size_limit: int | None = None,
     fallback: tuple[int, int, int] | None = None,
+    denoise: bool = False,
 ) -> Page:
     """Write a page that shows a picture of ``scene`` at once, and then traces it live; nothing else is needed.
 
@@ -88,16 +91,20 @@ def export_html(
         Bytes that the page may have: images lose texels and meshes digits until it fits.
     fallback
         Width, height and number of pictures from all around, which can be turned where nothing can be traced.
+    denoise
+        Whether the picture, and those of ``fallback``, are denoised by Open Image Denoise; their text says so.
 
     Raises
     ------
     OutputError
         If the file cannot be written.
+    FragtracerError
+        If pictures are to be denoised, and Open Image Denoise is not installed.
     SceneError
         If the scene is more than a browser can hold, or cannot be made as small.
     """
     check_writable(path, SUFFIXES)
-    made = page(scene, size, spp, seconds, Look(exposure, tonemap), size_limit, fallback)
+    made = page(scene, size, spp, seconds, Look(exposure, tonemap), size_limit, fallback, denoise)
     with replacing(path) as part:
         part.write_text(made.text, encoding="utf-8")
     return made
@@ -135,24 +142,28 @@ def page(
     look: Look | None = None,
     size_limit: int | None = None,
     fallback: tuple[int, int, int] | None = None,
+    denoise: bool = False,
 ) -> Page:
     """The page that :func:`export_html` writes."""
     look = look or Look()
     width, height = size or (scene.render.width, scene.render.height)
     settings = replace(scene.render, width=width, height=height)
     packed_for_page(scene, settings)  # refused here, not after the work
+    if denoise:
+        check_installed()
     with Renderer(scene, (width, height)) as renderer:
-        image = renderer.render(spp=spp or settings.spp, seconds=seconds)
+        image = _rendered(renderer, spp or settings.spp, seconds, denoise)
     look = replace(look, exposure=look.stops(image))
     poster = _picture(image, look)
     style = Template(_text("page.css")).substitute(width=width, height=height)
     script = _text("runner.js")
-    turntable = "[]" if fallback is None else json.dumps(_turntable(scene, fallback, look, seconds))
+    turntable = "[]" if fallback is None else json.dumps(_turntable(scene, fallback, look, seconds, denoise))
     fields = {
         "style_hash": _hash(style),
         "script_hash": _hash(script),
         "version": __version__,
         "name": html.escape(scene.name),
+        "rendered": "rendered and denoised" if denoise else "rendered",
         "style": style,
         "poster": _base64(poster),
         "width": width,
@@ -186,14 +197,20 @@ def _made_smaller(scene: Scene) -> Iterator[tuple[Scene, list[str]]]:
         yield with_quantised_meshes(smaller, bits), notes
 
 
-def _turntable(scene: Scene, fallback: tuple[int, int, int], look: Look, seconds: float) -> list[str]:
+def _rendered(renderer: Renderer, spp: int, seconds: float, denoise: bool) -> NDArray[np.float32]:
+    image = renderer.render(spp=spp, seconds=seconds)
+    return denoised(image, *map(renderer.aov, GUIDES)) if denoise else image
+
+
+def _turntable(scene: Scene, fallback: tuple[int, int, int], look: Look, seconds: float, denoise: bool) -> list[str]:
     """Pictures from all around the target, the first that of the camera, each further to its left."""
     width, height, count = fallback
     pictures = []
     with Renderer(scene, (width, height), specialised=False) as renderer:
         for i in range(count):
             renderer.reset(replace(scene, camera=_turned(scene.camera, 2 * np.pi * i / count)))
-            pictures.append(_base64(_picture(renderer.render(seconds=seconds / count, spp=scene.render.spp), look)))
+            image = _rendered(renderer, scene.render.spp, seconds / count, denoise)
+            pictures.append(_base64(_picture(image, look)))
     return pictures
 
 
