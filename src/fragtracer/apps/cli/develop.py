@@ -51,5 +51,7 @@ def _denoised(path: Path) -> tuple[Any, dict[str, str]]:
     try:
         images, metadata = read_layers(path, GUIDES)
     except FragtracerError as error:
+        if not path.is_file():
+            raise
         raise FragtracerError(f"{error}; to denoise it later, render it with --aov {','.join(GUIDES)}") from None
     return denoise(*images), metadata | {KEY: denoiser()}
