@@ -35,7 +35,10 @@ def test_it_goes_through_its_keys_and_is_smooth() -> None:
 def test_a_parabola_is_followed_exactly() -> None:
     """By Catmull and Rom's tangents, between keys that have neighbours."""
     times = np.array([0, 10, 20, 50, 60])
-    expected = lambda t: (0.1 * t, 0.002 * t**2, 4.0 - 0.05 * t)  # noqa: E731
+
+    def expected(t: float) -> tuple[float, float, float]:
+        return 0.1 * t, 0.002 * t**2, 4.0 - 0.05 * t
+
     path = path_of(frames=times.tolist(), position=[expected(float(t)) for t in times])
     for frame in range(10, 51):
         np.testing.assert_allclose(path.camera(frame).position, expected(frame), atol=1e-12)

@@ -95,8 +95,9 @@ MediumSample medium_sample(Medium medium, Ray ray, float distance, vec3 throughp
     if (!is_grid && max_component(medium.albedo * medium.extinction) <= 0.0) {
         return MediumSample(distance, medium_passed(medium.extinction, distance), false);
     }
-    MediumSample s = medium_flight(medium.extinction, distance, throughput, u);  // not by ?:, which WebGL has not for structs
+    MediumSample s;  // not by ?:, which WebGL has not for structs
     if (is_grid) s = medium_track(medium, ray, distance, throughput, u);
+    else s = medium_flight(medium.extinction, distance, throughput, u);
     if (s.scatters) s.weight *= medium.albedo;
     return s;
 }

@@ -4,6 +4,7 @@ It has a bias that nobody knows, so it never takes the place of the radiance (do
 
 from importlib.metadata import version
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -98,7 +99,7 @@ def _checked(image: npt.ArrayLike, name: str, shape: tuple[int, ...] | None) -> 
     return floats
 
 
-def _filtered(oidn: ModuleType, device: object, images: dict[str, Floats], quality: int, **switches: bool) -> Floats:
+def _filtered(oidn: ModuleType, device: Any, images: dict[str, Floats], quality: int, **switches: bool) -> Floats:
     """``images`` through the filter RT; the output has the shape of the first."""
     output = np.empty_like(next(iter(images.values())))
     with oidn.Filter(device, oidn.OIDN_FILTER_TYPE_RT) as rt:
@@ -113,7 +114,7 @@ def _filtered(oidn: ModuleType, device: object, images: dict[str, Floats], quali
     return output
 
 
-def _check(device: object) -> None:
-    message = device.get_error()  # type: ignore[attr-defined]
+def _check(device: Any) -> None:
+    message = device.get_error()
     if message:
         raise FragtracerError(f"Open Image Denoise: {message}")

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """``render --frames``: numbered pictures and films of a moving camera."""
 
-import builtins
 import subprocess
 import sys
 from dataclasses import replace
@@ -170,15 +169,7 @@ def test_bad_frames_get_one_message(tmp_path, monkeypatch, capsys, arguments, wo
 
 
 def test_without_ffmpeg_the_line_to_type_is_told(tmp_path, monkeypatch, capsys):
-    load_module = builtins.__import__
-
-    def missing(name, *arguments, **options):
-        if name == "imageio_ffmpeg":
-            raise ImportError(name)
-        return load_module(name, *arguments, **options)
-
-    monkeypatch.setattr(builtins, "__import__", missing)
-    monkeypatch.delitem(sys.modules, "imageio_ffmpeg", raising=False)
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     monkeypatch.setattr("shutil.which", lambda _: None)
     assert status_of(monkeypatch, *COMMAND, "--turntable", 2, "-o", tmp_path / "a.mp4") == 2
     assert "pip install 'fragtracer[video]'" in capsys.readouterr().err

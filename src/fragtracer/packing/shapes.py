@@ -56,6 +56,7 @@ SHAPE_TEXELS = 4  # of each record of u_shapes
 Shape = Sphere | Rectangle | Disk | Triangle
 CULLED = 1  # SHAPE_CULLED of scene/shape.glsl
 _MOST_OBJECTS = 2**23  # whose numbers differ
+_FINITE = [kind for kind in SHAPES if kind != "planes"]
 
 # Flat shapes grow by this beyond their edges, relative to the scene, so that neighbours leave no crack; and bounds,
 # since where a ray passes an edge is known no better.
@@ -97,16 +98,13 @@ def finite_shapes(scene: Scene) -> tuple[list[Shape], dict[str, Material]]:
     for i, light in enumerate(scene.lights):
         if light.radius > 0:
             materials[f"light[{i}]"] = light_material(light)
-    return [shape for _, shape in _named_shapes(scene)], materials
+    return sorted(_as_in_file(scene), key=lambda shape: _ORDER[type(shape)]), materials
 
 
-def _named_shapes(scene: Scene) -> list[tuple[str, Shape]]:
-    finite = [name for name in SHAPES if name != "planes"]
-    shapes = [(f"{kind.removesuffix('s')}[{i}]", s) for kind in finite for i, s in enumerate(getattr(scene, kind))]
-    for i, light in enumerate(scene.lights):
-        if light.radius > 0:
-            shapes.append((f"light[{i}]", Sphere(light.position, light.radius, f"light[{i}]")))
-    return sorted(shapes, key=lambda named: _ORDER[type(named[1])])
+def _as_in_file(scene: Scene) -> list[Shape]:
+    shapes = [shape for kind in _FINITE for shape in getattr(scene, kind)]
+    lights = enumerate(scene.lights)
+    return shapes + [Sphere(light.position, light.radius, f"light[{i}]") for i, light in lights if light.radius > 0]
 
 
 def bounds_of(shapes: Sequence[Shape]) -> tuple[Floats, Floats]:
@@ -133,7 +131,10 @@ def object_names(scene: Scene) -> list[str]:
     """The objects of ``scene`` by their numbers: meshes by their names, all others by their kind and place in the scene
     file, as "sphere[0]": planes, then what :func:`finite_shapes` gives."""
     planes = [f"plane[{i}]" for i in range(len(scene.planes))]
-    return [mesh.name for mesh in scene.meshes] + planes + [name for name, _ in _named_shapes(scene)]
+    finite = [f"{kind.removesuffix('s')}[{i}]" for kind in _FINITE for i in range(len(getattr(scene, kind)))]
+    finite += [f"light[{i}]" for i, light in enumerate(scene.lights) if light.radius > 0]
+    in_order = sorted(zip(finite, _as_in_file(scene), strict=True), key=lambda named: _ORDER[type(named[1])])
+    return [mesh.name for mesh in scene.meshes] + planes + [name for name, _ in in_order]
 
 
 def plane_records(

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """One message for each way in which there is no cluster."""
 
-import builtins
 import sys
 import warnings
 
@@ -50,14 +49,7 @@ def test_a_cluster_that_is_not_there(monkeypatch) -> None:
 
 
 def test_without_dask_the_line_to_type_is_told(monkeypatch) -> None:
-    load_module = builtins.__import__
-
-    def missing(name, *arguments, **options):
-        if name == "distributed":
-            raise ImportError(name)
-        return load_module(name, *arguments, **options)
-
-    monkeypatch.setattr(builtins, "__import__", missing)
+    monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(FragtracerError, match=r"pip install 'fragtracer\[cluster\]'"), cluster.connected("local:2"):
         pass
 

@@ -1,14 +1,12 @@
 # SPDX-License-Identifier: MIT
 """The widget: camera and settings are the same in Python and in the page; and the notebook that shows it."""
 
-import builtins
 import json
 import os
 import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -76,14 +74,8 @@ def test_what_is_set_is_checked_and_kept(widget):
 
 
 def test_without_anywidget_it_says_what_to_type(monkeypatch):
-    real = builtins.__import__
-
-    def without(name: str, *rest: Any, **more: Any) -> Any:
-        if name == "anywidget":
-            raise ImportError(name)
-        return real(name, *rest, **more)
-
-    monkeypatch.setattr(builtins, "__import__", without)
+    monkeypatch.setitem(sys.modules, "anywidget", None)
+    monkeypatch.delitem(sys.modules, "fragtracer.apps.web.notebook", raising=False)
     with pytest.raises(FragtracerError, match=r"^a widget needs anywidget; pip install 'fragtracer\[notebook\]'$"):
         ft.widget(ft.load("cornell-box"), SIZE, 1)
 

@@ -14,7 +14,7 @@ from fragtracer.films import NAME
 from fragtracer.output import remove_parts
 from fragtracer.scene import RenderSettings
 
-_PIXEL = {"off": 48, "on": 200, "auto": 200}  # bytes of a film at most
+_PIXEL = {"off": 128, "on": 200, "auto": 200}  # bytes of a film at most: with layers of light, or adaptive
 
 
 class Resumable(Protocol):

@@ -46,7 +46,7 @@ class Picture:
         layers = {name: renderer.aov(name, previous_camera) for name in aovs}
         names = {name: renderer.matte_names(name) for name in aovs if AOVS[name].matte}
         if self.denoise and renderer.spp:
-            clean = denoise(image, *(renderer.aov(name) for name in GUIDES))
+            clean = denoise(image, *(renderer.aov(name, previous_camera) for name in GUIDES))
             if output.suffix.lower() == ".png":
                 image, metadata[KEY] = clean, denoiser()
             else:

@@ -26,7 +26,8 @@ from fragtracer.display.look import Look
 from fragtracer.errors import FragtracerError, SceneError
 from fragtracer.output import check_writable, replacing
 from fragtracer.renderer import Renderer
-from fragtracer.scene import Camera, RenderSettings, Scene
+from fragtracer.scene import RenderSettings, Scene
+from fragtracer.scene.camera_path import turntable
 
 if TYPE_CHECKING:
     from fragtracer.apps.web.notebook import Widget
@@ -126,11 +127,9 @@ def widget(scene: Scene, size: tuple[int, int] | None = None, spp: int | None = 
         If anywidget is not installed.
     """
     try:
-        import anywidget  # noqa: F401
+        from fragtracer.apps.web.notebook import Widget
     except ImportError as error:
         raise FragtracerError("a widget needs anywidget; pip install 'fragtracer[notebook]'") from error
-    from fragtracer.apps.web.notebook import Widget
-
     return Widget(scene, show(scene, size, spp, **options))
 
 
@@ -207,21 +206,11 @@ def _turntable(scene: Scene, fallback: tuple[int, int, int], look: Look, seconds
     width, height, count = fallback
     pictures = []
     with Renderer(scene, (width, height), specialised=False) as renderer:
-        for i in range(count):
-            renderer.reset(replace(scene, camera=_turned(scene.camera, 2 * np.pi * i / count)))
+        for camera in turntable(scene.camera, count).keys.values():
+            renderer.reset(replace(scene, camera=camera))
             image = _rendered(renderer, scene.render.spp, seconds / count, denoise)
             pictures.append(_base64(_picture(image, look)))
     return pictures
-
-
-def _turned(camera: Camera, angle: float) -> Camera:
-    """``camera`` about its target and up vector (Rodrigues)."""
-    up = np.array(camera.up) / np.linalg.norm(camera.up)
-    arm = np.subtract(camera.position, camera.target)
-    along = up * (up @ arm)
-    turned = along + np.cos(angle) * (arm - along) + np.sin(angle) * np.cross(up, arm)
-    x, y, z = (camera.target + turned).tolist()
-    return replace(camera, position=(x, y, z))
 
 
 def _picture(image: NDArray[np.float32], look: Look) -> bytes:
