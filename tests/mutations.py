@@ -1107,9 +1107,9 @@ MUTATIONS = [
     ),
     Mutation(
         "a coat that is diffuse by a tenth",
-        "bsdf/cook_torrance.glsl",
-        "return b.diffuse * (wi.z * INVERSE_PI) * cook_torrance_diffuse_factor(b, wo, wi);",
-        "return 1.1 * b.diffuse * (wi.z * INVERSE_PI) * cook_torrance_diffuse_factor(b, wo, wi);",
+        "bsdf/bsdf.glsl",
+        "diffuse = cook_torrance_diffuse(b, wo, wi);",
+        "diffuse = 1.1 * cook_torrance_diffuse(b, wo, wi);",
         Check(test_aov.test_what_is_diffuse_of_a_coated_base, model="default"),
     ),
     Mutation(
