@@ -42,7 +42,7 @@ float photon_indirect(Vertex receiver, vec4 u, uint seed) {
     if (hit.primitive == NO_PRIMITIVE) return PI * luminance(u_ambient_radiance);
     Surface surface = surface_at(ray, hit);
     Vertex vertex = vertex_at(surface, material_at(surface), ray.direction, seed);
-    return PI * luminance(direct_sample(vertex, u.zw));
+    return PI * luminance(direct_sample(vertex, true, u.zw));
 }
 
 void main() {

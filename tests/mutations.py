@@ -213,8 +213,8 @@ MUTATIONS = [
     Mutation(
         "alpha for alpha squared in D",
         "bsdf/ggx.glsl",
-        "float a2 = alpha * alpha;\n    float t",
-        "float a2 = alpha;\n    float t",
+        "return a2 * INVERSE_PI / (t * t);",
+        "return alpha * INVERSE_PI / (t * t);",
         Check(test_ggx.test_distribution_integrates_to_one, alpha=0.5),
     ),
     Mutation(
@@ -234,9 +234,8 @@ MUTATIONS = [
     Mutation(
         "throughput multiplied by the radiance",
         "integrator/path.glsl",
-        "path.radiance += path.throughput * direct_light(vertex, vertex_number, pixel, index, u.zw);",
-        "path.radiance += path.throughput * direct_light(vertex, vertex_number, pixel, index, u.zw);\n"
-        "            path.throughput *= direct_light(vertex, vertex_number, pixel, index, u.zw);",
+        "            path.radiance += direct;\n",
+        "            path.radiance += direct;\n            path.throughput *= direct;\n",
         Check(test_furnace.test_furnace_after_few_bounces, bounces=2, estimator="nee"),
     ),
     Mutation(
@@ -340,7 +339,7 @@ MUTATIONS = [
     Mutation(
         "number not stretched after its first use",
         "core/math.glsl",
-        "    u = first ? u / probability : (u - probability) / (1.0 - probability);\n",
+        "    u = (first ? u : u - probability) / (first ? probability : 1.0 - probability);\n",
         "",
         Check(test_math.test_choose_first_stretches_what_is_left, probability=1 / 3),
     ),

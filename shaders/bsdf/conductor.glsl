@@ -8,7 +8,7 @@
 vec4 conductor_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
     if (b.alpha < ALPHA_DELTA || wo.z <= 0.0 || wi.z <= 0.0) return vec4(0.0);
     vec3 wh = normalize(wo + wi);
-    float pdf = 0.25 * facets_d(b, wh) * facets_g1_smith(b, wo) / wo.z;
+    float pdf = 0.25 * facets_visible_d(b, wo, wh);
     vec3 fresnel = fresnel_conductor(dot(wo, wh), b.index, b.extinction);
     return vec4(fresnel * (pdf * facets_g1_smith(b, wi)), pdf);
 }

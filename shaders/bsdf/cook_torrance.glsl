@@ -62,10 +62,10 @@ vec4 cook_torrance_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
     vec4 result = vec4(diffuse, (1.0 - specular_probability) * square_to_cosine_hemisphere_pdf(wi));
     if (!cook_torrance_is_mirror(b)) {
         vec3 wh = normalize(wo + wi);
-        float d = facets_d(b, wh) / (4.0 * wo.z);
+        float pdf = 0.25 * facets_visible_d(b, wo, wh);
         vec3 fresnel = fresnel_schlick(b.f0, b.f90, dot(wo, wh));
         if (u_multiple_scattering != 0) fresnel *= ggx_compensation(b.f0, facets_width(b, wo), wo.z);
-        result += vec4(fresnel * (d * facets_g(b, wo, wi)), specular_probability * d * facets_g1_smith(b, wo));
+        result += vec4(fresnel * (pdf * facets_shadowing(b, wo, wi)), specular_probability * pdf);
     }
     return result;
 }

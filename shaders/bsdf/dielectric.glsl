@@ -36,7 +36,7 @@ vec4 dielectric_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
     float cos_i = dot(wi, wh);
     if (dielectric_is_smooth(b) || wo.z <= 0.0 || wi.z == 0.0 || cos_o <= 0.0 || (cos_i > 0.0) != reflects) return vec4(0.0);
     float fresnel = fresnel_dielectric(cos_o, b.eta);
-    float visible = facets_d(b, wh) * facets_g1_smith(b, wo) / wo.z;
+    float visible = facets_visible_d(b, wo, wh);
     float shadowing = facets_g1_smith(b, wi);
     float pdf = 0.25 * fresnel * visible;
     if (reflects) return vec4(vec3(pdf * shadowing), pdf);

@@ -31,10 +31,16 @@ float facets_d(Bsdf b, vec3 wh) {
 
 float facets_g1_smith(Bsdf b, vec3 w) { return ggx_g1_smith(facets_width(b, w), abs(w.z)); }
 
-// Masking and shadowing together, by the chosen geometry term.
-float facets_g(Bsdf b, vec3 wo, vec3 wi) {
-    if (!facets_are_anisotropic(b)) return ggx_g(b.alpha, wo, wi);
-    return ggx_g(vec2(facets_width(b, wo), facets_width(b, wi)), wo, wi);
+// D G1(wo) / cos(wo): a quarter of it is the density of directions reflected from the visible facets.
+float facets_visible_d(Bsdf b, vec3 wo, vec3 wh) {
+    if (!facets_are_anisotropic(b)) return ggx_visible_d(b.alpha, wo.z, wh);
+    return facets_d(b, wh) * facets_g1_smith(b, wo) / wo.z;
+}
+
+// What of the facets visible from wo is lit from wi, by the chosen geometry term.
+float facets_shadowing(Bsdf b, vec3 wo, vec3 wi) {
+    if (!facets_are_anisotropic(b)) return ggx_shadowing(vec2(b.alpha), wo, wi);
+    return ggx_shadowing(vec2(facets_width(b, wo), facets_width(b, wi)), wo, wi);
 }
 
 vec3 facets_sample_vndf(Bsdf b, vec3 wo, vec2 u) {
@@ -43,5 +49,5 @@ vec3 facets_sample_vndf(Bsdf b, vec3 wo, vec2 u) {
 
 // Its density over the solid angle of wh.
 float facets_sample_vndf_pdf(Bsdf b, vec3 wo, vec3 wh) {
-    return facets_g1_smith(b, wo) * max(0.0, dot(wo, wh)) * facets_d(b, wh) / wo.z;
+    return max(0.0, dot(wo, wh)) * facets_visible_d(b, wo, wh);
 }

@@ -70,6 +70,15 @@ float ggx_g(vec2 alpha, vec3 wo, vec3 wi) {
 
 float ggx_g(float alpha, vec3 wo, vec3 wi) { return ggx_g(vec2(alpha), wo, wi); }
 
+// What of the facets visible from wo is lit from wi: that G over Smith's G1 of wo, by which normals are sampled.
+float ggx_shadowing(vec2 alpha, vec3 wo, vec3 wi) {
+#if GEOMETRY_TERM == GEOMETRY_SMITH
+    return ggx_g1_smith(alpha.y, wi.z);
+#else
+    return ggx_g(alpha, wo, wi) / ggx_g1_smith(alpha.x, wo.z);
+#endif
+}
+
 // What a white metal reflects at an angle, of all light, by single scattering: the directional albedo
 // of D and Smith's uncorrelated G with F = 1. A fit of our own, within 0.35 % of the integral (docs/material.md).
 float ggx_albedo(float alpha, float cos_theta) {
@@ -104,8 +113,16 @@ vec3 ggx_sample_vndf(vec2 alpha, vec3 wo, vec2 u) {
 
 vec3 ggx_sample_vndf(float alpha, vec3 wo, vec2 u) { return ggx_sample_vndf(vec2(alpha), wo, u); }
 
+// D G1(wo) / cos(wo) with Smith's G1, in one division.
+float ggx_visible_d(float alpha, float cos_o, vec3 wh) {
+    if (wh.z <= 0.0) return 0.0;
+    float a2 = alpha * alpha;
+    float t = a2 * wh.z * wh.z + dot(wh.xy, wh.xy);
+    return 2.0 * INVERSE_PI * a2 / (t * t * (cos_o + max(cos_o, sqrt(a2 + (1.0 - a2) * cos_o * cos_o))));
+}
+
 // Its density over the solid angle of wh (Heitz 2018, Sampling the GGX Distribution of Visible
 // Normals, eq. 1). It belongs to the sampler, so it uses Smith's G1 whichever term shades.
 float ggx_sample_vndf_pdf(float alpha, vec3 wo, vec3 wh) {
-    return ggx_g1_smith(alpha, wo.z) * max(0.0, dot(wo, wh)) * ggx_d(alpha, wh) / wo.z;
+    return max(0.0, dot(wo, wh)) * ggx_visible_d(alpha, wo.z, wh);
 }

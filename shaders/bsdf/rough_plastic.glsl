@@ -37,7 +37,7 @@ vec4 rough_plastic_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
     vec2 interface_o = rough_plastic_interface(b, wo.z);
     float specular_probability = rough_plastic_specular_probability(b, interface_o);
     vec3 wh = normalize(wo + wi);
-    float visible = 0.25 * ggx_d(b.alpha, wh) * ggx_g1_smith(b.alpha, wo.z) / wo.z;
+    float visible = 0.25 * ggx_visible_d(b.alpha, wo.z, wh);
     float specular = fresnel_dielectric(dot(wo, wh), b.eta) * visible * ggx_g1_smith(b.alpha, wi.z);
     vec3 diffuse = b.diffuse * (interface_o.y * rough_plastic_interface(b, wi.z).y * wi.z * INVERSE_PI);
     return vec4(specular + diffuse, mix(square_to_cosine_hemisphere_pdf(wi), visible, specular_probability));

@@ -11,7 +11,10 @@ float luminance(vec3 color) { return dot(color, vec3(0.2126, 0.7152, 0.0722)); }
 
 // Looks at the exponent bits, since isnan() and isinf() may be optimised away by fast-math drivers.
 bool is_finite(float x) { return (floatBitsToUint(x) & 0x7f800000u) != 0x7f800000u; }
-bool is_finite(vec3 v) { return is_finite(v.x) && is_finite(v.y) && is_finite(v.z); }
+bool is_finite(vec3 v) {
+    uvec3 exponents = floatBitsToUint(v) & 0x7f800000u;
+    return max(exponents.x, max(exponents.y, exponents.z)) != 0x7f800000u;
+}
 
 // (cos, sin) of an angle given in turns, 0 <= turns <= 1, to 3e-7: the minimax polynomial of
 // sin(2 pi x) on a quarter turn. Drivers differ in sin() and cos(), and some make them slow.
@@ -42,7 +45,7 @@ float turns_of(vec2 v) {
 // is uniform in [0, 1) again: one number serves both (Shirley et al. 1996, section 3.3).
 bool choose_first(float probability, inout float u) {
     bool first = u < probability;
-    u = first ? u / probability : (u - probability) / (1.0 - probability);
+    u = (first ? u : u - probability) / (first ? probability : 1.0 - probability);
     u = min(u, ONE_MINUS_EPSILON);
     return first;
 }

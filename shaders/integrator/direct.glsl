@@ -98,11 +98,11 @@ vec3 direct_unoccluded(Vertex vertex, LightSample light, vec3 wi) {
     return eval_pdf.rgb * light.radiance * (direct_light_weight(light.pdf, bsdf_pdf, light.delta) / light.pdf);
 }
 
-vec3 direct_sample(Vertex vertex, vec2 u) {
+vec3 direct_sample(Vertex vertex, bool is_wanted, vec2 u) {
     LightSample light = light_sample(vertex.origin, u);
     vec3 wi = frame_to_local(vertex.frame, light.wi);
     vec3 radiance = direct_unoccluded(vertex, light, wi);
-    if (max_component(radiance) <= 0.0) return vec3(0.0);
+    if (!is_wanted || max_component(radiance) <= 0.0) return vec3(0.0);
     Ray ray = Ray(vertex_origin(vertex, wi), light.wi);
     ivec4 inside = interior_behind_vertex(vertex, wi);
     radiance *= direct_transmittance(vertex, ray, light.distance, inside, light.primitive, u);
@@ -138,7 +138,8 @@ vec3 direct_ambient_sample(Vertex vertex, vec2 u) {
 }
 
 // Radiance from all lights that the vertex, number `depth` of its path, scatters towards wo; u serves if one sample is all.
-vec3 direct_light(Vertex vertex, int depth, ivec2 pixel, uint index, vec2 u) {
+// Where it is not wanted, no rays are traced, and the result is 0.
+vec3 direct_light(Vertex vertex, bool is_wanted, int depth, ivec2 pixel, uint index, vec2 u) {
     vec3 direct = vec3(0.0);
     float unused;
 #if LIGHT_PARTS
@@ -151,7 +152,7 @@ vec3 direct_light(Vertex vertex, int depth, ivec2 pixel, uint index, vec2 u) {
                 uint light_index = sampler_part_index(index, uint(u_light_samples), uint(i));
                 u = sampler_vec4(pixel, light_index, dimension_light(depth), unused).xy;
             }
-            direct += direct_sample(vertex, u);
+            direct += direct_sample(vertex, is_wanted, u);
             i++;
         } while (i < u_light_samples);
         direct /= float(u_light_samples);
@@ -160,7 +161,7 @@ vec3 direct_light(Vertex vertex, int depth, ivec2 pixel, uint index, vec2 u) {
 #endif
     }
 #if ESTIMATOR == ESTIMATOR_NEE
-    if (max_component(u_ambient_radiance) > 0.0) {
+    if (is_wanted && max_component(u_ambient_radiance) > 0.0) {
         direct += direct_ambient_sample(vertex, sampler_vec4(pixel, index, dimension_ambient(depth), unused).xy);
     }
 #endif

@@ -69,8 +69,8 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
     float rr_sample;
     Path path = path_begin(pixel, sampler_vec4(pixel, index, dimension_camera(), rr_sample));
     // The loop tests at its end: a software renderer runs a body once more than a leading test lets pass. And it computes
-    // surface, vertex and next direction of every lane, those whose path ends too, which do not use them: their branch
-    // would be run all the same, and every assignment in it be masked.
+    // surface, vertex, light sample and next direction of every lane, those whose path ends too, which do not use them:
+    // their branch would be run all the same, and every assignment in it be masked.
     do {
         // The next surface along the ray.
         int vertex_number = path.depth + path.passed;
@@ -134,6 +134,7 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
         vec4 u = sampler_vec4(pixel, index, scatters ? dimension_vertex(vertex_number) : dimension_camera(), rr_sample);
 
         // Direct light.
+        bool is_lit = scatters && path.depth < u_bounces;
         Vertex vertex = vertex_at(surface, material, path.ray.direction, hash_uint(~path.seed + uint(vertex_number)));
 #if HAS_MEDIA
         if (flight.scatters) vertex_set_medium(vertex, path.ray, flight.distance, path.inside, medium.g);
@@ -145,16 +146,15 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
             interior_set_vertex(vertex, material, cos_theta >= 0.0, path.inside, band);
         }
         vertex_guide(vertex, path.depth + 1 < u_bounces);
-#if LIGHT_PARTS
-        if (scatters && path.depth < u_bounces) {
-            vec3 direct = path.throughput * direct_light(vertex, vertex_number, pixel, index, u.zw);
+        vec3 direct = direct_light(vertex, is_lit, vertex_number, pixel, index, u.zw);
+        if (is_lit) {
+            direct *= path.throughput;
             path.radiance += direct;
+#if LIGHT_PARTS
             vec3 diffuse = path.depth == 0 ? path.throughput * direct_diffuse : direct * path.diffuse;
             parts_receive(path.parts, path.depth + 1, direct, diffuse);
-        }
-#else
-        if (scatters && path.depth < u_bounces) path.radiance += path.throughput * direct_light(vertex, vertex_number, pixel, index, u.zw);
 #endif
+        }
 
         // The next direction, drawn from the BSDF, or by the guiding. Where there is none, the path ends at what it meets.
         BsdfSample scattered = vertex_scatter(vertex, u.xy);

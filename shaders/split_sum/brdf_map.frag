@@ -23,7 +23,7 @@ void main() {
         vec3 wi = reflect(-wo, wh);
         if (wi.z > 0.0) {
             float grazing = pow(1.0 - clamp(dot(wo, wh), 0.0, 1.0), 5.0);
-            sum.xy += vec2(1.0 - grazing, grazing) * (ggx_g(alpha, wo, wi) / ggx_g1_smith(alpha, wo.z));
+            sum.xy += vec2(1.0 - grazing, grazing) * ggx_shadowing(vec2(alpha), wo, wi);
         }
         // Half vectors by D cos alone, as those of the prefiltered map.
         sum.z += max(0.0, reflect(-wo, ggx_sample_vndf(alpha, vec3(0.0, 0.0, 1.0), u)).z);

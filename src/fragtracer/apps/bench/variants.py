@@ -77,12 +77,13 @@ ONE_BSDF_EVALUATION = (
     Edit(_DIRECT, "        int i = 0;\n", "        vec3 unoccluded = vec3(0.0);\n        int i = 0;\n"),
     Edit(
         _DIRECT,
-        "            direct += direct_sample(vertex, u);\n",
+        "            direct += direct_sample(vertex, is_wanted, u);\n",
         "            LightSample light = light_sample(vertex.origin, u);\n"
         "            vec3 wi = frame_to_local(vertex.frame, light.wi);\n"
         "            if (i == 0) unoccluded = direct_unoccluded(vertex, light, wi);\n"
         "            Ray ray = Ray(vertex_origin(vertex, wi), light.wi);\n"
-        "            if (light.pdf > 0.0 && !direct_is_occluded(vertex, ray, light.distance, light.primitive, u)) {\n"
+        "            bool is_reached = is_wanted && light.pdf > 0.0;\n"
+        "            if (is_reached && !direct_is_occluded(vertex, ray, light.distance, light.primitive, u)) {\n"
         "                direct += unoccluded;\n"
         "            }\n",
     ),
