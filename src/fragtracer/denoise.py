@@ -12,23 +12,37 @@ import numpy.typing as npt
 from fragtracer.errors import FragtracerError
 
 Floats = npt.NDArray[np.float32]
-GUIDES = ("albedo", "normal")  # the layers that it wants besides the picture
-_LEAST = 128  # pixels a side: the network has black around a picture, which would darken a small one
+_GUIDES = ("albedo", "normal")
+_MARGIN = 32  # pixels of the picture mirrored around it, since the network has black there
+_LEAST = 128  # pixels a side
+_TURNS = ((1, 1), (-1, 1), (1, -1), (-1, -1))  # steps along the rows and columns of a picture and its mirror images
 KEY = "denoised"  # of the metadata of a picture that is, and the name of the layer
 LAYER_KEY = "denoised_layer"  # of the metadata of a picture that is not, but has such a layer
 
 
-def denoise(image: npt.ArrayLike, albedo: npt.ArrayLike | None = None, normal: npt.ArrayLike | None = None) -> Floats:
+def denoise(
+    image: npt.ArrayLike,
+    albedo: npt.ArrayLike | None = None,
+    normal: npt.ArrayLike | None = None,
+    emission: npt.ArrayLike | None = None,
+    clean_emission: npt.ArrayLike | None = None,
+) -> Floats:
     """A guess of the picture without noise.
+
+    It is the mean of what the network makes of the picture and of its mirror images, whose errors differ (as Lim et al.
+    2017, Enhanced Deep Residual Networks for Single Image Super-Resolution, section 3.4).
 
     Parameters
     ----------
     image
         Linear radiance, (height, width, 3), not negative: before exposure and tone curve.
     albedo, normal
-        Layers of the same picture (:meth:`fragtracer.renderer.Renderer.aov`), (height, width, 3), in [0, 1] and
-        [-1, 1]: what they show is kept sharp. They are denoised first, for they have the noise of lenses and edges. A
-        normal needs an albedo.
+        Layers of the same picture (:meth:`fragtracer.renderer.Renderer.aov`): ``denoising_albedo`` and
+        ``denoising_normal``, or those of the first surface; (height, width, 3), in [0, 1] and [-1, 1]. What they show
+        is kept sharp. They are denoised first, for they have the noise of lenses and edges. A normal needs an albedo.
+    emission, clean_emission
+        ``denoising_emission``, a part of the image, and ``denoising_clean_emission``, the same with less noise, which
+        takes its place and is not denoised. One needs the other.
 
     Returns
     -------
@@ -41,24 +55,31 @@ def denoise(image: npt.ArrayLike, albedo: npt.ArrayLike | None = None, normal: n
         If Open Image Denoise is not installed or fails, or an array has another shape, or numbers that are not finite.
     """
     oidn = _library()
-    images = {"color": _checked(image, "image", None)}
-    for name, guide in zip(GUIDES, (albedo, normal), strict=True):
-        if guide is not None:
-            images[name] = _checked(guide, name, images["color"].shape)
-    if "normal" in images and "albedo" not in images:
-        raise FragtracerError("to denoise by a normal, an albedo is needed too")
-    height, width, _ = images["color"].shape
-    above, left = (max(0, _LEAST - side) // 2 for side in (height, width))
-    margins = [(above, max(0, _LEAST - height - above)), (left, max(0, _LEAST - width - left)), (0, 0)]
-    images = {name: np.ascontiguousarray(np.pad(one, margins, mode="edge")) for name, one in images.items()}
+    color = _checked(image, "image", None)
+    given = {"albedo": albedo, "normal": normal, "emission": emission, "clean_emission": clean_emission}
+    layers = {name: _checked(one, name, color.shape) for name, one in given.items() if one is not None}
+    for name, other in (("normal", "albedo"), ("emission", "clean_emission"), ("clean_emission", "emission")):
+        if name in layers and other not in layers:
+            raise FragtracerError(f"to denoise by the layer {name}, {other} is needed too")
+    clean = layers.get("clean_emission", np.zeros_like(color))
+    images = {"color": np.maximum(color - layers.get("emission", 0), 0)}
+    images |= {name: layers[name] for name in _GUIDES if name in layers}
+    height, width, _ = color.shape
+    below, right = (max(0, _LEAST - 2 * _MARGIN - side) for side in (height, width))
+    margins = [(_MARGIN, _MARGIN + below), (_MARGIN, _MARGIN + right), (0, 0)]
+    images = {name: np.pad(one, margins, mode="symmetric") for name, one in images.items()}
     with oidn.Device() as device:
         device.commit()
         _check(device)
-        guides = [name for name in GUIDES if name in images]
-        clean = {name: _filtered(oidn, device, {name: images[name]}, oidn.OIDN_QUALITY_BALANCED) for name in guides}
-        images = {"color": images["color"], **clean}
-        found = _filtered(oidn, device, images, oidn.OIDN_QUALITY_HIGH, hdr=True, cleanAux=bool(clean))
-    return np.ascontiguousarray(found[above : above + height, left : left + width])
+        for name in _GUIDES:
+            if name in images:
+                images[name] = _filtered(oidn, device, {name: images[name]}, oidn.OIDN_QUALITY_BALANCED)
+        found = np.zeros_like(images["color"])
+        for down, along in _TURNS:
+            turned = {name: np.ascontiguousarray(one[::down, ::along]) for name, one in images.items()}
+            guess = _filtered(oidn, device, turned, oidn.OIDN_QUALITY_HIGH, hdr=True, cleanAux="albedo" in images)
+            found += guess[::down, ::along] / len(_TURNS)
+    return np.ascontiguousarray(found[_MARGIN : _MARGIN + height, _MARGIN : _MARGIN + width] + clean)
 
 
 def check_installed() -> None:
