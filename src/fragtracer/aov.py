@@ -48,6 +48,7 @@ AOVS: Mapping[str, Aov] = {
     "denoising_normal": Aov("XYZ", "its shading normal, in the world"),
     "denoising_emission": Aov("RGB", "light seen where it is emitted, also through smooth surfaces; of the picture"),
     "denoising_clean_emission": Aov("RGB", "the same of more samples than the picture has"),
+    "denoising_half_difference": Aov("RGB", "half the difference of the means of two halves of the samples"),
     "samples": Aov("Y", "how many finite samples the pixel has"),
     "standard_error": Aov("RGB", "of the radiance; infinite below two samples"),
 }

@@ -2,20 +2,24 @@
 """Denoising by Open Image Denoise (Áfra 2025): a neural network guesses the picture that more samples would have given.
 It has a bias that nobody knows, so it never takes the place of the radiance (docs/denoising.md)."""
 
+from collections.abc import Sequence
 from importlib.metadata import version
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from numpy.typing import NDArray
 
 from fragtracer.errors import FragtracerError
+from fragtracer.sampling.pixels import around, bright
 
 Floats = npt.NDArray[np.float32]
 _GUIDES = ("albedo", "normal")
 _MARGIN = 32  # pixels of the picture mirrored around it, since the network has black there
 _LEAST = 128  # pixels a side
-_TURNS = ((1, 1), (-1, 1), (1, -1), (-1, -1))  # steps along the rows and columns of a picture and its mirror images
+_TURNS = ((1, 1), (-1, -1), (1, -1), (-1, 1))  # steps along the columns and rows of a picture and its mirror images
+_SQUARE = 21  # pixels a side, over which the error of a denoised picture is averaged
 KEY = "denoised"  # of the metadata of a picture that is, and the name of the layer
 LAYER_KEY = "denoised_layer"  # of the metadata of a picture that is not, but has such a layer
 
@@ -26,11 +30,12 @@ def denoise(
     normal: npt.ArrayLike | None = None,
     emission: npt.ArrayLike | None = None,
     clean_emission: npt.ArrayLike | None = None,
+    half_difference: npt.ArrayLike | None = None,
 ) -> Floats:
     """A guess of the picture without noise.
 
-    It is the mean of what the network makes of the picture and of its mirror images, whose errors differ (as Lim et al.
-    2017, Enhanced Deep Residual Networks for Single Image Super-Resolution, section 3.4).
+    It is the mean of what the network makes of mirror images, whose errors differ (as Lim et al. 2017, Enhanced Deep
+    Residual Networks for Single Image Super-Resolution, section 3.4).
 
     Parameters
     ----------
@@ -42,7 +47,11 @@ def denoise(
         is kept sharp. They are denoised first, for they have the noise of lenses and edges. A normal needs an albedo.
     emission, clean_emission
         ``denoising_emission``, a part of the image, and ``denoising_clean_emission``, the same with less noise, which
-        takes its place and is not denoised. One needs the other.
+        takes its place: in half of the mirror images before they are denoised, in the others after that. One needs the
+        other.
+    half_difference
+        ``denoising_half_difference``: by two independent halves of the samples it is estimated how wrong the guess is,
+        and the image is mixed in where it is better.
 
     Returns
     -------
@@ -57,29 +66,66 @@ def denoise(
     oidn = _library()
     color = _checked(image, "image", None)
     given = {"albedo": albedo, "normal": normal, "emission": emission, "clean_emission": clean_emission}
+    given |= {"half_difference": half_difference}
     layers = {name: _checked(one, name, color.shape) for name, one in given.items() if one is not None}
     for name, other in (("normal", "albedo"), ("emission", "clean_emission"), ("clean_emission", "emission")):
         if name in layers and other not in layers:
             raise FragtracerError(f"to denoise by the layer {name}, {other} is needed too")
     clean = layers.get("clean_emission", np.zeros_like(color))
-    images = {"color": np.maximum(color - layers.get("emission", 0), 0)}
-    images |= {name: layers[name] for name in _GUIDES if name in layers}
-    height, width, _ = color.shape
-    below, right = (max(0, _LEAST - 2 * _MARGIN - side) for side in (height, width))
-    margins = [(_MARGIN, _MARGIN + below), (_MARGIN, _MARGIN + right), (0, 0)]
-    images = {name: np.pad(one, margins, mode="symmetric") for name, one in images.items()}
+    rest = np.maximum(color - layers.get("emission", 0), 0)
+    half = layers.get("half_difference", np.zeros_like(color))
     with oidn.Device() as device:
         device.commit()
         _check(device)
-        for name in _GUIDES:
-            if name in images:
-                images[name] = _filtered(oidn, device, {name: images[name]}, oidn.OIDN_QUALITY_BALANCED)
-        found = np.zeros_like(images["color"])
-        for down, along in _TURNS:
-            turned = {name: np.ascontiguousarray(one[::down, ::along]) for name, one in images.items()}
-            guess = _filtered(oidn, device, turned, oidn.OIDN_QUALITY_HIGH, hdr=True, cleanAux="albedo" in images)
-            found += guess[::down, ::along] / len(_TURNS)
-    return np.ascontiguousarray(found[_MARGIN : _MARGIN + height, _MARGIN : _MARGIN + width] + clean)
+        guides = {name: _padded(layers[name]) for name in _GUIDES if name in layers}
+        guides = {
+            name: _filtered(oidn, device, {name: guide}, oidn.OIDN_QUALITY_BALANCED) for name, guide in guides.items()
+        }
+
+        def guess(noisy: Floats, turns: Sequence[tuple[int, int]]) -> Floats:
+            images = {"color": _padded(np.maximum(noisy, 0)), **guides}
+            found = np.zeros_like(images["color"])
+            for down, along in turns:
+                turned = {name: np.ascontiguousarray(one[::down, ::along]) for name, one in images.items()}
+                clear = _filtered(oidn, device, turned, oidn.OIDN_QUALITY_HIGH, hdr=True, cleanAux=bool(guides))
+                found += clear[::down, ::along] / len(turns)
+            height, width, _ = noisy.shape
+            return found[_MARGIN : _MARGIN + height, _MARGIN : _MARGIN + width]
+
+        denoised = (guess(rest + clean, _TURNS[:2]) + guess(rest, _TURNS[2:]) + clean) / 2
+        if half.any():
+            halves = [(rest + sign * half, guess(rest + sign * half, _TURNS[1:3])) for sign in (1, -1)]
+            denoised += _share(denoised, halves, half)[..., None] * (rest + clean - denoised)
+    return np.ascontiguousarray(denoised, np.float32)
+
+
+def _share(denoised: Floats, halves: list[tuple[Floats, Floats]], half_difference: Floats) -> NDArray[np.float64]:
+    """What share the noisy picture is to have in a mixture with the ``denoised`` one, (height, width), so that its error
+    is the least, if the errors of the two are independent. ``halves`` are noisy and denoised pictures of half of the
+    samples.
+
+    The error of a denoised half is found by the other half, whose noise it does not know (as Rousselle et al. 2012,
+    Adaptive Rendering with Non-Local Means Filtering, and Zheng et al. 2021, Ensemble Denoising for Monte Carlo
+    Renderings). It is averaged over a square, and counts as far as it is more than its own standard error.
+    """
+    brightness = around(bright(denoised), 5)[..., None]
+    brightness = np.where(brightness > 0, brightness, 1.0)
+    (a, of_a), (b, of_b) = ([one / brightness for one in half] for half in halves)
+    noisy, clear = (a + b) / 2, (of_a + of_b) / 2
+    error = (a * b - (b * of_a + a * of_b) / 2 + clear * (clear - noisy)).mean(axis=2)
+    squares = ((half_difference / brightness) ** 2).mean(axis=2)
+    variance = np.maximum(squares, around(squares, 5))
+    weight = 1 / (variance + 0.05 * np.median(variance) + 1e-4)
+    total = around(weight, _SQUARE)
+    deviation = np.sqrt(around((error * weight) ** 2, _SQUARE)) / (_SQUARE * total)
+    error = np.maximum(around(error * weight, _SQUARE) / total - deviation, 0)
+    return np.asarray(error / (error + variance + 1e-12))
+
+
+def _padded(image: Floats) -> Floats:
+    """With margins that mirror it."""
+    below, right = (max(0, _LEAST - 2 * _MARGIN - side) for side in image.shape[:2])
+    return np.pad(image, [(_MARGIN, _MARGIN + below), (_MARGIN, _MARGIN + right), (0, 0)], mode="symmetric")
 
 
 def check_installed() -> None:
