@@ -64,13 +64,15 @@ def test_the_better_of_the_two_counts(noise: float) -> None:
     truth = flat if noise else texture
     halves = [truth + noise * random.standard_normal((48, 64, 3)).clip(-1.6, 1.6) for _ in range(2)]
     image, half_difference = (halves[0] + halves[1]) / 2, (halves[0] - halves[1]) / 2
-    half_difference += 1e-4
+    standard_error = np.full_like(image, noise / np.sqrt(2) + 1e-3)
 
     def error(picture: np.ndarray) -> float:
         return float(np.sqrt(((picture - truth) ** 2).mean()))
 
     alone = error(denoise(image))
-    mixed = error(denoise(image, half_difference=half_difference))
+    mixed = error(denoise(image, half_difference=half_difference, standard_error=standard_error))
+    unknown = denoise(image, half_difference=half_difference, standard_error=np.full_like(image, np.inf))
+    np.testing.assert_array_equal(unknown, denoise(image))
     assert mixed < (1.1 * alone if noise else 0.1 * alone)
     assert alone > 0.02 or noise
 

@@ -53,7 +53,7 @@ AOVS: Mapping[str, Aov] = {
     "standard_error": Aov("RGB", "of the radiance; infinite below two samples"),
 }
 # What a denoiser wants, in the order of its arguments (:func:`fragtracer.denoise.denoise`).
-DENOISING = tuple(name for name in AOVS if name.startswith("denoising_"))
+DENOISING = (*(name for name in AOVS if name.startswith("denoising_")), "standard_error")
 
 
 def checked(names: Iterable[str]) -> tuple[str, ...]:

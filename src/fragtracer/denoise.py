@@ -16,6 +16,7 @@ from fragtracer.sampling.pixels import around, bright
 
 Floats = npt.NDArray[np.float32]
 _GUIDES = ("albedo", "normal")
+_PAIRS = (("emission", "clean_emission"), ("half_difference", "standard_error"))
 _MARGIN = 32  # pixels of the picture mirrored around it, since the network has black there
 _LEAST = 128  # pixels a side
 _TURNS = ((1, 1), (-1, -1), (1, -1), (-1, 1))  # steps along the columns and rows of a picture and its mirror images
@@ -31,6 +32,7 @@ def denoise(
     emission: npt.ArrayLike | None = None,
     clean_emission: npt.ArrayLike | None = None,
     half_difference: npt.ArrayLike | None = None,
+    standard_error: npt.ArrayLike | None = None,
 ) -> Floats:
     """A guess of the picture without noise.
 
@@ -49,9 +51,10 @@ def denoise(
         ``denoising_emission``, a part of the image, and ``denoising_clean_emission``, the same with less noise, which
         takes its place: in half of the mirror images before they are denoised, in the others after that. One needs the
         other.
-    half_difference
-        ``denoising_half_difference``: by two independent halves of the samples it is estimated how wrong the guess is,
-        and the image is mixed in where it is better.
+    half_difference, standard_error
+        ``denoising_half_difference`` and that of the image: by two independent halves of the samples it is estimated
+        how wrong the guess is, and the image is mixed in where it is better. One needs the other. An infinite standard
+        error, of a single sample, says nothing.
 
     Returns
     -------
@@ -66,14 +69,15 @@ def denoise(
     oidn = _library()
     color = _checked(image, "image", None)
     given = {"albedo": albedo, "normal": normal, "emission": emission, "clean_emission": clean_emission}
-    given |= {"half_difference": half_difference}
+    finite = None if standard_error is None else np.nan_to_num(standard_error, nan=np.nan, posinf=-1.0)
+    given |= {"half_difference": half_difference, "standard_error": finite}
     layers = {name: _checked(one, name, color.shape) for name, one in given.items() if one is not None}
-    for name, other in (("normal", "albedo"), ("emission", "clean_emission"), ("clean_emission", "emission")):
+    for name, other in (("normal", "albedo"), *_PAIRS, *(pair[::-1] for pair in _PAIRS)):
         if name in layers and other not in layers:
             raise FragtracerError(f"to denoise by the layer {name}, {other} is needed too")
     clean = layers.get("clean_emission", np.zeros_like(color))
     rest = np.maximum(color - layers.get("emission", 0), 0)
-    half = layers.get("half_difference", np.zeros_like(color))
+    error = layers.get("standard_error", np.full_like(color, -1.0))
     with oidn.Device() as device:
         device.commit()
         _check(device)
@@ -93,16 +97,16 @@ def denoise(
             return found[_MARGIN : _MARGIN + height, _MARGIN : _MARGIN + width]
 
         denoised = (guess(rest + clean, _TURNS[:2]) + guess(rest, _TURNS[2:]) + clean) / 2
-        if half.any():
+        if (error >= 0).all():
+            half = layers["half_difference"]
             halves = [(rest + sign * half, guess(rest + sign * half, _TURNS[1:3])) for sign in (1, -1)]
-            denoised += _share(denoised, halves, half)[..., None] * (rest + clean - denoised)
+            denoised += _share(denoised, halves, error)[..., None] * (rest + clean - denoised)
     return np.ascontiguousarray(denoised, np.float32)
 
 
-def _share(denoised: Floats, halves: list[tuple[Floats, Floats]], half_difference: Floats) -> NDArray[np.float64]:
-    """What share the noisy picture is to have in a mixture with the ``denoised`` one, (height, width), so that its error
-    is the least, if the errors of the two are independent. ``halves`` are noisy and denoised pictures of half of the
-    samples.
+def _share(denoised: Floats, halves: list[tuple[Floats, Floats]], standard_error: Floats) -> NDArray[np.float64]:
+    """What share the noisy picture is to have in a mixture with the ``denoised`` one, (height, width), for the least
+    error, if the errors of the two are independent. ``halves`` are noisy and denoised pictures of half of the samples.
 
     The error of a denoised half is found by the other half, whose noise it does not know (as Rousselle et al. 2012,
     Adaptive Rendering with Non-Local Means Filtering, and Zheng et al. 2021, Ensemble Denoising for Monte Carlo
@@ -113,8 +117,8 @@ def _share(denoised: Floats, halves: list[tuple[Floats, Floats]], half_differenc
     (a, of_a), (b, of_b) = ([one / brightness for one in half] for half in halves)
     noisy, clear = (a + b) / 2, (of_a + of_b) / 2
     error = (a * b - (b * of_a + a * of_b) / 2 + clear * (clear - noisy)).mean(axis=2)
-    squares = ((half_difference / brightness) ** 2).mean(axis=2)
-    variance = np.maximum(squares, around(squares, 5))
+    variance = ((standard_error / brightness) ** 2).mean(axis=2)
+    variance = np.maximum(variance, around(variance, 3))
     weight = 1 / (variance + 0.05 * np.median(variance) + 1e-4)
     total = around(weight, _SQUARE)
     deviation = np.sqrt(around((error * weight) ** 2, _SQUARE)) / (_SQUARE * total)

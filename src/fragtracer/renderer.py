@@ -375,12 +375,12 @@ class Renderer:
             return self.samples()
         if name == "standard_error":
             return self.standard_error()
+        if name == "denoising_half_difference":
+            return self._read().centred_half_difference().astype(np.float32)
         if name in _SUMS:
             return self._light(name)
         if AOVS[name].matte:
             return self._matte(name)
-        if name == "denoising_half_difference":
-            return self._read().centred_half_difference().astype(np.float32)
         if name in DENOISING:
             return self._denoising(name)
         return self._geometry(name, previous_camera or self.scene.camera)
