@@ -49,8 +49,7 @@ def denoise(
         is kept sharp. They are denoised first, for they have the noise of lenses and edges. A normal needs an albedo.
     emission, clean_emission
         ``denoising_emission``, a part of the image, and ``denoising_clean_emission``, the same with less noise, which
-        takes its place: in half of the mirror images before they are denoised, in the others after that. One needs the
-        other.
+        takes its place and is not denoised. One needs the other.
     half_difference, standard_error
         ``denoising_half_difference`` and that of the image: by two independent halves of the samples it is estimated
         how wrong the guess is, and the image is mixed in where it is better. One needs the other. An infinite standard
@@ -96,10 +95,10 @@ def denoise(
             height, width, _ = noisy.shape
             return found[_MARGIN : _MARGIN + height, _MARGIN : _MARGIN + width]
 
-        denoised = (guess(rest + clean, _TURNS[:2]) + guess(rest, _TURNS[2:]) + clean) / 2
+        denoised = guess(rest, _TURNS) + clean
         if (error >= 0).all():
             half = layers["half_difference"]
-            halves = [(rest + sign * half, guess(rest + sign * half, _TURNS[1:3])) for sign in (1, -1)]
+            halves = [(rest + sign * half, guess(rest + sign * half, _TURNS[:2])) for sign in (1, -1)]
             denoised += _share(denoised, halves, error)[..., None] * (rest + clean - denoised)
     return np.ascontiguousarray(denoised, np.float32)
 
