@@ -19,15 +19,16 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from fragtracer.aov import DENOISING
 from fragtracer.apps.cli.options import parse_size
 from fragtracer.apps.compare.measures import auto_exposure, displayed, mean_flip
 from fragtracer.apps.compare.relative_error import relative_weight
-from fragtracer.denoise import GUIDES, denoise
+from fragtracer.denoise import denoise
 from fragtracer.io.toml import load
 from fragtracer.renderer import Renderer
 
 Floats = NDArray[np.float32]
-SPP = (1, 2, 4, 8, 16, 32, 64, 128, 256)
+SPP = (1, 4, 16, 64, 256)
 FEW, MIDDLE, MANY = 16, 64, 256
 
 
@@ -88,14 +89,14 @@ def study(name: str, size: tuple[int, int], reference_spp: int) -> Study:
     rows, pictures, seconds = [], [], 0.0
     with Renderer(scene, size, adaptive="off", guiding="off") as renderer:
         renderer.sample(1)
-        renderer.aov(GUIDES[0])  # compiles
+        renderer.aov(DENOISING[0])  # compiles
         renderer.reset()
         for spp in SPP:
             start = time.perf_counter()
             image = renderer.render(spp=spp)
             seconds += time.perf_counter() - start
             start = time.perf_counter()
-            clean = denoise(image, *(renderer.aov(layer) for layer in GUIDES))
+            clean = denoise(image, *map(renderer.aov, DENOISING))
             denoising = time.perf_counter() - start
             rows.append(Row(spp, Errors.of(image, reference), Errors.of(clean, reference), seconds, denoising))
             if spp == FEW:

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What a compositor or a denoiser asks of the surface that a camera ray meets first: numbers in place of light, in the mean
-// over the same places in the pixel, and on the lens, as the samples of the picture. No light transport. The film holds the
-// albedo; of mattes it holds nothing, and counts.
+// over the same places in the pixel, and on the lens, as the samples of the picture. For a denoiser, of the surface met first
+// after smooth ones. The film holds the albedo; of mattes it holds nothing, and counts.
 #include "bsdf/fresnel.glsl"
 #include "camera/camera.glsl"
 #include "film/film.glsl"
@@ -12,8 +12,17 @@
 #define LAYERS_GEOMETRY 0
 #define LAYERS_OBJECTS 1
 #define LAYERS_MATERIALS 2
+#define LAYERS_DENOISING 3
 #ifndef LAYERS
 #define LAYERS LAYERS_GEOMETRY
+#endif
+
+#if LAYERS == LAYERS_DENOISING
+#include "integrator/escape.glsl"
+#include "integrator/interior.glsl"
+
+uniform int u_bounces;
+uniform int u_russian_roulette_vertex;
 #endif
 
 layout(location = 0) out vec4 out_mean;
@@ -25,12 +34,7 @@ layout(location = 5) out vec4 out_layer_2;
 
 uniform int u_rays;
 
-#if LAYERS == LAYERS_GEOMETRY
-uniform mat4 u_to_pixel;  // from homogeneous points to pixels, row 0 at the bottom
-uniform mat4 u_to_previous_pixel;
-
-vec4 layers[3];  // normal and how many rays have met something; position and depth in the mean of those; motion
-
+#if LAYERS == LAYERS_GEOMETRY || LAYERS == LAYERS_DENOISING
 // What the surface reflects and lets through of white light from straight above.
 vec3 layers_albedo(Material material, bool is_front) {
     if (material.unlit != 0) return material.emission;
@@ -42,6 +46,14 @@ vec3 layers_albedo(Material material, bool is_front) {
     return material.diffuse + material.f0;
 }
 
+#endif
+
+#if LAYERS == LAYERS_GEOMETRY
+uniform mat4 u_to_pixel;  // from homogeneous points to pixels, row 0 at the bottom
+uniform mat4 u_to_previous_pixel;
+
+vec4 layers[3];  // normal and how many rays have met something; position and depth in the mean of those; motion
+
 // In pixels, from this picture to the previous one; 0 where that has it behind the camera.
 vec2 layers_motion(vec4 point) {
     vec4 now = u_to_pixel * point;
@@ -49,8 +61,8 @@ vec2 layers_motion(vec4 point) {
     return now.w > 0.0 && before.w > 0.0 ? before.xy / before.w - now.xy / now.w : vec2(0.0);
 }
 
-void layers_add(inout Film film, Ray ray, uint seed) {
-    Hit hit = closest_hit(ray, seed);
+void layers_add(inout Film film, ivec2 pixel, uint index, Ray ray, uint seed) {
+    Hit hit = closest_hit(ray, hash_uint(seed));
     bool is_hit = hit.primitive != NO_PRIMITIVE;
     Surface surface = surface_at(ray, hit);
     bool is_front = dot(surface.normal, ray.direction) < 0.0;
@@ -63,6 +75,67 @@ void layers_add(inout Film film, Ray ray, uint seed) {
     layers[0].a += 1.0;
     float depth = -dot(surface.position - u_inverse_view[3].xyz, u_inverse_view[2].xyz);
     layers[1] += (vec4(surface.position, depth) - layers[1]) / layers[0].a;
+}
+#elif LAYERS == LAYERS_DENOISING
+const int MOST_FOLLOWED = 16;  // smooth surfaces, one after the other
+
+vec4 layers[3];  // normal; light
+
+// Of the surface that is met first after smooth ones, which are followed as paths follow them (integrator/path.glsl, with
+// the same random numbers): albedo, times what is left on the way, and normal; and the light emitted on that way.
+void layers_add(inout Film film, ivec2 pixel, uint index, Ray ray, uint seed) {
+    vec3 albedo = vec3(0.0);
+    vec3 normal = vec3(0.0);
+    vec3 light = vec3(0.0);
+    vec3 throughput = vec3(1.0);
+    float eta_scale = 1.0;
+    ivec4 inside = u_camera_interiors;
+    int band = BAND_NONE;
+    int depth = 0;
+    int number = 0;
+    bool goes_on;
+    do {
+        Hit hit = closest_hit(ray, hash_uint(seed + uint(number)));
+        bool is_hit = hit.primitive != NO_PRIMITIVE;
+        Surface surface = surface_at(ray, hit);
+        Material material = material_at(surface);
+        float cos_theta = -dot(surface.normal, ray.direction);
+        bool is_unlit = is_hit && material.unlit != 0;
+#if HAS_MEDIA
+        bool is_certain = false;
+#else
+        throughput *= interior_transmittance(inside, hit.distance);
+        bool is_certain = depth <= min(u_bounces, u_russian_roulette_vertex - 1);
+#endif
+        if (is_certain && !is_hit) light += throughput * escaped_radiance(ray.direction, depth, 0.0, true);
+        if (is_certain && is_hit && surface.light >= 0 && cos_theta > 0.0) light += throughput * material.emission;
+        if (is_certain && is_unlit) light += throughput * material.emission;
+        float rr_sample;
+        vec4 u = sampler_vec4(pixel, index, dimension_vertex(number), rr_sample);
+        Vertex vertex = vertex_at(surface, material, ray.direction, 0u);
+        if (is_hit) {
+            int next_band = interior_band(material, band, hash_to_unit(hash_uint(seed ^ 0x68bc21ebu)));
+            throughput *= interior_band_color(band, next_band);
+            band = next_band;
+            interior_set_vertex(vertex, material, cos_theta >= 0.0, inside, band);
+        }
+        BsdfSample s = bsdf_sample(vertex.bsdf, vertex.wo, u.xy);
+        number++;
+        goes_on = is_hit && !is_unlit && bsdf_is_delta(s) && s.pdf > 0.0 && number < MOST_FOLLOWED
+            && (depth < u_bounces || interior_may_pass(material));
+        if (is_hit && !goes_on) {
+            albedo = throughput * eta_scale * layers_albedo(material, cos_theta > 0.0);
+            normal = material_shading_normal(surface);
+        }
+        throughput *= s.weight * vertex_shading_factor(vertex, s.wi);
+        eta_scale *= square(s.eta);
+        ray = Ray(vertex_origin(vertex, s.wi), frame_to_world(vertex.frame, s.wi));
+        inside = interior_behind_vertex(vertex, s.wi);
+        depth += bsdf_is_null(s) ? 0 : 1;
+    } while (goes_on);
+    film_add(film, albedo);
+    layers[0].xyz += (normal - layers[0].xyz) / film.count;
+    layers[1].rgb += (light - layers[1].rgb) / film.count;
 }
 #else
 vec4 layers[3];  // six ranks, two a texture: the number of an object or a material, from 1 on, and how many rays have met it
@@ -82,8 +155,8 @@ void layers_count(float number) {
     }
 }
 
-void layers_add(inout Film film, Ray ray, uint seed) {
-    Hit hit = closest_hit(ray, seed);
+void layers_add(inout Film film, ivec2 pixel, uint index, Ray ray, uint seed) {
+    Hit hit = closest_hit(ray, hash_uint(seed));
     film_add(film, vec3(0.0));
     if (hit.primitive == NO_PRIMITIVE) return;
 #if LAYERS == LAYERS_OBJECTS
@@ -104,7 +177,7 @@ void main() {
         uint index = film_sampler_index(film);
         vec4 u = sampler_vec4(pixel, index, dimension_camera(), unused);
         // The hash of the path's first vertex, so that stochastic alpha decides as in the picture.
-        layers_add(film, camera_ray(pixel, u), hash_uint(hash_pcg4d(floatBitsToUint(u)).x));
+        layers_add(film, pixel, index, camera_ray(pixel, u), hash_pcg4d(floatBitsToUint(u)).x);
     }
     if (traversal_was_cut) film_invalidate(film);
     out_mean = film_mean(film);

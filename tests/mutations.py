@@ -1114,9 +1114,16 @@ MUTATIONS = [
     Mutation(
         "a matte of other samples than the picture",
         "layers.frag",
-        "hash_uint(hash_pcg4d(floatBitsToUint(u)).x)",
-        "hash_pcg4d(floatBitsToUint(u)).x",
+        "closest_hit(ray, hash_uint(seed));\n    film_add",
+        "closest_hit(ray, seed);\n    film_add",
         Check(test_aov.test_mattes_anti_alias_as_the_picture_does, opacity=0.5),
+    ),
+    Mutation(
+        "light seen through glass by other paths than the picture",
+        "layers.frag",
+        "dimension_vertex(number)",
+        "dimension_vertex(number + 1)",
+        Check(test_aov.test_what_is_seen_to_emit_is_part_of_the_picture, name="glass"),
     ),
     Mutation(
         "motion from the previous picture",

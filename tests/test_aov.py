@@ -13,7 +13,7 @@ from rendering import Planter
 from scene_builders import lambert
 from small_pictures import SIZE, SPP
 
-from fragtracer.aov import AOVS, channels, checked, matte, matte_id, matte_metadata, murmur3
+from fragtracer.aov import AOVS, DENOISING, channels, checked, matte, matte_id, matte_metadata, murmur3
 from fragtracer.errors import FragtracerError, OutputError
 from fragtracer.io.images import read_image, read_layers, write_image
 from fragtracer.io.toml import load
@@ -185,6 +185,51 @@ def test_motion_of_a_wall(ctx: moderngl.Context) -> None:
     np.testing.assert_allclose(turned[12, 16], (-0.1 * 4 * pixels_per_metre, 0), atol=0.05)
 
 
+@pytest.mark.parametrize("name", ["glass", "mirror", "wax", "leaves"])
+def test_what_is_seen_to_emit_is_part_of_the_picture(ctx: moderngl.Context, name: str) -> None:
+    """Also through smooth surfaces, by the same paths, so that nothing is left where nothing else is seen; and the mean
+    of more samples is the same as of other ones."""
+    with Renderer(load(name), SIZE, context=ctx, adaptive="off", guiding="off") as renderer:
+        renderer.sample(4)
+        image, seen, clean = (renderer.image(), *map(renderer.aov, DENOISING[2:4]))
+        assert (image - seen).min() > -1e-5 * image.max()
+        np.testing.assert_allclose(clean.mean(), seen.mean(), rtol=0.2, atol=1e-6)
+        renderer.sample(60)
+        np.testing.assert_array_equal(renderer.aov("denoising_emission"), clean)
+
+
+def test_nothing_but_what_is_seen_to_emit(ctx: moderngl.Context) -> None:
+    """A glass ball and a pane before the sky."""
+    clear = {"dielectric": Material(model="dielectric", roughness=0.0)}
+    clear |= {"thin-dielectric": Material(model="thin-dielectric")}
+    scene = Scene(
+        Camera((0, 0, 3), (0, 0, 0)),
+        clear,
+        spheres=[Sphere((0, 0, 0), 0.8, "dielectric")],
+        planes=[Plane((0, 0, -1), (0, 0.2, 1), "thin-dielectric")],
+        ambient=Ambient((1.0, 0.5, 0.25)),
+    )
+    with Renderer(scene, SIZE, context=ctx, russian_roulette=False, bounces=16) as renderer:
+        renderer.sample(SPP)
+        np.testing.assert_allclose(renderer.aov("denoising_emission"), renderer.image(), rtol=1e-4)
+
+
+def test_what_a_denoiser_is_told_of_a_mirror(ctx: moderngl.Context) -> None:
+    """The wall that it shows, times what it reflects; other layers are those of the mirror."""
+    scene = Scene(
+        Camera((0, 0, 3), (0, 0, 0), fov_degrees=20),
+        {"mirror": Material(metal="gold", roughness=0.0), "wall": lambert(0.5)},
+        planes=[Plane((0, 0, 0), (0, 0, 1), "mirror"), Plane((0, 0, 4), (0, 0, -1), "wall")],
+        ambient=Ambient(1),
+    )
+    with Renderer(scene, (9, 9), context=ctx) as renderer:
+        renderer.sample(4)
+        gold = renderer.aov("albedo")[4, 4]
+        np.testing.assert_allclose(renderer.aov("denoising_albedo")[4, 4], 0.5 * gold, rtol=0.02)
+        np.testing.assert_allclose(renderer.aov("denoising_normal")[4, 4], (0, 0, -1), atol=1e-5)
+        np.testing.assert_allclose(renderer.aov("normal")[4, 4], (0, 0, 1), atol=1e-5)
+
+
 @pytest.mark.parametrize("opacity", [1.0, 0.5])
 def test_mattes_anti_alias_as_the_picture_does(ctx: moderngl.Context, opacity: float) -> None:
     """A ball that shows 1 before black: the picture is its share of each pixel, through stochastic alpha too."""
@@ -287,6 +332,7 @@ def test_mistakes(ctx: moderngl.Context, tmp_path: Path) -> None:
         checked(["albedo, normals"])
     assert checked(["normal,albedo", "normal"]) == ("normal", "albedo")
     assert checked(["albedo", "all"]) == tuple(AOVS)
+    assert checked(["denoising", "normal"]) == (*DENOISING, "normal")
     with pytest.raises(OutputError, match=r"a\.png: only \.exr files have layers; give a\.exr"):
         write_image(tmp_path / "a.png", image, layers={"albedo": image})
     write_image(tmp_path / "a.exr", image, layers={"albedo": image})

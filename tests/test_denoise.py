@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from rendering import rendered
 
+from fragtracer.aov import DENOISING
 from fragtracer.apps import cli
 from fragtracer.apps.compare.relative_error import relative_weight
 from fragtracer.denoise import denoise
@@ -33,7 +34,7 @@ def test_the_error_falls(ctx: moderngl.Context) -> None:
     reference = rendered(ctx, load("cornell-box"), 1024, size, seed=1, adaptive="off")
     with Renderer(load("cornell-box"), size, context=ctx, guiding="off") as renderer:
         renderer.sample(16)
-        image, guides = renderer.image(), [renderer.aov(name) for name in ("albedo", "normal")]
+        image, guides = renderer.image(), [renderer.aov(name) for name in DENOISING]
     before = image.copy()
 
     def error(picture: np.ndarray) -> float:
@@ -54,6 +55,28 @@ def test_sizes_of_all_kinds_and_brightnesses(size: tuple[int, int]) -> None:
         np.testing.assert_allclose(denoise(image, image * 0 + 0.5, image * 0 + (0, 0, 1)), image, rtol=0.05, atol=1e-6)
 
 
+@pytest.mark.parametrize("noise", [0.0, 0.3])
+def test_the_better_of_the_two_counts(noise: float) -> None:
+    """A texture that the denoiser takes for noise stays, where two halves of the samples have it; their noise goes."""
+    random = np.random.default_rng(5)
+    texture = np.repeat(0.5 + 0.2 * random.standard_normal((48, 64, 1)).clip(-2, 2), 3, axis=2)
+    flat = np.full_like(texture, 0.5)
+    truth = flat if noise else texture
+    halves = [truth + noise * random.standard_normal((48, 64, 3)).clip(-1.6, 1.6) for _ in range(2)]
+    image, half_difference = (halves[0] + halves[1]) / 2, (halves[0] - halves[1]) / 2
+    standard_error = np.full_like(image, noise / np.sqrt(2) + 1e-3)
+
+    def error(picture: np.ndarray) -> float:
+        return float(np.sqrt(((picture - truth) ** 2).mean()))
+
+    alone = error(denoise(image))
+    mixed = error(denoise(image, half_difference=half_difference, standard_error=standard_error))
+    unknown = denoise(image, half_difference=half_difference, standard_error=np.full_like(image, np.inf))
+    np.testing.assert_array_equal(unknown, denoise(image))
+    assert mixed < 0.1 * (error(image) if noise else alone)
+    assert alone > 0.02 or noise
+
+
 def test_what_it_refuses(monkeypatch: pytest.MonkeyPatch) -> None:
     image = np.ones((4, 4, 3), np.float32)
     spoilt = image.copy()
@@ -66,8 +89,12 @@ def test_what_it_refuses(monkeypatch: pytest.MonkeyPatch) -> None:
         denoise(image[..., 0])
     with pytest.raises(FragtracerError, match=r"^albedo has the shape \(3, 4, 3\), the image \(4, 4, 3\)"):
         denoise(image, image[:3])
-    with pytest.raises(FragtracerError, match=r"^to denoise by a normal, an albedo is needed too"):
+    with pytest.raises(FragtracerError, match=r"^to denoise by the layer normal, albedo is needed too"):
         denoise(image, None, image)
+    with pytest.raises(FragtracerError, match=r"^to denoise by the layer emission, clean_emission is needed too"):
+        denoise(image, image, image, image)
+    with pytest.raises(FragtracerError, match=r"^to denoise by the layer clean_emission, emission is needed too"):
+        denoise(image, clean_emission=image)
     monkeypatch.setitem(sys.modules, "pyoidn", None)
     with pytest.raises(FragtracerError, match=r"needs Open Image Denoise; pip install 'fragtracer\[denoise\]'"):
         denoise(image)
@@ -75,7 +102,7 @@ def test_what_it_refuses(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_the_radiance_stays_in_the_file(tmp_path, monkeypatch, capsys) -> None:
     """Beside the denoised layer, of which a picture shows the same as one developed from the layers; each says so."""
-    options = ("--size", "24x16", "--spp", 4, "--aov", "albedo,normal")
+    options = ("--size", "24x16", "--spp", 4, "--aov", "denoising")
     render = ("render", "cornell-box", "-o")
     assert command(monkeypatch, capsys, *render, tmp_path / "raw.exr", *options)[0] == 0
     assert command(monkeypatch, capsys, *render, tmp_path / "a.exr", *options, "--denoise")[0] == 0
@@ -94,6 +121,10 @@ def test_the_radiance_stays_in_the_file(tmp_path, monkeypatch, capsys) -> None:
         assert read_metadata(tmp_path / name)["denoised"].startswith("Open Image Denoise")
     assert "denoised" not in read_metadata(tmp_path / "raw.png")
 
+    write_image(tmp_path / "old.exr", raw, layers={name: np.ones_like(raw) for name in ("albedo", "normal")})
+    develop = ("develop", tmp_path / "old.exr", "-o", tmp_path / "old.png", "--denoise")
+    assert command(monkeypatch, capsys, *develop)[0] == 0  # with what there is
+
     status, message = command(monkeypatch, capsys, "compare", tmp_path / "a.png")
     assert (status, "this is a denoised picture, and compare renders the scene itself" in message) == (2, True)
     status, message = command(monkeypatch, capsys, "compare", tmp_path / "raw.exr")
@@ -108,8 +139,8 @@ def test_commands_that_cannot_denoise(tmp_path, monkeypatch, capsys) -> None:
         (*render, "-o", tmp_path / "a.npy", "--denoise"): "only .exr files keep the radiance beside a denoised layer",
         (*render, "-o", tmp_path / "a.png", "--aov", "albedo"): "a.png: only .exr files have layers; give a.exr",
         (*render, "-o", tmp_path / "a.exr", "--aov", "albedos"): "no layer 'albedos'; the layers are: albedo, ",
-        ("develop", tmp_path / "bare.exr", "-o", tmp_path / "a.png", "--denoise"): "render it with --aov albedo,normal",
-        ("develop", tmp_path / "bare.npy", "-o", tmp_path / "a.png", "--denoise"): "render it with --aov albedo,normal",
+        ("develop", tmp_path / "bare.exr", "-o", tmp_path / "a.png", "--denoise"): "render it with --aov denoising",
+        ("develop", tmp_path / "bare.npy", "-o", tmp_path / "a.png", "--denoise"): "render it with --aov denoising",
         ("compare", "furnace", "--denoise"): "compare tests the mean of samples, and a denoised picture is none",
     }
     for arguments, expected in cases.items():

@@ -21,8 +21,8 @@ LAYERS = [
     {"errors"},  # 0
     {"resources", "output", "display"},  # 0
     {"cache"},  # 0
-    {"scene", "bvh", "sampling", "aov", "denoise"},  # 1
-    {"shader_composer", "archive"},  # 2
+    {"scene", "bvh", "sampling", "aov"},  # 1
+    {"shader_composer", "archive", "denoise"},  # 2
     {"films"},  # 3
     {"io", "packing"},  # 3
     {"gpu"},  # 4

@@ -44,13 +44,21 @@ AOVS: Mapping[str, Aov] = {
     "indirect_specular": Aov("RGB", "light scattered more often, first otherwise", is_light=True),
     "object": Aov("RGBA", "ids of objects and the share of the pixel that is theirs", matte="CryptoObject"),
     "material": Aov("RGBA", "ids of materials and the share of the pixel that is theirs", matte="CryptoMaterial"),
+    "denoising_albedo": Aov("RGB", "albedo of what is seen, also through smooth surfaces, times what they leave of it"),
+    "denoising_normal": Aov("XYZ", "its shading normal, in the world"),
+    "denoising_emission": Aov("RGB", "light seen where it is emitted, also through smooth surfaces; of the picture"),
+    "denoising_clean_emission": Aov("RGB", "the same of more samples than the picture has"),
+    "denoising_half_difference": Aov("RGB", "half the difference of the means of two halves of the samples"),
     "samples": Aov("Y", "how many finite samples the pixel has"),
     "standard_error": Aov("RGB", "of the radiance; infinite below two samples"),
 }
+# What a denoiser wants, in the order of its arguments (:func:`fragtracer.denoise.denoise`).
+DENOISING = (*(name for name in AOVS if name.startswith("denoising_")), "standard_error")
 
 
 def checked(names: Iterable[str]) -> tuple[str, ...]:
-    """The layers asked for, each once; "all" are all, and commas may stand between names.
+    """The layers asked for, each once; "all" are all, "denoising" those that a denoiser wants, and commas may stand
+    between names.
 
     Raises
     ------
@@ -59,9 +67,10 @@ def checked(names: Iterable[str]) -> tuple[str, ...]:
     """
     asked = [part.strip() for name in names for part in name.split(",")]
     for name in asked:
-        if name != "all" and name not in AOVS:
+        if name not in ("all", "denoising", *AOVS):
             raise FragtracerError(f"there is no layer {name!r}; the layers are: {', '.join(AOVS)}, or all of them: all")
-    return tuple(AOVS) if "all" in asked else tuple(dict.fromkeys(asked))
+    groups = {"all": tuple(AOVS), "denoising": DENOISING}
+    return tuple(dict.fromkeys(one for name in asked for one in groups.get(name, (name,))))
 
 
 def channels(name: str, values: Floats) -> dict[str, Floats]:

@@ -13,7 +13,7 @@ from typing import Any, Literal, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from fragtracer.aov import AOVS, RANKS, checked, matte
+from fragtracer.aov import AOVS, DENOISING, RANKS, checked, matte
 from fragtracer.errors import FilmError, FragtracerError
 from fragtracer.films import SavedFilm, origin_of
 from fragtracer.gpu.accumulation import Accumulation
@@ -41,6 +41,7 @@ _SUMS = {
     **{name: (name,) for name in _PARTS},
 }
 _GEOMETRY_LAYERS = 3  # targets of layers.frag besides those of the film
+_DENOISING_SAMPLES = 64  # at least, of what a denoiser is told
 _FIRST_LOOK = 16  # samples per pixel, at the error
 
 
@@ -136,7 +137,7 @@ class Renderer:
             self._film.warm_up(self._tracer)
         self._last_error: float | None = None
         self._next_look = _FIRST_LOOK
-        self._drawn_last: dict[str, tuple[tuple[Camera, int], tuple[Pixels, NDArray[np.float32]]]] = {}
+        self._drawn_last: dict[str, tuple[tuple[Camera, int], list[tuple[Pixels, NDArray[np.float32]]]]] = {}
 
     def sample(self, spp: int = 1, on_band: Callable[[float], None] | None = None) -> None:
         """Add ``spp`` samples per pixel; ``on_band`` hears how many there are so far.
@@ -352,7 +353,8 @@ class Renderer:
 
         Light adds up: emission + direct + indirect is :meth:`image`, and so is emission + diffuse + specular. Layers of
         the surface that is met first are drawn now, with the first :attr:`spp` samples of each pixel. They are means
-        over all samples, 0 where nothing is met; depth and position over those that have met something.
+        over all samples, 0 where nothing is met; depth and position over those that have met something. Layers for a
+        denoiser have at least 64 samples of each pixel, but for the light that the picture itself has seen.
 
         Parameters
         ----------
@@ -373,10 +375,14 @@ class Renderer:
             return self.samples()
         if name == "standard_error":
             return self.standard_error()
+        if name == "denoising_half_difference":
+            return self._read().centred_half_difference().astype(np.float32)
         if name in _SUMS:
             return self._light(name)
         if AOVS[name].matte:
             return self._matte(name)
+        if name in DENOISING:
+            return self._denoising(name)
         return self._geometry(name, previous_camera or self.scene.camera)
 
     def _light(self, name: str) -> NDArray[np.float32]:
@@ -388,7 +394,7 @@ class Renderer:
         return total
 
     def _matte(self, name: str) -> NDArray[np.float32]:
-        pixels, layers = self._drawn(f"LAYERS_{name.upper()}S", self.scene.camera)
+        pixels, layers = self._drawn(f"LAYERS_{name.upper()}S", self.scene.camera)[0]
         ranks = layers.transpose(1, 2, 0, 3).reshape(*layers.shape[1:3], RANKS, 2)
         return matte(ranks, pixels.mean[..., 3], self.matte_names(name))
 
@@ -398,7 +404,7 @@ class Renderer:
         return matte_names(self.scene)[name == "material"]
 
     def _geometry(self, name: str, previous: Camera) -> NDArray[np.float32]:
-        pixels, (normal, place, motion) = self._drawn("LAYERS_GEOMETRY", previous)
+        pixels, (normal, place, motion) = self._drawn("LAYERS_GEOMETRY", previous)[0]
         is_met = normal[..., 3:] > 0
         if name == "albedo":
             return np.ascontiguousarray(pixels.mean[..., :3])
@@ -413,9 +419,26 @@ class Renderer:
             return np.asarray(normal[..., :3] @ axes.T, np.float32)
         return np.ascontiguousarray(normal[..., :3])
 
-    def _drawn(self, kind: str, previous: Camera) -> tuple[Pixels, NDArray[np.float32]]:
-        """What layers.frag draws with the samples that the picture has: its film and its layers (3, height, width, 4);
-        what was drawn last is kept."""
+    def _denoising(self, name: str) -> NDArray[np.float32]:
+        (_, few), (pixels, (normal, light, _)) = self._drawn(
+            "LAYERS_DENOISING", self.scene.camera, max(self.spp, _DENOISING_SAMPLES)
+        )
+        if name == "denoising_albedo":
+            return np.clip(pixels.mean[..., :3], 0, 1)
+        if name == "denoising_normal":
+            return np.ascontiguousarray(normal[..., :3])
+        found = (light if name == "denoising_clean_emission" else few[1])[..., :3]
+        return np.ascontiguousarray(found if self._samples_are_plain else np.zeros_like(found))
+
+    @property
+    def _samples_are_plain(self) -> bool:
+        """Whether those of the picture go the ways of layers.frag as long as surfaces are smooth."""
+        traces_paths = self._program().name == PROGRAMS["path"]
+        return traces_paths and not (self._film.is_uneven or self.first_sample or "u_guiding" in self._packed().tables)
+
+    def _drawn(self, kind: str, previous: Camera, most: int = 0) -> list[tuple[Pixels, NDArray[np.float32]]]:
+        """What layers.frag draws with the samples that the picture has, and then with ``most``, if there is such a
+        number: its film and its layers (3, height, width, 4); what was drawn last is kept."""
         known, found = self._drawn_last.get(kind, (None, None))
         if found is None or known != (previous, self.spp):
             size = self.settings.width, self.settings.height
@@ -428,10 +451,13 @@ class Renderer:
                     program = TracerProgram("layers.frag", {"LAYERS": kind}, self._level, root=self._shaders)
                     self._tracer.load(packed, program)
                     self._tracer.set({name: tuple(matrix.T.ravel()) for name, matrix in matrices.items()})
-                    for _ in self._tracer.bands(film, self.spp):
-                        pass
                     assert film.layers is not None
-                    found = film.read(), film.layers.read()
+                    found = []
+                    for samples in (self.spp, most) if most else (self.spp,):
+                        if samples > film.samples:
+                            for _ in self._tracer.bands(film, samples - film.samples):
+                                pass
+                        found.append((film.read(), film.layers.read()))
                     self._drawn_last[kind] = (previous, self.spp), found
                 finally:
                     film.release()

@@ -21,8 +21,8 @@ def develop(
     bloom_alone: options.BloomAlone = False,
     denoise: options.Denoise = False,
 ) -> None:
-    """Make a picture of IMAGE, with exposure, glare and tone curve; with --denoise from an .exr with the layers albedo
-    and normal."""
+    """Make a picture of IMAGE, with exposure, glare and tone curve; with --denoise from an .exr that was rendered
+    with --aov denoising, or albedo,normal."""
     from fragtracer.denoise import check_installed
     from fragtracer.display.look import Look
     from fragtracer.io.images import read_content, write_image
@@ -45,13 +45,17 @@ def develop(
 
 def _denoised(path: Path) -> tuple[Any, dict[str, str]]:
     """The image of a file, denoised, and metadata that say so."""
-    from fragtracer.denoise import GUIDES, KEY, denoise, denoiser
+    from fragtracer.aov import DENOISING
+    from fragtracer.denoise import KEY, denoise, denoiser
     from fragtracer.io.images import read_layers
 
-    try:
-        images, metadata = read_layers(path, GUIDES)
-    except FragtracerError as error:
-        if not path.is_file():
-            raise
-        raise FragtracerError(f"{error}; to denoise it later, render it with --aov {','.join(GUIDES)}") from None
-    return denoise(*images), metadata | {KEY: denoiser()}
+    for layers in (DENOISING, ("albedo", "normal")):
+        try:
+            images, metadata = read_layers(path, layers)
+        except FragtracerError as error:
+            if not path.is_file():
+                raise
+            problem = error
+        else:
+            return denoise(*images), metadata | {KEY: denoiser()}
+    raise FragtracerError(f"{problem}; to denoise it later, render it with --aov denoising")

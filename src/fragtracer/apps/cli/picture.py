@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from fragtracer.aov import AOVS
+from fragtracer.aov import AOVS, DENOISING
 from fragtracer.errors import OutputError
 
 
@@ -38,7 +38,7 @@ class Picture:
         self, renderer: Any, output: Path, more: Mapping[str, str] | None = None, previous_camera: Any = None
     ) -> None:
         """Write what ``renderer`` has, with ``more`` metadata; "motion" is from ``previous_camera``."""
-        from fragtracer.denoise import GUIDES, KEY, LAYER_KEY, denoise, denoiser
+        from fragtracer.denoise import KEY, LAYER_KEY, denoise, denoiser
         from fragtracer.io.images import write_image
 
         image, metadata = renderer.image(), renderer.metadata() | dict(more or {})
@@ -46,7 +46,7 @@ class Picture:
         layers = {name: renderer.aov(name, previous_camera) for name in aovs}
         names = {name: renderer.matte_names(name) for name in aovs if AOVS[name].matte}
         if self.denoise and renderer.spp:
-            clean = denoise(image, *(renderer.aov(name, previous_camera) for name in GUIDES))
+            clean = denoise(image, *map(renderer.aov, DENOISING))
             if output.suffix.lower() == ".png":
                 image, metadata[KEY] = clean, denoiser()
             else:

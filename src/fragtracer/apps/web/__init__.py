@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from fragtracer import __version__
+from fragtracer.aov import DENOISING
 from fragtracer.apps.web.payload import packed_for_page, scene_payload
 from fragtracer.apps.web.smaller import with_quantised_meshes, with_smaller_images
-from fragtracer.denoise import GUIDES, check_installed
+from fragtracer.denoise import check_installed
 from fragtracer.denoise import denoise as denoised
 from fragtracer.display.look import Look
 from fragtracer.errors import FragtracerError, SceneError
@@ -198,7 +199,7 @@ def _made_smaller(scene: Scene) -> Iterator[tuple[Scene, list[str]]]:
 
 def _rendered(renderer: Renderer, spp: int, seconds: float, denoise: bool) -> NDArray[np.float32]:
     image = renderer.render(spp=spp, seconds=seconds)
-    return denoised(image, *map(renderer.aov, GUIDES)) if denoise else image
+    return denoised(image, *map(renderer.aov, DENOISING)) if denoise else image
 
 
 def _turntable(scene: Scene, fallback: tuple[int, int, int], look: Look, seconds: float, denoise: bool) -> list[str]:
