@@ -2,6 +2,7 @@
 """Light from all around, in whole renders: closed forms, integrals in numpy, Mitsuba, and planted errors."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -56,6 +57,7 @@ ENVIRONMENTS = {
 }
 
 
+@cache
 def irradiance(environment: Environment) -> NDArray[np.float64]:
     """On a floor, by the midpoint rule, 8 places a texel or more in both directions; 2 in a smooth sky."""
     pixels = environment.pixels
@@ -221,15 +223,22 @@ MUTATIONS = {
 }
 
 
-@pytest.mark.parametrize("name", MUTATIONS)
-def test_a_planted_error_is_found(ctx, monkeypatch, tmp_path, name):
-    """By the light on the floor, which is right without it."""
+@cache
+def right_floor(ctx):
+    """A floor under few texels, and its radiance, which is that of a render."""
     environment = Environment(image=Panorama(noise(5, 8)), rotation_degrees=130.0)
     expected = np.multiply(FLOOR_ALBEDO, irradiance(environment)) / np.pi
     assert_mean(rendered(ctx, floor_under(environment), 4096, bounces=1), expected, 0.01, 2e-4)
+    return floor_under(environment), expected
+
+
+@pytest.mark.parametrize("name", MUTATIONS)
+def test_a_planted_error_is_found(ctx, monkeypatch, tmp_path, name):
+    """By the light on the floor, which is right without it."""
+    scene, expected = right_floor(ctx)
     Planter(monkeypatch, tmp_path)("light/environment.glsl", *MUTATIONS[name])
     with pytest.raises(AssertionError):
-        assert_mean(rendered(ctx, floor_under(environment), 4096, bounces=1), expected, 0.01, 2e-4)
+        assert_mean(rendered(ctx, scene, 4096, bounces=1), expected, 0.01, 2e-4)
 
 
 def test_environment_counted_twice_is_found(ctx, monkeypatch, tmp_path):
