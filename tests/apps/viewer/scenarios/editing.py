@@ -27,7 +27,7 @@ def edits_a_material() -> None:
         return value
 
     widgets.slider = watched
-    with opened(size=(760, 720)) as viewer:
+    with opened(size=(760, 720), guides=True) as viewer:
         hand = Hand(viewer)
         center = viewer.session.document.part(GOLD).center
         hand.click(*hand.place_of(center))
