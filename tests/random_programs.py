@@ -181,12 +181,15 @@ def random_program(rng: random.Random) -> Program:
     return program_of(packed, name, rng.choice(list(Level)), **switches)
 
 
+_RNG, _RANDOM = random.Random(1), list[Program]()
+
+
 @functools.cache
 def candidates(count: int) -> list[Program]:
-    """Those of nothing at all, and random ones."""
-    rng = random.Random(1)
-    nothing = [program_of(pack(Scene(), RenderSettings(), 64, 48), name, level) for name in PROGRAMS for level in Level]
-    return nothing + [random_program(rng) for _ in range(count)]
+    """Those of nothing at all, and random ones, of which those of fewer are the beginning."""
+    packed = pack(Scene(), RenderSettings(), 64, 48)
+    _RANDOM.extend(random_program(_RNG) for _ in range(count - len(_RANDOM)))
+    return [program_of(packed, name, level) for name in PROGRAMS for level in Level] + _RANDOM[:count]
 
 
 @functools.cache

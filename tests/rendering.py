@@ -3,6 +3,7 @@
 
 import shutil
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -49,6 +50,11 @@ def batches(
     assert np.isfinite(images).all()
     assert np.min(images) >= 0
     return np.stack(images)
+
+
+def in_long_passes(scene: Scene) -> Scene:
+    """The same scene, of which a software renderer draws the same bits in less time."""
+    return replace(scene, render=replace(scene.render, rays=CHUNK))
 
 
 def list_at_most(monkeypatch: pytest.MonkeyPatch, count: int) -> None:

@@ -52,10 +52,11 @@ def d_ggx(alpha: float, cosine2: ArrayLike) -> Floats:
 
 
 def brdf(cosine: float, roughness: float, g1: object, steps: int = 1500) -> tuple[float, float]:
-    """Factors of F0 and F90: half vectors by D cos, evenly in the two coordinates of its inverse distribution."""
+    """Factors of F0 and F90: half vectors by D cos, evenly in the two coordinates of its inverse distribution; half a
+    turn, of which the other is the mirror image."""
     alpha = roughness**2
     u = ((np.arange(steps) + 0.5) / steps)[:, None]
-    phi = 2 * np.pi * ((np.arange(360) + 0.5) / 360)[None, :]
+    phi = np.pi * ((np.arange(180) + 0.5) / 180)[None, :]
     h_z = np.sqrt((1 - u) / (1 + (alpha**2 - 1) * u))
     h_x = np.sqrt(1 - h_z**2) * np.cos(phi)
     v_h = h_x * np.sqrt(1 - cosine**2) + h_z * cosine

@@ -5,6 +5,7 @@ from functools import cache
 from typing import Any
 
 import pytest
+from rendering import in_long_passes
 
 from fragtracer.apps.compare.rendering import Rendering, render_ours, render_reference
 from fragtracer.apps.compare.verdict import judge
@@ -59,5 +60,5 @@ def reference() -> Rendering:
 def comparison_with_mitsuba(ctx: Any) -> None:
     """No difference is found."""
     pytest.importorskip("mitsuba", reason="Mitsuba is not installed: nothing to compare with")
-    ours = render_ours(studio(), SIZE, SPP, BATCHES, context=ctx)
+    ours = render_ours(in_long_passes(studio()), SIZE, SPP, BATCHES, context=ctx)
     assert judge(ours.pictures, reference().pictures, non_finite=ours.non_finite).outcome != "disagreement"

@@ -33,15 +33,16 @@ def many(
     if kind == "disks":
         v = np.cross(axes[:, 2], u)
     material = "matte"
-    # Whole tuples of floats: pydantic reads them several times as fast as arrays.
-    rows = [tuple(map(tuple, x.tolist())) for x in (a, u, v, axes[:, 2], a + u, a + v)]
+
+    def rows(*columns: Floats) -> Any:
+        """Whole tuples of floats: pydantic reads them several times as fast as arrays."""
+        return zip(*(map(tuple, column.tolist()) for column in columns), strict=True)
+
     shapes: dict[str, Any] = {
-        "spheres": lambda: [Sphere(c, r, material) for c, r in zip(rows[0], size[:, 0].tolist(), strict=True)],
-        "rectangles": lambda: [Rectangle(p, s, t, material) for p, s, t in zip(*rows[:3], strict=True)],
-        "disks": lambda: [
-            Disk(c, n, r, material) for c, n, r in zip(rows[0], rows[3], size[:, 0].tolist(), strict=True)
-        ],
-        "triangles": lambda: [Triangle(t, material) for t in zip(rows[0], rows[4], rows[5], strict=True)],
+        "spheres": lambda: [Sphere(c, r, material) for c, (r,) in rows(a, size)],
+        "rectangles": lambda: [Rectangle(p, s, t, material) for p, s, t in rows(a, u, v)],
+        "disks": lambda: [Disk(c, n, r, material) for c, n, (r,) in rows(a, axes[:, 2], size)],
+        "triangles": lambda: [Triangle(t, material) for t in rows(a, a + u, a + v)],
     }
     camera = Camera((shift, 0.0, 1.5 * scale), (shift, 0.0, 0.0), fov_degrees=50.0)
     scene = Scene(camera, {material: lambert(0.5)}, ambient=Ambient(1.0), **{kind: shapes[kind]()})
@@ -56,26 +57,32 @@ def dots(x: Floats, y: Floats) -> Floats:
 def nearest(
     kind: str, places: dict[str, Floats], origin: Floats, direction: Floats
 ) -> tuple[Floats, NDArray[np.bool_]]:
-    """The closest distance of each ray in float64, infinite for a miss, by testing every shape; and whether a shape
-    before it, or it, is met so near its rim that float32 may well say something else."""
-    a, u, v, radius = places["a"], places["u"], places["v"], places["radius"][:, 0]
+    """The closest distance of each ray in float64, infinite for a miss, by testing every shape that it passes near
+    enough; and whether a shape before it, or it, is met so near its rim that float32 may well say something else."""
+    u, v, radius = places["u"], places["v"], places["radius"][:, 0]
+    middle = places["a"].mean(0)
+    a, origin = places["a"] - middle, origin - middle
     normal = np.cross(u, v)
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     u2, v2 = dots(u, u), dots(v, v)
+    reach = 1.01 * (radius if kind == "spheres" else np.sqrt(u2) + np.sqrt(v2))  # from a, its rim included
     distances, unclear = np.full(len(origin), np.inf), np.zeros(len(origin), bool)
-    for i, (o, d) in enumerate(zip(origin, direction, strict=True)):
+    for rays in np.array_split(np.arange(len(origin)), -(-len(a) * len(origin) // 2**17)):
+        o, d = origin[rays], direction[rays]
+        along = d @ a.T - dots(o, d)[:, None]
+        ray, shape = np.nonzero(dots(o, o)[:, None] - 2 * (o @ a.T) + dots(a, a) - along**2 <= reach**2)
+        c, d, r, along = a[shape] - o[ray], d[ray], radius[shape], along[ray, shape]
+        ray = rays[ray]
         if kind == "spheres":
-            along = (a - o) @ d
-            beside = a - o - along[:, None] * d
+            beside = c - along[:, None] * d
             off = np.sqrt(dots(beside, beside))
-            half = np.sqrt(np.maximum(0, radius**2 - off**2))
+            half = np.sqrt(np.maximum(0, r**2 - off**2))
             t = np.where(along - half > 0, along - half, along + half)
-            beyond = off / radius - 1
+            beyond = off / r - 1
         else:
-            slope = normal @ d
-            t = dots(a - o, normal) / slope
-            p = o + t[:, None] * d - a
-            x, y = dots(p, u) / u2, dots(p, v) / v2
+            t = dots(c, normal[shape]) / dots(d, normal[shape])
+            p = t[:, None] * d - c
+            x, y = dots(p, u[shape]) / u2[shape], dots(p, v[shape]) / v2[shape]
             if kind == "triangles":  # whose sides are not perpendicular in general: these are, by their making
                 beyond = -np.minimum(np.minimum(x, y), 1 - x - y)
             elif kind == "disks":
@@ -83,9 +90,8 @@ def nearest(
             else:
                 beyond = np.maximum(np.abs(x - 0.5), np.abs(y - 0.5)) - 0.5
         met = (beyond < 0) & (t > 0)
-        distances[i] = t[met].min(initial=np.inf)
-        at_rim = (np.abs(beyond) < 1e-3) & (t > 0) & (t <= distances[i] * (1 + 1e-6))
-        unclear[i] = at_rim.any()
+        np.minimum.at(distances, ray[met], t[met])
+        unclear[ray[(np.abs(beyond) < 1e-3) & (t > 0) & (t <= distances[ray] * (1 + 1e-6))]] = True
     return distances, unclear
 
 

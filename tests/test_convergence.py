@@ -49,9 +49,9 @@ def runs(ctx, name: str, sampler: str) -> Runs:
     scene = replace(scene, camera=CAMERAS.get(name, scene.camera))
     seeds, size = SCENES[name]
     images, errors = [], []
-    for seed in range(seeds):
-        seed += 1000 * (sampler == "hash")
-        with Renderer(scene, size, context=ctx, seed=seed, sampler=sampler, rays=512, adaptive="off") as renderer:
+    with Renderer(scene, size, context=ctx, sampler=sampler, rays=512, adaptive="off") as renderer:
+        for seed in range(seeds):
+            renderer.reset(seed=seed + 1000 * (sampler == "hash"))
             for count in COUNTS:
                 renderer.sample(count - renderer.spp)
                 images.append(renderer.image())
@@ -112,7 +112,7 @@ HALF_SHADE_RADIANCE = 0.5 / np.pi * 100 / (4 * np.pi * 4**2) / 2  # albedo / pi 
 @pytest.mark.parametrize("sampler", ["texture", "hash"])
 def test_standard_error_is_true(ctx, sampler):
     """Deviations from the true value, in standard errors, have variance 1, however stratified the samples are."""
-    settings = {"bounces": 1, "estimator": "nee", "sampler": sampler}
+    settings = {"bounces": 1, "estimator": "nee", "sampler": sampler, "rays": 256}
     with Renderer(HALF_SHADE, (80, 80), context=ctx, **settings) as renderer:
         renderer.sample(256)
         image, error = (np.asarray(x, np.float64)[..., 0] for x in (renderer.image(), renderer.standard_error()))

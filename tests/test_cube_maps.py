@@ -2,6 +2,7 @@
 """The maps of the split-sum approximation against float64, against what they stand for, and kept on disk."""
 
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -42,12 +43,22 @@ def texels(rng: np.random.Generator, size: int, count: int) -> Iterator[tuple[in
         yield row, column, directions[row, column]
 
 
+@cache
+def integrals(sharpness: float = 0.0) -> oracle.Integrals:
+    """Of the picture with that sun."""
+    return oracle.Integrals(oracle.picture(ROWS, sharpness))
+
+
+@cache
+def sun_pyramid(size: int) -> list[NDArray[np.float64]]:
+    """Of a picture with a small bright sun."""
+    return oracle.pyramid(oracle.picture(ROWS, sharpness=2000), size, taps=int(np.ceil(4 * 2 * ROWS / (np.pi * size))))
+
+
 def irradiance_error(ctx: moderngl.Context) -> float:
-    pixels = oracle.picture(ROWS, sharpness=300)
-    found = environment_maps(ctx, pixels, SMALL)["irradiance"]
-    integrals = oracle.Integrals(pixels)
+    found = environment_maps(ctx, oracle.picture(ROWS, sharpness=300), SMALL)["irradiance"]
     errors = [
-        np.abs(found[row, column] / integrals.irradiance(normal) - 1).max()
+        np.abs(found[row, column] / integrals(300).irradiance(normal) - 1).max()
         for row, column, normal in texels(np.random.default_rng(1), SMALL.irradiance, 40)
     ]
     return float(max(errors))
@@ -56,13 +67,12 @@ def irradiance_error(ctx: moderngl.Context) -> float:
 def lobe_error(ctx: moderngl.Context) -> float:
     """Of the prefiltered map against the integral, under a smooth environment."""
     pixels = oracle.picture(ROWS)
-    integrals = oracle.Integrals(pixels)
     found = environment_maps(ctx, pixels, SMALL)["prefiltered"]
     errors = []
     for number, level in enumerate(levels_of(found, SMALL.prefiltered, SMALL.levels)):
         alpha = (number / (SMALL.levels - 1)) ** 2
         for row, column, normal in texels(np.random.default_rng(number), SMALL.prefiltered >> number, 12):
-            wanted = integrals.lobe_mean(normal, alpha) if alpha else lookup(pixels, normal)
+            wanted = integrals().lobe_mean(normal, alpha) if alpha else lookup(pixels, normal)
             errors.append(np.abs(level[row, column] / wanted - 1).max())
     return float(max(errors))
 
@@ -72,7 +82,7 @@ def formula_error(ctx: moderngl.Context) -> float:
     pixels = oracle.picture(ROWS, sharpness=2000)
     found = environment_maps(ctx, pixels, SMALL)["prefiltered"]
     size = 64
-    source = oracle.pyramid(pixels, size, taps=int(np.ceil(4 * 2 * ROWS / (np.pi * size))))
+    source = sun_pyramid(size)
     errors = []
     for number, level in enumerate(levels_of(found, SMALL.prefiltered, SMALL.levels)):
         alpha = (number / (SMALL.levels - 1)) ** 2
@@ -126,7 +136,7 @@ def test_uniform_light_stays_what_it_is(ctx: moderngl.Context) -> None:
 def test_a_sun_of_one_texel_keeps_its_energy(ctx: moderngl.Context, place: tuple[int, int]) -> None:
     pixels = np.zeros((ROWS, 2 * ROWS, 3), np.float32)
     pixels[place] = 1e4
-    directions, angle = oracle.sphere(1024)
+    directions, angle = oracle.sphere(4 * ROWS)
     power = lookup(pixels, directions)[:, 0] @ angle
     with cube_maps.Workshop(ctx) as workshop:
         levels = workshop.pyramid(pixels)

@@ -2,12 +2,13 @@
 """Light from all around, in whole renders: closed forms, integrals in numpy, Mitsuba, and planted errors."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
 from agreement import assert_agree, assert_mean
 from numpy.typing import NDArray
-from rendering import ESTIMATORS, Planter, batches, rendered
+from rendering import ESTIMATORS, Planter, batches, in_long_passes, rendered
 from scene_builders import lambert, stare
 
 from fragtracer.apps.compare.rendering import render_ours, render_reference
@@ -56,6 +57,7 @@ ENVIRONMENTS = {
 }
 
 
+@cache
 def irradiance(environment: Environment) -> NDArray[np.float64]:
     """On a floor, by the midpoint rule, 8 places a texel or more in both directions; 2 in a smooth sky."""
     pixels = environment.pixels
@@ -221,15 +223,22 @@ MUTATIONS = {
 }
 
 
-@pytest.mark.parametrize("name", MUTATIONS)
-def test_a_planted_error_is_found(ctx, monkeypatch, tmp_path, name):
-    """By the light on the floor, which is right without it."""
+@cache
+def right_floor(ctx):
+    """A floor under few texels, and its radiance, which is that of a render."""
     environment = Environment(image=Panorama(noise(5, 8)), rotation_degrees=130.0)
     expected = np.multiply(FLOOR_ALBEDO, irradiance(environment)) / np.pi
     assert_mean(rendered(ctx, floor_under(environment), 4096, bounces=1), expected, 0.01, 2e-4)
+    return floor_under(environment), expected
+
+
+@pytest.mark.parametrize("name", MUTATIONS)
+def test_a_planted_error_is_found(ctx, monkeypatch, tmp_path, name):
+    """By the light on the floor, which is right without it."""
+    scene, expected = right_floor(ctx)
     Planter(monkeypatch, tmp_path)("light/environment.glsl", *MUTATIONS[name])
     with pytest.raises(AssertionError):
-        assert_mean(rendered(ctx, floor_under(environment), 4096, bounces=1), expected, 0.01, 2e-4)
+        assert_mean(rendered(ctx, scene, 4096, bounces=1), expected, 0.01, 2e-4)
 
 
 def test_environment_counted_twice_is_found(ctx, monkeypatch, tmp_path):
@@ -266,7 +275,7 @@ def test_an_environment_agrees_with_the_reference(ctx, name):
     pytest.importorskip("mitsuba", reason="Mitsuba is not installed")
     scene, size, count, spp = REFERENCE_SCENES[name], (48, 36), 16, 4096
     reference = render_reference(scene, size, spp, count)
-    ours = render_ours(scene, size, spp, count, context=ctx)
+    ours = render_ours(in_long_passes(scene), size, spp, count, context=ctx)
     verdict = judge(ours.pictures, reference.pictures, alpha=0.01 / len(REFERENCE_SCENES), non_finite=ours.non_finite)
     assert verdict.outcome != "disagreement", (verdict.differing, verdict.image.pair.relative_difference)
     assert verdict.detectable_bias.max() < 0.04

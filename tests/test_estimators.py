@@ -151,7 +151,7 @@ def test_more_light_samples_mean_less_noise(ctx):
     )
     variances = []
     for light_samples in (1, 8):
-        settings = {"estimator": "nee", "sampler": "hash", "bounces": 1, "light_samples": light_samples}
+        settings = {"estimator": "nee", "sampler": "hash", "bounces": 1, "rays": 128, "light_samples": light_samples}
         with Renderer(scene, (256, 256), context=ctx, adaptive="off", **settings) as renderer:
             renderer.sample(128)
             variances.append(np.square(renderer.standard_error(), dtype=np.float64).mean())

@@ -11,6 +11,7 @@ from zlib import crc32
 import numpy as np
 import pytest
 from agreement import assert_proved
+from rendering import in_long_passes
 from shaders.bsdf_models import MODELS
 from shaders.light_oracle import LIGHTS
 from shaders.scene_oracle import SHAPES
@@ -215,5 +216,5 @@ def assert_agreement(ctx, name, settings=None, margin=0.02):
     settings = settings or {}
     seen = {key: value for key, value in settings.items() if key not in ("light_samples", "estimator")}
     scene = scene_of(name, settings)
-    ours = render_ours(scene, SIZE, spp_of(name, scene), BATCHES, seed_of(name, settings), context=ctx)
+    ours = render_ours(in_long_passes(scene), SIZE, spp_of(name, scene), BATCHES, seed_of(name, settings), context=ctx)
     assert_proved(ours, reference_of(name, tuple(seen.items())), LEVEL, margin)

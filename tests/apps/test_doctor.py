@@ -35,8 +35,8 @@ def test_it_notices(ctx, check, monkeypatch, tmp_path):
     if check == "determinism":
         plant("film/film.glsl", "struct Film {", "uniform int u_rays;\nstruct Film {")
         plant("pathtracer.frag", "uniform int u_rays;  // paths per fragment in this pass\n", "")
-    findings = list(import_module(f"fragtracer.apps.doctor.{check.split()[-1]}").findings(ctx))
-    assert [finding for finding in findings if not finding.passed]
+    findings = import_module(f"fragtracer.apps.doctor.{check.split()[-1]}").findings(ctx)
+    assert not all(finding.passed for finding in findings)
 
 
 def test_a_program_that_does_not_compile_is_a_finding(ctx, monkeypatch, tmp_path):
@@ -66,7 +66,7 @@ def test_the_report_says_what_failed(tmp_path):
 
 
 # Those of the bundled scenes that differ most; what the doctor does with each is the same.
-SOME = ["furnace", "roughness-grid", "glass", "fog", "knot", "sun-sky"]
+SOME = ["furnace", "roughness-grid", "glass", "knot"]
 
 
 @pytest.mark.slow

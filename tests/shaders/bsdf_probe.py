@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: MIT
 """Probes of bsdf/bsdf.glsl."""
 
+import math
 import re
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
+from pathlib import Path
 
 import moderngl
 import numpy as np
 
-from fragtracer.gpu.probe import probe
+from fragtracer.gpu import probe
 from fragtracer.resources import folder
 
 from . import Floats
@@ -39,23 +41,45 @@ def run(
     switches = {name: features.pop(name) for name in list(features) if name.startswith("u_")}
     values = vars(parameters)
     assert set(values) <= set(FIELDS), f"{model.name} has parameters that the shader's Bsdf lacks"
-    declarations = [f"uniform {FIELDS[name]} u_{name};" for name in values]
-    arguments = ", ".join(f"u_{name}" if name in values else f"{kind}(0)" for name, kind in FIELDS.items())
+    widths = tuple((name, math.prod(np.shape(column)[1:])) for name, column in inputs.items())
+    defines = tuple(({**model.features, **features}).items())
+    # Programs are kept, so nothing may change in the folder, which is another one where errors are planted.
+    root = probe.folder("shaders")
+    key = ctx, root, model.name, tuple(values), body, widths, tuple(outputs.items()), defines
+    if key not in _kept:
+        if len(_kept) == _MOST_KEPT:
+            _kept.pop(next(iter(_kept))).release()
+        _kept[key] = _program(*key)
+    result = _kept[key](inputs, {f"u_{name}": value for name, value in values.items()} | {"u_wo": wo} | switches)
+    return {name: values.astype(np.float64) for name, values in result.items()}
+
+
+_MOST_KEPT = 8
+_kept: dict[Hashable, probe.Probe] = {}
+
+
+def _program(
+    ctx: moderngl.Context,
+    _root: Path,
+    model: str,
+    parameters: tuple[str, ...],
+    body: str,
+    inputs: tuple[tuple[str, int], ...],
+    outputs: tuple[tuple[str, int], ...],
+    defines: tuple[tuple[str, int], ...],
+) -> probe.Probe:
+    """That of :func:`run`."""
+    declarations = [f"uniform {FIELDS[name]} u_{name};" for name in parameters]
+    arguments = ", ".join(f"u_{name}" if name in parameters else f"{kind}(0)" for name, kind in FIELDS.items())
     glsl = "\n".join(
-        [
-            "uniform vec3 u_wo;",
-            *declarations,
-            f"Bsdf the_bsdf() {{ return Bsdf(BSDF_{model.name}, {arguments}); }}",
-        ]
+        ["uniform vec3 u_wo;", *declarations, f"Bsdf the_bsdf() {{ return Bsdf(BSDF_{model}, {arguments}); }}"]
     )
-    result = probe(
+    return probe.Probe(
         ctx,
         ["bsdf/bsdf.glsl", "probe/bsdf.glsl"],
         "Bsdf b = the_bsdf(); vec3 wo = u_wo;\n" + body,
-        inputs,
-        outputs,
-        {**model.features, **features},
+        dict(inputs),
+        dict(outputs),
+        dict(defines),
         {"probe/bsdf.glsl": glsl},
-        {f"u_{name}": value for name, value in values.items()} | {"u_wo": wo} | switches,
     )
-    return {name: values.astype(np.float64) for name, values in result.items()}

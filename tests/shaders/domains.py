@@ -6,10 +6,11 @@ density is high: a lobe of width 1e-3 gets as many of them as a wide one.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from . import Floats
 
@@ -120,27 +121,36 @@ class VisibleNormals:
     wo: tuple[float, float, float]
 
     def place(self, s: Floats, t: Floats) -> tuple[Floats, Floats]:
-        scale = self._scale(t)
+        scale = self._scale(np.cos(2 * np.pi * t))
         theta = self.alpha / 2 * np.sinh(s * scale)
-        azimuth = t + _turns(np.array([self.wo]))[0]
-        wh = np.concatenate([np.sin(theta)[:, None] * _circle(azimuth), np.cos(theta)[:, None]], 1)
-        return wh, 2 * np.pi * np.sin(theta) * self.alpha / 2 * np.cosh(s * scale) * scale
+        x, y = (np.sin(theta)[:, None] * _circle(t)).T
+        wh = np.stack([self._to_wo[0] * x - self._to_wo[1] * y, self._to_wo[1] * x + self._to_wo[0] * y, np.cos(theta)])
+        return wh.T, 2 * np.pi * np.sin(theta) * self.alpha / 2 * np.cosh(s * scale) * scale
 
     def locate(self, points: Floats) -> tuple[Floats, Floats]:
-        t = (_turns(points) - _turns(np.array([self.wo]))[0]) % 1
-        theta = np.arctan2(np.hypot(points[:, 0], points[:, 1]), points[:, 2])
-        return np.arcsinh(2 * theta / self.alpha) / self._scale(t), t
+        """Of directions, of any length."""
+        x = self._to_wo[0] * points[:, 0] + self._to_wo[1] * points[:, 1]
+        y = self._to_wo[0] * points[:, 1] - self._to_wo[1] * points[:, 0]
+        radius = np.sqrt(x**2 + y**2)
+        theta = np.arctan2(radius, points[:, 2])
+        return _arcsinh(2 * theta / self.alpha) / self._scale(x / np.maximum(radius, 1e-300)), _turned(y, x)
 
-    def _scale(self, t: Floats) -> Floats:
-        return np.arcsinh(2 * self._largest_theta(t) / self.alpha)
+    @property
+    def _to_wo(self) -> tuple[float, float]:
+        """The horizontal direction that azimuths begin at."""
+        x, y, _ = self.wo
+        length = float(np.hypot(x, y))
+        return (x / length, y / length) if length else (1.0, 0.0)
 
-    def _largest_theta(self, t: Floats) -> Floats:
-        """Where wo . wh becomes 0, or wh horizontal."""
-        return np.minimum(np.pi / 2, self._perpendicular(t))
+    def _scale(self, cosine: Floats) -> Floats:
+        return _arcsinh(2 * self._largest_theta(cosine) / self.alpha)
 
-    def _perpendicular(self, t: Floats) -> Floats:
-        sin_o = np.hypot(self.wo[0], self.wo[1])
-        return np.arctan2(self.wo[2], -sin_o * np.cos(2 * np.pi * t))
+    def _largest_theta(self, cosine: Floats) -> Floats:
+        """Where wo . wh becomes 0, or wh horizontal, at azimuths of that cosine."""
+        return np.minimum(np.pi / 2, self._perpendicular(cosine))
+
+    def _perpendicular(self, cosine: Floats) -> Floats:
+        return np.arctan2(self.wo[2], -np.hypot(self.wo[0], self.wo[1]) * cosine)
 
 
 class Reflections(VisibleNormals):
@@ -152,12 +162,11 @@ class Reflections(VisibleNormals):
         return 2 * cosine[:, None] * wh - self.wo, 4 * cosine * measure
 
     def locate(self, points: Floats) -> tuple[Floats, Floats]:
-        wh = points + self.wo
-        return super().locate(wh / np.linalg.norm(wh, axis=1, keepdims=True))
+        return super().locate(points + self.wo)
 
-    def _largest_theta(self, t: Floats) -> Floats:
+    def _largest_theta(self, cosine: Floats) -> Floats:
         """Where wi becomes horizontal: tan(2 theta) = -cos_o / (sin_o cos phi)."""
-        return self._perpendicular(t) / 2
+        return self._perpendicular(cosine) / 2
 
 
 @dataclass(frozen=True)
@@ -182,11 +191,10 @@ class Refractions:
         )
 
     def locate(self, points: Floats) -> tuple[Floats, Floats]:
-        wh = np.asarray(self.wo) + self.eta * points
-        wh = wh / np.linalg.norm(wh, axis=1, keepdims=True)
-        local = wh * np.where(wh[:, 2:] < 0, -1, 1) @ self._frame.T
-        t, theta = _turns(local), np.arctan2(np.hypot(local[:, 0], local[:, 1]), local[:, 2])
-        return np.arcsinh(2 * theta / self._width) / np.arcsinh(2 * self._largest_theta(t) / self._width), t
+        wh = np.asarray(self.wo) + self.eta * points  # of any length
+        x, y, z = (wh * np.where(wh[:, 2:] < 0, -1, 1) @ self._frame.T).T
+        t, theta = _turned(y, x), np.arctan2(np.sqrt(x**2 + y**2), z)
+        return _arcsinh(2 * theta / self._width) / _arcsinh(2 * self._largest_theta(t) / self._width), t
 
     @cached_property
     def _is_critical(self) -> bool:
@@ -210,22 +218,27 @@ class Refractions:
         beyond = np.sqrt(np.maximum(1 - (1 - cosine**2) / self.eta**2, 0))
         return (cosine / self.eta - beyond)[:, None] * wh - np.array(self.wo) / self.eta
 
-    def _largest_theta(self, t: Floats) -> Floats:
-        return np.interp(t, *self._rim)
+    def passes(self, theta: Floats, t: Floats) -> NDArray[np.bool_]:
+        """Whether the facets at an angle from the axis refract light from ``wo`` to below the surface."""
+        wh = self._facet(theta, t)
+        cosine = wh @ np.array(self.wo)
+        return (wh[:, 2] > 0) & (cosine > 0) & (1 - cosine**2 < self.eta**2) & (self._refracted(wh)[:, 2] < 0)
 
-    @cached_property
-    def _rim(self) -> tuple[Floats, Floats]:
-        """Turns, and the angle at which there all is reflected, a facet looks away or wi becomes horizontal, by
-        bisection."""
-        t = np.linspace(0, 1, 4097)
-        low, high = np.zeros(len(t)), np.full(len(t), np.pi)
-        for _ in range(50):
-            theta = (low + high) / 2
-            wh = self._facet(theta, t)
-            cosine = wh @ np.array(self.wo)
-            passes = (wh[:, 2] > 0) & (cosine > 0) & (1 - cosine**2 < self.eta**2) & (self._refracted(wh)[:, 2] < 0)
-            low, high = np.where(passes, theta, low), np.where(passes, high, theta)
-        return t, low
+    def _largest_theta(self, t: Floats) -> Floats:
+        return np.interp(t, *_rim(self.eta, self.wo))
+
+
+@cache
+def _rim(eta: float, wo: tuple[float, float, float]) -> tuple[Floats, Floats]:
+    """Turns, and the angle at which there all is reflected, a facet looks away or wi becomes horizontal, by bisection:
+    the same whatever the width."""
+    t = np.linspace(0, 1, 4097)
+    low, high = np.zeros(len(t)), np.full(len(t), np.pi)
+    for _ in range(50):
+        theta = (low + high) / 2
+        passes = Refractions(1.0, eta, wo).passes(theta, t)
+        low, high = np.where(passes, theta, low), np.where(passes, high, theta)
+    return t, low
 
 
 @dataclass(frozen=True)
@@ -247,10 +260,11 @@ class Sides:
 
     def locate(self, points: Floats) -> tuple[Floats, Floats]:
         above = points[:, 2] > 0
-        (up_s, up_t), (down_s, down_t) = self._above.locate(points), self._below.locate(points)
-        up_s, down_s = (np.where((x >= 0) & (x < 1), x, np.nan) for x in (up_s, down_s))
-        s = np.where(above, up_s / 2, (1 + down_s) / 2)
-        return np.nan_to_num(s, nan=-1.0), np.where(above, up_t, down_t)
+        s, t = np.empty((2, len(points)))
+        for number, (side, its) in enumerate(((self._above, above), (self._below, ~above))):
+            of_side, t[its] = side.locate(points[its])
+            s[its] = np.where((of_side >= 0) & (of_side < 1), (number + of_side) / 2, -1.0)
+        return s, t
 
     @property
     def _above(self) -> Domain:
@@ -266,5 +280,16 @@ def _circle(turns: Floats) -> Floats:
 
 
 def _turns(points: Floats) -> Floats:
-    """Azimuth in [0, 1)."""
-    return np.arctan2(points[:, 1], points[:, 0]) / (2 * np.pi) % 1
+    """Azimuth in [0, 1]."""
+    return _turned(points[:, 1], points[:, 0])
+
+
+def _turned(y: Floats, x: Floats) -> Floats:
+    """Azimuth in [0, 1]."""
+    turns = np.arctan2(y, x) / (2 * np.pi)
+    return np.where(turns < 0, turns + 1, turns)
+
+
+def _arcsinh(x: Floats) -> Floats:
+    """Of positive numbers, with the absolute error of a cell's place; NumPy's takes twice as long."""
+    return np.log(x + np.sqrt(x**2 + 1))

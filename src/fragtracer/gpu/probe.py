@@ -2,6 +2,7 @@
 """Runs functions of the shader library over tables of numbers, to test them one by one."""
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import Self
 
 import moderngl
 import numpy as np
@@ -14,6 +15,72 @@ Resource = moderngl.Texture | moderngl.Texture3D | moderngl.TextureArray
 _WIDTH = 1024
 _TYPES = {1: "float", 2: "vec2", 3: "vec3", 4: "vec4"}
 _SWIZZLES = {1: "x", 2: "xy", 3: "xyz", 4: "xyzw"}
+
+
+class Probe:
+    """The program of :func:`probe`, for tables of the same columns; release it, or use it in a ``with`` block.
+
+    ``inputs`` are the widths of the columns by name.
+    """
+
+    def __init__(
+        self,
+        ctx: moderngl.Context,
+        includes: Sequence[str],
+        body: str,
+        inputs: Mapping[str, int],
+        outputs: Mapping[str, int],
+        defines: Mapping[str, int | str] | None = None,
+        generated: Mapping[str, str] | None = None,
+        text_pass: Callable[[str], str] | None = None,
+    ) -> None:
+        self._ctx, self._outputs = ctx, dict(outputs)
+        generated = {**(generated or {}), "probe": _source(includes, body, inputs, outputs)}
+        self._program = FullscreenProgram(ctx, folder("shaders"), "probe", defines, generated, text_pass)
+
+    def __call__(
+        self,
+        inputs: Mapping[str, ArrayLike],
+        uniforms: Mapping[str, object] | None = None,
+        resources: Mapping[str, Resource] | None = None,
+    ) -> dict[str, NDArray[np.float32]]:
+        """The outputs, as :func:`probe` returns them."""
+        ctx, program = self._ctx, self._program
+        columns = {name: _column(values) for name, values in inputs.items()}
+        rows = {len(column) for column in columns.values()}
+        if len(rows) != 1:
+            raise ValueError(f"the inputs must have the same number of rows, not {sorted(rows)}")
+        count = rows.pop()
+        height = -(-count // _WIDTH)
+        textures = [_texture(ctx, column, height) for column in columns.values()]
+        targets = [ctx.texture((_WIDTH, height), 4, dtype="f4") for _ in self._outputs]
+        bound_before = ctx.detect_framebuffer()
+        framebuffer = ctx.framebuffer(targets)
+        try:
+            program.set({f"u_in_{name}": unit for unit, name in enumerate(columns)} | dict(uniforms or {}))
+            for unit, texture in enumerate(textures):
+                texture.use(unit)
+            for unit, (name, resource) in enumerate((resources or {}).items(), len(textures)):
+                program.set({name: unit})
+                resource.use(unit)
+            framebuffer.use()
+            program.draw()
+            tables = [np.frombuffer(t.read(), np.float32).reshape(-1, 4)[:count] for t in targets]
+        finally:
+            bound_before.use()  # moderngl would bind the released one again, which is an error
+            framebuffer.release()
+            for texture in (*targets, *textures):
+                texture.release()
+        return {n: t[:, 0] if w == 1 else t[:, :w] for (n, w), t in zip(self._outputs.items(), tables, strict=True)}
+
+    def release(self) -> None:
+        self._program.release()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.release()
 
 
 def probe(
@@ -55,36 +122,9 @@ def probe(
     ShaderError
         If the code does not compile.
     """
-    columns = {name: _column(values) for name, values in inputs.items()}
-    rows = {len(column) for column in columns.values()}
-    if len(rows) != 1:
-        raise ValueError(f"the inputs must have the same number of rows, not {sorted(rows)}")
-    count = rows.pop()
-    height = -(-count // _WIDTH)
-    source = _source(includes, body, {name: c.shape[1] for name, c in columns.items()}, outputs)
-    generated = {**(generated or {}), "probe": source}
-    program = FullscreenProgram(ctx, folder("shaders"), "probe", defines, generated, text_pass)
-    textures = [_texture(ctx, column, height) for column in columns.values()]
-    targets = [ctx.texture((_WIDTH, height), 4, dtype="f4") for _ in outputs]
-    bound_before = ctx.detect_framebuffer()
-    framebuffer = ctx.framebuffer(targets)
-    try:
-        program.set({f"u_in_{name}": unit for unit, name in enumerate(columns)} | dict(uniforms or {}))
-        for unit, texture in enumerate(textures):
-            texture.use(unit)
-        for unit, (name, resource) in enumerate((resources or {}).items(), len(textures)):
-            program.set({name: unit})
-            resource.use(unit)
-        framebuffer.use()
-        program.draw()
-        tables = [np.frombuffer(t.read(), np.float32).reshape(-1, 4)[:count] for t in targets]
-    finally:
-        bound_before.use()  # moderngl would bind the released one again, which is an error
-        framebuffer.release()
-        program.release()
-        for texture in (*targets, *textures):
-            texture.release()
-    return {n: t[:, 0] if w == 1 else t[:, :w] for (n, w), t in zip(outputs.items(), tables, strict=True)}
+    widths = {name: _column(values).shape[1] for name, values in inputs.items()}
+    with Probe(ctx, includes, body, widths, outputs, defines, generated, text_pass) as run:
+        return run(inputs, uniforms, resources)
 
 
 def _column(values: ArrayLike) -> NDArray[np.float32]:

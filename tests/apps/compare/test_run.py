@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from rendering import in_long_passes
 
 from fragtracer.apps.compare import compare_renderings, compare_scene
 from fragtracer.apps.compare.rendering import render_ours, render_reference
@@ -35,7 +36,7 @@ def lighter(scene: Scene, factor: float) -> Scene:
 
 
 def test_cornell_box_agrees_and_lighter_walls_do_not():
-    scene = load("cornell-box")
+    scene = in_long_passes(load("cornell-box"))
     heard = []
     comparison = compare_scene(scene, SIZE, 1020, progress=lambda *step: heard.append(step))
     assert comparison.verdict.outcome == "agreement"
@@ -57,7 +58,7 @@ def test_cornell_box_agrees_and_lighter_walls_do_not():
 
 
 def test_furnace_agrees():
-    comparison = compare_scene(load("furnace"), SIZE, 512)
+    comparison = compare_scene(in_long_passes(load("furnace")), SIZE, 512)
     assert comparison.exit_status == 0
     assert max(comparison.verdict.detectable_bias) < 0.005
 

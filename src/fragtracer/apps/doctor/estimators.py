@@ -27,7 +27,7 @@ def findings(context: Any) -> Iterator[Finding]:
 
 def _means(context: Any, name: str, estimator: str) -> NDArray[np.float64]:
     """The mean of the picture for each seed."""
-    with Renderer(load(name), _SIZE, context, estimator=estimator, bounces=3) as renderer:
+    with Renderer(load(name), _SIZE, context, estimator=estimator, bounces=3, rays=_SPP) as renderer:
         means = []
         for seed in range(_SEEDS):
             renderer.reset(seed=seed)

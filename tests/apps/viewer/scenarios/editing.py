@@ -27,7 +27,7 @@ def edits_a_material() -> None:
         return value
 
     widgets.slider = watched
-    with opened(size=(760, 720)) as viewer:
+    with opened(size=(760, 720), guides=True) as viewer:
         hand = Hand(viewer)
         center = viewer.session.document.part(GOLD).center
         hand.click(*hand.place_of(center))
@@ -132,7 +132,7 @@ def answers_while_a_sky_is_made() -> None:
             set_render(viewer, integrator=integrator)
             hand.until(lambda: not viewer.refiner.is_preparing, integrator)
             may_finish.clear()
-            for step in range(10):
+            for step in range(4):
                 environment = viewer.session.document.scene.environment
                 assert environment is not None
                 sky = replace(environment.sky, sun_elevation_degrees=10.0 + 0.5 * step + 20 * (integrator == "path"))

@@ -17,7 +17,7 @@ from fragtracer.io.images import read_image
 
 def converges() -> None:
     """The picture is that of ``fragtracer render``, and is shown by the curves of display/tone.py."""
-    with opened(size=(560, 340)) as viewer:
+    with opened(size=(560, 340), guides=True) as viewer:
         hand = Hand(viewer)
         refined(viewer, hand, 64)
         width, height = viewer.renderer.size
@@ -75,7 +75,7 @@ def orbits() -> None:
 
 def stops_at_a_target_error() -> None:
     """Refining ends when the error is as small as was asked for, and not before."""
-    with opened("mirror", (560, 340)) as viewer:
+    with opened("mirror", (560, 340), guides=True) as viewer:
         hand = Hand(viewer)
         viewer.session.target_error = 0.05
         hand.until(lambda: viewer.is_done, "the target")
