@@ -80,7 +80,7 @@ export interface Header extends Stored {
   fragment: string;
   pick: string; // takes the place of the outputs and main() of `fragment`
   display: string;
-  software?: Stored & { changes: [number, string][] }; // with the lines of `fragment` that differ
+  software?: Stored; // if it differs
   random: { state: string; increment: string; directions: number[][]; bits: number; width: number; layers: number };
   camera: Camera;
   origin: Vector;
@@ -91,20 +91,13 @@ export interface Payload {
   bytes(part: Part): Uint8Array;
 }
 
-export function withLines(text: string, changes: [number, string][]): string {
-  const lines = text.split("\n");
-  for (const [line, other] of changes) lines[line] = other;
-  return lines.join("\n");
-}
-
 export async function decode(base64: string, isSoftware: boolean): Promise<Payload> {
   const packed = Uint8Array.from(atob(base64.trim()), (c) => c.charCodeAt(0));
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
   const whole = await new Response(stream).arrayBuffer();
   const length = new DataView(whole).getUint32(0, true);
   const header: Header = JSON.parse(new TextDecoder().decode(new Uint8Array(whole, 4, length)));
-  if (isSoftware && header.software)
-    Object.assign(header, header.software, { fragment: withLines(header.fragment, header.software.changes) });
+  if (isSoftware) Object.assign(header, header.software);
   const bytes = (part: Part): Uint8Array => {
     const stored = new Uint8Array(whole, 4 + length + part.offset, part.length);
     return part.stride ? interleaved(stored, part.stride) : stored.slice();

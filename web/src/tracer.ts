@@ -3,7 +3,7 @@
 import { Film, SAMPLERS } from "./film";
 import { type Gl, Program, finished, isSoftware, newTexture, targetOf } from "./gl";
 import type { Edit } from "./controls";
-import { type Header, type Payload, type Table, type Values, withLines } from "./payload";
+import type { Header, Payload, Table, Values } from "./payload";
 import { randomTexture } from "./random";
 
 const WIDTH = 4096; // of a folded texture, as shaders/scene/storage.glsl has it
@@ -48,8 +48,9 @@ export class Tracer {
 
   // Compiles; with what the scene holds as constants where a CPU renders, as on the desktop.
   async start(): Promise<void> {
-    const { vertex, fragment, constants } = this.header;
-    this.program = await Program.compiled(this.gl, vertex, withLines(fragment, this.isSoftware ? constants : []));
+    const lines = this.header.fragment.split("\n");
+    if (this.isSoftware) for (const [line, text] of this.header.constants) lines[line] = text;
+    this.program = await Program.compiled(this.gl, this.header.vertex, lines.join("\n"));
   }
 
   set(uniforms: Record<string, Values>): void {

@@ -78,26 +78,24 @@ def scene_payload(scene: Scene, settings: RenderSettings, look: Look) -> bytes:
         "fragment": fragment,
         "pick": files("fragtracer.apps.web").joinpath("pick.glsl").read_text(encoding="utf-8"),
         "display": _composed("display/display.frag", None),
-        **_stored(scene, settings, packed, look, blob),
+        **_stored(scene, settings, packed, look, fragment, blob),
         "random": recipe(),
         "camera": asdict(scene.camera),
         "origin": packed.origin.tolist(),
     }
     listed = pack(scene, settings, settings.width, settings.height, MOST_LISTED["software"])
     if len(listed.listed) != len(packed.listed):
-        changes = _changes(fragment, _composed("pathtracer.frag", listed))
-        header["software"] = {"changes": changes, **_stored(scene, settings, listed, look, blob)}
+        header["software"] = _stored(scene, settings, listed, look, fragment, blob)
     text = json.dumps(header, allow_nan=False).encode()
     return gzip.compress(struct.pack("<I", len(text)) + text + b"".join(blob.parts), 6, mtime=0)
 
 
 def _stored(
-    scene: Scene, settings: RenderSettings, packed: PackedScene, look: Look, blob: "_Blob"
+    scene: Scene, settings: RenderSettings, packed: PackedScene, look: Look, fragment: str, blob: "_Blob"
 ) -> dict[str, object]:
-    """What of the header depends on how shapes are stored."""
+    """What of the header depends on how shapes are stored; the program does not."""
     shown = controls(scene, settings, packed, look)
     kept = tuple(target["uniform"] for control in shown for target in control["targets"] if "uniform" in target)
-    fragment = _composed("pathtracer.frag", packed)
     return {
         "constants": _changes(fragment, specialise(packed, Level.SCENE, kept).apply(fragment)),
         "path_rounds": packed.path_rounds,
