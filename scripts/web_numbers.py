@@ -25,10 +25,11 @@ SIZE, TURNS = (320, 180), 3
 
 
 def seconds_of_page(browser, spp):
-    width, height = SIZE
+    """Of drawing alone, as a page does for as long as nothing changes."""
     return browser.run(
         "(async () => { const start = performance.now(); "
-        f"await fragtracer.trace({width}, {height}, {spp}, 0); return (performance.now() - start) / 1000; }})()",
+        f"const film = await fragtracer.live.trace({SIZE[0]}, {SIZE[1]}, {spp}, 0); "
+        "const seconds = (performance.now() - start) / 1000; film.release(); return seconds; })()",
         300,
     )
 
@@ -52,8 +53,10 @@ def measure(name, poster_seconds, seconds, there):
             "[performance.getEntriesByName('first-contentful-paint')[0].startTime / 1000, "
             "performance.getEntriesByName('first-frame')[0].startTime / 1000]"
         )
-        seconds_of_page(browser, 1)
-        spp = max(2, round(2 * seconds / seconds_of_page(browser, 2)))
+        spp = 2
+        while (found := seconds_of_page(browser, spp)) < seconds / 2:
+            spp *= 2
+        spp = round(spp * max(1, seconds / found))
         seconds_of_desktop(desktop, spp)
         turns = [(seconds_of_page(browser, spp), seconds_of_desktop(desktop, spp)) for _ in range(TURNS)]
     page, usual = (SIZE[0] * SIZE[1] * spp / min(of) / 1e6 for of in zip(*turns, strict=True))

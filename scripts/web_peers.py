@@ -92,10 +92,11 @@ def described(scene):
 
 
 def seconds_of_page(browser, spp):
+    """Of drawing alone, as a page does for as long as nothing changes."""
     return browser.run(
         "(async () => { const start = performance.now(); "
-        f"window.found = await fragtracer.trace({SIZE[0]}, {SIZE[1]}, {spp}, 0); "
-        "return (performance.now() - start) / 1000; })()",
+        f"const film = await fragtracer.live.trace({SIZE[0]}, {SIZE[1]}, {spp}, 0); "
+        "const seconds = (performance.now() - start) / 1000; film.release(); return seconds; })()",
         300,
     )
 
@@ -106,8 +107,10 @@ def seconds_of_peer(browser, spp):
 
 def best_rate(seconds_of, browser, seconds):
     """Million samples per second, the best of some turns, each of about so many seconds."""
-    seconds_of(browser, 1)
-    spp = max(2, round(seconds / seconds_of(browser, 2) * 2))
+    spp = 2
+    while (found := seconds_of(browser, spp)) < seconds / 2:
+        spp *= 2
+    spp = round(spp * max(1, seconds / found))
     return max(SIZE[0] * SIZE[1] * spp / seconds_of(browser, spp) for _ in range(TURNS)) / 1e6
 
 
@@ -141,7 +144,10 @@ def main():
             browser.wait("window.fragtracer && fragtracer.live.shown", 120)
             page_rate = best_rate(seconds_of_page, browser, arguments.seconds)
             if arguments.pictures:
-                picture(browser.run("found[0]"), arguments.pictures / f"{name}-page.png")
+                picture(
+                    browser.run(f"fragtracer.trace({SIZE[0]}, {SIZE[1]}, 64, 0)")[0],
+                    arguments.pictures / f"{name}-page.png",
+                )
             browser.open(peer)
             browser.wait("window.trace", 120)
             peer_rate = best_rate(seconds_of_peer, browser, arguments.seconds)
