@@ -161,6 +161,7 @@ def make(folder: Path, site: Path, names: list[str], seconds: float) -> None:
     folder.mkdir(parents=True)
     documents = write_documents(folder)
     (folder / "gallery.css").write_text(CSS, encoding="utf-8")
+    shutil.copy(CHECKOUT / "web" / "vendor" / "iframe-worker.js", folder)
     for name, scene in steps().items():
         write_live(folder, f"step-{name}", page(scene, STEP_SIZE, STEP_SPP))
     write_gallery(folder, names, seconds)

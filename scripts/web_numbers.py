@@ -4,7 +4,7 @@ started, with Mesa's cache of programs off, and samples per second beside the de
 
 The rates are the best of three turns each, by the clock of the page and of the desktop's draws, with the same samples.
 
-    python scripts/web_numbers.py [--time SECONDS] [SCENE ...]
+    python scripts/web_numbers.py [--time SECONDS] [--seconds SECONDS] [SCENE ...]
 """
 
 import argparse
@@ -16,36 +16,35 @@ import warnings
 from pathlib import Path
 
 import fragtracer as ft
-from fragtracer import renderer
 from fragtracer.resources import folder
 
 sys.path.append(str(Path(__file__).parents[1] / "tests"))
 from chromium import Chromium
 
-SIZE, SPP, TURNS = (320, 180), 16, 3
+SIZE, TURNS = (320, 180), 3
 
 
-def rate_of_page(browser, spp=SPP):
-    width, height = SIZE
-    seconds = browser.run(
+def seconds_of_page(browser, spp):
+    """Of drawing alone, as a page does for as long as nothing changes."""
+    return browser.run(
         "(async () => { const start = performance.now(); "
-        f"await fragtracer.trace({width}, {height}, {spp}, 0); return (performance.now() - start) / 1000; }})()",
+        f"const film = await fragtracer.live.trace({SIZE[0]}, {SIZE[1]}, {spp}, 0); "
+        "const seconds = (performance.now() - start) / 1000; film.release(); return seconds; })()",
         300,
     )
-    return width * height * spp / seconds
 
 
-def rate_of_desktop(renderer):
+def seconds_of_desktop(renderer, spp):
     before = renderer.draw_seconds
-    renderer.sample(SPP)
-    return SIZE[0] * SIZE[1] * SPP / (renderer.draw_seconds - before)
+    renderer.sample(spp)
+    return renderer.draw_seconds - before
 
 
-def measure(name, seconds, there):
+def measure(name, poster_seconds, seconds, there):
     scene = ft.load(name)
     path = Path(there) / "page.html"
-    ft.export_html(scene, path, seconds=seconds)
-    with Chromium("mesa") as browser:
+    ft.export_html(scene, path, seconds=poster_seconds)
+    with Chromium("mesa") as browser, ft.Renderer(scene, SIZE, adaptive="off", guiding="off") as desktop:
         browser.resize(800, 700)
         time.sleep(1)
         browser.call("Page.navigate", url=path.resolve().as_uri())
@@ -54,37 +53,31 @@ def measure(name, seconds, there):
             "[performance.getEntriesByName('first-contentful-paint')[0].startTime / 1000, "
             "performance.getEntriesByName('first-frame')[0].startTime / 1000]"
         )
-        rate_of_page(browser, 1)
-        with new_renderer(scene, False) as desktop, new_renderer(scene, True) as same:
-            rates = [(rate_of_page(browser), rate_of_desktop(desktop), rate_of_desktop(same)) for _ in range(TURNS)]
-    page, usual, alike = (max(turns) / 1e6 for turns in zip(*rates, strict=True))
+        spp = 2
+        while (found := seconds_of_page(browser, spp)) < seconds / 2:
+            spp *= 2
+        spp = round(spp * max(1, seconds / found))
+        seconds_of_desktop(desktop, spp)
+        turns = [(seconds_of_page(browser, spp), seconds_of_desktop(desktop, spp)) for _ in range(TURNS)]
+    page, usual = (SIZE[0] * SIZE[1] * spp / min(of) / 1e6 for of in zip(*turns, strict=True))
     cells = (f"{path.stat().st_size / 1e3:,.0f}", f"{poster:.2f}", f"{frame:.2f}", f"{page:.2f}", f"{usual:.2f}")
-    print(f"| {name} | {' | '.join(cells)} | {page / usual:.2f} | {page / alike:.2f} |", flush=True)
-
-
-def new_renderer(scene, like_a_page):
-    """Of the desktop, or with the shapes that a page tests one by one, which are as many as on a GPU."""
-    usual = renderer.MOST_LISTED
-    renderer.MOST_LISTED = {**usual, "software": usual["gpu"]} if like_a_page else usual
-    made = ft.Renderer(scene, SIZE, adaptive="off", guiding="off")
-    made.sample(1)
-    renderer.MOST_LISTED = usual
-    return made
+    print(f"| {name} | {' | '.join(cells)} | {page / usual:.2f} |", flush=True)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scenes", nargs="*", metavar="SCENE")
     parser.add_argument("--time", type=float, default=5.0, metavar="SECONDS", help="that a poster may take")
+    parser.add_argument("--seconds", type=float, default=1.0, help="of a turn")
     arguments = parser.parse_args()
     warnings.simplefilter("ignore")
     os.environ["MESA_SHADER_CACHE_DISABLE"] = "true"
     names = arguments.scenes or sorted(path.stem for path in folder("scenes").glob("*.toml"))
-    print("| scene | kB | poster s | first frame s | page M samples/s | desktop M samples/s | ratio | with its BVH |")
-    print("| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |")
+    print("| scene | kB | poster s | first frame s | page M samples/s | desktop M samples/s | ratio |")
+    print("| --- | ---: | ---: | ---: | ---: | ---: | ---: |")
     with tempfile.TemporaryDirectory() as there:
         for name in names:
-            measure(name, arguments.time, there)
+            measure(name, arguments.time, arguments.seconds, there)
 
 
 if __name__ == "__main__":

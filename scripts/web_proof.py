@@ -19,7 +19,6 @@ from pathlib import Path
 import numpy as np
 
 import fragtracer as ft
-from fragtracer import renderer
 from fragtracer.apps.compare.statistics import Pair, detectable_bias, difference_p, part_means
 from fragtracer.apps.web import page
 from fragtracer.resources import folder
@@ -57,18 +56,12 @@ def row(name, driver, found, expected):
     print(f"| {name} | {driver} | {shares} | {p:.2f} | {100 * detectable_bias(whole, 0.01).max():.1f} |", flush=True)
 
 
-def as_for_a_gpu():
-    """A page is made for GPUs: it tests fewer shapes one by one than the desktop does where a CPU renders."""
-    renderer.MOST_LISTED = {**renderer.MOST_LISTED, "software": renderer.MOST_LISTED["gpu"]}
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scenes", nargs="*", metavar="SCENE")
     parser.add_argument("--driver", choices=DRIVERS)
     arguments = parser.parse_args()
     warnings.simplefilter("ignore")
-    as_for_a_gpu()
     names = arguments.scenes or sorted(path.stem for path in folder("scenes").glob("*.toml"))
     print("| scene | driver | equal % | within 2^-18 % | within 2^-10 % | p | bias found % |")
     print("| --- | --- | ---: | ---: | ---: | ---: | ---: |")

@@ -43,6 +43,9 @@ uint node_intersect(Node node, BvhRay ray, float max_distance) {
     return (uint(slots.x | slots.y << 2 | slots.z << 4 | slots.w << 6) & (end - 1u)) | end;
 }
 
+// The groups below the one to go on with. Not in the function: a browser sets it to 0 wherever it is declared.
+uint bvh_stack[BVH_STACK];
+
 // A driver may end a loop before its time (llvmpipe does after 65,535 rounds of all loops in a draw).
 bool traversal_was_cut = false;
 
@@ -53,7 +56,6 @@ void bvh_intersect(inout Hit hit, Ray ray, int ignored, bool any) {
     // What is left to do: records that lie side by side, from `first` on, in the order of their slots in `rest`.
     uint first = uint(u_bvh_root), rest = 4u;
     uint last = 1u;         // the group to go on with after this one, 1 if there is none
-    uint stack[BVH_STACK];  // those below it
     int top = 0;
     int instance = -1;      // the record of the one whose BVH is being traversed
     int instance_top = 0;   // entries of the stack that do not belong to the instance
@@ -94,7 +96,7 @@ void bvh_intersect(inout Hit hit, Ray ray, int ignored, bool any) {
                 rest = 1u;
             }
         }
-        stack[top] = last;
+        bvh_stack[top] = last;
         if (below > 1u) {
             if (rest > 1u) {
                 last = first << 7u | rest;
@@ -107,7 +109,7 @@ void bvh_intersect(inout Hit hit, Ray ray, int ignored, bool any) {
             first = last >> 7u;
             rest = last & 127u;
             top = max(top - 1, 0);
-            last = stack[top];
+            last = bvh_stack[top];
 #if HAS_INSTANCES
             if (instance >= 0 && top < instance_top) {
                 instance = -1;

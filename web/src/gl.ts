@@ -6,6 +6,13 @@ export type Gl = WebGL2RenderingContext;
 
 export const pause = (milliseconds = 0): Promise<void> => new Promise((done) => setTimeout(done, milliseconds));
 
+// Whether the CPU does the rendering.
+export function isSoftware(gl: Gl): boolean {
+  const info = gl.getExtension("WEBGL_debug_renderer_info");
+  const name = String(gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
+  return /swiftshader|llvmpipe|softpipe|basic render/i.test(name);
+}
+
 export class Program {
   private readonly places = new Map<string, { place: WebGLUniformLocation; type: number }>();
   readonly samplers: { name: string; type: number }[] = [];

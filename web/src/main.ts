@@ -3,6 +3,7 @@
 import { toml } from "./camera";
 import type { Settings } from "./controls";
 import type { Film } from "./film";
+import { isSoftware } from "./gl";
 import { type Move, listen } from "./input";
 import { Live, type State } from "./live";
 import { Panel, element } from "./panel";
@@ -43,7 +44,7 @@ async function main(): Promise<void> {
     return;
   }
   performance.mark("start");
-  const payload = await decode(find("scene").textContent!);
+  const payload = await decode(find("scene").textContent!, isSoftware(gl));
   await page(new Live(gl, payload), payload, canvas, note);
 }
 

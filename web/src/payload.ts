@@ -64,21 +64,26 @@ export interface Control {
   name?: string; // of that material
 }
 
-export interface Header {
+// What depends on how shapes are stored: where a CPU renders, more of them are tested one by one.
+export interface Stored {
+  constants: [number, string][]; // lines of the fragment shader with the scene compiled in, for renderers in software
+  path_rounds: number; // of all loops along one path
+  uniforms: Record<string, Values>;
+  tables: Table[];
+  controls: Control[];
+}
+
+export interface Header extends Stored {
   file: string; // the name of the scene, for files
   seed: number;
   vertex: string;
   fragment: string;
   pick: string; // takes the place of the outputs and main() of `fragment`
   display: string;
-  constants: [number, string][]; // lines of `fragment` with the scene compiled in, for renderers in software
-  path_rounds: number; // of all loops along one path
-  uniforms: Record<string, Values>;
-  tables: Table[];
+  software?: Stored; // if it differs
   random: { state: string; increment: string; directions: number[][]; bits: number; width: number; layers: number };
   camera: Camera;
   origin: Vector;
-  controls: Control[];
 }
 
 export interface Payload {
@@ -86,12 +91,13 @@ export interface Payload {
   bytes(part: Part): Uint8Array;
 }
 
-export async function decode(base64: string): Promise<Payload> {
+export async function decode(base64: string, isSoftware: boolean): Promise<Payload> {
   const packed = Uint8Array.from(atob(base64.trim()), (c) => c.charCodeAt(0));
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
   const whole = await new Response(stream).arrayBuffer();
   const length = new DataView(whole).getUint32(0, true);
   const header: Header = JSON.parse(new TextDecoder().decode(new Uint8Array(whole, 4, length)));
+  if (isSoftware) Object.assign(header, header.software);
   const bytes = (part: Part): Uint8Array => {
     const stored = new Uint8Array(whole, 4 + length + part.offset, part.length);
     return part.stride ? interleaved(stored, part.stride) : stored.slice();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The path tracing program with its scene, as src/fragtracer/gpu/tracer.py: passes cut into bands by measured time.
 import { Film, SAMPLERS } from "./film";
-import { type Gl, Program, finished, newTexture, targetOf } from "./gl";
+import { type Gl, Program, finished, isSoftware, newTexture, targetOf } from "./gl";
 import type { Edit } from "./controls";
 import type { Header, Payload, Table, Values } from "./payload";
 import { randomTexture } from "./random";
@@ -35,9 +35,7 @@ export class Tracer {
     private readonly header: Header,
     payload: Payload,
   ) {
-    const info = gl.getExtension("WEBGL_debug_renderer_info");
-    const name = String(gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
-    this.isSoftware = /swiftshader|llvmpipe|softpipe|basic render/i.test(name);
+    this.isSoftware = isSoftware(gl);
     this.uniforms = { ...header.uniforms, u_has_work: 0, u_stage: 0 };
     for (const table of header.tables) this.textures.set(table.name, this.upload(table, payload));
     const words = (name: string): Uint32Array => {

@@ -14,6 +14,7 @@ from fragtracer.apps.viewer import camera as moves
 from fragtracer.apps.web import page
 from fragtracer.display.look import Look
 from fragtracer.display.tone import srgb_decode
+from fragtracer.gpu.specialise import MOST_LISTED
 from fragtracer.packing.random_texture import random_texture
 from fragtracer.renderer import Renderer
 from fragtracer.sampling.pixels import Pixels
@@ -49,10 +50,19 @@ def assert_same(found: Pixels, expected: Pixels, nearly_all: float = 0.99) -> No
     assert np.abs(mean.mean() - other.mean()) < 4 * error
 
 
-@pytest.mark.parametrize("name", ["three-spheres", "grille", "fog"])
+@pytest.mark.parametrize("name", ["three-spheres", "cornell-box", "grille", "fog"])
 def test_the_picture_is_that_of_the_desktop(opened, name):
     """The program, records, BVH, images, environment and random numbers are the same, and the driver too."""
     assert_same(traced(opened(ft.load(name))), desktop(ft.load(name)))
+
+
+def test_shapes_stored_as_for_a_gpu_give_the_same_picture(opened, monkeypatch):
+    monkeypatch.setitem(MOST_LISTED, "software", MOST_LISTED["gpu"])
+    browser = opened(ft.load("cornell-box"))
+    assert browser.run("fragtracer.live.payload.header.uniforms.u_bvh_root") >= 0
+    found = traced(browser)
+    monkeypatch.undo()
+    assert_same(found, desktop(ft.load("cornell-box")))
 
 
 def test_the_picture_is_that_of_another_driver(swiftshader, tmp_path):

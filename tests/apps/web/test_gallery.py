@@ -68,6 +68,11 @@ def test_a_site_of_two_scenes_asks_for_nothing(gallery, mesa: Chromium, monkeypa
         pages = mesa.run("[...document.querySelectorAll('.posters a')].map((link) => link.getAttribute('href'))")
         assert len(pages) == count
         assert all((site / page).is_file() for page in pages)
+    mesa.run("document.querySelector('.md-search__input').focus()")
+    mesa.call("Input.insertText", text="stratification")
+    mesa.wait("document.querySelector('.md-search-result__link')")
+    found = mesa.run("[...document.querySelectorAll('.md-search-result__link')].map((link) => link.href)")
+    assert any(f"{site.as_uri()}/docs/sampling.html" in link for link in found)
     assert [url for url in mesa.requests() if not url.startswith("file:")] == []
     assert mesa.problems() == []
     mesa.call("Page.navigate", url="about:blank")

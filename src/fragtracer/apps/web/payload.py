@@ -69,9 +69,7 @@ def scene_payload(scene: Scene, settings: RenderSettings, look: Look) -> bytes:
         If a browser cannot hold it, or the settings ask for more than paths.
     """
     packed = packed_for_page(scene, settings)
-    shown = controls(scene, settings, packed, look)
     fragment = _composed("pathtracer.frag", packed)
-    kept = tuple(target["uniform"] for control in shown for target in control["targets"] if "uniform" in target)
     blob = _Blob()
     header = {
         "file": _file_name(scene.name),
@@ -80,17 +78,31 @@ def scene_payload(scene: Scene, settings: RenderSettings, look: Look) -> bytes:
         "fragment": fragment,
         "pick": files("fragtracer.apps.web").joinpath("pick.glsl").read_text(encoding="utf-8"),
         "display": _composed("display/display.frag", None),
+        **_stored(scene, settings, packed, look, fragment, blob),
+        "random": recipe(),
+        "camera": asdict(scene.camera),
+        "origin": packed.origin.tolist(),
+    }
+    listed = pack(scene, settings, settings.width, settings.height, MOST_LISTED["software"])
+    if len(listed.listed) != len(packed.listed):
+        header["software"] = _stored(scene, settings, listed, look, fragment, blob)
+    text = json.dumps(header, allow_nan=False).encode()
+    return gzip.compress(struct.pack("<I", len(text)) + text + b"".join(blob.parts), 6, mtime=0)
+
+
+def _stored(
+    scene: Scene, settings: RenderSettings, packed: PackedScene, look: Look, fragment: str, blob: "_Blob"
+) -> dict[str, object]:
+    """What of the header depends on how shapes are stored; the program does not."""
+    shown = controls(scene, settings, packed, look)
+    kept = tuple(target["uniform"] for control in shown for target in control["targets"] if "uniform" in target)
+    return {
         "constants": _changes(fragment, specialise(packed, Level.SCENE, kept).apply(fragment)),
         "path_rounds": packed.path_rounds,
         "uniforms": {name: _plain(value) for name, value in packed.all_uniforms.items()} | {"u_seed": settings.seed},
         "tables": [blob.table(name, table) for name, table in packed.tables.items() if any(p.size for p in table)],
-        "random": recipe(),
-        "camera": asdict(scene.camera),
-        "origin": packed.origin.tolist(),
         "controls": shown,
     }
-    text = json.dumps(header, allow_nan=False).encode()
-    return gzip.compress(struct.pack("<I", len(text)) + text + b"".join(blob.parts), 6, mtime=0)
 
 
 def _composed(program: str, packed: PackedScene | None) -> str:
@@ -112,11 +124,12 @@ def _file_name(name: str) -> str:
 
 
 class _Blob:
-    """Arrays, one after the other."""
+    """Arrays, one after the other, equal ones once."""
 
     def __init__(self) -> None:
         self.parts: list[bytes] = []
         self._size = 0
+        self._known: dict[bytes, dict[str, int]] = {}
 
     def table(self, name: str, table: tuple[NDArray[Any], ...]) -> dict[str, Any]:
         """Add the parts of a table; what the header says of it."""
@@ -135,6 +148,10 @@ class _Blob:
         apart = np.ascontiguousarray(plain.T)
         is_smaller = len(zlib.compress(apart.data, 1)) < len(zlib.compress(plain.data, 1))
         data = (apart if is_smaller else plain).tobytes()
+        part = {"offset": self._size, "length": len(data), "stride": stride if is_smaller else 0}
+        if known := self._known.get(data):
+            return known | {"stride": part["stride"]}
+        self._known[data] = part
         self.parts.append(data)
         self._size += len(data)
-        return {"offset": self._size - len(data), "length": len(data), "stride": stride if is_smaller else 0}
+        return part
