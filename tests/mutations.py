@@ -994,6 +994,20 @@ MUTATIONS = [
         Check(test_medium.test_free_flights, throughput=(0.2, 1.0, 0.05)),
     ),
     Mutation(
+        "light taken from an equiangular point as if a free flight had led there",
+        "medium/medium.glsl",
+        "mix(dot(probability, scattered), scatters * equiangular_pdf(way, taken), MEDIUM_EQUIANGULAR)",
+        "dot(probability, scattered)",
+        Check(test_medium.test_points_to_take_light_from, throughput=(1.0, 1.0, 1.0)),
+    ),
+    Mutation(
+        "lights chosen by a way as if by their power",
+        "integrator/direct.glsl",
+        "s.weight *= chosen.probability / mix(",
+        "mix(",
+        Check(test_media.test_single_scattering_of_lamps_in_fog, light_samples=1),
+    ),
+    Mutation(
         "media forgotten on the way to a light",
         "integrator/direct.glsl",
         "transmittance *= medium_transmittance(",

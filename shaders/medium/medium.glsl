@@ -3,6 +3,7 @@
 //
 //   medium_transmittance  what is left of light along a ray; in the mean, where the density varies
 //   medium_sample         where along a ray light is scattered next, if it is at all
+//   medium_light_sample   where along it to take the light from that is scattered there
 //
 // Where a grid says the density, both go on in steps through a medium of the largest density, by delta tracking (Woodcock
 // et al. 1965) and by ratio tracking (Novák et al. 2014, Residual Ratio Tracking for Estimating Attenuation in Participating Media).
@@ -22,6 +23,7 @@
 #define HAS_MEDIA 0
 #endif
 #if HAS_MEDIA
+#include "medium/equiangular.glsl"
 #include "medium/grid.glsl"
 #include "medium/phase.glsl"
 
@@ -53,11 +55,16 @@ struct MediumSample {
     bool scatters;
 };
 
+// Of being chosen, for each channel, by what a path is worth in it.
+vec3 medium_channels(vec3 throughput) {
+    float worth = throughput.x + throughput.y + throughput.z;
+    return worth > 0.0 ? throughput / worth : vec3(1.0 / 3.0);
+}
+
 // Free flight of a path worth `throughput` through what has the same extinction everywhere, over a way of the length
 // `distance`; `u` chooses the channel and the flight. The weight takes all extinction for scattering.
 MediumSample medium_flight(vec3 extinction, float distance, vec3 throughput, vec2 u) {
-    float worth = throughput.x + throughput.y + throughput.z;
-    vec3 probability = worth > 0.0 ? throughput / worth : vec3(1.0 / 3.0);
+    vec3 probability = medium_channels(throughput);
     float drawn = u.x < probability.x ? extinction.x : u.x < probability.x + probability.y ? extinction.y : extinction.z;
     float flight = drawn > 0.0 ? -log(1.0 - u.y) / drawn : INFINITE_DISTANCE;
     bool scatters = flight < distance;
@@ -100,6 +107,21 @@ MediumSample medium_sample(Medium medium, Ray ray, float distance, vec3 throughp
     else s = medium_flight(medium.extinction, distance, throughput, u);
     if (s.scatters) s.weight *= medium.albedo;
     return s;
+}
+
+const float MEDIUM_EQUIANGULAR = 0.5;  // the probability of equiangular sampling
+
+// For a path that `flight` scatters on its `way`, a point of that to take light from: by equiangular sampling, or that of
+// the flight, of the density of both.
+MediumSample medium_light_sample(
+    Medium medium, float distance, vec3 throughput, MediumSample flight, Equiangular way, float u) {
+    if (u_has_grids != 0 && medium.grid >= 0) return flight;
+    vec3 probability = medium_channels(throughput);
+    float taken = u < MEDIUM_EQUIANGULAR ? equiangular_sample(way, u / MEDIUM_EQUIANGULAR) : flight.distance;
+    vec3 scattered = medium.extinction * medium_passed(medium.extinction, taken);
+    float scatters = dot(probability, 1.0 - medium_passed(medium.extinction, distance));
+    float density = mix(dot(probability, scattered), scatters * equiangular_pdf(way, taken), MEDIUM_EQUIANGULAR);
+    return MediumSample(min(taken, distance), medium.albedo * scattered / max(density, 1e-30), true);
 }
 
 const float MEDIUM_LITTLE = 0.05;  // what is left of light where roulette begins

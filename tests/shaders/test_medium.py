@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """medium/: the phase function, transmittance, and free flights."""
 
+from typing import Any
+
 import moderngl
 import numpy as np
 import pytest
@@ -79,6 +81,71 @@ def test_free_flights(ctx: moderngl.Context, throughput: tuple[float, float, flo
     assert chi_square(observed.astype(float), expected) > 1e-3
     # Whatever the colours, no weight makes a path worth more than it was.
     assert ((found["weight"] * worth).sum(1) <= worth.sum() * (1 + 1e-6)).all()
+
+
+WAYS = {  # distance, point, least
+    "aside": (3.0, (0.5, 0.0, 1.0), 0.0),
+    "behind": (3.0, (0.1, 0.0, -5.0), 0.0),
+    "beyond": (2.0, (0.2, 0.1, 40.0), 0.0),
+    "on the way": (2.0, (0.0, 0.0, 1.5), 0.25),
+    "without an end": (1e30, (0.0, 2.0, 1.0), 0.5),
+}
+
+
+def seen_angle(t: np.ndarray, point: tuple[float, float, float], least: float) -> np.ndarray:
+    """Of distances along +z, seen from the point."""
+    aside = max(np.hypot(*point[:2]), least, 1e-4 * np.linalg.norm(point))
+    return np.arctan2(t - point[2], aside) - np.arctan2(-point[2], aside)
+
+
+@pytest.mark.parametrize(("distance", "point", "least"), WAYS.values(), ids=WAYS)
+def test_equiangular_samples(ctx: moderngl.Context, distance: float, point: Any, least: float) -> None:
+    """From the point, the angles of samples are uniform, and the density is what that makes of distances."""
+    u = np.random.default_rng(4).random(COUNT)
+    body = (
+        f"Equiangular way = equiangular_over(Ray(vec3(0.0), vec3(0.0, 0.0, 1.0)), {distance}, vec3{point}, {least});\n"
+    )
+    body += "t = equiangular_sample(way, u); p = equiangular_pdf(way, t);"
+    found = probe(ctx, ["medium/equiangular.glsl"], body, {"u": u}, {"t": 1, "p": 1})
+    t, pdf = found["t"].astype(np.float64), found["p"].astype(np.float64)
+    assert t.min() >= 0
+    assert t.max() <= distance * (1 + 1e-5)
+    whole = seen_angle(np.array(distance), point, least)
+    np.testing.assert_allclose(seen_angle(t, point, least) / whole, u, atol=4e-5)  # llvmpipe: atan errs by 2e-5
+    aside = max(np.hypot(*point[:2]), least, 1e-4 * np.linalg.norm(point))
+    np.testing.assert_allclose(pdf, aside / (whole * (aside**2 + (t - point[2]) ** 2)), rtol=2e-4)
+
+
+@pytest.mark.parametrize("throughput", [(1.0, 1.0, 1.0), (0.0, 0.2, 1.0)])
+def test_points_to_take_light_from(ctx: moderngl.Context, throughput: tuple[float, float, float]) -> None:
+    """Half of them are where the path goes on, and half equiangular; each weight is what is scattered over the density
+    of both, and so the mean of all is what is scattered in the whole."""
+    distance, point, radius = 0.7, (0.0, 0.15, 0.4), 0.1
+    medium = f"Medium(vec3{tuple(EXTINCTION.tolist())}, 0.0, vec3{tuple(ALBEDO.tolist())}, 0, -1)"
+    ray, worth = "Ray(vec3(0.0), vec3(0.0, 0.0, 1.0))", f"vec3{throughput}"
+    body = (
+        f"MediumSample s = medium_sample({medium}, {ray}, {distance}, {worth}, u.xy); scatters = float(s.scatters);\n"
+    )
+    body += f"Equiangular way = equiangular_over({ray}, {distance}, vec3{point}, {radius});\n"
+    body += f"s = medium_light_sample({medium}, {distance}, {worth}, s, way, u.z);\n"
+    body += "t = s.distance; weight = s.weight;"
+    u = np.random.default_rng(5).random((COUNT, 3))
+    found = probe(ctx, MEDIUM, body, {"u": u}, {"t": 1, "weight": 3, "scatters": 1}, {"HAS_MEDIA": 1})
+    t, weight = (found[name][found["scatters"] > 0].astype(np.float64) for name in ("t", "weight"))
+    share = np.array(throughput) / sum(throughput)
+    whole = seen_angle(np.array(distance), point, radius)
+    scatters = (1 - np.exp(-EXTINCTION * distance)) @ share
+    value = EXTINCTION * np.exp(-EXTINCTION * t[:, None])
+    equiangular = 0.15 / (whole * (0.15**2 + (t - point[2]) ** 2))
+    np.testing.assert_allclose(
+        weight, ALBEDO * value / (0.5 * value @ share + 0.5 * scatters * equiangular)[:, None], rtol=2e-5
+    )
+    ends = np.linspace(0, distance, 33)
+    flown = (1 - np.exp(-np.outer(ends, EXTINCTION))) @ share / scatters
+    expected = len(t) * np.diff(0.5 * flown + 0.5 * seen_angle(ends, point, radius) / whole)
+    assert chi_square(np.histogram(t, ends)[0].astype(float), expected) > 1e-3
+    error = weight.std(0) / np.sqrt(len(t))
+    assert (np.abs(weight.mean(0) * scatters - ALBEDO * (1 - np.exp(-EXTINCTION * distance))) < 5 * error + 0.005).all()
 
 
 def test_light_passes_by_beers_law(ctx: moderngl.Context) -> None:
