@@ -1001,6 +1001,13 @@ MUTATIONS = [
         Check(test_medium.test_points_to_take_light_from, throughput=(1.0, 1.0, 1.0)),
     ),
     Mutation(
+        "the random number of a lamp's choice left to the lens of the next path",
+        "integrator/path.glsl",
+        "u.z = scatters ? u_lit.x : u.z;",
+        "u.z = u_lit.x;",
+        Check(test_media.test_paths_that_end_in_fog_leave_the_lens_to_the_next),
+    ),
+    Mutation(
         "lights chosen by a way as if by their power",
         "integrator/direct.glsl",
         "s.weight *= chosen.probability / mix(",

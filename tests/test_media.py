@@ -151,6 +151,30 @@ def test_single_scattering_of_lamps_in_fog(ctx, light_samples):
     assert_mean(image, expected, 0.005, rounding=1e-4)
 
 
+def test_paths_that_end_in_fog_leave_the_lens_to_the_next(ctx):
+    """What a lamp's choice by the way needs is none of their random numbers: blur is that of fog that only absorbs."""
+    camera = Camera((0.0, 0.0, 4.0), (0.0, 0.0, 0.0), fov_degrees=40.0, aperture_radius=0.5, focus_distance=1.5)
+    images = [
+        batches(
+            ctx,
+            Scene(
+                camera,
+                {"lamp": lambert(0.0, 5.0)},
+                {"fog": Medium(extinction=0.5, albedo=albedo)},
+                Fog("fog"),
+                spheres=[Sphere((0.0, 0.0, 0.0), 0.5, "lamp")],
+                lights=[Light((0.0, 0.2, 3.0), power=0.5)],
+            ),
+            1024,
+            range(4),
+            size=(12, 12),
+            bounces=0,
+        )
+        for albedo in (0.5, 0.0)
+    ]
+    assert_agree(*images, 0.02, (4, 4))
+
+
 def test_light_is_dimmed_on_its_way_through_fog(ctx):
     """From a lamp to a surface and on to the camera, over the boundaries of another medium and of a pocket of none."""
     target = (0.0, 0.0, 0.0)

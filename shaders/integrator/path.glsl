@@ -143,7 +143,7 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
 #if HAS_MEDIA
         if (flight.scatters) {
             vertex_set_medium(vertex, path.ray, lit.distance, path.inside, medium.g);
-            u.z = u_lit.x;
+            u.z = scatters ? u_lit.x : u.z;  // not of a path that begins
         }
 #endif
         if (scatters && is_hit) {
@@ -153,23 +153,24 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
             interior_set_vertex(vertex, material, cos_theta >= 0.0, path.inside, band);
         }
         vertex_guide(vertex, path.depth + 1 < u_bounces);
-        vec3 throughput = path.throughput;
 #if HAS_MEDIA
-        if (flight.scatters) throughput = lit_throughput / survival;
+        vec3 throughput = path.throughput;
+        if (flight.scatters) path.throughput = lit_throughput / survival;
 #endif
 #if LIGHT_PARTS
         if (scatters && path.depth < u_bounces) {
-            vec3 direct = throughput * direct_light(vertex, vertex_number, pixel, index, u.zw);
+            vec3 direct = path.throughput * direct_light(vertex, vertex_number, pixel, index, u.zw);
             path.radiance += direct;
-            vec3 diffuse = path.depth == 0 ? throughput * direct_diffuse : direct * path.diffuse;
+            vec3 diffuse = path.depth == 0 ? path.throughput * direct_diffuse : direct * path.diffuse;
             parts_receive(path.parts, path.depth + 1, direct, diffuse);
         }
 #else
-        if (scatters && path.depth < u_bounces) path.radiance += throughput * direct_light(vertex, vertex_number, pixel, index, u.zw);
+        if (scatters && path.depth < u_bounces) path.radiance += path.throughput * direct_light(vertex, vertex_number, pixel, index, u.zw);
 #endif
 
 #if HAS_MEDIA
-        if (flight.scatters) {  // and on from where the flight ended
+        path.throughput = throughput;
+        if (flight.scatters) {  // on from where the flight ended
             vertex.origin = path.ray.origin + flight.distance * path.ray.direction;
             vertex.behind = vertex.origin;
         }
