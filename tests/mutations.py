@@ -1045,16 +1045,23 @@ MUTATIONS = [
     Mutation(
         "a collision with the largest density taken for one with the medium",
         "medium/medium.glsl",
-        " && hash_to_unit(seed) < share",
-        "",
+        "s.scatters = hash_to_unit(seed) < share;",
+        "s.scatters = true;",
         Check(test_media.test_light_passes_a_grid_by_beers_law),
     ),
     Mutation(
         "ratio of extinctions forgotten on the way to a light",
         "medium/medium.glsl",
-        "grid_density(grid, ray.origin + range.x * ray.direction) / extinction",
-        "grid.largest / extinction",
+        "1.0 - medium.extinction * (density / extinction)",
+        "1.0 - medium.extinction / largest",
         Check(test_media.test_light_passes_a_grid_by_beers_law),
+    ),
+    Mutation(
+        "largest densities of cells with x and z exchanged",
+        "medium/grid.glsl",
+        "(cell.z * cells.y + cell.y) * cells.x + cell.x",
+        "(cell.x * cells.y + cell.y) * cells.x + cell.z",
+        Check(test_medium.test_light_passes_a_spike_as_in_float64),
     ),
     Mutation(
         "voxels counted from their corners",

@@ -10,6 +10,7 @@ from scipy.interpolate import RegularGridInterpolator
 
 from fragtracer.gpu.probe import probe
 from fragtracer.packing import pack
+from fragtracer.packing.media import grid_cells, largest_densities
 from fragtracer.scene import Density, Material, Medium, Scene, Sphere
 
 from .chi_square import assert_fits, chi_square, fit, nodes
@@ -183,3 +184,84 @@ def test_density_is_interpolated_between_voxels(ctx: moderngl.Context, shape: tu
     body = "d = grid_density(grid_load(0), position);"
     found = scene_probe(ctx, packed, MEDIUM, body, {"position": position}, {"d": 1})["d"]
     np.testing.assert_allclose(found, interpolated(values, unit), rtol=2e-5, atol=2e-6)
+
+
+def spike() -> tuple[Density, np.ndarray, np.ndarray]:
+    """A grid that is thin but for one voxel, and the corners of its box."""
+    values = np.full((20, 18, 24), 0.02)
+    values[6, 11, 15] = 40
+    return Density(values), np.array([-1.0, 0.0, -2.0]), np.array([1.0, 1.5, 1.0])
+
+
+@pytest.mark.parametrize("most", [1, 3, 8, 16, 64])
+def test_no_density_is_above_that_of_its_cell(most: int) -> None:
+    """Also where it is interpolated across the sides of cells; and some voxel next to the cell has that density."""
+    rng = np.random.default_rng(6)
+    values = rng.random((7, 16, 33)) ** 8
+    cells = largest_densities(Density(values), most)
+    assert cells.shape == tuple(min(most, n) for n in values.shape)
+    unit = rng.random((1 << 14, 3))
+    edges = unit[: 1 << 12] * cells.shape[::-1]
+    unit = np.concatenate([unit, np.round(edges) / cells.shape[::-1]])
+    inside = np.minimum((unit * cells.shape[::-1]).astype(int), np.array(cells.shape[::-1]) - 1)
+    above = cells[inside[:, 2], inside[:, 1], inside[:, 0]]
+    assert (interpolated(values.astype(np.float32), unit) <= above * (1 + 1e-6)).all()
+    for z, y, x in np.ndindex(cells.shape):
+        bounds = zip((z, y, x), cells.shape, values.shape, strict=True)
+        near = tuple(slice(max(0, int(i * n / c - 0.5)), int((i + 1) * n / c + 0.5) + 1) for i, c, n in bounds)
+        assert cells[z, y, x] == values[near].astype(np.float32).max()
+    assert most > 1 or cells.max() == np.float32(values.max())
+
+
+def test_cells_are_as_many_as_pay() -> None:
+    """Many where most is empty, and one where a ray would only be stopped by them."""
+    density, low, high = spike()
+    assert grid_cells(density, high - low, 100.0).size == 16**3
+    assert grid_cells(density, high - low, 5.0).size == 4**3
+    assert grid_cells(Density(np.ones((20, 20, 20))), high - low, 5.0).size == 1
+    assert grid_cells(density, high - low, 1e-3).size == 1
+
+
+def test_light_passes_a_spike_as_in_float64(ctx: moderngl.Context) -> None:
+    """Through cells of their own largest densities, along rays from anywhere: in the mean what the integral of the
+    density leaves, by ratio tracking, and by delta tracking as the share of paths that arrive."""
+    density, low, high = spike()
+    rng, count, turns = np.random.default_rng(7), 48, 1024
+    medium = Medium(extinction=(0.5, 1.0, 2.0), density=density, bounds=(tuple(low.tolist()), tuple(high.tolist())))
+    scene = Scene(
+        materials={"cloud": Material(model="null", interior="smoke")},
+        media={"smoke": medium},
+        spheres=[Sphere((0.0, 0.0, 0.0), 1.0, "cloud")],
+    )
+    packed = pack(scene, scene.render, 8, 8)
+    assert packed.scene_records["Grid"].shape[0] == 1
+    spot = low + (np.array([15.5, 11.5, 6.5]) / (24, 18, 20)) * (high - low)
+    start = rng.normal(size=(count, 3)) * 2
+    start[:4] = spot  # from within
+    aim = spot + rng.normal(size=(count, 3)) * 0.08
+    direction = aim - start
+    direction[4], direction[5] = (0.0, 0.0, 1.0), (-1.0, 0.0, 0.0)  # along axes
+    start[4], start[5] = spot - (0.01, 0.02, 4.0), spot + np.array((4.0, 0.01, 0.02))
+    distance = rng.uniform(2.0, 6.0, count)
+    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+    body = """Medium medium = medium_load(1);
+Ray ray = Ray(start, direction);
+passed = medium_transmittance(medium, ray, far, hash_uint(uint(number)));
+MediumSample s = medium_sample(medium, ray, far, vec3(1.0), u);
+arrived = s.scatters ? vec3(0.0) : s.weight;
+"""
+    rays = {"start": start - packed.origin, "direction": direction, "far": distance}
+    inputs = {name: np.repeat(values, turns, axis=0) for name, values in rays.items()}
+    inputs |= {"number": np.arange(count * turns), "u": rng.random((count * turns, 2))}
+    results = scene_probe(ctx, packed, MEDIUM, body, inputs, {"passed": 3, "arrived": 3})
+    found = {name: values.reshape(count, turns, 3) for name, values in results.items()}
+    t = (np.arange(8000) + 0.5) / 8000
+    places = (start[:, None] + (t[:, None] * distance[:, None, None]) * direction[:, None] - low) / (high - low)
+    values = interpolated(density.values.astype(np.float64), places.reshape(-1, 3))
+    values *= ((places >= 0) & (places <= 1)).all(-1).ravel()
+    depth = values.reshape(count, -1).mean(1) * distance
+    expected = np.exp(-np.outer(depth, (0.5, 1.0, 2.0)))
+    assert (expected[:, 1] < 0.8).sum() > 20
+    for values in found.values():
+        error = np.maximum(values.std(1), np.sqrt(expected * (1 - expected))) / np.sqrt(turns)
+        assert (np.abs(values.mean(1) - expected) < 5 * error + 2e-4).all()

@@ -40,8 +40,8 @@ MATERIAL_RECORDS: dict[str, Record] = {
 MEDIUM_RECORDS: dict[str, Record] = {
     "Medium": (("extinction", "vec3"), ("g", "float"), ("albedo", "vec3"), ("is_null", "int"), ("grid", "int")),
     "Grid": (
-        *(("low", "vec3"), ("largest", "float"), ("inverse_size", "vec3"), ("first", "int")),
-        ("voxels", "uvec3"),
+        *(("low", "vec3"), ("first", "int"), ("inverse_size", "vec3"), ("voxels", "uvec3")),
+        ("cells", "uvec3"),
     ),
 }
 ROW = 4096  # texels of a texture
