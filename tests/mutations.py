@@ -924,6 +924,13 @@ MUTATIONS = [
         Check(test_dielectrics.test_a_texture_colours_what_passes, model="thin-dielectric"),
     ),
     Mutation(
+        "directions of brushing turned the other way",
+        "material/material.glsl",
+        "turned.y * along.x + turned.x * along.y",
+        "turned.y * along.x - turned.x * along.y",
+        Check(test_anisotropy.test_a_texture_turns_facets_and_makes_them_less_wide),
+    ),
+    Mutation(
         "tangents of meshes not used",
         "material/material.glsl",
         "has_tangent ? surface.tangent.xyz : level",
