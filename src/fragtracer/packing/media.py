@@ -53,7 +53,7 @@ def pack_media(scene: Scene, origin: Floats) -> PackedMedia:
     grids = list(dict.fromkeys((m.density, m.bounds) for m in found if m.density and m.bounds))
     numbers: dict[tuple[Density | None, Box | None], int] = {grid: i for i, grid in enumerate(grids)}
     is_null = [False] + [scene.materials[name].model == "null" for name in names]
-    rows = [
+    rows: list[dict[str, Any]] = [
         {
             "extinction": medium.sigma_t,
             "g": medium.g,
@@ -63,7 +63,8 @@ def pack_media(scene: Scene, origin: Floats) -> PackedMedia:
         }
         for medium, null in zip(found, is_null, strict=True)
     ]
-    boxes, words = [], []
+    boxes: list[dict[str, Any]] = []
+    words: list[Words] = []
     for number, (density, bounds) in enumerate(grids):
         box = np.array(bounds) - origin
         extinction = max(max(row["extinction"]) for row in rows if row["grid"] == number)
@@ -88,15 +89,12 @@ def grid_cells(density: Density, size: Floats, extinction: float) -> NDArray[np.
     with the probability of twice its area over that surface (Crofton)."""
     sections = size.prod() / size
     surface = 2 * sections.sum()
-    best, least = None, np.inf
-    for most in _CELLS:
-        cells = largest_densities(density, most)
-        stops = ((np.array(cells.shape[::-1]) - 1) * 2 * sections / surface).sum()
-        collisions = extinction * cells.mean() * 4 * size.prod() / surface
-        if best is None or stops + collisions < least:
-            best, least = cells, stops + collisions
-    assert best is not None
-    return best
+
+    def stops(cells: NDArray[np.float32]) -> float:
+        sides = ((np.array(cells.shape[::-1]) - 1) * 2 * sections / surface).sum()
+        return float(sides + extinction * cells.mean() * 4 * size.prod() / surface)
+
+    return min((largest_densities(density, most) for most in _CELLS), key=stops)
 
 
 @lru_cache(maxsize=4 * len(_CELLS))
