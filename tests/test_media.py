@@ -165,8 +165,8 @@ def test_paths_that_end_in_fog_leave_the_lens_to_the_next(ctx):
                 spheres=[Sphere((0.0, 0.0, 0.0), 0.5, "lamp")],
                 lights=[Light((0.0, 0.2, 3.0), power=0.5)],
             ),
-            1024,
-            range(4),
+            768,
+            range(8),
             size=(12, 12),
             bounces=0,
         )
