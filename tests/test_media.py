@@ -31,6 +31,7 @@ from fragtracer.scene import (
     Rectangle,
     Scene,
     Sphere,
+    SpotLight,
 )
 
 EXTINCTION = (0.3, 1.0, 2.5)
@@ -113,6 +114,65 @@ def test_single_scattering_in_a_slab(ctx, g):
     opacity = 1 - np.exp(-np.array(EXTINCTION) * depth * ways)
     expected = np.array([1.0, 2.0, 3.0]) * (0.9, 0.5, 0.2) * phase * opacity / ways
     assert_mean(rendered(ctx, scene, 2048, bounces=1), expected, 0.005, rounding=1e-4)
+
+
+@pytest.mark.parametrize("light_samples", [1, 2])
+def test_single_scattering_of_lamps_in_fog(ctx, light_samples):
+    """Of two lamps and a spot beside the way, by quadrature along it: σs p(θ) exp(-σt (t + r)) I / r²."""
+    medium = Medium(extinction=(0.2, 0.4, 0.8), albedo=(0.9, 0.5, 0.2), g=0.4)
+    lamps = [Light((0.6, 0.2, 1.0), power=4 * np.pi), Light((-2.0, 1.0, -2.0), power=8 * np.pi)]
+    spot = SpotLight((0.0, 3.0, -1.0), (0.0, -1.0, 0.2), 3.0, inner_degrees=10.0, outer_degrees=25.0)
+    wall = Rectangle((-9.0, -9.0, -3.0), (18.0, 0.0, 0.0), (0.0, 18.0, 0.0), "black")
+    scene = Scene(
+        stare((0.0, 0.0, -3.0), (0.0, 0.0, 3.0)),
+        {"black": lambert(0.0)},
+        {"fog": medium},
+        Fog("fog"),
+        rectangles=[wall],
+        lights=lamps,
+        spot_lights=[spot],
+    )
+    t = (np.arange(20000) + 0.5) * (6.0 / 20000)
+    place = np.array([0.0, 0.0, 3.0]) - t[:, None] * (0.0, 0.0, 1.0)
+    expected = np.zeros(3)
+    axis = np.array(spot.direction) / np.linalg.norm(spot.direction)
+    inner, outer = np.cos(np.radians((10.0, 25.0)))
+    for light in (*lamps, spot):
+        away = place - light.position
+        r = np.linalg.norm(away, axis=1)
+        cosine = away[:, 2] / r  # of the angle from straight on, as light goes to the camera along +z
+        phase = (1 - 0.4**2) / (1 + 0.4**2 - 0.8 * cosine) ** 1.5 / (4 * np.pi)
+        falloff = 1.0 if light is not spot else np.clip((away @ axis / r - outer) / (inner - outer), 0, 1) ** 2
+        intensity = spot.intensity[0] if light is spot else light.power[0] / (4 * np.pi)
+        passed = np.exp(-np.outer(t + r, medium.sigma_t))
+        expected += (passed * (phase * falloff * intensity / r**2)[:, None]).sum(0) * (6.0 / 20000)
+    expected *= np.array(medium.sigma_t) * medium.single_albedo
+    image = rendered(ctx, scene, 1024, bounces=1, light_samples=light_samples)
+    assert_mean(image, expected, 0.005, rounding=1e-4)
+
+
+def test_paths_that_end_in_fog_leave_the_lens_to_the_next(ctx):
+    """What a lamp's choice by the way needs is none of their random numbers: blur is that of fog that only absorbs."""
+    camera = Camera((0.0, 0.0, 4.0), (0.0, 0.0, 0.0), fov_degrees=40.0, aperture_radius=0.5, focus_distance=1.5)
+    images = [
+        batches(
+            ctx,
+            Scene(
+                camera,
+                {"lamp": lambert(0.0, 5.0)},
+                {"fog": Medium(extinction=0.2, albedo=albedo)},
+                Fog("fog"),
+                spheres=[Sphere((0.0, 0.0, 0.0), 0.5, "lamp")],
+                lights=[Light((0.0, 0.2, 3.0), power=0.5)],
+            ),
+            768,
+            range(8),
+            size=(12, 12),
+            bounces=0,
+        )
+        for albedo in (0.5, 0.0)
+    ]
+    assert_agree(*images, 0.02, (2, 2))
 
 
 def test_light_is_dimmed_on_its_way_through_fog(ctx):

@@ -89,6 +89,45 @@ vec3 direct_transmittance(Vertex vertex, Ray ray, float distance, ivec4 inside, 
 #endif
 }
 
+#if HAS_MEDIA
+const float DIRECT_BY_WAY = 0.5;  // the probability that a light is chosen by what it brings to a way, not by power alone
+
+// The point of a way through a medium where direct_light() takes one sample of a light, for a path that `flight` scatters
+// on the way. Of few lights u.x chooses that one, and is changed to what chooses it there.
+MediumSample direct_flight(Medium medium, Ray ray, float distance, vec3 throughput, MediumSample flight, inout vec2 u) {
+    if (!flight.scatters || u_light_count == 0 || u_light_count > FEW_LIGHTS) return flight;
+    bool is_by_way = u.x < DIRECT_BY_WAY;
+    u.x = is_by_way ? u.x / DIRECT_BY_WAY : (u.x - DIRECT_BY_WAY) / (1.0 - DIRECT_BY_WAY);
+    LightChoice chosen = light_choice_load(0);
+    Equiangular chosen_way;
+    float worth, sum = 0.0;
+    bool is_near;
+    for (int i = 0; i < u_light_count; i++) {
+        LightChoice choice = light_choice_load(i);
+        vec4 focus = light_focus(choice);
+        Equiangular way = equiangular_over(ray, distance, focus.xyz, focus.w);
+        // The integral of 1 / r^2 over the way; of light from everywhere or afar, as if it was as far away as that is long.
+        float brings = choice.probability * (focus.w >= 0.0 ? way.angle / way.aside : 1.0 / distance);
+        sum += brings;
+        // A light takes the place of those before it with its share of the sum.
+        float share = is_by_way ? brings / sum : choice.probability / (choice.cumulative + choice.probability);
+        bool is_taken = i == 0 || u.x < share;
+        u.x = i == 0 ? u.x : is_taken ? u.x / share : (u.x - share) / (1.0 - share);
+        if (is_taken) {
+            chosen = choice;
+            chosen_way = way;
+            worth = brings;
+            is_near = focus.w >= 0.0;
+        }
+    }
+    MediumSample s = flight;
+    if (is_near) s = medium_light_sample(medium, distance, throughput, flight, chosen_way, u.y);
+    if (u_light_samples == 1) s.weight *= chosen.probability / mix(chosen.probability, worth / sum, DIRECT_BY_WAY);
+    u.x = chosen.cumulative + chosen.probability * min(u.x, ONE_MINUS_EPSILON);
+    return s;
+}
+#endif
+
 // Radiance scattered towards wo from one sample of the lights, if nothing occludes it.
 vec3 direct_unoccluded(Vertex vertex, LightSample light, vec3 wi) {
     vec4 eval_pdf = vertex_eval_pdf(vertex, wi);

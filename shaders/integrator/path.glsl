@@ -82,10 +82,15 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
 #if HAS_MEDIA
         // Or a point of the medium before that; not so near to the surface that rounding puts it beyond.
         float unused;
-        vec2 u_flight = sampler_vec4(pixel, index, dimension_medium(vertex_number), unused).xy;
+        vec4 u_flight = sampler_vec4(pixel, index, dimension_medium(vertex_number), unused);
         Medium medium = medium_load(interior_of(path.inside));
-        MediumSample flight = medium_sample(medium, path.ray, hit.distance, path.throughput, u_flight);
-        if (is_hit) flight.distance = min(flight.distance, max(0.0, hit.distance - RAY_OFFSET * surface.extent));
+        MediumSample flight = medium_sample(medium, path.ray, hit.distance, path.throughput, u_flight.xy);
+        vec2 u_lit = u_flight.zw;
+        MediumSample lit = direct_flight(medium, path.ray, hit.distance, path.throughput, flight, u_lit);
+        float farthest = is_hit ? max(0.0, hit.distance - RAY_OFFSET * surface.extent) : hit.distance;
+        flight.distance = min(flight.distance, farthest);
+        lit.distance = min(lit.distance, farthest);
+        vec3 lit_throughput = path.throughput * lit.weight;
         path.throughput *= flight.weight;
         is_hit = is_hit && !flight.scatters;
         escapes = escapes && !flight.scatters;
@@ -137,7 +142,10 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
         bool is_lit = scatters && path.depth < u_bounces;
         Vertex vertex = vertex_at(surface, material, path.ray.direction, hash_uint(~path.seed + uint(vertex_number)));
 #if HAS_MEDIA
-        if (flight.scatters) vertex_set_medium(vertex, path.ray, flight.distance, path.inside, medium.g);
+        if (flight.scatters) {
+            vertex_set_medium(vertex, path.ray, lit.distance, path.inside, medium.g);
+            u.z = scatters ? u_lit.x : u.z;  // not of a path that begins
+        }
 #endif
         if (scatters && is_hit) {
             int band = interior_band(material, path.band, hash_to_unit(hash_uint(path.seed ^ 0x68bc21ebu)));
@@ -146,15 +154,26 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
             interior_set_vertex(vertex, material, cos_theta >= 0.0, path.inside, band);
         }
         vertex_guide(vertex, path.depth + 1 < u_bounces);
+        vec3 throughput = path.throughput;
+#if HAS_MEDIA
+        if (flight.scatters) throughput = lit_throughput / survival;
+#endif
         vec3 direct = direct_light(vertex, is_lit, vertex_number, pixel, index, u.zw);
         if (is_lit) {
-            direct *= path.throughput;
+            direct *= throughput;
             path.radiance += direct;
 #if LIGHT_PARTS
-            vec3 diffuse = path.depth == 0 ? path.throughput * direct_diffuse : direct * path.diffuse;
+            vec3 diffuse = path.depth == 0 ? throughput * direct_diffuse : direct * path.diffuse;
             parts_receive(path.parts, path.depth + 1, direct, diffuse);
 #endif
         }
+
+#if HAS_MEDIA
+        if (flight.scatters) {  // on from where the flight ended
+            vertex.origin = path.ray.origin + flight.distance * path.ray.direction;
+            vertex.behind = vertex.origin;
+        }
+#endif
 
         // The next direction, drawn from the BSDF, or by the guiding. Where there is none, the path ends at what it meets.
         BsdfSample scattered = vertex_scatter(vertex, u.xy);

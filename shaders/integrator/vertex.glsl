@@ -42,7 +42,7 @@ Vertex vertex_at(Surface surface, Material material, vec3 direction, uint seed) 
     vertex.frame = frame_from_normal(shading_normal);
     vertex.bsdf = material_bsdf(material, side > 0.0);
     if (u_facets_are_isotropic == 0) {
-        Anisotropy anisotropy = anisotropy_load(surface.material);
+        Anisotropy anisotropy = material_anisotropy(surface);
         vertex.bsdf.anisotropy = anisotropy.strength;
         if (anisotropy.strength > 0.0) {
             vertex.bsdf.alpha = max(vertex.bsdf.alpha, ALPHA_DELTA);

@@ -45,6 +45,11 @@ LightSample area_light_sample(AreaLight light, vec3 origin, vec2 u) {
     return LightSample(wi, distance, light.radiance, pdf, false, light.primitive);
 }
 
+vec4 area_light_focus(AreaLight light) {
+    vec2 p = flat_centroid(light.kind);
+    return vec4(light.a + p.x * light.edge_u + p.y * light.edge_v, sqrt(light.area * INVERSE_PI));
+}
+
 LightSample area_light_punctual(AreaLight light, vec3 origin) {
     vec2 p = flat_centroid(light.kind);
     vec3 to_light = light.a + p.x * light.edge_u + p.y * light.edge_v - origin;

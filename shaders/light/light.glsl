@@ -3,6 +3,7 @@
 //
 //   light_sample    a direction to a light, chosen by power, with the radiance from there if nothing occludes it
 //   light_pdf       the density of that sample, for a surface that emits and is met by BSDF sampling
+//   light_focus     where a light is and how large, as far as it is anywhere
 //   light_punctual  one light as if all of it were at its centre, for approximations without shadows
 //
 // Densities are over solid angle and include the probability of the choice. Each kind's file has KIND_light_sample() and,
@@ -103,6 +104,28 @@ float light_pdf(int number, vec3 origin, float distance, float cos_theta, float 
     if (choice.kind == LIGHT_MESH) pdf = mesh_light_pdf(density, distance, cos_theta);
 #endif
     return pdf * choice.probability;
+}
+
+// Where a light is and how large, for sampling what is near it: its centre and radius, which is negative of light from
+// everywhere or afar.
+vec4 light_focus(LightChoice choice) {
+    vec4 focus = vec4(0.0, 0.0, 0.0, -1.0);
+#if HAS_POINT_LIGHT
+    if (choice.kind == LIGHT_POINT) focus = vec4(point_light_load(choice.record).position, 0.0);
+#endif
+#if HAS_SPOT_LIGHT
+    if (choice.kind == LIGHT_SPOT) focus = vec4(spot_light_load(choice.record).position, 0.0);
+#endif
+#if HAS_SPHERE_LIGHT
+    if (choice.kind == LIGHT_SPHERE) {
+        SphereLight light = sphere_light_load(choice.record);
+        focus = vec4(light.center, light.radius);
+    }
+#endif
+#if HAS_AREA_LIGHT
+    if (choice.kind == LIGHT_AREA) focus = area_light_focus(area_light_load(choice.record));
+#endif
+    return focus;
 }
 
 // A delta sample of one light. Meshes that emit have no one place, and give no light, as in a game engine; the

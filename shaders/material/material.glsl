@@ -118,6 +118,23 @@ float material_occlusion(Surface surface) {
     return 1.0;
 }
 
+// How facets are wider: of a texture, red and green are the direction in the plane of the tangent, which is turned by the
+// angle of the material, and blue is a factor of the strength (Khronos Group 2023, KHR_materials_anisotropy).
+Anisotropy material_anisotropy(Surface surface) {
+    Anisotropy anisotropy = anisotropy_load(surface.material);
+#if HAS_TEXTURES
+    if (textures_change(TEXTURE_ANISOTROPY) && anisotropy.texture_index >= 0) {
+        vec3 value = texture_value(texture_load(anisotropy.texture_index), surface.uv).rgb;
+        vec2 along = unit_or(vec3(2.0 * value.xy - 1.0, 0.0), vec3(1.0, 0.0, 0.0)).xy;
+        vec2 turned = vec2(anisotropy.cosine, anisotropy.sine);
+        anisotropy.cosine = turned.x * along.x - turned.y * along.y;
+        anisotropy.sine = turned.y * along.x + turned.x * along.y;
+        anisotropy.strength *= clamp(value.z, 0.0, 1.0);
+    }
+#endif
+    return anisotropy;
+}
+
 // The direction along which facets are wider: the tangent of a mesh, or, where there is none, the horizontal one to the
 // right as seen from outside, x where the surface is horizontal; turned by the angle of the material.
 vec3 material_tangent(Surface surface, Anisotropy anisotropy) {

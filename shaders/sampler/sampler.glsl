@@ -16,7 +16,7 @@ int dimension_camera() { return 0; }                            // xy: place in 
 int dimension_vertex(int vertex) { return 1 + vertex; }         // xy: BSDF, zw: light
 int dimension_light(int vertex) { return 0x10000 + vertex; }    // where a vertex takes several samples
 int dimension_ambient(int vertex) { return 0x20000 + vertex; }
-int dimension_medium(int vertex) { return 0x30000 + vertex; }   // xy: free flight through a medium
+int dimension_medium(int vertex) { return 0x30000 + vertex; }   // xy: free flight through a medium, z: light, w: point to take it from
 
 #if SAMPLER == SAMPLER_TEXTURE
 #include "sampler/texture.glsl"

@@ -128,9 +128,10 @@ struct Anisotropy {
     float strength;  // 0: as wide across it
     float cosine;    // of the angle from the tangent of the surface, counter-clockwise
     float sine;
+    int texture_index;  // -1: there is none
 };
 Anisotropy anisotropy_of(uvec4 t0) {
-    return Anisotropy(uintBitsToFloat(t0.x), uintBitsToFloat(t0.y), uintBitsToFloat(t0.z));
+    return Anisotropy(uintBitsToFloat(t0.x), uintBitsToFloat(t0.y), uintBitsToFloat(t0.z), int(t0.w));
 }
 Anisotropy anisotropy_load(int index) {
     int first = u_first_anisotropy + 1 * index;

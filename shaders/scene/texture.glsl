@@ -10,6 +10,7 @@ const int TEXTURE_METALLIC = 4;
 const int TEXTURE_NORMAL = 8;
 const int TEXTURE_OCCLUSION = 16;
 const int TEXTURE_EMISSION = 32;
+const int TEXTURE_ANISOTROPY = 64;
 
 const int TEXTURE_SRGB = 1;  // flags of a texture
 const int TEXTURE_FLOAT = 2;

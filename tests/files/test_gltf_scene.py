@@ -149,7 +149,7 @@ def test_what_transmits_is_a_dielectric(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("transmits", [False, True])
 def test_anisotropy(tmp_path: Path, transmits: bool) -> None:
-    """Of metals and of what transmits; its texture is not read."""
+    """Of metals and of what transmits, with its texture."""
     brushed = {"anisotropyStrength": 0.6, "anisotropyRotation": 0.5, "anisotropyTexture": {"index": 0}}
     passing = {"KHR_materials_transmission": {"transmissionFactor": 1}, "KHR_materials_volume": {"thicknessFactor": 1}}
     item = {
@@ -158,8 +158,10 @@ def test_anisotropy(tmp_path: Path, transmits: bool) -> None:
     }
     gltf = Gltf(materials=[item], nodes=[{"mesh": 0}], scenes=[{"nodes": [0]}])
     gltf.triangle(material=0)
-    with pytest.warns(UserWarning, match=r"ignored: anisotropyTexture of materials\[0\]"):
-        (material,) = gltf.read(tmp_path).materials.values()
+    gltf.content |= {"textures": [{"source": 0}], "images": [{"bufferView": gltf.view(PNG), "mimeType": "image/png"}]}
+    (material,) = gltf.read(tmp_path).materials.values()
+    assert material.anisotropy_texture is not None
+    assert material.anisotropy_texture.image.color_space == "linear"
     assert material.model == ("dielectric" if transmits else "metallic-roughness")
     assert (material.anisotropy, material.roughness) == (0.6, 0.4)
     assert material.anisotropy_rotation_degrees == pytest.approx(28.6479, abs=1e-4)

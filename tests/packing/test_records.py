@@ -31,6 +31,8 @@ NO_RECORDS = {
     "BvhRay",
     "Surface",
     "LightSample",
+    "Equiangular",
+    "GridWalk",
     "MediumSample",
 }  # structs of these folders that lie in no texture
 LANES = "xyzw"

@@ -22,7 +22,7 @@ _ALPHA_MODES = ("opaque", "mask", "blend")
 _WRAP_MODES = ("repeat", "mirror", "clamp")
 TEXTURE_NEAREST = 4
 # What textures change, as in scene/texture.glsl.
-_USES = {"albedo": 1, "roughness": 2, "metallic": 4, "normal": 8, "occlusion": 16, "emission": 32}
+_USES = {"albedo": 1, "roughness": 2, "metallic": 4, "normal": 8, "occlusion": 16, "emission": 32, "anisotropy": 64}
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +73,7 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
         "Plastic": words_of_rows(MATERIAL_RECORDS["Plastic"], _plastics(materials, coats)),
         "Coat": words_of_rows(MATERIAL_RECORDS["Coat"], [row for rows in coats.values() for row in rows]),
         "Anisotropy": words_of_rows(
-            MATERIAL_RECORDS["Anisotropy"], [_anisotropy(m) for m in packed] if is_anisotropic else []
+            MATERIAL_RECORDS["Anisotropy"], [_anisotropy(m, index) for m in packed] if is_anisotropic else []
         ),
         "Opacity": words_of_rows(
             MATERIAL_RECORDS["Opacity"], [_opacity(m, index) for m in packed] if has_alpha else []
@@ -255,6 +255,7 @@ def _maps(material: Material, index: Mapping[Texture, int]) -> dict[str, Any]:
     dielectric = replace(material, metal=None, metallic=0.0) if material.model == DEFAULT_MODEL else material
     numbers = {f"{name}_texture": index[textures[name]] if name in textures else -1 for name in TEXTURED}
     transmittance = numbers.pop("transmittance_texture")
+    del numbers["anisotropy_texture"]  # of a record of its own
     if material.is_dielectric:  # in the place of an albedo, which it has not
         numbers["albedo_texture"] = transmittance
     channel = -1
@@ -273,9 +274,10 @@ def _maps(material: Material, index: Mapping[Texture, int]) -> dict[str, Any]:
     }
 
 
-def _anisotropy(material: Material) -> dict[str, Any]:
-    angle = np.radians(material.anisotropy_rotation_degrees)
-    return {"strength": material.anisotropy, "cosine": np.cos(angle), "sine": np.sin(angle)}
+def _anisotropy(material: Material, index: Mapping[Texture, int]) -> dict[str, Any]:
+    angle, texture = np.radians(material.anisotropy_rotation_degrees), material.anisotropy_texture
+    number = -1 if texture is None else index[texture]
+    return {"strength": material.anisotropy, "cosine": np.cos(angle), "sine": np.sin(angle), "texture_index": number}
 
 
 def _opacity(material: Material, index: Mapping[Texture, int]) -> dict[str, Any]:

@@ -29,7 +29,7 @@ MATERIAL_RECORDS: dict[str, Record] = {
     "Conductor": (("index", "vec3"), ("extinction", "vec3")),
     "Plastic": (("eta", "float"), ("internal", "float"), ("nonlinear", "int"), ("coat", "int"), ("coats", "int")),
     "Coat": (("facets", "vec4"), ("angles", "vec3"), ("internal", "float")),
-    "Anisotropy": (("strength", "float"), ("cosine", "float"), ("sine", "float")),
+    "Anisotropy": (("strength", "float"), ("cosine", "float"), ("sine", "float"), ("texture_index", "int")),
     "Opacity": (("opacity", "float"), ("mode", "int"), ("cutoff", "float"), ("texture_index", "int")),
     "Texture": (
         *(("u_row", "vec3"), ("coordinates", "int"), ("v_row", "vec3"), ("channel", "int")),
@@ -40,8 +40,8 @@ MATERIAL_RECORDS: dict[str, Record] = {
 MEDIUM_RECORDS: dict[str, Record] = {
     "Medium": (("extinction", "vec3"), ("g", "float"), ("albedo", "vec3"), ("is_null", "int"), ("grid", "int")),
     "Grid": (
-        *(("low", "vec3"), ("largest", "float"), ("inverse_size", "vec3"), ("first", "int")),
-        ("voxels", "uvec3"),
+        *(("low", "vec3"), ("first", "int"), ("inverse_size", "vec3"), ("voxels", "uvec3")),
+        ("cells", "uvec3"),
     ),
 }
 ROW = 4096  # texels of a texture

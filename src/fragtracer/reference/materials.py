@@ -49,7 +49,9 @@ def own_plugin(material: Material) -> Tree:
 
 def has_images(material: Material) -> bool:
     """Whether images change how the material scatters."""
-    return not material.textures.keys().isdisjoint(("albedo", "roughness", "metallic", "normal", "transmittance"))
+    return not material.textures.keys().isdisjoint(
+        ("albedo", "roughness", "metallic", "normal", "transmittance", "anisotropy")
+    )
 
 
 def has_null_transmission(material: Material) -> bool:

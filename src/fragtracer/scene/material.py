@@ -43,7 +43,7 @@ MODELS: dict[str, tuple[str, ...]] = {
 }
 _OF_MODELS = {key for keys in MODELS.values() for key in keys}
 _OF_OTHERS = {model: sorted(_OF_MODELS - set(keys)) for model, keys in MODELS.items()}  # keys that mean nothing to it
-TEXTURED = ("albedo", "roughness", "metallic", "normal", "occlusion", "emission", "transmittance")
+TEXTURED = ("albedo", "roughness", "metallic", "normal", "occlusion", "emission", "transmittance", "anisotropy")
 _TEXTURE_FIELDS = {name: f"{name}_texture" for name in TEXTURED}
 
 
@@ -81,8 +81,9 @@ class Material:
     a strong dispersion, 60 a weak one. Where two dielectrics overlap, the one with the higher ``priority`` is there.
     ``interior`` names the medium behind the front, a key of ``Scene.media``.
 
-    A texture multiplies the parameter of its name; roughness, metallic and occlusion use one
-    channel of it. ``normal_texture`` holds tangent-space normals (glTF 2.0, section 3.9.3), their x and y
+    A texture multiplies the parameter of its name; roughness, metallic and occlusion use one channel of it. Of
+    ``anisotropy_texture`` that is blue, while red and green, times 2 less 1, are the direction from the tangent along
+    which the facets are wider. ``normal_texture`` holds tangent-space normals (glTF 2.0, section 3.9.3), their x and y
     scaled by ``normal_scale``. Only meshes have texture coordinates; other shapes ignore textures.
 
     ``opacity``, times the alpha of the albedo texture and of the vertex colours, is ignored if ``alpha_mode`` is
@@ -99,6 +100,7 @@ class Material:
     metallic: Fraction = 0.0
     anisotropy: Fraction = 0.0
     anisotropy_rotation_degrees: Number = 0.0
+    anisotropy_texture: Texture | None = None
     ior: Annotated[float, Field(ge=1, le=LARGEST)] | None = None
     f0: Reflectance | None = None
     metal: str | None = None
@@ -184,6 +186,8 @@ class Material:
         """The set of texture coordinates that tangents follow, None where it needs no tangents."""
         if self.normal_texture is not None:
             return self.normal_texture.coordinates
+        if self.anisotropy > 0 and self.anisotropy_texture is not None:
+            return self.anisotropy_texture.coordinates
         return 0 if self.anisotropy > 0 else None
 
     @property

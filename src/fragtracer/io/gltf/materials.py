@@ -99,10 +99,11 @@ class Materials:
 
     def _anisotropy(self, item: gltf.Material, place: str) -> dict[str, Any]:
         found = self._container.extension(gltf.Anisotropy, item, "KHR_materials_anisotropy", place) or gltf.Anisotropy()
-        if found.anisotropyTexture:
-            self.notes.append(f"anisotropyTexture of {place}")
-        degrees = math.degrees(found.anisotropyRotation)
-        return {"anisotropy": found.anisotropyStrength, "anisotropy_rotation_degrees": degrees}
+        return {
+            "anisotropy": found.anisotropyStrength,
+            "anisotropy_rotation_degrees": math.degrees(found.anisotropyRotation),
+            "anisotropy_texture": self._texture(found.anisotropyTexture, place, "linear"),
+        }
 
     def _specular_glossiness(self, old: gltf.SpecularGlossiness, place: str) -> dict[str, Any]:
         """The specular-glossiness workflow, which replaces metallic-roughness."""

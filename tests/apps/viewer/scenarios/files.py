@@ -33,7 +33,7 @@ def reloads_shaders() -> None:
         assert f"integrator/path.glsl:{line}" in viewer.problem
         refined(viewer, hand, 8)
         assert np.abs(picture(viewer) - before)[100:-60].mean() < 0.05, "the last good program goes on"
-        dark = good.replace("direct *= path.throughput;", "direct *= 0.0;")
+        dark = good.replace("direct *= throughput;", "direct *= 0.0;")
         assert dark != good
         file.write_text(dark, "utf-8")
         hand.until(lambda: not viewer.problem, "recovery")
