@@ -1,15 +1,12 @@
 # SPDX-License-Identifier: MIT
 """The OpenGL context that the tests share."""
 
-import os
 from collections.abc import Iterator
-from importlib.util import find_spec
 
 import moderngl
 import pytest
 
 from fragtracer.gpu.context import create_context
-from fragtracer.reference.variant import choose_variant, find_llvm
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -32,19 +29,6 @@ def _cache_of_the_tests(tmp_path_factory: pytest.TempPathFactory) -> Iterator[No
         patch.setenv("FRAGTRACER_CACHE", str(tmp_path_factory.mktemp("cache")))
         patch.delenv("PYTHONDONTWRITEBYTECODE", raising=False)  # processes that tests start need not all compile Python
         yield
-
-
-@pytest.fixture(autouse=True, scope="session")
-def _share_of_the_cores() -> None:
-    """Where several processes run tests, Mitsuba has its share of the cores in each: threads that wait for one another
-    take the time of the other processes."""
-    processes = int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))
-    if processes == 1 or find_spec("mitsuba") is None or find_llvm() is None:
-        return
-    choose_variant()  # tells Dr.Jit where LLVM is, which has to be before it is imported
-    import drjit
-
-    drjit.set_thread_count(max(1, (os.cpu_count() or 1) // processes))
 
 
 @pytest.fixture(autouse=True)
