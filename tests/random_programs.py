@@ -88,7 +88,10 @@ PROGRAMS: dict[str, dict[str, list[Any]]] = {
         "GEOMETRY_TERM": ["GEOMETRY_KARIS_ENVIRONMENT"],
     },
     "auxiliary.frag": {"AUXILIARY": ["AUXILIARY_NORMALS", "AUXILIARY_DEPTH", "AUXILIARY_ALBEDO"]},
-    "layers.frag": {"LAYERS": ["LAYERS_GEOMETRY", "LAYERS_OBJECTS", "LAYERS_MATERIALS", "LAYERS_DENOISING"]},
+    "layers.frag": {
+        **SWITCHES,
+        "LAYERS": ["LAYERS_GEOMETRY", "LAYERS_OBJECTS", "LAYERS_MATERIALS", "LAYERS_DENOISING"],
+    },
 }
 ENVIRONMENTS = [None, None, Environment(radiance=1.0), Environment(radiance=1.0, visible=False), Environment(sky=Sky())]
 

@@ -121,7 +121,7 @@ MediumSample direct_flight(Medium medium, Ray ray, float distance, vec3 throughp
         }
     }
     MediumSample s = flight;
-    if (is_near) s = medium_light_sample(medium, distance, throughput, flight, chosen_way, u.y);
+    if (is_near) s = medium_lit_point(medium, distance, throughput, flight, chosen_way, u.y);
     if (u_light_samples == 1) s.weight *= chosen.probability / mix(chosen.probability, worth / sum, DIRECT_BY_WAY);
     u.x = chosen.cumulative + chosen.probability * min(u.x, ONE_MINUS_EPSILON);
     return s;

@@ -3,10 +3,11 @@
 //
 //   medium_transmittance  what is left of light along a ray; in the mean, where the density varies
 //   medium_sample         where along a ray light is scattered next, if it is at all
-//   medium_light_sample   where along it to take the light from that is scattered there
+//   medium_lit_point      where along it to take the light from that is scattered there
 //
-// Where a grid says the density, both go on in steps through cells of the largest density within them, by delta tracking (Woodcock
-// et al. 1965) and by ratio tracking (Novák et al. 2014, Residual Ratio Tracking for Estimating Attenuation in Participating Media).
+// Where a grid says the density, both go on in steps through cells of the largest density within them, by delta tracking
+// (Woodcock et al. 1965) and by ratio tracking (Novák et al. 2014, Residual Ratio Tracking for Estimating Attenuation in
+// Participating Media).
 //
 // Extinction has a colour, and so has the density of free flights. One channel is drawn for each, in proportion to what
 // the path is worth in it, and the weight is over the mean density of all (the balance heuristic: Wilkie et al. 2014, Hero
@@ -121,7 +122,7 @@ const float MEDIUM_EQUIANGULAR = 0.5;  // the probability of equiangular samplin
 
 // For a path that `flight` scatters on its `way`, a point of that to take light from: by equiangular sampling, or that of
 // the flight, of the density of both.
-MediumSample medium_light_sample(
+MediumSample medium_lit_point(
     Medium medium, float distance, vec3 throughput, MediumSample flight, Equiangular way, float u) {
     if (u_has_grids != 0 && medium.grid >= 0) return flight;
     vec3 probability = medium_channels(throughput);

@@ -43,13 +43,14 @@ def run(
     assert set(values) <= set(FIELDS), f"{model.name} has parameters that the shader's Bsdf lacks"
     widths = tuple((name, math.prod(np.shape(column)[1:])) for name, column in inputs.items())
     defines = tuple(({**model.features, **features}).items())
-    # Programs are kept, so nothing may change in the folder, which is another one where errors are planted.
-    root = probe.folder("shaders")
-    key = ctx, root, model.name, tuple(values), body, widths, tuple(outputs.items()), defines
+    # Programs are kept, so nothing may change in the folder, which is another one where errors are planted; and they
+    # keep their uniforms, so each is asked for with the same ones.
+    what = ctx, probe.folder("shaders"), model.name, tuple(values), body, widths, tuple(outputs.items()), defines
+    key = (what, tuple(switches))
     if key not in _kept:
         if len(_kept) == _MOST_KEPT:
             _kept.pop(next(iter(_kept))).release()
-        _kept[key] = _program(*key)
+        _kept[key] = _program(*what)
     result = _kept[key](inputs, {f"u_{name}": value for name, value in values.items()} | {"u_wo": wo} | switches)
     return {name: values.astype(np.float64) for name, values in result.items()}
 

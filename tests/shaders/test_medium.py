@@ -128,7 +128,7 @@ def test_points_to_take_light_from(ctx: moderngl.Context, throughput: tuple[floa
         f"MediumSample s = medium_sample({medium}, {ray}, {distance}, {worth}, u.xy); scatters = float(s.scatters);\n"
     )
     body += f"Equiangular way = equiangular_over({ray}, {distance}, vec3{point}, {radius});\n"
-    body += f"s = medium_light_sample({medium}, {distance}, {worth}, s, way, u.z);\n"
+    body += f"s = medium_lit_point({medium}, {distance}, {worth}, s, way, u.z);\n"
     body += "t = s.distance; weight = s.weight;"
     u = np.random.default_rng(5).random((COUNT, 3))
     found = probe(ctx, MEDIUM, body, {"u": u}, {"t": 1, "weight": 3, "scatters": 1}, {"HAS_MEDIA": 1})
