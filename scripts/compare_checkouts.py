@@ -2,11 +2,12 @@
 """Compares the speed of this checkout with that of another one, scene by scene; prints a Markdown table.
 
 usage: python scripts/compare_checkouts.py PATH [--scenes three-spheres,cornell-box] [--size WxH] [--bounces N]
-                                                [--runs N] [--seconds S]
+                                                [--launches N] [--runs N] [--seconds S]
 
-Each checkout renders in a process of its own, compiled and warm, and the two take turns. A ratio above 1 says that this
-checkout is faster. CPU time, which all threads of a process take together, is steadier than the wall clock where other
-processes run on the machine; with a GPU it says nothing.
+Each checkout renders in a process of its own, compiled and warm, and the two take turns; then both are launched anew,
+since the speed of the same code differs from launch to launch by 5 to 10 %. A ratio above 1 says that this checkout is
+faster. CPU time, which all threads of a process take together, is steadier than the wall clock where other processes
+run on the machine; with a GPU it says nothing.
 """
 
 import argparse
@@ -107,11 +108,12 @@ def work(settings: dict[str, Any]) -> None:
 
 def row(scene: str, other: Path, options: argparse.Namespace) -> str:
     """A row of the table."""
-    with workers((THIS, other), scene, options) as both:
-        costs: tuple[list[Cost], list[Cost]] = ([], [])
-        for number in range(options.runs):
-            for which in (0, 1) if number % 2 == 0 else (1, 0):
-                costs[which].append(both[which].sample(options.seconds))
+    costs: tuple[list[Cost], list[Cost]] = ([], [])
+    for _ in range(options.launches):
+        with workers((THIS, other), scene, options) as both:
+            for number in range(options.runs):
+                for which in (0, 1) if number % 2 == 0 else (1, 0):
+                    costs[which].append(both[which].sample(options.seconds))
     pairs = list(zip(*costs, strict=True))
     rates = [f"{1e-6 / median(cost.wall for cost in found):.3g}" for found in costs]
     cpu = [f"{1e9 * median(cost.cpu for cost in found):.3g}" for found in costs]
@@ -142,8 +144,9 @@ def table(other: Path, options: argparse.Namespace) -> Iterator[str]:
     yield f"This: {describe(THIS)}.  "
     yield f"Other: {describe(other)}.  "
     yield (
-        f"{width}x{height} pixels, {options.bounces} bounces, {options.runs} runs of {options.seconds} s in turns; "
-        "ratios are medians of the runs' (least to greatest), above 1 where this is faster.\n"
+        f"{width}x{height} pixels, {options.bounces} bounces, {options.launches} launches of {options.runs} runs of "
+        f"{options.seconds} s in turns; ratios are medians of all runs' (least to greatest), above 1 where this is "
+        "faster.\n"
     )
     columns = "this, Msamples/s", "other, Msamples/s", "ratio", "this, CPU ns/sample", "other, CPU ns/sample"
     yield f"| scene | {' | '.join(columns)} | ratio by CPU time |"
@@ -166,7 +169,8 @@ def main() -> None:
     parser.add_argument("--scenes", default=SCENES, metavar="NAME,NAME,..", help="bundled scenes, or files")
     parser.add_argument("--size", type=size, default=(256, 256), metavar="WxH", help="in pixels")
     parser.add_argument("--bounces", type=int, default=5, metavar="N")
-    parser.add_argument("--runs", type=int, default=7, metavar="N", help="turns of each checkout")
+    parser.add_argument("--launches", type=int, default=3, metavar="N", help="of both, one after the other")
+    parser.add_argument("--runs", type=int, default=5, metavar="N", help="turns of each checkout in a launch")
     parser.add_argument("--seconds", type=float, default=1.0, metavar="S", help="of each turn")
     options = parser.parse_args()
     other = options.other.resolve()

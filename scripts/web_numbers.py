@@ -34,6 +34,14 @@ def seconds_of_page(browser, spp):
     )
 
 
+def samples_for(seconds, seconds_of):
+    """How many samples per pixel take about so long."""
+    spp = 2
+    while (found := seconds_of(spp)) < seconds / 2:
+        spp *= 2
+    return round(spp * max(1, seconds / found))
+
+
 def seconds_of_desktop(renderer, spp):
     before = renderer.draw_seconds
     renderer.sample(spp)
@@ -53,10 +61,7 @@ def measure(name, poster_seconds, seconds, there):
             "[performance.getEntriesByName('first-contentful-paint')[0].startTime / 1000, "
             "performance.getEntriesByName('first-frame')[0].startTime / 1000]"
         )
-        spp = 2
-        while (found := seconds_of_page(browser, spp)) < seconds / 2:
-            spp *= 2
-        spp = round(spp * max(1, seconds / found))
+        spp = samples_for(seconds, lambda spp: seconds_of_page(browser, spp))
         seconds_of_desktop(desktop, spp)
         turns = [(seconds_of_page(browser, spp), seconds_of_desktop(desktop, spp)) for _ in range(TURNS)]
     page, usual = (SIZE[0] * SIZE[1] * spp / min(of) / 1e6 for of in zip(*turns, strict=True))

@@ -24,9 +24,9 @@ from fragtracer.display.look import Look
 
 sys.path.append(str(Path(__file__).parents[1] / "tests"))
 from chromium import DRIVERS, Chromium
+from web_numbers import SIZE, TURNS, samples_for, seconds_of_page
 
 PEERS = Path(__file__).parents[1] / "web" / "peers"
-SIZE, TURNS = (320, 180), 3
 PLANE = 50.0  # half the side of a square in place of a plane
 
 
@@ -91,26 +91,13 @@ def described(scene):
     return {**size, "camera": camera, "ambient": ambient, "objects": objects, "lamps": lamps}
 
 
-def seconds_of_page(browser, spp):
-    """Of drawing alone, as a page does for as long as nothing changes."""
-    return browser.run(
-        "(async () => { const start = performance.now(); "
-        f"const film = await fragtracer.live.trace({SIZE[0]}, {SIZE[1]}, {spp}, 0); "
-        "const seconds = (performance.now() - start) / 1000; film.release(); return seconds; })()",
-        300,
-    )
-
-
 def seconds_of_peer(browser, spp):
     return browser.run(f"trace({spp})", 300)
 
 
 def best_rate(seconds_of, browser, seconds):
     """Million samples per second, the best of some turns, each of about so many seconds."""
-    spp = 2
-    while (found := seconds_of(browser, spp)) < seconds / 2:
-        spp *= 2
-    spp = round(spp * max(1, seconds / found))
+    spp = samples_for(seconds, lambda spp: seconds_of(browser, spp))
     return max(SIZE[0] * SIZE[1] * spp / seconds_of(browser, spp) for _ in range(TURNS)) / 1e6
 
 
