@@ -16,6 +16,7 @@ from fragtracer.errors import FragtracerError
 from fragtracer.io.images import read_image, read_layers, read_metadata, write_image
 from fragtracer.io.toml import load
 from fragtracer.renderer import Renderer
+from fragtracer.sampling.pixels import Pixels
 
 pytest.importorskip("pyoidn", reason="Open Image Denoise is not installed")
 
@@ -75,6 +76,24 @@ def test_the_better_of_the_two_counts(noise: float) -> None:
     np.testing.assert_array_equal(unknown, denoise(image))
     assert mixed < 0.1 * (error(image) if noise else alone)
     assert alone > 0.02 or noise
+
+
+def test_rare_bright_light_leaves_no_dark_pixels() -> None:
+    """A pixel that has not met it is dark and shows little variance: it is not taken to be better than its guess."""
+    size, random = (48, 64), np.random.default_rng(0)
+    shading = np.linspace(0.2, 1, size[1])[None, :, None] * np.ones((size[0], 1, 3))
+    samples = np.where(random.random((16, *size, 1)) < 0.01, 25.0, 0.25) * shading
+    truth = (0.99 * 0.25 + 0.01 * 25.0) * shading
+    film = [samples.mean(0), samples.var(0), (samples[::2] - samples[1::2]).mean(0) / 2]
+    counts = np.full((*size, 1), 16.0), np.zeros((*size, 1))
+    mean, variance = (np.concatenate(parts, axis=2).astype(np.float32) for parts in zip(film[:2], counts, strict=True))
+    standard_error = Pixels(mean, variance, film[2].astype(np.float32)).standard_error()
+
+    def error(picture: np.ndarray) -> float:
+        return float(np.sqrt((((picture - truth) / truth) ** 2).mean()))
+
+    mixed = denoise(film[0], half_difference=film[2], standard_error=standard_error)
+    assert error(mixed) < 2 * error(denoise(film[0]))
 
 
 def test_what_it_refuses(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -109,7 +109,7 @@ def _share(denoised: Floats, halves: list[tuple[Floats, Floats]], standard_error
 
     The error of a denoised half is found by the other half, whose noise it does not know (as Rousselle et al. 2012,
     Adaptive Rendering with Non-Local Means Filtering, and Zheng et al. 2021, Ensemble Denoising for Monte Carlo
-    Renderings). It is averaged over a square, and counts as far as it is more than its own standard error.
+    Renderings). It is averaged over a square, and counts as far as it is more than twice its own standard error.
     """
     brightness = around(bright(denoised), 5)[..., None]
     brightness = np.where(brightness > 0, brightness, 1.0)
@@ -117,11 +117,12 @@ def _share(denoised: Floats, halves: list[tuple[Floats, Floats]], standard_error
     noisy, clear = (a + b) / 2, (of_a + of_b) / 2
     error = (a * b - (b * of_a + a * of_b) / 2 + clear * (clear - noisy)).mean(axis=2)
     variance = ((standard_error / brightness) ** 2).mean(axis=2)
-    variance = np.maximum(variance, around(variance, 3))
+    # A pixel that rare bright light has not met is too dark and shows too little variance: those around it know better.
+    variance = np.maximum(variance, np.maximum(around(variance, 3), around(variance, _SQUARE)))
     weight = 1 / (variance + 0.05 * np.median(variance) + 1e-4)
     total = around(weight, _SQUARE)
     deviation = np.sqrt(around((error * weight) ** 2, _SQUARE)) / (_SQUARE * total)
-    error = np.maximum(around(error * weight, _SQUARE) / total - deviation, 0)
+    error = np.maximum(around(error * weight, _SQUARE) / total - 2 * deviation, 0)
     return np.asarray(error / (error + variance + 1e-12))
 
 
