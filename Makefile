@@ -25,8 +25,10 @@ test: ## run all tests; make test ARGS="-k film" runs some
 # The tests that catch most mistakes for their time: layers, records, the shader library, closed forms, a file of each kind.
 CHECKED := tests/test_layers.py tests/test_shader_composer.py tests/test_specialise.py tests/packing tests/bvh \
 	tests/shaders/test_conventions.py tests/shaders/test_fresnel.py tests/shaders/test_ggx.py tests/shaders/test_shapes.py \
-	tests/shaders/test_warp.py tests/test_furnace.py tests/test_renderer.py tests/files/test_scene_file.py \
-	tests/files/test_gltf_scene.py tests/apps/viewer/test_session.py
+	tests/shaders/test_warp.py tests/test_renderer.py tests/files/test_scene_file.py tests/files/test_gltf_scene.py \
+	tests/apps/viewer/test_session.py \
+	$(addprefix tests/test_furnace.py::test_, furnace_has_no_noise_without_light_sampling convex_object_in_ambient_light \
+	objects_that_glow_enough_vanish_in_ambient_light black_where_there_is_nothing)
 
 check: ## what to run while working: style, types, and the tests that catch most mistakes, in less than 90 s
 	@$(MAKE) --no-print-directory lint

@@ -67,6 +67,19 @@ class Check:
         asked = inspect.signature(self._test).parameters
         self._test(**{name: value for name, value in fixtures.items() if name in asked}, **self._arguments)
 
+    @property
+    def is_case(self) -> bool:
+        """Whether the suite runs it by itself, with these arguments."""
+        left = dict(self._arguments)
+        for mark in getattr(self._test, "pytestmark", ()):
+            if mark.name == "parametrize":
+                names, cases = mark.args
+                names = (names,) if isinstance(names, str) else tuple(names)
+                asked = tuple(left.pop(name, None) for name in names)
+                if repr(asked) not in (repr(tuple(case) if len(names) > 1 else (case,)) for case in cases):
+                    return False
+        return self._test.__name__.startswith("test_") and not left
+
     def __str__(self) -> str:
         arguments = "-".join(str(value) for value in self._arguments.values())
         return f"{self._test.__module__}.{self._test.__name__}[{arguments}]"

@@ -174,7 +174,8 @@ def test_constant_environment_is_ambient_light(ctx):
     radiance = scene.ambient.radiance
     other = replace(scene, ambient=Ambient(), environment=Environment(radiance=radiance))
     for estimator in ESTIMATORS:
-        one, two = (batches(ctx, s, 512, range(16), (24, 16), estimator=estimator) for s in (scene, other))
+        spp = 512 if estimator == "bsdf" else 128
+        one, two = (batches(ctx, s, spp, range(16), (24, 16), estimator=estimator) for s in (scene, other))
         assert_agree(one, two, 0.05)
 
 
@@ -273,9 +274,9 @@ REFERENCE_SCENES = {
 @pytest.mark.parametrize("name", REFERENCE_SCENES)
 def test_an_environment_agrees_with_the_reference(ctx, name):
     pytest.importorskip("mitsuba", reason="Mitsuba is not installed")
-    scene, size, count, spp = REFERENCE_SCENES[name], (48, 36), 16, 4096
+    scene, size, count, spp = REFERENCE_SCENES[name], (48, 36), 16, 1024
     reference = render_reference(scene, size, spp, count)
     ours = render_ours(in_long_passes(scene), size, spp, count, context=ctx)
     verdict = judge(ours.pictures, reference.pictures, alpha=0.01 / len(REFERENCE_SCENES), non_finite=ours.non_finite)
     assert verdict.outcome != "disagreement", (verdict.differing, verdict.image.pair.relative_difference)
-    assert verdict.detectable_bias.max() < 0.04
+    assert verdict.detectable_bias.max() < 0.02

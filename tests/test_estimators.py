@@ -105,8 +105,14 @@ def test_each_bounce_only_adds_light(ctx, name):
     """With the same random numbers a path is the beginning of its longer self, so this holds for every
     pixel, up to rounding, and not for the mean alone."""
     scene = load(name)
-    settings = {"size": SIZE, "specialised": False}  # one program for all
-    images = [rendered(ctx, scene, 64, bounces=bounces, **settings).astype(np.float64) for bounces in range(21)]
+    images = []
+    settings = {"rays": 64, "guiding": "off", "adaptive": "off", "specialised": False}  # one program for all
+    with Renderer(scene, SIZE, context=ctx, **settings) as renderer:
+        for bounces in range(21):
+            renderer.reset(bounces=bounces)
+            renderer.sample(64)
+            assert renderer.non_finite_samples() == 0
+            images.append(renderer.image().astype(np.float64))
     for fewer, more in pairwise(images):
         assert (more >= fewer * (1 - 1e-5)).all()
     means = np.array([image.mean() for image in images])
