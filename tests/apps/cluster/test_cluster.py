@@ -150,7 +150,7 @@ def test_a_slow_worker_gets_smaller_parts(client, expected, expected_adaptively,
 
         def draw(renderer, part):
             pixels = worker._right(renderer, part)
-            worker._sizes.append(pixels.mean[..., 3].sum())
+            worker._sizes.append(float(pixels.mean[..., 3].sum()))
             time.sleep(4e-6 * worker._sizes[-1])
             return pixels
 
@@ -213,9 +213,9 @@ def test_a_worker_that_hangs_is_left(client, expected, spoilt, tmp_path) -> None
 
 def test_a_block_that_lacks_samples_is_refused(client, expected, spoilt) -> None:
     def shorten() -> None:
-        from fragtracer.apps.cluster import worker
-
         from dataclasses import replace
+
+        from fragtracer.apps.cluster import worker
 
         worker._draw = lambda renderer, part: worker._right(renderer, replace(part, spp=part.spp - 1))
 

@@ -186,6 +186,8 @@ class AdaptiveSampling:
     def restore(self, state: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> bool:
         """Go on from what :meth:`state` has returned for a picture of this size; False if it has more samples than are
         asked for."""
+        if self._cut.spp is not None and self._cut.spp <= FIRST_STAGE:
+            return False
         self._stage, self._passes, self._in_stage = (state[name] for name in ("stage", "passes", "in_stage"))
         self._next_look = state["next_look"]
         self._finished = Stages(*(arrays[f"finished.{field.name}"] for field in fields(Stages)))

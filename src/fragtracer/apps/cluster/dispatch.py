@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Tasks to workers, and what comes back into pictures: nobody is trusted, and nobody is waited for without end."""
 
+import concurrent.futures
 import queue
 import time
 import warnings
@@ -9,6 +10,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 from distributed import CancelledError, Client, Future
+from distributed.client import FutureCancelledError
 
 from fragtracer.apps.cluster import audit
 from fragtracer.apps.cluster.picture import Render
@@ -62,7 +64,7 @@ class Dispatcher:
         self._finished: list[Render] = []
         self._tries: Counter[tuple[int, Task]] = Counter()
         self._flights: dict[str, _Flight] = {}
-        self._arrived: queue.SimpleQueue[Future] = queue.SimpleQueue()
+        self._arrived: queue.SimpleQueue[tuple[str, concurrent.futures.Future[Rendered]]] = queue.SimpleQueue()
         self._agreed: dict[Render, dict[str, str]] = {}  # what all workers of a picture say of its origin
 
     def run(self, renders: Iterator[Render], seconds: float | None, report: Callable[[Progress], None]) -> bool:
@@ -161,10 +163,11 @@ class Dispatcher:
     def _send(self, address: str, render: Render, task: Task, suspect: Rendered | None = None) -> None:
         arguments = (self._key, render.frame, render.sampling.part(task))
         priority = -task.step if suspect is None else 1
-        future = self.workers.submit(address, *arguments, priority=priority)
+        future = self.workers.submit([address], *arguments, priority=priority)
         flight = _Flight(future, render, render.sampling, task, address, arguments, time.monotonic(), suspect)
-        self._flights[str(future.key)] = flight
-        future.add_done_callback(self._arrived.put)
+        key = str(future.key)
+        self._flights[key] = flight
+        self.workers.fetch(future).add_done_callback(lambda result: self._arrived.put((key, result)))
 
     def _hurry(self) -> None:
         """Give up tasks whose workers have died, and those that have not come for too long, with their workers."""
@@ -172,7 +175,8 @@ class Dispatcher:
         patience *= 1 if self.workers.slowest else 10  # nothing has come back yet, perhaps since tasks are large
         now = time.monotonic()
         late = {key for key, flight in self._flights.items() if now - flight.since > patience}
-        for address in sorted({self._flights[key].worker for key in late} & set(self.workers.alive)):
+        silent = {flight.worker for key, flight in self._flights.items() if key in late and not flight.future.done()}
+        for address in sorted(silent & set(self.workers.alive)):
             self.workers.ban(address, f"a block did not come within {patience:.0f} s")
         alive = set(self.workers.alive)
         for key in [key for key, flight in self._flights.items() if key in late or flight.worker not in alive]:
@@ -183,17 +187,17 @@ class Dispatcher:
     def _receive(self) -> None:
         """Take in what has arrived, or wait a moment."""
         try:
-            future = self._arrived.get(timeout=0.1)
+            key, result = self._arrived.get(timeout=0.1)
         except queue.Empty:
             return
-        flight = self._flights.pop(str(future.key), None)
+        flight = self._flights.pop(key, None)
         if flight is None:
             return  # it was given up
         try:
-            rendered = future.result(timeout=self.workers.patience)
+            rendered = result.result()
         except FragtracerError as error:
             self._retry(flight, str(error))
-        except CancelledError:  # the only workers that had the scene have died
+        except (CancelledError, FutureCancelledError):  # the only workers that had the scene have died
             self.workers.lose_scene()
             self._put_back(flight)
         except Exception as error:  # of a worker, its death included

@@ -98,13 +98,7 @@ class Render:
             raise FilmError(f"{path}: --block is {film.state['block']} there, {cut.samples} here")
         self._gain = film.state["gain"]
         sampling = (EvenSampling if "blocks" in film.state else AdaptiveSampling)(cut, self._until)
-        before = Cut(cut.width, cut.height, film.state["block"], film.state["spp"])
-        if isinstance(sampling, EvenSampling):
-            numbers = {number for number, _ in film.state["blocks"]}
-            fits = all(cut.spp_of(number) == before.spp_of(number) > 0 for number in numbers)
-        else:
-            fits = cut.spp is None or cut.spp > FIRST_STAGE
-        if not (fits and sampling.restore(film.state, film.arrays)):
+        if not sampling.restore(film.state, film.arrays):
             raise FilmError(f"{path}: this film has samples beyond --spp {cut.spp}, or a last block that is shorter")
         self.sampling = sampling
 

@@ -231,8 +231,12 @@ class EvenSampling:
         }
         return {"blocks": blocks, "round": self._round, "block": self._cut.samples, "spp": self._cut.spp}, arrays
 
-    def restore(self, state: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> None:
-        """Go on from what :meth:`state` has returned for the same cut."""
+    def restore(self, state: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> bool:
+        """Go on from what :meth:`state` has returned for a picture of this size in blocks of as many samples; False
+        if not all of its blocks are of this cut."""
+        before = replace(self._cut, spp=state["spp"])
+        if any(self._cut.spp_of(number) != before.spp_of(number) for number, _ in state["blocks"]):
+            return False
         for name in {name.rpartition(".")[0] for name in arrays}:
             tile, level, place = map(int, name.split("."))
             node = Pixels(*(arrays[f"{name}.{part}"] for part in Pixels.__dataclass_fields__))
@@ -241,3 +245,4 @@ class EvenSampling:
         self._authors = dict.fromkeys(tasks, "")
         self._present, self._round = len(tasks), state["round"]
         self.samples = self._given = sum(self.cost(task) for task in tasks)
+        return True

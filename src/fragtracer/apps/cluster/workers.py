@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """The workers of a cluster: which there are, which are trusted, how fast they are, and that they have the scene."""
 
+import asyncio
+import concurrent.futures
 import time
 import warnings
 from collections.abc import Mapping
@@ -139,10 +141,17 @@ class Workers:
         """Whether the scheduler has."""
         return bool(self._client.status != "running")
 
-    def submit(self, address: str | list[str], *arguments: Any, priority: int = 0) -> Future:
-        """Have a task rendered; ``arguments`` are those of :func:`fragtracer.apps.cluster.worker.render_part` after the
-        scene."""
-        addresses = [address] if isinstance(address, str) else address
+    def submit(self, addresses: list[str], *arguments: Any, priority: int = 0) -> Future:
+        """Have a part rendered by one of some; ``arguments`` are those of
+        :func:`fragtracer.apps.cluster.worker.render_part` after the scene."""
         return self._client.submit(
             here.render_part, self.scene, *arguments, workers=addresses, pure=False, priority=priority
         )
+
+    def fetch(self, future: Future) -> concurrent.futures.Future[Any]:
+        """Its result, when it is here; nobody waits for it, since a worker may die or fall silent on the way."""
+
+        async def gathered() -> Any:
+            return await self._client.gather(future, asynchronous=True)
+
+        return asyncio.run_coroutine_threadsafe(gathered(), self._client.loop.asyncio_loop)
