@@ -211,6 +211,25 @@ def test_a_worker_that_hangs_is_left(client, expected, spoilt, tmp_path) -> None
     assert same(picture, expected)
 
 
+def test_a_worker_that_falls_silent_is_left(client, expected) -> None:
+    """In the middle, as one whose network stalls."""
+    pid = min(client.run(os.getpid).values())
+    stopped = []
+
+    def report(state) -> None:
+        if state.spp > SPP / 5 and not stopped:
+            stopped.append(pid)
+            os.kill(pid, signal.SIGSTOP)
+
+    try:
+        with pytest.warns(UserWarning, match="is not used any more: a block did not come within"):
+            picture = cluster.render(scene(), client, spp=SPP, block=BLOCK, progress=report, patience=1)
+    finally:
+        os.kill(pid, signal.SIGCONT)
+    assert stopped
+    assert same(picture, expected)
+
+
 def test_a_block_that_lacks_samples_is_refused(client, expected, spoilt) -> None:
     def shorten() -> None:
         from dataclasses import replace
@@ -364,19 +383,37 @@ def test_the_command_renders_the_same_bits_with_one_worker(expected, tmp_path, m
     np.testing.assert_array_equal(read_image(output), expected.pixels.mean[..., :3])
 
 
-def test_a_killed_worker_costs_time_alone(client, expected) -> None:
+def test_frames_are_rendered_once(client, tmp_path, monkeypatch, capsys) -> None:
+    """With the bits of one machine, and again where one is missing."""
+    command = ["render", "three-spheres-ambient", "--size", "40x24", "--bounces", 2, "--spp", 70, "--adaptive"]
+    command += ["--seed", 5, "--turntable", 2, "-o"]
+    on_cluster = [*command, tmp_path / "a.#.exr", "--cluster", client.scheduler.address]
+    assert status_of(monkeypatch, *on_cluster, "--checkpoint", tmp_path / "kept", "--frames", 2) == 0
+    assert "frames were finished before" not in capsys.readouterr().out
+    assert status_of(monkeypatch, *command, tmp_path / "b.#.exr") == 0
+    assert status_of(monkeypatch, *on_cluster) == 0
+    assert "1 of 2 frames were finished before" in capsys.readouterr().out
+    for number in (1, 2):
+        found = read_image(tmp_path / f"a.{number}.exr")
+        np.testing.assert_array_equal(found, read_image(tmp_path / f"b.{number}.exr"))
+        assert read_metadata(tmp_path / f"a.{number}.exr")["seed"] == str(5 + number)
+    assert not list((tmp_path / "kept").iterdir())
+
+
+@pytest.mark.parametrize("adaptive", ["off", "on"])
+def test_a_killed_worker_costs_time_alone(client, expected, expected_adaptively, adaptive) -> None:
     """By signal 9, in the middle."""
     pids = client.run(os.getpid)
     killed = []
 
     def report(state) -> None:
-        if state.spp > SPP / 5 and not killed:
+        if state.spp > SPP / 2 and not killed:
             killed.append(min(pids.values()))
             os.kill(killed[0], signal.SIGKILL)
 
-    picture = cluster.render(scene(), client, spp=SPP, block=BLOCK, progress=report)
+    picture = cluster.render(scene(adaptive), client, spp=SPP, block=BLOCK, progress=report)
     assert killed
-    assert same(picture, expected)
+    assert same(picture, expected if adaptive == "off" else expected_adaptively)
 
 
 def test_all_workers_may_die(client, expected) -> None:
