@@ -187,7 +187,7 @@ class Accumulation:
             try:
                 if part.film is not None:
                     film.write(part.film, 0)
-                items, sampled = part.items.ravel(), part.sampled.ravel()
+                items, sampled = (counts.ravel().astype(np.int64) for counts in (part.items, part.sampled))
                 work = work_list(items, sampled, part.rays, block_order(window.width, window.height))
                 for some in work.cut(stages.most_items):
                     for _ in stages.list.trace(tracer, some, part.stage, part.rays, None):

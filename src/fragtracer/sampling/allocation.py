@@ -201,8 +201,8 @@ class StagePart:
     window: Window
     stage: int
     film: Pixels | None
-    sampled: Counts
-    items: Counts
+    sampled: NDArray[np.int32]
+    items: NDArray[np.int32]
     rays: int = ITEM_SAMPLES
 
 

@@ -33,12 +33,14 @@ _NEAR = re.compile(r"(tls://|inproc://|(tcp|ws)://(localhost|127\.|\[::1\]))")
 @dataclass(frozen=True)
 class Picture:
     """What a cluster has rendered: ``pixels``, ``metadata`` for the file, and whether the user has ``interrupted`` or
-    something else has, the ``problem``. ``wire`` is how many bytes of films came back."""
+    something else has, the ``problem``. ``tasks`` have come back, and ``wire`` bytes of films and of numbers of samples
+    went there and back, without those of what is rendered twice."""
 
     pixels: Pixels
     metadata: dict[str, str]
     interrupted: bool
     problem: str | None
+    tasks: int
     wire: int
 
 
@@ -186,7 +188,7 @@ def _picture(
     metadata |= {"non_finite_samples": str(int(pixels.variance[..., 3].sum(dtype=float)))}
     if banned := dispatcher.workers.banned:
         metadata["banned_workers"] = "; ".join(f"{name}: {why}" for name, why in banned.items())
-    return Picture(pixels, metadata, interrupted, problem, one.wire)
+    return Picture(pixels, metadata, interrupted, problem, one.tasks, one.wire)
 
 
 @contextmanager

@@ -51,7 +51,7 @@ class AdaptiveSampling:
         if self._plan is None:
             return Block(task.window, FIRST_STAGE)
         start = None if self._start is None else crop(self._start, task.window)
-        sampled, items = (counts[at(task.window)].copy() for counts in (self._sampled, self._items))
+        sampled, items = (counts[at(task.window)].astype(np.int32) for counts in (self._sampled, self._items))
         return StagePart(task.window, self._stage, start, sampled, items, self._rays)
 
     def cost(self, task: Task) -> int:

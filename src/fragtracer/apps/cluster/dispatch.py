@@ -15,7 +15,7 @@ from distributed.client import FutureCancelledError
 from fragtracer.apps.cluster import audit
 from fragtracer.apps.cluster.picture import Render
 from fragtracer.apps.cluster.sampling import Sampling
-from fragtracer.apps.cluster.work import Frame, Part, Task, empty, flaw, pixels_digest
+from fragtracer.apps.cluster.work import Frame, Part, Task, empty, flaw, pixels_digest, sent_bytes
 from fragtracer.apps.cluster.worker import Rendered
 from fragtracer.apps.cluster.workers import AHEAD, GONE, Workers
 from fragtracer.errors import FragtracerError
@@ -241,7 +241,8 @@ class Dispatcher:
         is_new = author not in self.workers.drivers
         self.workers.note(author, rendered.driver, sampling.cost(task), rendered.seconds)
         render.drivers[author] = rendered.driver
-        render.wire += sum(image.nbytes for image in vars(rendered.pixels).values())
+        render.tasks += 1
+        render.wire += sent_bytes(part) + sum(image.nbytes for image in vars(rendered.pixels).values())
         others = self.workers.others(rendered.driver, author) if is_new or audit.is_drawn(task) else []
         if others and sampling is render.sampling:
             load = Counter(flight.worker for flight in self._flights.values())

@@ -28,7 +28,8 @@ class Render:
         self.cut = Cut(scene.render.width, scene.render.height, block, spp)
         self.drivers: dict[str, str] = {}  # of the workers that have had a part in it
         self.checked = 0  # tasks that two have rendered
-        self.wire = 0  # bytes of films that came back
+        self.tasks = 0  # that came back
+        self.wire = 0  # bytes of films and numbers of samples, there and back
         self.sampling = self._first()
 
     def _first(self) -> Sampling:

@@ -90,6 +90,14 @@ def flaw(part: Part, pixels: Pixels) -> str:
     return ""
 
 
+def sent_bytes(part: Part) -> int:
+    """Of the arrays that a worker needs for a part."""
+    if not isinstance(part, StagePart):
+        return 0
+    film = () if part.film is None else vars(part.film).values()
+    return sum(values.nbytes for values in (part.sampled, part.items, *film))
+
+
 def pixels_digest(pixels: Pixels) -> str:
     """By which two renders of a part are compared."""
     return content_digest(pixels.mean, pixels.variance, pixels.half_difference)
