@@ -30,6 +30,7 @@ class AdaptiveSampling:
         self._plan: Plan | None = None  # of this stage; none of the first
         self._stage = self._passes = self._in_stage = 0  # passes and samples per pixel of this stage that are there
         self._next_look = FIRST_STAGE
+        self._seen_stage = 0
         self._start: Pixels | None = None  # the film of this stage at the beginning of the step, if it has samples
         self._earlier: set[str] = set()  # who has rendered what the plan is of
         self._step = -1
@@ -84,18 +85,24 @@ class AdaptiveSampling:
 
     def advance(self, is_certain: bool) -> bool:
         if self.is_done or self._missing or not is_certain:
+            self._look_back()
             return False
         self._in_stage += self._more
         self._passes += self._more_passes
         self._earlier |= set(self._authors.values())
         self._authors.clear()
         self._start = self._film
-        if self._until is None or self._spp >= self._next_look:
+        if self._until is not None and self._spp >= self._next_look:
             self.error = self.picture().relative_error()
-            self.is_done = self._until is not None and self.error <= self._until
+            self.is_done = self.error <= self._until
             self._next_look = self._spp + max(_FIRST_LOOK, self._spp // 4)
         self._go_on()
         return True
+
+    def _look_back(self) -> None:
+        """See what the error is after the last stage, where nothing depends on it, while workers are busy."""
+        if self._until is None and self._stage > self._seen_stage and not self._due:
+            self.error, self._seen_stage = self._finished.pixels().relative_error(), self._stage
 
     def _go_on(self) -> None:
         """Begin the next step, and perhaps a stage."""
