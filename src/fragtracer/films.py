@@ -124,7 +124,7 @@ def merge(films: Mapping[str, SavedFilm]) -> SavedFilm:
     ordered = sorted(films.items(), key=lambda item: item[1].ranges)
     name, first = ordered[0]
     for other, film in ordered:
-        if "blocks" in film.state:
+        if "cluster" in film.state:
             raise FilmError(f"{other}: is the checkpoint of a cluster, and cannot be merged")
         if "stage" in film.state:
             raise FilmError(f"{other}: was sampled adaptively; only films of --no-adaptive can be merged")

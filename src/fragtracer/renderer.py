@@ -26,7 +26,7 @@ from fragtracer.guiding import Decision, decide, decides, same_light
 from fragtracer.packing import PackedScene, matte_names, pack
 from fragtracer.packing.camera import pixel_matrix
 from fragtracer.packing.space import Space
-from fragtracer.sampling.allocation import Window
+from fragtracer.sampling.allocation import StagePart, Window
 from fragtracer.sampling.pixels import Pixels
 from fragtracer.scene import Camera, RenderSettings, Scene
 
@@ -244,7 +244,7 @@ class Renderer:
             If another driver has rendered it: the bits may differ then.
         """
         film = SavedFilm.read(Path(path))
-        if "blocks" in film.state:
+        if "cluster" in film.state:
             raise FilmError(f"{path}: this film was rendered on a cluster; go on with --cluster")
         film.check(self.origin(), path)
         if "merged" in film.state:
@@ -275,6 +275,17 @@ class Renderer:
                 return film.read()
             finally:
                 film.release()
+
+    def stage_part(self, part: StagePart) -> Pixels:
+        """Its film with the samples that it asks for, beside the film of this renderer."""
+        with self._current():
+            return self._film.stage_part(self._tracer, part)
+
+    def pilot(self) -> Pixels:
+        """What says whether adaptive sampling pays, by :func:`fragtracer.sampling.allocation.pilot_gain`; the picture
+        must have a tile for :func:`fragtracer.sampling.allocation.pilot_list`."""
+        with self._current():
+            return self._film.pilot(self._tracer)
 
     def _check_window(self, window: Window | None) -> None:
         if window is None:

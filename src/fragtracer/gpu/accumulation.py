@@ -4,7 +4,7 @@
 from collections.abc import Generator, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import fields
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 import moderngl
 import numpy as np
@@ -24,10 +24,12 @@ from fragtracer.sampling.allocation import (
     PILOT_SAMPLES,
     PILOT_STREAM,
     Plan,
+    StagePart,
     Stages,
     Window,
     WorkList,
     block_order,
+    decision,
     pilot_gain,
     pilot_list,
     work_list,
@@ -36,6 +38,7 @@ from fragtracer.sampling.pixels import Floats, Pixels
 
 _PLANNING_STEP = 0.005  # seconds after which one may do something else
 _MOST_ITEMS = 1 << 20  # of a list that is drawn at once, so that memory stays bounded
+_MOST_PART_ITEMS = 1 << 18  # of a part of a picture
 _SPARE = 1.02  # a list may have so many more items than there are pixels
 _GATHERED = 100_000  # pixels in a draw that gathers
 _LIST_WIDTH, _BLOCK = 1024, 4  # items stand in blocks of 4 x 4 texels, as film/gather.frag reads them
@@ -74,6 +77,7 @@ class Accumulation:
         self._ctx = ctx
         self._film = Film(ctx, *self.size, layers)
         self._work = None if window is None else _work_texture(ctx, height, window)
+        self._gathering: FullscreenProgram | None = None
         self._stages: _StageTextures | None = None
         self._planner = ThreadPoolExecutor(1)  # its thread begins with the first stage that is planned
         self.clear()
@@ -132,13 +136,7 @@ class Accumulation:
     @property
     def decision(self) -> str:
         """Whether sampling is adaptive, and why."""
-        if self.adaptive != "auto":
-            return f"{self.adaptive}: as asked for"
-        if self._gain is None:
-            return f"off: there are no more than {FIRST_STAGE} samples per pixel"
-        if self._stays_even:
-            return f"off: at equal samples it would divide the squared error by {self._gain:.2f} < {LEAST_GAIN:g}"
-        return f"on: at equal samples it divides the squared error by {self._gain:.2f}"
+        return decision(self.adaptive, self._gain)
 
     @property
     def _stays_even(self) -> bool:
@@ -156,14 +154,63 @@ class Accumulation:
         if self.adaptive == "auto" and not len(work.pixels):
             self._gain = 1.0
         elif self.adaptive == "auto" and self._gain is None:
-            pilot = _List(self._ctx, self.size, _LIST_WIDTH, _rows(len(work.pixels), _LIST_WIDTH))
-            try:
-                for _ in pilot.trace(tracer, work, PILOT_STREAM, PILOT_SAMPLES, budget):
-                    yield 0.0
-                self._gain = pilot_gain(pilot.read(len(work.pixels)))
-            finally:
-                pilot.release()
+            self._gain = pilot_gain((yield from self._pilot(tracer, work, budget)))
         return not self._stays_even
+
+    def _pilot(self, tracer: Tracer, work: WorkList, budget: float | None) -> Generator[float, None, Pixels]:
+        rows = _rows(len(work.pixels), _LIST_WIDTH)
+        pilot = _List(self._ctx, self.size[1], Window(0, 0, *self.size), _LIST_WIDTH, rows)
+        try:
+            for _ in pilot.trace(tracer, work, PILOT_STREAM, PILOT_SAMPLES, budget):
+                yield 0.0
+            return pilot.read(len(work.pixels))
+        finally:
+            pilot.release()
+
+    def pilot(self, tracer: Tracer) -> Pixels:
+        """What a pilot finds, (items, 1), of the items of :func:`pilot_list`, of which there must be some."""
+        steps = self._pilot(tracer, pilot_list(*self.size), None)
+        while True:
+            try:
+                next(steps)
+            except StopIteration as end:
+                return cast(Pixels, end.value)
+
+    def stage_part(self, tracer: Tracer, part: StagePart) -> Pixels:
+        """The film of a part of a stage with more samples, beside the one that is held here; the same bits as if it
+        were the whole picture that is sampled."""
+        window = part.window
+        most = max(1, min(int(part.items.sum()), _MOST_PART_ITEMS))
+        stages = _StageTextures(self._ctx, self.size[1], window, most, self._gather)
+        try:
+            film = Film(self._ctx, window.width, window.height)
+            try:
+                if part.film is not None:
+                    film.write(part.film, 0)
+                items, sampled = (counts.ravel().astype(np.int64) for counts in (part.items, part.sampled))
+                work = work_list(items, sampled, part.rays, block_order(window.width, window.height))
+                for some in work.cut(stages.most_items):
+                    for _ in stages.list.trace(tracer, some, part.stage, part.rays, None):
+                        pass
+                    for _ in stages.gather(film, some, 1.0):
+                        pass
+                return film.read()
+            finally:
+                film.release()
+        finally:
+            stages.release()
+
+    @property
+    def _gather(self) -> FullscreenProgram:
+        if self._gathering is None:
+            self._gathering = FullscreenProgram(self._ctx, folder("shaders"), "film/gather.frag")
+            self._gathering.set(_UNITS)
+        return self._gathering
+
+    def _stage_textures(self) -> "_StageTextures":
+        width, height = self.size
+        most = min(int(width * height * _SPARE), _MOST_ITEMS)
+        return _StageTextures(self._ctx, height, Window(0, 0, width, height), most, self._gather)
 
     def _begin_stage(self) -> Iterator[float]:
         """Plan the next stage in a thread, so that a window goes on meanwhile; yields until that is done."""
@@ -178,7 +225,7 @@ class Accumulation:
         self._film.clear()
         self._film.stage = stage
         if self._stages is None:
-            self._stages = _StageTextures(self._ctx, self.size)
+            self._stages = self._stage_textures()
         for _ in self._stages.show(shown):
             yield 0.0
 
@@ -267,7 +314,7 @@ class Accumulation:
         self._plan = Plan(self._film.stage, arrays["plan.items"])
         self._sampled, self._sampled_before = arrays["sampled"], arrays["sampled_before"]
         if self._stages is None:
-            self._stages = _StageTextures(self._ctx, self.size)
+            self._stages = self._stage_textures()
         for _ in self._stages.show(_texels(self._finished)):
             pass
         self._lists = list(WorkList(arrays["list.pixels"], arrays["list.first"]).cut(self._stages.most_items))
@@ -304,6 +351,8 @@ class Accumulation:
             self._work.release()
         if self._stages is not None:
             self._stages.release()
+        if self._gathering is not None:
+            self._gathering.release()
 
 
 def _planned(finished: Stages, pixels: Pixels, weight: float, stage: int) -> tuple[Stages, Plan, list[Floats]]:
@@ -332,21 +381,20 @@ def _work_texture(ctx: moderngl.Context, image_height: int, window: Window) -> m
 
 
 class _List:
-    """A list of work and its film, of ``width`` x ``height`` items in blocks of 4 x 4 texels, for an image of
-    ``image`` (width, height) pixels."""
+    """A list of work and its film, of ``width`` x ``height`` items in blocks of 4 x 4 texels, for the pixels of a
+    window of an image of ``image_height`` pixels."""
 
-    def __init__(self, ctx: moderngl.Context, image: tuple[int, int], width: int, height: int) -> None:
-        self._ctx, self._image = ctx, image
+    def __init__(self, ctx: moderngl.Context, image_height: int, window: Window, width: int, height: int) -> None:
+        self._ctx, self._image_height, self._window = ctx, image_height, window
         self.film = Film(ctx, width, height)
 
     def trace(self, tracer: Tracer, work: WorkList, stage: int, rays: int, budget: float | None) -> Iterator[float]:
         """Sample the items, ``rays`` times each; yields the share that is done."""
         width, _ = self.film.size
-        image_width, image_height = self._image
-        y, x = np.divmod(work.pixels, image_width)
+        y, x = np.divmod(work.pixels, self._window.width)
         rows = _rows(len(x), width)
         texels = np.zeros((rows * width, 2), np.uint32)
-        texels[: len(x), 0] = (image_height - 1 - y) << 16 | x
+        texels[: len(x), 0] = (self._image_height - 1 - self._window.top - y) << 16 | x + self._window.left
         texels[: len(x), 1] = work.first
         blocks = texels.reshape(rows // _BLOCK, width // _BLOCK, _BLOCK, _BLOCK, 2).swapaxes(1, 2)
         texture = self._ctx.texture((width, rows), 2, np.ascontiguousarray(blocks).tobytes(), dtype="u4")
@@ -374,15 +422,15 @@ class _List:
 
 
 class _StageTextures:
-    """What stages need besides the film of this one: the finished ones, the picture to be shown, and a list of work."""
+    """What stages of a window need besides the film of this one: the finished ones, the picture to be shown, and a list
+    of work, of ``most`` items. ``gather`` is the program of film/gather.frag."""
 
-    def __init__(self, ctx: moderngl.Context, size: tuple[int, int]) -> None:
-        width, height = size
-        most = min(int(width * height * _SPARE), _MOST_ITEMS)
-        self._ctx, self._size = ctx, size
-        self._gather = FullscreenProgram(ctx, folder("shaders"), "film/gather.frag")
-        self._gather.set(_UNITS)
-        self.list = _List(ctx, size, _LIST_WIDTH, _rows(most, _LIST_WIDTH))
+    def __init__(
+        self, ctx: moderngl.Context, image_height: int, window: Window, most: int, gather: FullscreenProgram
+    ) -> None:
+        width, height = window.width, window.height
+        self._ctx, self._size, self._gather = ctx, (width, height), gather
+        self.list = _List(ctx, image_height, window, _LIST_WIDTH, _rows(most, _LIST_WIDTH))
         self._owned: list[moderngl.Texture] = []
         try:
             self._finished = self._texture(4, "f4")
@@ -455,7 +503,6 @@ class _StageTextures:
         for texture in self._owned:
             texture.release()
         self.list.release()
-        self._gather.release()
 
 
 def _rows(items: int, width: int) -> int:

@@ -61,8 +61,9 @@ class Stages:
         colors, single = np.zeros((height, width, 3)), np.zeros((height, width, 1))
         return Stages(colors, colors, colors, single, single, single, single)
 
-    def with_stage(self, pixels: Pixels, weight: float) -> "Stages":
-        """Together with a stage of a weight fixed in advance: the samples per pixel it was to have in the mean."""
+    def with_stage(self, pixels: Pixels, weight: float | Floats) -> "Stages":
+        """Together with a stage of a weight fixed in advance: the samples per pixel it was to have in the mean. Where
+        some pixels are further in the stage than others, it is (height, width, 1)."""
         count = pixels.mean[..., 3:].astype(np.float64)
         here = np.where(count > 0, weight, 0.0)
         samples, total = self.samples + count, self.weight + here
@@ -120,9 +121,10 @@ class Plan:
 
     def items_of_pass(self, number: int) -> Counts:
         """Items of each pixel, (pixels,), in pass ``number``, from 0."""
-        return self._items_before(number + 1) - self._items_before(number)
+        return self.items_before(number + 1) - self.items_before(number)
 
-    def _items_before(self, number: int) -> Counts:
+    def items_before(self, number: int) -> Counts:
+        """Items of each pixel, (pixels,), in all passes before."""
         if number == 0:
             return np.zeros_like(self.items)
         share = (number - 1) / max(1, self.passes - 1)
@@ -169,6 +171,17 @@ def pilot_gain(items: Pixels) -> float:
     return float(smooth.mean() / np.mean([smooth[1] / shares[0], smooth[0] / shares[1]]))
 
 
+def decision(adaptive: str, gain: float | None) -> str:
+    """Whether sampling is adaptive, and why, where a pilot has found ``gain``."""
+    if adaptive != "auto":
+        return f"{adaptive}: as asked for"
+    if gain is None:
+        return f"off: there are no more than {FIRST_STAGE} samples per pixel"
+    if gain < LEAST_GAIN:
+        return f"off: at equal samples it would divide the squared error by {gain:.2f} < {LEAST_GAIN:g}"
+    return f"on: at equal samples it divides the squared error by {gain:.2f}"
+
+
 @dataclass(frozen=True)
 class Window:
     """Some pixels of an image, ``left`` and ``top`` counted from its corner, and the number of their first sample."""
@@ -178,6 +191,19 @@ class Window:
     width: int
     height: int
     first_sample: int = 0
+
+
+@dataclass(frozen=True)
+class StagePart:
+    """What the pixels of a window get in a stage after the first: ``items`` (height, width) of ``rays`` samples each,
+    where they have had ``sampled`` (height, width) samples of the stage, which are in ``film``; without one, none."""
+
+    window: Window
+    stage: int
+    film: Pixels | None
+    sampled: NDArray[np.int32]
+    items: NDArray[np.int32]
+    rays: int = ITEM_SAMPLES
 
 
 @dataclass(frozen=True)

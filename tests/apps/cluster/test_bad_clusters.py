@@ -18,12 +18,13 @@ COMMAND = ("render", "three-spheres-ambient", *TINY, "-o", "a.png")
     [
         (["--cluster", "somewhere"], "give the address of a Dask scheduler, as tcp://host:8786, or local:2"),
         (["--cluster", "local:0"], "give at least one process"),
-        (["--cluster", "local:1", "--block", 3], "--block 3: give an even number"),
-        (["--cluster", "local:1", "--adaptive"], "it needs --no-adaptive"),
+        (["--cluster", "local:1", "--block", 33], "--block 33: give an even number, 32 or more"),
         (["--cluster", "local:1", "--integrator", "split-sum"], "--integrator path"),
         (["--cluster", "local:1", "--worst", 5], "give --until in place of --worst"),
-        (["--cluster", "local:1", "--first-sample", 2, "--no-adaptive"], "leave out frames and --first-sample"),
-        (["--cluster", "local:1", "--turntable", 3, "-o", "a.#.png"], "leave out frames and --first-sample"),
+        (["--cluster", "local:1", "--first-sample", 2, "--no-adaptive"], "leave out --first-sample"),
+        (["--cluster", "local:1", "--turntable", 3, "-o", "a.#.png", "--time", 3], "give --spp or --until for frames"),
+        (["--cluster", "local:1", "--turntable", 3, "-o", "a.png"], "mark the place of the frame's number"),
+        (["--cluster", "local:1", "--turntable", 3, "-o", "a.#.png", "--block", 30], "--block 30: give an even number"),
         (["--block", 4], "--block is the size of a task of --cluster"),
     ],
 )

@@ -3,6 +3,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -27,12 +28,12 @@ pytest.importorskip("distributed", reason="Dask is not installed")
 
 # What Dask leaves open when processes are killed.
 pytestmark = pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
-SPP, BLOCK, TILE = 20, 4, 16
+SPP, BLOCK, TILE = 150, 32, 16
 
 
-def scene():
+def scene(adaptive="off"):
     loaded = load("three-spheres-ambient")
-    return replace(loaded, render=replace(loaded.render, width=40, height=24, bounces=2, adaptive="off"))
+    return replace(loaded, render=replace(loaded.render, width=40, height=24, bounces=2, adaptive=adaptive))
 
 
 @pytest.fixture(autouse=True)
@@ -86,8 +87,17 @@ def expected(client):
         return cluster.render(scene(), client, spp=SPP, block=BLOCK)
 
 
+@pytest.fixture(scope="module")
+def expected_adaptively():
+    """On one machine."""
+    with Renderer(scene("on")) as renderer:
+        renderer.render(SPP)
+        return renderer._read()
+
+
 def same(picture, expected) -> bool:
-    pairs = zip(vars(picture.pixels).values(), vars(expected.pixels).values(), strict=True)
+    pixels = getattr(expected, "pixels", expected)
+    pairs = zip(vars(picture.pixels).values(), vars(pixels).values(), strict=True)
     return all(np.array_equal(one, other) for one, other in pairs)
 
 
@@ -100,10 +110,66 @@ def test_it_is_the_picture(ctx, expected) -> None:
     assert (expected.metadata["spp"], expected.metadata["workers"]) == (str(SPP), "2")
     assert int(expected.metadata["checked_blocks"]) >= 2
     assert not expected.interrupted
-    assert expected.wire == 44 * 40 * 24 * SPP / BLOCK
+    assert expected.wire == 44 * 40 * 24 * -(-SPP // BLOCK)
 
 
-def test_a_worker_that_returns_nonsense_is_found(client, expected, spoilt) -> None:
+def test_stages_have_the_bits_of_one_machine(client, expected_adaptively) -> None:
+    """Also with a shorter last pass, and where the error ends the render."""
+    picture = cluster.render(scene("on"), client, spp=SPP, block=BLOCK)
+    assert same(picture, expected_adaptively)
+    assert picture.metadata["adaptive_decision"] == "on: as asked for"
+    with Renderer(scene("on")) as renderer:
+        renderer.render(until=0.02)
+        picture = cluster.render(scene("on"), client, until=0.02, block=BLOCK)
+        assert same(picture, renderer._read())
+        assert renderer.spp > 64
+        assert renderer.spp & (renderer.spp - 1)  # within a stage
+
+
+@pytest.mark.parametrize("least", [1.0, 1e3])
+def test_a_pilot_decides_once(client, expected, expected_adaptively, monkeypatch, least) -> None:
+    monkeypatch.setattr("fragtracer.apps.cluster.picture.LEAST_GAIN", least)
+    picture = cluster.render(scene("auto"), client, spp=SPP, block=BLOCK)
+    assert same(picture, expected_adaptively if least == 1 else expected)
+    with Renderer(scene("auto")) as renderer:
+        renderer.render(40)
+        said, found = renderer.metadata()["adaptive_decision"], picture.metadata["adaptive_decision"]
+    assert re.findall(r"by (\S+)", said) == re.findall(r"by (\S+)", found)
+
+
+@pytest.mark.parametrize("adaptive", ["off", "on"])
+def test_a_slow_worker_gets_smaller_parts(client, expected, expected_adaptively, spoilt, adaptive) -> None:
+    """The picture has the same bits."""
+
+    def slow() -> None:
+        import time
+
+        from fragtracer.apps.cluster import worker
+
+        worker._sizes = []
+
+        def draw(renderer, part):
+            pixels = worker._right(renderer, part)
+            worker._sizes.append(float(pixels.mean[..., 3].sum()))
+            time.sleep(4e-6 * worker._sizes[-1])
+            return pixels
+
+        worker._draw = draw
+
+    bad = spoilt(slow)
+    picture = cluster.render(scene(adaptive), client, spp=SPP, block=BLOCK)
+    assert same(picture, expected if adaptive == "off" else expected_adaptively)
+
+    def sizes():
+        from fragtracer.apps.cluster import worker
+
+        return worker._sizes
+
+    found = client.run(sizes, workers=[bad])[bad]
+    assert found[0] > 2 * min(found)
+
+
+def test_a_worker_that_returns_nonsense_is_found(client, expected, expected_adaptively, spoilt) -> None:
     """Its picture is 1 % too bright. It is named, and what it rendered is rendered again."""
 
     def brighten() -> None:
@@ -120,10 +186,11 @@ def test_a_worker_that_returns_nonsense_is_found(client, expected, spoilt) -> No
         worker._draw = brighter
 
     bad = spoilt(brighten)
-    with pytest.warns(UserWarning, match=f"the worker {bad} is not used any more: it rendered a block otherwise"):
-        picture = cluster.render(scene(), client, spp=SPP, block=BLOCK)
-    assert same(picture, expected)
-    assert bad in picture.metadata["banned_workers"]
+    for adaptive, right in (("off", expected), ("on", expected_adaptively)):
+        with pytest.warns(UserWarning, match=f"the worker {bad} is not used any more: it rendered a block otherwise"):
+            picture = cluster.render(scene(adaptive), client, spp=SPP, block=BLOCK)
+        assert same(picture, right)
+        assert bad in picture.metadata["banned_workers"]
 
 
 def test_a_worker_that_hangs_is_left(client, expected, spoilt, tmp_path) -> None:
@@ -144,11 +211,32 @@ def test_a_worker_that_hangs_is_left(client, expected, spoilt, tmp_path) -> None
     assert same(picture, expected)
 
 
+def test_a_worker_that_falls_silent_is_left(client, expected) -> None:
+    """In the middle, as one whose network stalls."""
+    pid = min(client.run(os.getpid).values())
+    stopped = []
+
+    def report(state) -> None:
+        if state.spp > SPP / 5 and not stopped:
+            stopped.append(pid)
+            os.kill(pid, signal.SIGSTOP)
+
+    try:
+        with pytest.warns(UserWarning, match="is not used any more: a block did not come within"):
+            picture = cluster.render(scene(), client, spp=SPP, block=BLOCK, progress=report, patience=1)
+    finally:
+        os.kill(pid, signal.SIGCONT)
+    assert stopped
+    assert same(picture, expected)
+
+
 def test_a_block_that_lacks_samples_is_refused(client, expected, spoilt) -> None:
     def shorten() -> None:
+        from dataclasses import replace
+
         from fragtracer.apps.cluster import worker
 
-        worker._draw = lambda renderer, window, spp: worker._right(renderer, window, spp - 1)
+        worker._draw = lambda renderer, part: worker._right(renderer, replace(part, spp=part.spp - 1))
 
     bad = spoilt(shorten)
     with pytest.warns(UserWarning, match=f"the worker {bad} .* without all of its samples"):
@@ -168,21 +256,22 @@ def test_another_version_is_refused(client, spoilt) -> None:
 
 
 def test_until_stops_at_the_same_round(client) -> None:
-    pictures = [cluster.render(scene(), client, until=0.05, block=BLOCK) for _ in range(2)]
+    pictures = [cluster.render(scene(), client, until=0.02, block=BLOCK) for _ in range(2)]
     assert same(*pictures)
-    assert pictures[0].pixels.relative_error() <= 0.05
+    assert pictures[0].pixels.relative_error() <= 0.02
     counts = np.unique(pictures[0].pixels.mean[..., 3])
     assert len(counts) == 1
     assert counts[0] % BLOCK == 0
-    assert counts[0] < 200
+    assert BLOCK < counts[0] < 1000
 
 
-def test_an_interruption_keeps_what_came_back(client) -> None:
+@pytest.mark.parametrize("adaptive", ["off", "on"])
+def test_an_interruption_keeps_what_came_back(client, adaptive) -> None:
     def report(state) -> None:
         if state.spp > SPP / 2:
             raise KeyboardInterrupt
 
-    picture = cluster.render(scene(), client, spp=SPP, block=BLOCK, progress=report)
+    picture = cluster.render(scene(adaptive), client, spp=SPP, block=BLOCK, progress=report)
     assert picture.interrupted
     counts = picture.pixels.mean[..., 3]
     assert counts.min() >= BLOCK  # the first blocks came first
@@ -206,7 +295,7 @@ def test_an_interrupted_render_goes_on(ctx, client, expected, tmp_path) -> None:
     )
     assert counts[0] >= BLOCK
     assert same(picture, expected)
-    for spp, block, words in ((SPP, 2 * BLOCK, "--block is 4 there, 8 here"), (SPP - 2, BLOCK, "beyond --spp 18")):
+    for spp, block, words in ((SPP, 2 * BLOCK, "--block is 32 there, 64 here"), (140, BLOCK, "beyond --spp 140")):
         with pytest.raises(FragtracerError, match=words):
             cluster.render(scene(), client, spp=spp, block=block, begin=again)
     film = SavedFilm.read(tmp_path / "film.npz")
@@ -218,6 +307,28 @@ def test_an_interrupted_render_goes_on(ctx, client, expected, tmp_path) -> None:
         renderer.sample(2)
         renderer.save(tmp_path / "film.npz")
     with pytest.raises(FragtracerError, match="go on without --cluster"):
+        cluster.render(scene(), client, spp=SPP, block=BLOCK, begin=again)
+
+
+def test_interrupted_stages_go_on(client, expected_adaptively, tmp_path) -> None:
+    """Within a stage, whose parts that are done are not rendered again."""
+
+    def report(state) -> None:
+        if state.spp > 75:
+            raise KeyboardInterrupt
+
+    kept = Keeping(tmp_path, 0.0, False)
+    cluster.render(scene("on"), client, spp=SPP, block=BLOCK, progress=report, begin=kept.begin)
+    again, counts = replace(kept, resume=True).begin, []
+    picture = cluster.render(
+        scene("on"), client, spp=SPP, block=BLOCK, progress=lambda state: counts.append(state.spp), begin=again
+    )
+    assert counts[0] > 64
+    assert same(picture, expected_adaptively)
+    assert SavedFilm.read(tmp_path / "film.npz").state["done"]
+    with pytest.raises(FragtracerError, match="beyond --spp 70"):
+        cluster.render(scene("on"), client, spp=70, block=BLOCK, begin=again)
+    with pytest.raises(FragtracerError, match="adaptive is on there, off here"):
         cluster.render(scene(), client, spp=SPP, block=BLOCK, begin=again)
 
 
@@ -253,26 +364,56 @@ def test_a_scheduler_that_dies_leaves_what_came_back(tmp_path, monkeypatch) -> N
 
 def test_the_command_renders_the_same_bits_with_one_worker(expected, tmp_path, monkeypatch, capsys) -> None:
     output = tmp_path / "a.exr"
-    command = ["render", "three-spheres-ambient", "--size", "40x24", "--bounces", 2, "--spp", SPP, "--block", BLOCK]
+    command = [
+        "render",
+        "three-spheres-ambient",
+        "--size",
+        "40x24",
+        "--bounces",
+        2,
+        "--spp",
+        SPP,
+        "--block",
+        BLOCK,
+        "--no-adaptive",
+    ]
     assert status_of(monkeypatch, *command, "--cluster", "local:1", "-o", output) == 0
-    assert "20 samples per pixel of 1 workers" in capsys.readouterr().out
+    assert "150 samples per pixel of 1 workers" in capsys.readouterr().out
     assert read_metadata(output)["block"] == str(BLOCK)
     np.testing.assert_array_equal(read_image(output), expected.pixels.mean[..., :3])
 
 
-def test_a_killed_worker_costs_time_alone(client, expected) -> None:
+def test_frames_are_rendered_once(client, tmp_path, monkeypatch, capsys) -> None:
+    """With the bits of one machine, and again where one is missing."""
+    command = ["render", "three-spheres-ambient", "--size", "40x24", "--bounces", 2, "--spp", 70, "--adaptive"]
+    command += ["--seed", 5, "--turntable", 2, "-o"]
+    on_cluster = [*command, tmp_path / "a.#.exr", "--cluster", client.scheduler.address]
+    assert status_of(monkeypatch, *on_cluster, "--checkpoint", tmp_path / "kept", "--frames", 2) == 0
+    assert "frames were finished before" not in capsys.readouterr().out
+    assert status_of(monkeypatch, *command, tmp_path / "b.#.exr") == 0
+    assert status_of(monkeypatch, *on_cluster) == 0
+    assert "1 of 2 frames were finished before" in capsys.readouterr().out
+    for number in (1, 2):
+        found = read_image(tmp_path / f"a.{number}.exr")
+        np.testing.assert_array_equal(found, read_image(tmp_path / f"b.{number}.exr"))
+        assert read_metadata(tmp_path / f"a.{number}.exr")["seed"] == str(5 + number)
+    assert not list((tmp_path / "kept").iterdir())
+
+
+@pytest.mark.parametrize("adaptive", ["off", "on"])
+def test_a_killed_worker_costs_time_alone(client, expected, expected_adaptively, adaptive) -> None:
     """By signal 9, in the middle."""
     pids = client.run(os.getpid)
     killed = []
 
     def report(state) -> None:
-        if state.spp > SPP / 5 and not killed:
+        if state.spp > SPP / 2 and not killed:
             killed.append(min(pids.values()))
             os.kill(killed[0], signal.SIGKILL)
 
-    picture = cluster.render(scene(), client, spp=SPP, block=BLOCK, progress=report)
+    picture = cluster.render(scene(adaptive), client, spp=SPP, block=BLOCK, progress=report)
     assert killed
-    assert same(picture, expected)
+    assert same(picture, expected if adaptive == "off" else expected_adaptively)
 
 
 def test_all_workers_may_die(client, expected) -> None:

@@ -4,30 +4,70 @@
 import numpy as np
 
 from fragtracer.apps.cluster import work
-from fragtracer.apps.cluster.work import Cut, Tree, assembled
+from fragtracer.apps.cluster.merge import Tree, assembled
+from fragtracer.apps.cluster.sampling import EvenSampling
+from fragtracer.apps.cluster.work import Cut, Task
+from fragtracer.sampling.allocation import Window
 from fragtracer.sampling.merging import Moments
 from fragtracer.sampling.pixels import Pixels
 
 
 def test_every_sample_is_cut_once(monkeypatch) -> None:
     monkeypatch.setattr(work, "TILE", 16)
-    cut = Cut(40, 20, samples=8, spp=21)
-    seen = np.zeros((20, 40, 21), int)
-    numbers = []
-    for block in cut.blocks():
-        w = cut.tiles[block.tile]
-        first = block.number * cut.samples
-        seen[w.top : w.top + w.height, w.left : w.left + w.width, first : first + block.spp] += 1
-        numbers.append(block.number)
+    cut = Cut(40, 20, samples=64, spp=245)
+    seen = np.zeros((20, 40, 245), int)
+    tasks = [task for number in range(cut.rounds or 0) for task in cut.tasks(number)]
+    for task in tasks:
+        window, first = task.window, cut.first(task.step)
+        seen[(*work.at(window), slice(first, first + cut.spp_of(task.step)))] += 1
     assert (seen == 1).all()
-    assert numbers == sorted(numbers)  # the first blocks of all tiles come first
-    assert cut.rounds == 3
-    endless = Cut(40, 20, samples=8).blocks()
-    assert [next(endless).number for _ in range(13)] == [0] * 6 + [1] * 6 + [2]
+    assert [cut.spp_of(number) for number in range(5)] == [32, 32, 64, 64, 53]
+    assert [Cut(40, 20, 256).spp_of(number) for number in range(7)] == [32, 32, 64, 128, 256, 256, 256]
+    assert [Cut(40, 20, 32, 40).spp_of(number) for number in range(2)] == [32, 8]
+    assert Cut(40, 20, spp=10).rounds == 1
 
 
-def _pixels(rng: np.random.Generator, count: int) -> Pixels:
-    images = [rng.exponential(size=(2, 3, n)).astype(np.float32) for n in (4, 4, 3)]
+def test_halves_are_all_of_a_task() -> None:
+    """Down to parts that are shaded together, and no further."""
+    seen = np.zeros((70, 90), int)
+    parts = [Task(3, 5, Window(10, 20, 77, 45))]
+    for part in parts:
+        halves = part.halves()
+        if halves == (part,):
+            seen[work.at(part.window)] += 1
+            assert max(part.window.width, part.window.height) < 24
+        parts += halves if len(halves) == 2 else []
+    assert (seen[20:65, 10:87] == 1).all()
+    assert seen.sum() == 77 * 45
+
+
+def test_a_block_in_parts_is_that_block() -> None:
+    """Also where a worker that has had a part in it is not trusted any more."""
+    rng = np.random.default_rng(2)
+    cut = Cut(24, 16, 32, 64)
+    first, second = _pixels(rng, 32, (16, 24)), _pixels(rng, 32, (16, 24))
+    whole, cutted = EvenSampling(cut, None), EvenSampling(cut, None)
+    for number, pixels in enumerate((first, second)):
+        whole.take(Task(number, 0, Window(0, 0, 24, 16)), pixels, "a")
+    left, right = Task(0, 0, Window(0, 0, 24, 16)).halves()
+    assert cutted.next() is not None
+    cutted.take(left, work.crop(second, left.window), "wrong")  # nonsense
+    cutted.take(right, work.crop(first, right.window), "a")
+    cutted.take(Task(1, 0, Window(0, 0, 24, 16)), second, "a")
+    assert cutted.samples == 64 * 24 * 16
+    assert cutted.forget("wrong")
+    assert cutted.samples == 0
+    again = list(iter(cutted.next, None))
+    assert {task.step for task in again} == {0, 1}
+    for task in again[:4]:
+        cutted.take(task, work.crop((first, second)[task.step], task.window), "a")
+    for name, image in vars(whole.picture()).items():
+        np.testing.assert_array_equal(image, getattr(cutted.picture(), name))
+    assert cutted.advance(True)
+
+
+def _pixels(rng: np.random.Generator, count: int, size: tuple[int, int] = (2, 3)) -> Pixels:
+    images = [rng.exponential(size=(*size, n)).astype(np.float32) for n in (4, 4, 3)]
     images[0][..., 3], images[1][..., 3] = count, 0
     return Pixels(*images)
 

@@ -46,7 +46,8 @@ Cluster = Annotated[
     typer.Option(metavar="ADDRESS", help="Render on a Dask cluster: tcp://host:8786, or local:N (docs/cluster.md)."),
 ]
 BlockSamples = Annotated[
-    int | None, typer.Option("--block", min=2, max=2**20, metavar="SAMPLES", help="Of a task of the cluster, 64.")
+    int | None,
+    typer.Option("--block", min=2, max=2**20, metavar="SAMPLES", help="Of a task of the cluster at most, 256."),
 ]
 FrameRange = Annotated[
     str | None, typer.Option("--frames", metavar="A-B", help="Frames of a moving camera.  [default: all of its path]")
@@ -151,20 +152,27 @@ def render(
     keeping = None if checkpoint is None else Keeping(checkpoint, 60.0 if every is None else every, resume)
     if cluster is None and block is not None:
         raise FragtracerError("--block is the size of a task of --cluster ADDRESS; leave it out without")
-    if cluster is not None and (moves or first_sample):
-        raise FragtracerError(
-            "--cluster renders one picture from its first sample; leave out frames and --first-sample"
-        )
-    if cluster is not None and (picture.aovs or denoise):
-        raise FragtracerError("--cluster renders the picture alone; leave out --aov and --denoise")
+    if cluster is not None:
+        from fragtracer.apps.cli import on_cluster
+
+        on_cluster.check_options(limits, picture, moves, first_sample)
     if moves and first_sample:
         raise FragtracerError("--first-sample is for one picture; leave it out where the camera moves")
     if moves:
         from fragtracer.apps.cli.frames import frames_of
 
-        finished = _render_frames(lit, frames_of(lit, output, frames, path, turntable, fps), limits, picture, keeping)
+        moving = frames_of(lit, output, frames, path, turntable, fps)
+        if cluster is not None:
+            _with_limit(limits, lit.render)
+            finished = on_cluster.render_frames(lit, moving, cluster, block, limits, picture, keeping, _progress)
+        else:
+            finished = _render_frames(lit, moving, limits, picture, keeping)
+        if finished and moving.film is not None:
+            video.encode(list(moving.files.values()), moving.film, moving.fps)
+            print(f"{moving.film}: {len(moving.files)} frames, {float(moving.fps):g} a second")
     elif cluster is not None:
-        finished = _render_on_cluster(lit, cluster, block, limits, output, look, keeping)
+        _with_limit(limits, lit.render)
+        finished = on_cluster.render_picture(lit, cluster, block, limits, output, picture, keeping, _progress)
     else:
         if first_sample:
             _check_parts(lit.render, picture, first_sample)
@@ -193,8 +201,7 @@ def _check_parts(settings: Any, picture: Any, first_sample: int) -> None:
 
 
 def _render_frames(scene: Any, frames: Any, limits: dict[str, Any], picture: Any, keeping: Any) -> bool:
-    """Render the frames that are not finished, and make a film of them if it is asked for; False if interrupted."""
-    from fragtracer.apps.cli import video
+    """Render the frames that are not finished; False if interrupted."""
     from fragtracer.apps.cli.frames import digest_of, is_finished
     from fragtracer.renderer import Renderer
 
@@ -220,38 +227,7 @@ def _render_frames(scene: Any, frames: Any, limits: dict[str, Any], picture: Any
                 keeper.remove()
     if done:
         print(f"{done} of {len(files)} frames were finished before")
-    if frames.film is not None:
-        video.encode(list(files.values()), frames.film, frames.fps)
-        print(f"{frames.film}: {len(files)} frames, {float(frames.fps):g} a second")
     return True
-
-
-def _render_on_cluster(
-    scene: Any, address: str, block: int | None, limits: dict[str, Any], output: Path, look: Any, keeping: Any
-) -> bool:
-    """Render on a cluster and write the picture; False if that was interrupted."""
-    from fragtracer.apps import cluster
-    from fragtracer.apps.cluster.work import BLOCK
-    from fragtracer.io.images import write_image
-
-    _with_limit(limits, scene.render)
-    bounds = {"spp": limits["spp"], "seconds": limits["seconds"], "until": limits["until"]}
-    if limits["worst"] is not None:
-        raise FragtracerError("--cluster looks at the mean error only; give --until in place of --worst")
-    pixels = scene.render.width * scene.render.height
-    cluster.check(scene, block or BLOCK)
-    with cluster.connected(address) as client, _progress(limits, pixels) as report:
-        picture = cluster.render(
-            scene, client, **bounds, progress=report, block=block or BLOCK, begin=keeping and keeping.begin
-        )
-    write_image(output, picture.pixels.mean[..., :3], picture.metadata, *look)
-    note = ", interrupted" if picture.interrupted or picture.problem else ""
-    error = 100 * picture.pixels.relative_error()
-    workers = picture.metadata["workers"]
-    print(f"{output}: {picture.metadata['spp']} samples per pixel of {workers} workers{note}, {error:.2g} % mean error")
-    if picture.problem:
-        raise FragtracerError(picture.problem)
-    return not picture.interrupted
 
 
 def _share(percent: float | None) -> float | None:

@@ -6,19 +6,23 @@ import os
 import pickle
 import re
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from fragtracer import __version__
-from fragtracer.apps.cluster.work import BLOCK, Cut
+from fragtracer.apps.cluster.work import BLOCK, Frame
 from fragtracer.errors import FragtracerError
 from fragtracer.films import origin_of
 from fragtracer.renderer import Progress
+from fragtracer.sampling.allocation import FIRST_STAGE
 from fragtracer.sampling.pixels import Pixels
 from fragtracer.scene import Scene
 from fragtracer.scene.content import content_digest
+
+if TYPE_CHECKING:
+    from fragtracer.apps.cluster.dispatch import Dispatcher
+    from fragtracer.apps.cluster.picture import Render
 
 _REACH = 10.0  # seconds, to reach a scheduler and to see a worker
 _PATIENCE = 60.0  # seconds until a block that does not come is given up, at least
@@ -29,22 +33,25 @@ _NEAR = re.compile(r"(tls://|inproc://|(tcp|ws)://(localhost|127\.|\[::1\]))")
 @dataclass(frozen=True)
 class Picture:
     """What a cluster has rendered: ``pixels``, ``metadata`` for the file, and whether the user has ``interrupted`` or
-    something else has, the ``problem``. ``wire`` is how many bytes of films came back."""
+    something else has, the ``problem``. ``tasks`` have come back, and ``wire`` bytes of films and of numbers of samples
+    went there and back, without those of what is rendered twice."""
 
     pixels: Pixels
     metadata: dict[str, str]
     interrupted: bool
     problem: str | None
+    tasks: int
     wire: int
 
 
 def check(scene: Scene, block: int = BLOCK) -> None:
     """Raise FragtracerError where a cluster cannot render ``scene`` in blocks of ``block`` samples."""
-    settings = scene.render
-    if settings.adaptive == "on" or settings.integrator != "path":
-        raise FragtracerError("a cluster renders evenly, and paths: it needs --no-adaptive and --integrator path")
-    if block % 2:
-        raise FragtracerError(f"--block {block}: give an even number; samples belong to two streams in turns")
+    if scene.render.integrator != "path":
+        raise FragtracerError("a cluster renders paths: it needs --integrator path")
+    if block % 2 or block < FIRST_STAGE:
+        raise FragtracerError(
+            f"--block {block}: give an even number, {FIRST_STAGE} or more; samples belong to two streams in turns"
+        )
 
 
 def render(
@@ -59,56 +66,129 @@ def render(
     begin: Callable[[Any], Any] | None = None,
 ) -> Picture:
     """Render ``scene`` on the workers of a Dask client (:func:`connected`); the limits are those of
-    :meth:`fragtracer.renderer.Renderer.render`. ``block`` is how many samples of each pixel of a tile are one task.
+    :meth:`fragtracer.renderer.Renderer.render`. ``block`` is how many samples of each pixel of a tile are one task at
+    most.
 
     ``begin``, given what has ``save`` and ``resume`` as a renderer, returns what keeps checkpoints.
 
-    The bits depend on the scene, the number of samples and ``block``; not on the workers, their number or their fate.
+    The bits depend on the scene, the number of samples and, where sampling is even, ``block``; not on the workers,
+    their number or their fate.
 
     Raises
     ------
     FragtracerError
-        If sampling is adaptive, or nothing came back.
+        If the scene cannot be rendered so, or nothing came back.
     """
-    from fragtracer.apps.cluster.dispatch import Dispatcher, Job, driver_list
+    from fragtracer.apps.cluster.dispatch import Dispatcher
+    from fragtracer.apps.cluster.picture import Render
 
     check(scene, block)
-    settings = scene.render
-    if spp is None and seconds is None and until is None:
-        spp = settings.spp
-    scene = replace(scene, render=replace(settings, adaptive="off"))
-    origin = origin_of(scene, scene.render)
-    content = pickle.dumps(scene, protocol=5)
-    cut = Cut(settings.width, settings.height, block, spp)
-    job = Job(content, content_digest(repr(sorted(origin.items()))), origin, scene.render, cut, patience)
-    dispatcher = Dispatcher(client, job)
-    keeper = begin(dispatcher) if begin is not None else None
+    whole = Render(scene, block, _limit(scene, spp, seconds, until), until)
+    keepers: list[Any] = []
+
+    def begun(one: "Render") -> Any:
+        keepers.append(begin(one) if begin is not None else None)
+        return keepers[0]
+
+    content, key = _packed(scene)
+    dispatcher = Dispatcher(client, content, key, patience, begun, lambda _: None)
     interrupted, problem = False, None
     try:
         try:
-            is_complete = dispatcher.run(until, seconds, progress or (lambda _: None), keeper or (lambda _: None))
+            is_complete = dispatcher.run(iter([whole]), seconds, progress or (lambda _: None))
         finally:
-            if keeper is not None:
-                keeper.finish()
-        pixels = dispatcher.picture() if is_complete else dispatcher.all_there_is()
+            if keepers and keepers[0] is not None:
+                keepers[0].finish()
+        pixels = whole.sampling.picture() if is_complete else whole.sampling.all_there_is()
     except (KeyboardInterrupt, FragtracerError) as error:
-        if not dispatcher.pixels:
+        if not whole.sampling.samples:
             raise
         interrupted, problem = isinstance(error, KeyboardInterrupt), str(error) or None
-        pixels = dispatcher.all_there_is()
+        pixels = whole.sampling.all_there_is()
+    return _picture(whole, dispatcher, pixels, interrupted, problem)
+
+
+def render_frames(
+    scene: Scene,
+    frames: Mapping[int, Scene],
+    client: Any,
+    write: Callable[[int, Picture], None],
+    spp: int | None = None,
+    until: float | None = None,
+    progress: Callable[[Progress], None] | None = None,
+    block: int = BLOCK,
+    patience: float = _PATIENCE,
+    begin: Callable[[Any, int], Any] | None = None,
+) -> None:
+    """Render ``frames`` of ``scene``, which differ from it in the camera and the seed, by number; the end of one and
+    the beginning of the next at a time. ``write`` is called with each when it is done, ``begin`` as in :func:`render`,
+    with the number; what it returns is asked to ``remove`` the checkpoint when the frame is written.
+
+    Raises
+    ------
+    FragtracerError
+        If the scene cannot be rendered so, or the work cannot be done.
+    KeyboardInterrupt
+        On Ctrl-C; checkpoints are written before.
+    """
+    from fragtracer.apps.cluster.dispatch import Dispatcher
+    from fragtracer.apps.cluster.picture import Render
+
+    check(scene, block)
+    spp = _limit(scene, spp, None, until)
+    numbers: dict[Render, int] = {}
+    keepers: dict[Render, Any] = {}
+
+    def renders() -> Iterator[Render]:
+        for number, moved in frames.items():
+            one = Render(moved, block, spp, until, Frame(moved.camera, moved.render.seed))
+            numbers[one] = number
+            yield one
+
+    def begun(one: Render) -> Any:
+        if begin is not None:
+            keepers[one] = begin(one, numbers[one])
+        return keepers.get(one)
+
+    def finish(one: Render) -> None:
+        write(numbers[one], _picture(one, dispatcher, one.sampling.picture(), False, None))
+        if one in keepers:
+            keepers.pop(one).remove()
+
+    content, key = _packed(scene, "moves")
+    dispatcher = Dispatcher(client, content, key, patience, begun, finish)
+    try:
+        dispatcher.run(renders(), None, progress or (lambda _: None))
+    finally:
+        for keeper in keepers.values():
+            keeper.finish()
+
+
+def origin_of_frame(scene: Scene, block: int) -> dict[str, str]:
+    """What decides over the picture of a frame, but for its limits and the driver."""
+    return origin_of(scene, scene.render, cluster=block)
+
+
+def _limit(scene: Scene, spp: int | None, seconds: float | None, until: float | None) -> int | None:
+    return scene.render.spp if spp is None and seconds is None and until is None else spp
+
+
+def _packed(scene: Scene, *more: str) -> tuple[bytes, str]:
+    """For the workers, who do not plan, with its digest."""
+    scene = replace(scene, render=replace(scene.render, adaptive="off"))
+    origin = origin_of(scene, scene.render) | {"spp": str(scene.render.spp)}
+    return pickle.dumps(scene, protocol=5), content_digest(repr(sorted(origin.items())), *more)
+
+
+def _picture(
+    one: "Render", dispatcher: "Dispatcher", pixels: Pixels, interrupted: bool, problem: str | None
+) -> Picture:
     samples = pixels.mean[..., 3] + pixels.variance[..., 3]
-    metadata = {name: str(value) for name, value in vars(scene.render).items() if not name.startswith("_")}
-    metadata |= {"software": f"fragtracer {__version__}", "scene": scene.name}
-    metadata |= {
-        "spp": f"{samples.mean(dtype=float):.0f}",
-        "block": str(block),
-        "workers": str(len(dispatcher.drivers)),
-    }
+    metadata = one.metadata() | {"spp": f"{samples.mean(dtype=float):.0f}"}
     metadata |= {"non_finite_samples": str(int(pixels.variance[..., 3].sum(dtype=float)))}
-    metadata |= {"checked_blocks": str(dispatcher.checked), "gl_renderer": driver_list(dispatcher.drivers)}
-    if dispatcher.banned:
-        metadata["banned_workers"] = "; ".join(f"{name}: {why}" for name, why in dispatcher.banned.items())
-    return Picture(pixels, metadata, interrupted, problem, dispatcher.wire)
+    if banned := dispatcher.workers.banned:
+        metadata["banned_workers"] = "; ".join(f"{name}: {why}" for name, why in banned.items())
+    return Picture(pixels, metadata, interrupted, problem, one.tasks, one.wire)
 
 
 @contextmanager

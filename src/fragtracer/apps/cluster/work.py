@@ -1,108 +1,174 @@
 # SPDX-License-Identifier: MIT
-"""What a picture is cut into for many machines, and how it is put together again: always by the same tree."""
+"""What a picture is cut into for many machines."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from functools import reduce
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from fragtracer.sampling.allocation import Window
-from fragtracer.sampling.merging import Moments
+from fragtracer.sampling.allocation import FIRST_STAGE, PILOT_SAMPLES, StagePart, Window, pilot_list, stage_samples
 from fragtracer.sampling.pixels import Pixels
+from fragtracer.scene import Camera
 from fragtracer.scene.content import content_digest
 
 TILE = 256  # pixels, a side
-BLOCK = 64  # samples of each pixel
+BLOCK = 256  # samples of each pixel, at most
+_LEAST_SIDE = 8  # pixels, of a part of a tile
+_GRID = 4  # pixels, a side of what is shaded together, which no cut should part
 
 
-@dataclass(frozen=True, order=True)
-class Block:
-    """``spp`` samples of each pixel of a tile; blocks of a tile are numbered."""
+@dataclass(frozen=True)
+class Frame:
+    """What a picture has of its own, where others are of the same scene."""
 
-    number: int
+    camera: Camera
+    seed: int
+
+
+@dataclass(frozen=True)
+class Task:
+    """What one worker is asked for at once: the samples of a ``window`` of a tile in one step of a picture."""
+
+    step: int
     tile: int
+    window: Window
+
+    @property
+    def pixels(self) -> int:
+        return self.window.width * self.window.height
+
+    def halves(self) -> tuple["Task", ...]:
+        """Of the window, across its longer side; the task alone where it is too small. No pixel's samples depend on
+        those of others, so that it makes no difference to the bits."""
+        width, height = self.window.width, self.window.height
+        half = max(width, height) // 2
+        half -= half % _GRID
+        if half < _LEAST_SIDE:
+            return (self,)
+        if width >= height:
+            parts = ({"width": half}, {"width": width - half, "left": self.window.left + half})
+        else:
+            parts = ({"height": half}, {"height": height - half, "top": self.window.top + half})
+        return tuple(replace(self, window=replace(self.window, **part)) for part in parts)
+
+
+@dataclass(frozen=True)
+class Block:
+    """``spp`` samples of each pixel of a window, from its first sample on."""
+
+    window: Window
     spp: int
 
 
 @dataclass(frozen=True)
+class Pilot:
+    """What says whether adaptive sampling pays, for an image of this size."""
+
+    width: int
+    height: int
+
+
+Part = Block | StagePart | Pilot
+
+
+def flaw(part: Part, pixels: Pixels) -> str:
+    """What is wrong at first sight with the pixels of a part; empty if nothing is."""
+    expected: Any
+    match part:
+        case Block(window, spp):
+            shape, expected = (window.height, window.width), spp
+        case StagePart():
+            shape, expected = part.items.shape, part.sampled + part.rays * part.items
+        case Pilot(width, height):
+            shape, expected = (len(pilot_list(width, height).pixels), 1), PILOT_SAMPLES
+    if [image.shape for image in vars(pixels).values()] != [(*shape, n) for n in (4, 4, 3)]:
+        return "returned a block of another size"
+    if not (pixels.mean[..., 3] + pixels.variance[..., 3] == expected).all():
+        return "returned a block without all of its samples"
+    return ""
+
+
+def sent_bytes(part: Part) -> int:
+    """Of the arrays that a worker needs for a part."""
+    if not isinstance(part, StagePart):
+        return 0
+    film = () if part.film is None else vars(part.film).values()
+    return sum(values.nbytes for values in (part.sampled, part.items, *film))
+
+
+def pixels_digest(pixels: Pixels) -> str:
+    """By which two renders of a part are compared."""
+    return content_digest(pixels.mean, pixels.variance, pixels.half_difference)
+
+
+@dataclass(frozen=True)
 class Cut:
-    """An image of ``width`` x ``height`` pixels in tiles, their samples in blocks of ``samples``; of ``spp`` samples of
-    each pixel in all, or without end."""
+    """An image of ``width`` x ``height`` pixels in tiles, of ``spp`` samples of each pixel, or without end. The samples
+    of a tile come in blocks, which grow as stages do (:mod:`fragtracer.sampling.allocation`) until they have
+    ``samples`` of each pixel; so the whole picture is there early."""
 
     width: int
     height: int
     samples: int = BLOCK
     spp: int | None = None
 
-    @property
+    @cached_property
     def tiles(self) -> list[Window]:
         """Row by row from the top."""
         corners = [(left, top) for top in range(0, self.height, TILE) for left in range(0, self.width, TILE)]
         return [Window(x, y, min(TILE, self.width - x), min(TILE, self.height - y)) for x, y in corners]
 
+    def tasks(self, step: int) -> Iterator[Task]:
+        """Of all tiles."""
+        return (Task(step, number, tile) for number, tile in enumerate(self.tiles))
+
     @property
+    def most(self) -> int:
+        """Samples of the largest block."""
+        return self.samples * min(TILE, self.width) * min(TILE, self.height)
+
+    @cached_property
     def rounds(self) -> int | None:
         """Blocks of a tile."""
-        return None if self.spp is None else -(-self.spp // self.samples)
-
-    def block(self, number: int, tile: int) -> Block:
-        """One of the blocks of a tile."""
-        rest = self.samples if self.spp is None else self.spp - number * self.samples
-        return Block(number, tile, min(self.samples, rest))
-
-    def blocks(self) -> Iterator[Block]:
-        """All of them: the first of each tile, then the second of each, and so on, so that the whole picture is there
-        early."""
-        number, tiles = 0, range(len(self.tiles))
-        while self.rounds is None or number < self.rounds:
-            yield from (self.block(number, tile) for tile in tiles)
+        if self.spp is None:
+            return None
+        number = 0
+        while self.first(number) < self.spp:
             number += 1
+        return number
+
+    def first(self, number: int) -> int:
+        """The number of the first sample of a block."""
+        growing = 0
+        while stage_samples(growing) < self.samples and growing < number:
+            growing += 1
+        # Stages together are as large as the next one.
+        return (stage_samples(growing) if growing else 0) + (number - growing) * max(self.samples, FIRST_STAGE)
+
+    def spp_of(self, number: int) -> int:
+        """Samples of each pixel in a block."""
+        end = self.first(number + 1)
+        return (end if self.spp is None else min(end, self.spp)) - self.first(number)
 
 
-class Tree:
-    """Joins the blocks of a tile in pairs, the pairs in pairs and so on, as far as they are there: in which order they
-    come makes no difference to the bits. ``nodes`` are what is not joined yet, by level and place in it."""
-
-    def __init__(self) -> None:
-        self.nodes: dict[tuple[int, int], Pixels] = {}
-
-    def add(self, number: int, pixels: Pixels) -> None:
-        """A block by its number."""
-        level = 0
-        while (other := self.nodes.pop((level, number ^ 1), None)) is not None:
-            pixels = _joined(pixels, other) if number % 2 == 0 else _joined(other, pixels)
-            level, number = level + 1, number // 2
-        self.nodes[level, number] = pixels
-
-    @property
-    def numbers(self) -> set[int]:
-        """Of the blocks that are there."""
-        return {n for level, place in self.nodes for n in range(place << level, (place + 1) << level)}
-
-    def joined(self) -> Pixels | None:
-        """All blocks so far."""
-        nodes = sorted(self.nodes, key=lambda node: node[1] << node[0])
-        return reduce(_joined, (self.nodes[node] for node in nodes)) if nodes else None
+def empty(height: int, width: int) -> Pixels:
+    """A film without samples."""
+    return Pixels(*(np.zeros((height, width, n), np.float32) for n in (4, 4, 3)))
 
 
-def _joined(one: Pixels, other: Pixels) -> Pixels:
-    return Moments.of(one).merged(Moments.of(other)).pixels()
+def at(window: Window) -> tuple[slice, slice]:
+    """Where a window lies in an array of its image."""
+    return slice(window.top, window.top + window.height), slice(window.left, window.left + window.width)
 
 
-def assembled(cut: Cut, tiles: dict[int, Tree]) -> Pixels:
-    """The picture of all tiles; black where there are no samples yet."""
-    mean, variance = (np.zeros((cut.height, cut.width, 4), np.float32) for _ in range(2))
-    half_difference = np.zeros((cut.height, cut.width, 3), np.float32)
-    for number, window in enumerate(cut.tiles):
-        pixels = tiles[number].joined()
-        if pixels is not None:
-            place = np.s_[window.top : window.top + window.height, window.left : window.left + window.width]
-            mean[place], variance[place] = pixels.mean, pixels.variance
-            half_difference[place] = pixels.half_difference
-    return Pixels(mean, variance, half_difference)
+def place(image: Pixels, part: Pixels, window: Window) -> None:
+    """Write ``part`` into a window of ``image``, whose arrays must be writable."""
+    for there, here in zip(vars(image).values(), vars(part).values(), strict=True):
+        there[at(window)] = here
 
 
-def pixels_digest(pixels: Pixels) -> str:
-    """By which two renders of a block are compared."""
-    return content_digest(pixels.mean, pixels.variance, pixels.half_difference)
+def crop(image: Pixels, window: Window) -> Pixels:
+    """The pixels of a window."""
+    return Pixels(*(np.ascontiguousarray(values[at(window)]) for values in vars(image).values()))

@@ -1,24 +1,35 @@
 # SPDX-License-Identifier: MIT
-"""What runs on a worker: blocks of one scene after the other, by a renderer that stays."""
+"""What runs on a worker: parts of one scene after the other, by a renderer that stays."""
 
 import pickle
 import time
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from fragtracer.apps.cluster.work import pixels_digest
+from fragtracer.apps.cluster.work import Block, Frame, Part, Pilot, pixels_digest
 from fragtracer.films import shaders_digest
 from fragtracer.renderer import Renderer
-from fragtracer.sampling.allocation import Window
+from fragtracer.sampling.allocation import StagePart
 from fragtracer.sampling.pixels import Pixels
 
 _gl = ThreadPoolExecutor(1)  # an OpenGL context belongs to a thread
-_kept: dict[str, tuple[Renderer, dict[str, str]]] = {}  # the last one and its origin, by the digest of its scene
+
+
+@dataclass
+class _Kept:
+    """The renderer of the last scene, the frame that it is set to, and its origin then."""
+
+    renderer: Renderer
+    frame: Frame | None
+    origin: dict[str, str]
+
+
+_kept: dict[str, _Kept] = {}  # by the digest of its scene
 
 
 @dataclass(frozen=True)
 class Rendered:
-    """A block as a worker returns it; ``digest`` is that of its pixels, ``origin`` and ``driver`` what made it."""
+    """A part as a worker returns it; ``digest`` is that of its pixels, ``origin`` and ``driver`` what made it."""
 
     pixels: Pixels
     digest: str
@@ -28,25 +39,36 @@ class Rendered:
     origin: dict[str, str]
 
 
-def render_block(scene: bytes, key: str, window: Window, spp: int, worker: str = "") -> Rendered:
-    """``spp`` samples of a window of the pickled ``scene``, whose digest is ``key``."""
-    return _gl.submit(_render_block, scene, key, window, spp, worker or _address()).result()
+def render_part(scene: bytes, key: str, frame: Frame | None, part: Part, worker: str = "") -> Rendered:
+    """A part of a frame of the pickled ``scene``, whose digest is ``key``."""
+    return _gl.submit(_render_part, scene, key, frame, part, worker or _address()).result()
 
 
-def _render_block(scene: bytes, key: str, window: Window, spp: int, worker: str) -> Rendered:
+def _render_part(scene: bytes, key: str, frame: Frame | None, part: Part, worker: str) -> Rendered:
     if key not in _kept:
         _close()
-        renderer = Renderer(pickle.loads(scene))
-        _kept[key] = renderer, renderer.origin()
-    renderer, origin = _kept[key]
+        loaded = pickle.loads(scene)
+        renderer = Renderer(loaded, moves=frame is not None)
+        _kept[key] = _Kept(renderer, None, renderer.origin())
+    kept = _kept[key]
+    if frame is not None and frame != kept.frame:
+        scene_of_frame = replace(kept.renderer.scene, camera=frame.camera)
+        kept.renderer.reset(scene_of_frame, seed=frame.seed)
+        kept.frame, kept.origin = frame, kept.renderer.origin()
     start = time.perf_counter()
-    pixels = _draw(renderer, window, spp)
+    pixels = _draw(kept.renderer, part)
     seconds = time.perf_counter() - start
-    return Rendered(pixels, pixels_digest(pixels), seconds, worker, renderer.driver, origin)
+    return Rendered(pixels, pixels_digest(pixels), seconds, worker, kept.renderer.driver, kept.origin)
 
 
-def _draw(renderer: Renderer, window: Window, spp: int) -> Pixels:
-    return renderer.block(window, spp)
+def _draw(renderer: Renderer, part: Part) -> Pixels:
+    match part:
+        case Block(window, spp):
+            return renderer.block(window, spp)
+        case StagePart():
+            return renderer.stage_part(part)
+        case Pilot():
+            return renderer.pilot()
 
 
 def versions() -> dict[str, str]:
@@ -62,8 +84,8 @@ def close() -> None:
 
 
 def _close() -> None:
-    for renderer, _ in _kept.values():
-        renderer.close()
+    for kept in _kept.values():
+        kept.renderer.close()
     _kept.clear()
 
 

@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: MIT
+"""One picture on its way: whether it is sampled adaptively, its checkpoints, and what its file says."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from fragtracer import __version__
+from fragtracer.apps.cluster.adaptive import AdaptiveSampling
+from fragtracer.apps.cluster.sampling import EvenSampling, PilotSampling, Sampling, has_pilot
+from fragtracer.apps.cluster.work import Cut, Frame
+from fragtracer.errors import FilmError
+from fragtracer.films import SavedFilm, origin_of
+from fragtracer.sampling.allocation import FIRST_STAGE, LEAST_GAIN, decision
+from fragtracer.scene import RenderSettings, Scene
+
+
+class Render:
+    """The picture of ``scene`` in blocks of ``block`` samples, until it has ``spp`` of each pixel, or an error of
+    ``until``; ``frame`` is what it has of its own among others."""
+
+    def __init__(
+        self, scene: Scene, block: int, spp: int | None, until: float | None, frame: Frame | None = None
+    ) -> None:
+        self.frame = frame
+        self.origin = origin_of(scene, scene.render)
+        self.name, self._settings, self._until = scene.name, scene.render, until
+        self.cut = Cut(scene.render.width, scene.render.height, block, spp)
+        self.drivers: dict[str, str] = {}  # of the workers that have had a part in it
+        self.checked = 0  # tasks that two have rendered
+        self.tasks = 0  # that came back
+        self.wire = 0  # bytes of films and numbers of samples, there and back
+        self.sampling = self._first()
+
+    def _first(self) -> Sampling:
+        adaptive = self._settings.adaptive
+        self._gain: float | None = None
+        if adaptive == "off" or (self.cut.spp is not None and self.cut.spp <= FIRST_STAGE):
+            return EvenSampling(self.cut, self._until)
+        if adaptive == "on":
+            return AdaptiveSampling(self.cut, self._until)
+        if has_pilot(self.cut):
+            return PilotSampling(self.cut)
+        self._gain = 1.0
+        return EvenSampling(self.cut, self._until)
+
+    def advance(self, is_certain: bool) -> bool:
+        """Go on where all is there that is needed; whether anything has changed."""
+        has_changed = self.sampling.advance(is_certain)
+        if isinstance(self.sampling, PilotSampling) and self.sampling.is_done:
+            self._decide(self.sampling.gain)
+        return has_changed
+
+    def _decide(self, gain: float | None) -> None:
+        assert gain is not None
+        self._gain = gain
+        kind = EvenSampling if gain < LEAST_GAIN else AdaptiveSampling
+        self.sampling = kind(self.cut, self._until)
+
+    def forget(self, author: str) -> None:
+        """Render again what this worker has had a part in."""
+        if not self.sampling.forget(author):
+            self.sampling = self._first()
+
+    @property
+    def is_done(self) -> bool:
+        return self.sampling.is_done
+
+    @property
+    def settings(self) -> RenderSettings:
+        return self._settings
+
+    @property
+    def spp(self) -> float:
+        """Samples per pixel that are there, in the mean."""
+        return self.sampling.samples / (self.cut.width * self.cut.height)
+
+    @property
+    def can_go_on(self) -> bool:
+        """Whether :meth:`save` has anything to write from which one could go on with the same bits."""
+        return isinstance(self.sampling, EvenSampling) or (
+            isinstance(self.sampling, AdaptiveSampling) and self.sampling.can_go_on
+        )
+
+    def save(self, path: Path) -> None:
+        """Write what is there; raises OutputError if it cannot be written."""
+        assert isinstance(self.sampling, EvenSampling | AdaptiveSampling)
+        state, arrays = self.sampling.state()
+        state |= {"cluster": True, "gain": self._gain, "block": self.cut.samples, "spp": self.cut.spp}
+        SavedFilm(self.origin, driver_list(self.drivers), (), {}, state, arrays).write(path)
+
+    def resume(self, path: Path) -> None:
+        """Go on from what :meth:`save` has written; raises :class:`FilmError` where it is of another render."""
+        film, cut = SavedFilm.read(path), self.cut
+        if "cluster" not in film.state:
+            raise FilmError(f"{path}: this film was not rendered on a cluster; go on without --cluster")
+        film.check(self.origin, path)
+        if film.state["block"] != cut.samples and "blocks" in film.state:
+            raise FilmError(f"{path}: --block is {film.state['block']} there, {cut.samples} here")
+        self._gain = film.state["gain"]
+        sampling = (EvenSampling if "blocks" in film.state else AdaptiveSampling)(cut, self._until)
+        if not sampling.restore(film.state, film.arrays):
+            raise FilmError(f"{path}: this film has samples beyond --spp {cut.spp}, or a last block that is shorter")
+        self.sampling = sampling
+
+    def metadata(self) -> dict[str, str]:
+        """For the file, without what is in its pixels."""
+        metadata = {name: str(value) for name, value in vars(self._settings).items() if not name.startswith("_")}
+        made_by = {"software": f"fragtracer {__version__}", "scene": self.name, "block": str(self.cut.samples)}
+        found = {"adaptive_decision": decision(self._settings.adaptive, self._gain)}
+        found |= {"workers": str(len(self.drivers)), "checked_blocks": str(self.checked)}
+        return metadata | made_by | found | {"gl_renderer": driver_list(self.drivers)}
+
+
+def driver_list(drivers: Mapping[str, Any]) -> str:
+    """The different ones, for metadata."""
+    return ", ".join(sorted(set(drivers.values())))

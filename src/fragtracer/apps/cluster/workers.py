@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: MIT
+"""The workers of a cluster: which there are, which are trusted, how fast they are, and that they have the scene."""
+
+import asyncio
+import concurrent.futures
+import time
+import warnings
+from collections.abc import Mapping
+from contextlib import suppress
+from typing import Any
+
+from distributed import Client, Future, wait
+
+from fragtracer import __version__
+from fragtracer.apps.cluster import worker as here
+from fragtracer.errors import FragtracerError
+from fragtracer.films import differences
+
+AHEAD = 2  # tasks that each worker has, so that it does not wait for the next
+_GLANCE = 1.0  # seconds, between looks at which workers there are
+_LONGEST, _SHORTEST = 10.0, 0.25  # seconds of a task, where a tile can be cut so
+_NEWEST = 0.3  # weight of the last task in the speed of a worker
+GONE = "the scheduler of the cluster is gone"
+
+
+class Workers:
+    """Those of ``client`` that may render the pickled ``scene``; ``patience`` is for how many seconds, at least, one
+    waits for a task."""
+
+    def __init__(self, client: Client, scene: bytes, patience: float) -> None:
+        self._client, self._content, self.patience = client, scene, patience
+        self.scene: Future | None = None
+        self.alive: list[str] = []  # and not banned
+        self.banned: dict[str, str] = {}  # those that are not used any more, and why
+        self.drivers: dict[str, str] = {}  # of those that have rendered
+        self.slowest = 0.0  # seconds of a task
+        self._speeds: dict[str, float] = {}  # samples a second
+        self._holders: set[str] = set()  # of the scene
+        self._glanced = self._seen = time.monotonic() - _GLANCE
+
+    def greet(self, origin: Mapping[str, str]) -> None:
+        """Refuse a worker that cannot render, or renders otherwise than ``origin`` says, before there is work; leave
+        one that does not answer.
+
+        Raises
+        ------
+        FragtracerError
+            Naming the worker and what is wrong.
+        """
+        addresses = self._client.scheduler_info(n_workers=-1)["workers"]
+        greeted = {a: self._client.submit(here.versions, workers=[a], pure=False, priority=1) for a in addresses}
+        with suppress(TimeoutError):
+            wait(list(greeted.values()), timeout=self.patience)
+        for address, future in greeted.items():
+            if not future.done():
+                self.ban(address, f"it does not answer within {self.patience:.0f} s")
+            elif future.status == "error":
+                raise FragtracerError(
+                    f"the worker {address} cannot render: {future.exception()}; install fragtracer {__version__} there"
+                )
+            elif future.status == "finished":
+                found = future.result()
+                if different := differences({name: origin[name] for name in found}, found):
+                    raise FragtracerError(f"the worker {address} has another fragtracer: {different}")
+
+    def glance(self) -> bool:
+        """Now and then, look which workers there are, and send the scene to those that do not have it; whether this was
+        done now.
+
+        Raises
+        ------
+        FragtracerError
+            If the scheduler is gone, or no worker is left.
+        """
+        now = time.monotonic()
+        if now - self._glanced < _GLANCE:
+            return False
+        self._glanced = now
+        if self._client.status != "running":
+            raise FragtracerError(GONE)
+        try:
+            known = self._client.scheduler_info(n_workers=-1)["workers"]
+        except (OSError, TimeoutError) as error:
+            raise FragtracerError(f"{GONE}: {error}") from None
+        self.alive = sorted(address for address in known if address not in self.banned)
+        if known and not self.alive:
+            why = "; ".join(f"{name}: {reason}" for name, reason in self.banned.items())
+            raise FragtracerError(f"no worker of the cluster is left to render: {why}")
+        self._seen = now if self.alive else self._seen
+        if new := sorted(set(self.alive) - self._holders):
+            with suppress(TimeoutError):  # of workers that have just died
+                (self.scene,) = self._client.scatter(
+                    [self._content], workers=new, broadcast=True, hash=True, timeout=_GLANCE
+                )
+                self._holders |= set(new)
+        if now - self._seen > self.patience:
+            raise FragtracerError(f"the cluster has had no workers for {self.patience:.0f} s")
+        return True
+
+    @property
+    def ready(self) -> list[str]:
+        """Those that have the scene, the fastest first."""
+        ready = [address for address in self.alive if address in self._holders]
+        return sorted(ready, key=lambda address: -self._speeds.get(address, 0))
+
+    def lose_scene(self) -> None:
+        """All that had the scene have died."""
+        self._holders.clear()
+        self.alive.clear()
+
+    def note(self, address: str, driver: str, samples: int, seconds: float) -> None:
+        """How long a task took."""
+        self.drivers[address] = driver
+        self.slowest = max(self.slowest, seconds)
+        if samples:
+            speed = samples / max(seconds, 1e-6)
+            known = self._speeds.get(address, speed)
+            self._speeds[address] = known + _NEWEST * (speed - known)
+
+    def most(self, address: str, block: int, left: float) -> float:
+        """Samples of the next task of a worker: a whole ``block`` for the fastest, less for slower ones, so that each
+        takes as long; less also when few are ``left``, so that all end together."""
+        if address not in self._speeds:
+            return block
+        speed = self._speeds[address]
+        most = min(block * speed / max(self._speeds[a] for a in self._speeds), speed * _LONGEST)
+        return max(min(most, left / (AHEAD * max(1, len(self.alive)))), speed * _SHORTEST)
+
+    def others(self, driver: str, *but: str) -> list[str]:
+        """Those with the same driver, besides some; those of which nothing is known yet among them."""
+        return [a for a in self.ready if a not in but and self.drivers.get(a, driver) == driver]
+
+    def ban(self, address: str, why: str) -> None:
+        """Use a worker no more."""
+        warnings.warn(f"the worker {address} is not used any more: {why}", stacklevel=2)
+        self.banned[address] = why
+        self.alive = [worker for worker in self.alive if worker != address]
+        self._speeds.pop(address, None)
+
+    def has_gone(self) -> bool:
+        """Whether the scheduler has."""
+        return bool(self._client.status != "running")
+
+    def submit(self, addresses: list[str], *arguments: Any, priority: int = 0) -> Future:
+        """Have a part rendered by one of some; ``arguments`` are those of
+        :func:`fragtracer.apps.cluster.worker.render_part` after the scene."""
+        return self._client.submit(
+            here.render_part, self.scene, *arguments, workers=addresses, pure=False, priority=priority
+        )
+
+    def fetch(self, future: Future) -> concurrent.futures.Future[Any]:
+        """Its result, when it is here; nobody waits for it, since a worker may die or fall silent on the way."""
+
+        async def gathered() -> Any:
+            return await self._client.gather(future, asynchronous=True)
+
+        return asyncio.run_coroutine_threadsafe(gathered(), self._client.loop.asyncio_loop)
