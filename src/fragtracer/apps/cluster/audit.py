@@ -43,7 +43,7 @@ def _third(
 ) -> Rendered:
     if others := workers.others(first.driver, first.worker, second.worker):
         try:
-            found: Rendered = workers.submit(others, *arguments, priority=2).result(timeout=workers.patience)
+            found: Rendered = workers.submit(others[0], *arguments, priority=2).result(timeout=workers.patience)
             if found.driver == first.driver:
                 return found
         except Exception as error:  # of that worker

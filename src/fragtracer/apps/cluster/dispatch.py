@@ -163,7 +163,7 @@ class Dispatcher:
     def _send(self, address: str, render: Render, task: Task, suspect: Rendered | None = None) -> None:
         arguments = (self._key, render.frame, render.sampling.part(task))
         priority = -task.step if suspect is None else 1
-        future = self.workers.submit([address], *arguments, priority=priority)
+        future = self.workers.submit(address, *arguments, priority=priority)
         flight = _Flight(future, render, render.sampling, task, address, arguments, time.monotonic(), suspect)
         key = str(future.key)
         self._flights[key] = flight
@@ -197,8 +197,8 @@ class Dispatcher:
             rendered = result.result()
         except FragtracerError as error:
             self._retry(flight, str(error))
-        except (CancelledError, FutureCancelledError):  # the only workers that had the scene have died
-            self.workers.lose_scene()
+        except (CancelledError, FutureCancelledError):  # the worker has lost the scene
+            self.workers.lose_scene(flight.worker)
             self._put_back(flight)
         except Exception as error:  # of a worker, its death included
             if self.workers.has_gone():

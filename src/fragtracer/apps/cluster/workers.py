@@ -20,6 +20,7 @@ AHEAD = 2  # tasks that each worker has, so that it does not wait for the next
 _GLANCE = 1.0  # seconds, between looks at which workers there are
 _LONGEST, _SHORTEST = 10.0, 0.25  # seconds of a task, where a tile can be cut so
 _NEWEST = 0.3  # weight of the last task in the speed of a worker
+_SENDING = 10  # times the patience, after which a worker that has not taken the scene is left
 GONE = "the scheduler of the cluster is gone"
 
 
@@ -29,13 +30,14 @@ class Workers:
 
     def __init__(self, client: Client, scene: bytes, patience: float) -> None:
         self._client, self._content, self.patience = client, scene, patience
-        self.scene: Future | None = None
         self.alive: list[str] = []  # and not banned
         self.banned: dict[str, str] = {}  # those that are not used any more, and why
         self.drivers: dict[str, str] = {}  # of those that have rendered
         self.slowest = 0.0  # seconds of a task
         self._speeds: dict[str, float] = {}  # samples a second
-        self._holders: set[str] = set()  # of the scene
+        # The scene on each worker, a future of its own: of one that several hold, Dask's memory manager keeps one copy.
+        self._scenes: dict[str, Future] = {}
+        self._sending: dict[str, tuple[concurrent.futures.Future[Future], float]] = {}  # those on the way, since when
         self._glanced = self._seen = time.monotonic() - _GLANCE
 
     def greet(self, origin: Mapping[str, str]) -> None:
@@ -87,12 +89,14 @@ class Workers:
             why = "; ".join(f"{name}: {reason}" for name, reason in self.banned.items())
             raise FragtracerError(f"no worker of the cluster is left to render: {why}")
         self._seen = now if self.alive else self._seen
-        if new := sorted(set(self.alive) - self._holders):
-            with suppress(TimeoutError):  # of workers that have just died
-                (self.scene,) = self._client.scatter(
-                    [self._content], workers=new, broadcast=True, hash=True, timeout=_GLANCE
-                )
-                self._holders |= set(new)
+        for address in set(self.alive) - set(self._scenes) - set(self._sending):
+            self._sending[address] = self._send_scene(address), now
+        for address, (_, since) in list(self._sending.items()):
+            if address not in known:
+                del self._sending[address]
+            elif now - since > _SENDING * self.patience:
+                del self._sending[address]
+                self.ban(address, f"it has not taken the scene within {_SENDING * self.patience:.0f} s")
         if now - self._seen > self.patience:
             raise FragtracerError(f"the cluster has had no workers for {self.patience:.0f} s")
         return True
@@ -100,13 +104,16 @@ class Workers:
     @property
     def ready(self) -> list[str]:
         """Those that have the scene, the fastest first."""
-        ready = [address for address in self.alive if address in self._holders]
+        for address in [address for address, (sent, _) in self._sending.items() if sent.done()]:
+            sent, _ = self._sending.pop(address)
+            if sent.exception() is None:  # otherwise it is sent again, if the worker is still there
+                self._scenes[address] = sent.result()
+        ready = [address for address in self.alive if address in self._scenes]
         return sorted(ready, key=lambda address: -self._speeds.get(address, 0))
 
-    def lose_scene(self) -> None:
-        """All that had the scene have died."""
-        self._holders.clear()
-        self.alive.clear()
+    def lose_scene(self, address: str) -> None:
+        """A worker does not have it any more."""
+        self._scenes.pop(address, None)
 
     def note(self, address: str, driver: str, samples: int, seconds: float) -> None:
         """How long a task took."""
@@ -141,12 +148,20 @@ class Workers:
         """Whether the scheduler has."""
         return bool(self._client.status != "running")
 
-    def submit(self, addresses: list[str], *arguments: Any, priority: int = 0) -> Future:
-        """Have a part rendered by one of some; ``arguments`` are those of
+    def submit(self, address: str, *arguments: Any, priority: int = 0) -> Future:
+        """Have a part rendered by one that is :attr:`ready`; ``arguments`` are those of
         :func:`fragtracer.apps.cluster.worker.render_part` after the scene."""
+        scene = self._scenes[address]
         return self._client.submit(
-            here.render_part, self.scene, *arguments, workers=addresses, pure=False, priority=priority
+            here.render_part, scene, *arguments, workers=[address], pure=False, priority=priority
         )
+
+    def _send_scene(self, address: str) -> concurrent.futures.Future[Future]:
+        async def scattered() -> Future:
+            (scene,) = await self._client.scatter([self._content], workers=[address], hash=False, asynchronous=True)
+            return scene
+
+        return asyncio.run_coroutine_threadsafe(scattered(), self._client.loop.asyncio_loop)
 
     def fetch(self, future: Future) -> concurrent.futures.Future[Any]:
         """Its result, when it is here; nobody waits for it, since a worker may die or fall silent on the way."""
