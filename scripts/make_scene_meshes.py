@@ -38,6 +38,13 @@ def knot() -> Mesh:
     return patch(surface, 24, 200)
 
 
+def ring() -> Mesh:
+    """A band of 0.5 m radius, 0.24 m high and 2.4 cm thick, with rounded edges."""
+    turn = np.linspace(-np.pi / 2, 3 * np.pi / 2, 41)
+    across, up = (np.sign(wave) * np.abs(wave) ** 0.4 for wave in (np.cos(turn), np.sin(turn)))
+    return lathe(np.stack([0.5 + 0.012 * across, 0.12 + 0.12 * up], -1), 128, 40)
+
+
 def height_field() -> Mesh:
     """Hills on a square of 4 m: octaves of smooth waves in many directions."""
     rng = np.random.default_rng(7)
@@ -230,7 +237,24 @@ def write_glb(path: Path, mesh: Mesh) -> None:
 
 
 MAKERS: Sequence[Callable[[], Mesh]] = (
-    *(knot, height_field, teapot, bowl, goblet, vase, apple, pear, lemon, orange, stem, cloth, lantern, leaf, sheet),
+    *(
+        knot,
+        ring,
+        height_field,
+        teapot,
+        bowl,
+        goblet,
+        vase,
+        apple,
+        pear,
+        lemon,
+        orange,
+        stem,
+        cloth,
+        lantern,
+        leaf,
+        sheet,
+    ),
 )
 
 

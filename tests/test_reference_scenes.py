@@ -52,6 +52,7 @@ SPP, SPP_OF_MESHES = 1024, 256
 OTHER_SPP = {
     "caustic": 2048,
     "cornell-box": 2048,
+    "five-lights": 2048,
     "furnace": 256,
     "knot": 1024,
     "light-size-0": 256,
@@ -60,6 +61,7 @@ OTHER_SPP = {
     "mirror": 4096,
     "overcast": 256,
     "red-bounce": 256,
+    "ring": 2048,
     "sphere-field": 128,
     "spheres-49": 1024,
     "still-life": 1536,
