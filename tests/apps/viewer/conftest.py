@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """A display for the windows of the tests, and the scenarios that drive one."""
 
+import json
 import os
 import shutil
 import subprocess
@@ -36,22 +37,25 @@ def _settings_of_the_tests(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
 
 
+@pytest.fixture(scope="session")
+def scenarios() -> Iterator[subprocess.Popen[str]]:
+    """The process that scenarios are forked from."""
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+    with subprocess.Popen([sys.executable, str(SCENARIOS)], **pipes) as process:
+        yield process
+
+
 @pytest.fixture
-def play(display: str, tmp_path: Path) -> Callable[[str], str]:
+def play(display: str, scenarios: subprocess.Popen[str], tmp_path: Path) -> Callable[[str], None]:
     """Runs a scenario, as "looking.orbits", in a process and folder of its own."""
 
-    def run(name: str) -> str:
+    def run(name: str) -> None:
         environment = os.environ | {"DISPLAY": display, "XDG_CONFIG_HOME": str(tmp_path / "config")}
         environment.pop("WAYLAND_DISPLAY", None)
-        done = subprocess.run(
-            [sys.executable, str(SCENARIOS), name],
-            env=environment,
-            cwd=tmp_path,
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        assert done.returncode == 0, done.stderr[-4000:]
-        return done.stdout
+        assert scenarios.stdin is not None
+        assert scenarios.stdout is not None
+        print(json.dumps([name, str(tmp_path), environment]), file=scenarios.stdin, flush=True)
+        status = scenarios.stdout.readline()
+        assert status == "0\n", (status, (tmp_path / "stderr.txt").read_text("utf-8")[-4000:])
 
     return run

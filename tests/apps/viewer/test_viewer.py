@@ -38,7 +38,7 @@ NAMES = (
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_scenario(play: Callable[[str], str], name: str) -> None:
+def test_scenario(play: Callable[[str], None], name: str) -> None:
     play(name)
 
 

@@ -2,6 +2,7 @@
 """The rays and vertices of a sample, counted by a variant of the same program."""
 
 from dataclasses import dataclass
+from typing import Any
 
 from fragtracer.apps.bench.variants import COUNT_WORK, edited_shaders
 from fragtracer.renderer import Renderer
@@ -9,6 +10,8 @@ from fragtracer.scene import Scene
 
 _SIDE = 64  # pixels of the longer side of the image that is counted
 _SPP = 64
+# Compiling the scene into the program would take longer than so few samples.
+_SETTINGS: dict[str, Any] = {"rays": 16, "adaptive": "off", "guiding": "off", "specialised": False}
 
 
 @dataclass(frozen=True)
@@ -31,7 +34,7 @@ def count_work(scene: Scene, spp: int = _SPP) -> Work:
     width, height = (max(1, round(scale * side)) for side in (settings.width, settings.height))
     with (
         edited_shaders(COUNT_WORK) as shaders,
-        Renderer(scene, (width, height), shaders=shaders, rays=16, adaptive="off", guiding="off") as renderer,
+        Renderer(scene, (width, height), shaders=shaders, **_SETTINGS) as renderer,
     ):
         path_rays, shadow_rays, vertices = renderer.render(spp).mean((0, 1), dtype=float).tolist()
     return Work(path_rays, shadow_rays, vertices)

@@ -12,6 +12,7 @@ from fragtracer.io.toml import load
 from fragtracer.renderer import Renderer
 
 _SEEDS, _SPP, _SIZE = 16, 64, (48, 36)
+_SETTINGS: dict[str, Any] = {"bounces": 3, "rays": _SPP, "adaptive": "off"}  # a pilot for each seed would take longer
 _LIMIT = 4.5  # |t| of 30 degrees of freedom: one in ten thousand
 
 
@@ -27,7 +28,7 @@ def findings(context: Any) -> Iterator[Finding]:
 
 def _means(context: Any, name: str, estimator: str) -> NDArray[np.float64]:
     """The mean of the picture for each seed."""
-    with Renderer(load(name), _SIZE, context, estimator=estimator, bounces=3, rays=_SPP) as renderer:
+    with Renderer(load(name), _SIZE, context, estimator=estimator, **_SETTINGS) as renderer:
         means = []
         for seed in range(_SEEDS):
             renderer.reset(seed=seed)

@@ -13,7 +13,7 @@ from fragtracer.apps.viewer.session import path_of
 GOLD = ("spheres", 1)
 
 
-def opened(scene: str = "three-spheres", size: tuple[int, int] = (800, 500), guides: bool = False) -> Viewer:
+def opened(scene: str = "three-spheres", size: tuple[int, int] = (640, 400), guides: bool = False) -> Viewer:
     """A viewer that has shown a frame; without ``guides`` no process learns where light comes from, which takes longer
     than most scenarios."""
     viewer = Viewer(ft.load(scene), path_of(scene), size)

@@ -49,7 +49,7 @@ def compares_with_mitsuba() -> None:
 
 def compares_split_sum_with_the_truth() -> None:
     """The approximation left of the line, the path-traced picture right of it, then the map of its error."""
-    with opened("overcast", (560, 340)) as viewer:
+    with opened("overcast", (420, 260)) as viewer:
         hand = Hand(viewer)
         scene = viewer.session.document.scene
         settings = replace(scene.render, integrator="split-sum", background="irradiance")

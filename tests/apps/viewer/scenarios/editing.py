@@ -27,7 +27,7 @@ def edits_a_material() -> None:
         return value
 
     widgets.slider = watched
-    with opened(size=(760, 720), guides=True) as viewer:
+    with opened(size=(660, 720)) as viewer:
         hand = Hand(viewer)
         center = viewer.session.document.part(GOLD).center
         hand.click(*hand.place_of(center))
@@ -126,7 +126,7 @@ def answers_while_a_sky_is_made() -> None:
 
     environments.sky_pixels = held
     may_finish.set()
-    with opened("sun-sky", (560, 340)) as viewer:
+    with opened("sun-sky", (420, 260)) as viewer:
         hand = Hand(viewer)
         for integrator in ("path", "split-sum"):
             set_render(viewer, integrator=integrator)

@@ -36,7 +36,7 @@ class Hand:
             assert time.monotonic() < end, f"{what}: not within {seconds} s"
             self.viewer.frame()
             if self.viewer.refiner.is_preparing:
-                time.sleep(0.05)  # leaves the processor to the process that prepares
+                time.sleep(0.1)  # leaves the processor to the process that prepares
 
     def move(self, x: float, y: float) -> None:
         """To a place in the window, in its coordinates from the top left."""

@@ -17,7 +17,7 @@ from fragtracer.io.images import read_image
 
 def converges() -> None:
     """The picture is that of ``fragtracer render``, and is shown by the curves of display/tone.py."""
-    with opened(size=(560, 340), guides=True) as viewer:
+    with opened(size=(480, 280), guides=True) as viewer:
         hand = Hand(viewer)
         refined(viewer, hand, 64)
         width, height = viewer.renderer.size

@@ -62,7 +62,7 @@ def goes_to_a_monitor_of_high_density() -> None:
     """There the window opens twice as large, text is twice as large, and a click meets what is under it."""
     say_density(192)
     try:
-        viewer = opened()
+        viewer = opened(size=(800, 500))
     finally:
         say_density(96)
     with viewer:
@@ -86,7 +86,7 @@ def draws_more_pixels_than_the_window_has_units() -> None:
     """On macOS and Wayland the picture has more pixels than the window has units, and fills them."""
     size = glfw.get_framebuffer_size
     glfw.get_framebuffer_size = lambda handle: tuple(2 * n for n in size(handle))
-    with opened() as viewer:
+    with opened(size=(800, 500)) as viewer:
         hand = Hand(viewer)
         assert viewer.screen.window.pixels_per_unit == 2.0
         refined(viewer, hand, 2)
