@@ -22,12 +22,13 @@ from fragtracer.apps.bench.yardstick import sampling_for
 from fragtracer.apps.cli.options import parse_size
 from fragtracer.apps.compare.measures import auto_exposure, displayed
 
+SPP = 1024  # that are asked for: small pictures are not guided
 REFERENCE_TIME = 8.0  # of each of its two images, in times of the pictures
 
 
 def pictures(name: str, size: tuple[int, int], bounces: int, seconds: float) -> np.ndarray:
     """A row of the strip, (height, 4 width, 3)."""
-    scene = with_settings(case(name), size, bounces=bounces)
+    scene = with_settings(case(name), size, bounces=bounces, spp=SPP)
     reference = make_reference(scene, REFERENCE_TIME * seconds)
 
     def sampled(contender: Ours | Mitsuba) -> np.ndarray:
