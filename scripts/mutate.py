@@ -1,17 +1,19 @@
 # SPDX-License-Identifier: MIT
 """Plants random errors in the shaders, one at a time, and says which of them no test finds.
 
-usage: python scripts/mutate.py [--count 200] [--seed 1] [--jobs N] [--output survivors.md]
+usage: python scripts/mutate.py [--count 200] [--seed 1] [--jobs N] [--kept fates.jsonl] [--output survivors.md]
 
 The errors: another operator, a factor dropped, a constant 1 % larger, another sign, min for max, a whole number one
 larger. Each is planted in a copy of the checkout, where the tests of its folder run first and then those of the whole
 picture, up to the first that fails. A program that glslangValidator rejects is no error that anyone would miss, and
-another is drawn for it. The same seed draws the same errors from the same shaders.
+another is drawn for it. The same seed draws the same errors from the same shaders, and --kept does not plant again
+what an earlier call has judged.
 
 A survivor is either an error for which a test is missing, or one that changes nothing: read it, and write the test.
 """
 
 import argparse
+import json
 import os
 import random
 import re
@@ -31,28 +33,38 @@ from fragtracer.shader_composer import compose
 CHECKOUT = Path(__file__).resolve().parents[1]
 COPIED = ("src", "shaders", "scenes", "tests", "pyproject.toml")
 
-# The tests of what a folder of shaders holds, the quickest first.
+# The tests of what a folder of shaders, or a program, holds, the quickest first.
 OWN = {
-    "bsdf": ("shaders/test_fresnel.py", "shaders/test_ggx.py", "shaders/test_bsdf_values.py", "test_textured.py",
-             "shaders/test_bsdf_sample.py"),
+    "auxiliary.frag": ("apps/viewer/test_display.py", "apps/viewer/test_session.py", "test_split_sum.py"),
+    "bsdf": ("shaders/test_fresnel.py", "shaders/test_ggx.py", "shaders/test_bsdf_values.py", "shaders/test_coats.py",
+             "test_textured.py", "shaders/test_bsdf_sample.py", "test_dielectrics.py"),
     "camera": ("shaders/test_camera.py",),
     "core": ("shaders/test_math.py", "shaders/test_hash.py", "shaders/test_warp.py", "test_cube_maps.py"),
     "display": ("apps/viewer/test_display.py",),
-    "film": ("shaders/test_film.py", "shaders/test_pixel_filter.py"),
-    "integrator": ("test_furnace.py", "test_direct_light.py", "test_split_sum.py", "test_environment_light.py"),
+    "film": ("shaders/test_film.py", "shaders/test_pixel_filter.py", "test_adaptive_sampling.py", "test_aov.py"),
+    "guiding": ("shaders/test_guiding.py", "test_guiding.py"),
+    "integrator": ("test_furnace.py", "test_direct_light.py", "test_dielectrics.py", "test_media.py",
+                   "test_split_sum.py", "test_environment_light.py"),
+    "layers.frag": ("test_aov.py", "test_denoise.py"),
     "light": ("shaders/test_sphere_light.py", "shaders/test_environment.py", "shaders/test_mesh_light.py",
               "shaders/test_light.py", "test_split_sum.py"),
-    "material": ("shaders/test_material.py", "test_textured.py"),
+    "material": ("shaders/test_material.py", "test_textured.py", "test_anisotropy.py"),
+    "medium": ("shaders/test_medium.py", "test_media.py"),
+    "photons.frag": ("test_guiding.py",),
     "sampler": ("shaders/test_sampler.py", "test_convergence.py"),
     "scene": ("shaders/test_scene_layout.py", "shaders/test_material.py", "shaders/test_texture.py",
               "shaders/test_mesh.py", "shaders/test_light.py"),
     "shape": ("shaders/test_shapes.py", "shaders/test_intersect.py", "shaders/test_mesh.py"),
     "split_sum": ("test_cube_maps.py",),
+    "split_sum.frag": ("test_split_sum.py",),
     "texture": ("shaders/test_texture.py", "test_cube_maps.py"),
 }  # fmt: skip
 # Then those of the whole picture.
 ALL = ("test_furnace.py", "test_direct_light.py", "test_estimators.py", "test_textured.py", "test_robustness.py",
-       "test_same_picture.py", "test_split_sum.py", "shaders", "studio.py::comparison_with_mitsuba")  # fmt: skip
+       "test_same_picture.py", "test_split_sum.py", "test_dielectrics.py", "test_media.py", "test_guiding.py",
+       "test_adaptive_sampling.py", "test_aov.py", "test_convergence.py", "shaders",
+       "studio.py::comparison_with_mitsuba", "apps/viewer/test_display.py", "test_reference_scenes.py",
+       "test_reference_meshes.py")  # fmt: skip
 
 _NUMBER = r"(?<![\w.])(?:\d+\.\d*(?:e-?\d+)?|\d*\.\d+(?:e-?\d+)?)(?![\w.])"
 _OPERAND = r"(?:\w+(?:\.\w+)?(?:\([^()]*\))?)"
@@ -148,7 +160,7 @@ class Copy:
         try:
             if not is_valid(shaders, error.file):
                 return "invalid"
-            own = OWN.get(error.file.split("/")[0], ()) if "/" in error.file else ()
+            own = OWN.get(error.file.split("/")[0], ())
             return self._failure(own) or self._failure([name for name in ALL if name not in own])
         finally:
             (shaders / error.file).write_text(original, "utf-8")
@@ -187,9 +199,14 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=200, help="errors that compile")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--kept", type=Path, help="a file of what was judged, added to and not judged again")
     parser.add_argument("--output", type=Path, help="a file for the survivors")
     options = parser.parse_args()
     errors = drawn(options.seed)
+    known: dict[str, str] = {}
+    if options.kept and options.kept.is_file():
+        lines = options.kept.read_text("utf-8").splitlines()
+        known = {judgement["error"]: judgement["fate"] for judgement in map(json.loads, lines)}
     fates: list[tuple[Error, str]] = []
     with tempfile.TemporaryDirectory(prefix="fragtracer-mutate-") as folder:
         copies: Queue[Copy] = Queue()
@@ -197,11 +214,17 @@ def main() -> None:
             copies.put(Copy(Path(folder) / str(number)))
 
         def judged(error: Error) -> tuple[Error, str]:
+            if str(error) in known:
+                return error, known[str(error)]
             copy = copies.get()
             try:
-                return error, copy.fate(error)
+                fate = copy.fate(error)
             finally:
                 copies.put(copy)
+            if options.kept:
+                with options.kept.open("a", encoding="utf-8") as kept:
+                    kept.write(json.dumps({"error": str(error), "fate": fate}) + "\n")
+            return error, fate
 
         with ThreadPoolExecutor(options.jobs) as pool:
             while len(fates) < options.count:
