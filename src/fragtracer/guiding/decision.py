@@ -18,8 +18,8 @@ from fragtracer.scene import Material, RenderSettings, Scene
 _LEAST_SAMPLES = 2**24  # of a picture; to trace them takes about as long as to learn
 _LEAST_BOUNCES = 2  # light that reaches a surface over another takes so many
 _WIDEST = 0.5  # GGX width of a lobe that may be narrow somewhere
-_COST = 1.5  # of a guided sample over another (docs/sampling.md)
-_WIDTH, _SAMPLES = 96, 64  # of the measurement
+_COST = 1.7  # of a guided sample over another (docs/sampling.md)
+_WIDTH, _SAMPLES, _MORE_SAMPLES = 96, 64, 256  # of the measurement
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,10 +76,12 @@ def _may_be_narrow(material: Material) -> bool:
 
 
 def measure(ctx: Any, scene: Scene, settings: RenderSettings, guide: Guide) -> float:
-    """By how much ``guide`` lowers the relative variance of a small picture of ``scene``, mean over its pixels.
+    """By how much ``guide`` lowers the relative variance of ``scene``, mean over the pixels.
 
-    Both variances come from guided paths: they find the rare and bright ones, which without guiding no small number
-    of samples shows.
+    Both variances come from a small picture of guided paths: they find the rare and bright ones, which without guiding
+    no small number of samples shows. What guiding does not find, they do not find either: where the gain falls with the
+    number of samples, it is taken to fall on in the same way until the number that the smallest picture has for which
+    this is asked.
     """
     size = (_WIDTH, max(1, round(_WIDTH * settings.height / settings.width)))
     packed = guide.applied(pack(scene, settings, *size))
@@ -92,15 +94,25 @@ def _measured(ctx: Any, packed: PackedScene, size: tuple[int, int]) -> NDArray[n
     film = Film(ctx, *size)
     tracer = Tracer(ctx, packed, program)
     try:
-        for _ in tracer.bands(film, _SAMPLES):
-            pass
-        mean = film.read().mean.astype(np.float64)
+        gain = _gain(tracer, film, _SAMPLES)
+        if gain >= _COST:
+            before, gain = gain, _gain(tracer, film, _MORE_SAMPLES - _SAMPLES)
+            steps = np.log(_LEAST_SAMPLES / (size[0] * size[1] * _MORE_SAMPLES)) / np.log(_MORE_SAMPLES / _SAMPLES)
+            gain *= min(1.0, gain / before) ** max(0.0, float(steps))
     finally:
         tracer.release()
         film.release()
+    return np.asarray(gain)
+
+
+def _gain(tracer: Tracer, film: Film, samples: int) -> float:
+    """The ratio of the variances after so many more samples."""
+    for _ in tracer.bands(film, samples):
+        pass
+    mean = film.read().mean.astype(np.float64)
     found, guided, unguided = (mean[..., i] for i in range(3))
     squared = np.square(found) + 1e-2 * np.square(found.mean())
     if not squared.max() > 0:
-        return np.ones(())
+        return 1.0
     variances = [np.maximum(moment - np.square(found), 0) / squared for moment in (guided, unguided)]
-    return np.asarray(variances[1].mean() / max(variances[0].mean(), 1e-30))
+    return float(variances[1].mean() / max(variances[0].mean(), 1e-30))

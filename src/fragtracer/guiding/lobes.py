@@ -53,7 +53,7 @@ def fit(photons: Photons) -> Lobes:
     parent = np.repeat(np.arange(total), edges**3)
 
     above = _lobes_of(photons, coarse, total)
-    there = np.flatnonzero(count)
+    there = np.flatnonzero(above[2].any(axis=1))
     middle = np.stack(np.unravel_index(np.arange(total), size[::-1])[::-1], axis=1)
     nearest = there[[int(np.square(middle[there] - m).sum(axis=1).argmin()) for m in middle]]
     points, widths, flux = _lobes_of(photons, cell, len(parent))
