@@ -10,7 +10,7 @@ const WIDTH = 4096; // of a folded texture, as shaders/scene/storage.glsl has it
 const FIRST_BAND = 4096; // pixel samples
 const BLOCK_ROWS = 4; // drivers shade pixels in blocks, which a band should not cut
 const MOST_GROWTH = 4; // of a band over the one before
-const MOST_RAYS = 16; // of a pixel in a pass
+const MOST_RAYS = 64; // of a pixel in a pass
 const MOST_ROUNDS = 65000; // of all loops in a draw; llvmpipe stops a shader after 65,535
 // Seconds that a band is meant to take: the page, too, is drawn by this device.
 const BUDGET = { gpu: 0.012, software: 0.1 };
