@@ -25,13 +25,14 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from queue import Queue
 
 from fragtracer.shader_composer import compose
 
 CHECKOUT = Path(__file__).resolve().parents[1]
-COPIED = ("src", "shaders", "scenes", "tests", "pyproject.toml")
+LEFT_OUT = (".git", ".venv", "__pycache__", ".*_cache", "node_modules", "out", "site", "dist", "build")
 
 # The tests of what a folder of shaders, or a program, holds, the quickest first.
 OWN = {
@@ -143,12 +144,7 @@ class Copy:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        for name in COPIED:
-            source = CHECKOUT / name
-            if source.is_dir():
-                shutil.copytree(source, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
-            else:
-                shutil.copy(source, folder / name)
+        shutil.copytree(CHECKOUT, folder, ignore=shutil.ignore_patterns(*LEFT_OUT), dirs_exist_ok=True)
         self._environment = os.environ | {"PYTHONPATH": str(folder / "src")}
 
     def fate(self, error: Error) -> str:
@@ -161,11 +157,11 @@ class Copy:
             if not is_valid(shaders, error.file):
                 return "invalid"
             own = OWN.get(error.file.split("/")[0], ())
-            return self._failure(own) or self._failure([name for name in ALL if name not in own])
+            return self.failure(own) or self.failure([name for name in ALL if name not in own])
         finally:
             (shaders / error.file).write_text(original, "utf-8")
 
-    def _failure(self, tests: Sequence[str]) -> str:
+    def failure(self, tests: Sequence[str]) -> str:
         """The first of the tests that fails, "" where there is none."""
         if not tests:
             return ""
@@ -212,6 +208,10 @@ def main() -> None:
         copies: Queue[Copy] = Queue()
         for number in range(options.jobs):
             copies.put(Copy(Path(folder) / str(number)))
+
+        # A test that fails without an error finds none.
+        if not known and (fails := copies.queue[0].failure(list(dict.fromkeys([*chain(*OWN.values()), *ALL])))):
+            sys.exit(f"{fails} fails without an error: mend it first")
 
         def judged(error: Error) -> tuple[Error, str]:
             if str(error) in known:
