@@ -17,7 +17,8 @@ from fragtracer.apps.viewer.panels import significance as panel
 def compares_with_mitsuba() -> None:
     """Mitsuba's picture of the scene comes up beyond the wipe, and goes when the scene changes."""
     pytest.importorskip("mitsuba")
-    with opened(size=(560, 340), guides=True) as viewer:
+    # Without guiding, whose paths find light that Mitsuba's do not meet in so few samples (docs/correctness.md).
+    with opened(size=(560, 340)) as viewer:
         hand = Hand(viewer)
         hand.key("m")
         assert viewer.wipe.is_on
