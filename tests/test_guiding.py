@@ -13,7 +13,8 @@ from test_furnace import EMISSION, INSIDE, furnace
 
 from fragtracer import guiding
 from fragtracer.guiding import Decision, Guide, learn
-from fragtracer.guiding.lobes import LOBES, Lobes
+from fragtracer.guiding.lobes import LOBES, Lobes, fit
+from fragtracer.guiding.photons import Photons
 from fragtracer.io.toml import load
 from fragtracer.renderer import Renderer
 from fragtracer.scene import Ambient, Camera, Light, Material, Scene, Sphere
@@ -110,6 +111,24 @@ def test_guiding_pays_for_caustics(ctx: Any, monkeypatch: pytest.MonkeyPatch) ->
         brightness = np.square(images.mean((0, 3))) + 1e-2 * np.square(images.mean())
         variances.append((images.var(0, ddof=1).mean(-1) / brightness).mean())
     assert variances[0] < 0.5 * variances[1]
+
+
+def test_what_guiding_does_not_find_counts(ctx: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Few samples say that it more than halves the variance of ring, but the more there are, the less it does."""
+    monkeypatch.setattr("fragtracer.guiding.decision.cached", lambda kind, key, make: make())
+    with Renderer(load("ring"), (96, 54), context=ctx, spp=8192) as renderer:
+        assert renderer.metadata()["guiding_decision"].startswith("off: the variance would fall by")
+
+
+def test_too_few_photons_teach_nothing(ctx: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One or two, of which a lobe has no width."""
+    monkeypatch.setattr("fragtracer.guiding.guide.cached", lambda kind, key, make: make())
+    receiver = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+    source = receiver + np.array([0.0, 1.0, 0.0])
+    found = Photons(receiver, source, np.ones(2), np.array([0, 2]), np.ones(2))
+    assert fit(found) is None
+    monkeypatch.setattr("fragtracer.guiding.guide._photons", lambda *_: found)
+    assert learn(ctx, load("three-spheres")) is None
 
 
 @pytest.mark.parametrize(

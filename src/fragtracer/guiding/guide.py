@@ -47,7 +47,7 @@ class Guide:
 
 
 def learn(ctx: Any, scene: Scene, photons: int = _PHOTONS) -> Guide | None:
-    """What photons of ``scene`` teach, or None where none are received; from the disk if it was learned before.
+    """What photons of ``scene`` teach, or None where too few are received; from the disk if it was learned before.
 
     It depends on the scene alone, and not on the camera and the settings.
     """
@@ -60,7 +60,8 @@ def learn(ctx: Any, scene: Scene, photons: int = _PHOTONS) -> Guide | None:
 
     def make() -> dict[str, NDArray[Any]]:
         found = _photons(ctx, packed, targets - np.append(packed.origin, 0), photons)
-        return {} if found is None else {name: np.asarray(value) for name, value in vars(fit(found)).items()}
+        lobes = None if found is None else fit(found)
+        return {} if lobes is None else {name: np.asarray(value) for name, value in vars(lobes).items()}
 
     arrays = cached("guiding", f"{VERSION}-{packed_digest(packed)}-{photons}", make)
     if not arrays:

@@ -37,8 +37,8 @@ class Lobes:
     ratios: Floats
 
 
-def fit(photons: Photons) -> Lobes:
-    """Lobes of ``photons``."""
+def fit(photons: Photons) -> Lobes | None:
+    """Lobes of ``photons``, or None where they are too few for any."""
     low, edge, size = _grid(photons)
     place = np.clip((photons.receiver - low) / edge, 0, size - 1e-6)
     index = np.floor(place).astype(np.int64)
@@ -54,6 +54,8 @@ def fit(photons: Photons) -> Lobes:
 
     above = _lobes_of(photons, coarse, total)
     there = np.flatnonzero(above[2].any(axis=1))
+    if not len(there):
+        return None
     middle = np.stack(np.unravel_index(np.arange(total), size[::-1])[::-1], axis=1)
     nearest = there[[int(np.square(middle[there] - m).sum(axis=1).argmin()) for m in middle]]
     points, widths, flux = _lobes_of(photons, cell, len(parent))
