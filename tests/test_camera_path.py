@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fragtracer.camera_path import CameraPath, turntable
 from fragtracer.errors import SceneError
 from fragtracer.io.toml.camera_paths import load_camera_path
 from fragtracer.scene import Camera
-from fragtracer.scene.camera_path import CameraPath, turntable
 
 CAMERA = Camera((0.0, 1.0, 4.0), (0.0, 0.5, 0.0), fov_degrees=40.0)
 

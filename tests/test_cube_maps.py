@@ -15,7 +15,7 @@ from rendering import Planter
 
 from fragtracer.gpu import cube_maps
 from fragtracer.gpu.cube_maps import MapSizes, brdf_map, environment_maps
-from fragtracer.gpu.probe import probe
+from fragtracer.probe import probe
 from fragtracer.scene.environment import lookup
 
 SMALL = MapSizes(prefiltered=32, levels=4, samples=1024, irradiance=16, brdf=64)
@@ -138,8 +138,7 @@ def test_a_sun_of_one_texel_keeps_its_energy(ctx: moderngl.Context, place: tuple
     pixels[place] = 1e4
     directions, angle = oracle.sphere(4 * ROWS)
     power = lookup(pixels, directions)[:, 0] @ angle
-    with cube_maps.Workshop(ctx) as workshop:
-        levels = workshop.pyramid(pixels)
+    levels = cube_maps.pyramid(ctx, pixels)
     for level in levels[:4]:
         size = level.shape[0] - 2
         x = 2 * np.arange(size + 1) / size - 1

@@ -22,11 +22,11 @@ LAYERS = [
     {"resources", "output", "display"},  # 0
     {"cache"},  # 0
     {"scene", "bvh", "sampling", "aov"},  # 1
-    {"shader_composer", "archive", "denoise"},  # 2
+    {"shader_composer", "archive", "denoise", "camera_path"},  # 2
     {"films"},  # 3
     {"io", "packing"},  # 3
     {"gpu"},  # 4
-    {"guiding"},  # 4
+    {"guiding", "layers", "probe"},  # 4
     {"renderer", "reference"},  # 5
     {"apps.compare"},  # 6
     {"apps.bench", "apps.cluster", "apps.doctor", "apps.viewer", "apps.web"},  # 6

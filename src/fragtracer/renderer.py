@@ -13,35 +13,23 @@ from typing import Any, Literal, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from fragtracer.aov import AOVS, DENOISING, RANKS, checked, matte
+from fragtracer.aov import AOVS, checked
 from fragtracer.errors import FilmError, FragtracerError
 from fragtracer.films import SavedFilm, origin_of
 from fragtracer.gpu.accumulation import Accumulation
 from fragtracer.gpu.context import create_context, describe, is_software
-from fragtracer.gpu.film import Film
 from fragtracer.gpu.layers import LayerTextures
 from fragtracer.gpu.specialise import MOST_LISTED, Level
 from fragtracer.gpu.tracer import Tracer, TracerProgram
 from fragtracer.guiding import Decision, decide, decides, same_light
+from fragtracer.layers import PARTS, FirstSurface, Picture, light
 from fragtracer.packing import PackedScene, matte_names, pack
-from fragtracer.packing.camera import pixel_matrix
 from fragtracer.packing.space import Space
 from fragtracer.sampling.allocation import StagePart, Window
 from fragtracer.sampling.pixels import Pixels
 from fragtracer.scene import Camera, RenderSettings, Scene
 
 PROGRAMS = {"path": "pathtracer.frag", "split-sum": "split_sum.frag"}
-# What the targets of film/parts.glsl hold.
-_PARTS = ("emission", "direct_diffuse", "direct_specular", "indirect_diffuse", "indirect_specular")
-_SUMS = {
-    "direct": _PARTS[1:3],
-    "indirect": _PARTS[3:],
-    "diffuse": _PARTS[1::2],
-    "specular": _PARTS[2::2],
-    **{name: (name,) for name in _PARTS},
-}
-_GEOMETRY_LAYERS = 3  # targets of layers.frag besides those of the film
-_DENOISING_SAMPLES = 64  # at least, of what a denoiser is told
 _FIRST_LOOK = 16  # samples per pixel, at the error
 
 
@@ -131,13 +119,13 @@ class Renderer:
         self._check_window(window)
         with self._current():
             size = width, height
-            self._parts = LayerTextures(self.context, size, len(_PARTS)) if self._has_parts else None
+            self._parts = LayerTextures(self.context, size, len(PARTS)) if self._has_parts else None
             self._film = Accumulation(self.context, *size, self._adaptive, self._parts, window)
             self._tracer = Tracer(self.context, self._packed(), self._program())
             self._film.warm_up(self._tracer)
         self._last_error: float | None = None
         self._next_look = _FIRST_LOOK
-        self._drawn_last: dict[str, tuple[tuple[Camera, int], list[tuple[Pixels, NDArray[np.float32]]]]] = {}
+        self._first_surface = FirstSurface(self.context, self._tracer, self._level, self._shaders)
 
     def sample(self, spp: int = 1, on_band: Callable[[float], None] | None = None) -> None:
         """Add ``spp`` samples per pixel; ``on_band`` hears how many there are so far.
@@ -321,7 +309,7 @@ class Renderer:
                 self._tracer.load(self._packed(), self._program())
             self._film.adaptive = self._adaptive
             self._film.clear()
-        self._drawn_last.clear()
+        self._first_surface.forget()
         self._last_error, self._next_look = None, _FIRST_LOOK
 
     def image(self) -> NDArray[np.float32]:
@@ -388,92 +376,28 @@ class Renderer:
             return self.standard_error()
         if name == "denoising_half_difference":
             return self._read().centred_half_difference().astype(np.float32)
-        if name in _SUMS:
-            return self._light(name)
-        if AOVS[name].matte:
-            return self._matte(name)
-        if name in DENOISING:
-            return self._denoising(name)
-        return self._geometry(name, previous_camera or self.scene.camera)
-
-    def _light(self, name: str) -> NDArray[np.float32]:
-        if self._parts is None:
-            raise FragtracerError(f"the layer {name} must be asked for before: Renderer(scene, aovs=[{name!r}])")
+        settings = self.settings
         with self._current():
-            parts = dict(zip(_PARTS, self._parts.read()[..., :3], strict=True))
-        total: NDArray[np.float32] = np.sum([parts[part] for part in _SUMS[name]], axis=0, dtype=np.float32)
-        return total
-
-    def _matte(self, name: str) -> NDArray[np.float32]:
-        pixels, layers = self._drawn(f"LAYERS_{name.upper()}S", self.scene.camera)[0]
-        ranks = layers.transpose(1, 2, 0, 3).reshape(*layers.shape[1:3], RANKS, 2)
-        return matte(ranks, pixels.mean[..., 3], self.matte_names(name))
+            if AOVS[name].is_light:
+                if self._parts is None:
+                    raise FragtracerError(
+                        f"the layer {name} must be asked for before: Renderer(scene, aovs=[{name!r}])"
+                    )
+                return light(name, self._parts)
+            packed, program, size = self._packed(), self._program(), (settings.width, settings.height)
+            picture = Picture(self.scene, packed, program, size, self.spp, self._samples_are_plain)
+            return self._first_surface.layer(name, picture, previous_camera)
 
     def matte_names(self, name: str) -> list[str]:
         """The names whose ids the matte ``name`` has: meshes by theirs, other shapes by their place in the scene file,
         as "sphere[0]"; materials by their keys."""
         return matte_names(self.scene)[name == "material"]
 
-    def _geometry(self, name: str, previous: Camera) -> NDArray[np.float32]:
-        pixels, (normal, place, motion) = self._drawn("LAYERS_GEOMETRY", previous)[0]
-        is_met = normal[..., 3:] > 0
-        if name == "albedo":
-            return np.ascontiguousarray(pixels.mean[..., :3])
-        if name == "depth":
-            return np.where(is_met[..., 0], place[..., 3], np.float32(np.inf))
-        if name == "position":
-            return np.where(is_met, place[..., :3] + self._packed().origin, 0).astype(np.float32)
-        if name == "motion":
-            return np.ascontiguousarray(motion[..., :2])
-        if name == "normal_camera":
-            axes: NDArray[np.float64] = np.reshape(self._packed().movable["u_inverse_view"], (4, 4))[:3, :3]
-            return np.asarray(normal[..., :3] @ axes.T, np.float32)
-        return np.ascontiguousarray(normal[..., :3])
-
-    def _denoising(self, name: str) -> NDArray[np.float32]:
-        (_, few), (pixels, (normal, light, _)) = self._drawn(
-            "LAYERS_DENOISING", self.scene.camera, max(self.spp, _DENOISING_SAMPLES)
-        )
-        if name == "denoising_albedo":
-            return np.clip(pixels.mean[..., :3], 0, 1)
-        if name == "denoising_normal":
-            return np.ascontiguousarray(normal[..., :3])
-        found = (light if name == "denoising_clean_emission" else few[1])[..., :3]
-        return np.ascontiguousarray(found if self._samples_are_plain else np.zeros_like(found))
-
     @property
     def _samples_are_plain(self) -> bool:
         """Whether those of the picture go the ways of layers.frag as long as surfaces are smooth."""
         traces_paths = self._program().name == PROGRAMS["path"]
         return traces_paths and not (self._film.is_uneven or self.first_sample or "u_guiding" in self._packed().tables)
-
-    def _drawn(self, kind: str, previous: Camera, most: int = 0) -> list[tuple[Pixels, NDArray[np.float32]]]:
-        """What layers.frag draws with the samples that the picture has, and then with ``most``, if there is such a
-        number: its film and its layers (3, height, width, 4); what was drawn last is kept."""
-        known, found = self._drawn_last.get(kind, (None, None))
-        if found is None or known != (previous, self.spp):
-            size = self.settings.width, self.settings.height
-            packed = self._packed()
-            cameras = {"u_to_pixel": self.scene.camera, "u_to_previous_pixel": previous}
-            matrices = {name: pixel_matrix(camera, packed.origin, *size) for name, camera in cameras.items()}
-            with self._current():
-                film = Film(self.context, *size, LayerTextures(self.context, size, _GEOMETRY_LAYERS))
-                try:
-                    program = TracerProgram("layers.frag", {"LAYERS": kind}, self._level, root=self._shaders)
-                    self._tracer.load(packed, program)
-                    self._tracer.set({name: tuple(matrix.T.ravel()) for name, matrix in matrices.items()})
-                    assert film.layers is not None
-                    found = []
-                    for samples in (self.spp, most) if most else (self.spp,):
-                        if samples > film.samples:
-                            for _ in self._tracer.bands(film, samples - film.samples):
-                                pass
-                        found.append((film.read(), film.layers.read()))
-                    self._drawn_last[kind] = (previous, self.spp), found
-                finally:
-                    film.release()
-                    self._tracer.load(packed, self._program())
-        return found
 
     @property
     def spp(self) -> int:

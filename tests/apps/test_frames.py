@@ -10,11 +10,11 @@ import OpenEXR
 import pytest
 from command import TINY, status_of
 
+from fragtracer.camera_path import turntable
 from fragtracer.gpu import tracer
 from fragtracer.io.images import read_image, read_metadata, write_image
 from fragtracer.io.toml import load
 from fragtracer.renderer import Renderer
-from fragtracer.scene.camera_path import turntable
 
 SCENE = "three-spheres-ambient"
 COMMAND = ("render", SCENE, *TINY, "--spp", 4)

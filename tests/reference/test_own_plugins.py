@@ -20,7 +20,7 @@ from shaders.bsdf_models import (
 from shaders.bsdf_probe import run
 from shaders.directions import direction
 
-from fragtracer.gpu.probe import probe
+from fragtracer.probe import probe
 from fragtracer.reference.dielectrics import conductor_bsdf, dielectric_bsdf, medium_tree, plastic_bsdf
 from fragtracer.reference.materials import exact_bsdf
 from fragtracer.reference.meshes import MeshAttributes

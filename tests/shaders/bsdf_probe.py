@@ -9,7 +9,7 @@ from pathlib import Path
 import moderngl
 import numpy as np
 
-from fragtracer.gpu import probe
+from fragtracer import probe
 from fragtracer.resources import folder
 
 from . import Floats

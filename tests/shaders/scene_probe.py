@@ -10,13 +10,13 @@ import moderngl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fragtracer.gpu.probe import probe
 from fragtracer.gpu.specialise import Level, specialise
 from fragtracer.gpu.textures import folded_textures
 from fragtracer.packing import PackedScene
 from fragtracer.packing.hierarchy import RECORDS_IN_ROW
 from fragtracer.packing.records import Words
 from fragtracer.packing.shapes import Kind
+from fragtracer.probe import probe
 from fragtracer.resources import folder
 from fragtracer.scene import Camera, Material, Scene
 from fragtracer.shader_composer import compose

@@ -5,8 +5,8 @@ import moderngl
 import numpy as np
 import pytest
 
-from fragtracer.gpu.probe import probe
 from fragtracer.packing.camera import camera_uniforms
+from fragtracer.probe import probe
 from fragtracer.scene import Camera
 
 from . import Floats

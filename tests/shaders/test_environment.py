@@ -5,9 +5,9 @@ import moderngl
 import numpy as np
 import pytest
 
-from fragtracer.gpu.probe import probe
 from fragtracer.packing import PackedScene, pack
 from fragtracer.packing.environment import environment_tables
+from fragtracer.probe import probe
 from fragtracer.scene import Camera, Environment, Gradient, Panorama, Scene
 from fragtracer.scene.environment import direction_of, lookup, place_of
 

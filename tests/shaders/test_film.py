@@ -5,7 +5,7 @@ import moderngl
 import numpy as np
 import pytest
 
-from fragtracer.gpu.probe import probe
+from fragtracer.probe import probe
 
 from . import Floats
 

@@ -5,7 +5,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from fragtracer.gpu.probe import probe
+from fragtracer.probe import probe
 
 from .chi_square import assert_uniform
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fragtracer.gpu.probe import probe
 from fragtracer.gpu.specialise import Level
 from fragtracer.packing import PackedScene, pack
 from fragtracer.packing.shapes import Kind
+from fragtracer.probe import probe
 from fragtracer.scene import (
     Camera,
     Disk,

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.interpolate import RegularGridInterpolator
 
-from fragtracer.gpu.probe import probe
 from fragtracer.packing import pack
 from fragtracer.packing.media import grid_cells, largest_densities
+from fragtracer.probe import probe
 from fragtracer.scene import Density, Material, Medium, Scene, Sphere
 
 from .chi_square import assert_fits, chi_square, fit, nodes

@@ -7,7 +7,7 @@ import moderngl
 import numpy as np
 import pytest
 
-from fragtracer.gpu.probe import probe
+from fragtracer.probe import probe
 
 from . import Floats
 from .chi_square import assert_fits, fit

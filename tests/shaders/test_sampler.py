@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fragtracer.gpu.probe import probe
 from fragtracer.gpu.tracer import _upload_random_texture
 from fragtracer.packing.random_texture import LAYERS, WIDTH
+from fragtracer.probe import probe
 
 from . import Floats
 from .chi_square import assert_uniform

@@ -4,7 +4,7 @@
 import moderngl
 import numpy as np
 
-from fragtracer.gpu.probe import probe
+from fragtracer.probe import probe
 
 from . import Floats
 from .directions import random_directions, upper_directions

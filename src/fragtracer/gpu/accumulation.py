@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.errors import DeviceError
+from fragtracer.gpu.context import nearest_texture
 from fragtracer.gpu.film import Film, read_pixels
 from fragtracer.gpu.layers import LayerTextures
 from fragtracer.gpu.program import FullscreenProgram
@@ -375,9 +376,7 @@ def _work_texture(ctx: moderngl.Context, image_height: int, window: Window) -> m
     texels = np.empty((window.height, window.width, 2), np.uint32)
     texels[..., 0] = y[:, None] << 16 | x + window.left
     texels[..., 1] = window.first_sample
-    texture = ctx.texture((window.width, window.height), 2, texels.tobytes(), dtype="u4")
-    texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-    return texture
+    return nearest_texture(ctx, (window.width, window.height), 2, texels.tobytes(), "u4")
 
 
 class _List:
@@ -397,8 +396,7 @@ class _List:
         texels[: len(x), 0] = (self._image_height - 1 - self._window.top - y) << 16 | x + self._window.left
         texels[: len(x), 1] = work.first
         blocks = texels.reshape(rows // _BLOCK, width // _BLOCK, _BLOCK, _BLOCK, 2).swapaxes(1, 2)
-        texture = self._ctx.texture((width, rows), 2, np.ascontiguousarray(blocks).tobytes(), dtype="u4")
-        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        texture = nearest_texture(self._ctx, (width, rows), 2, np.ascontiguousarray(blocks).tobytes(), "u4")
         self.film.clear()
         self.film.stage = stage
         try:
@@ -443,8 +441,7 @@ class _StageTextures:
         self._framebuffer = ctx.framebuffer(self.textures)
 
     def _texture(self, components: int, dtype: str) -> moderngl.Texture:
-        texture = self._ctx.texture(self._size, components, dtype=dtype)
-        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        texture = nearest_texture(self._ctx, self._size, components, dtype=dtype)
         self._owned.append(texture)
         return texture
 

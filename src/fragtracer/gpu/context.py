@@ -3,6 +3,8 @@
 
 import os
 import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import moderngl
@@ -82,6 +84,28 @@ def describe(ctx: moderngl.Context) -> dict[str, str]:
 def max_size(ctx: moderngl.Context) -> int:
     """The longest side of an image that can be rendered, in pixels."""
     return int(min(ctx.info["GL_MAX_TEXTURE_SIZE"], *ctx.info["GL_MAX_VIEWPORT_DIMS"]))
+
+
+def nearest_texture(
+    ctx: moderngl.Context, size: tuple[int, int], components: int = 4, data: bytes | None = None, dtype: str = "f4"
+) -> moderngl.Texture:
+    """A texture of (width, height) texels that is read texel by texel."""
+    texture = ctx.texture(size, components, data, dtype=dtype)
+    texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    return texture
+
+
+@contextmanager
+def drawing_to(ctx: moderngl.Context, textures: Sequence[moderngl.Texture]) -> Iterator[moderngl.Framebuffer]:
+    """A framebuffer of ``textures``, bound; afterwards the one that was bound before is bound again."""
+    before = ctx.detect_framebuffer()
+    framebuffer = ctx.framebuffer(textures)
+    try:
+        framebuffer.use()
+        yield framebuffer
+    finally:
+        before.use()  # moderngl would bind the released one again, which is an error
+        framebuffer.release()
 
 
 def is_software(ctx: moderngl.Context) -> bool:

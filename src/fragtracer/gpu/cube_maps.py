@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.cache import Arrays, cached
+from fragtracer.gpu.context import drawing_to
 from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.resources import folder
 from fragtracer.scene.content import content_digest
@@ -67,92 +68,78 @@ def stacked(levels: list[Floats]) -> Floats:
 
 
 def _environment_maps(ctx: moderngl.Context, pixels: Floats, sizes: MapSizes) -> Arrays:
-    with Workshop(ctx) as workshop:
-        levels = workshop.pyramid(pixels)
-        source = {"u_environment": stacked(levels)}
-        size = levels[0].shape[0] - 2
-        common = {"u_environment_size": size}
-        level = max(0, (size // _IRRADIANCE_SOURCE).bit_length() - 1)
-        numbers = common | {"u_level": level}
-        irradiance = workshop.cube("irradiance", sizes.irradiance, 6 * (size >> level) ** 2, source, numbers)
-        prefiltered = []
-        for level in range(sizes.levels):
-            alpha = (level / max(sizes.levels - 1, 1)) ** 2
-            numbers = common | {"u_environment_levels": len(levels), "u_alpha": alpha, "u_samples": sizes.samples}
-            face = sizes.prefiltered >> level
-            prefiltered.append(workshop.cube("prefilter", face, 2 * sizes.samples, source, numbers))
+    levels = pyramid(ctx, pixels)
+    source = {"u_environment": stacked(levels)}
+    size = levels[0].shape[0] - 2
+    common = {"u_environment_size": size}
+    level = max(0, (size // _IRRADIANCE_SOURCE).bit_length() - 1)
+    numbers = common | {"u_level": level}
+    irradiance = _cube(ctx, "irradiance", sizes.irradiance, 6 * (size >> level) ** 2, source, numbers)
+    prefiltered = []
+    for level in range(sizes.levels):
+        alpha = (level / max(sizes.levels - 1, 1)) ** 2
+        numbers = common | {"u_environment_levels": len(levels), "u_alpha": alpha, "u_samples": sizes.samples}
+        face = sizes.prefiltered >> level
+        prefiltered.append(_cube(ctx, "prefilter", face, 2 * sizes.samples, source, numbers))
     return {"irradiance": irradiance, "prefiltered": stacked(prefiltered)}
 
 
 def _brdf_map(ctx: moderngl.Context, geometry: str, sizes: MapSizes) -> Floats:
     numbers = {"u_inverse_size": (1 / sizes.brdf,) * 2, "u_samples": sizes.samples}
     defines = {"GEOMETRY_TERM": f"GEOMETRY_{geometry}"}
-    with Workshop(ctx) as workshop:
-        return workshop.draw("brdf_map", (sizes.brdf, sizes.brdf), sizes.samples, {}, numbers, defines)
+    return _draw(ctx, "brdf_map", (sizes.brdf, sizes.brdf), sizes.samples, {}, numbers, defines)
 
 
-class Workshop:
-    """Draws the maps, and leaves the framebuffer that was bound before in place."""
+def pyramid(ctx: moderngl.Context, pixels: Floats) -> list[Floats]:
+    """An equirectangular map as the levels of a cube map, down to faces of one texel."""
+    while max(pixels.shape) > _LARGEST_MAP:
+        pixels = _halved(pixels)
+    around = max(pixels.shape[1], 2 * pixels.shape[0])
+    size = min(_LARGEST_CUBE, max(_IRRADIANCE_SOURCE, 1 << (around // 4 - 1).bit_length()))
+    taps = int(np.ceil(4 * around / (np.pi * size)))
+    numbers = {"u_size": size, "u_taps": taps}
+    levels = [_cube(ctx, "from_equirect", size, taps**2, {"u_map": _evened(pixels)}, numbers)]
+    while size > 1:
+        levels.append(_cube(ctx, "halve", size // 2, 4, {"u_cube": levels[-1]}, {"u_size": size}))
+        size //= 2
+    return levels
 
-    def __init__(self, ctx: moderngl.Context) -> None:
-        self._ctx = ctx
 
-    def __enter__(self) -> "Workshop":
-        self._before = self._ctx.detect_framebuffer()
-        return self
+def _cube(
+    ctx: moderngl.Context, program: str, size: int, lookups: int, source: dict[str, Floats], numbers: dict[str, Any]
+) -> Floats:
+    """One level of a cube map of faces ``size`` wide."""
+    return _draw(ctx, program, (6 * (size + 2), size + 2), lookups, source, {"u_size": size} | numbers)
 
-    def __exit__(self, *_: object) -> None:
-        self._before.use()
 
-    def pyramid(self, pixels: Floats) -> list[Floats]:
-        """An equirectangular map as the levels of a cube map, down to faces of one texel."""
-        while max(pixels.shape) > _LARGEST_MAP:
-            pixels = _halved(pixels)
-        around = max(pixels.shape[1], 2 * pixels.shape[0])
-        size = min(_LARGEST_CUBE, max(_IRRADIANCE_SOURCE, 1 << (around // 4 - 1).bit_length()))
-        taps = int(np.ceil(4 * around / (np.pi * size)))
-        numbers = {"u_size": size, "u_taps": taps}
-        levels = [self.cube("from_equirect", size, taps**2, {"u_map": _evened(pixels)}, numbers)]
-        while size > 1:
-            levels.append(self.cube("halve", size // 2, 4, {"u_cube": levels[-1]}, {"u_size": size}))
-            size //= 2
-        return levels
-
-    def cube(self, program: str, size: int, lookups: int, source: dict[str, Floats], numbers: dict[str, Any]) -> Floats:
-        """One level of a cube map of faces ``size`` wide."""
-        return self.draw(program, (6 * (size + 2), size + 2), lookups, source, {"u_size": size} | numbers)
-
-    def draw(
-        self,
-        name: str,
-        size: tuple[int, int],
-        lookups: int,
-        source: Mapping[str, Floats],
-        numbers: Mapping[str, Any],
-        defines: Mapping[str, int | str] | None = None,
-    ) -> Floats:
-        """What the program makes of ``source``, its one texture if it has one, taking ``lookups`` for each texel."""
-        width, height = size
-        program = FullscreenProgram(self._ctx, folder("shaders"), f"split_sum/{name}.frag", defines)
-        program.set(dict.fromkeys(source, 0) | dict(numbers))
-        textures = [texture_of(self._ctx, pixels) for pixels in source.values()]
-        target = self._ctx.texture(size, 4, dtype="f4")
-        framebuffer = self._ctx.framebuffer([target])
-        framebuffer.use()
-        rows = max(1, _LOOKUPS // (width * lookups))
+def _draw(
+    ctx: moderngl.Context,
+    name: str,
+    size: tuple[int, int],
+    lookups: int,
+    source: Mapping[str, Floats],
+    numbers: Mapping[str, Any],
+    defines: Mapping[str, int | str] | None = None,
+) -> Floats:
+    """What the program makes of ``source``, its one texture if it has one, taking ``lookups`` for each texel."""
+    width, height = size
+    program = FullscreenProgram(ctx, folder("shaders"), f"split_sum/{name}.frag", defines)
+    program.set(dict.fromkeys(source, 0) | dict(numbers))
+    textures = [texture_of(ctx, pixels) for pixels in source.values()]
+    target = ctx.texture(size, 4, dtype="f4")
+    rows = max(1, _LOOKUPS // (width * lookups))
+    with drawing_to(ctx, [target]) as framebuffer:
         for row in range(0, height, rows):
             framebuffer.scissor = (0, row, width, min(rows, height - row))
             for texture in textures:
                 texture.use(0)
             program.draw()
-            self._ctx.finish()
-        pixels = np.frombuffer(target.read(), np.float32).reshape(height, width, 4)
-        self._before.use()  # moderngl would bind the released one again, which is an error
-        framebuffer.release()
-        program.release()
-        for texture in (target, *textures):
-            texture.release()
-        return np.ascontiguousarray(pixels[..., :3])
+            ctx.finish()
+    pixels = np.frombuffer(target.read(), np.float32).reshape(height, width, 4)
+    program.release()
+    for texture in (target, *textures):
+        texture.release()
+    return np.ascontiguousarray(pixels[..., :3])
 
 
 def texture_of(ctx: moderngl.Context, pixels: Floats) -> moderngl.Texture:

@@ -5,7 +5,7 @@ import moderngl
 import numpy as np
 
 from fragtracer.errors import DeviceError
-from fragtracer.gpu.context import max_size
+from fragtracer.gpu.context import max_size, nearest_texture
 from fragtracer.gpu.layers import LayerTextures
 from fragtracer.sampling.pixels import Floats, Pixels
 
@@ -30,14 +30,12 @@ class Film:
         try:
             for textures in self._sets:
                 for _ in range(_TEXTURES):
-                    textures.append(ctx.texture(self.size, 4, dtype="f4"))
+                    textures.append(nearest_texture(ctx, self.size))
                 self._framebuffers.append(ctx.framebuffer([*textures, *(layers.targets if layers else ())]))
         except moderngl.Error as error:
             self.release()
             _ = ctx.error  # takes the driver's own note of it away
             raise DeviceError(f"the GPU has no memory for an image of {width}x{height}: {error}") from None
-        for texture in (t for textures in self._sets for t in textures):
-            texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
         self.clear()
 
     def clear(self) -> None:

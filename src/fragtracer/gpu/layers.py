@@ -7,8 +7,6 @@ from numpy.typing import NDArray
 
 from fragtracer.errors import DeviceError
 
-_NEAREST = (moderngl.NEAREST, moderngl.NEAREST)
-
 
 class LayerTextures:
     """``count`` textures of (width, height) pixels: drawn as targets, read as the slices of one array.
@@ -25,7 +23,7 @@ class LayerTextures:
                 self.targets.append(ctx.texture(size, 4, dtype="f4"))
                 self._owned.append(self.targets[-1])
             self._array = ctx.texture_array((width, height, count), 4, dtype="f4")
-            self._array.filter = _NEAREST
+            self._array.filter = (moderngl.NEAREST, moderngl.NEAREST)
             self._between = ctx.buffer(reserve=16 * width * height)
             self._owned += [self._array, self._between]
         except moderngl.Error as error:

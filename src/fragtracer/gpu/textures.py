@@ -39,26 +39,12 @@ _WHAT = {
 Texture = moderngl.Texture | moderngl.TextureArray
 
 
-class SceneTextures:
-    """Holds the tables of one scene on the GPU, by the names of their samplers."""
+class _BoundTextures:
+    """Textures by the names of their samplers."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        self._tables: dict[str, Table] = {}
         self._textures: dict[str, Texture] = {}
-
-    def load(self, tables: Mapping[str, Table]) -> None:
-        """Take over other tables. Parts that are the same arrays as before are not uploaded again.
-
-        Raises :class:`DeviceError` if the GPU cannot hold them.
-        """
-        for name in self._textures.keys() - tables.keys():
-            self._forget(name)
-        for name, table in tables.items():
-            if not any(part.size for part in table):
-                self._forget(name)
-            elif not _is_same(table, self._tables.get(name, ())):
-                self._put(name, table)
 
     def use(self) -> None:
         """Bind every texture to its unit."""
@@ -73,6 +59,31 @@ class SceneTextures:
     def release(self) -> None:
         for name in list(self._textures):
             self._forget(name)
+
+    def _forget(self, name: str) -> None:
+        if name in self._textures:
+            self._textures.pop(name).release()
+
+
+class SceneTextures(_BoundTextures):
+    """Holds the tables of one scene on the GPU."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        super().__init__(ctx)
+        self._tables: dict[str, Table] = {}
+
+    def load(self, tables: Mapping[str, Table]) -> None:
+        """Take over other tables. Parts that are the same arrays as before are not uploaded again.
+
+        Raises :class:`DeviceError` if the GPU cannot hold them.
+        """
+        for name in self._textures.keys() - tables.keys():
+            self._forget(name)
+        for name, table in tables.items():
+            if not any(part.size for part in table):
+                self._forget(name)
+            elif not _is_same(table, self._tables.get(name, ())):
+                self._put(name, table)
 
     def _put(self, name: str, table: Table) -> None:
         before, texture = self._tables.get(name), self._textures.get(name)
@@ -106,43 +117,22 @@ class SceneTextures:
         return texture
 
     def _forget(self, name: str) -> None:
-        if name in self._textures:
-            self._textures.pop(name).release()
-            self._tables.pop(name)
+        super()._forget(name)
+        self._tables.pop(name, None)
 
 
-class MapTextures:
+class MapTextures(_BoundTextures):
     """The maps of the split-sum approximation (shaders/light/maps.glsl), filtered linearly."""
-
-    def __init__(self, ctx: moderngl.Context) -> None:
-        self._ctx = ctx
-        self._textures: dict[str, moderngl.Texture] = {}
 
     def put(self, maps: Mapping[str, NDArray[np.float32]]) -> None:
         """Take over maps (rows, columns, 3), row 0 the lowest, by the names of their samplers."""
         for name, pixels in maps.items():
-            if name in self._textures:
-                self._textures.pop(name).release()
+            self._forget(name)
             height, width, _ = pixels.shape
             texture = self._ctx.texture((width, height), 3, np.ascontiguousarray(pixels).data, dtype="f4")
             texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
             texture.repeat_x = texture.repeat_y = False
             self._textures[name] = texture
-
-    def use(self) -> None:
-        """Bind every texture to its unit."""
-        for name, texture in self._textures.items():
-            texture.use(UNITS[name])
-
-    @property
-    def gpu_bytes(self) -> int:
-        """Size of the textures."""
-        return sum(_bytes(texture) for texture in self._textures.values())
-
-    def release(self) -> None:
-        for texture in self._textures.values():
-            texture.release()
-        self._textures = {}
 
 
 def _is_same(table: Table, before: Table) -> bool:

@@ -7,14 +7,14 @@ is -x, and u = 0 and 1 are both +z. Texels are samples at their centres; lookups
 to the first and last row in v.
 """
 
-from typing import Annotated, Self
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from fragtracer.scene.content import content_digest, read_only
+from fragtracer.scene.content import Content, content_digest, read_only
 from fragtracer.scene.fields import CONFIG, Fraction, NonNegative, Number, Strength, Triple
 from fragtracer.scene.sky import sky_pixels, sun_irradiance
 
@@ -23,7 +23,7 @@ _CONSTANT_SIZE = (32, 64)
 _GRADIENT_ROWS = 256
 
 
-class Panorama:
+class Panorama(Content):
     """An equirectangular map; two are equal if their content is.
 
     ``pixels`` is (h, w, 3) radiance in W/m²/sr, finite and not negative, stored as float32.
@@ -41,15 +41,6 @@ class Panorama:
         self.pixels: NDArray[np.float32] = array
         self.file = file
         self.digest = content_digest(self.pixels)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Panorama) and self.digest == other.digest
-
-    def __hash__(self) -> int:
-        return hash(self.digest)
-
-    def __deepcopy__(self, memo: object) -> Self:
-        return self
 
 
 @dataclass(frozen=True, config=CONFIG)

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: MIT
 """Participating media: what absorbs and scatters light between surfaces."""
 
-from typing import Annotated, Self
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import BeforeValidator, Field
 from pydantic.dataclasses import dataclass
 
-from fragtracer.scene.content import content_digest, read_only
+from fragtracer.scene.content import Content, content_digest, read_only
 from fragtracer.scene.fields import CONFIG, Point, Reflectance, Strength, Triple, as_tuple
 
 ALBEDO = 0.75  # where none is given, as of Mitsuba's media
@@ -17,7 +17,7 @@ _PAIRS = (("extinction", "mean_free_path"), ("extinction", "scattering"), ("mean
 Box = Annotated[tuple[Point, Point], BeforeValidator(as_tuple)]
 
 
-class Density:
+class Density(Content):
     """A grid of densities; two are equal if their content is.
 
     ``values`` is (z, y, x), float32, at the centres of voxels, as in Mitsuba; between them it is interpolated. ``file``
@@ -40,15 +40,6 @@ class Density:
             raise ValueError(f"densities must not be negative, the least is {self.values.min():g}")
         self.file = file
         self.digest = content_digest(self.values)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Density) and self.digest == other.digest
-
-    def __hash__(self) -> int:
-        return hash(self.digest)
-
-    def __deepcopy__(self, memo: object) -> Self:
-        return self
 
 
 @dataclass(frozen=True, config=CONFIG)

@@ -4,18 +4,18 @@
 from collections.abc import Iterator
 from functools import cached_property
 from itertools import product
-from typing import Annotated, Any, Self
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import BeforeValidator
 from pydantic.dataclasses import dataclass
 
-from fragtracer.scene.content import content_digest, read_only
+from fragtracer.scene.content import Content, content_digest, read_only
 from fragtracer.scene.fields import CONFIG, LARGEST, Number, Scale, Vector, as_tuple, as_vector
 
 
-class Geometry:
+class Geometry(Content):
     """An indexed triangle mesh; two are equal if their content is.
 
     Parameters
@@ -71,15 +71,6 @@ class Geometry:
         """(2, 3) minimum and maximum corner of the axis-aligned bounding box of the triangles; there must be one."""
         used = self.positions[self.triangles.ravel()] if len(self.positions) else self.positions
         return np.stack([used.min(axis=0), used.max(axis=0)])
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Geometry) and self.digest == other.digest
-
-    def __hash__(self) -> int:
-        return hash(self.digest)
-
-    def __deepcopy__(self, memo: object) -> Self:
-        return self
 
 
 def _attribute(values: ArrayLike | None, widths: tuple[int, ...], name: str, count: int) -> NDArray[Any] | None:

@@ -3,6 +3,8 @@
 
 import numpy as np
 
+from fragtracer.scene.microfacets import fresnel
+
 METAL_F0: dict[str, tuple[float, float, float]] = {
     # Hoffman 2010, Background: Physically-Based Shading, table 1.
     "aluminium": (0.91, 0.92, 0.92),
@@ -65,10 +67,7 @@ def internal_diffuse_reflectance(ior: float) -> float:
     being what passes of diffuse light from outside, by quadrature of the exact Fresnel term."""
     x, weights = np.polynomial.legendre.leggauss(64)
     cosine = (x + 1) / 2
-    refracted = np.sqrt(1 - (1 - cosine**2) / ior**2)
-    parallel = (ior * cosine - refracted) / (ior * cosine + refracted)
-    perpendicular = (cosine - ior * refracted) / (cosine + ior * refracted)
-    reflected = float((weights * cosine * (parallel**2 + perpendicular**2) / 2).sum())
+    reflected = float(weights @ (cosine * fresnel(cosine, ior)))
     return 1 - (1 - reflected) / ior**2
 
 

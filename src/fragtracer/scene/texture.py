@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: MIT
 """Textures."""
 
-from typing import Annotated, Any, Literal, Self, get_args
+from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import BeforeValidator, Field
 from pydantic.dataclasses import dataclass
 
-from fragtracer.scene.content import content_digest, read_only
+from fragtracer.scene.content import Content, content_digest, read_only
 from fragtracer.scene.fields import CONFIG, Number, as_vector
 
 ColorSpace = Literal["srgb", "linear"]
@@ -16,7 +16,7 @@ Wrap = Literal["repeat", "mirror", "clamp"]
 Pair = Annotated[tuple[Number, Number], BeforeValidator(as_vector)]
 
 
-class Image:
+class Image(Content):
     """Pixels of a texture; two are equal if their content is.
 
     ``pixels`` is (h, w, c) with 1 to 4 channels (grey, grey and alpha, RGB, RGB and alpha), row 0 at
@@ -44,15 +44,6 @@ class Image:
         self.color_space: ColorSpace = color_space
         self.file = file
         self.digest = content_digest(self.pixels, color_space)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Image) and self.digest == other.digest
-
-    def __hash__(self) -> int:
-        return hash(self.digest)
-
-    def __deepcopy__(self, memo: object) -> Self:
-        return self
 
 
 @dataclass(frozen=True, config=CONFIG)

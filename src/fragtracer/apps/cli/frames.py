@@ -12,12 +12,12 @@ from PIL import Image
 from pydantic import ValidationError
 
 from fragtracer.apps.cli import video
+from fragtracer.camera_path import CameraPath, turntable
 from fragtracer.errors import FragtracerError
 from fragtracer.io.images import check_writable, read_metadata
 from fragtracer.io.toml.camera_paths import load_camera_path
 from fragtracer.renderer import Renderer
 from fragtracer.scene import Camera, Scene
-from fragtracer.scene.camera_path import CameraPath, turntable
 from fragtracer.scene.content import content_digest
 
 _NUMBERS = re.compile(r"#+")

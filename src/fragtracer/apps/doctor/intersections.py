@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.apps.doctor import Finding
-from fragtracer.gpu.probe import probe
+from fragtracer.probe import probe
 
 _SHAPES = [f"shape/{name}.glsl" for name in ("sphere", "plane", "flat")]
 _FLATS = ("RECTANGLE", "DISK", "SINGLE_TRIANGLE")

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.apps.doctor import Finding
-from fragtracer.gpu.probe import probe
+from fragtracer.probe import probe
 
 _CORE = ["core/math.glsl", "core/hash.glsl"]
 _ROWS = 65536

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.apps.doctor import Finding
-from fragtracer.gpu.probe import probe
+from fragtracer.probe import probe
 
 _LIBRARY = ["core/warp.glsl", "bsdf/bsdf.glsl"]
 _ROWS, _CELLS = 2**19, 16

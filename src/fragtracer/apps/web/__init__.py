@@ -21,6 +21,7 @@ from fragtracer import __version__
 from fragtracer.aov import DENOISING
 from fragtracer.apps.web.payload import packed_for_page, scene_payload
 from fragtracer.apps.web.smaller import with_quantised_meshes, with_smaller_images
+from fragtracer.camera_path import turntable
 from fragtracer.denoise import check_installed
 from fragtracer.denoise import denoise as denoised
 from fragtracer.display.look import Look
@@ -28,7 +29,6 @@ from fragtracer.errors import FragtracerError, SceneError
 from fragtracer.output import check_writable, replacing
 from fragtracer.renderer import Renderer
 from fragtracer.scene import RenderSettings, Scene
-from fragtracer.scene.camera_path import turntable
 
 if TYPE_CHECKING:
     from fragtracer.apps.web.notebook import Widget

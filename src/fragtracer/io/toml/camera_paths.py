@@ -6,11 +6,11 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
+from fragtracer.camera_path import CameraPath, Keyframe
 from fragtracer.errors import SceneError
 from fragtracer.io.toml import read_document
 from fragtracer.io.toml.tables import build, show, suggest
 from fragtracer.scene import Camera
-from fragtracer.scene.camera_path import CameraPath, Keyframe
 
 
 def load_camera_path(file: str | Path, camera: Camera) -> CameraPath:

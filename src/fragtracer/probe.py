@@ -2,16 +2,16 @@
 """Runs functions of the shader library over tables of numbers, to test them one by one."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Self
+from typing import Any, Self
 
-import moderngl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fragtracer.gpu.context import drawing_to, nearest_texture
 from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.resources import folder
 
-Resource = moderngl.Texture | moderngl.Texture3D | moderngl.TextureArray
+Resource = Any  # a texture of moderngl
 _WIDTH = 1024
 _TYPES = {1: "float", 2: "vec2", 3: "vec3", 4: "vec4"}
 _SWIZZLES = {1: "x", 2: "xy", 3: "xyz", 4: "xyzw"}
@@ -25,7 +25,7 @@ class Probe:
 
     def __init__(
         self,
-        ctx: moderngl.Context,
+        ctx: Any,
         includes: Sequence[str],
         body: str,
         inputs: Mapping[str, int],
@@ -54,8 +54,6 @@ class Probe:
         height = -(-count // _WIDTH)
         textures = [_texture(ctx, column, height) for column in columns.values()]
         targets = [ctx.texture((_WIDTH, height), 4, dtype="f4") for _ in self._outputs]
-        bound_before = ctx.detect_framebuffer()
-        framebuffer = ctx.framebuffer(targets)
         try:
             program.set({f"u_in_{name}": unit for unit, name in enumerate(columns)} | dict(uniforms or {}))
             for unit, texture in enumerate(textures):
@@ -63,12 +61,10 @@ class Probe:
             for unit, (name, resource) in enumerate((resources or {}).items(), len(textures)):
                 program.set({name: unit})
                 resource.use(unit)
-            framebuffer.use()
-            program.draw()
+            with drawing_to(ctx, targets):
+                program.draw()
             tables = [np.frombuffer(t.read(), np.float32).reshape(-1, 4)[:count] for t in targets]
         finally:
-            bound_before.use()  # moderngl would bind the released one again, which is an error
-            framebuffer.release()
             for texture in (*targets, *textures):
                 texture.release()
         return {n: t[:, 0] if w == 1 else t[:, :w] for (n, w), t in zip(self._outputs.items(), tables, strict=True)}
@@ -84,7 +80,7 @@ class Probe:
 
 
 def probe(
-    ctx: moderngl.Context,
+    ctx: Any,
     includes: Sequence[str],
     body: str,
     inputs: Mapping[str, ArrayLike],
@@ -132,12 +128,10 @@ def _column(values: ArrayLike) -> NDArray[np.float32]:
     return column[:, None] if column.ndim == 1 else column
 
 
-def _texture(ctx: moderngl.Context, column: NDArray[np.float32], height: int) -> moderngl.Texture:
+def _texture(ctx: Any, column: NDArray[np.float32], height: int) -> Any:
     texels = np.zeros((height * _WIDTH, 4), np.float32)
     texels[: len(column), : column.shape[1]] = column
-    texture = ctx.texture((_WIDTH, height), 4, texels.tobytes(), dtype="f4")
-    texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-    return texture
+    return nearest_texture(ctx, (_WIDTH, height), 4, texels.tobytes())
 
 
 def _source(includes: Sequence[str], body: str, inputs: Mapping[str, int], outputs: Mapping[str, int]) -> str:
