@@ -499,6 +499,27 @@ MUTATIONS = [
         "",
         choice(8),
     ),
+    Mutation(
+        "distances of the two children of a node of lights exchanged",
+        "light/tree.glsl",
+        "(distances + spreads).yx",
+        "(distances + spreads).xy",
+        Check(test_light.test_a_tree_chooses_what_is_near),
+    ),
+    Mutation(
+        "probability of the way through the tree of lights left out where a light is met",
+        "light/tree.glsl",
+        "u_light_tree_probability * group.probability * (probability",
+        "u_light_tree_probability * (probability",
+        DENSITY_OF_HIT,
+    ),
+    Mutation(
+        "number not stretched on the way through the tree of lights",
+        "light/tree.glsl",
+        "u = min((is_first ? u : u - first) / probability, ONE_MINUS_EPSILON);",
+        "",
+        Check(test_light.test_a_tree_chooses_each_light_as_often_as_it_says, lights=test_light.scattered_lights),
+    ),
     Mutation("falloff of a spot not squared", "light/spot.glsl", "return square(clamp(", "return (clamp(", SPOT),
     Mutation(
         "spot shines backwards",

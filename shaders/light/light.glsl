@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The contract of lights, the choice among them, and the dispatch to one file for each kind.
 //
-//   light_sample    a direction to a light, chosen by power, with the radiance from there if nothing occludes it
+//   light_sample    a direction to a light, chosen by power or by what it brings, with the radiance from there if nothing occludes it
 //   light_pdf       the density of that sample, for a surface that emits and is met by BSDF sampling
 //   light_focus     where a light is and how large, as far as it is anywhere
 //   light_punctual  one light as if all of it were at its centre, for approximations without shadows
@@ -18,6 +18,7 @@
 #include "light/sphere.glsl"
 #include "light/spot.glsl"
 #include "light/sun.glsl"
+#include "light/tree.glsl"
 #include "scene/light.glsl"
 
 const int LIGHT_POINT = 0;
@@ -30,6 +31,7 @@ const int LIGHT_SUN = 6;
 const int LIGHT_ENVIRONMENT = 7;
 
 const int FEW_LIGHTS = 8;
+const float LIGHT_STEP = 1.0 / 8388608.0;  // of which probabilities are multiples
 
 // The light for u: the last whose cumulative probability is not above it, which keeps the stratification of u. A few are
 // looked through; among many it is found by bisection between the first and last that the guide table allows for (Chen
@@ -57,9 +59,21 @@ LightChoice light_choose(inout float u) {
     return choice;
 }
 
+// The same for a point to be lit: of many lights that are somewhere by what they bring there.
+LightChoice light_choose_at(vec3 origin, inout float u) {
+    if (u_light_tree_count == 0 || u >= u_light_tree_probability) return light_choose(u);
+    u /= u_light_tree_probability;
+    LightGroup group = light_tree_group(origin, -1.0, u);
+    float size = group.end - group.begin;
+    u = min(group.begin + u * size, group.end - 0.5 * LIGHT_STEP);
+    LightChoice choice = light_choose(u);
+    choice.probability *= u_light_tree_probability * group.probability / size;
+    return choice;
+}
+
 // u chooses the light and the point on it.
 LightSample light_sample(vec3 origin, vec2 u) {
-    LightChoice choice = light_choose(u.x);
+    LightChoice choice = light_choose_at(origin, u.x);
     LightSample s = light_no_sample();
 #if HAS_POINT_LIGHT
     if (choice.kind == LIGHT_POINT) s = point_light_sample(point_light_load(choice.record), origin);
@@ -93,6 +107,7 @@ LightSample light_sample(vec3 origin, vec2 u) {
 // the direction back to `origin`; `density` is that of the mesh light, per area (Surface.light_density).
 float light_pdf(int number, vec3 origin, float distance, float cos_theta, float density) {
     LightChoice choice = light_choice_load(number);
+    if (number < u_light_tree_count) choice.probability = light_tree_probability(origin, choice.cumulative, choice.probability);
     float pdf = 0.0;
 #if HAS_SPHERE_LIGHT
     if (choice.kind == LIGHT_SPHERE) pdf = sphere_light_pdf(sphere_light_load(choice.record), origin);

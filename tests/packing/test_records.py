@@ -30,6 +30,7 @@ NO_RECORDS = {
     "Hit",
     "BvhRay",
     "Surface",
+    "LightGroup",
     "LightSample",
     "Equiangular",
     "GridWalk",

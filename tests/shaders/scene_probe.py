@@ -76,6 +76,12 @@ def snake(name: str) -> str:
     return re.sub(r"(?<!^)([A-Z])", r"_\1", name).lower()
 
 
+def light_numbers(packed: PackedScene) -> dict[tuple[int, int], int]:
+    """The number of each light by its kind and the place of its record, which is in the order of the scene."""
+    _, _, kind, record = packed.scene_records["LightChoice"].reshape(-1, 8)[:, :4].astype(np.int64).T
+    return {key: number for number, key in enumerate(zip(kind.tolist(), record.tolist(), strict=True))}
+
+
 def shape_records(packed: PackedScene) -> tuple[NDArray[np.int64], Words]:
     """The numbers of all records of u_shapes, and the records (n, 4, 4): the short list, then the BVH."""
     parts = [part.reshape(-1, 4, 4) for part in packed.tables["u_shapes"]]

@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 
 from fragtracer.gpu.specialise import Level
 from fragtracer.packing import PackedScene, pack
+from fragtracer.packing.lights import FEW_LIGHTS, LightKind
 from fragtracer.packing.shapes import Kind
 from fragtracer.probe import probe
+from fragtracer.resources import folder
 from fragtracer.scene import (
     Camera,
     Disk,
@@ -30,7 +32,7 @@ from .chi_square import assert_fits, assert_uniform, fit
 from .directions import direction, random_directions
 from .light_oracle import LIGHTS, khronos_falloff, sphere_irradiance
 from .scene_oracle import bounds, corners_of, shapes_of
-from .scene_probe import camera_on, random_scene, scene_probe, shape_records
+from .scene_probe import camera_on, light_numbers, random_scene, scene_probe, shape_records
 
 LIGHT = ["light/light.glsl"]
 FLATS = ["rectangle", "disk", "triangle"]
@@ -78,7 +80,8 @@ def many_lights(count: int) -> Scene:
     return Scene(lights=lights, materials={"m": Material()}, camera=camera_on(1.0, 0.0))
 
 
-# More than FEW_LIGHTS are found by the guide table and bisection.
+assert f"const int FEW_LIGHTS = {FEW_LIGHTS};" in (folder("shaders") / "light" / "light.glsl").read_text("utf-8")
+# More than these are found by the guide table and bisection.
 COUNTS = [1, 2, 8, 9, 10, 1000, 10_000]
 
 
@@ -86,11 +89,14 @@ COUNTS = [1, 2, 8, 9, 10, 1000, 10_000]
 def test_probabilities_add_up_exactly(count: int) -> None:
     """In whole steps, each one at least; within a step of what power asks for."""
     scene = many_lights(count)
-    cumulative, steps = choices(packed_lights(scene))
+    packed = packed_lights(scene)
+    cumulative, steps = choices(packed)
     assert len(steps) == count
     assert steps.min() >= 1
     assert steps.sum() == STEPS
     np.testing.assert_array_equal(cumulative, np.cumsum(steps) - steps)
+    number_of = light_numbers(packed)
+    steps = steps[[number_of[LightKind.POINT, i] for i in range(count)]]
     power = np.array([sum(light.power) for light in scene.lights])
     asked = 0.9 * power / power.sum() + 0.1 / count
     assert np.abs(steps - asked * (STEPS - count)).max() <= 2  # one of its own, one of what is left over
@@ -192,6 +198,13 @@ def test_density_of_a_sample_is_that_of_its_hit(ctx: moderngl.Context, most_list
                 primitive = area_light_load(c.record).primitive;
                 normal = area_light_load(c.record).normal;
             }}
+            float alone = c.probability;
+            if (i < u_light_tree_count) alone = light_tree_probability(o, c.cumulative, c.probability);
+            vec3 place = vec3(1e9);
+            if (c.kind == LIGHT_POINT) place = point_light_load(c.record).position;
+            if (c.kind == LIGHT_SPOT) place = spot_light_load(c.record).position;
+            bool is_there = distance(o + s.wi * s.distance, place) < 1e-5;
+            if (s.delta && (c.kind == LIGHT_DIRECTIONAL ? s.distance > 1e6 : is_there)) met = alone;
             if (primitive == s.primitive && !s.delta) {{
                 cosine = -dot(s.wi, normal);
                 met = light_pdf(i, o, s.distance, cosine, 0.0);
@@ -205,16 +218,18 @@ def test_density_of_a_sample_is_that_of_its_hit(ctx: moderngl.Context, most_list
     assert (pdf >= 0).all()
     assert ((primitive == -1) == (delta == 1))[pdf > 0].all()
     assert not delta[pdf == 0].any()  # within a sphere, where there is no sample, or behind an area
-    np.testing.assert_allclose(result["met"][delta == 0], pdf[delta == 0], rtol=1e-5)
+    np.testing.assert_allclose(result["met"], pdf, rtol=1e-5)
 
     found = pdf > 0
     wi, distance = result["wi"][:, :3], result["wi"][:, 3]
     assert np.abs(np.linalg.norm(wi[found], axis=1) - 1).max() < 1e-6
-    # Shapes that emit are the first lights, in their order.
     shines = [
         s for s in shapes_of(scene) if s.material not in scene.materials or scene.materials[s.material].is_emissive
     ]
-    for i, shape in enumerate(shines):
+    kinds = [LightKind.SPHERE if isinstance(shape, Sphere) else LightKind.AREA for shape in shines]
+    number_of = light_numbers(packed)
+    numbers = [number_of[kind, kinds[:k].count(kind)] for k, kind in enumerate(kinds)]
+    for i, shape in zip(numbers, shines, strict=True):
         mine = found & (delta == 0) & (result["number"] == i)
         assert len(np.unique(primitive[mine])) == 1
         low, high = bounds(shape, origin[mine] + packed.origin, wi[mine], 1e-5)
@@ -224,9 +239,69 @@ def test_density_of_a_sample_is_that_of_its_hit(ctx: moderngl.Context, most_list
             behind = (delta == 0) & (result["number"] == i) & (result["cosine"] <= 0)
             assert not pdf[behind].any()  # behind it is dark
     assert len(np.unique(result["number"][found & (delta == 0)])) == len(shines)
-    # And a delta light is one of the others, with its probability.
+
+
+def scattered_lights(count: int) -> Scene:
+    """Points of powers from 1 to 10 W over a square of 30 m, 2 m high."""
+    rng = np.random.default_rng(count)
+    places = np.column_stack([rng.uniform(-15, 15, count), np.full(count, 2.0), rng.uniform(-15, 15, count)])
+    powers = 10 ** rng.uniform(0, 1, count)
+    lights = tuple(Light(tuple(p), power=w) for p, w in zip(places.tolist(), powers.tolist(), strict=True))
+    return Scene(lights=lights, materials={"m": Material()}, camera=camera_on(1.0, 0.0))
+
+
+TREE = "LightChoice c = light_choice_load(int(number)); p = light_tree_probability(o, c.cumulative, c.probability);"
+
+
+def tree_probabilities(ctx: moderngl.Context, packed: PackedScene, origins: Floats) -> Floats:
+    """Of each light at each origin, (origins, lights)."""
+    count = packed.uniforms["u_light_count"]
+    inputs = {"o": np.repeat(origins, count, axis=0), "number": np.tile(np.arange(count), len(origins))}
+    return scene_probe(ctx, packed, LIGHT, TREE, inputs, {"p": 1})["p"].reshape(len(origins), count)
+
+
+@pytest.mark.parametrize("lights", [many_lights, scattered_lights])
+def test_a_tree_chooses_each_light_as_often_as_it_says(ctx: moderngl.Context, lights: Any) -> None:
+    """At places among the lights, and far away; over numbers that are evenly spaced."""
+    packed = packed_lights(lights(300))
+    origins = np.concatenate([np.random.default_rng(1).normal(scale=3, size=(6, 3)), [[300.0, 0.0, 0.0]]])
+    expected = tree_probabilities(ctx, packed, origins)
+    assert expected.min() > 0
+    np.testing.assert_allclose(expected.sum(axis=1), 1, rtol=1e-5)
+    count = 1 << 18
+    u = ((np.arange(count) + 0.5) / count).astype(np.float32)
+    body = "left = u; LightChoice c = light_choose_at(o, left); p = c.probability; cumulative = c.cumulative;"
+    cumulative, _ = choices(packed)
+    for origin, probability in zip(origins, expected, strict=True):
+        inputs = {"u": u, "o": np.broadcast_to(origin, (count, 3))}
+        found = scene_probe(ctx, packed, LIGHT, body, inputs, {"left": 1, "p": 1, "cumulative": 1})
+        number = np.searchsorted(cumulative, np.rint(found["cumulative"] * STEPS))
+        np.testing.assert_allclose(found["p"], probability[number], rtol=1e-5)
+        shares = np.bincount(number, minlength=len(probability)) / count
+        np.testing.assert_allclose(shares, probability, atol=40 / count)
+        assert ((found["left"] >= 0) & (found["left"] < 1)).all()
+        heavy = int(probability.argmax())
+        assert_uniform({"left": found["left"][number == heavy]}, cells=16)
+
+
+def test_a_tree_chooses_what_is_near(ctx: moderngl.Context) -> None:
+    """The second moment of irradiance that nothing occludes, by choice in the tree and by power alone."""
+    scene = scattered_lights(300)
+    packed = packed_lights(scene)
+    origins = np.column_stack([*np.random.default_rng(3).uniform(-12, 12, (2, 40)), np.zeros(40)])[:, [0, 2, 1]]
+    probability = tree_probabilities(ctx, packed, origins - packed.origin)
+    number_of = light_numbers(packed)
+    numbers = [number_of[LightKind.POINT, i] for i in range(300)]
+    place, power = (np.array([getattr(light, key) for light in scene.lights]) for key in ("position", "power"))
+    to_light = place - origins[:, None]
+    distance = np.linalg.norm(to_light, axis=2)
+    irradiance = power[:, 0] * to_light[..., 1] / distance**3
     _, own = choices(packed)
-    np.testing.assert_allclose(np.unique(pdf[delta == 1]), np.unique(own[len(shines) :] / STEPS), rtol=1e-6)
+    by_tree, by_power = (
+        (irradiance**2 / p[..., numbers]).sum(axis=1) - irradiance.sum(axis=1) ** 2 for p in (probability, own / STEPS)
+    )
+    assert np.median(by_power / by_tree) > 6
+    assert (by_tree < by_power).all()
 
 
 CEILING = Rectangle((-0.5, 2.0, -0.5), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), "dim")  # its front looks down

@@ -15,7 +15,7 @@ from mesh_shapes import ball, geometry
 
 from fragtracer.gpu.specialise import Level
 from fragtracer.packing import PackedScene, instances, matte_names, pack
-from fragtracer.packing.lights import LIGHT_RECORDS, MESH_LIGHT, LightKind
+from fragtracer.packing.lights import FEW_LIGHTS, LIGHT_RECORDS, MESH_LIGHT, LightKind
 from fragtracer.packing.records import MATERIAL_RECORDS, MEDIUM_RECORDS, SIZES, Words, places, texel_count
 from fragtracer.packing.shapes import FLATS, SHAPE_RECORDS, Kind
 from fragtracer.scene import (
@@ -41,7 +41,7 @@ from fragtracer.scene import (
 
 from . import Floats
 from .scene_oracle import Shape, corners_of, kind_of, plane_of, shapes_of
-from .scene_probe import camera_on, random_scene, scene_probe, shape_records, snake
+from .scene_probe import camera_on, light_numbers, random_scene, scene_probe, shape_records, snake
 
 SCENE = [f"scene/{name}.glsl" for name in ("material", "texture", "vertex")]
 SCENE += ["shape/shape.glsl", "medium/medium.glsl", "light/light.glsl"]
@@ -147,6 +147,7 @@ def full_scene() -> Scene:
         fog=Fog("haze"),
         meshes=(Mesh((Part(body, "plain"),), places), Mesh((Part(body, "bumpy"),), places[:1])),
         environment=Environment(sky=Sky(sun_elevation_degrees=30.0)),
+        lights=(*scene.lights, *(Light((0.3 * i, 2.0, 0.1 * i), power=1.0 + i) for i in range(FEW_LIGHTS))),
     )
 
 
@@ -293,7 +294,10 @@ def test_every_emitter_is_a_light_and_they_know_each_other(
     assert count == len(emitting) + len(own)
     kinds = [LightKind.SPHERE if isinstance(s, Sphere | Light) else LightKind.AREA for s in emitting]
     nouns = [type(light).__name__.removesuffix("Light").upper() or "POINT" for light in own]
-    assert choices["kind"].tolist() == [*kinds, *(LightKind[noun] for noun in nouns)]
+    every = [*kinds, *(LightKind[noun] for noun in nouns)]
+    number_of = light_numbers(packed)
+    numbers_of_lights = [number_of[kind, every[:i].count(kind)] for i, kind in enumerate(every)]
+    assert sorted(numbers_of_lights) == list(range(count))
     assert (choices["probability"] > 0).all()
     assert choices["probability"].sum() == 1
     np.testing.assert_array_equal(choices["cumulative"], np.cumsum(choices["probability"]) - choices["probability"])
@@ -310,9 +314,9 @@ def test_every_emitter_is_a_light_and_they_know_each_other(
                 if light > 0:
                     assert light - 1 not in back
                     back[light - 1] = (number, kind)
-    assert sorted(back) == list(range(len(emitting)))
+    assert sorted(back) == sorted(numbers_of_lights[: len(emitting)])
 
-    for i, (shape, kind) in enumerate(zip(emitting, kinds, strict=True)):
+    for i, shape, kind in zip(numbers_of_lights, emitting, kinds, strict=False):
         table = of_spheres if kind == LightKind.SPHERE else of_areas
         one = {field: values[int(choices["record"][i])] for field, values in table.items()}
         radiance = shape.surface_radiance if shape in scene.lights else scene.materials[shape.material].emission

@@ -111,6 +111,18 @@ def build(bounds: Bounds) -> Bvh:
     return bvh if bvh.depth <= MAX_DEPTH else _widened(order, _balanced(len(order)), in_order)
 
 
+def pairs(bounds: Bounds, most_depth: int) -> tuple[Indices, list[tuple[Indices, Indices]]]:
+    """A binary tree over primitives with the ``bounds`` (6, n), as :func:`cluster` returns it; a balanced one where
+    that had more than ``most_depth`` pairs above each other."""
+    order, rounds = cluster(np.ascontiguousarray(bounds, np.float32))
+    depth = np.zeros(2 * len(order) - 1, np.int32)
+    made = len(order)
+    for left, right in rounds:
+        depth[made : made + len(left)] = 1 + np.maximum(depth[left], depth[right])
+        made += len(left)
+    return order, rounds if depth[-1] <= most_depth else _balanced(len(order))
+
+
 def _balanced(count: int) -> list[tuple[Indices, Indices]]:
     """Pairs of neighbours, pairs of those, and so on, as :func:`cluster` returns them."""
     ids = np.arange(count, dtype=np.int32)

@@ -18,7 +18,8 @@ from fragtracer.packing.environment import EnvironmentTables, pack_environment
 from fragtracer.packing.hierarchy import ATTRIBUTES, RECORDS_IN_ROW, PackedBvh, pack_bvh
 from fragtracer.packing.instances import MeshMaterial
 from fragtracer.packing.interiors import camera_interiors, interior_flags
-from fragtracer.packing.lights import LIGHT_RECORDS, emissions_of, emissive_shapes, pack_lights
+from fragtracer.packing.light_tree import MOST_DEPTH
+from fragtracer.packing.lights import LIGHT_RECORDS, emissions_of, local_lights, pack_lights
 from fragtracer.packing.materials import (
     PackedMaterials,
     material_names,
@@ -94,9 +95,10 @@ def pack(
     shapes, materials = finite_shapes(scene)
     surfaces = pack_materials(scene, materials)
     emissions = emissions_of(materials)
-    light_of = emissive_shapes(shapes, emissions)
+    local = local_lights(scene, shapes, emissions, origin)
     plane_objects = len(scene.meshes)
     shape_objects = plane_objects + len(scene.planes)
+    light_of = local.of_shapes(len(shapes))
     records = shape_records(shapes, materials, surfaces.of_shapes, light_of, origin, extent, shape_objects)
     planes = plane_records(scene.planes, materials, surfaces.of_shapes, origin, plane_objects)
     is_listed = len(shapes) <= most_listed
@@ -106,7 +108,7 @@ def pack(
     primitives = len(planes) + np.arange(len(shapes)) if is_listed else bvh.shape_records if bvh else np.zeros(0, int)
     environment = pack_environment(scene.environment, extent)
     mesh_power = bvh.mesh_power if bvh else 0.0
-    lights = pack_lights(scene, shapes, emissions, primitives, origin, extent, mesh_power, environment.lights)
+    lights = pack_lights(scene, local, primitives, origin, extent, mesh_power, environment.lights)
 
     media = pack_media(scene, origin)
 
@@ -146,8 +148,9 @@ def pack(
     features["HAS_MEDIA"] = int(bool(media.rows["Medium"]))
     features |= bvh.features if bvh else {"HAS_MESHES": 0, "HAS_INSTANCES": 0}
     rounds = 4 + len(listed) + (bvh.usual_rounds if bvh else 0)
-    sample_rounds = 1 + rounds + 24 + (environment.tables.levels if environment.tables else 0)
-    vertex_rounds = 1 + rounds + sample_rounds * (settings.light_samples + 1)
+    tree_rounds = MOST_DEPTH if local.tree else 0
+    sample_rounds = 1 + rounds + 24 + tree_rounds + (environment.tables.levels if environment.tables else 0)
+    vertex_rounds = 1 + rounds + tree_rounds + sample_rounds * (settings.light_samples + 1)
     return PackedScene(
         tables,
         features,

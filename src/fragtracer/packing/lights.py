@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from fragtracer.errors import SceneError
 from fragtracer.packing.alias import choice_probabilities
+from fragtracer.packing.light_tree import LightTree, light_tree
 from fragtracer.packing.materials import plain_emission
 from fragtracer.packing.records import Record
 from fragtracer.packing.shapes import Shape, flat_corners
@@ -48,6 +49,10 @@ LIGHT_RECORDS: dict[str, Record] = {
         *(("cumulative", "float"), ("probability", "float"), ("kind", "int"), ("record", "int")),
         *(("guide_first", "int"), ("guide_last", "int")),
     ),
+    "LightNode": (
+        *(("first_place", "vec3"), ("first_spread", "float"), ("second_place", "vec3"), ("second_spread", "float")),
+        *(("split", "float"), ("first", "int"), ("second", "int")),
+    ),
     "PointLight": (("position", "vec3"), ("intensity", "vec3")),
     "SpotLight": (
         *(("position", "vec3"), ("cos_scale", "float"), ("direction", "vec3"), ("cos_offset", "float")),
@@ -65,15 +70,23 @@ LIGHT_RECORDS: dict[str, Record] = {
 MESH_LIGHT: Record = (("threshold", "float"), ("record", "int"), ("other", "int"))
 # Probabilities are multiples of the step between random numbers, so that each light is chosen exactly as often as said.
 _STEPS = 2**23
+FEW_LIGHTS = 8  # of light/light.glsl, which are chosen by power alone
 
 
 @dataclass(frozen=True)
 class LightSource:
-    """A light before its choice is known: its record, if its kind has any, and the power that it is chosen by."""
+    """A light before its choice is known: its record, if its kind has any, and the power that it is chosen by.
+
+    ``place`` (3,) is where it is, if it is anywhere, and ``spread`` its mean squared distance from there, in m².
+    ``shape`` is the number of the shape that it is, or -1.
+    """
 
     kind: LightKind
     power: float
     record: Mapping[str, Any]
+    place: Floats | None = None
+    spread: float = 0.0
+    shape: int = -1
 
 
 @dataclass(frozen=True)
@@ -91,43 +104,72 @@ def emissions_of(materials: Mapping[str, Material]) -> dict[str, Triple]:
     return {name: radiance for name, radiance in found.items() if max(radiance) > 0}
 
 
-def emissive_shapes(shapes: Sequence[Shape], emissions: Mapping[str, Triple]) -> NDArray[np.int64]:
-    """The number of the light that each shape is, (n,), or -1: shapes are the first of all lights."""
-    emits = np.array([shape.material in emissions for shape in shapes], bool)
-    return np.where(emits, np.cumsum(emits) - 1, -1)
+@dataclass(frozen=True)
+class LocalLights:
+    """The lights that are somewhere: shapes first, as in the scene. If they are many, the ``tree`` over them orders
+    them anew."""
+
+    sources: Sequence[LightSource]
+    tree: LightTree | None
+
+    @property
+    def order(self) -> NDArray[np.int64]:
+        """The sources by the numbers of the lights."""
+        return np.arange(len(self.sources)) if self.tree is None else self.tree.order
+
+    def of_shapes(self, count: int) -> NDArray[np.int64]:
+        """The number of the light that each of ``count`` shapes is, (count,), or -1."""
+        numbers = np.full(count, -1, np.int64)
+        for number, i in enumerate(self.order):
+            if self.sources[i].shape >= 0:
+                numbers[self.sources[i].shape] = number
+        return numbers
+
+
+def local_lights(scene: Scene, shapes: Sequence[Shape], emissions: Mapping[str, Triple], origin: Floats) -> LocalLights:
+    """The lights of ``scene`` that are somewhere: ``shapes`` whose materials have ``emissions``, points and spots."""
+    sources = [*_shape_lights(shapes, emissions, origin), *_own_lights(scene, (Light, SpotLight), origin, 0.0)]
+    if len(sources) <= FEW_LIGHTS:
+        return LocalLights(sources, None)
+    places, spreads, powers = (np.array([getattr(s, name) for s in sources]) for name in ("place", "spread", "power"))
+    return LocalLights(sources, light_tree(places, spreads, powers))
 
 
 def pack_lights(
     scene: Scene,
-    shapes: Sequence[Shape],
-    emissions: Mapping[str, Triple],
+    local: LocalLights,
     primitives: NDArray[np.int64],
     origin: Floats,
     extent: float,
     mesh_power: float,
     distant: Sequence[LightSource],
 ) -> PackedLights:
-    """Pack all lights: ``shapes`` whose materials have ``emissions`` first, whose records are ``primitives`` (n,), then
-    the meshes together."""
-    sources = _shape_lights(shapes, emissions, origin, primitives)
-    mesh_light = len(sources) if mesh_power > 0 else -1
+    """Pack all lights: the ``local`` ones first, whose shapes have the records ``primitives`` (n,), then the meshes
+    together, then those from afar."""
+    sources = [*local.sources]
     if mesh_power > 0:
         sources.append(LightSource(LightKind.MESH, mesh_power, {}))
-    sources += _own_lights(scene, origin, extent)
-    sources += distant
+    sources += [*_own_lights(scene, (DirectionalLight,), origin, extent), *distant]
     if len(sources) > _STEPS:
         raise SceneError(f"there are {len(sources):,} lights; at most {_STEPS:,} can be told apart when one is chosen")
-    steps = _steps(np.array([source.power for source in sources]))
     records: dict[str, list[dict[str, Any]]] = {name: [] for name in LIGHT_RECORDS}
+    choices = []
+    for source in sources:
+        table = records.get(source.kind.record, [])
+        choices.append({"kind": source.kind, "record": len(table)})
+        table.append({**source.record, **({"primitive": primitives[source.shape]} if source.shape >= 0 else {})})
+    order = np.concatenate([local.order, np.arange(len(local.sources), len(sources))])
+    steps = _steps(np.array([sources[i].power for i in order]))
     cumulative = np.concatenate([[0], np.cumsum(steps)])
     guide = _guide(cumulative)
-    for i, source in enumerate(sources):
-        table = records.get(source.kind.record, [])
-        choice = {"cumulative": cumulative[i] / _STEPS, "probability": steps[i] / _STEPS}
-        choice |= {"kind": source.kind, "record": len(table)}
-        records["LightChoice"].append(choice | {"guide_first": guide[i, 0], "guide_last": guide[i, 1]})
-        table.append(dict(source.record))
-    kinds = [source.kind for source in sources]
+    for number, i in enumerate(order):
+        choice = {"cumulative": cumulative[number] / _STEPS, "probability": steps[number] / _STEPS}
+        choice |= {"guide_first": guide[number, 0], "guide_last": guide[number, 1]}
+        records["LightChoice"].append(choice | choices[i])
+    in_tree = len(local.sources) if local.tree else 0
+    if local.tree:
+        records["LightNode"] = local.tree.nodes(cumulative / _STEPS)
+    kinds = [sources[i].kind for i in order]
     probability = {
         kind: steps[kinds.index(kind)] / _STEPS for kind in (LightKind.SUN, LightKind.ENVIRONMENT) if kind in kinds
     }
@@ -136,7 +178,9 @@ def pack_lights(
         {kind.feature: int(kind in kinds) for kind in LightKind},
         {
             "u_light_count": len(sources),
-            "u_mesh_light": mesh_light,
+            "u_light_tree_count": in_tree,
+            "u_light_tree_probability": cumulative[in_tree] / _STEPS,
+            "u_mesh_light": kinds.index(LightKind.MESH) if LightKind.MESH in kinds else -1,
             "u_sun_probability": float(probability.get(LightKind.SUN, 0.0)),
             "u_environment_probability": float(probability.get(LightKind.ENVIRONMENT, 0.0)),
         },
@@ -164,56 +208,54 @@ def _guide(cumulative: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.stack([first, last], axis=1)
 
 
-def _shape_lights(
-    shapes: Sequence[Shape],
-    emissions: Mapping[str, tuple[float, float, float]],
-    origin: Floats,
-    primitives: NDArray[np.int64],
-) -> list[LightSource]:
-    sources = []
-    emissive = [(shape, int(p)) for shape, p in zip(shapes, primitives, strict=True) if shape.material in emissions]
-    spheres = [(shape, p) for shape, p in emissive if isinstance(shape, Sphere)]
-    flats = [(shape, p) for shape, p in emissive if not isinstance(shape, Sphere)]
-    for sphere, primitive in spheres:
-        radiance = emissions[sphere.material]
-        record = {"radiance": radiance, "primitive": primitive, "radius": sphere.radius}
-        record["center"] = np.subtract(sphere.center, origin)
-        sources.append(LightSource(LightKind.SPHERE, 4 * np.pi**2 * sphere.radius**2 * sum(radiance), record))
-    kinds, corners = flat_corners([shape for shape, _ in flats], origin)
+def _shape_lights(shapes: Sequence[Shape], emissions: Mapping[str, Triple], origin: Floats) -> Iterator[LightSource]:
+    emissive = [(i, shape) for i, shape in enumerate(shapes) if shape.material in emissions]
+    for i, sphere in emissive:
+        if isinstance(sphere, Sphere):
+            radiance, center = emissions[sphere.material], np.subtract(sphere.center, origin)
+            power = 4 * np.pi**2 * sphere.radius**2 * sum(radiance)
+            record = {"radiance": radiance, "radius": sphere.radius, "center": center}
+            yield LightSource(LightKind.SPHERE, power, record, center, sphere.radius**2, i)
+    flats = [(i, shape) for i, shape in emissive if not isinstance(shape, Sphere)]
+    kinds, corners = flat_corners([shape for _, shape in flats], origin)
     edges_u, edges_v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     normals = np.cross(edges_u, edges_v)
-    for i, (shape, primitive) in enumerate(flats):
+    for k, (i, shape) in enumerate(flats):
         radiance = emissions[shape.material]
-        record = {"radiance": radiance, "primitive": primitive, "kind": kinds[i], "area": shape.area}
-        record |= {"a": corners[i, 0], "edge_u": edges_u[i], "edge_v": edges_v[i]}
-        record["normal"] = normals[i] / np.linalg.norm(normals[i])
-        sources.append(LightSource(LightKind.AREA, np.pi * shape.area * sum(radiance), record))
-    return sources
+        record = {"radiance": radiance, "kind": kinds[k], "area": shape.area, "a": corners[k, 0]}
+        record |= {"edge_u": edges_u[k], "edge_v": edges_v[k], "normal": normals[k] / np.linalg.norm(normals[k])}
+        middle = np.mean(shape.bounds, axis=0) - origin
+        yield LightSource(
+            LightKind.AREA, np.pi * shape.area * sum(radiance), record, middle, shape.area / (2 * np.pi), i
+        )
 
 
-def _own_lights(scene: Scene, origin: Floats, extent: float) -> Iterator[LightSource]:
-    """The lights of ``scene`` that are no shapes and not black."""
-    for name in LIGHTS:
-        for light in getattr(scene, name):
-            source = _SOURCES[type(light)](light, origin, extent)
-            if source is not None and source.power > 0:
-                yield source
+def _own_lights(scene: Scene, classes: tuple[type, ...], origin: Floats, extent: float) -> Iterator[LightSource]:
+    """The lights of ``scene`` of some classes that are no shapes and not black."""
+    for name, cls in LIGHTS.items():
+        if cls in classes:
+            for light in getattr(scene, name):
+                source = _SOURCES[cls](light, origin, extent)
+                if source is not None and source.power > 0:
+                    yield source
 
 
 def _point(light: Light, origin: Floats, extent: float) -> LightSource | None:
     if light.radius > 0:
         return None  # one of finite_shapes()
-    record = {"position": np.subtract(light.position, origin), "intensity": light.intensity}
-    return LightSource(LightKind.POINT, 4 * np.pi * sum(light.intensity), record)
+    place = np.subtract(light.position, origin)
+    record = {"position": place, "intensity": light.intensity}
+    return LightSource(LightKind.POINT, 4 * np.pi * sum(light.intensity), record, place)
 
 
 def _spot(light: SpotLight, origin: Floats, extent: float) -> LightSource:
     inner, outer = np.cos(np.radians([light.inner_degrees, light.outer_degrees]))
     scale = 1 / max(inner - outer, 1e-6)
-    record = {"position": np.subtract(light.position, origin), "intensity": light.intensity}
+    place = np.subtract(light.position, origin)
+    record = {"position": place, "intensity": light.intensity}
     record |= {"direction": np.asarray(light.direction) / np.linalg.norm(light.direction)}
     record |= {"cos_scale": scale, "cos_offset": -outer * scale}
-    return LightSource(LightKind.SPOT, sum(light.power), record)
+    return LightSource(LightKind.SPOT, sum(light.power), record, place)
 
 
 def _directional(light: DirectionalLight, origin: Floats, extent: float) -> LightSource:
