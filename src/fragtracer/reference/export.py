@@ -77,14 +77,16 @@ def export_mitsuba(scene: Scene, folder: Path | str, plugin: bool = False) -> li
 
 def _notes(scene: Scene, plugin: bool) -> dict[str, str]:
     """By its key in the tree one for each material, with all attributes that it reads, and each light that changes."""
+    blended = {name: [scene.materials[n] for n in scene.blended(name)] for name in scene.materials}
     attributes = {
-        name: MeshAttributes.of(with_needed_tangents(part.geometry, scene.materials[name]), scene.materials[name])
+        name: MeshAttributes.of(with_needed_tangents(part.geometry, blended[name]), blended[name])
         for mesh in scene.meshes
         for part, name in ((part, mesh.material_of(part)) for part in mesh.parts)
     }
     geometry = geometry_term(scene.render)
     notes = {
         f"material_{i}": f"{name}: {note(material, geometry, plugin, attributes.get(name, MeshAttributes()))}"
+        + (f"; blended with {material.blend} by blendbsdf" if material.blend else "")
         for i, (name, material) in enumerate(scene.materials.items())
     }
     for kind in LIGHTS:

@@ -76,8 +76,9 @@ def _selected(session: Session, place: Part) -> None:
             session.say(str(error).splitlines()[-1])
         name = _material_of(session, place)
         imgui.separator_text(f"Material “{name}”")
-        known = list(document.scene.media)
-        material = materials.edit(session.document.scene.materials[name], isinstance(part, Mesh), known)
+        scene = session.document.scene
+        others = [n for n, other in scene.materials.items() if n != name and not (other.blend or other.unlit)]
+        material = materials.edit(scene.materials[name], isinstance(part, Mesh), list(scene.media), others)
         try:
             session.edit(session.document.with_material(name, material), f"material {name}")
         except ValueError as error:  # two dielectrics that overlap cannot have the same priority
@@ -111,8 +112,9 @@ def _environment(session: Session) -> None:
 
 
 def _material_of(session: Session, place: Part) -> str:
-    """The name of the material to edit; of a mesh with several, the chosen one."""
-    names = objects.materials_of(session.document.part(place))
+    """The name of the material to edit; of a mesh with several, or of a blend, the chosen one."""
+    scene, own = session.document.scene, objects.materials_of(session.document.part(place))
+    names = list(dict.fromkeys(blended for name in own for blended in scene.blended(name)))
     if len(names) > 1:
         name = session.material if session.material in names else names[0]
         session.material = widgets.choice("Edit", name, names)
