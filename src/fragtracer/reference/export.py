@@ -23,7 +23,8 @@ _TAGS = {
     **dict.fromkeys((*lights.TYPES, "constant", "envmap", plugins.UNLIT), "emitter"),
     **dict.fromkeys(("perspective", "thinlens"), "sensor"),
     **dict.fromkeys(("box", "tent", "gaussian"), "rfilter"),
-    **dict.fromkeys(("diffuse", "twosided", "blendbsdf", "mask", "normalmap", plugins.NAME, plugins.SURFACE), "bsdf"),
+    **dict.fromkeys(("diffuse", "twosided", "blendbsdf", "mask", "normalmap"), "bsdf"),
+    **dict.fromkeys((plugins.BLEND, plugins.NAME, plugins.SURFACE), "bsdf"),
     **dict.fromkeys(("bitmap", "mesh_attribute", plugins.TEXTURE), "texture"),
     **dict.fromkeys(("conductor", "roughconductor", "plastic", "roughplastic", "principled"), "bsdf"),
     **dict.fromkeys(("path", "volpath", "volpathmis"), "integrator"),
@@ -86,7 +87,7 @@ def _notes(scene: Scene, plugin: bool) -> dict[str, str]:
     geometry = geometry_term(scene.render)
     notes = {
         f"material_{i}": f"{name}: {note(material, geometry, plugin, attributes.get(name, MeshAttributes()))}"
-        + (f"; blended with {material.blend} by blendbsdf" if material.blend else "")
+        + (f"; {_blend_note(material.blend, plugin)}" if material.blend is not None else "")
         for i, (name, material) in enumerate(scene.materials.items())
     }
     for kind in LIGHTS:
@@ -95,6 +96,12 @@ def _notes(scene: Scene, plugin: bool) -> dict[str, str]:
             if text := lights.note(light, plugin):
                 notes[key] = f"{key}: {text}"
     return notes
+
+
+def _blend_note(other: str, plugin: bool) -> str:
+    if plugin:
+        return f"blended with {other} by {plugins.BLEND}, the same"
+    return f"blended with {other} by blendbsdf, nearly the same: too dark where a mirror or glass reflects"
 
 
 def _copy_plugins(folder: Path) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from fragtracer.errors import FragtracerError
 from fragtracer.reference.dielectrics import conductor_bsdf, dielectric_bsdf, facets, plastic_bsdf
 from fragtracer.reference.meshes import MeshAttributes
-from fragtracer.reference.plugins import NAME, SURFACE, UNLIT
+from fragtracer.reference.plugins import BLEND, NAME, SURFACE, UNLIT
 from fragtracer.reference.shapes import Tree, rgb
 from fragtracer.reference.textures import TextureFolder
 from fragtracer.scene import Image, Material, RenderSettings, Texture
@@ -108,7 +108,8 @@ def exact_bsdf(material: Material, geometry: str, attributes: MeshAttributes, te
 def blended_bsdf(
     material: Material, parts: Sequence[Tree], attributes: MeshAttributes, textures: TextureFolder, exact: bool
 ) -> Tree:
-    """Mitsuba's blend of two: of ``material`` itself, and of that which it is blended with."""
+    """The blend of two: of ``material`` itself, and of that which it is blended with; by Mitsuba's own ``blendbsdf``
+    unless it is to be ``exact``."""
     weight, texture = material.blend_weight, material.blend_weight_texture
     if material.alpha_mode != "opaque" or (exact and not material.double_sided):
         raise FragtracerError(
@@ -120,9 +121,10 @@ def blended_bsdf(
             "Mitsuba looks blend_weight_texture up at the coordinates of what emits, or else at the first ones; give "
             "the texture these, or export the scene without --plugin"
         )
-    tree: Tree = {"type": "blendbsdf", "bsdf_0": parts[0], "bsdf_1": parts[1], "weight": float(weight)}
+    kind = BLEND if exact else "blendbsdf"
+    tree: Tree = {"type": kind, "bsdf_0": parts[0], "bsdf_1": parts[1], "weight": float(weight)}
     if texture and exact:
-        tree["weight"] = textures.exact(texture, texture.channel, (weight,) * 3)
+        tree["weight_texture"] = textures.exact(texture, texture.channel)
     elif texture:
         tree["weight"] = textures.nearest(texture, texture.channel, weight)
     return tree
