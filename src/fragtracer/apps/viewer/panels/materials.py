@@ -96,8 +96,10 @@ _CONTROLS: dict[str, Callable[[Material], Any]] = {
 
 
 def _blend(material: Material, others: Sequence[str]) -> dict[str, object]:
-    """With what it is blended, and how much of it is that; changing from one to another keeps the weight."""
-    chosen = widgets.choice("Blend with", material.blend or _NO_BLEND, [_NO_BLEND, *others]) if others else _NO_BLEND
+    """With what it is blended, and how much of it is that."""
+    if not others:
+        return {}
+    chosen = widgets.choice("Blend with", material.blend or _NO_BLEND, [_NO_BLEND, *others])
     if chosen == _NO_BLEND:
         default = Material()
         return {name: getattr(default, name) for name in ("blend", "blend_weight", "blend_weight_texture")}
