@@ -17,13 +17,11 @@ from fragtracer.scene.fields import LARGEST
 from fragtracer.scene.reflectance import reflectance_from_ior
 from fragtracer.scene.texture import ColorSpace, Wrap
 
+DEFAULT = "default"  # the name of what has no material
 _WRAPS: dict[int, Wrap] = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
 _NEAREST = 9728
 _LEAST_ATTENUATION = 1e-6  # in place of a black attenuationColor
 _MOST_PIXELS = 2**29  # of all images together
-
-
-DEFAULT = "default"  # the name of what has no material
 
 
 def unique(name: str, suffix: object, taken: Collection[str]) -> str:

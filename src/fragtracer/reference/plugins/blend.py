@@ -25,17 +25,17 @@ def blend_class(mi: Any, dr: Any) -> type:
         def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
             weight = self._weight_at(si, active)
             second = sample1 < weight
-            choice = dr.select(second, sample1 / weight, (sample1 - weight) / (1 - weight))
-            samples = [
-                part.sample(ctx, si, choice, sample2, active & chosen)
-                for part, chosen in zip(self.parts, (~second, second), strict=True)
-            ]
-            bs, value = dr.select(second, samples[1][0], samples[0][0]), dr.select(second, samples[1][1], samples[0][1])
+            rest = dr.select(second, sample1, sample1 - weight) / dr.select(second, weight, 1 - weight)
+            (bs_0, value_0), (bs_1, value_1) = (
+                part.sample(ctx, si, rest, sample2, active & chosen)
+                for part, chosen in zip(self.parts, (sample1 >= weight, second), strict=True)
+            )
+            bs, value = dr.select(second, bs_1, bs_0), dr.select(second, value_1, value_0)
             bs.sampled_component += dr.select(second, self.parts[0].component_count(), 0)
             smooth = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Smooth)
             both, pdf = self.eval_pdf(ctx, si, bs.wo, active & smooth)
             bs.pdf = dr.select(smooth, pdf, bs.pdf * dr.select(second, weight, 1 - weight))
-            return bs, dr.select(smooth, dr.select(pdf > 0, both / pdf, 0), value)
+            return bs, dr.select(smooth, both / dr.maximum(pdf, 1e-30), value)
 
         def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
             weight = self._weight_at(si, active)
