@@ -23,6 +23,7 @@ vec3 auxiliary_value(Ray ray, uint seed) {
     Hit hit = closest_hit(ray, seed);
     if (hit.primitive == NO_PRIMITIVE) return vec3(0.0);
     Surface surface = surface_at(ray, hit);
+    material_choose(surface, seed);
 #if AUXILIARY == AUXILIARY_NORMALS
     return 0.5 + 0.5 * material_shading_normal(surface);
 #elif AUXILIARY == AUXILIARY_DEPTH

@@ -62,9 +62,11 @@ vec2 layers_motion(vec4 point) {
 }
 
 void layers_add(inout Film film, ivec2 pixel, uint index, Ray ray, uint seed) {
-    Hit hit = closest_hit(ray, hash_uint(seed));
+    seed = hash_uint(seed);
+    Hit hit = closest_hit(ray, seed);
     bool is_hit = hit.primitive != NO_PRIMITIVE;
     Surface surface = surface_at(ray, hit);
+    material_choose(surface, seed);
     bool is_front = dot(surface.normal, ray.direction) < 0.0;
     film_add(film, is_hit ? layers_albedo(material_at(surface), is_front) : vec3(0.0));
     float share = 1.0 / film.count;
@@ -95,9 +97,11 @@ void layers_add(inout Film film, ivec2 pixel, uint index, Ray ray, uint seed) {
     int number = 0;
     bool goes_on;
     do {
-        Hit hit = closest_hit(ray, hash_uint(seed + uint(number)));
+        uint vertex_seed = hash_uint(seed + uint(number));
+        Hit hit = closest_hit(ray, vertex_seed);
         bool is_hit = hit.primitive != NO_PRIMITIVE;
         Surface surface = surface_at(ray, hit);
+        material_choose(surface, vertex_seed);
         Material material = material_at(surface);
         float cos_theta = -dot(surface.normal, ray.direction);
         bool is_unlit = is_hit && material.unlit != 0;
@@ -176,7 +180,7 @@ void main() {
     for (int i = 0; i < u_rays; i++) {
         uint index = film_sampler_index(film);
         vec4 u = sampler_vec4(pixel, index, dimension_camera(), unused);
-        // The hash of the path's first vertex, so that stochastic alpha decides as in the picture.
+        // The hash of the path's first vertex, so that stochastic alpha and blends decide as in the picture.
         layers_add(film, pixel, index, camera_ray(pixel, u), hash_pcg4d(floatBitsToUint(u)).x);
     }
     if (traversal_was_cut) film_invalidate(film);

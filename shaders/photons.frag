@@ -41,6 +41,7 @@ float photon_indirect(Vertex receiver, vec4 u, uint seed) {
     Hit hit = closest_hit(ray, seed);
     if (hit.primitive == NO_PRIMITIVE) return PI * luminance(u_ambient_radiance);
     Surface surface = surface_at(ray, hit);
+    material_choose(surface, seed);
     Vertex vertex = vertex_at(surface, material_at(surface), ray.direction, seed);
     return PI * luminance(direct_sample(vertex, true, u.zw));
 }
@@ -58,6 +59,7 @@ void main() {
     Ray ray = photon_chord(target, u, v.x);
     Hit hit = closest_hit(ray, seed);
     Surface surface = surface_at(ray, hit);
+    material_choose(surface, seed);
     if (hit.primitive == NO_PRIMITIVE || distance(surface.position, target.xyz) > 1.001 * abs(target.w)) return;
     Material material = material_at(surface);
     Vertex vertex = vertex_at(surface, material, ray.direction, seed);
@@ -78,6 +80,7 @@ void main() {
         seed = hash_uint(seed);
         hit = closest_hit(ray, seed);
         surface = surface_at(ray, hit);
+        material_choose(surface, seed);
         material = material_at(surface);
         if (hit.primitive == NO_PRIMITIVE || material.unlit != 0 || scattered.pdf <= 0.0) flux = 0.0;
         vertex = vertex_at(surface, material, ray.direction, seed);

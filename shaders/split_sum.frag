@@ -21,6 +21,7 @@ vec3 split_sum_radiance(Ray ray, uint seed, ivec2 pixel, uint index) {
     Hit hit = closest_hit(ray, seed);
     if (hit.primitive == NO_PRIMITIVE) return escaped_radiance(ray.direction, 0, 0.0, true);
     Surface surface = surface_at(ray, hit);
+    material_choose(surface, seed);
     Material material = material_at(surface);
     vec3 radiance = vec3(0.0);
     bool is_light = surface.light >= 0 && dot(surface.normal, ray.direction) < 0.0;

@@ -15,6 +15,7 @@ import numpy as np
 import test_adaptive_sampling
 import test_anisotropy
 import test_aov
+import test_blends
 import test_convergence
 import test_cube_maps
 import test_dielectrics
@@ -962,6 +963,13 @@ MUTATIONS = [
         "turned.y * along.x + turned.x * along.y",
         "turned.y * along.x - turned.x * along.y",
         Check(test_anisotropy.test_a_texture_turns_facets_and_makes_them_less_wide),
+    ),
+    Mutation(
+        "weights of blended materials exchanged",
+        "material/material.glsl",
+        "hash_to_unit(hash_uint(seed ^ 0xb5297a4du)) < weight",
+        "hash_to_unit(hash_uint(seed ^ 0xb5297a4du)) >= weight",
+        Check(test_blends.test_a_surface_scatters_by_both_with_their_weights, texture=None, estimator="mis"),
     ),
     Mutation(
         "tangents of meshes not used",

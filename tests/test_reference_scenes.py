@@ -73,6 +73,7 @@ OTHER_SPP = {
     "a spot light": 4096,
     "a spot light with a hard edge": 4096,
     "all kinds": 2048,
+    "blends": 2048,
     "conductor": 2048,
     "dielectric": 4096,
     "eon": 512,
@@ -139,6 +140,19 @@ BSDFS = {
     for name, model in MODELS.items()
     if model.scene_materials
 }
+
+GLASS_AND_PANE = {"glass": Material(model="dielectric", roughness=0.0), "pane": Material(model="thin-dielectric")}
+BSDFS["blends"] = replace(
+    BALLS,
+    materials=BALLS.materials
+    | GLASS_AND_PANE
+    | {
+        "plastic": replace(BALLS.materials["plastic"], blend="glass", blend_weight=0.6),
+        "gold": replace(BALLS.materials["gold"], blend="pane", blend_weight=0.4),
+    },
+    lights=[LAMP_ABOVE],
+    ambient=Ambient(0.2),
+)
 
 CLOUD = Sphere((-0.1, 0.9, 0.4), 0.6, "cloud")
 SMOKE = Density(np.random.default_rng(1).random((6, 5, 4)) * 2)
@@ -214,7 +228,7 @@ def test_disks_and_lights_agree_with_the_reference(ctx, name):
 
 @pytest.mark.parametrize("name", BSDFS)
 def test_bsdfs_agree_with_the_reference(ctx, name):
-    """Each model of the table that no bundled scene has, within 1 %."""
+    """Each model of the table that no bundled scene has, and blends, within 1 %."""
     assert_agreement(ctx, name, margin=0.01)
 
 

@@ -70,6 +70,7 @@ vec3 direct_transmittance(Vertex vertex, Ray ray, float distance, ivec4 inside, 
         transmittance *= medium_transmittance(medium, ray, goes_on ? hit.distance : distance, hash_uint(~seed));
         if (goes_on) {
             Surface surface = surface_at(ray, hit);
+            material_choose(surface, seed);
             Material material = material_load(surface.material);
             bool is_entered = dot(surface.normal, ray.direction) < 0.0;
             if (!interior_bounds_medium(material)) transmittance = vec3(0.0);

@@ -27,7 +27,7 @@ struct Path {
     float pdf;        // 1/sr, of the ray's direction by BSDF sampling
     bool certain;     // the ray could only have come this way: from the camera or a delta lobe
     float rr_sample;  // uniform number that decides whether the path survives its next vertex
-    uint seed;        // of stochastic alpha, another for each path
+    uint seed;        // of stochastic alpha and of blends, another for each path
     ivec4 inside;     // the dielectrics that the ray is in (integrator/interior.glsl)
     int band;         // the colour that dispersion has left of it, or BAND_NONE
 #if HAS_MEDIA
@@ -74,9 +74,11 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
     do {
         // The next surface along the ray.
         int vertex_number = path.depth + path.passed;
-        Hit hit = closest_hit(path.ray, hash_uint(path.seed + uint(vertex_number)));
+        uint seed = hash_uint(path.seed + uint(vertex_number));
+        Hit hit = closest_hit(path.ray, seed);
         bool is_hit = hit.primitive != NO_PRIMITIVE;
         Surface surface = surface_at(path.ray, hit);
+        material_choose(surface, seed);
         Material material = material_at(surface);
         bool escapes = !is_hit;
 #if HAS_MEDIA

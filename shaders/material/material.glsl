@@ -3,6 +3,7 @@
 // colours of the vertices (the metallic-roughness material of glTF 2.0, section 3.9).
 #include "bsdf/bsdf.glsl"
 #include "core/frame.glsl"
+#include "core/hash.glsl"
 #include "core/math.glsl"
 #include "scene/material.glsl"
 #include "shape/surface.glsl"
@@ -96,6 +97,21 @@ Material material_with_maps(Material material, Maps maps, vec4 uv, vec3 color) {
         material.emission = albedo;
     }
     return material;
+}
+
+// Of two materials that are blended a ray meets one: the other one with the probability of its weight, by a hash of the
+// ray's own `seed`. The mean is that of the blended BSDFs, whatever technique chose the direction, so that no weight between
+// techniques needs to know of it (compare material/visibility.glsl).
+void material_choose(inout Surface surface, uint seed) {
+    if (u_has_blends == 0) return;
+    Blend blend = blend_load(surface.material);
+    float weight = blend.weight;
+#if HAS_TEXTURES
+    if (textures_change(TEXTURE_BLEND_WEIGHT) && blend.texture_index >= 0) {
+        weight *= texture_channel(texture_load(blend.texture_index), surface.uv);
+    }
+#endif
+    if (hash_to_unit(hash_uint(seed ^ 0xb5297a4du)) < weight) surface.material = blend.other;
 }
 
 Material material_at(Surface surface) {

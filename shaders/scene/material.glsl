@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Records of materials: their constant values, what textures and the colours of vertices change of them, what is
-// peculiar to dielectrics, conductors and plastics, their opacity.
+// peculiar to dielectrics, conductors and plastics, their opacity, what they are blended with.
 #include "scene/storage.glsl"
 
 uniform int u_first_material;  // texels of u_scene where the tables begin
@@ -11,7 +11,9 @@ uniform int u_first_plastic;
 uniform int u_first_coat;
 uniform int u_first_anisotropy;
 uniform int u_first_opacity;
+uniform int u_first_blend;
 uniform int u_has_maps;        // 0: materials are constant
+uniform int u_has_blends;      // 0: none is blended with another
 
 const int ALPHA_OPAQUE = 0;
 const int ALPHA_MASK = 1;
@@ -150,4 +152,18 @@ Opacity opacity_of(uvec4 t0) {
 Opacity opacity_load(int index) {
     int first = u_first_opacity + 1 * index;
     return opacity_of(scene_texel(first));
+}
+
+// With which other material one is blended; of every material, where any is.
+struct Blend {
+    float weight;  // of the other one
+    int texture_index;  // whose channel multiplies it; -1: there is none
+    int other;  // number of that material
+};
+Blend blend_of(uvec4 t0) {
+    return Blend(uintBitsToFloat(t0.x), int(t0.y), int(t0.z));
+}
+Blend blend_load(int index) {
+    int first = u_first_blend + 1 * index;
+    return blend_of(scene_texel(first));
 }

@@ -199,7 +199,8 @@ def test_info_says_what_a_model_holds(run, tmp_path):
 
 
 def test_info_counts_every_kind_of_shape_and_light():
-    materials, spot = {"a": ft.Material()}, ft.SpotLight((0, 1, 0), (0, -1, 0), 1.0)
+    materials = {"a": ft.Material(blend="b", blend_weight=0.25), "b": ft.Material()}
+    spot = ft.SpotLight((0, 1, 0), (0, -1, 0), 1.0)
     scene = ft.Scene(
         materials=materials,
         disks=[ft.Disk((0, 0, 0), (0, 1, 0), 1.0, "a")] * 3,
@@ -210,6 +211,7 @@ def test_info_counts_every_kind_of_shape_and_light():
     assert ["disks", "3"] in lines
     assert ["spot", "lights", "2"] in lines
     assert ["directional", "lights", "1"] in lines
+    assert ["blend", "a:", "b", "by", "0.25"] in lines
 
 
 def test_a_model_is_rendered(run, tmp_path):

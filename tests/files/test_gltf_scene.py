@@ -1,13 +1,18 @@
 # SPDX-License-Identifier: MIT
 """Scenes of glTF files: nodes, materials, cameras and lights, and what is not shown."""
 
+import io
+import warnings
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import PIL.Image
 import pytest
 
+from fragtracer.io import qualified
 from fragtracer.io.toml import load, save
+from fragtracer.scene import Texture
 
 from .data import PNG, TRIANGLE, Gltf
 
@@ -106,7 +111,7 @@ def test_materials(tmp_path: Path) -> None:
 
 
 def test_what_transmits_is_a_dielectric(tmp_path: Path) -> None:
-    """With a thickness a solid, without one a pane; what transmits in part is left as it is, with a note."""
+    """With a thickness a solid, without one a pane; what transmits in part is blended with one."""
     volume = {
         "thicknessFactor": 1,
         "thicknessTexture": {"index": 0},
@@ -133,7 +138,7 @@ def test_what_transmits_is_a_dielectric(tmp_path: Path) -> None:
     position = gltf.array(TRIANGLE)
     primitives = [{"attributes": {"POSITION": position}, "material": index} for index in range(3)]
     gltf.content |= {"meshes": [{"primitives": primitives}], "nodes": [{"mesh": 0}], "scenes": [{"nodes": [0]}]}
-    with pytest.warns(UserWarning, match=r"KHR_materials_transmission of materials\[2\], which is mixed") as caught:
+    with pytest.warns(UserWarning, match=r"roughnessFactor of materials\[2\], a pane") as caught:
         model = gltf.read(tmp_path)
     assert "thicknessTexture of materials[1], whose thickness is that of its mesh" in str(caught[0].message)
     assert model.materials["glass"].transmittance_texture is not None
@@ -144,7 +149,96 @@ def test_what_transmits_is_a_dielectric(tmp_path: Path) -> None:
     assert (glass.attenuation_color, glass.attenuation_distance) == ((0.5, 1e-6, 1), 2)
     assert glass.abbe_number == 40
     assert glass.transmittance == model.materials["pane"].transmittance == color
-    assert model.materials["veil"].model == "metallic-roughness"
+    veil = model.materials["veil"]
+    assert (veil.model, veil.blend, veil.blend_weight) == ("metallic-roughness", "veil/transmission", 0.4)
+    assert veil.double_sided
+    other = model.materials["veil/transmission"]
+    assert (other.model, other.ior, other.transmittance) == ("thin-dielectric", 1.5, color)
+    renamed = qualified(model, "x").materials
+    assert renamed["x/veil"].blend == "x/veil/transmission" in renamed
+
+
+def channels(*values: list[float]) -> bytes:
+    """A PNG of one row with these colours, as parts of 255."""
+    file = io.BytesIO()
+    PIL.Image.fromarray(np.array([values], np.uint8)).save(file, "PNG")
+    return file.getvalue()
+
+
+NO_METAL, STRAY = {"metallicFactor": 0}, [7, 7, 7]
+TRANSMISSIONS: dict[str, tuple[dict[str, Any], dict[str, Any], Any, Any]] = {
+    "none": (NO_METAL, {"transmissionFactor": 0, "transmissionTexture": {"index": 0}}, 0, 0),
+    "all": (NO_METAL, {"transmissionFactor": 1}, 1, None),
+    "half of a half metal": ({"metallicFactor": 0.5}, {"transmissionFactor": 0.5}, 0.25, 2 / 3),
+    "all of a half metal": ({"metallicFactor": 0.5}, {"transmissionFactor": 1}, 0.5, 1),
+    "a metal": ({}, {"transmissionFactor": 1}, 0, 1),
+    "red of a texture": (NO_METAL, {"transmissionFactor": 0.5, "transmissionTexture": {"index": 0}}, [0, 0.2, 0.5], 0),
+    "where there is no metal": (
+        {"metallicRoughnessTexture": {"index": 1}},
+        {"transmissionFactor": 0.5},
+        [0.5, 0.3, 0],
+        [0, 4 / 7, 1],
+    ),
+    "of both textures": (
+        {"metallicRoughnessTexture": {"index": 1}},
+        {"transmissionFactor": 1, "transmissionTexture": {"index": 0}},
+        [0, 0.4 * 0.6, 0],
+        [0, 0.4 / 0.76, 1],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", TRANSMISSIONS)
+def test_the_part_that_transmits(tmp_path: Path, name: str) -> None:
+    """By its factor and the red of its texture, of what is no metal; the rest is the more metallic."""
+    surface, transmission, weight, metallic = TRANSMISSIONS[name]
+    item = {"pbrMetallicRoughness": surface, "extensions": {"KHR_materials_transmission": transmission}}
+    gltf = Gltf(materials=[item])
+    gltf.triangle(material=0)
+    images = channels([0, 9, 9], [102, 9, 9], [255, 9, 9]), channels([9, 9, 0], [9, 9, 102], [9, 9, 255])
+    gltf.content |= {
+        "textures": [{"source": 0}, {"source": 1}],
+        "images": [{"bufferView": gltf.view(image), "mimeType": "image/png"} for image in images],
+    }
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # that the pane is rough
+        materials = gltf.read(tmp_path).materials
+    made = materials["material 0"]
+    if weight == 1:
+        assert made.model == "thin-dielectric"
+        return
+    assert made.model == "metallic-roughness"
+    assert (made.blend is not None) == (weight != 0) == (len(materials) == 2)
+    assert at_texels(made.metallic, made.metallic_texture) == pytest.approx(np.broadcast_to(metallic, 3), abs=0.003)
+    if weight != 0:
+        found = at_texels(made.blend_weight, made.blend_weight_texture)
+        assert found == pytest.approx(np.broadcast_to(weight, 3), abs=0.003)
+
+
+def at_texels(factor: float, texture: Texture | None) -> Any:
+    """The value of a parameter at the three texels of its texture."""
+    if texture is None:
+        return np.full(3, factor)
+    return (
+        factor * texture.image.pixels[0, :, min("rgb".index(texture.channel), texture.image.pixels.shape[2] - 1)] / 255
+    )
+
+
+def test_glass_may_glow(tmp_path: Path) -> None:
+    """From its front alone: its back is where light leaves it."""
+    glowing = {
+        "emissiveFactor": [1, 1, 1],
+        "doubleSided": True,
+        "pbrMetallicRoughness": NO_METAL | {"roughnessFactor": 0},
+    }
+    parts = [{"KHR_materials_transmission": {"transmissionFactor": t}} for t in (1, 0.5)]
+    gltf = Gltf(materials=[glowing | {"extensions": part} for part in parts], nodes=[{"mesh": 0}, {"mesh": 1}])
+    gltf.content["scenes"] = [{"nodes": [0, 1]}]
+    gltf.triangle(material=0)
+    gltf.triangle(material=1)
+    model = gltf.read(tmp_path)
+    assert len(model.mesh.parts) == 2
+    assert [m.is_emissive for m in model.materials.values()] == [True, True, False]
 
 
 @pytest.mark.parametrize("transmits", [False, True])

@@ -229,6 +229,27 @@ def test_a_diffuse_material_is_mitsubas_own(mi):
     assert (tree["material_1"]["type"], tree["material_1"]["geometry"]) == ("fragtracer_cooktorrance", "karis")
 
 
+def test_blends(mi):
+    """By our plugin, of whose parts one lies in another dielectric here; else by Mitsuba's own."""
+    materials = {
+        "red": Material(albedo=1.0, specular=0.0, blend="ice", blend_weight=0.3),
+        "ice": Material(model="dielectric", ior=1.3, priority=1),
+        "water": Material(model="dielectric", ior=1.33),
+    }
+    spheres = [Sphere((0.0, 0.0, 0.0), 1.0, "red"), Sphere((0.0, 0.0, 0.0), 2.0, "water")]
+    scene = Scene(materials=materials, spheres=spheres)
+    tree = to_mitsuba(scene)
+    mi.load_dict(tree)
+    of_water = tree["sphere_0"]["bsdf"]
+    assert (tree["material_0"]["type"], of_water["type"], of_water["weight"]) == (*["fragtracer_blend"] * 2, 0.3)
+    assert [tree["material_0"]["bsdf_1"]["ext_ior"], of_water["bsdf_1"]["ext_ior"]] == [1.0, 1.33]
+    assert of_water["bsdf_0"]["bsdf"]["type"] == "diffuse"
+    assert to_mitsuba(scene, plugins=False)["material_0"]["type"] == "blendbsdf"
+    veiled = {**materials, "red": replace(materials["red"], alpha_mode="blend")}
+    with pytest.raises(FragtracerError, match="blend out"):
+        to_mitsuba(replace(scene, materials=veiled))
+
+
 def brushed(**values):
     return {"brushed": Material(model="conductor", metal="gold", roughness=0.5, anisotropy=0.6, **values)}
 

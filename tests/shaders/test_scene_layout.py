@@ -140,6 +140,7 @@ def full_scene() -> Scene:
         "satin": Material(model="rough-plastic"),
         "cloud": Material(model="null", interior="haze", priority=1),
     }
+    bumpy = replace(bumpy, blend="glass", blend_weight=0.7, blend_weight_texture=Texture(image, channel="g"))
     return replace(
         scene,
         materials=scene.materials | others | {"bumpy": bumpy, "plain": Material(alpha_mode="blend", opacity=0.4)},

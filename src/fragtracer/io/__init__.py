@@ -100,7 +100,10 @@ def qualified(model: Model, prefix: str) -> Model:
     parts = tuple(
         Part(part.geometry, names.get(part.material, part.material), part.matrix) for part in model.mesh.parts
     )
-    materials = {names[name]: material for name, material in model.materials.items()}
+    materials = {
+        names[name]: replace(material, blend=names.get(material.blend or "", material.blend))
+        for name, material in model.materials.items()
+    }
     return replace(model, mesh=replace(model.mesh, parts=parts), materials=materials)
 
 

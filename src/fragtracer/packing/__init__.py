@@ -4,7 +4,7 @@
 Positions are packed relative to the middle of the scene, so that a scene far from the origin keeps its precision.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
@@ -196,7 +196,7 @@ def _bvh(
         (name, _mesh_material(scene.materials[name], number)) for name, number in surfaces.of_meshes.items()
     )
     attributes = tuple(name for name in ATTRIBUTES if name in set(needed_attributes(scene)))
-    meshes = _with_tangents(scene.meshes, tuple(scene.materials.items())) if "tangent" in attributes else scene.meshes
+    meshes = _with_tangents(scene) if "tangent" in attributes else scene.meshes
     x, y, z = origin.tolist()
     return pack_bvh(meshes, materials, attributes, shapes, first, (x, y, z), extent)
 
@@ -205,15 +205,16 @@ def _mesh_material(material: Material, number: int) -> MeshMaterial:
     return MeshMaterial(number, sum(mean_emission(material)), 0 if material.double_sided else CULLED)
 
 
-def _with_tangents(meshes: Sequence[Mesh], materials: Iterable[tuple[str, Material]]) -> tuple[Mesh, ...]:
-    """The meshes with tangents where a normal map or anisotropic facets need them."""
-    coordinates = {name: set_ for name, material in materials if (set_ := material.tangent_coordinates) is not None}
+def _with_tangents(scene: Scene) -> tuple[Mesh, ...]:
+    """The meshes with tangents where a normal map or anisotropic facets need them; of two materials that are blended
+    they follow the coordinates of the first that does."""
+    own = {name: material.tangent_coordinates for name, material in scene.materials.items()}
 
     def part_with(mesh: Mesh, part: Any) -> Any:
-        found = coordinates.get(mesh.material_of(part))
+        found = next((own[n] for n in scene.blended(mesh.material_of(part)) if own[n] is not None), None)
         return part if found is None else replace(part, geometry=with_tangents(part.geometry, found))
 
-    return tuple(replace(mesh, parts=tuple(part_with(mesh, part) for part in mesh.parts)) for mesh in meshes)
+    return tuple(replace(mesh, parts=tuple(part_with(mesh, part) for part in mesh.parts)) for mesh in scene.meshes)
 
 
 def _scene_words(

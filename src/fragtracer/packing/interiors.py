@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from fragtracer.scene import Geometry, Material, Scene
-from fragtracer.scene.interiors import has_interiors, has_media, solids
+from fragtracer.scene.interiors import fillings, has_interiors, has_media, solids
 
 _KIND_OF = {"dielectric": "dielectric", "null": "boundary"}
 MOST_INTERIORS = 4  # of a path at once: the components of an ivec4
@@ -25,13 +25,14 @@ def dielectrics(materials: Mapping[str, Material]) -> dict[str, int]:
 def interior_flags(scene: Scene) -> dict[str, int]:
     """The uniforms that say whether paths have to know what they are in, and of what colour. Warns of meshes that are
     not closed."""
+    inside = fillings(scene)
     for mesh in scene.meshes:
         for part in mesh.parts:
-            if scene.materials[mesh.material_of(part)].is_solid and not is_closed(part.geometry):
+            name = inside.get(mesh.material_of(part))
+            if name is not None and not is_closed(part.geometry):
                 warnings.warn(
-                    f"mesh {mesh.name!r} of the {_KIND_OF[scene.materials[mesh.material_of(part)].model]} "
-                    f"{mesh.material_of(part)!r} is not closed: where a ray gets in by a gap, it is taken to be "
-                    "outside",
+                    f"mesh {mesh.name!r} of the {_KIND_OF[scene.materials[name].model]} {name!r} is not closed: where "
+                    "a ray gets in by a gap, it is taken to be outside",
                     stacklevel=2,
                 )
     found = list(solids(scene))

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Materials and their textures as records of shaders/scene/{material,texture}.glsl."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -22,7 +22,7 @@ _ALPHA_MODES = ("opaque", "mask", "blend")
 _WRAP_MODES = ("repeat", "mirror", "clamp")
 TEXTURE_NEAREST = 4
 # What textures change, as in scene/texture.glsl.
-_USES = {"albedo": 1, "roughness": 2, "metallic": 4, "normal": 8, "occlusion": 16, "emission": 32, "anisotropy": 64}
+_USES = {name: 1 << i for i, name in enumerate(name for name in TEXTURED if name != "transmittance")}
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +30,7 @@ class PackedMaterials:
     """Words of the records by kind, features, flags (uniforms that say what kinds of things there are), and images.
 
     ``of_shapes`` and ``of_meshes`` are the numbers of materials by name: those of shapes, which have no texture
-    coordinates, leave the textures out.
+    coordinates, leave the textures out. ``others`` are the numbers of what materials are blended with, by theirs.
     """
 
     words: Mapping[str, Words]
@@ -39,21 +39,23 @@ class PackedMaterials:
     atlas: Atlas
     of_shapes: Mapping[str, int]
     of_meshes: Mapping[str, int]
+    others: Mapping[int, int]
 
 
 def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMaterials:
     """Pack ``materials``, those of ``scene`` and of its lights."""
     packed, of_shapes, of_meshes = _apart(scene, materials)
+    names = _names(of_shapes, of_meshes)
+    others = _with_others(packed, names, set(of_meshes.values()), materials)
     dielectric = dielectrics(materials)
     conductor, plastic = (
         {name: i for i, name in enumerate(n for n, m in materials.items() if m.model in models)}
         for models in (("conductor",), ("plastic", "rough-plastic"))
     )
     coats = {name: _coats(materials[name]) for name in plastic}
-    numbers = np.array([_has_half_vector(m) for m in packed], np.int64)
-    for name, number in (dielectric | conductor | plastic).items():
-        numbers[[of[name] for of in (of_shapes, of_meshes) if name in of]] = number
-    textured = [packed[i] for i in of_meshes.values() if packed[i].textures]
+    own = dielectric | conductor | plastic
+    numbers = np.array([own.get(n, _has_half_vector(m)) for n, m in zip(names, packed, strict=True)], np.int64)
+    textured = [m for m in packed if m.textures]
     textures = list(dict.fromkeys(t for m in textured for t in m.textures.values()))
     atlas = build_atlas(texture.image for texture in textures)
     index = {texture: i for i, texture in enumerate(textures)}
@@ -78,6 +80,9 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
         "Opacity": words_of_rows(
             MATERIAL_RECORDS["Opacity"], [_opacity(m, index) for m in packed] if has_alpha else []
         ),
+        "Blend": words_of_rows(
+            MATERIAL_RECORDS["Blend"], [_blend(i, m, others, index) for i, m in enumerate(packed)] if others else []
+        ),
         "Texture": words_of_rows(MATERIAL_RECORDS["Texture"], [_texture(t, atlas.regions[t.image]) for t in textures]),
     }
     used = {"albedo" if name == "transmittance" else name for m in textured for name in m.textures}
@@ -92,6 +97,7 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
     }
     flags = {
         "u_has_maps": int(has_maps),
+        "u_has_blends": int(bool(others)),
         "u_dielectrics_are_smooth": int(not any(map(_is_rough_dielectric, packed))),
         "u_facets_are_isotropic": int(not is_anisotropic),
         "u_without_half_vector": int(not any(map(_has_half_vector, packed))),
@@ -99,14 +105,18 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
         "u_texture_uses": sum(_USES[name] for name in used),
         "u_has_float_texels": int(len(atlas.floats) > 0),
     }
-    return PackedMaterials(words, features, flags, atlas, of_shapes, of_meshes)
+    return PackedMaterials(words, features, flags, atlas, of_shapes, of_meshes, others)
 
 
 def material_names(scene: Scene, materials: Mapping[str, Material]) -> list[str]:
     """The names of materials by the numbers that :func:`pack_materials` gives them."""
-    packed, of_shapes, of_meshes = _apart(scene, materials)
-    number = {n: name for of in (of_shapes, of_meshes) for name, n in of.items()}
-    return [number[i] for i in range(len(packed))]
+    return _names(*_apart(scene, materials)[1:])
+
+
+def _names(of_shapes: Mapping[str, int], of_meshes: Mapping[str, int]) -> list[str]:
+    """The names of materials by their numbers."""
+    name = {number: name for of in (of_shapes, of_meshes) for name, number in of.items()}
+    return [name[i] for i in range(len(name))]
 
 
 def mean_emission(material: Material) -> tuple[float, float, float]:
@@ -138,12 +148,28 @@ def _apart(scene: Scene, materials: Mapping[str, Material]) -> tuple[list[Materi
         if name in on_meshes:
             of_meshes[name] = len(packed)
             packed.append(material)
-        if name not in on_meshes or (name in on_shapes and material.textures):
+        other = materials[material.blend] if material.blend is not None else material
+        if name not in on_meshes or (name in on_shapes and (material.textures or other.textures)):
             of_shapes[name] = len(packed)
             packed.append(_without_textures(material))
         else:
             of_shapes[name] = of_meshes[name]
     return packed, of_shapes, of_meshes
+
+
+def _with_others(
+    packed: list[Material], names: list[str], of_meshes: Collection[int], materials: Mapping[str, Material]
+) -> dict[int, int]:
+    """Adds to ``packed`` and ``names`` what each of them is blended with, which emits as that one does; the numbers of
+    these by those. Only numbers ``of_meshes`` have textures."""
+    others: dict[int, int] = {}
+    for number, material in enumerate(list(packed)):
+        if material.blend is not None:
+            other = materials[material.blend] if number in of_meshes else _without_textures(materials[material.blend])
+            others[number] = len(packed)
+            names.append(material.blend)
+            packed.append(replace(other, emission=material.emission, emission_texture=material.emission_texture))
+    return others
 
 
 def _without_textures(material: Material) -> Material:
@@ -255,7 +281,7 @@ def _maps(material: Material, index: Mapping[Texture, int]) -> dict[str, Any]:
     dielectric = replace(material, metal=None, metallic=0.0) if material.model == DEFAULT_MODEL else material
     numbers = {f"{name}_texture": index[textures[name]] if name in textures else -1 for name in TEXTURED}
     transmittance = numbers.pop("transmittance_texture")
-    del numbers["anisotropy_texture"]  # of a record of its own
+    del numbers["anisotropy_texture"], numbers["blend_weight_texture"]  # of records of their own
     if material.is_dielectric:  # in the place of an albedo, which it has not
         numbers["albedo_texture"] = transmittance
     channel = -1
@@ -289,6 +315,15 @@ def _opacity(material: Material, index: Mapping[Texture, int]) -> dict[str, Any]
     }
 
 
+def _blend(number: int, material: Material, others: Mapping[int, int], index: Mapping[Texture, int]) -> dict[str, Any]:
+    texture = material.blend_weight_texture
+    return {
+        "weight": material.blend_weight if number in others else 0.0,
+        "texture_index": index[texture] if texture else -1,
+        "other": others.get(number, number),
+    }
+
+
 def _texture(texture: Texture, region: Region) -> dict[str, Any]:
     """The rows are those of KHR_texture_transform: scaled, turned counter-clockwise as seen on the image, whose v runs
     downwards, and moved."""
@@ -308,7 +343,12 @@ def _texture(texture: Texture, region: Region) -> dict[str, Any]:
 
 def needed_attributes(scene: Scene) -> Iterable[str]:
     """Which attributes of vertices the materials of meshes need: "normal", "uv", "tangent", "color"."""
-    parts = [(scene.materials[mesh.material_of(part)], part.geometry) for mesh in scene.meshes for part in mesh.parts]
+    parts = [
+        (scene.materials[name], part.geometry)
+        for mesh in scene.meshes
+        for part in mesh.parts
+        for name in scene.blended(mesh.material_of(part))
+    ]
     has_bumps = any(material.normal_texture is not None for material, _ in parts)
     has_brushing = any(material.anisotropy > 0 for material, _ in parts)
     if has_bumps or any(geometry.normals is not None for _, geometry in parts):

@@ -31,6 +31,7 @@ MATERIAL_RECORDS: dict[str, Record] = {
     "Coat": (("facets", "vec4"), ("angles", "vec3"), ("internal", "float")),
     "Anisotropy": (("strength", "float"), ("cosine", "float"), ("sine", "float"), ("texture_index", "int")),
     "Opacity": (("opacity", "float"), ("mode", "int"), ("cutoff", "float"), ("texture_index", "int")),
+    "Blend": (("weight", "float"), ("texture_index", "int"), ("other", "int")),
     "Texture": (
         *(("u_row", "vec3"), ("coordinates", "int"), ("v_row", "vec3"), ("channel", "int")),
         *(("x", "int"), ("y", "int"), ("width", "int"), ("height", "int")),

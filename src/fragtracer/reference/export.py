@@ -23,7 +23,8 @@ _TAGS = {
     **dict.fromkeys((*lights.TYPES, "constant", "envmap", plugins.UNLIT), "emitter"),
     **dict.fromkeys(("perspective", "thinlens"), "sensor"),
     **dict.fromkeys(("box", "tent", "gaussian"), "rfilter"),
-    **dict.fromkeys(("diffuse", "twosided", "blendbsdf", "mask", "normalmap", plugins.NAME, plugins.SURFACE), "bsdf"),
+    **dict.fromkeys(("diffuse", "twosided", "blendbsdf", "mask", "normalmap"), "bsdf"),
+    **dict.fromkeys((plugins.BLEND, plugins.NAME, plugins.SURFACE), "bsdf"),
     **dict.fromkeys(("bitmap", "mesh_attribute", plugins.TEXTURE), "texture"),
     **dict.fromkeys(("conductor", "roughconductor", "plastic", "roughplastic", "principled"), "bsdf"),
     **dict.fromkeys(("path", "volpath", "volpathmis"), "integrator"),
@@ -77,14 +78,16 @@ def export_mitsuba(scene: Scene, folder: Path | str, plugin: bool = False) -> li
 
 def _notes(scene: Scene, plugin: bool) -> dict[str, str]:
     """By its key in the tree one for each material, with all attributes that it reads, and each light that changes."""
+    blended = {name: [scene.materials[n] for n in scene.blended(name)] for name in scene.materials}
     attributes = {
-        name: MeshAttributes.of(with_needed_tangents(part.geometry, scene.materials[name]), scene.materials[name])
+        name: MeshAttributes.of(with_needed_tangents(part.geometry, blended[name]), blended[name])
         for mesh in scene.meshes
         for part, name in ((part, mesh.material_of(part)) for part in mesh.parts)
     }
     geometry = geometry_term(scene.render)
     notes = {
         f"material_{i}": f"{name}: {note(material, geometry, plugin, attributes.get(name, MeshAttributes()))}"
+        + (f"; {_blend_note(material.blend, plugin)}" if material.blend is not None else "")
         for i, (name, material) in enumerate(scene.materials.items())
     }
     for kind in LIGHTS:
@@ -93,6 +96,12 @@ def _notes(scene: Scene, plugin: bool) -> dict[str, str]:
             if text := lights.note(light, plugin):
                 notes[key] = f"{key}: {text}"
     return notes
+
+
+def _blend_note(other: str, plugin: bool) -> str:
+    if plugin:
+        return f"blended with {other} by {plugins.BLEND}, the same"
+    return f"blended with {other} by blendbsdf, nearly the same: too dark where a mirror or glass reflects"
 
 
 def _copy_plugins(folder: Path) -> None:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Translates materials to our own Mitsuba plugins, and what emits to Mitsuba's area lights."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -9,7 +10,7 @@ import numpy as np
 from fragtracer.errors import FragtracerError
 from fragtracer.reference.dielectrics import conductor_bsdf, dielectric_bsdf, facets, plastic_bsdf
 from fragtracer.reference.meshes import MeshAttributes
-from fragtracer.reference.plugins import NAME, SURFACE, UNLIT
+from fragtracer.reference.plugins import BLEND, NAME, SURFACE, UNLIT
 from fragtracer.reference.shapes import Tree, rgb
 from fragtracer.reference.textures import TextureFolder
 from fragtracer.scene import Image, Material, RenderSettings, Texture
@@ -102,6 +103,31 @@ def exact_bsdf(material: Material, geometry: str, attributes: MeshAttributes, te
         "diffuse_factor": material.diffuse_factor,
         **{name: width for name, width in facets(material).items() if name.startswith("alpha_")},
     }
+
+
+def blended_bsdf(
+    material: Material, parts: Sequence[Tree], attributes: MeshAttributes, textures: TextureFolder, exact: bool
+) -> Tree:
+    """The blend of two: of ``material`` itself, and of that which it is blended with; by Mitsuba's own ``blendbsdf``
+    unless it is to be ``exact``."""
+    weight, texture = material.blend_weight, material.blend_weight_texture
+    if material.alpha_mode != "opaque" or (exact and not material.double_sided):
+        raise FragtracerError(
+            "Mitsuba shows a blend of materials only where nothing has alpha, and exactly only from both sides; leave "
+            "alpha_mode, double_sided or blend out"
+        )
+    if exact and texture and texture.coordinates != attributes.uv:
+        raise FragtracerError(
+            "Mitsuba looks blend_weight_texture up at the coordinates of what emits, or else at the first ones; give "
+            "the texture these, or export the scene without --plugin"
+        )
+    kind = BLEND if exact else "blendbsdf"
+    tree: Tree = {"type": kind, "bsdf_0": parts[0], "bsdf_1": parts[1], "weight": float(weight)}
+    if texture and exact:
+        tree["weight_texture"] = textures.exact(texture, texture.channel)
+    elif texture:
+        tree["weight"] = textures.nearest(texture, texture.channel, weight)
+    return tree
 
 
 def surface(material: Material, geometry: str, attributes: MeshAttributes, textures: TextureFolder) -> Tree:

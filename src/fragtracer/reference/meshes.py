@@ -5,6 +5,7 @@ Positions are float32, about the origin of the world. The triangles of a mirrore
 wound the other way, so that their fronts stay outside.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,8 +21,8 @@ _FORWARD = 1e-5  # of the largest coordinate
 
 @dataclass(frozen=True)
 class MeshAttributes:
-    """The vertex attributes that a material reads, and which set of texture coordinates is Mitsuba's ``uv``: that of
-    its emission, which Mitsuba's own emitter looks up."""
+    """The vertex attributes that a material and its blend read, and which set of texture coordinates is Mitsuba's
+    ``uv``: that of its emission, which Mitsuba's own emitter looks up."""
 
     shading: bool = False
     tangent: bool = False
@@ -30,13 +31,14 @@ class MeshAttributes:
     uv: int = 0
 
     @classmethod
-    def of(cls, geometry: Geometry, material: Material) -> "MeshAttributes":
-        """Those of ``geometry`` that ``material`` reads."""
+    def of(cls, geometry: Geometry, blended: Sequence[Material]) -> "MeshAttributes":
+        """Those of ``geometry`` that the first of ``blended`` reads, and that which it is blended with."""
+        material = blended[0]
         alpha = geometry.colors is not None and geometry.colors.shape[1] == 4 and material.alpha_mode != "opaque"
         texture = material.emission_texture or material.albedo_texture if material.is_emissive else None
         return cls(
             geometry.normals is not None,
-            material.normal_texture is not None and geometry.tangents is not None,
+            any(part.normal_texture is not None for part in blended) and geometry.tangents is not None,
             geometry.colors is not None,
             alpha,
             texture.coordinates if texture else 0,
@@ -53,9 +55,10 @@ class MeshAttributes:
         return "uv" if coordinates == self.uv else "vertex_other"
 
 
-def with_needed_tangents(geometry: Geometry, material: Material) -> Geometry:
-    """The geometry with the tangents that a normal map needs."""
-    return with_tangents(geometry, material.normal_texture.coordinates) if material.normal_texture else geometry
+def with_needed_tangents(geometry: Geometry, blended: Sequence[Material]) -> Geometry:
+    """The geometry with the tangents that a normal map needs, the first of those ``blended``."""
+    maps = [part.normal_texture for part in blended if part.normal_texture]
+    return with_tangents(geometry, maps[0].coordinates) if maps else geometry
 
 
 def world_mesh(

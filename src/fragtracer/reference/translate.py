@@ -44,14 +44,20 @@ import numpy as np
 from fragtracer.errors import FragtracerError
 from fragtracer.reference import dielectrics, lights, shapes
 from fragtracer.reference.environment import environment_emitters, hides_emitters, sun_distance
-from fragtracer.reference.materials import emitter_of, exact_bsdf, geometry_term, has_null_transmission
+from fragtracer.reference.materials import (
+    blended_bsdf,
+    emitter_of,
+    exact_bsdf,
+    geometry_term,
+    has_null_transmission,
+)
 from fragtracer.reference.meshes import MeshAttributes, with_needed_tangents, world_mesh
 from fragtracer.reference.nearest import nearest_bsdf
 from fragtracer.reference.plugins import PATH, SPHERE_LIGHT
 from fragtracer.reference.shapes import Tree, rgb
 from fragtracer.reference.textures import TextureFolder
 from fragtracer.scene import LIGHTS, SHAPES, RenderSettings, Scene
-from fragtracer.scene.interiors import halves, has_media
+from fragtracer.scene.interiors import fillings, halves, has_media
 
 NEVER = 1_000_000  # a depth that no path reaches
 
@@ -83,7 +89,19 @@ def scene_tree(scene: Scene, folder: Path, plugins: bool = True) -> Tree:
     """
     numbers = {name: i for i, name in enumerate(scene.materials)}
     textures = TextureFolder(folder)
-    bsdf = exact_bsdf if plugins else nearest_bsdf
+
+    def bsdf(name: str, attributes: MeshAttributes, around: str = "") -> Tree:
+        """Of a surface of the material ``name``, which lies in the dielectric ``around``."""
+        parts = [scene.materials[n] for n in scene.blended(name)]
+        trees = [
+            dielectrics.dielectric_bsdf(part, scene.materials[around])
+            if around and part.is_dielectric
+            else (exact_bsdf if plugins else nearest_bsdf)(part, geometry_term(scene.render), attributes, textures)
+            for part in parts
+        ]
+        return trees[0] if len(parts) == 1 else blended_bsdf(parts[0], trees, attributes, textures, plugins)
+
+    inside = fillings(scene)
     found = _shapes(scene, folder, smooth=not plugins)
     tree: Tree = {"type": "scene", "integrator": _integrator(scene), "sensor": _sensor(scene)}
     media = dielectrics.media(scene)
@@ -94,19 +112,20 @@ def scene_tree(scene: Scene, folder: Path, plugins: bool = True) -> Tree:
     unused = {(name, MeshAttributes()) for name in scene.materials.keys() - {name for name, _ in used}}
     keys = {(name, attributes): _material_key(numbers[name], attributes) for name, attributes in used | unused}
     for name, attributes in sorted(keys, key=lambda pair: (numbers[pair[0]], pair[1].key)):
-        tree[keys[name, attributes]] = bsdf(scene.materials[name], geometry_term(scene.render), attributes, textures)
+        tree[keys[name, attributes]] = bsdf(name, attributes)
     for key, (shape, name, attributes) in found.items():
         tree[key] = {**shape, "bsdf": {"type": "ref", "id": keys[name, attributes]}}
-        material, around = scene.materials[name], surroundings.get(_solid_name(key, name), "")
+        material, around = scene.materials[name], surroundings.get(_solid_name(key, inside.get(name, name)), "")
         if around:
-            tree[key]["bsdf"] = dielectrics.dielectric_bsdf(material, scene.materials[around])
-        if material.is_solid:
-            tree[key] |= _medium(scene, media, "interior", name) | _medium(scene, media, "exterior", around)
-        emitter = emitter_of(scene.materials[name], attributes, textures, plugins)
-        if material.anisotropy and shape["type"] == "sphere":
+            tree[key]["bsdf"] = bsdf(name, attributes, around)
+        if name in inside:
+            tree[key] |= _medium(scene, media, "interior", inside[name]) | _medium(scene, media, "exterior", around)
+        emitter = emitter_of(material, attributes, textures, plugins)
+        is_anisotropic = any(scene.materials[n].anisotropy for n in scene.blended(name))
+        if is_anisotropic and shape["type"] == "sphere":
             tree[key] = {**tree[key], **shapes.upright_sphere(shape)}
             del tree[key]["center"], tree[key]["radius"]
-        elif material.anisotropy and plugins and not _has_tangents(scene, name, key):
+        elif is_anisotropic and plugins and not _has_tangents(scene, name, key):
             raise FragtracerError(
                 f"Mitsuba turns the facets of {name!r} otherwise on flat shapes, and on meshes without texture "
                 "coordinates; put it on spheres and other meshes, or export the scene without --plugin"
@@ -193,7 +212,9 @@ def _film(settings: RenderSettings) -> Tree:
 def _shapes(scene: Scene, folder: Path, smooth: bool) -> dict[str, tuple[Tree, str, MeshAttributes]]:
     """Every shape by its key, with the name of its material and the attributes that this reads."""
     plain = MeshAttributes()
-    around_media = [r for r in scene.rectangles if scene.materials[r.material].interior is not None]
+    inside = fillings(scene)
+    has_medium = {name for name, solid in inside.items() if scene.materials[solid].interior is not None}
+    around_media = [r for r in scene.rectangles if r.material in has_medium]
     found = {
         f"{kind.removesuffix('s')}_{i}": (shapes.shape(scene, shape), shape.material, plain)
         for kind in SHAPES
@@ -208,9 +229,9 @@ def _shapes(scene: Scene, folder: Path, smooth: bool) -> dict[str, tuple[Tree, s
     for i, mesh in enumerate(scene.meshes):
         for (j, part), (k, placement) in product(enumerate(mesh.parts), enumerate(mesh.instances)):
             name, key = mesh.material_of(part), f"mesh_{i}_{j}_{k}"
-            material = scene.materials[name]
-            geometry = with_needed_tangents(part.geometry, material)
-            attributes = MeshAttributes.of(geometry, material)
+            material, blended = scene.materials[name], [scene.materials[n] for n in scene.blended(name)]
+            geometry = with_needed_tangents(part.geometry, blended)
+            attributes = MeshAttributes.of(geometry, blended)
             matrix = placement.matrix @ np.asarray(part.matrix)
             if len(geometry.triangles):
                 forward = material.is_emissive and not material.double_sided

@@ -83,6 +83,8 @@ class Scene(ShapeLists, LightLists):
                 if name not in self.materials:
                     where = f"mesh[{index}].material"
                     raise ValueError(f"{where}: {self._no_material(name)}")
+        for name in self.materials:
+            self._check_blend(name)
         used = {f"material.{name}.interior": m.interior for name, m in self.materials.items() if m.interior is not None}
         for where, name in (used | ({"fog.medium": self.fog.medium} if self.fog else {})).items():
             if name not in self.media:
@@ -90,6 +92,32 @@ class Scene(ShapeLists, LightLists):
                 raise ValueError(f"{where}: there is no medium {name!r}; the media are: {known}")
         if problem := conflict(self):
             raise ValueError(problem)
+
+    def blended(self, name: str) -> tuple[str, ...]:
+        """The materials by which a surface of the material ``name`` scatters: this one, and that of its blend."""
+        other = self.materials[name].blend
+        return (name,) if other is None else (name, other)
+
+    def _check_blend(self, name: str) -> None:
+        material = self.materials[name]
+        if material.blend is None:
+            return
+        where = f"material.{name}.blend"
+        if material.blend not in self.materials:
+            raise ValueError(f"{where}: {self._no_material(material.blend)}")
+        other = self.materials[material.blend]
+        if other.blend is not None or other.unlit:
+            what = "unlit, and scatters nothing" if other.unlit else "a blend itself"
+            raise ValueError(f"{where}: {material.blend!r} is {what}; name a material that is not")
+        if material.is_dielectric and other.is_dielectric and (material.is_solid or other.is_solid):
+            raise ValueError(
+                f"{where}: light passes {name!r} and {material.blend!r}, so that nothing says what is behind them; "
+                'blend a solid with what light does not pass, or two of model = "thin-dielectric"'
+            )
+        if other.is_dielectric and not material.double_sided:
+            raise ValueError(
+                f"material.{name}.double_sided: must stay true; light leaves {material.blend!r} by its back"
+            )
 
     def _no_material(self, name: str) -> str:
         known = ", ".join(sorted(self.materials)) or "none is defined"

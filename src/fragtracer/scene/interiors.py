@@ -25,8 +25,9 @@ NO_TRIANGLES = np.zeros((0, 3, 3))
 class Solid:
     """What surfaces of one material bound: a sphere, the space behind a plane, or triangles (n, 3, 3) that are closed.
 
-    ``name`` is "sphere_0", "plane_0", "mesh_0_1_2" of the second part of the third instance, or, of all flat shapes of
-    a material, "flat_NAME". ``low`` and ``high`` (3,) are the corners of its bounding box, in metres.
+    ``name`` is "sphere_0", "plane_0", "mesh_0_1_2" of the second part of the third instance, or, of all flat shapes
+    before a material, "flat_NAME"; ``material`` is what fills it. ``low`` and ``high`` (3,) are the corners of its
+    bounding box, in metres.
     """
 
     name: str
@@ -69,32 +70,38 @@ def winding_number(triangles: Floats) -> float:
     return float(np.arctan2(volume, base).sum() / (2 * np.pi))
 
 
+def fillings(scene: "Scene") -> dict[str, str]:
+    """What lies behind surfaces, by the name of their material: the solid that it is, or with which it is blended."""
+    return {name: solid for name in scene.materials for solid in scene.blended(name) if scene.materials[solid].is_solid}
+
+
 def solids(scene: "Scene") -> Iterator[Solid]:
-    """What the dielectrics of ``scene`` fill. Flat shapes of one material are one solid; disks are left out, since none
-    bounds anything by itself."""
-    names = {name for name, material in scene.materials.items() if material.is_solid}
-    if not names:
+    """What the dielectrics of ``scene`` fill. Flat shapes before one material are one solid; disks are left out, since
+    none bounds anything by itself."""
+    inside = fillings(scene)
+    if not inside:
         return
     for i, sphere in enumerate(scene.spheres):
-        if sphere.material in names:
+        if sphere.material in inside:
             low, high = map(np.asarray, sphere.bounds)
-            yield Solid(f"sphere_{i}", sphere.material, low, high, sphere)
+            yield Solid(f"sphere_{i}", inside[sphere.material], low, high, sphere)
     everywhere = np.full(3, np.inf)
     for i, plane in enumerate(scene.planes):
-        if plane.material in names:
-            yield Solid(f"plane_{i}", plane.material, -everywhere, everywhere, plane)
-    for name in sorted(names):
-        flats = [halves(shape) for shape in scene.rectangles if shape.material == name]
-        flats += [np.array([shape.vertices]) for shape in scene.triangles if shape.material == name]
+        if plane.material in inside:
+            yield Solid(f"plane_{i}", inside[plane.material], -everywhere, everywhere, plane)
+    for name in sorted(set(inside.values())):
+        flats = [halves(shape) for shape in scene.rectangles if inside.get(shape.material) == name]
+        flats += [np.array([shape.vertices]) for shape in scene.triangles if inside.get(shape.material) == name]
         if flats:
             triangles = np.concatenate(flats)
             low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
             yield Solid(f"flat_{name}", name, low, high, None, partial(np.asarray, triangles))
     for i, mesh in enumerate(scene.meshes):
         for (j, part), (k, placement) in product(enumerate(mesh.parts), enumerate(mesh.instances)):
-            if mesh.material_of(part) in names and len(part.geometry.triangles):
+            filling = inside.get(mesh.material_of(part))
+            if filling is not None and len(part.geometry.triangles):
                 matrix = placement.matrix @ np.asarray(part.matrix)
-                yield _of_mesh(f"mesh_{i}_{j}_{k}", mesh.material_of(part), matrix, part.geometry)
+                yield _of_mesh(f"mesh_{i}_{j}_{k}", filling, matrix, part.geometry)
 
 
 def _of_mesh(name: str, material: str, matrix: Floats, geometry: Geometry) -> Solid:

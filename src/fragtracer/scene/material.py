@@ -43,7 +43,10 @@ MODELS: dict[str, tuple[str, ...]] = {
 }
 _OF_MODELS = {key for keys in MODELS.values() for key in keys}
 _OF_OTHERS = {model: sorted(_OF_MODELS - set(keys)) for model, keys in MODELS.items()}  # keys that mean nothing to it
-TEXTURED = ("albedo", "roughness", "metallic", "normal", "occlusion", "emission", "transmittance", "anisotropy")
+TEXTURED = (
+    *("albedo", "roughness", "metallic", "normal", "occlusion", "emission", "transmittance", "anisotropy"),
+    "blend_weight",
+)
 _TEXTURE_FIELDS = {name: f"{name}_texture" for name in TEXTURED}
 
 
@@ -90,6 +93,10 @@ class Material:
     "opaque", thresholded at ``alpha_cutoff`` if "mask", and the probability of a hit if "blend" (stochastic
     alpha). A surface that is not ``double_sided`` is back-face culled, for all rays. ``unlit`` emits the albedo as
     radiance and scatters nothing.
+
+    ``blend`` names another material, with which this one is blended, as by Mitsuba's ``blendbsdf``: ``blend_weight`` is
+    the weight of the other one, from 0, this material alone, to 1, the other one. The other one says how the surface
+    scatters, and its normals; emission, opacity and sides are those of this material.
     """
 
     model: Literal[
@@ -130,9 +137,13 @@ class Material:
     alpha_cutoff: Fraction = 0.5
     double_sided: bool = True
     unlit: bool = False
+    blend: str | None = None
+    blend_weight: Fraction = 0.5
+    blend_weight_texture: Texture | None = None
 
     def __post_init__(self) -> None:
         self._check_model()
+        self._check_blend()
         if min(self.attenuation_color) <= 0:
             raise ValueError("attenuation_color must be greater than 0; 0.001 is all but black")
         if self.interior is not None and min(self.attenuation_color) < 1:
@@ -170,6 +181,13 @@ class Material:
             if given:
                 keys = ", ".join(MODELS[self.model])
                 raise ValueError(f"{given} means nothing to model = {self.model!r}; leave it out; its keys are {keys}")
+
+    def _check_blend(self) -> None:
+        if self.blend is not None and self.unlit:
+            raise ValueError("unlit scatters nothing, which cannot be blended; leave blend or unlit out")
+        weights = (self.blend_weight, self.blend_weight_texture)
+        if self.blend is None and weights != (Material.blend_weight, None):
+            raise ValueError("blend_weight means nothing without blend, the name of another material")
 
     @property
     def alpha(self) -> float:

@@ -106,3 +106,19 @@ def test_only_what_is_edited_of_media_changes(monkeypatch: pytest.MonkeyPatch) -
     rows = {"Interior": media.NONE}
     assert materials.edit(Material(model="null", interior="a"), known=["a"]) == Material(model="null")
     assert media.new_name(["medium-1", "medium-3"]) == "medium-2"
+
+
+@pytest.mark.parametrize("before", [Material(), Material(blend="a", blend_weight=0.2)])
+def test_a_material_is_blended_with_another(monkeypatch: pytest.MonkeyPatch, before: Material) -> None:
+    rows: dict[str, object] = {}
+
+    def row(text: str, value: object, *_: object, **__: object) -> object:
+        return rows.get(text, value)
+
+    for name in ("color", "slider", "choice"):
+        monkeypatch.setattr(materials.widgets, name, row)
+    assert materials.edit(before) is materials.edit(before, others=["a", "b"]) is before
+    rows = {"Blend with": "b", "Weight of it": 0.7}
+    assert materials.edit(before, others=["a", "b"]) == Material(blend="b", blend_weight=0.7)
+    rows = {"Blend with": "none"}
+    assert materials.edit(before, others=["a", "b"]) == Material()

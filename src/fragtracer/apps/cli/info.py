@@ -41,6 +41,10 @@ def contents(scene: "Scene") -> Iterator[str]:
     for kind in (*SHAPES, "meshes", *LIGHTS, "materials"):
         if count := len(getattr(scene, kind)):
             yield _line(kind.replace("_", " "), f"{count}")
+    for name, material in scene.materials.items():
+        if material.blend is not None:
+            times = ", times a texture" if material.blend_weight_texture else ""
+            yield _line("blend", f"{name}: {material.blend} by {material.blend_weight:.4g}{times}")
     for mesh in scene.meshes:
         yield from _mesh(mesh)
 

@@ -89,7 +89,8 @@ def _objects(scene: Scene, packed: PackedScene) -> Iterator[Control]:
     for number, name in sorted(numbers.items()):
         material = materials[name]
         own = [(i, shape) for i, shape in emissive if shape.material == name]
-        found = [*_surface(material, packed, number), *_emission(material, packed, number, emissive, own)]
+        blended = [number, *filter(None, [surfaces.others.get(number)])]
+        found = [*_surface(material, packed, number), *_emission(material, packed, blended, emissive, own)]
         for control in found:
             yield {**control, "id": f"{control['id']}-{number}", "object": number, "name": name}
 
@@ -128,16 +129,17 @@ def _surface(material: Material, packed: PackedScene, number: int) -> Iterator[C
 def _emission(
     material: Material,
     packed: PackedScene,
-    number: int,
+    numbers: list[int],
     emissive: list[tuple[int, Shape]],
     own: list[tuple[int, Shape]],
 ) -> Iterator[Control]:
     """The power of what emits, and the size of spheres that do, which leaves the power as it is. ``emissive`` are the
-    shapes that emit, with their places among all, ``own`` those of this material."""
+    shapes that emit, with their places among all, ``own`` those of this material, whose emission is in the records of
+    ``numbers``."""
     if not material.is_emissive or material.unlit:
         return
-    words = _words(packed, "material", MATERIAL_RECORDS["Material"], number)
-    radiance: list[dict[str, Any]] = [{"word": words["emission"], "value": list(material.emission)}]
+    records = [_words(packed, "material", MATERIAL_RECORDS["Material"], number) for number in numbers]
+    radiance: list[dict[str, Any]] = [{"word": r["emission"], "value": list(material.emission)} for r in records]
     radii: list[dict[str, Any]] = []
     spheres = [i for i, shape in emissive if isinstance(shape, Sphere)]
     flats = [i for i, shape in emissive if not isinstance(shape, Sphere)]

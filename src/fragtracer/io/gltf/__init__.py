@@ -15,7 +15,7 @@ from fragtracer.io.gltf.container import Container
 from fragtracer.io.gltf.geometry import Primitives
 from fragtracer.io.gltf.lights import EXTENSION as LIGHTS
 from fragtracer.io.gltf.lights import read_lights
-from fragtracer.io.gltf.materials import Materials
+from fragtracer.io.gltf.materials import DEFAULT, Materials, unique
 from fragtracer.io.gltf.nodes import PlacedNode, placed_nodes
 from fragtracer.io.gltf.sides import split_double_sided_emitters
 from fragtracer.io.gltf.skins import Skins
@@ -38,7 +38,6 @@ _SUPPORTED = {
     "EXT_texture_webp",
     "KHR_mesh_quantization",
 }
-_DEFAULT = "default"
 
 
 def read_gltf(path: Path) -> Model:
@@ -82,9 +81,10 @@ def read_gltf(path: Path) -> Model:
 
 def _parts(container: Container, placed: list[PlacedNode], notes: list[str]) -> tuple[list[Part], dict[str, Material]]:
     """The primitives of all nodes in world space, and their materials."""
-    primitives, materials = Primitives(container, notes), Materials(container, notes)
+    primitives, materials = Primitives(container, notes), Materials(container, _names(container.document), notes)
     skins = Skins(container, primitives.accessors, {index: matrix for index, _, matrix in placed})
-    names, parts, used = _names(container.document), [], {}
+    parts: list[Part] = []
+    used: dict[str, Material] = {}
     for index, node, matrix in placed:
         if node.mesh is None:
             continue
@@ -96,10 +96,9 @@ def _parts(container: Container, placed: list[PlacedNode], notes: list[str]) -> 
             at = matrix
             if node.skin is not None and (posed := skins.posed(node.skin, primitive, geometry, place)):
                 geometry, at = posed, np.eye(4)
-            material = materials.get(primitive.material, f"{place}.material")
-            name = _DEFAULT if primitive.material is None else names[primitive.material]
-            used[name] = material
-            parts.append(Part(geometry, name, matrix_rows(at)))
+            found = materials.get(primitive.material, f"{place}.material")
+            used |= found
+            parts.append(Part(geometry, next(iter(found)), matrix_rows(at)))
     return split_double_sided_emitters(parts, used)
 
 
@@ -112,11 +111,9 @@ def _refuse(container: Container) -> None:
 def _names(document: gltf.Document) -> list[str]:
     """A unique name for each material."""
     names: list[str] = []
-    taken = {_DEFAULT}
+    taken = {DEFAULT}
     for index, material in enumerate(document.materials):
-        name = material.name or f"material {index}"
-        while name in taken:
-            name += f" ({index})"
+        name = unique(material.name or f"material {index}", index, taken)
         taken.add(name)
         names.append(name)
     return names

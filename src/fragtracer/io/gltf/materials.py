@@ -3,36 +3,53 @@
 
 import math
 import os
+from collections.abc import Collection, Sequence
+from dataclasses import replace
 from typing import Any
 
 from fragtracer.errors import FragtracerError
 from fragtracer.io.gltf import document as gltf
 from fragtracer.io.gltf.container import Container
+from fragtracer.io.gltf.transmission import Varying, blended, is_mapped_alike
 from fragtracer.io.textures import read_texture
 from fragtracer.scene import Image, Material, Texture
 from fragtracer.scene.fields import LARGEST
 from fragtracer.scene.reflectance import reflectance_from_ior
 from fragtracer.scene.texture import ColorSpace, Wrap
 
+DEFAULT = "default"  # the name of what has no material
 _WRAPS: dict[int, Wrap] = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
 _NEAREST = 9728
-_LEAST_TRANSMISSION = 0.5  # of what becomes a dielectric, and transmits all
 _LEAST_ATTENUATION = 1e-6  # in place of a black attenuationColor
 _MOST_PIXELS = 2**29  # of all images together
 
 
-class Materials:
-    """The materials of one model. ``notes`` takes what is ignored."""
+def unique(name: str, suffix: object, taken: Collection[str]) -> str:
+    """``name``, made another one than all those ``taken``."""
+    while name in taken:
+        name += f" ({suffix})"
+    return name
 
-    def __init__(self, container: Container, notes: list[str]) -> None:
-        self._container, self.notes = container, notes
+
+class Materials:
+    """The materials of one model, by the ``names`` of those in the file. ``notes`` takes what is ignored."""
+
+    def __init__(self, container: Container, names: Sequence[str], notes: list[str]) -> None:
+        self._container, self._names, self.notes = container, names, notes
         self._images: dict[tuple[str | None, int | None, ColorSpace], Image | None] = {}
+        self._found: dict[int, dict[str, Material]] = {}
         self._pixels = 0
 
-    def get(self, index: int | None, place: str) -> Material:
-        """The material of this index; for None, the default material of the specification."""
+    def get(self, index: int | None, place: str) -> dict[str, Material]:
+        """The material of this index, for None the default one of the specification, by its name; and after it what
+        transmits where that is a part of the surface alone."""
         if index is None:
-            return Material(albedo=(1, 1, 1), metallic=1.0, roughness=1.0, double_sided=False)
+            return {DEFAULT: Material(albedo=(1, 1, 1), metallic=1.0, roughness=1.0, double_sided=False)}
+        if index not in self._found:
+            self._found[index] = self._made(index, place)
+        return self._found[index]
+
+    def _made(self, index: int, place: str) -> dict[str, Material]:
         item: gltf.Material = self._container.item(self._container.document.materials, index, place)
         place, pbr = f"materials[{index}]", item.pbrMetallicRoughness
         base = pbr.baseColorFactor
@@ -64,14 +81,36 @@ class Materials:
         made |= self._anisotropy(item, place)
         if item.alphaMode == "MASK" and item.alphaCutoff > 1:  # above every alpha
             made["opacity"] = 0.0
-        transmission = self._container.extension(gltf.Transmission, item, "KHR_materials_transmission", place)
-        if transmission is not None and transmission.transmissionFactor > 0:
-            if transmission.transmissionTexture:
-                self.notes.append(f"transmissionTexture of {place}")
-            if transmission.transmissionFactor >= _LEAST_TRANSMISSION > made["metallic"]:
-                return self._dielectric(item, place, index, made)
-            self.notes.append(f"KHR_materials_transmission of {place}, which is mixed with what does not transmit")
-        return Material(**made)
+        name = self._names[index]
+        weight, metallic = self._transmission(item, place, made)
+        if weight.factor == 0 or made["unlit"]:
+            return {name: Material(**made)}
+        dielectric = self._dielectric(item, place, index, made)
+        if weight == Varying(1.0):
+            return {name: dielectric}
+        other = unique(f"{name}/transmission", index, self._names)
+        made |= {"metallic": metallic.factor, "metallic_texture": metallic.texture, "double_sided": True}
+        made |= {"blend": other, "blend_weight": weight.factor, "blend_weight_texture": weight.texture}
+        dark = replace(dielectric, emission=(0.0, 0.0, 0.0), emission_texture=None)
+        return {name: Material(**made), other: dark}
+
+    def _transmission(self, item: gltf.Material, place: str, made: dict[str, Any]) -> tuple[Varying, Varying]:
+        """The weight of what transmits, and the metallic of the rest."""
+        found = self._container.extension(gltf.Transmission, item, "KHR_materials_transmission", place)
+        if found is None or found.transmissionFactor == 0:
+            return Varying(0.0), Varying(0.0)
+        mask = self._texture(found.transmissionTexture, place, "linear")
+        transmission = Varying(found.transmissionFactor, mask)
+        metallic = Varying(made["metallic"], made["metallic_texture"])
+        if metallic.factor > 0 and mask and metallic.texture and not is_mapped_alike(mask, metallic.texture):
+            self.notes.append(
+                f"metallicRoughnessTexture of {place} where it transmits, not mapped as transmissionTexture"
+            )
+            return transmission, metallic
+        weight, rest = blended(transmission, metallic)
+        for image in {made.texture.image for made in (weight, rest) if made.texture}:
+            self._count(image)
+        return weight, rest
 
     def _dielectric(self, item: gltf.Material, place: str, index: int, made: dict[str, Any]) -> Material:
         """What transmits: with a thickness a solid, without one a pane. Of two that overlap that of the later material
@@ -175,10 +214,14 @@ class Materials:
         key = item.uri, item.bufferView, color_space
         if key not in self._images:
             image = self._images[key] = self._read(item, f"images[{source}]", color_space)
-            self._pixels += 0 if image is None else image.pixels.shape[0] * image.pixels.shape[1]
-            if self._pixels > _MOST_PIXELS:
-                raise self._container.error("images", f"more than {_MOST_PIXELS} pixels together; make them smaller")
+            if image is not None:
+                self._count(image)
         return self._images[key]
+
+    def _count(self, image: Image) -> None:
+        self._pixels += image.pixels.shape[0] * image.pixels.shape[1]
+        if self._pixels > _MOST_PIXELS:
+            raise self._container.error("images", f"more than {_MOST_PIXELS} pixels together; make them smaller")
 
     def _read(self, item: gltf.Image, place: str, color_space: ColorSpace) -> Image | None:
         """The pixels of an image; None, with a note, if it cannot be read."""

@@ -11,7 +11,7 @@ def split_double_sided_emitters(
     parts: Sequence[Part], materials: Mapping[str, Material]
 ) -> tuple[list[Part], dict[str, Material]]:
     """Replace each double-sided emissive part by two single-sided ones, which back-face culling keeps apart."""
-    split = {name for name, material in materials.items() if material.is_emissive and material.double_sided}
+    split = {name for name, m in materials.items() if m.is_emissive and m.double_sided and not _lets_pass(m, materials)}
     backs: dict[Geometry, Geometry] = {}
     found = []
     for part in parts:
@@ -21,6 +21,11 @@ def split_double_sided_emitters(
                 backs[part.geometry] = _flipped(part.geometry)
             found.append(Part(backs[part.geometry], part.material, part.matrix))
     return found, {name: replace(m, double_sided=False) if name in split else m for name, m in materials.items()}
+
+
+def _lets_pass(material: Material, materials: Mapping[str, Material]) -> bool:
+    """Whether light passes the surface, whose back is its other side."""
+    return material.is_dielectric or (material.blend is not None and materials[material.blend].is_dielectric)
 
 
 def _flipped(geometry: Geometry) -> Geometry:

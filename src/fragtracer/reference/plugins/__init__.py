@@ -13,7 +13,8 @@ scene. To use it::
 
 The plugins: ``fragtracer_cooktorrance`` (plain.py), a uniform material; ``fragtracer_surface``
 (surface.py), one with textures, shading normals, alpha or culled back faces, for meshes;
-``fragtracer_texture`` (texture.py), the image of one of those; ``fragtracer_unlit`` (unlit.py), the emitter of
+``fragtracer_texture`` (texture.py), the image of one of those; ``fragtracer_blend`` (blend.py), two materials by a
+weight; ``fragtracer_unlit`` (unlit.py), the emitter of
 an unlit material; ``fragtracer_spot`` (spot.py), a spot light; ``fragtracer_sphere_light`` (sphere_light.py), the
 emitter of a sphere; and ``fragtracer_path`` (path.py), the integrator, which needs a variant that
 is not scalar.
@@ -23,6 +24,7 @@ from functools import lru_cache
 
 from .models.metallic_roughness import DELTA_ALPHA
 
+BLEND = "fragtracer_blend"
 NAME = "fragtracer_cooktorrance"
 PATH = "fragtracer_path"
 SPHERE_LIGHT = "fragtracer_sphere_light"
@@ -31,7 +33,7 @@ SURFACE = "fragtracer_surface"
 TEXTURE = "fragtracer_texture"
 UNLIT = "fragtracer_unlit"
 
-__all__ = ["DELTA_ALPHA", "NAME", "PATH", "SPHERE_LIGHT", "SPOT", "SURFACE", "TEXTURE", "UNLIT", "register"]
+__all__ = ["BLEND", "DELTA_ALPHA", "NAME", "PATH", "SPHERE_LIGHT", "SPOT", "SURFACE", "TEXTURE", "UNLIT", "register"]
 
 
 def register() -> None:
@@ -46,6 +48,7 @@ def _register(variant: str) -> tuple[type, ...]:
     import drjit as dr
     import mitsuba as mi
 
+    from .blend import blend_class
     from .path import path_class
     from .plain import plain_class
     from .sphere_light import sphere_light_class
@@ -54,7 +57,7 @@ def _register(variant: str) -> tuple[type, ...]:
     from .texture import texture_class
     from .unlit import unlit_class
 
-    factories = (plain_class, surface_class, texture_class, unlit_class, spot_class, sphere_light_class)
+    factories = (plain_class, surface_class, texture_class, unlit_class, spot_class, sphere_light_class, blend_class)
     plugins = tuple(factory(mi, dr) for factory in factories)
     mi.register_bsdf(NAME, plugins[0])
     mi.register_bsdf(SURFACE, plugins[1])
@@ -62,6 +65,7 @@ def _register(variant: str) -> tuple[type, ...]:
     mi.register_emitter(UNLIT, plugins[3])
     mi.register_emitter(SPOT, plugins[4])
     mi.register_emitter(SPHERE_LIGHT, plugins[5])
+    mi.register_bsdf(BLEND, plugins[6])
     if dr.is_jit_v(mi.Float):
         plugins += (path_class(mi, dr),)
         mi.register_integrator(PATH, plugins[-1])

@@ -13,13 +13,15 @@ from fragtracer.scene.reflectance import DIELECTRIC_F0, METAL_F0, METAL_INDEX
 
 CUSTOM = "custom"
 _MATTE = "matte"
+_NO_BLEND = "none"
 _ALPHA_MODES = get_args(get_type_hints(Material)["alpha_mode"])
 _DIFFUSE_FACTORS = get_args(get_type_hints(Material)["diffuse_factor"])
 PRESETS = (CUSTOM, _MATTE, *DIELECTRIC_F0, *sorted(METAL_F0))
 
 
-def edit(material: Material, of_mesh: bool = False, known: Sequence[str] = ()) -> Material:
-    """Controls for ``material``; ``of_mesh`` adds those of meshes alone, ``known`` are the names of media."""
+def edit(material: Material, of_mesh: bool = False, known: Sequence[str] = (), others: Sequence[str] = ()) -> Material:
+    """Controls for ``material``; ``of_mesh`` adds those of meshes alone, ``known`` are the names of media,
+    ``others`` of materials that it may be blended with."""
     model = widgets.choice("Model", material.model, list(MODELS))
     if model != material.model:
         return with_model(material, model)
@@ -47,6 +49,7 @@ def edit(material: Material, of_mesh: bool = False, known: Sequence[str] = ()) -
             before = 1.5 if material.ior is None else material.ior
             after = widgets.slider("Index of refr.", before, 1.0, 3.0, "%.3f")
             new["ior"] = after if after != before else material.ior
+    new |= _blend(material, others)
     if material.is_emissive:
         new["emission"] = widgets.color("Emission", material.emission, hdr=True)
     if of_mesh:
@@ -90,6 +93,18 @@ _CONTROLS: dict[str, Callable[[Material], Any]] = {
     "eta": lambda m: widgets.color("eta", m.eta, hdr=True) if m.eta else None,
     "k": lambda m: widgets.color("k", m.k, hdr=True) if m.k else None,
 }
+
+
+def _blend(material: Material, others: Sequence[str]) -> dict[str, object]:
+    """With what it is blended, and how much of it is that."""
+    if not others:
+        return {}
+    chosen = widgets.choice("Blend with", material.blend or _NO_BLEND, [_NO_BLEND, *others])
+    if chosen == _NO_BLEND:
+        default = Material()
+        return {name: getattr(default, name) for name in ("blend", "blend_weight", "blend_weight_texture")}
+    weight = widgets.slider("Weight of it", material.blend_weight, 0.0, 1.0, "%.2f")
+    return {"blend": chosen, "blend_weight": weight}
 
 
 def _surface(material: Material) -> dict[str, object]:

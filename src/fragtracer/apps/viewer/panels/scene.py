@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 from imgui_bundle import imgui
+from pydantic import ValidationError
 
 from fragtracer.apps.viewer.document import KINDS, OBJECTS, Document, Part, is_light
 from fragtracer.apps.viewer.panels import camera, environment, lights, materials, media, objects, widgets
@@ -73,19 +74,27 @@ def _selected(session: Session, place: Part) -> None:
         try:
             session.edit(document.with_part(place, changed), f"object {place}")
         except ValueError as error:  # a plane cannot have a material that emits
-            session.say(str(error).splitlines()[-1])
+            session.say(_sentence(error))
         name = _material_of(session, place)
         imgui.separator_text(f"Material “{name}”")
-        known = list(document.scene.media)
-        material = materials.edit(session.document.scene.materials[name], isinstance(part, Mesh), known)
+        scene = session.document.scene
+        others = [n for n, other in scene.materials.items() if n != name and not (other.blend or other.unlit)]
+        material = materials.edit(scene.materials[name], isinstance(part, Mesh), list(scene.media), others)
         try:
             session.edit(session.document.with_material(name, material), f"material {name}")
         except ValueError as error:  # two dielectrics that overlap cannot have the same priority
-            session.say(str(error).splitlines()[-1])
+            session.say(_sentence(error))
         users = sum(name in objects.materials_of(p) for p in _shapes(document))
         if users > 1:
             imgui.text_colored(MUTED, f"shared by {users} objects")
     imgui.pop_id()
+
+
+def _sentence(error: ValueError) -> str:
+    """What a check of the scene model says."""
+    if isinstance(error, ValidationError):
+        return error.errors(include_url=False)[0]["msg"].removeprefix("Value error, ")
+    return str(error)
 
 
 def _media(session: Session) -> None:
@@ -111,8 +120,9 @@ def _environment(session: Session) -> None:
 
 
 def _material_of(session: Session, place: Part) -> str:
-    """The name of the material to edit; of a mesh with several, the chosen one."""
-    names = objects.materials_of(session.document.part(place))
+    """The name of the material to edit; of a mesh with several, or of a blend, the chosen one."""
+    scene, own = session.document.scene, objects.materials_of(session.document.part(place))
+    names = list(dict.fromkeys(blended for name in own for blended in scene.blended(name)))
     if len(names) > 1:
         name = session.material if session.material in names else names[0]
         session.material = widgets.choice("Edit", name, names)
