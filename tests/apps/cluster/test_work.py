@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: MIT
 """How a picture is cut, and put together by a tree that is always the same."""
 
+from itertools import islice
+
 import numpy as np
 
 from fragtracer.apps.cluster import work
+from fragtracer.apps.cluster.audit import CHECKED, draws
 from fragtracer.apps.cluster.merge import Tree, assembled
 from fragtracer.apps.cluster.sampling import EvenSampling
 from fragtracer.apps.cluster.work import Cut, Task
@@ -64,6 +67,13 @@ def test_a_block_in_parts_is_that_block() -> None:
     for name, image in vars(whole.picture()).items():
         np.testing.assert_array_equal(image, getattr(cutted.picture(), name))
     assert cutted.advance(True)
+
+
+def test_one_of_so_many_tasks_is_checked() -> None:
+    """At a place that nobody knows."""
+    found = np.reshape(list(islice(draws(), 200 * CHECKED)), (200, CHECKED))
+    assert (found.sum(axis=1) == 1).all()
+    assert len(np.unique(found.argmax(axis=1))) > CHECKED / 2
 
 
 def _pixels(rng: np.random.Generator, count: int, size: tuple[int, int] = (2, 3)) -> Pixels:

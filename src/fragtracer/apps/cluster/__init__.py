@@ -223,7 +223,7 @@ def connected(address: str) -> Iterator[Any]:
                 silence_logs=logging.CRITICAL,
                 env=threads if "LP_NUM_THREADS" not in os.environ else {},
             ) as cluster,
-            Client(cluster) as client,
+            Client(cluster, direct_to_workers=True) as client,  # films need not pass through the scheduler
         ):
             yield client
         return

@@ -5,7 +5,7 @@ import asyncio
 import concurrent.futures
 import time
 import warnings
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from contextlib import suppress
 from typing import Any
 
@@ -49,8 +49,7 @@ class Workers:
         FragtracerError
             Naming the worker and what is wrong.
         """
-        addresses = self._client.scheduler_info(n_workers=-1)["workers"]
-        greeted = {a: self._client.submit(here.versions, workers=[a], pure=False, priority=1) for a in addresses}
+        greeted = {a: self._client.submit(here.versions, workers=[a], pure=False, priority=1) for a in self._known()}
         with suppress(TimeoutError):
             wait(list(greeted.values()), timeout=self.patience)
         for address, future in greeted.items():
@@ -80,10 +79,7 @@ class Workers:
         self._glanced = now
         if self._client.status != "running":
             raise FragtracerError(GONE)
-        try:
-            known = self._client.scheduler_info(n_workers=-1)["workers"]
-        except (OSError, TimeoutError) as error:
-            raise FragtracerError(f"{GONE}: {error}") from None
+        known = self._known()
         self.alive = sorted(address for address in known if address not in self.banned)
         if known and not self.alive:
             why = "; ".join(f"{name}: {reason}" for name, reason in self.banned.items())
@@ -100,6 +96,16 @@ class Workers:
         if now - self._seen > self.patience:
             raise FragtracerError(f"the cluster has had no workers for {self.patience:.0f} s")
         return True
+
+    def _known(self) -> Collection[str]:
+        """The addresses that the scheduler knows."""
+        try:
+            found: dict[str, int] = self._client.sync(self._client.scheduler.ncores, callback_timeout=self.patience)
+        except TimeoutError:
+            raise FragtracerError(f"the scheduler of the cluster has not answered for {self.patience:.0f} s") from None
+        except OSError as error:
+            raise FragtracerError(f"{GONE}: {error}") from None
+        return found.keys()
 
     @property
     def ready(self) -> list[str]:
