@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: MIT
+"""Clusters as users start them, process by process: schedulers that end, networks that stall, TLS."""
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from command import status_of
+
+from apps.cluster.processes import Network, free_port, scheduler, worker
+from fragtracer.apps import cluster
+from fragtracer.apps.cli.keeping import Keeping
+from fragtracer.apps.cluster import work
+from fragtracer.apps.cluster.merge import Tree, assembled
+from fragtracer.apps.cluster.worker import versions
+from fragtracer.io.images import read_image
+from fragtracer.io.toml import load
+from fragtracer.renderer import Renderer
+
+pytest.importorskip("distributed", reason="Dask is not installed")
+
+# What Dask leaves open when processes are killed.
+pytestmark = pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
+SPP, BLOCK, TILE = 600, 32, 16
+COMMAND = ["render", "three-spheres-ambient", "--size", "40x24", "--bounces", 2, "--no-adaptive"]
+COMMAND += ["--spp", SPP, "--block", BLOCK]
+
+
+@pytest.fixture(autouse=True)
+def _small_tiles(monkeypatch):
+    monkeypatch.setattr(work, "TILE", TILE)
+
+
+@pytest.fixture(scope="module")
+def scene():
+    loaded = load("three-spheres-ambient")
+    return replace(loaded, render=replace(loaded.render, width=40, height=24, bounces=2, adaptive="off"))
+
+
+@pytest.fixture(scope="module")
+def expected(scene):
+    """The blocks of this process, joined by the tree."""
+    with pytest.MonkeyPatch.context() as patch, Renderer(scene) as renderer:
+        patch.setattr(work, "TILE", TILE)
+        cut = work.Cut(40, 24, BLOCK, SPP)
+        trees = {tile: Tree() for tile in range(len(cut.tiles))}
+        for task in (task for number in range(cut.rounds or 0) for task in cut.tasks(number)):
+            window = replace(task.window, first_sample=cut.first(task.step))
+            trees[task.tile].add(task.step, renderer.block(window, cut.spp_of(task.step)))
+        return assembled(cut, trees)
+
+
+def same(pixels, expected) -> bool:
+    return all(np.array_equal(image, vars(expected)[name]) for name, image in vars(pixels).items())
+
+
+@contextmanager
+def connected(address: str) -> Iterator[Any]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(cluster, "_REACH", 30)
+        with cluster.connected(address) as client:
+            yield client
+
+
+def heard(monkeypatch) -> list[float]:
+    """The samples of a pixel that commands tell of from now on."""
+    counts: list[float] = []
+
+    @contextmanager
+    def show(*_):
+        yield lambda state: counts.append(state.spp)
+
+    monkeypatch.setattr("fragtracer.apps.cli.render._progress", show)
+    return counts
+
+
+def test_a_scheduler_dies_and_another_goes_on(scene, expected, tmp_path, monkeypatch) -> None:
+    """With all that has come back, and the same bits."""
+    kept, output = tmp_path / "kept", tmp_path / "a.exr"
+    with scheduler(tmp_path / "a.json") as (process, address), worker(address), connected(address) as client:
+
+        def kill(state) -> None:
+            if state.spp > SPP / 4:
+                process.kill()
+
+        begin = Keeping(kept, 3600, False).begin
+        picture = cluster.render(scene, client, spp=SPP, block=BLOCK, progress=kill, patience=5, begin=begin)
+    assert "the scheduler of the cluster is gone" in picture.problem
+    counts = picture.pixels.mean[..., 3]
+    assert BLOCK <= counts.min() < SPP
+    monkeypatch.setattr(cluster, "_REACH", 30)
+    with scheduler(tmp_path / "b.json") as (_, address), worker(address):
+        told = heard(monkeypatch)
+        command = [*COMMAND, "--cluster", address, "-o", output, "--checkpoint", kept, "--resume"]
+        assert status_of(monkeypatch, *command) == 0
+    assert told[0] == pytest.approx(counts.mean(dtype=float))
+    np.testing.assert_array_equal(read_image(output), expected.mean[..., :3])
+
+
+@pytest.fixture(scope="module")
+def two_workers(tmp_path_factory):
+    """The address of their scheduler, that of the second one, and the network that is between this and all others."""
+    network, port = Network(), free_port()
+    with scheduler(tmp_path_factory.mktemp("scheduler") / "a.json") as (_, address):
+        port_of_scheduler = int(address.rpartition(":")[2])
+        through, contact = network.address_of(port_of_scheduler), network.address_of(port)
+        addresses = "--listen-address", f"tcp://127.0.0.1:{port}", "--contact-address", contact
+        with worker(address), worker(through, *addresses), connected(address) as client:
+            client.wait_for_workers(2, timeout=30)
+            client.run(versions)  # which takes a new process some time
+            yield address, contact, network
+            network.close()
+
+
+def test_a_worker_whose_network_stalls_is_left(scene, expected, two_workers) -> None:
+    """Its connections stay open; the picture has the same bits."""
+    address, bad, network = two_workers
+
+    def stall(state) -> None:
+        if state.spp > SPP / 4:
+            network.flows.clear()
+
+    try:
+        with (
+            connected(address) as client,
+            pytest.warns(UserWarning, match=f"the worker {bad} is not used any more: a block did not come within"),
+        ):
+            picture = cluster.render(scene, client, spp=SPP, block=BLOCK, progress=stall, patience=1)
+    finally:
+        network.flows.set()
+    assert same(picture.pixels, expected)
+
+
+def test_a_stall_between_client_and_scheduler_ends_the_render(scene, expected, two_workers, tmp_path) -> None:
+    """With what has come back; from there it goes on with the same bits."""
+    address, _, _ = two_workers
+    network, kept = Network(), Keeping(tmp_path, 3600, False)
+    through = network.address_of(int(address.rpartition(":")[2]))
+
+    def stall(state) -> None:
+        if state.spp > SPP / 4:
+            network.flows.clear()
+
+    start = time.monotonic()
+    with connected(through) as client:
+        picture = cluster.render(scene, client, spp=SPP, block=BLOCK, progress=stall, patience=1, begin=kept.begin)
+    assert "the scheduler of the cluster has not answered for 1 s" in picture.problem
+    assert BLOCK <= picture.pixels.mean[..., 3].min() < SPP
+    assert time.monotonic() - start < 20
+    network.close()
+    with connected(address) as client:
+        begin = replace(kept, resume=True).begin
+        picture = cluster.render(scene, client, spp=SPP, block=BLOCK, begin=begin)
+    assert same(picture.pixels, expected)
