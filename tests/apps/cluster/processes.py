@@ -2,6 +2,7 @@
 """Schedulers and workers as users start them, and a network between them that stalls."""
 
 import json
+import os
 import socket
 import subprocess
 import sys
@@ -13,11 +14,11 @@ from pathlib import Path
 
 
 @contextmanager
-def dask(program: str, *arguments: object) -> Iterator[subprocess.Popen[bytes]]:
+def dask(program: str, *arguments: object, **environment: str) -> Iterator[subprocess.Popen[bytes]]:
     """A process of Dask, killed at the end."""
     command = [sys.executable, "-m", f"distributed.cli.dask_{program}", "--dashboard-address", ":0"]
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-    with subprocess.Popen([*command, *map(str, arguments)], **quiet) as process:
+    with subprocess.Popen([*command, *map(str, arguments)], env=os.environ | environment, **quiet) as process:
         try:
             yield process
         finally:
@@ -25,10 +26,9 @@ def dask(program: str, *arguments: object) -> Iterator[subprocess.Popen[bytes]]:
 
 
 @contextmanager
-def scheduler(file: Path, *arguments: object) -> Iterator[tuple[subprocess.Popen[bytes], str]]:
+def scheduler(file: Path, host: str = "127.0.0.1", **environment: str) -> Iterator[tuple[subprocess.Popen[bytes], str]]:
     """With its address, which it writes to ``file``."""
-    file.unlink(missing_ok=True)
-    with dask("scheduler", "--scheduler-file", file, "--host", "127.0.0.1", "--port", 0, *arguments) as process:
+    with dask("scheduler", "--scheduler-file", file, "--host", host, "--port", 0, **environment) as process:
         while not file.exists() or not file.read_text():
             assert process.poll() is None
             time.sleep(0.05)
@@ -36,8 +36,8 @@ def scheduler(file: Path, *arguments: object) -> Iterator[tuple[subprocess.Popen
 
 
 @contextmanager
-def worker(address: str, *arguments: object) -> Iterator[subprocess.Popen[bytes]]:
-    with dask("worker", address, "--nthreads", 1, "--no-nanny", *arguments) as process:
+def worker(address: str, *arguments: object, **environment: str) -> Iterator[subprocess.Popen[bytes]]:
+    with dask("worker", address, "--nthreads", 1, "--no-nanny", *arguments, **environment) as process:
         yield process
 
 

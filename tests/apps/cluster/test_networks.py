@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Clusters as users start them, process by process: schedulers that end, networks that stall, TLS."""
 
+import shutil
+import subprocess
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -22,6 +24,7 @@ from fragtracer.io.toml import load
 from fragtracer.renderer import Renderer
 
 pytest.importorskip("distributed", reason="Dask is not installed")
+config = pytest.importorskip("dask.config")
 
 # What Dask leaves open when processes are killed.
 pytestmark = pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
@@ -156,3 +159,34 @@ def test_a_stall_between_client_and_scheduler_ends_the_render(scene, expected, t
         begin = replace(kept, resume=True).begin
         picture = cluster.render(scene, client, spp=SPP, block=BLOCK, begin=begin)
     assert same(picture.pixels, expected)
+
+
+@pytest.mark.skipif(shutil.which("openssl") is None, reason="nothing makes certificates here")
+def test_tls_as_dask_configures_it(expected, tmp_path, monkeypatch, capsys) -> None:
+    """By the environment, as docs/cluster.md has it; who has no certificate is not let in."""
+    key, certificate = tmp_path / "key.pem", tmp_path / "certificate.pem"
+    command = "openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes -days 2 -subj /CN=fragtracer"
+    subprocess.run([*command.split(), "-keyout", key, "-out", certificate], check=True, capture_output=True)
+    tls = "DASK_DISTRIBUTED__COMM__TLS__"
+    environment = {f"{tls}CA_FILE": str(certificate)}
+    for role in ("SCHEDULER", "WORKER", "CLIENT"):
+        environment |= {f"{tls}{role}__CERT": str(certificate), f"{tls}{role}__KEY": str(key)}
+    output = tmp_path / "a.exr"
+    monkeypatch.setattr(cluster, "_REACH", 30)
+    with (
+        scheduler(tmp_path / "a.json", "tls://127.0.0.1", **environment) as (_, address),
+        worker(address, **environment),
+    ):
+        assert address.startswith("tls://")
+        command = [*COMMAND, "--cluster", address, "-o", output]
+        with config.set(config.merge(config.config, config.collect_env(environment))):
+            assert status_of(monkeypatch, *command) == 0
+        np.testing.assert_array_equal(read_image(output), expected.mean[..., :3])
+        capsys.readouterr()
+        monkeypatch.setattr(cluster, "_REACH", 1)
+        for wrong, why in ((address, " without a certificate"), (address.replace("tls://", "tcp://"), " within 1 s")):
+            command[command.index("--cluster") + 1] = wrong
+            assert status_of(monkeypatch, *command) == 2
+            err = capsys.readouterr().err
+            assert f"--cluster {wrong}: cannot be reached{why}" in err
+            assert len(err.splitlines()) == 1

@@ -235,7 +235,11 @@ def connected(address: str) -> Iterator[Any]:
         warnings.warn(f"{address} is not encrypted, and runs what anybody on the way sends; use tls://", stacklevel=3)
     try:
         client = Client(address, timeout=_REACH)
-    except (OSError, ValueError, TimeoutError) as error:
+    except TypeError:  # as Dask has it
+        tls = "DASK_DISTRIBUTED__COMM__TLS__"
+        wanted = f"set {tls}CA_FILE, {tls}CLIENT__CERT and {tls}CLIENT__KEY"
+        raise FragtracerError(f"--cluster {address}: cannot be reached without a certificate; {wanted}") from None
+    except (OSError, ValueError, RuntimeError) as error:
         raise FragtracerError(f"--cluster {address}: cannot be reached within {_REACH:.0f} s: {error}") from None
     with client:
         try:
