@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Clusters as users start them, process by process: schedulers that end, networks that stall, TLS."""
 
+import os
 import shutil
 import subprocess
 import time
@@ -190,3 +191,25 @@ def test_tls_as_dask_configures_it(expected, tmp_path, monkeypatch, capsys) -> N
             err = capsys.readouterr().err
             assert f"--cluster {wrong}: cannot be reached{why}" in err
             assert len(err.splitlines()) == 1
+
+
+def test_a_guarded_worker_runs_nothing_else(scene, expected, tmp_path) -> None:
+    """Not by name, not by value, not as a file: it rather ends."""
+    done, module = tmp_path / "done", tmp_path / "module.py"
+    module.touch()
+    guard = "--preload", "fragtracer.apps.cluster.guard"
+    with (
+        scheduler(tmp_path / "a.json") as (_, address),
+        worker(address, *guard) as process,
+        connected(address) as client,
+    ):
+        assert same(cluster.render(scene, client, spp=SPP, block=BLOCK, patience=5).pixels, expected)
+        adaptive = replace(scene, render=replace(scene.render, adaptive="on"))
+        assert cluster.render(adaptive, client, spp=70, patience=5).metadata["workers"] == "1"
+        with pytest.raises(Exception, match="'run' handler has been explicitly disallowed"):
+            client.run(os.getpid)
+        with pytest.raises(Exception, match="'plugin-add' handler has been explicitly disallowed"):
+            client.upload_file(str(module))
+        client.submit(os.system, f"touch {done}")
+        process.wait(20)
+    assert not done.exists()
