@@ -45,9 +45,9 @@ def liar(
 def _third(
     workers: Workers, scene: bytes, arguments: tuple[str, Frame | None, Part], first: Rendered, second: Rendered
 ) -> Rendered:
-    if others := workers.others(first.driver, first.worker, second.worker):
+    if other := workers.other(first.driver, first.worker, second.worker):
         try:
-            found: Rendered = workers.submit(others[0], *arguments, priority=2).result(timeout=workers.patience)
+            found: Rendered = workers.submit(other, *arguments, priority=2).result(timeout=workers.patience)
             if found.driver == first.driver:
                 return found
         except Exception as error:  # of that worker

@@ -249,11 +249,10 @@ class Dispatcher:
         render.drivers[author] = rendered.driver
         render.tasks += 1
         render.wire += sent_bytes(part) + sum(image.nbytes for image in vars(rendered.pixels).values())
-        is_drawn = next(self._draws)
-        others = self.workers.others(rendered.driver, author) if is_new or is_drawn else []
-        if others and sampling is render.sampling:
-            load = Counter(flight.worker for flight in self._flights.values())
-            self._send(min(others, key=lambda a: load[a]), render, task, replace(rendered, pixels=empty(0, 0)))
+        is_checked = next(self._draws) or is_new
+        other = self.workers.other(rendered.driver, author) if is_checked and sampling is render.sampling else None
+        if other is not None:
+            self._send(other, render, task, replace(rendered, pixels=empty(0, 0)))
         sampling.take(task, rendered.pixels, author)
 
     def _compare(self, flight: _Flight, first: Rendered, second: Rendered) -> None:

@@ -3,6 +3,7 @@
 
 import asyncio
 import concurrent.futures
+import random
 import time
 import warnings
 from collections.abc import Collection, Mapping
@@ -35,6 +36,7 @@ class Workers:
         self.drivers: dict[str, str] = {}  # of those that have rendered
         self.slowest = 0.0  # seconds of a task
         self._speeds: dict[str, float] = {}  # samples a second
+        self._fastest: float | None = None  # of them, until one changes
         # The scene on each worker, a future of its own: of one that several hold, Dask's memory manager keeps one copy.
         self._scenes: dict[str, Future] = {}
         self._sending: dict[str, tuple[concurrent.futures.Future[Future], float]] = {}  # those on the way, since when
@@ -129,6 +131,7 @@ class Workers:
             speed = samples / max(seconds, 1e-6)
             known = self._speeds.get(address, speed)
             self._speeds[address] = known + _NEWEST * (speed - known)
+            self._fastest = None
 
     def most(self, address: str, block: int, left: float) -> float:
         """Samples of the next task of a worker: a whole ``block`` for the fastest, less for slower ones, so that each
@@ -136,12 +139,18 @@ class Workers:
         if address not in self._speeds:
             return block
         speed = self._speeds[address]
-        most = min(block * speed / max(self._speeds[a] for a in self._speeds), speed * _LONGEST)
+        self._fastest = self._fastest or max(self._speeds.values())
+        most = min(block * speed / self._fastest, speed * _LONGEST)
         return max(min(most, left / (AHEAD * max(1, len(self.alive)))), speed * _SHORTEST)
 
-    def others(self, driver: str, *but: str) -> list[str]:
-        """Those with the same driver, besides some; those of which nothing is known yet among them."""
-        return [a for a in self.ready if a not in but and self.drivers.get(a, driver) == driver]
+    def other(self, driver: str, *but: str) -> str | None:
+        """One by chance that has the same driver, as far as is known, and is none of some; None if there is none."""
+        start = random.randrange(max(1, len(self.alive)))
+        for address in self.alive[start:] + self.alive[:start]:
+            is_ready = address in self._scenes and address not in but
+            if is_ready and self.drivers.get(address, driver) == driver:
+                return address
+        return None
 
     def ban(self, address: str, why: str) -> None:
         """Use a worker no more."""
@@ -149,6 +158,7 @@ class Workers:
         self.banned[address] = why
         self.alive = [worker for worker in self.alive if worker != address]
         self._speeds.pop(address, None)
+        self._fastest = None
 
     def has_gone(self) -> bool:
         """Whether the scheduler has."""
