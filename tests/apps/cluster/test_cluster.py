@@ -57,6 +57,7 @@ def spoilt(client, tmp_path):
         import fragtracer
         from fragtracer.apps.cluster import worker
 
+        worker.Renderer.driver = worker.__dict__.setdefault("_driver", worker.Renderer.driver)
         worker._draw = worker.__dict__.setdefault("_right", worker._draw)
         fragtracer.__version__ = worker.__dict__.setdefault("_version", fragtracer.__version__)
         worker.close()
@@ -248,6 +249,21 @@ def test_another_version_is_refused(client, spoilt) -> None:
     bad = spoilt(age)
     with pytest.raises(FragtracerError, match=rf"the worker {bad} has another fragtracer: version is 0\.0\.1 there"):
         cluster.render(scene(), client, spp=SPP, block=BLOCK)
+
+
+def test_all_drivers_are_listed(client, expected, spoilt) -> None:
+    """What one of them has rendered is not compared with what the other has."""
+
+    def rename() -> None:
+        from fragtracer.apps.cluster import worker
+
+        worker.Renderer.driver = property(lambda _: "another driver")
+
+    spoilt(rename)
+    picture = cluster.render(scene(), client, spp=SPP, block=BLOCK)
+    assert picture.metadata["gl_renderer"] == f"another driver, {expected.metadata['gl_renderer']}"
+    assert picture.metadata["checked_blocks"] == "0"
+    assert "banned_workers" not in picture.metadata
 
 
 def test_until_stops_at_the_same_round(client) -> None:

@@ -29,7 +29,8 @@ config = pytest.importorskip("dask.config")
 
 # What Dask leaves open when processes are killed.
 pytestmark = pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
-SPP, BLOCK, TILE = 600, 32, 16
+SPP, BLOCK, TILE = 300, 32, 16
+GUARDED = "--preload", "fragtracer.apps.cluster.guard"
 COMMAND = ["render", "three-spheres-ambient", "--size", "40x24", "--bounces", 2, "--no-adaptive"]
 COMMAND += ["--spp", SPP, "--block", BLOCK]
 
@@ -113,9 +114,10 @@ def two_workers(tmp_path_factory):
         port_of_scheduler = int(address.rpartition(":")[2])
         through, contact = network.address_of(port_of_scheduler), network.address_of(port)
         addresses = "--listen-address", f"tcp://127.0.0.1:{port}", "--contact-address", contact
-        with worker(address), worker(through, *addresses), connected(address) as client:
+        with worker(address, *GUARDED), worker(through, *addresses, *GUARDED), connected(address) as client:
             client.wait_for_workers(2, timeout=30)
-            client.run(versions)  # which takes a new process some time
+            names = list(client.nthreads())
+            client.gather([client.submit(versions, workers=[n], pure=False) for n in names])  # takes new processes long
             yield address, contact, network
             network.close()
 
@@ -193,23 +195,15 @@ def test_tls_as_dask_configures_it(expected, tmp_path, monkeypatch, capsys) -> N
             assert len(err.splitlines()) == 1
 
 
-def test_a_guarded_worker_runs_nothing_else(scene, expected, tmp_path) -> None:
-    """Not by name, not by value, not as a file: it rather ends."""
-    done, module = tmp_path / "done", tmp_path / "module.py"
-    module.touch()
-    guard = "--preload", "fragtracer.apps.cluster.guard"
-    with (
-        scheduler(tmp_path / "a.json") as (_, address),
-        worker(address, *guard) as process,
-        connected(address) as client,
-    ):
-        assert same(cluster.render(scene, client, spp=SPP, block=BLOCK, patience=5).pixels, expected)
-        adaptive = replace(scene, render=replace(scene.render, adaptive="on"))
-        assert cluster.render(adaptive, client, spp=70, patience=5).metadata["workers"] == "1"
+def test_a_guarded_worker_runs_nothing_else(two_workers, tmp_path) -> None:
+    """It rather ends. That it renders is tested by all that renders on two_workers."""
+    address, _, _ = two_workers
+    done, port = tmp_path / "done", free_port()
+    own = f"tcp://127.0.0.1:{port}"
+    with worker(address, *GUARDED, "--worker-port", port) as process, connected(address) as client:
+        client.wait_for_workers(3, timeout=30)
         with pytest.raises(Exception, match="'run' handler has been explicitly disallowed"):
-            client.run(os.getpid)
-        with pytest.raises(Exception, match="'plugin-add' handler has been explicitly disallowed"):
-            client.upload_file(str(module))
-        client.submit(os.system, f"touch {done}")
+            client.run(os.getpid, workers=[own])
+        client.submit(os.system, f"touch {done}", workers=[own])
         process.wait(20)
     assert not done.exists()

@@ -18,7 +18,7 @@ from fragtracer.apps.cluster.picture import Render
 from fragtracer.apps.cluster.sampling import Sampling
 from fragtracer.apps.cluster.work import Frame, Part, Task, empty, flaw, pixels_digest, sent_bytes
 from fragtracer.apps.cluster.worker import Rendered
-from fragtracer.apps.cluster.workers import AHEAD, GONE, Workers
+from fragtracer.apps.cluster.workers import AHEAD, Workers
 from fragtracer.errors import FragtracerError
 from fragtracer.films import differences
 from fragtracer.renderer import Progress
@@ -207,8 +207,7 @@ class Dispatcher:
             self.workers.lose_scene(flight.worker)
             self._put_back(flight)
         except Exception as error:  # of a worker, its death included
-            if self.workers.has_gone():
-                raise FragtracerError(GONE) from None
+            self.workers.known()  # raises if it is the scheduler that is gone
             self._retry(flight, str(error) or type(error).__name__)
         else:
             self._take(flight, rendered)

@@ -19,10 +19,9 @@ from fragtracer.films import differences
 
 AHEAD = 2  # tasks that each worker has, so that it does not wait for the next
 _GLANCE = 1.0  # seconds, between looks at which workers there are
-_LONGEST, _SHORTEST = 10.0, 0.25  # seconds of a task, where a tile can be cut so
+LONGEST, _SHORTEST = 10.0, 0.25  # seconds of a task, where a tile can be cut so
 _NEWEST = 0.3  # weight of the last task in the speed of a worker
 _SENDING = 10  # times the patience, after which a worker that has not taken the scene is left
-GONE = "the scheduler of the cluster is gone"
 
 
 class Workers:
@@ -51,7 +50,7 @@ class Workers:
         FragtracerError
             Naming the worker and what is wrong.
         """
-        greeted = {a: self._client.submit(here.versions, workers=[a], pure=False, priority=1) for a in self._known()}
+        greeted = {a: self._client.submit(here.versions, workers=[a], pure=False, priority=1) for a in self.known()}
         with suppress(TimeoutError):
             wait(list(greeted.values()), timeout=self.patience)
         for address, future in greeted.items():
@@ -79,9 +78,7 @@ class Workers:
         if now - self._glanced < _GLANCE:
             return False
         self._glanced = now
-        if self._client.status != "running":
-            raise FragtracerError(GONE)
-        known = self._known()
+        known = self.known()
         self.alive = sorted(address for address in known if address not in self.banned)
         if known and not self.alive:
             why = "; ".join(f"{name}: {reason}" for name, reason in self.banned.items())
@@ -99,15 +96,19 @@ class Workers:
             raise FragtracerError(f"the cluster has had no workers for {self.patience:.0f} s")
         return True
 
-    def _known(self) -> Collection[str]:
-        """The addresses that the scheduler knows."""
-        try:
-            found: dict[str, int] = self._client.sync(self._client.scheduler.ncores, callback_timeout=self.patience)
-        except TimeoutError:
-            raise FragtracerError(f"the scheduler of the cluster has not answered for {self.patience:.0f} s") from None
-        except OSError as error:
-            raise FragtracerError(f"{GONE}: {error}") from None
-        return found.keys()
+    def known(self) -> Collection[str]:
+        """The addresses that the scheduler knows; raises FragtracerError if it is gone, or does not answer."""
+        if self._client.status == "running":
+            try:
+                found: dict[str, int] = self._client.sync(self._client.scheduler.ncores, callback_timeout=self.patience)
+                return found.keys()
+            except TimeoutError:
+                if self._client.status == "running":
+                    silence = f"the scheduler of the cluster has not answered for {self.patience:.0f} s"
+                    raise FragtracerError(silence) from None
+            except OSError:
+                pass
+        raise FragtracerError("the scheduler of the cluster is gone")
 
     @property
     def ready(self) -> list[str]:
@@ -140,7 +141,7 @@ class Workers:
             return block
         speed = self._speeds[address]
         self._fastest = self._fastest or max(self._speeds.values())
-        most = min(block * speed / self._fastest, speed * _LONGEST)
+        most = min(block * speed / self._fastest, speed * LONGEST)
         return max(min(most, left / (AHEAD * max(1, len(self.alive)))), speed * _SHORTEST)
 
     def other(self, driver: str, *but: str) -> str | None:
@@ -159,10 +160,6 @@ class Workers:
         self.alive = [worker for worker in self.alive if worker != address]
         self._speeds.pop(address, None)
         self._fastest = None
-
-    def has_gone(self) -> bool:
-        """Whether the scheduler has."""
-        return bool(self._client.status != "running")
 
     def submit(self, address: str, *arguments: Any, priority: int = 0) -> Future:
         """Have a part rendered by one that is :attr:`ready`; ``arguments`` are those of
