@@ -1,12 +1,9 @@
 # SPDX-License-Identifier: MIT
 """A picture on a cluster of real processes: the same bits, whatever happens to them."""
 
-import json
 import os
 import re
 import signal
-import subprocess
-import sys
 import time
 import warnings
 from dataclasses import replace
@@ -60,6 +57,7 @@ def spoilt(client, tmp_path):
         import fragtracer
         from fragtracer.apps.cluster import worker
 
+        worker.Renderer.driver = worker.__dict__.setdefault("_driver", worker.Renderer.driver)
         worker._draw = worker.__dict__.setdefault("_right", worker._draw)
         fragtracer.__version__ = worker.__dict__.setdefault("_version", fragtracer.__version__)
         worker.close()
@@ -142,7 +140,6 @@ def test_a_slow_worker_gets_smaller_parts(client, expected, expected_adaptively,
     """The picture has the same bits."""
 
     def slow() -> None:
-        import time
 
         from fragtracer.apps.cluster import worker
 
@@ -195,7 +192,6 @@ def test_a_worker_that_returns_nonsense_is_found(client, expected, expected_adap
 
 def test_a_worker_that_hangs_is_left(client, expected, spoilt, tmp_path) -> None:
     def hang(flag) -> None:
-        import time
 
         from fragtracer.apps.cluster import worker
 
@@ -253,6 +249,21 @@ def test_another_version_is_refused(client, spoilt) -> None:
     bad = spoilt(age)
     with pytest.raises(FragtracerError, match=rf"the worker {bad} has another fragtracer: version is 0\.0\.1 there"):
         cluster.render(scene(), client, spp=SPP, block=BLOCK)
+
+
+def test_all_drivers_are_listed(client, expected, spoilt) -> None:
+    """What one of them has rendered is not compared with what the other has."""
+
+    def rename() -> None:
+        from fragtracer.apps.cluster import worker
+
+        worker.Renderer.driver = property(lambda _: "another driver")
+
+    spoilt(rename)
+    picture = cluster.render(scene(), client, spp=SPP, block=BLOCK)
+    assert picture.metadata["gl_renderer"] == f"another driver, {expected.metadata['gl_renderer']}"
+    assert picture.metadata["checked_blocks"] == "0"
+    assert "banned_workers" not in picture.metadata
 
 
 def test_until_stops_at_the_same_round(client) -> None:
@@ -330,36 +341,6 @@ def test_interrupted_stages_go_on(client, expected_adaptively, tmp_path) -> None
         cluster.render(scene("on"), client, spp=70, block=BLOCK, begin=again)
     with pytest.raises(FragtracerError, match="adaptive is on there, off here"):
         cluster.render(scene(), client, spp=SPP, block=BLOCK, begin=again)
-
-
-def test_a_scheduler_that_dies_leaves_what_came_back(tmp_path, monkeypatch) -> None:
-    file, none = tmp_path / "scheduler.json", {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-    dask = [sys.executable, "-m", "distributed.cli.dask_"]
-
-    def start(program: str, *arguments: str) -> subprocess.Popen[bytes]:
-        common = ["--scheduler-file", str(file), "--dashboard-address", ":0"]
-        return subprocess.Popen([*dask[:2], dask[2] + program, *common, *arguments], **none)
-
-    with start("scheduler", "--host", "127.0.0.1", "--port", "0") as scheduler:
-        while not file.exists() or not file.read_text():
-            assert scheduler.poll() is None
-            time.sleep(0.05)
-        with start("worker", "--nthreads", "1", "--no-nanny") as worker:
-            try:
-                monkeypatch.setattr(cluster, "_REACH", 30)
-                with cluster.connected(json.loads(file.read_text())["address"]) as client:
-
-                    def report(state) -> None:
-                        if state.spp > SPP:
-                            scheduler.kill()
-
-                    picture = cluster.render(scene(), client, spp=40_000, block=BLOCK, progress=report, patience=5)
-            finally:
-                scheduler.kill()
-                worker.kill()
-    assert "the scheduler of the cluster is gone" in picture.problem
-    assert picture.pixels.mean[..., 3].min() >= BLOCK
-    assert int(picture.metadata["spp"]) >= SPP
 
 
 def test_the_command_renders_the_same_bits_with_one_worker(expected, tmp_path, monkeypatch, capsys) -> None:

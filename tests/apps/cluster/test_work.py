@@ -1,9 +1,13 @@
 # SPDX-License-Identifier: MIT
 """How a picture is cut, and put together by a tree that is always the same."""
 
+import json
+from itertools import islice
+
 import numpy as np
 
 from fragtracer.apps.cluster import work
+from fragtracer.apps.cluster.audit import CHECKED, draws
 from fragtracer.apps.cluster.merge import Tree, assembled
 from fragtracer.apps.cluster.sampling import EvenSampling
 from fragtracer.apps.cluster.work import Cut, Task
@@ -64,6 +68,44 @@ def test_a_block_in_parts_is_that_block() -> None:
     for name, image in vars(whole.picture()).items():
         np.testing.assert_array_equal(image, getattr(cutted.picture(), name))
     assert cutted.advance(True)
+
+
+def test_a_checkpoint_has_all_that_came_back() -> None:
+    """Blocks beyond the round that is due, and parts of blocks."""
+    rng = np.random.default_rng(3)
+    cut = Cut(40, 16, 32, 128)
+    films = [_pixels(rng, cut.spp_of(step), (16, 40)) for step in range(cut.rounds or 0)]
+
+    def take(sampling: EvenSampling, *tasks: Task) -> None:
+        for task in tasks:
+            sampling.take(task, work.crop(films[task.step], task.window), "a")
+
+    whole, before, after = (EvenSampling(cut, 0.0) for _ in range(3))
+    tasks = list(iter(whole.next, None))
+    take(whole, *tasks)
+    first, second, third, _ = tasks
+    (left, right), (again, rest) = first.halves(), second.halves()
+    take(before, left, *again.halves(), third)
+    state, arrays = before.state()
+    assert after.restore(json.loads(json.dumps(state)), {name: image.copy() for name, image in arrays.items()})
+    assert after.samples == before.samples > cut.spp_of(2) * 16 * 40
+    there = before.all_there_is().mean[..., 3]
+    assert (there[work.at(left.window)] == 96).all()
+    assert (there[work.at(right.window)] == 32).all()
+    missing = list(iter(after.next, None))
+    assert set(missing) == {right, rest, tasks[3]}
+    take(after, *missing)
+    while not (whole.is_done and after.is_done):
+        assert whole.advance(True) == after.advance(True)
+    for name, image in vars(whole.picture()).items():
+        np.testing.assert_array_equal(image, getattr(after.picture(), name))
+
+
+def test_one_of_so_many_tasks_is_checked() -> None:
+    """At a place that nobody knows."""
+    found = np.reshape(list(islice(draws(), 200 * CHECKED)), (200, CHECKED))
+    assert (found.sum(axis=1) == 1).all()
+    assert len(np.unique(found.argmax(axis=1))) > CHECKED / 2
 
 
 def _pixels(rng: np.random.Generator, count: int, size: tuple[int, int] = (2, 3)) -> Pixels:

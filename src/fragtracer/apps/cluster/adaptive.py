@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fragtracer.apps.cluster.work import Block, Cut, Part, Task, at, crop, empty, place
+from fragtracer.apps.cluster.work import CORNERS, Block, Cut, Part, Task, at, crop, empty, place, without
 from fragtracer.sampling.allocation import FIRST_STAGE, ITEM_SAMPLES, Counts, Plan, StagePart, Stages, Window
 from fragtracer.sampling.pixels import Pixels
 
@@ -182,7 +182,7 @@ class AdaptiveSampling:
     def state(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
         """All that :meth:`restore` needs."""
         numbers = {"stage": self._stage, "passes": self._passes, "in_stage": self._in_stage}
-        done = [[task.tile, *(vars(task.window)[name] for name in _CORNERS)] for task in self._authors]
+        done = [[task.tile, *(vars(task.window)[name] for name in CORNERS)] for task in self._authors]
         state = numbers | {"next_look": self._next_look, "more_passes": self._more_passes, "done": done}
         arrays = {f"film.{name}": image for name, image in vars(self._film).items()}
         arrays |= {f"finished.{field.name}": getattr(self._finished, field.name) for field in fields(Stages)}
@@ -210,25 +210,8 @@ class AdaptiveSampling:
         if self._spp + (self._more if done else 0) > (self._cut.spp or np.inf):
             return False
         self.samples = self._spp * self._cut.width * self._cut.height
-        self._due = deque(piece for task in self._due for piece in _without(task, set(done)))
+        self._due = deque(piece for task in self._due for piece in without(task, set(done)))
         for task in done:
             self._left -= self.cost(task)
             self.take(task, crop(film, task.window), "")
         return True
-
-
-_CORNERS = ("left", "top", "width", "height")
-
-
-def _without(task: Task, done: set[Task]) -> list[Task]:
-    """What is left of a task where some of its parts are done."""
-    if task in done:
-        return []
-    window = task.window
-    if not any(_lies_in(other.window, window) for other in done):
-        return [task]
-    return [piece for half in task.halves() for piece in _without(half, done)]
-
-
-def _lies_in(one: Window, other: Window) -> bool:
-    return other.left <= one.left < other.left + other.width and other.top <= one.top < other.top + other.height

@@ -1,19 +1,23 @@
 # SPDX-License-Identifier: MIT
 """Whether workers render what they should: some of what comes back is rendered again elsewhere and compared."""
 
+import random
+from collections.abc import Iterator
+
 from fragtracer.apps.cluster import worker as here
-from fragtracer.apps.cluster.work import Frame, Part, Task
+from fragtracer.apps.cluster.work import Frame, Part
 from fragtracer.apps.cluster.worker import Rendered
 from fragtracer.apps.cluster.workers import Workers
 from fragtracer.errors import DeviceError, FragtracerError
 
-CHECKED = 1 / 64  # of the tasks, and the first one of each worker, are rendered again
+CHECKED = 64  # one of so many tasks, and the first one of each worker, are rendered again
 
 
-def is_drawn(task: Task) -> bool:
-    """Whether a task is among those that are checked."""
-    window = task.window
-    return hash((task.step, task.tile, window.left, window.top)) % round(1 / CHECKED) == 0
+def draws() -> Iterator[bool]:
+    """Whether the next task is checked: one of each :data:`CHECKED` that come back, by chance."""
+    while True:
+        drawn = random.randrange(CHECKED)
+        yield from (number == drawn for number in range(CHECKED))
 
 
 def liar(
@@ -41,9 +45,9 @@ def liar(
 def _third(
     workers: Workers, scene: bytes, arguments: tuple[str, Frame | None, Part], first: Rendered, second: Rendered
 ) -> Rendered:
-    if others := workers.others(first.driver, first.worker, second.worker):
+    if other := workers.other(first.driver, first.worker, second.worker):
         try:
-            found: Rendered = workers.submit(others[0], *arguments, priority=2).result(timeout=workers.patience)
+            found: Rendered = workers.submit(other, *arguments, priority=2).result(timeout=workers.patience)
             if found.driver == first.driver:
                 return found
         except Exception as error:  # of that worker

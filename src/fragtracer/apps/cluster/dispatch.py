@@ -7,6 +7,7 @@ import time
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from distributed import CancelledError, Client, Future
@@ -17,13 +18,14 @@ from fragtracer.apps.cluster.picture import Render
 from fragtracer.apps.cluster.sampling import Sampling
 from fragtracer.apps.cluster.work import Frame, Part, Task, empty, flaw, pixels_digest, sent_bytes
 from fragtracer.apps.cluster.worker import Rendered
-from fragtracer.apps.cluster.workers import AHEAD, GONE, Workers
+from fragtracer.apps.cluster.workers import AHEAD, Workers
 from fragtracer.errors import FragtracerError
 from fragtracer.films import differences
 from fragtracer.renderer import Progress
 
 _MOST_RENDERS = 4  # frames that are rendered at a time, so that workers do not wait for the end of one
 _MOST_TRIES = 4  # of a task that comes to nothing
+_MOMENT = 0.1  # seconds
 _SLOW = 20  # times the slowest task so far, after which one is given up
 
 
@@ -65,6 +67,7 @@ class Dispatcher:
         self._tries: Counter[tuple[int, Task]] = Counter()
         self._flights: dict[str, _Flight] = {}
         self._arrived: queue.SimpleQueue[tuple[str, concurrent.futures.Future[Rendered]]] = queue.SimpleQueue()
+        self._draws = audit.draws()
         self._agreed: dict[Render, dict[str, str]] = {}  # what all workers of a picture say of its origin
 
     def run(self, renders: Iterator[Render], seconds: float | None, report: Callable[[Progress], None]) -> bool:
@@ -185,14 +188,17 @@ class Dispatcher:
             self._retry(flight, "it does not come from any worker")
 
     def _receive(self) -> None:
-        """Take in what has arrived, or wait a moment."""
-        try:
-            key, result = self._arrived.get(timeout=0.1)
-        except queue.Empty:
-            return
-        flight = self._flights.pop(key, None)
-        if flight is None:
-            return  # it was given up
+        """Take in what has arrived, or wait a moment. Of many workers much has: who is given what is thought of once
+        for all of it."""
+        end, patience = time.monotonic() + _MOMENT, _MOMENT
+        with suppress(queue.Empty):
+            while time.monotonic() < end:
+                key, result = self._arrived.get(timeout=patience)
+                patience = 0
+                if (flight := self._flights.pop(key, None)) is not None:  # otherwise it was given up
+                    self._take_in(flight, result)
+
+    def _take_in(self, flight: _Flight, result: concurrent.futures.Future[Rendered]) -> None:
         try:
             rendered = result.result()
         except FragtracerError as error:
@@ -201,8 +207,7 @@ class Dispatcher:
             self.workers.lose_scene(flight.worker)
             self._put_back(flight)
         except Exception as error:  # of a worker, its death included
-            if self.workers.has_gone():
-                raise FragtracerError(GONE) from None
+            self.workers.known()  # raises if it is the scheduler that is gone
             self._retry(flight, str(error) or type(error).__name__)
         else:
             self._take(flight, rendered)
@@ -243,10 +248,10 @@ class Dispatcher:
         render.drivers[author] = rendered.driver
         render.tasks += 1
         render.wire += sent_bytes(part) + sum(image.nbytes for image in vars(rendered.pixels).values())
-        others = self.workers.others(rendered.driver, author) if is_new or audit.is_drawn(task) else []
-        if others and sampling is render.sampling:
-            load = Counter(flight.worker for flight in self._flights.values())
-            self._send(min(others, key=lambda a: load[a]), render, task, replace(rendered, pixels=empty(0, 0)))
+        is_checked = next(self._draws) or is_new
+        other = self.workers.other(rendered.driver, author) if is_checked and sampling is render.sampling else None
+        if other is not None:
+            self._send(other, render, task, replace(rendered, pixels=empty(0, 0)))
         sampling.take(task, rendered.pixels, author)
 
     def _compare(self, flight: _Flight, first: Rendered, second: Rendered) -> None:

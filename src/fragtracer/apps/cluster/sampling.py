@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.apps.cluster.merge import Tree, assembled
-from fragtracer.apps.cluster.work import Block, Cut, Part, Pilot, Task, empty, place
+from fragtracer.apps.cluster.work import CORNERS, Block, Cut, Part, Pilot, Task, empty, place, without
 from fragtracer.sampling.allocation import Window, pilot_gain, pilot_list
 from fragtracer.sampling.pixels import Pixels
 
@@ -137,7 +137,7 @@ class EvenSampling:
         if not self._due and len(self._waiting) > _MOST_WAITING:
             return None
         task = self._due.popleft() if self._due else next(self._blocks, None)
-        while task is not None and task in self._authors:  # of a checkpoint
+        while task in self._authors or task in self._parts:  # of a checkpoint
             task = next(self._blocks, None)
         self._given += self.cost(task) if task else 0
         return task
@@ -160,8 +160,7 @@ class EvenSampling:
     def take(self, task: Task, pixels: Pixels, author: str) -> None:
         self._authors[task] = author
         self.samples += self.cost(task)
-        window = self._cut.tiles[task.tile]
-        block = replace(task, window=window)
+        block, window = self._block(task), self._cut.tiles[task.tile]
         if task != block:
             if block not in self._parts:
                 self._parts[block] = empty(window.height, window.width), block.pixels
@@ -215,34 +214,57 @@ class EvenSampling:
         return assembled(self._cut, self._trees)
 
     def all_there_is(self) -> Pixels:
-        for block, pixels in self._waiting.items():
+        for block, pixels in self._beyond().items():
             self._trees[block.tile].add(block.step, pixels)
         self._waiting.clear()
+        self._parts.clear()
         return self.picture()
 
+    def _beyond(self) -> dict[Task, Pixels]:
+        """What is there, but not in the trees."""
+        return self._waiting | {block: pixels for block, (pixels, _) in self._parts.items()}
+
+    def _block(self, task: Task) -> Task:
+        return replace(task, window=self._cut.tiles[task.tile])
+
     def state(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
-        """All that :meth:`restore` needs, of whole blocks."""
-        blocks = [[number, tile] for tile, tree in self._trees.items() for number in sorted(tree.numbers)]
-        arrays = {
-            f"{tile}.{level}.{place}.{name}": image
-            for tile, tree in self._trees.items()
-            for (level, place), node in tree.nodes.items()
-            for name, image in vars(node).items()
+        """All that :meth:`restore` needs."""
+        blocks = [[step, tile] for tile, tree in self._trees.items() for step in sorted(tree.numbers)]
+        blocks += [[block.step, block.tile] for block in self._waiting]
+        parts = [
+            [task.step, task.tile, *(vars(task.window)[name] for name in CORNERS)]
+            for task in self._authors
+            if self._block(task) in self._parts
+        ]
+        nodes = {
+            f"{tile}.{level}.{at}": n for tile, tree in self._trees.items() for (level, at), n in tree.nodes.items()
         }
-        return {"blocks": blocks, "round": self._round, "block": self._cut.samples, "spp": self._cut.spp}, arrays
+        nodes |= {f"{block.tile}.0.{block.step}": pixels for block, pixels in self._beyond().items()}
+        arrays = {f"{place}.{name}": image for place, node in nodes.items() for name, image in vars(node).items()}
+        cut = {"block": self._cut.samples, "spp": self._cut.spp}
+        return cut | {"blocks": blocks, "parts": parts, "round": self._round}, arrays
 
     def restore(self, state: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> bool:
         """Go on from what :meth:`state` has returned for a picture of this size in blocks of as many samples; False
         if not all of its blocks are of this cut."""
-        before = replace(self._cut, spp=state["spp"])
-        if any(self._cut.spp_of(number) != before.spp_of(number) for number, _ in state["blocks"]):
+        before, tiles = replace(self._cut, spp=state["spp"]), self._cut.tiles
+        blocks = [Task(step, tile, tiles[tile]) for step, tile in state["blocks"]]
+        parts = [Task(step, tile, Window(*corners)) for step, tile, *corners in state["parts"]]
+        if any(self._cut.spp_of(task.step) != before.spp_of(task.step) for task in blocks + parts):
             return False
+        self._authors = dict.fromkeys(blocks + parts, "")
+        self._round = state["round"]
         for name in {name.rpartition(".")[0] for name in arrays}:
-            tile, level, place = map(int, name.split("."))
+            tile, level, at = map(int, name.split("."))
             node = Pixels(*(arrays[f"{name}.{part}"] for part in Pixels.__dataclass_fields__))
-            self._trees[tile].nodes[level, place] = node
-        tasks = [Task(number, tile, self._cut.tiles[tile]) for number, tile in state["blocks"]]
-        self._authors = dict.fromkeys(tasks, "")
-        self._present, self._round = len(tasks), state["round"]
-        self.samples = self._given = sum(self.cost(task) for task in tasks)
+            block = Task(at, tile, tiles[tile])
+            if level == 0 and (done := {task for task in parts if self._block(task) == block}):
+                self._parts[block] = node, block.pixels - sum(task.pixels for task in done)
+                self._due.extend(without(block, done))
+            elif level == 0 and at >= self._round:
+                self._waiting[block] = node
+            else:
+                self._trees[tile].nodes[level, at] = node
+        self._present = len(blocks) - len(self._waiting)
+        self.samples = self._given = sum(self.cost(task) for task in self._authors)
         return True

@@ -15,6 +15,7 @@ from fragtracer.scene.content import content_digest
 
 TILE = 256  # pixels, a side
 BLOCK = 256  # samples of each pixel, at most
+CORNERS = ("left", "top", "width", "height")  # of a window, as checkpoints have them
 _LEAST_SIDE = 8  # pixels, of a part of a tile
 _GRID = 4  # pixels, a side of what is shaded together, which no cut should part
 
@@ -52,6 +53,20 @@ class Task:
         else:
             parts = ({"height": half}, {"height": height - half, "top": self.window.top + half})
         return tuple(replace(self, window=replace(self.window, **part)) for part in parts)
+
+
+def without(task: Task, done: set[Task]) -> list[Task]:
+    """What is left of a task where some of its parts are done."""
+    if task in done:
+        return []
+    window = task.window
+    if not any(_lies_in(other.window, window) for other in done):
+        return [task]
+    return [piece for half in task.halves() for piece in without(half, done)]
+
+
+def _lies_in(one: Window, other: Window) -> bool:
+    return other.left <= one.left < other.left + other.width and other.top <= one.top < other.top + other.height
 
 
 @dataclass(frozen=True)

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: MIT
 """What runs on a worker: parts of one scene after the other, by a renderer that stays."""
 
-import pickle
 import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
+from fragtracer.apps.cluster.guard import loads
 from fragtracer.apps.cluster.work import Block, Frame, Part, Pilot, pixels_digest
 from fragtracer.films import shaders_digest
 from fragtracer.renderer import Renderer
@@ -47,7 +47,7 @@ def render_part(scene: bytes, key: str, frame: Frame | None, part: Part, worker:
 def _render_part(scene: bytes, key: str, frame: Frame | None, part: Part, worker: str) -> Rendered:
     if key not in _kept:
         _close()
-        loaded = pickle.loads(scene)
+        loaded = loads(scene)
         renderer = Renderer(loaded, moves=frame is not None)
         _kept[key] = _Kept(renderer, None, renderer.origin())
     kept = _kept[key]

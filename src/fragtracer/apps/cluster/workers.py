@@ -3,9 +3,10 @@
 
 import asyncio
 import concurrent.futures
+import random
 import time
 import warnings
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from contextlib import suppress
 from typing import Any
 
@@ -18,10 +19,9 @@ from fragtracer.films import differences
 
 AHEAD = 2  # tasks that each worker has, so that it does not wait for the next
 _GLANCE = 1.0  # seconds, between looks at which workers there are
-_LONGEST, _SHORTEST = 10.0, 0.25  # seconds of a task, where a tile can be cut so
+LONGEST, _SHORTEST = 10.0, 0.25  # seconds of a task, where a tile can be cut so
 _NEWEST = 0.3  # weight of the last task in the speed of a worker
 _SENDING = 10  # times the patience, after which a worker that has not taken the scene is left
-GONE = "the scheduler of the cluster is gone"
 
 
 class Workers:
@@ -35,6 +35,7 @@ class Workers:
         self.drivers: dict[str, str] = {}  # of those that have rendered
         self.slowest = 0.0  # seconds of a task
         self._speeds: dict[str, float] = {}  # samples a second
+        self._fastest: float | None = None  # of them, until one changes
         # The scene on each worker, a future of its own: of one that several hold, Dask's memory manager keeps one copy.
         self._scenes: dict[str, Future] = {}
         self._sending: dict[str, tuple[concurrent.futures.Future[Future], float]] = {}  # those on the way, since when
@@ -49,8 +50,7 @@ class Workers:
         FragtracerError
             Naming the worker and what is wrong.
         """
-        addresses = self._client.scheduler_info(n_workers=-1)["workers"]
-        greeted = {a: self._client.submit(here.versions, workers=[a], pure=False, priority=1) for a in addresses}
+        greeted = {a: self._client.submit(here.versions, workers=[a], pure=False, priority=1) for a in self.known()}
         with suppress(TimeoutError):
             wait(list(greeted.values()), timeout=self.patience)
         for address, future in greeted.items():
@@ -78,12 +78,7 @@ class Workers:
         if now - self._glanced < _GLANCE:
             return False
         self._glanced = now
-        if self._client.status != "running":
-            raise FragtracerError(GONE)
-        try:
-            known = self._client.scheduler_info(n_workers=-1)["workers"]
-        except (OSError, TimeoutError) as error:
-            raise FragtracerError(f"{GONE}: {error}") from None
+        known = self.known()
         self.alive = sorted(address for address in known if address not in self.banned)
         if known and not self.alive:
             why = "; ".join(f"{name}: {reason}" for name, reason in self.banned.items())
@@ -100,6 +95,20 @@ class Workers:
         if now - self._seen > self.patience:
             raise FragtracerError(f"the cluster has had no workers for {self.patience:.0f} s")
         return True
+
+    def known(self) -> Collection[str]:
+        """The addresses that the scheduler knows; raises FragtracerError if it is gone, or does not answer."""
+        if self._client.status == "running":
+            try:
+                found: dict[str, int] = self._client.sync(self._client.scheduler.ncores, callback_timeout=self.patience)
+                return found.keys()
+            except TimeoutError:
+                if self._client.status == "running":
+                    silence = f"the scheduler of the cluster has not answered for {self.patience:.0f} s"
+                    raise FragtracerError(silence) from None
+            except OSError:
+                pass
+        raise FragtracerError("the scheduler of the cluster is gone")
 
     @property
     def ready(self) -> list[str]:
@@ -123,6 +132,7 @@ class Workers:
             speed = samples / max(seconds, 1e-6)
             known = self._speeds.get(address, speed)
             self._speeds[address] = known + _NEWEST * (speed - known)
+            self._fastest = None
 
     def most(self, address: str, block: int, left: float) -> float:
         """Samples of the next task of a worker: a whole ``block`` for the fastest, less for slower ones, so that each
@@ -130,12 +140,18 @@ class Workers:
         if address not in self._speeds:
             return block
         speed = self._speeds[address]
-        most = min(block * speed / max(self._speeds[a] for a in self._speeds), speed * _LONGEST)
+        self._fastest = self._fastest or max(self._speeds.values())
+        most = min(block * speed / self._fastest, speed * LONGEST)
         return max(min(most, left / (AHEAD * max(1, len(self.alive)))), speed * _SHORTEST)
 
-    def others(self, driver: str, *but: str) -> list[str]:
-        """Those with the same driver, besides some; those of which nothing is known yet among them."""
-        return [a for a in self.ready if a not in but and self.drivers.get(a, driver) == driver]
+    def other(self, driver: str, *but: str) -> str | None:
+        """One by chance that has the same driver, as far as is known, and is none of some; None if there is none."""
+        start = random.randrange(max(1, len(self.alive)))
+        for address in self.alive[start:] + self.alive[:start]:
+            is_ready = address in self._scenes and address not in but
+            if is_ready and self.drivers.get(address, driver) == driver:
+                return address
+        return None
 
     def ban(self, address: str, why: str) -> None:
         """Use a worker no more."""
@@ -143,10 +159,7 @@ class Workers:
         self.banned[address] = why
         self.alive = [worker for worker in self.alive if worker != address]
         self._speeds.pop(address, None)
-
-    def has_gone(self) -> bool:
-        """Whether the scheduler has."""
-        return bool(self._client.status != "running")
+        self._fastest = None
 
     def submit(self, address: str, *arguments: Any, priority: int = 0) -> Future:
         """Have a part rendered by one that is :attr:`ready`; ``arguments`` are those of
