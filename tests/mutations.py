@@ -501,6 +501,35 @@ MUTATIONS = [
         choice(8),
     ),
     Mutation(
+        "direction of a ray through a small instance taken for its opposite",
+        "shape/bvh.glsl",
+        "lessThan(ray.inverse, vec3(0.0))",
+        "lessThan(ray.inverse, vec3(0.01))",
+        Check(test_mesh.test_no_triangle_is_missed, part=test_mesh.BALL, placements=test_mesh.CROWD),
+    ),
+    Mutation(
+        "point of equiangular sampling mirrored at the ray's origin",
+        "medium/equiangular.glsl",
+        "point - ray.origin",
+        "point + ray.origin",
+        Check(
+            test_medium.test_equiangular_samples,
+            distance=3.0,
+            point=(0.5, 0.0, 1.0),
+            least=0.0,
+            origin=(2.0, -1.0, 0.5),
+        ),
+    ),
+    Mutation(
+        "record beside that of the sun read where it is met",
+        "integrator/escape.glsl",
+        "sun_light_load(0)",
+        "sun_light_load(1)",
+        Check(
+            test_environment_light.test_broad_sun_has_the_irradiance_that_it_says, estimator="bsdf", specialised=False
+        ),
+    ),
+    Mutation(
         "distances of the two children of a node of lights exchanged",
         "light/tree.glsl",
         "(distances + spreads).yx",

@@ -117,13 +117,14 @@ def test_sun_has_the_irradiance_that_it_says(ctx):
 BROAD = Sky(sun_elevation_degrees=50.0, sun_azimuth_degrees=40.0, sun_radius_degrees=15.0)
 
 
-@pytest.mark.parametrize("estimator", ESTIMATORS)
-def test_broad_sun_has_the_irradiance_that_it_says(ctx, estimator):
-    """So broad that chance meets it: its rim, too."""
+@pytest.mark.parametrize(("estimator", "specialised"), [*((name, True) for name in ESTIMATORS), ("bsdf", False)])
+def test_broad_sun_has_the_irradiance_that_it_says(ctx, estimator, specialised):
+    """So broad that chance meets it: its rim, too. Its record is also read from the texture, as on GPUs."""
     environment = Environment(sky=BROAD, strength=0.02)
     sun = environment.sun
     disc = np.array(sun.radiance) * np.pi * sun.one_minus_cos * (2 - sun.one_minus_cos) * np.dot(sun.direction, NORMAL)
-    image = rendered(ctx, floor_under(environment), 1024, estimator=estimator, bounces=1)
+    settings = {"estimator": estimator, "bounces": 1, "specialised": specialised}
+    image = rendered(ctx, floor_under(environment), 1024, **settings)
     assert_mean(image, np.multiply(FLOOR_ALBEDO, disc + irradiance(environment)) / np.pi, 0.012, 2e-4)
 
 

@@ -99,13 +99,13 @@ def seen_angle(t: np.ndarray, point: tuple[float, float, float], least: float) -
     return np.arctan2(t - point[2], aside) - np.arctan2(-point[2], aside)
 
 
+@pytest.mark.parametrize("origin", [(0.0, 0.0, 0.0), (2.0, -1.0, 0.5)], ids=["origin", "elsewhere"])
 @pytest.mark.parametrize(("distance", "point", "least"), WAYS.values(), ids=WAYS)
-def test_equiangular_samples(ctx: moderngl.Context, distance: float, point: Any, least: float) -> None:
+def test_equiangular_samples(ctx: moderngl.Context, distance: float, point: Any, least: float, origin: Any) -> None:
     """From the point, the angles of samples are uniform, and the density is what that makes of distances."""
     u = np.random.default_rng(4).random(COUNT)
-    body = (
-        f"Equiangular way = equiangular_over(Ray(vec3(0.0), vec3(0.0, 0.0, 1.0)), {distance}, vec3{point}, {least});\n"
-    )
+    body = f"Ray ray = Ray(vec3{origin}, vec3(0.0, 0.0, 1.0)); vec3 point = ray.origin + vec3{point};\n"
+    body += f"Equiangular way = equiangular_over(ray, {distance}, point, {least});\n"
     body += "t = equiangular_sample(way, u); p = equiangular_pdf(way, t);"
     found = probe(ctx, ["medium/equiangular.glsl"], body, {"u": u}, {"t": 1, "p": 1})
     t, pdf = found["t"].astype(np.float64), found["p"].astype(np.float64)
