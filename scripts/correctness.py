@@ -87,9 +87,9 @@ tested too: `tests/test_mutations.py` plants each of the errors of `tests/mutati
 every file of GLSL, and requires that the test which it names passes without it and fails with it; `make mutate` plants
 random errors and lists those that no test finds. Of its 200 (seed 1) 89 were judged so far, at commits 09e70e9 and
 92e4bab. **Three of them (3.4 %; the goal is 2 %) survived**: rays through instances of a hundredth and less were taken
-for their opposites, the point of equiangular sampling was mirrored at the origin of the ray, which costs noise alone, and
-the record beside the sun's was read where it is met, which programs with the scene compiled in do not show. Each has a
-test since, and stands in `tests/mutations.py`. `make mutate ARGS="--kept docs/mutations.jsonl"` goes on.
+for their opposites; the point of equiangular sampling was mirrored at the origin of the ray, which costs noise alone;
+and the record beside the sun's was read where it is met, which programs with the scene compiled in do not show. Each
+has a test since, and stands in `tests/mutations.py`. `make mutate ARGS="--kept docs/mutations.jsonl"` goes on.
 
 Written by `python scripts/correctness.py` with Mitsuba {mitsuba} ({variant}) and {renderer}; the last column names the
 commit of fragtracer that made the row.
