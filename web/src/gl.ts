@@ -113,7 +113,8 @@ export async function finished(gl: Gl): Promise<boolean> {
   gl.flush();
   for (;;) {
     await pause();
-    if (gl.isContextLost()) return false;
+    // It may have been lost and restored between two looks: then the fence is of no context.
+    if (gl.isContextLost() || !gl.isSync(fence)) return false;
     const state = gl.clientWaitSync(fence, 0, 0);
     if (state === gl.WAIT_FAILED) return false;
     if (state !== gl.TIMEOUT_EXPIRED) break;
