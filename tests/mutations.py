@@ -475,8 +475,8 @@ MUTATIONS = [
     Mutation(
         "guide table off by one",
         "light/light.glsl",
-        "min(int(u * float(u_light_count)), u_light_count - 1)",
-        "min(int(u * float(u_light_count)) + 1, u_light_count - 1)",
+        "min(int((begin + u) * float(u_light_count)), u_light_count - 1)",
+        "min(int((begin + u) * float(u_light_count)) + 1, u_light_count - 1)",
         choice(1000),
     ),
     Mutation(
@@ -496,7 +496,7 @@ MUTATIONS = [
     Mutation(
         "number not stretched over the light's part",
         "light/light.glsl",
-        "u = clamp((u - choice.cumulative) / choice.probability, 0.0, ONE_MINUS_EPSILON);",
+        "u = clamp((u - (choice.cumulative - begin)) / choice.probability, 0.0, ONE_MINUS_EPSILON);",
         "",
         choice(8),
     ),

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The contract of lights, the choice among them, and the dispatch to one file for each kind.
 //
-//   light_sample    a direction to a light, chosen by power or by what it brings, with the radiance from there if nothing occludes it
+//   light_sample    a direction to a light, chosen by power or, of many, by what it brings (light/tree.glsl), with the
+//                   radiance from there if nothing occludes it
 //   light_pdf       the density of that sample, for a surface that emits and is met by BSDF sampling
 //   light_focus     where a light is and how large, as far as it is anywhere
 //   light_punctual  one light as if all of it were at its centre, for approximations without shadows
@@ -33,40 +34,40 @@ const int LIGHT_ENVIRONMENT = 7;
 const int FEW_LIGHTS = 8;
 const float LIGHT_STEP = 1.0 / 8388608.0;  // of which probabilities are multiples
 
-// The light for u: the last whose cumulative probability is not above it, which keeps the stratification of u. A few are
-// looked through; among many it is found by bisection between the first and last that the guide table allows for (Chen
-// and Asau 1974, On Generating Random Variates from an Empirical Distribution), in constant time on average, whatever
-// their number. Stretches u over the light's part.
-LightChoice light_choose(inout float u) {
+// The light for begin + u: the last whose cumulative probability is not above it, which keeps the stratification of u; of
+// their sum the last digits of u would be lost. A few are looked through; among many it is found by bisection between the
+// first and last that the guide table allows for (Chen and Asau 1974, On Generating Random Variates from an Empirical
+// Distribution), in constant time on average, whatever their number. Stretches u over the light's part.
+LightChoice light_choose(float begin, inout float u) {
     int number = 0;
     if (u_light_count <= FEW_LIGHTS) {
-        for (int i = 1; i < u_light_count; i++) number += int(u >= light_choice_load(i).cumulative);
+        for (int i = 1; i < u_light_count; i++) number += int(u >= light_choice_load(i).cumulative - begin);
     } else {
-        LightChoice guide = light_choice_load(min(int(u * float(u_light_count)), u_light_count - 1));
+        LightChoice guide = light_choice_load(min(int((begin + u) * float(u_light_count)), u_light_count - 1));
         number = guide.guide_first;
         int last = guide.guide_last;
         while (number < last) {
             int middle = (number + last + 1) / 2;
-            bool is_above = light_choice_load(middle).cumulative > u;
+            bool is_above = light_choice_load(middle).cumulative - begin > u;
             number = is_above ? number : middle;
             last = is_above ? middle - 1 : last;
         }
     }
     LightChoice choice = light_choice_load(number);
     if (u_light_count > 1) {
-        u = clamp((u - choice.cumulative) / choice.probability, 0.0, ONE_MINUS_EPSILON);
+        u = clamp((u - (choice.cumulative - begin)) / choice.probability, 0.0, ONE_MINUS_EPSILON);
     }
     return choice;
 }
 
 // The same for a point to be lit: of many lights that are somewhere by what they bring there.
 LightChoice light_choose_at(vec3 origin, inout float u) {
-    if (u_light_tree_count == 0 || u >= u_light_tree_probability) return light_choose(u);
+    if (u_light_tree_count == 0 || u >= u_light_tree_probability) return light_choose(0.0, u);
     u /= u_light_tree_probability;
     LightGroup group = light_tree_group(origin, -1.0, u);
     float size = group.end - group.begin;
-    u = min(group.begin + u * size, group.end - 0.5 * LIGHT_STEP);
-    LightChoice choice = light_choose(u);
+    u = min(u * size, size - 0.5 * LIGHT_STEP);
+    LightChoice choice = light_choose(group.begin, u);
     choice.probability *= u_light_tree_probability * group.probability / size;
     return choice;
 }

@@ -2,7 +2,7 @@
 // Choice of one of many lights by what they bring to a point, by going down a binary tree (Estevez and Kulla 2018,
 // Importance Sampling of Many Lights with Adaptive Tree Splitting). A child brings its power over the mean squared distance
 // of its lights, which is known of all of them at once: the squared distance of their mean place, and their spread
-// around it. Neither directions nor what is between are looked at, so that no light loses all of its probability by power.
+// around it. Neither directions nor what is between are looked at, so that a part of each probability is by power alone.
 //
 // The way ends at a light, or where the lights below are about as far away as each other: those are chosen by power. So
 // what it costs depends on how near lights are, and hardly on how many there are.

@@ -55,7 +55,7 @@ def choose(
     ctx: moderngl.Context, packed: PackedScene, steps: NDArray[np.integer], level: Level = Level.NOTHING
 ) -> tuple[NDArray[np.int64], Floats]:
     """The number of the light that u = steps / STEPS chooses, which its cumulative probability tells; what is left."""
-    body = "left = u; LightChoice l = light_choose(left); chosen = l.cumulative;"
+    body = "left = u; LightChoice l = light_choose(0.0, left); chosen = l.cumulative;"
     inputs = {"u": (steps / STEPS).astype(np.float32)}
     result = scene_probe(ctx, packed, LIGHT, body, inputs, {"left": 1, "chosen": 1}, level)
     cumulative, _ = choices(packed)
@@ -282,6 +282,24 @@ def test_a_tree_chooses_each_light_as_often_as_it_says(ctx: moderngl.Context, li
         assert ((found["left"] >= 0) & (found["left"] < 1)).all()
         heavy = int(probability.argmax())
         assert_uniform({"left": found["left"][number == heavy]}, cells=16)
+
+
+def test_what_a_tree_leaves_of_a_number_is_fine(ctx: moderngl.Context) -> None:
+    """Close to one of so many lights that each has a few dozen steps of probability by power alone."""
+    scene = scattered_lights(20_000)
+    packed = packed_lights(scene)
+    cumulative, steps = choices(packed)
+    assert np.median(steps) < 500
+    near = light_numbers(packed)[LightKind.POINT, 123]
+    origin = np.add(scene.lights[123].position, (0.0, 0.0, 0.01)) - packed.origin
+    count = 1 << 18
+    inputs = {"u": (np.arange(count) + 0.5) / count, "o": np.broadcast_to(origin, (count, 3))}
+    body = "left = u; chosen = light_choose_at(o, left).cumulative;"
+    found = scene_probe(ctx, packed, LIGHT, body, inputs, {"left": 1, "chosen": 1})
+    left = found["left"][np.rint(found["chosen"] * STEPS) == cumulative[near]]
+    assert len(left) > 1000
+    assert len(np.unique(left)) > 0.99 * len(left)
+    assert_uniform({"left": left}, cells=64)
 
 
 def test_a_tree_chooses_what_is_near(ctx: moderngl.Context) -> None:
