@@ -351,7 +351,11 @@ PLANTED = {
         *("kind == KIND_DISK ? 2.0 * u - 1.0", _check_disk),
     ),
     "guide table off by one": (
-        *("light/light.glsl", "min(int(u * float(u_light_count))", "min(int(u * float(u_light_count)) + 1"),
+        *(
+            "light/light.glsl",
+            "min(int((begin + u) * float(u_light_count))",
+            "min(1 + int((begin + u) * float(u_light_count))",
+        ),
         lambda ctx: test_floor_under_eighty_lights(ctx, 1, "nee"),
     ),
     "chance of the light forgotten": (

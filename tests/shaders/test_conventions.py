@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The conventions of shaders/: names, and a density for every sampler."""
 
+import ast
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -145,3 +146,20 @@ def test_sampler_without_density_is_found(names: list[str]) -> None:
 def test_sampler_with_density_passes() -> None:
     assert not unpaired(["cone_sample", "cone_pdf", "square_to_cone", "square_to_cone_pdf", "film_sampler_index"])
     assert not unpaired(["cone_sample", "cone_eval_pdf"])
+
+
+def planted() -> Iterator[tuple[str, str]]:
+    """The file and the text that each literal planted error of the tests replaces."""
+    for path in sorted(Path(__file__).parents[1].rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            values = node.elts if isinstance(node, ast.Tuple) else node.args if isinstance(node, ast.Call) else []
+            texts = [value.value if isinstance(value, ast.Constant) else None for value in values]
+            for file, text, replacement in zip(texts, texts[1:], texts[2:], strict=False):
+                if file in FILES and isinstance(text, str) and isinstance(replacement, str):
+                    yield file, text
+
+
+def test_the_text_of_every_planted_error_is_there():
+    errors = list(planted())
+    assert len(errors) > 150
+    assert [error for error in errors if (SHADERS / error[0]).read_text("utf-8").count(error[1]) != 1] == []
