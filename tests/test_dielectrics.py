@@ -77,6 +77,15 @@ def test_rough_glass_loses_what_its_facets_scatter_again(ctx):
     assert means[-1] < 0.95
 
 
+def test_light_samples_pass_rough_glass(ctx):
+    """Ambient light arrives from both sides."""
+    glass = Material(model="dielectric", roughness=1.0)
+    view = Camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0), fov_degrees=30.0)
+    scene = Scene(view, {"glass": glass}, spheres=[Sphere((0.0, 0.0, 0.0), 1.0, "glass")], ambient=Ambient(1.0))
+    expected = rendered(ctx, scene, 256, bounces=3).mean((0, 1), dtype=np.float64)
+    assert_mean(rendered(ctx, scene, 4096, bounces=3, estimator="nee"), expected, 0.05)
+
+
 def test_roulette_knows_what_refraction_does_to_radiance(ctx):
     """Glass is 1 / n² as bright on its way in, which is no reason to end a path: the noise of a furnace stays that of a
     survival of 95 %, a deviation of 0.23 a vertex."""

@@ -152,8 +152,8 @@ vec3 direct_sample(Vertex vertex, bool is_wanted, vec2 u) {
     return radiance;
 }
 
-// The ambient light by sampling it alone. The other estimators leave it to BSDF sampling, which is
-// proportional to the integrand where nothing occludes; its light pdf is therefore 0 there.
+// The ambient light by sampling it alone, from all directions where the surface transmits. The other estimators leave it
+// to BSDF sampling, which is proportional to the integrand where nothing occludes; its light pdf is therefore 0 there.
 vec3 direct_ambient_sample(Vertex vertex, vec2 u) {
 #if HAS_MEDIA
     if (vertex.in_medium) {
@@ -165,12 +165,15 @@ vec3 direct_ambient_sample(Vertex vertex, vec2 u) {
         return scattered;
     }
 #endif
-    vec3 wi = square_to_cosine_hemisphere(u);
-    Ray ray = Ray(vertex.origin, frame_to_world(vertex.frame, wi));
-    if (wi.z <= 0.0) return vec3(0.0);
+    bool transmits = vertex.bsdf.model == BSDF_DIELECTRIC;
+    vec3 wi = transmits ? square_to_uniform_sphere(u) : square_to_cosine_hemisphere(u);
+    float density = transmits ? square_to_uniform_sphere_pdf() : square_to_cosine_hemisphere_pdf(wi);
+    if (density <= 0.0) return vec3(0.0);
+    Ray ray = Ray(vertex_origin(vertex, wi), frame_to_world(vertex.frame, wi));
     float factor = vertex_shading_factor(vertex, wi);
-    vec3 radiance = u_ambient_radiance * direct_transmittance(vertex, ray, INFINITE_DISTANCE, vertex.inside, NO_PRIMITIVE, u);
-    vec3 scattered = bsdf_eval(vertex.bsdf, vertex.wo, wi) * radiance * factor / square_to_cosine_hemisphere_pdf(wi);
+    ivec4 inside = interior_behind_vertex(vertex, wi);
+    vec3 radiance = u_ambient_radiance * direct_transmittance(vertex, ray, INFINITE_DISTANCE, inside, NO_PRIMITIVE, u);
+    vec3 scattered = bsdf_eval(vertex.bsdf, vertex.wo, wi) * radiance * factor / density;
 #if LIGHT_PARTS
     direct_diffuse += scattered * vertex_diffuse_share(vertex, wi);
 #endif
