@@ -141,7 +141,7 @@ BSDFS = {
     if model.scene_materials
 }
 
-GLASS_AND_PANE = {"glass": Material(model="dielectric", roughness=0.0), "pane": Material(model="thin-dielectric")}
+GLASS_AND_PANE = {"glass": Material(model="dielectric", roughness=0.5), "pane": Material(model="thin-dielectric")}
 BSDFS["blends"] = replace(
     BALLS,
     materials=BALLS.materials

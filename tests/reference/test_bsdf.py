@@ -187,6 +187,22 @@ def test_nothing_passes_through(mi):
     assert not evaluate(mi, load(mi, 0.5, 0.5), direction(mi, 30), light).any()
 
 
+@pytest.mark.parametrize("angle", [30, 75, 120, 165])
+def test_a_blend_scatters_what_its_parts_scatter(mi, angle):
+    """In the mean of its samples, by Mitsuba's own rough glass and a black surface, from without and from within."""
+    glass = {"type": "roughdielectric", "distribution": "ggx", "alpha": 0.25}
+    black = {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": 0.0}}
+    blend = mi.load_dict({"type": "fragtracer_blend", "bsdf_0": black, "bsdf_1": glass, "weight": 0.4})
+    count = 4_000_000
+    found, expected = (
+        sample(mi, bsdf, direction(mi, angle), count, seed)[1].numpy()[0].astype(np.float64)
+        for seed, bsdf in enumerate((blend, mi.load_dict(glass)))
+    )
+    error = np.hypot(found.std(), 0.4 * expected.std()) / np.sqrt(count)
+    assert error < 0.001 * expected.mean()
+    assert found.mean() == pytest.approx(0.4 * expected.mean(), abs=4 * error)
+
+
 @pytest.mark.parametrize(("albedo", "f0"), [(0.0, 1.0), (1.0, 0.04), (1.0, 0.5), (1.0, 0.005), (1.0, 0.0)])
 @pytest.mark.parametrize("geometry", GEOMETRIES)
 @pytest.mark.parametrize("alpha", [1e-5, 1e-4, 0.05, 0.3, 1.0])

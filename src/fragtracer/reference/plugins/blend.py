@@ -33,9 +33,9 @@ def blend_class(mi: Any, dr: Any) -> type:
             bs, value = dr.select(second, bs_1, bs_0), dr.select(second, value_1, value_0)
             bs.sampled_component += dr.select(second, self.parts[0].component_count(), 0)
             smooth = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Smooth)
-            both, pdf = self.eval_pdf(ctx, si, bs.wo, active & smooth)
+            pdf = self.pdf(ctx, si, bs.wo, active & smooth)
             bs.pdf = dr.select(smooth, pdf, bs.pdf * dr.select(second, weight, 1 - weight))
-            return bs, dr.select(smooth, both / dr.maximum(pdf, 1e-30), value)
+            return bs, value
 
         def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
             weight = self._weight_at(si, active)
