@@ -25,7 +25,7 @@ Guide guide_at(vec3 position, Frame frame, Bsdf bsdf, bool is_guided) {
     matte = is_guided && matte > 0.0 ? matte / (matte + luminance(bsdf.f0)) : 0.0;
     float sum = 0.0;
     for (int i = 0; i < GUIDING_LOBES; i++) {
-        guide.lobes[i] = lobe_load(first + i, position);
+        guide.lobes[i] = lobe_load(first, i, position);
         bool is_met = dot(frame.normal, guide.lobes[i].direction) > -guide.lobes[i].alpha;
         guide.probability[i] = is_met ? guide.lobes[i].ratio * matte : 0.0;
         sum += guide.probability[i];
@@ -68,7 +68,9 @@ BsdfSample guide_scatter(Guide guide, Frame frame, Bsdf bsdf, vec3 wo, vec2 u) {
     bool is_delta = !is_guided && bsdf_is_delta(s);
     s.wi = is_guided ? frame_to_local(frame, direction) : s.wi;
     vec4 eval_pdf = bsdf_eval_pdf(bsdf, wo, s.wi);
+#if HAS_EXACT_FRESNEL  // of the others, those that draw no direction evaluate to 0
     if (!is_guided && s.pdf <= 0.0) eval_pdf = vec4(0.0);
+#endif
     float pdf = (1.0 - guide.sum) * eval_pdf.a;
     float mixture = pdf + guide_pdf(guide, frame_to_world(frame, s.wi));
     s.weight = is_delta ? s.weight / (1.0 - guide.sum) : eval_pdf.rgb / max(mixture, 1e-30);

@@ -19,7 +19,7 @@ const int GUIDING_LOBES = 4;  // of a cell
 const float GUIDING_LEAST_ALPHA = 0.01;
 
 uniform highp usampler2D u_guiding;  // of each coarse cell where its own begin, and how many there are along an edge;
-                                     // then the lobes of those, GUIDING_LOBES texels each
+                                     // then, from a multiple of that on, the lobes of those, GUIDING_LOBES texels each
 uniform ivec3 u_guiding_size;        // coarse cells
 uniform vec3 u_guiding_low;          // where they begin
 uniform float u_guiding_scale;       // coarse cells in a metre
@@ -30,23 +30,26 @@ struct Lobe {
     float ratio;     // of the irradiance by this lobe to that by diffuse reflection, for a receiver that faces it
 };
 
-uvec4 guiding_texel(int index) {
-    vec2 place = vec2(index & 4095, index >> 12) + 0.5;
-    return textureLod(u_guiding, place / vec2(textureSize(u_guiding, 0)), 0.0);
+// `column` texels after `index`, in the same row.
+uvec4 guiding_texel(int index, int column) {
+    vec2 step = 1.0 / vec2(textureSize(u_guiding, 0));
+    vec2 place = (vec2(index & 4095, index >> 12) + 0.5) * step;
+    return textureLod(u_guiding, place + vec2(float(column) * step.x, 0.0), 0.0);
 }
 
 // Texel of the first lobe of the cell that is nearest to a point.
 int guiding_cell(vec3 position) {
     vec3 place = clamp((position - u_guiding_low) * u_guiding_scale, vec3(0.0), vec3(u_guiding_size) - 1e-4);
     ivec3 coarse = ivec3(place);
-    uvec4 t = guiding_texel((coarse.z * u_guiding_size.y + coarse.y) * u_guiding_size.x + coarse.x);
+    uvec4 t = guiding_texel((coarse.z * u_guiding_size.y + coarse.y) * u_guiding_size.x + coarse.x, 0);
     int edge = int(t.y);
     ivec3 fine = ivec3(fract(place) * float(edge));
     return int(t.x) + GUIDING_LOBES * ((fine.z * edge + fine.y) * edge + fine.x);
 }
 
-Lobe lobe_load(int index, vec3 position) {
-    uvec4 t = guiding_texel(index);
+// The lobe of that number of a cell.
+Lobe lobe_load(int first, int number, vec3 position) {
+    uvec4 t = guiding_texel(first, number);
     vec3 to_target = uintBitsToFloat(t.xyz) - position;
     float inverse = inversesqrt(dot(to_target, to_target) + 1e-20);
     // The last word is two floats without their lower halves.

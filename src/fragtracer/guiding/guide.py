@@ -107,9 +107,10 @@ def _packed(scene: Scene, targets: Floats) -> PackedScene:
 
 def _texels(lobes: Lobes, move: Floats) -> NDArray[np.uint32]:
     """The table (n, 4) that guiding/lobes.glsl reads."""
-    coarse = np.zeros((len(lobes.first), 4), np.uint32)
-    coarse[:, 0] = len(coarse) + LOBES * lobes.first
-    coarse[:, 1] = lobes.edges
+    count = len(lobes.first)
+    coarse = np.zeros((-(-count // LOBES) * LOBES, 4), np.uint32)  # the lobes of a cell stand in one row of the texture
+    coarse[:count, 0] = len(coarse) + LOBES * lobes.first
+    coarse[:count, 1] = lobes.edges
     fine = np.zeros((lobes.ratios.size, 4), np.uint32)
     fine[:, :3] = (lobes.points + move).reshape(-1, 3).astype(np.float32).view(np.uint32)
     fine[:, 3] = _bits(lobes.ratios) << 16 | _bits(lobes.widths)
