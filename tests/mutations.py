@@ -1197,6 +1197,13 @@ MUTATIONS = [
         Check(test_guided_pictures.test_guiding_pays_for_caustics),
     ),
     Mutation(
+        "guided paths taken to be no longer than others",
+        "guiding/measure.glsl",
+        "    moments.rays += 1.0;\n",
+        "",
+        Check(test_guided_pictures.test_what_guiding_does_not_find_counts, name="caustic"),
+    ),
+    Mutation(
         "direct light in no part",
         "integrator/path.glsl",
         "            parts_receive(path.parts, path.depth + 1, direct, diffuse);\n",

@@ -18,8 +18,9 @@ from fragtracer.scene import Material, RenderSettings, Scene
 _LEAST_SAMPLES = 2**24  # of a picture; to trace them takes about as long as to learn
 _LEAST_BOUNCES = 2  # light that reaches a surface over another takes so many
 _WIDEST = 0.5  # GGX width of a lobe that may be narrow somewhere
-_COST = 1.7  # of a guided sample over another (docs/sampling.md)
-_WIDTH, _SAMPLES, _MORE_SAMPLES = 96, 64, 256  # of the measurement
+_RAY_COST = 1.5  # of a guided ray over another (docs/sampling.md)
+_MARGIN = 1.15  # by which the gain must exceed the cost: it is less for the rarest paths, which are not met
+_WIDTH, _SAMPLES, _MORE_SAMPLES, _UNGUIDED_SAMPLES = 96, 64, 256, 16  # of the measurement
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,10 +53,10 @@ def decide(ctx: Any, scene: Scene, settings: RenderSettings) -> Decision:
         return nothing
     if settings.guiding == "on":
         return Decision(guide, "on: as asked for")
-    gain = measure(ctx, scene, settings, guide)
-    if gain < _COST:
-        return Decision(None, f"off: the variance would fall by {gain:.2f}, less than the time would rise")
-    return Decision(guide, f"on: the variance falls by {gain:.2f}")
+    gain, cost = measure(ctx, scene, settings, guide)
+    if gain < _MARGIN * cost:
+        return Decision(None, f"off: the variance would fall by {gain:.2f}, the time of a sample rise by {cost:.2f}")
+    return Decision(guide, f"on: the variance falls by {gain:.2f}, the time of a sample rises by {cost:.2f}")
 
 
 def decides(settings: RenderSettings) -> RenderSettings:
@@ -75,44 +76,55 @@ def _may_be_narrow(material: Material) -> bool:
     return not material.unlit and max(*material.specular_f0, *material.specular_f90) > 0 and not is_rough
 
 
-def measure(ctx: Any, scene: Scene, settings: RenderSettings, guide: Guide) -> float:
-    """By how much ``guide`` lowers the relative variance of ``scene``, mean over the pixels.
+def measure(ctx: Any, scene: Scene, settings: RenderSettings, guide: Guide) -> tuple[float, float]:
+    """By how much ``guide`` lowers the relative variance of ``scene``, mean over the pixels, and what a sample costs
+    then, 1 being what it costs without.
 
     Both variances come from a small picture of guided paths: they find the rare and bright ones, which without guiding
     no small number of samples shows. What guiding does not find, they do not find either: where the gain falls with the
     number of samples, it is taken to fall on in the same way until the number that the smallest picture has for which
-    this is asked.
+    this is asked. The cost is told by the length of the paths, since times are not the same twice.
     """
     size = (_WIDTH, max(1, round(_WIDTH * settings.height / settings.width)))
     packed = guide.applied(pack(scene, settings, *size))
-    found = cached("guiding-gain", f"{VERSION}-{packed_digest(packed)}", lambda: {"gain": _measured(ctx, packed, size)})
-    return float(found["gain"])
+    unguided = guide.without_lobes().applied(pack(scene, settings, *size))
+    found = cached(
+        "guiding-worth", f"{VERSION}-{packed_digest(packed)}", lambda: _measured(ctx, packed, unguided, size)
+    )
+    return float(found["gain"]), float(found["cost"])
 
 
-def _measured(ctx: Any, packed: PackedScene, size: tuple[int, int]) -> NDArray[np.float64]:
+def _measured(
+    ctx: Any, packed: PackedScene, unguided: PackedScene, size: tuple[int, int]
+) -> dict[str, NDArray[np.float64]]:
     program = TracerProgram(defines={"GUIDING": "GUIDING_MEASURED"}, level=Level.KINDS)
-    film = Film(ctx, *size)
-    tracer = Tracer(ctx, packed, program)
+    films = [Film(ctx, *size), Film(ctx, *size)]
+    tracer = Tracer(ctx, unguided, program)
     try:
-        gain = _gain(tracer, film, _SAMPLES)
-        if gain >= _COST:
-            before, gain = gain, _gain(tracer, film, _MORE_SAMPLES - _SAMPLES)
+        _, unguided_rays = _gain_and_rays(tracer, films[0], _UNGUIDED_SAMPLES)
+        tracer.load(packed, program)
+        gain, rays = _gain_and_rays(tracer, films[1], _SAMPLES)
+        cost = _RAY_COST * rays / unguided_rays
+        if gain >= _MARGIN * cost:
+            before, (gain, _) = gain, _gain_and_rays(tracer, films[1], _MORE_SAMPLES - _SAMPLES)
             steps = np.log(_LEAST_SAMPLES / (size[0] * size[1] * _MORE_SAMPLES)) / np.log(_MORE_SAMPLES / _SAMPLES)
             gain *= min(1.0, gain / before) ** max(0.0, float(steps))
     finally:
         tracer.release()
-        film.release()
-    return np.asarray(gain)
+        for film in films:
+            film.release()
+    return {"gain": np.asarray(gain), "cost": np.asarray(cost)}
 
 
-def _gain(tracer: Tracer, film: Film, samples: int) -> float:
-    """The ratio of the variances after so many more samples."""
+def _gain_and_rays(tracer: Tracer, film: Film, samples: int) -> tuple[float, float]:
+    """The ratio of the variances after so many more samples, and the mean number of rays of a path."""
     for _ in tracer.bands(film, samples):
         pass
-    mean = film.read().mean.astype(np.float64)
-    found, guided, unguided = (mean[..., i] for i in range(3))
+    pixels = film.read()
+    found, moment, rays = (pixels.mean[..., i].astype(np.float64) for i in range(3))
     squared = np.square(found) + 1e-2 * np.square(found.mean())
     if not squared.max() > 0:
-        return 1.0
-    variances = [np.maximum(moment - np.square(found), 0) / squared for moment in (guided, unguided)]
-    return float(variances[1].mean() / max(variances[0].mean(), 1e-30))
+        return 1.0, float(rays.mean())
+    guided = pixels.variance[..., 0] / squared
+    unguided = np.maximum(moment - np.square(found), 0) / squared
+    return float(unguided.mean() / max(guided.mean(), 1e-30)), float(rays.mean())

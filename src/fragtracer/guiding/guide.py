@@ -30,6 +30,10 @@ class Guide:
     lobes: Lobes
     origin: Floats
 
+    def without_lobes(self) -> "Guide":
+        """That draws nothing, for the same program."""
+        return replace(self, lobes=replace(self.lobes, ratios=np.zeros_like(self.lobes.ratios)))
+
     def applied(self, packed: PackedScene) -> PackedScene:
         """``packed`` for a program that guides."""
         lobes, move = self.lobes, self.origin - packed.origin
