@@ -52,6 +52,9 @@ vec4 bsdf_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
 // Whether a sample goes on in the direction of the path, as if there was no surface.
 bool bsdf_is_null(BsdfSample s) { return HAS_EXACT_FRESNEL == 1 && (s.event & EVENT_NULL) != 0; }
 
+// Whether bsdf_eval() may be above 0 where wi.z < 0.
+bool bsdf_transmits(Bsdf b) { return HAS_EXACT_FRESNEL == 1 && b.model == BSDF_DIELECTRIC; }
+
 vec3 bsdf_eval(Bsdf b, vec3 wo, vec3 wi) { return bsdf_eval_pdf(b, wo, wi).rgb; }
 
 float bsdf_pdf(Bsdf b, vec3 wo, vec3 wi) { return bsdf_eval_pdf(b, wo, wi).a; }

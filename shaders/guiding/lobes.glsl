@@ -32,9 +32,9 @@ struct Lobe {
 
 // `column` texels after `index`, in the same row.
 uvec4 guiding_texel(int index, int column) {
-    vec2 step = 1.0 / vec2(textureSize(u_guiding, 0));
-    vec2 place = (vec2(index & 4095, index >> 12) + 0.5) * step;
-    return textureLod(u_guiding, place + vec2(float(column) * step.x, 0.0), 0.0);
+    vec2 texel = 1.0 / vec2(textureSize(u_guiding, 0));
+    vec2 place = (vec2(index & 4095, index >> 12) + 0.5) * texel;
+    return textureLod(u_guiding, place + vec2(float(column) * texel.x, 0.0), 0.0);
 }
 
 // Texel of the first lobe of the cell that is nearest to a point.
@@ -47,7 +47,7 @@ int guiding_cell(vec3 position) {
     return int(t.x) + GUIDING_LOBES * ((fine.z * edge + fine.y) * edge + fine.x);
 }
 
-// The lobe of that number of a cell.
+// The lobe `number` of the cell whose lobes begin with texel `first`.
 Lobe lobe_load(int first, int number, vec3 position) {
     uvec4 t = guiding_texel(first, number);
     vec3 to_target = uintBitsToFloat(t.xyz) - position;

@@ -165,7 +165,7 @@ vec3 direct_ambient_sample(Vertex vertex, vec2 u) {
         return scattered;
     }
 #endif
-    bool transmits = vertex.bsdf.model == BSDF_DIELECTRIC;
+    bool transmits = bsdf_transmits(vertex.bsdf);
     vec3 wi = transmits ? square_to_uniform_sphere(u) : square_to_cosine_hemisphere(u);
     float density = transmits ? square_to_uniform_sphere_pdf() : square_to_cosine_hemisphere_pdf(wi);
     if (density <= 0.0) return vec3(0.0);

@@ -86,17 +86,17 @@ def measure(ctx: Any, scene: Scene, settings: RenderSettings, guide: Guide) -> t
     this is asked. The cost is told by the length of the paths, since times are not the same twice.
     """
     size = (_WIDTH, max(1, round(_WIDTH * settings.height / settings.width)))
-    packed = guide.applied(pack(scene, settings, *size))
-    unguided = guide.without_lobes().applied(pack(scene, settings, *size))
-    found = cached(
-        "guiding-worth", f"{VERSION}-{packed_digest(packed)}", lambda: _measured(ctx, packed, unguided, size)
-    )
-    return float(found["gain"]), float(found["cost"])
+    plain = pack(scene, settings, *size)
+    packed, unguided = guide.applied(plain), guide.without_lobes().applied(plain)
+    key = f"{VERSION}-{packed_digest(packed)}"
+    found = cached("guiding-measurement", key, lambda: _measured(ctx, packed, unguided, size))
+    return float(found["gain"]), _RAY_COST * float(found["rays"])
 
 
 def _measured(
     ctx: Any, packed: PackedScene, unguided: PackedScene, size: tuple[int, int]
 ) -> dict[str, NDArray[np.float64]]:
+    """The gain, and the mean number of rays of a guided path over that of another."""
     program = TracerProgram(defines={"GUIDING": "GUIDING_MEASURED"}, level=Level.KINDS)
     films = [Film(ctx, *size), Film(ctx, *size)]
     tracer = Tracer(ctx, unguided, program)
@@ -104,8 +104,8 @@ def _measured(
         _, unguided_rays = _gain_and_rays(tracer, films[0], _UNGUIDED_SAMPLES)
         tracer.load(packed, program)
         gain, rays = _gain_and_rays(tracer, films[1], _SAMPLES)
-        cost = _RAY_COST * rays / unguided_rays
-        if gain >= _MARGIN * cost:
+        rays /= unguided_rays
+        if gain >= _MARGIN * _RAY_COST * rays:
             before, (gain, _) = gain, _gain_and_rays(tracer, films[1], _MORE_SAMPLES - _SAMPLES)
             steps = np.log(_LEAST_SAMPLES / (size[0] * size[1] * _MORE_SAMPLES)) / np.log(_MORE_SAMPLES / _SAMPLES)
             gain *= min(1.0, gain / before) ** max(0.0, float(steps))
@@ -113,7 +113,7 @@ def _measured(
         tracer.release()
         for film in films:
             film.release()
-    return {"gain": np.asarray(gain), "cost": np.asarray(cost)}
+    return {"gain": np.asarray(gain), "rays": np.asarray(rays)}
 
 
 def _gain_and_rays(tracer: Tracer, film: Film, samples: int) -> tuple[float, float]:

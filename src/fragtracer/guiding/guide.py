@@ -31,7 +31,7 @@ class Guide:
     origin: Floats
 
     def without_lobes(self) -> "Guide":
-        """That draws nothing, for the same program."""
+        """A guide whose lobes have no probability: the same program draws the paths of an unguided one."""
         return replace(self, lobes=replace(self.lobes, ratios=np.zeros_like(self.lobes.ratios)))
 
     def applied(self, packed: PackedScene) -> PackedScene:
