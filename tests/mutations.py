@@ -250,7 +250,7 @@ MUTATIONS = [
         "integrator/path.glsl",
         "            path.radiance += direct;\n",
         "            path.radiance += direct;\n            path.throughput *= direct;\n",
-        Check(test_furnace.test_furnace_after_few_bounces, bounces=2, estimator="nee"),
+        Check(test_furnace.test_light_sampling_after_few_bounces, bounces=2),
     ),
     Mutation(
         "light radius 1 % too large",
