@@ -117,8 +117,9 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
         if (is_hit && material.unlit != 0) path_receive(path, path.throughput * material.emission);
 
         // The end, by the number of bounces or Russian roulette (Arvo and Kirk 1990, Particle Transport and Image
-        // Synthesis).
-        float survival = path.depth < u_russian_roulette_vertex ? 1.0 : min(0.95, path.eta_scale * max_component(path.throughput));
+        // Synthesis). By the throughput itself it would end too many paths (docs/sampling.md).
+        float survival = min(0.95, sqrt(path.eta_scale * max_component(path.throughput)));
+        if (path.depth < u_russian_roulette_vertex) survival = 1.0;
         bool scatters = is_hit && material.unlit == 0;
 #if HAS_MEDIA
         scatters = scatters || flight.scatters;
