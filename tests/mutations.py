@@ -273,8 +273,8 @@ MUTATIONS = [
     Mutation(
         "last bounce dropped",
         "integrator/path.glsl",
-        "path.depth < u_bounces && path.rr_sample",
-        "path.depth < u_bounces - 1 && path.rr_sample",
+        "path.depth < u_bounces && survives",
+        "path.depth < u_bounces - 1 && survives",
         FURNACE_WITHOUT_NOISE,
     ),
     Mutation(

@@ -66,6 +66,8 @@ void path_receive(inout Path path, vec3 radiance) {
 void path_trace(inout Film film, ivec2 pixel, int count) {
     uint end = film.next + uint(count);
     uint index = film_sampler_index(film);
+    // Also after the last bounce, where surfaces that pass light unchanged do so without end.
+    bool has_roulette = u_russian_roulette_vertex < u_bounces + HAS_EXACT_FRESNEL;
     float rr_sample;
     Path path = path_begin(pixel, sampler_vec4(pixel, index, dimension_camera(), rr_sample));
     // The loop tests at its end: a software renderer runs a body once more than a leading test lets pass. And it computes
@@ -119,15 +121,16 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
         // The end, by the number of bounces or Russian roulette (Arvo and Kirk 1990, Particle Transport and Image
         // Synthesis). By the throughput itself it would end too many paths (docs/sampling.md).
         float survival = min(0.95, sqrt(path.eta_scale * max_component(path.throughput)));
-        if (path.depth < u_russian_roulette_vertex) survival = 1.0;
+        if (!has_roulette || path.depth < u_russian_roulette_vertex) survival = 1.0;
+        bool survives = !has_roulette || path.rr_sample < survival;
         bool scatters = is_hit && material.unlit == 0;
 #if HAS_MEDIA
         scatters = scatters || flight.scatters;
 #endif
-        scatters = scatters && path.depth < u_bounces && path.rr_sample < survival;
+        scatters = scatters && path.depth < u_bounces && survives;
 #if HAS_EXACT_FRESNEL
         bool may_pass = is_hit && path.depth == u_bounces && interior_may_pass(material);
-        scatters = scatters || (may_pass && path.rr_sample < survival);
+        scatters = scatters || (may_pass && survives);
 #endif
         path.throughput /= survival;
 
