@@ -122,8 +122,8 @@ def test_guiding_pays_for_caustics(ctx: Any, monkeypatch: pytest.MonkeyPatch) ->
 
 @pytest.mark.parametrize("name", ["ring", "caustic"])
 def test_what_guiding_does_not_find_counts(ctx: Any, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
-    """Few samples say that it more than halves the variance of ring, but the more there are, the less it does. It
-    nearly halves that of caustic, but guided paths go through the glass and are longer."""
+    """Few samples say that it divides the variance of ring by 4 and that of caustic by 12, but the more there are, the
+    less it does; and guided paths go through the glass and are longer."""
     monkeypatch.setattr("fragtracer.guiding.decision.cached", lambda kind, key, make: make())
     with Renderer(load(name), (96, 54), context=ctx, spp=8192) as renderer:
         assert renderer.metadata()["guiding_decision"].startswith("off: the variance would fall by")

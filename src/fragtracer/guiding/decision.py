@@ -2,6 +2,7 @@
 """Whether a scene is guided, and why."""
 
 from dataclasses import dataclass, fields, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,8 @@ _LEAST_BOUNCES = 2  # light that reaches a surface over another takes so many
 _WIDEST = 0.5  # GGX width of a lobe that may be narrow somewhere
 _RAY_COST = 1.5  # of a guided ray over another (docs/sampling.md)
 _MARGIN = 1.15  # by which the gain must exceed the cost: it is less for the rarest paths, which are not met
-_WIDTH, _SAMPLES, _MORE_SAMPLES, _UNGUIDED_SAMPLES = 96, 64, 256, 16  # of the measurement
+_WIDTH, _UNGUIDED_SAMPLES = 96, 16  # of the measurement
+_SAMPLES = (64, 256, 1024)  # of it in all, as long as guiding seems to pay
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,12 +105,14 @@ def _measured(
     try:
         _, unguided_rays = _gain_and_rays(tracer, films[0], _UNGUIDED_SAMPLES)
         tracer.load(packed, program)
-        gain, rays = _gain_and_rays(tracer, films[1], _SAMPLES)
-        rays /= unguided_rays
-        if gain >= _MARGIN * _RAY_COST * rays:
-            before, (gain, _) = gain, _gain_and_rays(tracer, films[1], _MORE_SAMPLES - _SAMPLES)
-            steps = np.log(_LEAST_SAMPLES / (size[0] * size[1] * _MORE_SAMPLES)) / np.log(_MORE_SAMPLES / _SAMPLES)
-            gain *= min(1.0, gain / before) ** max(0.0, float(steps))
+        found, rays = _gain_and_rays(tracer, films[1], _SAMPLES[0])
+        gain, rays = found, rays / unguided_rays
+        for before, samples in pairwise(_SAMPLES):
+            if gain < _MARGIN * _RAY_COST * rays:
+                break
+            earlier, (found, _) = found, _gain_and_rays(tracer, films[1], samples - before)
+            steps = np.log(_LEAST_SAMPLES / (size[0] * size[1] * samples)) / np.log(samples / before)
+            gain = found * min(1.0, found / earlier) ** max(0.0, float(steps))
     finally:
         tracer.release()
         for film in films:

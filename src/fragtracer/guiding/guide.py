@@ -17,7 +17,7 @@ from fragtracer.scene.content import content_digest
 
 Floats = NDArray[np.float64]
 
-VERSION = 2  # of what photons and their lobes are, for the files kept on disk
+VERSION = 3  # of what photons, their lobes and their worth are, for the files kept on disk
 _PILOT = 2**15  # photons that find out which targets pass light on
 _PHOTONS = 2**20
 _MOST_LISTED = 8  # shapes that every photon is tested against
