@@ -198,6 +198,8 @@ def of_materials() -> Iterator[tuple[str, Scene]]:
         "the diffuse factor of the half vector",
         _stage(balls, {"diffuse_factor": "half-vector"}, {"diffuse_factor": "half-vector", "roughness": 0.2}),
     )
+    frosted = {"model": "rough-thin-dielectric", "roughness": 0.4, "transmittance": (0.8, 1.0, 0.9)}
+    yield "a ball behind a frosted pane", _stage({"rectangles": pane, "spheres": [right]}, frosted, {"metal": "gold"})
 
 
 def _stage(shapes: Mapping[str, Any], one: Mapping[str, Any], other: Mapping[str, Any]) -> Scene:

@@ -952,6 +952,20 @@ MUTATIONS = [
         Check(test_bsdf_sample.test_weight_is_value_over_density, name="thin-dielectric", material="window"),
     ),
     Mutation(
+        "the colour of a frosted pane on what it reflects",
+        "bsdf/thin_dielectric.glsl",
+        "(wi.z > 0.0 ? vec3(1.0) : b.transmittance)",
+        "b.transmittance",
+        values("thin-dielectric", "green frosted pane"),
+    ),
+    Mutation(
+        "the chance of a frosted pane to reflect taken for that to transmit",
+        "bsdf/thin_dielectric.glsl",
+        "bool reflects = dielectric_choice(u) <",
+        "bool reflects = dielectric_choice(u) >",
+        Check(test_bsdf_sample.test_samples_have_their_density, name="thin-dielectric", material="frosted pane"),
+    ),
+    Mutation(
         "a colour not weighed by its chance",
         "integrator/interior.glsl",
         "return vec3(band == 0 ? 3.0 : 0.0, band == 1 ? 3.0 : 0.0, band == 2 ? 3.0 : 0.0);",

@@ -117,7 +117,7 @@ MISTAKES = {
     ("pane", "unlit = true"): "material.red: unlit scatters nothing, which cannot be blended; leave blend or unlit out",
     ("pane", "double_sided = false"): "material.red.double_sided: must stay true; light leaves 'pane' by its back",
     ("glass", 'model = "thin-dielectric"'): "material.red.blend: light passes 'red' and 'glass', so that nothing says "
-    'what is behind them; blend a solid with what light does not pass, or two of model = "thin-dielectric"',
+    "what is behind them; blend a solid with what light does not pass, or two panes",
 }
 
 

@@ -42,6 +42,7 @@ vec4 bsdf_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
 #endif
 #if HAS_EXACT_FRESNEL
     if (b.model == BSDF_DIELECTRIC) result = dielectric_eval_pdf(b, wo, wi);
+    if (b.model == BSDF_THIN_DIELECTRIC && u_dielectrics_are_smooth == 0) result = thin_dielectric_eval_pdf(b, wo, wi);
     if (b.model == BSDF_CONDUCTOR) result = conductor_eval_pdf(b, wo, wi);
     if (b.model == BSDF_PLASTIC) result = plastic_eval_pdf(b, wo, wi);
     if (b.model == BSDF_ROUGH_PLASTIC && u_plastics_are_smooth == 0) result = rough_plastic_eval_pdf(b, wo, wi);
@@ -53,7 +54,9 @@ vec4 bsdf_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
 bool bsdf_is_null(BsdfSample s) { return HAS_EXACT_FRESNEL == 1 && (s.event & EVENT_NULL) != 0; }
 
 // Whether bsdf_eval() may be above 0 where wi.z < 0.
-bool bsdf_transmits(Bsdf b) { return HAS_EXACT_FRESNEL == 1 && b.model == BSDF_DIELECTRIC; }
+bool bsdf_transmits(Bsdf b) {
+    return HAS_EXACT_FRESNEL == 1 && (b.model == BSDF_DIELECTRIC || b.model == BSDF_THIN_DIELECTRIC);
+}
 
 vec3 bsdf_eval(Bsdf b, vec3 wo, vec3 wi) { return bsdf_eval_pdf(b, wo, wi).rgb; }
 

@@ -56,12 +56,14 @@ BsdfSample dielectric_scatter_smooth(Bsdf b, vec3 wo, vec2 u) {
     return BsdfSample(wi, b.transmittance / square(b.eta), 1.0 - fresnel, b.eta, EVENT_TRANSMISSION | EVENT_DELTA);
 }
 
-// The facet is drawn first, then by its Fresnel term what it does: by a number of its own, hashed from the two.
+// A number for what a facet does, which u has chosen: reflect or transmit.
+float dielectric_choice(vec2 u) { return hash_to_unit(hash_uint(floatBitsToUint(u.x) ^ hash_uint(floatBitsToUint(u.y)))); }
+
+// The facet is drawn first, then by its Fresnel term what it does.
 BsdfSample dielectric_scatter_rough(Bsdf b, vec3 wo, vec2 u) {
     BsdfSample s = bsdf_no_sample();
     vec3 wh = facets_sample_vndf(b, wo, u);
-    float choice = hash_to_unit(hash_uint(floatBitsToUint(u.x) ^ hash_uint(floatBitsToUint(u.y))));
-    bool reflects = choice < fresnel_dielectric(dot(wo, wh), b.eta);
+    bool reflects = dielectric_choice(u) < fresnel_dielectric(dot(wo, wh), b.eta);
     s.wi = reflects ? reflect(-wo, wh) : dielectric_refract(wo, wh, b.eta);
     if (wo.z <= 0.0 || s.wi.z == 0.0 || (s.wi.z > 0.0) != reflects) return bsdf_no_sample();
     s.pdf = dielectric_eval_pdf(b, wo, s.wi).a;

@@ -50,6 +50,7 @@ MATERIALS = {
     "tinted": Material(albedo=0.3, roughness=0.5, f0=(0.1, 0.05, 0.02)),
     "airy": Material(albedo=0.3, ior=1.0),
     "lamp": Material(albedo=0.0, specular=0.0, emission=4.0),
+    "frosted": Material(model="rough-thin-dielectric", roughness=0.4, transmittance=(0.5, 0.9, 0.6)),
 }
 SCENE = Scene(
     Camera((0.0, 2.0, 9.0), (0.0, 0.5, 0.0), aperture_radius=0.01),
@@ -77,6 +78,7 @@ def test_with_the_plugin_it_is_the_same_scene(mi, tmp_path):
     assert np.median(np.abs(image - expected) / expected) < 0.03
     assert notes[0] == "floor: diffuse, the same"
     assert notes[1] == "gold -- worn: fragtracer_cooktorrance, the same"
+    assert notes[9].startswith("frosted: fragtracer_rough_pane, the same")
 
 
 def test_without_it_the_nearest_materials_look_alike(mi, tmp_path):
@@ -87,6 +89,7 @@ def test_without_it_the_nearest_materials_look_alike(mi, tmp_path):
     assert len(notes) == len(MATERIALS) + 1
     assert notes[1].startswith("gold -- worn: roughconductor, nearly the same")
     assert notes[5].startswith("mixed: principled and roughconductor")
+    assert notes[9].startswith("frosted: principledthin, nearly the same")
 
 
 def lit_scene(light):
@@ -176,7 +179,7 @@ def test_mitsubas_own_normal_map_leans_as_its_note_says(mi, tmp_path, mirrored):
     assert seen(0, 0.6 * sign) > 1.5 * seen(0, -0.6 * sign)
 
 
-@pytest.mark.parametrize("name", list(MATERIALS)[1:8])
+@pytest.mark.parametrize("name", [*list(MATERIALS)[1:8], "frosted"])
 def test_each_nearest_material_reflects_nearly_as_much(mi, tmp_path, name):
     shares = []
     for translate in (exact_bsdf, nearest_bsdf):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The shader's models, value by value, against Mitsuba's own plugins, on both sides of a surface."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -67,21 +68,27 @@ def test_phase_function(ctx: moderngl.Context, mi: Any, g: float) -> None:
 
 @pytest.mark.parametrize("side", [1, -1])
 @pytest.mark.parametrize("roughness", [0.2, 0.6, 1.0])
-def test_rough_dielectric(ctx: moderngl.Context, mi: Any, roughness: float, side: int) -> None:
-    """Values, densities, and weights of our samples; on the back, up is down in our frame, and the index inverted."""
-    material = Material(model="dielectric", roughness=roughness, ior=1.6, transmittance=(0.9, 0.6, 0.3))
+@pytest.mark.parametrize("model", ["dielectric", "rough-thin-dielectric"])
+def test_rough_lobes(ctx: moderngl.Context, mi: Any, model: Any, roughness: float, side: int) -> None:
+    """Values, densities, and weights of our samples; on the back, up is down in our frame, and the index inverted, but
+    that of a pane."""
+    material = Material(model=model, roughness=roughness, ior=1.6, transmittance=(0.9, 0.6, 0.3))
+    material = replace(material, anisotropy=0.5) if material.is_pane else material
+    register()
     theirs = mi.load_dict(dielectric_bsdf(material, None))
-    parameters = Dielectric(1.6**side, material.alpha, material.transmittance)
+    name = "dielectric" if material.is_solid else "thin-dielectric"
+    parameters = Dielectric(1.6 ** (side if material.is_solid else 1), material.alpha, material.transmittance)
+    parameters = replace(parameters, anisotropy=material.anisotropy)
     flip = np.float32((1, 1, side))
     for degrees in DEGREES:
         wo = direction(degrees)
-        drawn = run(ctx, MODELS["dielectric"], parameters, DRAW, {"u": u(4096)}, {"drawn": 4, "weight": 4}, wo)
+        drawn = run(ctx, MODELS[name], parameters, DRAW, {"u": u(4096)}, {"drawn": 4, "weight": 4}, wo)
         found = drawn["drawn"][:, 3] > 0
         wi = np.concatenate([over_the_sphere(4096), drawn["drawn"][found, :3]]).astype(np.float32)
-        ours = run(ctx, MODELS["dielectric"], parameters, EVAL, {"wi": wi}, {"value": 3, "pdf": 1}, wo)
+        ours = run(ctx, MODELS[name], parameters, EVAL, {"wi": wi}, {"value": 3, "pdf": 1}, wo)
         si, light = seen_from(mi, wo * flip), mi.Vector3f((wi * flip).T)
         value, pdf = theirs.eval_pdf(mi.BSDFContext(), si, light)
-        slack = MODELS["dielectric"].tolerance(parameters, np.broadcast_to(wo, wi.shape), wi.astype(np.float64))
+        slack = MODELS[name].tolerance(parameters, np.broadcast_to(wo, wi.shape), wi.astype(np.float64))
         slack = 2 * np.minimum(slack, 1)
         assert (np.abs(ours["pdf"] - pdf.numpy()) <= slack * ours["pdf"] + 1e-7).all(), degrees
         assert (np.abs(ours["value"] - value.numpy().T) <= slack[:, None] * ours["value"] + 1e-7).all(), degrees

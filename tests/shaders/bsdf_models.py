@@ -78,7 +78,9 @@ class Model:
     deltas
         Of parameters and wo (n, 3): the delta lobes.
     transmits
-        Whether light passes the surface. The parameters have an ``eta`` then.
+        Whether light passes the surface.
+    refracts
+        Whether it does so into a medium of the index ``eta`` of the parameters.
     makes_energy
         Whether it reflects more than it receives, at some angle.
     domain
@@ -101,6 +103,7 @@ class Model:
     features: Mapping[str, int | str] = field(default_factory=dict)
     deltas: Callable[[Parameters, Floats], Sequence[Delta]] = no_delta
     transmits: bool = False
+    refracts: bool = False
     makes_energy: bool = False
     domain: Callable[[Parameters, Direction], Domain] = hemisphere
     tolerance: Values = no_slack
@@ -123,8 +126,8 @@ class Model:
         return float(sum(delta.chance[0] for delta in self.deltas(parameters, np.array([wo]))))
 
     def power(self, parameters: Parameters, wi: Floats) -> Floats:
-        """Power over radiance of what comes from wi (n, 3): eta² where it is transmitted (n,)."""
-        return np.where(wi[..., 2] < 0, parameters.eta**2, 1.0) if self.transmits else np.ones(wi.shape[:-1])
+        """Power over radiance of what comes from wi (n, 3): eta² where it is refracted (n,)."""
+        return np.where(wi[..., 2] < 0, parameters.eta**2, 1.0) if self.refracts else np.ones(wi.shape[:-1])
 
 
 # The material over a Lambert base, of every width, and as a mirror.
@@ -508,6 +511,7 @@ DIELECTRIC = Model(
     lambda p, cosine: np.full((len(cosine), 3), max(1.0, p.eta**-2)),
     deltas=dielectric_deltas,
     transmits=True,
+    refracts=True,
     domain=lambda p, wo: Sides(p.alpha, p.eta, wo),
     tolerance=dielectric_tolerance,
     whitest=[Dielectric(eta, alpha) for eta in (1.1, 1.5, 2.4, 1 / 1.5) for alpha in (0.0, 1e-3, 0.1, 0.3, 0.6, 1.0)],
@@ -519,10 +523,37 @@ DIELECTRIC = Model(
 )
 
 
-def pane_deltas(p: Dielectric, wo: Floats) -> Sequence[Delta]:
+def pane_reflectance(p: Dielectric, cosine: Floats) -> Floats:
     """The sum of all orders of reflection within the pane."""
-    once = bsdf_oracle.fresnel_dielectric(wo[..., 2], p.eta)
-    reflected = once + (1 - once) ** 2 * once / (1 - once**2)
+    once = bsdf_oracle.fresnel_dielectric(cosine, p.eta)
+    return once + (1 - once) ** 2 * once / (1 - once**2)
+
+
+def pane_lobes(p: Dielectric, wo: Floats, wi: Floats) -> tuple[Floats, Floats]:
+    """f |cos_i| and density of the facets, as of a conductor above, and below its mirror image."""
+    wo, wi = np.broadcast_arrays(wo, wi)
+    if p.alpha == 0:
+        return np.zeros(wi.shape), np.zeros(wi.shape[:-1])
+    reflects, above = wi[..., 2] > 0, wi * np.where(wi[..., 2:] < 0, (1, 1, -1), 1)
+    reflected = pane_reflectance(p, np.linalg.norm(wo + above, axis=-1) / 2)
+    chance = np.where(reflects, reflected, 1 - reflected)
+    pdf = chance * conductor_pdf(Conductor(WHITE, WHITE, p.alpha, p.anisotropy), wo, above)
+    value = pdf * bsdf_oracle.facets_g1(p.alpha, p.anisotropy, above)
+    return value[..., None] * np.where(reflects[..., None], 1.0, np.asarray(p.transmittance)), pdf
+
+
+def pane_tolerance(p: Dielectric, wo: Floats, wi: Floats) -> Floats:
+    """As of a conductor, and what rounding makes of the little that is transmitted at grazing angles."""
+    above = wi * np.where(wi[..., 2:] < 0, (1, 1, -1), 1)
+    size = np.linalg.norm(wo + above, axis=-1)
+    passed = np.where(wi[..., 2] < 0, 1 - pane_reflectance(p, size / 2), 1.0)
+    return conductor_tolerance(Conductor(WHITE, WHITE, p.alpha), wo, above) + 1e-6 / (passed * size)
+
+
+def pane_deltas(p: Dielectric, wo: Floats) -> Sequence[Delta]:
+    if p.alpha > 0:
+        return ()
+    reflected = pane_reflectance(p, wo[..., 2])
     passed = (1 - reflected)[:, None] * np.asarray(p.transmittance)
     mirror = Delta(mirror_image(wo), reflected[:, None] * np.ones(3), reflected)
     return [mirror, Delta(-wo, passed, 1 - reflected, null=True)]
@@ -533,15 +564,20 @@ THIN_DIELECTRIC = Model(
     {
         "window": [Dielectric(1.5)],
         "green pane": [Dielectric(1.7, transmittance=(0.5, 0.9, 0.6))],
+        "frosted pane": [Dielectric(1.5, alpha) for alpha in DIELECTRIC_ALPHAS[1:]],
+        "green frosted pane": [Dielectric(1.7, 0.1, (0.5, 0.9, 0.6)), Dielectric(1.7, 0.1, (0.5, 0.9, 0.6), 0.5)],
     },
-    lambda p, wo, wi: np.zeros(np.broadcast_shapes(wo.shape, wi.shape)),
-    lambda p, wo, wi: np.zeros(np.broadcast_shapes(wo.shape, wi.shape)[:-1]),
+    lambda p, wo, wi: pane_lobes(p, wo, wi)[0],
+    lambda p, wo, wi: pane_lobes(p, wo, wi)[1],
     lambda p, cosine: np.ones((len(cosine), 3)),
     deltas=pane_deltas,
     transmits=True,
-    lossless=[Dielectric(1.5)],
+    domain=lambda p, wo: Sides(p.alpha, None, wo),
+    tolerance=pane_tolerance,
+    whitest=[Dielectric(eta, alpha) for eta in (1.1, 2.4) for alpha in (0.0, 1e-3, 0.1, 0.6, 1.0)],
+    lossless=[Dielectric(1.5), Dielectric(1.5, 1e-3)],
     scene_materials=[
-        scene.Material(model="thin-dielectric"),
+        scene.Material(model="rough-thin-dielectric", roughness=0.4),
         scene.Material(model="thin-dielectric", ior=2.0, transmittance=(0.5, 0.9, 0.6)),
     ],
 )

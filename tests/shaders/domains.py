@@ -244,10 +244,10 @@ def _rim(eta: float, wo: tuple[float, float, float]) -> tuple[Floats, Floats]:
 @dataclass(frozen=True)
 class Sides:
     """Directions on both sides of a dielectric, in the cells of its facets: those above where s < 1/2. A smooth one has
-    those of a rough one."""
+    those of a rough one, and a pane, which has no ``eta``, below the mirror images of those above."""
 
     alpha: float
-    eta: float
+    eta: float | None
     wo: tuple[float, float, float]
 
     def place(self, s: Floats, t: Floats) -> tuple[Floats, Floats]:
@@ -272,7 +272,21 @@ class Sides:
 
     @cached_property
     def _below(self) -> Domain:
-        return Refractions(self.alpha or 1.0, self.eta, self.wo)
+        return Mirrored(self._above) if self.eta is None else Refractions(self.alpha or 1.0, self.eta, self.wo)
+
+
+@dataclass(frozen=True)
+class Mirrored:
+    """The mirror image of a domain in the surface."""
+
+    domain: Domain
+
+    def place(self, s: Floats, t: Floats) -> tuple[Floats, Floats]:
+        points, measure = self.domain.place(s, t)
+        return points * (1, 1, -1), measure
+
+    def locate(self, points: Floats) -> tuple[Floats, Floats]:
+        return self.domain.locate(points * (1, 1, -1))
 
 
 def _circle(turns: Floats) -> Floats:

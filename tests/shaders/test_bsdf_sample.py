@@ -132,7 +132,9 @@ def test_weight_is_value_over_density(ctx: moderngl.Context, name: str, material
             np.testing.assert_array_equal(
                 event[found & ~delta], np.where(below, TRANSMISSION, REFLECTION)[found & ~delta]
             )
-            np.testing.assert_allclose(eta[found & ~delta & below], getattr(parameters, "eta", 1.0), rtol=1e-6)
+            np.testing.assert_allclose(
+                eta[found & ~delta & below], parameters.eta if model.refracts else 1.0, rtol=1e-6
+            )
             assert (eta[~below] == 1).all()
 
             plain = found & ~delta

@@ -46,8 +46,9 @@ def test_values_are_reciprocal(ctx: moderngl.Context, name: str, material: str) 
     wo, wi = upper_directions(rng, 1 << 12), upper_directions(rng, 1 << 12)
     body = "there = bsdf_eval(b, view, wi) / wi.z; back = bsdf_eval(b, wi, view) / view.z;"
     # Seen from beyond, where up is down and the indices are exchanged; there radiance is 1 / eta^2 of what it is here.
-    beyond = """there = square(b.eta) * bsdf_eval(b, view, -wi) / wi.z;
-        b.eta = 1.0 / b.eta;
+    power, there = ("square(b.eta)", "1.0 / b.eta") if MODELS[name].refracts else ("1.0", "b.eta")
+    beyond = f"""there = {power} * bsdf_eval(b, view, -wi) / wi.z;
+        b.eta = {there};
         back = bsdf_eval(b, vec3(-wi.xy, wi.z), vec3(view.xy, -view.z)) / view.z;"""
     for parameters in MODELS[name].materials[material]:
         for each in [body, beyond] if MODELS[name].transmits else [body]:

@@ -187,6 +187,8 @@ def _model(material: Material, specular: bool) -> BsdfModel:
         return BsdfModel.PLASTIC
     if material.model == "null":
         return BsdfModel.DIELECTRIC  # of index 1, which is passed
+    if material.is_pane:
+        return BsdfModel.THIN_DIELECTRIC
     return BsdfModel[material.model.replace("-", "_").upper()]
 
 
@@ -199,7 +201,7 @@ def _is_rough(material: Material) -> bool:
 
 
 def _is_rough_dielectric(material: Material) -> bool:
-    return material.model == "dielectric" and _is_rough(material)
+    return material.model in ("dielectric", "rough-thin-dielectric") and _is_rough(material)
 
 
 def _dielectric(material: Material) -> dict[str, Any]:

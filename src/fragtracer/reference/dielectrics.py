@@ -8,7 +8,7 @@ import numpy as np
 
 from fragtracer.errors import FragtracerError
 from fragtracer.io.volumes import write_volume
-from fragtracer.reference.plugins import DELTA_ALPHA
+from fragtracer.reference.plugins import DELTA_ALPHA, ROUGH_PANE
 from fragtracer.reference.shapes import Tree, rgb
 from fragtracer.scene import Material, Medium, Plane, Scene, Sphere
 from fragtracer.scene.fields import Triple
@@ -23,12 +23,32 @@ def dielectric_bsdf(material: Material, around: Material | None) -> Tree:
     if material.model == "null":
         return {"type": "null"}
     tree: Tree = {"int_ior": float(material.index), "ext_ior": 1.0 if around is None else float(around.index)}
+    if is_rough_pane(material):
+        widths = {"alpha_u": float(material.alpha_along), "alpha_v": float(material.alpha)}
+        tree |= widths | {key: width for key, width in facets(material).items() if key in widths}
+        return {"type": ROUGH_PANE, **tree, "specular_transmittance": list(material.transmittance)}
     tree["specular_transmittance"] = rgb(material.transmittance)
-    if not material.is_solid:
+    if material.is_pane:
         return {"type": "thindielectric", **tree}
     if material.alpha < DELTA_ALPHA:
         return {"type": "dielectric", **tree}
     return {"type": "roughdielectric", **facets(material), **tree}
+
+
+def is_rough_pane(material: Material) -> bool:
+    """Whether it is a pane that Mitsuba has no plugin of its own for."""
+    return material.is_pane and material.alpha >= DELTA_ALPHA
+
+
+def nearest_rough_pane(material: Material) -> Tree:
+    """Mitsuba's own pane that is rough; what it transmits is scattered less, as its index says."""
+    return {
+        "type": "principledthin",
+        "base_color": rgb(material.transmittance),
+        "roughness": float(material.roughness),
+        "spec_trans": 1.0,
+        "eta": float(material.index),
+    }
 
 
 def facets(material: Material) -> Tree:

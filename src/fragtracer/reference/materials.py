@@ -37,7 +37,7 @@ def is_plain(material: Material, attributes: MeshAttributes) -> bool:
 
 
 def is_own_plugin(material: Material) -> bool:
-    """Whether Mitsuba has a plugin of its own for the model."""
+    """Whether a plugin serves for the model alone: Mitsuba's own, or that of rough panes."""
     return material.is_dielectric or material.model in ("conductor", "plastic", "rough-plastic")
 
 
@@ -57,8 +57,7 @@ def has_images(material: Material) -> bool:
 
 def has_null_transmission(material: Material) -> bool:
     """Whether rays may pass through the surface unchanged: it has alpha, or its back faces are culled."""
-    is_pane = material.is_dielectric and not material.is_solid
-    return is_pane or material.alpha_mode != "opaque" or not material.double_sided
+    return material.is_pane or material.alpha_mode != "opaque" or not material.double_sided
 
 
 def geometry_term(settings: RenderSettings) -> str:

@@ -4,7 +4,7 @@
 import math
 from typing import Any
 
-from fragtracer.reference.dielectrics import facets
+from fragtracer.reference.dielectrics import facets, is_rough_pane, nearest_rough_pane
 from fragtracer.reference.materials import (
     has_images,
     has_null_transmission,
@@ -27,6 +27,8 @@ def nearest_bsdf(material: Material, geometry: str, attributes: MeshAttributes, 
     Rough dielectrics become ``principled``, since ``roughplastic`` loses light as it gets rougher: at
     alpha = 1 its base is less than half as bright as ours.
     """
+    if is_rough_pane(material):
+        return nearest_rough_pane(material)
     if is_own_plugin(material):
         return own_plugin(material)
     if material.unlit:
@@ -125,6 +127,11 @@ def note(material: Material, geometry: str, plugin: bool, attributes: MeshAttrib
     if material.unlit:
         return (
             f"{UNLIT}, the same" if plugin else "area, nearly the same: emits from its front only, sampled as a light"
+        )
+    if is_rough_pane(material) and not plugin:
+        return (
+            "principledthin, nearly the same: the reflection of one interface in place of both, what is transmitted "
+            "scattered less, facets of one width"
         )
     if is_own_plugin(material):
         but = "textures, tangents and normals" if material.anisotropy else "textures and normals"

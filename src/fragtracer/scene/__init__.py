@@ -112,7 +112,7 @@ class Scene(ShapeLists, LightLists):
         if material.is_dielectric and other.is_dielectric and (material.is_solid or other.is_solid):
             raise ValueError(
                 f"{where}: light passes {name!r} and {material.blend!r}, so that nothing says what is behind them; "
-                'blend a solid with what light does not pass, or two of model = "thin-dielectric"'
+                "blend a solid with what light does not pass, or two panes"
             )
         if other.is_dielectric and not material.double_sided:
             raise ValueError(

@@ -36,11 +36,14 @@ MODELS: dict[str, tuple[str, ...]] = {
         "interior",
     ),
     "thin-dielectric": ("ior", "transmittance"),
+    "rough-thin-dielectric": ("roughness", *_BRUSHED, "ior", "transmittance"),
     "null": ("priority", "interior"),
     "conductor": ("roughness", *_BRUSHED, "metal", "eta", "k"),
     "plastic": ("albedo", "ior", "nonlinear"),
     "rough-plastic": ("albedo", "roughness", "ior", "nonlinear"),
 }
+SOLIDS = ("dielectric", "null")  # whose surfaces bound something that light passes: a dielectric or a medium
+PANES = ("thin-dielectric", "rough-thin-dielectric")  # whose surfaces are both interfaces of a dielectric
 _OF_MODELS = {key for keys in MODELS.values() for key in keys}
 _OF_OTHERS = {model: sorted(_OF_MODELS - set(keys)) for model, keys in MODELS.items()}  # keys that mean nothing to it
 TEXTURED = (
@@ -57,7 +60,8 @@ class Material:
     ``model`` says by what BSDF. "metallic-roughness" is a Cook-Torrance specular lobe over a Lambert base
     (shaders/bsdf/cook_torrance.glsl), "eon" a rough diffuse surface without a specular lobe, such as clay
     (shaders/bsdf/eon.glsl), whose roughness of 0 is Lambert's. "dielectric" is the surface of a solid or a liquid that
-    light passes, such as glass or water, and "thin-dielectric" a pane of it (shaders/bsdf/dielectric.glsl).
+    light passes, such as glass or water (shaders/bsdf/dielectric.glsl), "thin-dielectric" a pane of it, and
+    "rough-thin-dielectric" a frosted one (shaders/bsdf/thin_dielectric.glsl).
     "conductor" is a metal of a measured complex index ``eta`` + i ``k``, or of that of the ``metal`` of a name in
     :data:`METAL_INDEX`. "plastic" is a Lambert base under a smooth coat (shaders/bsdf/plastic.glsl), "rough-plastic"
     one under a coat of GGX facets (shaders/bsdf/rough_plastic.glsl): what the coat reflects back to the base is
@@ -100,7 +104,15 @@ class Material:
     """
 
     model: Literal[
-        "metallic-roughness", "eon", "dielectric", "thin-dielectric", "null", "conductor", "plastic", "rough-plastic"
+        "metallic-roughness",
+        "eon",
+        "dielectric",
+        "thin-dielectric",
+        "rough-thin-dielectric",
+        "null",
+        "conductor",
+        "plastic",
+        "rough-plastic",
     ] = "metallic-roughness"
     albedo: Reflectance = (0.5, 0.5, 0.5)
     roughness: Fraction = 0.5
@@ -191,7 +203,10 @@ class Material:
 
     @property
     def alpha(self) -> float:
-        """GGX width; across the tangent, of anisotropic facets, which are never a perfect mirror."""
+        """GGX width, 0 of a model without roughness; across the tangent, of anisotropic facets, which are never a
+        perfect mirror."""
+        if "roughness" not in MODELS[self.model]:
+            return 0.0
         return max(self.roughness**2, 1e-4) if self.anisotropy > 0 else self.roughness**2
 
     @property
@@ -221,12 +236,17 @@ class Material:
     @property
     def is_dielectric(self) -> bool:
         """Whether light passes its surface."""
-        return self.is_solid or self.model == "thin-dielectric"
+        return self.is_solid or self.is_pane
+
+    @property
+    def is_pane(self) -> bool:
+        """Whether its surface is both interfaces of a dielectric."""
+        return self.model in PANES
 
     @property
     def is_solid(self) -> bool:
         """Whether its surface bounds something that light passes: a dielectric or a medium."""
-        return self.model in ("dielectric", "null")
+        return self.model in SOLIDS
 
     @property
     def index(self) -> float:

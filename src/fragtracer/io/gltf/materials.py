@@ -122,12 +122,13 @@ class Materials:
         kept |= {"ior": max(ior.ior, 1.0) if ior else 1.5}
         if volume.thicknessTexture:
             self.notes.append(f"thicknessTexture of {place}, whose thickness is that of its mesh")
+        facets = {"roughness": made["roughness"], "roughness_texture": made["roughness_texture"]}
+        facets |= self._anisotropy(item, place)
         if volume.thicknessFactor == 0:
-            if made["roughness"] > 0:
-                self.notes.append(f"roughnessFactor of {place}, a pane")
-            return Material(model="thin-dielectric", **kept)
-        kept |= {"roughness": made["roughness"], "roughness_texture": made["roughness_texture"], "priority": index}
-        kept |= self._anisotropy(item, place)
+            if made["roughness"] == facets["anisotropy"] == 0:
+                return Material(model="thin-dielectric", **kept)
+            return Material(model="rough-thin-dielectric", **kept, **facets)
+        kept |= {**facets, "priority": index}
         dispersion = self._container.extension(gltf.Dispersion, item, "KHR_materials_dispersion", place)
         if dispersion is not None and dispersion.dispersion > 0:
             kept["abbe_number"] = 20 / dispersion.dispersion

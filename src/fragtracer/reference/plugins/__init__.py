@@ -13,11 +13,11 @@ scene. To use it::
 
 The plugins: ``fragtracer_cooktorrance`` (plain.py), a uniform material; ``fragtracer_surface``
 (surface.py), one with textures, shading normals, alpha or culled back faces, for meshes;
-``fragtracer_texture`` (texture.py), the image of one of those; ``fragtracer_blend`` (blend.py), two materials by a
-weight; ``fragtracer_unlit`` (unlit.py), the emitter of
-an unlit material; ``fragtracer_spot`` (spot.py), a spot light; ``fragtracer_sphere_light`` (sphere_light.py), the
-emitter of a sphere; and ``fragtracer_path`` (path.py), the integrator, which needs a variant that
-is not scalar.
+``fragtracer_texture`` (texture.py), the image of one of those; ``fragtracer_blend`` (blend.py), two
+materials by a weight; ``fragtracer_rough_pane`` (rough_pane.py), a thin dielectric of facets;
+``fragtracer_unlit`` (unlit.py), the emitter of an unlit material; ``fragtracer_spot`` (spot.py), a spot
+light; ``fragtracer_sphere_light`` (sphere_light.py), the emitter of a sphere; and ``fragtracer_path``
+(path.py), the integrator, which needs a variant that is not scalar.
 """
 
 from functools import lru_cache
@@ -27,13 +27,26 @@ from .models.metallic_roughness import DELTA_ALPHA
 BLEND = "fragtracer_blend"
 NAME = "fragtracer_cooktorrance"
 PATH = "fragtracer_path"
+ROUGH_PANE = "fragtracer_rough_pane"
 SPHERE_LIGHT = "fragtracer_sphere_light"
 SPOT = "fragtracer_spot"
 SURFACE = "fragtracer_surface"
 TEXTURE = "fragtracer_texture"
 UNLIT = "fragtracer_unlit"
 
-__all__ = ["BLEND", "DELTA_ALPHA", "NAME", "PATH", "SPHERE_LIGHT", "SPOT", "SURFACE", "TEXTURE", "UNLIT", "register"]
+__all__ = [
+    "BLEND",
+    "DELTA_ALPHA",
+    "NAME",
+    "PATH",
+    "ROUGH_PANE",
+    "SPHERE_LIGHT",
+    "SPOT",
+    "SURFACE",
+    "TEXTURE",
+    "UNLIT",
+    "register",
+]
 
 
 def register() -> None:
@@ -51,6 +64,7 @@ def _register(variant: str) -> tuple[type, ...]:
     from .blend import blend_class
     from .path import path_class
     from .plain import plain_class
+    from .rough_pane import rough_pane_class
     from .sphere_light import sphere_light_class
     from .spot import spot_class
     from .surface import surface_class
@@ -58,7 +72,7 @@ def _register(variant: str) -> tuple[type, ...]:
     from .unlit import unlit_class
 
     factories = (plain_class, surface_class, texture_class, unlit_class, spot_class, sphere_light_class, blend_class)
-    plugins = tuple(factory(mi, dr) for factory in factories)
+    plugins = tuple(factory(mi, dr) for factory in (*factories, rough_pane_class))
     mi.register_bsdf(NAME, plugins[0])
     mi.register_bsdf(SURFACE, plugins[1])
     mi.register_texture(TEXTURE, plugins[2])
@@ -66,6 +80,7 @@ def _register(variant: str) -> tuple[type, ...]:
     mi.register_emitter(SPOT, plugins[4])
     mi.register_emitter(SPHERE_LIGHT, plugins[5])
     mi.register_bsdf(BLEND, plugins[6])
+    mi.register_bsdf(ROUGH_PANE, plugins[7])
     if dr.is_jit_v(mi.Float):
         plugins += (path_class(mi, dr),)
         mi.register_integrator(PATH, plugins[-1])

@@ -8,7 +8,7 @@ from typing import Any, get_args, get_type_hints
 
 from fragtracer.apps.viewer.panels import media, widgets
 from fragtracer.scene import Material
-from fragtracer.scene.material import DEFAULT_MODEL, MODELS
+from fragtracer.scene.material import DEFAULT_MODEL, MODELS, PANES, SOLIDS
 from fragtracer.scene.reflectance import DIELECTRIC_F0, METAL_F0, METAL_INDEX
 
 CUSTOM = "custom"
@@ -64,7 +64,7 @@ def with_model(material: Material, model: str) -> Material:
     textured = {f"{key}_texture" for key in keys} & set(vars(default))
     made = {name: getattr(default, name) for name in {*keys, *textured} if name not in MODELS[model] or name in _UNLIKE}
     made |= {"metal": material.metal if material.metal in METAL_INDEX else "gold"} if model == "conductor" else {}
-    made |= {"double_sided": True} if model in ("dielectric", "thin-dielectric", "null") else {}
+    made |= {"double_sided": True} if model in (*SOLIDS, *PANES) else {}
     return replace(material, **{"model": model, **made})
 
 
