@@ -194,6 +194,22 @@ def test_light_is_dimmed_on_its_way_through_fog(ctx):
     np.testing.assert_allclose(image, np.broadcast_to(expected, image.shape), rtol=2e-4)
 
 
+def test_boundaries_of_media_have_no_index(ctx):
+    """Glass within one of four that a path has been in at once reflects what it does in air; what it passes is lost."""
+    around = [Sphere((0.0, 0.0, 3.0), radius, "haze") for radius in (0.9, 0.8, 0.7)]
+    scene = Scene(
+        stare((0.0, 0.0, 1.0), (0.0, 0.0, 5.0)),
+        {
+            "glass": Material(model="dielectric", roughness=0.0, ior=2.0, transmittance=0.0, priority=-1),
+            "haze": Material(model="null", interior="haze"),
+        },
+        {"haze": Medium(extinction=1e-6)},
+        spheres=[*around, Sphere((0.0, 0.0, 0.0), 2.5, "haze"), Sphere((0.0, 0.0, 0.0), 1.0, "glass")],
+        ambient=Ambient(1.0),
+    )
+    assert_mean(rendered(ctx, scene, 4096, bounces=1), 1 / 9, 0.02)
+
+
 def lit_cloud() -> Scene:
     """A cloud behind the boundary of another, lamps in and around it, and a floor."""
     medium = Medium(extinction=(1.0, 2.0, 4.0), albedo=(0.9, 0.8, 0.7), g=0.4)

@@ -33,6 +33,8 @@ from fragtracer.sampling.allocation import (
     decision,
     pilot_gain,
     pilot_list,
+    stage_weight,
+    weight_before,
     work_list,
 )
 from fragtracer.sampling.pixels import Floats, Pixels
@@ -216,7 +218,8 @@ class Accumulation:
     def _begin_stage(self) -> Iterator[float]:
         """Plan the next stage in a thread, so that a window goes on meanwhile; yields until that is done."""
         stage = self._film.stage + 1
-        planning = self._planner.submit(_planned, self._finished, self._film.read(), self._in_stage, stage)
+        weight = stage_weight(self._film.stage, self._in_stage)
+        planning = self._planner.submit(_planned, self._finished, self._film.read(), weight, stage)
         while not wait([planning], _PLANNING_STEP).done:
             yield 0.0
         self._finished, self._plan, shown = planning.result()
@@ -240,7 +243,8 @@ class Accumulation:
 
     def _draw(self, tracer: Tracer, budget: float | None) -> Iterator[float]:
         assert self._stages is not None
-        weight = (self._in_stage + self.pass_rays) / (self.spp + self.pass_rays)
+        here = stage_weight(self._film.stage, self._in_stage + self.pass_rays)
+        weight = here / (here + weight_before(self._film.stage))
         lists = len(self._lists)
         for done in range(lists):
             work = self._lists[0]
@@ -258,7 +262,7 @@ class Accumulation:
         """
         pixels = self._film.read()
         if self._plan is not None:
-            pixels = self._finished.with_stage(pixels, self._in_stage).pixels()
+            pixels = self._finished.with_stage(pixels, stage_weight(self._film.stage, self._in_stage)).pixels()
         found = pixels.mean[..., 3] + pixels.variance[..., 3]
         lost = int((found.ravel() < self._sampled_before + self._sampled).sum())
         if lost:

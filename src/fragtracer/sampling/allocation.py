@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Adaptive sampling: how many samples each pixel gets, and how stages make one unbiased picture.
 
-Samples come in stages. The first gives each pixel as many; each later one, as large as all before it, places its
-samples by the relative error seen so far. Given what was seen before, the mean of a stage is unbiased in every pixel,
-whatever its number of samples, if that is at least one; so is any sum of stages with weights that are fixed in advance.
+Samples come in stages. The first gives each pixel as many; each later one, three times as large as all before it,
+places its samples by the relative error seen so far. Given what was seen before, the mean of a stage is unbiased in
+every pixel, whatever its number of samples, if that is at least one; so is any sum of stages with weights that are
+fixed in advance.
 Weights by the number of samples that a pixel got would be biased (Kirk and Arvo 1991, Unbiased Sampling Techniques for
 Image Synthesis). docs/sampling.md has the proof.
 """
@@ -21,6 +22,8 @@ Floats = NDArray[np.float64]
 Counts = NDArray[np.int64]
 
 FIRST_STAGE = 32  # samples per pixel
+_GROWTH = 4  # of the samples there are, by each later stage (docs/sampling.md)
+_FIRST_WEIGHT = 0.5  # of a sample of the first stage, which no plan has placed (docs/sampling.md)
 ITEM_SAMPLES = 16  # of an item of work
 MOST_STAGES = 31  # that have streams of random numbers of their own (shaders/sampler/stream.glsl)
 PILOT_STREAM = MOST_STAGES  # the stream of the pilot
@@ -34,9 +37,24 @@ _SMOOTH = 5  # pixels, a side of the square over which the variance is averaged
 _BLOCK = 4  # pixels, a side of what is shaded together
 
 
+def samples_before(stage: int) -> int:
+    """Samples per pixel of all stages before one, in the mean over pixels."""
+    return FIRST_STAGE * _GROWTH ** (stage - 1) if stage else 0
+
+
 def stage_samples(stage: int) -> int:
     """Samples per pixel of a stage, in the mean over pixels."""
-    return FIRST_STAGE << max(0, stage - 1)
+    return samples_before(stage + 1) - samples_before(stage)
+
+
+def stage_weight(stage: int, samples: float) -> float:
+    """Of the first ``samples`` per pixel of a stage, in the mean over pixels, in the picture: fixed in advance."""
+    return samples * (1.0 if stage else _FIRST_WEIGHT)
+
+
+def weight_before(stage: int) -> float:
+    """Of all stages before one."""
+    return samples_before(stage) - (FIRST_STAGE - stage_weight(0, FIRST_STAGE)) if stage else 0.0
 
 
 @dataclass(frozen=True)
@@ -62,8 +80,8 @@ class Stages:
         return Stages(colors, colors, colors, single, single, single, single)
 
     def with_stage(self, pixels: Pixels, weight: float | Floats) -> "Stages":
-        """Together with a stage of a weight fixed in advance: the samples per pixel it was to have in the mean. Where
-        some pixels are further in the stage than others, it is (height, width, 1)."""
+        """Together with a stage of a weight fixed in advance (:func:`stage_weight`). Where some pixels are further in
+        the stage than others, it is (height, width, 1)."""
         count = pixels.mean[..., 3:].astype(np.float64)
         here = np.where(count > 0, weight, 0.0)
         samples, total = self.samples + count, self.weight + here

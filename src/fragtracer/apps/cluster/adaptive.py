@@ -14,7 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.apps.cluster.work import CORNERS, Block, Cut, Part, Task, at, crop, empty, place, without
-from fragtracer.sampling.allocation import FIRST_STAGE, ITEM_SAMPLES, Counts, Plan, StagePart, Stages, Window
+from fragtracer.sampling.allocation import (
+    FIRST_STAGE,
+    ITEM_SAMPLES,
+    Counts,
+    Plan,
+    StagePart,
+    Stages,
+    Window,
+    samples_before,
+    stage_weight,
+)
 from fragtracer.sampling.pixels import Pixels
 
 _FIRST_LOOK = 16  # samples per pixel between looks at the error, at least, as in fragtracer.renderer
@@ -111,7 +121,7 @@ class AdaptiveSampling:
             return
         if self._plan is None or self._passes == self._plan.passes:
             assert self._start is not None
-            self._finished = self._finished.with_stage(self._start, self._in_stage)
+            self._finished = self._finished.with_stage(self._start, stage_weight(self._stage, self._in_stage))
             self._stage += 1
             self._plan = Plan.by(self._stage, self._finished.deviation())
             self._passes = self._in_stage = 0
@@ -153,8 +163,7 @@ class AdaptiveSampling:
     @property
     def _spp(self) -> int:
         """Samples per pixel of the steps that are finished."""
-        before = FIRST_STAGE << (self._stage - 1) if self._stage else 0  # as many as this stage has
-        return before + self._in_stage
+        return samples_before(self._stage) + self._in_stage
 
     @property
     def _more(self) -> int:

@@ -8,7 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from fragtracer.sampling.allocation import FIRST_STAGE, PILOT_SAMPLES, StagePart, Window, pilot_list, stage_samples
+from fragtracer.sampling.allocation import (
+    FIRST_STAGE,
+    PILOT_SAMPLES,
+    StagePart,
+    Window,
+    pilot_list,
+    samples_before,
+    stage_samples,
+)
 from fragtracer.sampling.pixels import Pixels
 from fragtracer.scene import Camera
 from fragtracer.scene.content import content_digest
@@ -159,8 +167,7 @@ class Cut:
         growing = 0
         while stage_samples(growing) < self.samples and growing < number:
             growing += 1
-        # Stages together are as large as the next one.
-        return (stage_samples(growing) if growing else 0) + (number - growing) * max(self.samples, FIRST_STAGE)
+        return samples_before(growing) + (number - growing) * max(self.samples, FIRST_STAGE)
 
     def spp_of(self, number: int) -> int:
         """Samples of each pixel in a block."""
