@@ -36,9 +36,9 @@ def test_a_plan_has_the_samples_of_its_stage(stage: int) -> None:
     deviation = rng.exponential(size=(20, 30)) ** 2
     deviation[0, 0] = 0  # has its least share alone
     plan = Plan.by(stage, deviation)
-    assert plan.items.sum() * ITEM_SAMPLES == stage_samples(stage) * deviation.size
+    assert plan.items.sum() * plan.item_samples == stage_samples(stage) * deviation.size
     least = plan.items.min()
-    assert least * ITEM_SAMPLES >= stage_samples(stage) / 8
+    assert least * plan.item_samples >= stage_samples(stage) / 8
     free = plan.items - least
     np.testing.assert_allclose(free, deviation.ravel() * free.sum() / deviation.sum(), atol=1.001)
     passes = np.stack([plan.items_of_pass(i) for i in range(plan.passes)])
@@ -76,7 +76,7 @@ def _simulated(stages: int, draw: Callable[[Floats], Pixels], height: int, width
         weighted += (pixels.mean[..., 0] - weighted) * count / samples
         finished = finished.with_stage(pixels, stage_weight(stage, stage_samples(stage)))
         plan = Plan.by(stage + 1, finished.deviation())
-        count = (plan.items * ITEM_SAMPLES).reshape(height, width).astype(float)
+        count = (plan.items * plan.item_samples).reshape(height, width).astype(float)
     return finished.mean[..., 0], weighted
 
 
@@ -130,6 +130,21 @@ def test_bits_do_not_depend_on_passes_and_draws(ctx, monkeypatch) -> None:
     assert samples.mean() == pytest.approx(100, rel=1e-3)
     assert samples.min() >= FIRST_STAGE + ITEM_SAMPLES
     assert samples.max() > 3 * samples.min()
+
+
+def test_short_passes_follow_the_plan(ctx) -> None:
+    """Of 5 samples each, where an item of the last stage has 32: nearly as uneven as whole ones, and as many in all."""
+    counts = []
+    with Renderer(load("three-spheres"), (60, 40), context=ctx, bounces=3, guiding="off", adaptive="on") as renderer:
+        for step in (300, 5):
+            renderer.reset()
+            while renderer.spp < 300:
+                renderer.sample(step)
+            assert renderer.can_go_on == (step == 300 and (300 - 128) % 32 == 0)
+            counts.append(renderer.samples().ravel())
+    assert [count.mean() for count in counts] == pytest.approx([300, 300], rel=0.01)
+    assert np.corrcoef(counts)[0, 1] > 0.9
+    assert counts[1].std() > 0.8 * counts[0].std()
 
 
 def test_items_are_samples_of_their_pixels(ctx) -> None:

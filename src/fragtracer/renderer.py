@@ -31,6 +31,7 @@ from fragtracer.scene import Camera, RenderSettings, Scene
 
 PROGRAMS = {"path": "pathtracer.frag", "split-sum": "split_sum.frag"}
 _FIRST_LOOK = 16  # samples per pixel, at the error
+_MOST_RAYS = 64  # of a pass that no window waits for: lanes that wait for the longest paths wait for less of the time
 
 
 @dataclass(frozen=True)
@@ -130,8 +131,7 @@ class Renderer:
     def sample(self, spp: int = 1, on_band: Callable[[float], None] | None = None) -> None:
         """Add ``spp`` samples per pixel; ``on_band`` hears how many there are so far.
 
-        Adaptive sampling spreads them unevenly, after the first 32, where that pays and at least 16 are asked for at
-        once.
+        Adaptive sampling spreads them unevenly, after the first 32, where that pays.
         """
         target = self.spp + spp
         while self.spp < target:
@@ -140,7 +140,8 @@ class Renderer:
     def _draw_pass(self, most: int | None, on_band: Callable[[float], None] | None) -> None:
         """Draw a pass of ``most`` samples per pixel at most."""
         with self._current():
-            for share in self._film.bands(self._tracer, self.settings.rays, most):
+            rays = max(self.settings.rays, min(self.spp // 4, _MOST_RAYS))
+            for share in self._film.bands(self._tracer, rays, most):
                 if on_band is not None:
                     on_band(self.spp + self._film.pass_rays * share)
 
@@ -258,7 +259,7 @@ class Renderer:
             film = Accumulation(self.context, self.settings.width, self.settings.height, "off", window=window)
             try:
                 while film.spp < spp:
-                    for _ in film.bands(self._tracer, self.settings.rays, spp - film.spp):
+                    for _ in film.bands(self._tracer, max(self.settings.rays, _MOST_RAYS), spp - film.spp):
                         pass
                 return film.read()
             finally:

@@ -19,7 +19,6 @@ from fragtracer.gpu.tracer import Tracer
 from fragtracer.resources import folder
 from fragtracer.sampling.allocation import (
     FIRST_STAGE,
-    ITEM_SAMPLES,
     LEAST_GAIN,
     MOST_STAGES,
     PILOT_SAMPLES,
@@ -31,10 +30,10 @@ from fragtracer.sampling.allocation import (
     WorkList,
     block_order,
     decision,
+    picture_weight,
     pilot_gain,
     pilot_list,
     stage_weight,
-    weight_before,
     work_list,
 )
 from fragtracer.sampling.pixels import Floats, Pixels
@@ -97,6 +96,7 @@ class Accumulation:
         self._plan: Plan | None = None  # of this stage; without one, each pixel has as many samples
         self._has_short_pass = False  # whether a pass had fewer samples than the plan has
         self._passes = 0  # of the plan that are drawn
+        self._in_pass = 0  # samples of an item of the next one that are
         self._lists: list[WorkList] = []  # of the pass that is being drawn
         self._finished = Stages.none(height, width)
         self._sampled = np.zeros(width * height, np.int64)  # samples of each pixel in this stage
@@ -124,10 +124,11 @@ class Accumulation:
                     self.spp += drawn
         else:
             if not self._lists:
-                self._begin_pass(self._plan, min(ITEM_SAMPLES, most))
+                self._begin_pass(self._plan, min(self._plan.item_samples, most))
             yield from self._draw(tracer, budget)
-            self._passes += self.pass_rays == ITEM_SAMPLES
-            self._has_short_pass |= self.pass_rays < ITEM_SAMPLES
+            self._has_short_pass |= self.pass_rays < self._plan.item_samples
+            passes, self._in_pass = divmod(self._in_pass + self.pass_rays, self._plan.item_samples)
+            self._passes += passes
             self._in_stage += self.pass_rays
             self.spp += self.pass_rays
 
@@ -225,7 +226,7 @@ class Accumulation:
         self._finished, self._plan, shown = planning.result()
         self._sampled_before += self._sampled
         self._sampled[:] = 0
-        self._in_stage = self._passes = 0
+        self._in_stage = self._passes = self._in_pass = 0
         self._film.clear()
         self._film.stage = stage
         if self._stages is None:
@@ -234,17 +235,17 @@ class Accumulation:
             yield 0.0
 
     def _begin_pass(self, plan: Plan, rays: int) -> None:
-        """The next pass of the plan, or one of fewer ``rays`` for each pixel."""
+        """The next pass of the plan, or a part of it, of fewer ``rays`` for each item."""
         assert self._stages is not None
         self.pass_rays = rays
-        items = plan.items_of_pass(self._passes) if rays == ITEM_SAMPLES else np.ones_like(self._sampled)
+        items = plan.items_of_pass(self._passes)
         work = work_list(items, self._sampled, rays, block_order(*self.size))
         self._lists = list(work.cut(self._stages.most_items))
 
     def _draw(self, tracer: Tracer, budget: float | None) -> Iterator[float]:
         assert self._stages is not None
         here = stage_weight(self._film.stage, self._in_stage + self.pass_rays)
-        weight = here / (here + weight_before(self._film.stage))
+        weight = here / picture_weight(self.spp + self.pass_rays)
         lists = len(self._lists)
         for done in range(lists):
             work = self._lists[0]
@@ -273,7 +274,7 @@ class Accumulation:
 
     def is_whole(self, most: int) -> bool:
         """Whether the next pass, of ``most`` samples per pixel at most, is one that a longer render would draw, too."""
-        return most > 0 and (self._plan is None or most >= ITEM_SAMPLES)
+        return most > 0 and (self._plan is None or most >= self._plan.item_samples)
 
     @property
     def can_go_on(self) -> bool:

@@ -24,7 +24,8 @@ Counts = NDArray[np.int64]
 FIRST_STAGE = 32  # samples per pixel
 _GROWTH = 4  # of the samples there are, by each later stage (docs/sampling.md)
 _FIRST_WEIGHT = 0.5  # of a sample of the first stage, which no plan has placed (docs/sampling.md)
-ITEM_SAMPLES = 16  # of an item of work
+ITEM_SAMPLES = 16  # of an item of work in the first stages
+_MOST_ITEM_SAMPLES = 64  # in later ones, where they cost less: lanes wait for the longest path of an item
 MOST_STAGES = 31  # that have streams of random numbers of their own (shaders/sampler/stream.glsl)
 PILOT_STREAM = MOST_STAGES  # the stream of the pilot
 LEAST_GAIN = 2.0  # in squared error, at which the pilot says that adaptive sampling pays (docs/sampling.md)
@@ -52,9 +53,14 @@ def stage_weight(stage: int, samples: float) -> float:
     return samples * (1.0 if stage else _FIRST_WEIGHT)
 
 
-def weight_before(stage: int) -> float:
-    """Of all stages before one."""
-    return samples_before(stage) - (FIRST_STAGE - stage_weight(0, FIRST_STAGE)) if stage else 0.0
+def picture_weight(samples: float) -> float:
+    """Of a picture of ``samples`` per pixel, in the mean over pixels, which are more than one stage."""
+    return samples - (FIRST_STAGE - stage_weight(0, FIRST_STAGE))
+
+
+def item_samples(stage: int) -> int:
+    """Samples of an item of work in a stage."""
+    return min(ITEM_SAMPLES << max(0, stage - 1), _MOST_ITEM_SAMPLES)
 
 
 @dataclass(frozen=True)
@@ -115,14 +121,15 @@ class Stages:
 
 
 class Plan:
-    """Where the samples of a stage go: ``items`` (pixels,) of :data:`ITEM_SAMPLES` samples of one pixel each.
+    """Where the samples of a stage go: ``items`` (pixels,) of ``item_samples`` samples of one pixel each.
 
     Passes have as many items as there are pixels, nearly; the first has one of each pixel, so that every pixel has its
     share of an unfinished stage.
     """
 
     def __init__(self, stage: int, items: Counts) -> None:
-        self.passes = stage_samples(stage) // ITEM_SAMPLES
+        self.item_samples = item_samples(stage)
+        self.passes = stage_samples(stage) // self.item_samples
         self.items = items
         # Low-discrepancy phases, so that neighbours do not get their items in the same pass.
         self._phase = np.arange(items.size) * ((5**0.5 - 1) / 2) % 1
@@ -130,8 +137,8 @@ class Plan:
     @staticmethod
     def by(stage: int, deviation: Floats) -> "Plan":
         """The plan for a ``deviation`` (height, width) as :meth:`Stages.deviation` has it."""
-        passes = stage_samples(stage) // ITEM_SAMPLES
-        least = max(1, passes // _LEAST_SHARE)
+        passes = stage_samples(stage) // item_samples(stage)
+        least = -(-passes // _LEAST_SHARE)
         rest = (passes - least) * deviation.size
         wanted = np.minimum(_relative(deviation.ravel()) * (passes - least), _MOST_SHARE * passes)
         edges = np.floor(np.concatenate([[0.0], np.cumsum(wanted)]) * (rest / wanted.sum()) + 0.5).astype(np.int64)

@@ -36,7 +36,10 @@ class Contender(Protocol):
     name: str
     seconds: float
     spp: int
-    step: int  # samples per pixel that it takes at once
+
+    @property
+    def step(self) -> int:
+        """Samples per pixel that it takes at once."""
 
     def sample(self, spp: int) -> None: ...
     def image(self) -> Image: ...
@@ -59,8 +62,13 @@ class Ours:
         self._renderer.sample(1)
         self._renderer.image()
         self.first_picture = time.perf_counter() - start  # seconds from the scene to one sample of each pixel
-        self.step = self._renderer.settings.rays
+        self.seconds, self.spp = 0.0, 0
         self.restart()
+
+    @property
+    def step(self) -> int:
+        """As of a render without a window (renderer.py)."""
+        return max(self._renderer.settings.rays, min(self.spp // 4, 64))
 
     def restart(self) -> None:
         """Forget the samples, and set the clock to 0."""

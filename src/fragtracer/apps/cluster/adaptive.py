@@ -132,14 +132,14 @@ class AdaptiveSampling:
         """How many passes the next step has, and the samples of an item; no passes where there is a shorter one."""
         if self._plan is None:
             return FIRST_STAGE // ITEM_SAMPLES, ITEM_SAMPLES
-        passes = self._plan.passes - self._passes
+        passes, rays = self._plan.passes - self._passes, self._plan.item_samples
         if self._until is not None:
-            passes = min(passes, max(1, -(-(self._next_look - self._spp) // ITEM_SAMPLES)))
+            passes = min(passes, max(1, -(-(self._next_look - self._spp) // rays)))
         if self._cut.spp is not None:
-            passes = min(passes, (self._cut.spp - self._spp) // ITEM_SAMPLES)
+            passes = min(passes, (self._cut.spp - self._spp) // rays)
             if not passes:
                 return 0, self._cut.spp - self._spp
-        return passes, ITEM_SAMPLES
+        return passes, rays
 
     def _begin_step(self, passes: int, rays: int) -> None:
         self._more_passes, self._rays = passes, rays
@@ -149,8 +149,8 @@ class AdaptiveSampling:
             self._sampled: Counts = np.zeros((height, width), np.int64)
         else:
             before = self._plan.items_before(self._passes)
-            items = self._plan.items_before(self._passes + passes) - before if passes else np.ones_like(before)
-            self._items, self._sampled = (n.reshape(height, width) for n in (items, ITEM_SAMPLES * before))
+            items = self._plan.items_before(self._passes + max(1, passes)) - before
+            self._items, self._sampled = (n.reshape(height, width) for n in (items, self._plan.item_samples * before))
         start = self._start
         self._film = empty(height, width) if start is None else Pixels(*(i.copy() for i in vars(start).values()))
         self._weight = np.full((height, width, 1), float(self._in_stage))  # of this stage in the picture
@@ -186,7 +186,7 @@ class AdaptiveSampling:
     @property
     def can_go_on(self) -> bool:
         """Whether more samples would give the picture of a render that was asked for them at once."""
-        return self._rays == ITEM_SAMPLES
+        return self._plan is None or self._rays == self._plan.item_samples
 
     def state(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
         """All that :meth:`restore` needs."""
@@ -213,7 +213,7 @@ class AdaptiveSampling:
             self._film = self._start = film
         done = [Task(self._step + 1, tile, Window(*corners)) for tile, *corners in state["done"]]
         if done:
-            self._begin_step(state["more_passes"], ITEM_SAMPLES)
+            self._begin_step(state["more_passes"], ITEM_SAMPLES if self._plan is None else self._plan.item_samples)
         elif self._spp:
             self._go_on()
         if self._spp + (self._more if done else 0) > (self._cut.spp or np.inf):
