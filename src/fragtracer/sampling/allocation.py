@@ -28,7 +28,7 @@ ITEM_SAMPLES = 16  # of an item of work in the first stages
 _MOST_ITEM_SAMPLES = 64  # in later ones, where they cost less: lanes wait for the longest path of an item
 MOST_STAGES = 31  # that have streams of random numbers of their own (shaders/sampler/stream.glsl)
 PILOT_STREAM = MOST_STAGES  # the stream of the pilot
-LEAST_GAIN = 2.0  # in squared error, at which the pilot says that adaptive sampling pays (docs/sampling.md)
+LEAST_GAIN = 1.75  # in squared error, at which the pilot says that adaptive sampling pays (docs/sampling.md)
 PILOT_SAMPLES = 32  # of each of two items of the pilot for a pixel
 _PILOT_TILES, _TILE = 64, 16  # pixels, a side
 _ROUNDING = 1e-6  # relative, of a running mean in float32
@@ -175,9 +175,10 @@ def pilot_list(width: int, height: int) -> "WorkList":
 
 
 def pilot_gain(items: Pixels) -> float:
-    """By how much adaptive sampling lowers the mean squared relative error at equal samples, were its samples as well
-    stratified; ``items`` (items, 1) are those of :func:`pilot_list`. One half of them plans, the other tells what that
-    is worth, so that chance is not taken for a difference between pixels."""
+    """By how much adaptive sampling lowers the mean squared relative error at equal samples; ``items`` (items, 1) are
+    those of :func:`pilot_list`. One half of them plans, the other tells what that is worth, so that chance is not taken
+    for a difference between pixels. Both together say how much faster than 1 / n the squared error falls: a plan gives
+    up some of that, which is taken for the square of it (docs/sampling.md)."""
     place = np.argsort(block_order(_TILE, _TILE))
     mean, variance, half_difference = (
         values.reshape(2, -1, _TILE**2, values.shape[-1])[:, :, place].reshape(2, -1, _TILE, _TILE, values.shape[-1])
@@ -193,7 +194,10 @@ def pilot_gain(items: Pixels) -> float:
     squares = (error / np.maximum(brightness, 1e-30)) ** 2 + _ROUNDING**2
     smooth = np.array([[around(tile, _SMOOTH) for tile in half] for half in squares])
     shares = [1 / _LEAST_SHARE + (1 - 1 / _LEAST_SHARE) * _relative(np.sqrt(half)) for half in smooth]
-    return float(smooth.mean() / np.mean([smooth[1] / shares[0], smooth[0] / shares[1]]))
+    gain = smooth.mean() / np.mean([smooth[1] / shares[0], smooth[0] / shares[1]])
+    relative = half_difference / np.maximum(brightness, 1e-30)[..., None]
+    one, both = (np.square(some).mean() + _ROUNDING**2 for some in (relative, relative.mean(axis=0)))
+    return float(gain * min(1.0, 2 * both / one) ** 2)
 
 
 def decision(adaptive: str, gain: float | None) -> str:
