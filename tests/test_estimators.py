@@ -56,8 +56,10 @@ def test_settings_that_change_the_noise_alone(ctx, reference, name, settings):
 
 
 def samples(settings: dict) -> int:
-    """Samples per pixel: more, where lights are merely met by chance or samples not stratified."""
-    return 2048 if settings.get("estimator") == "bsdf" else 512 if settings.get("sampler") == "hash" else 256
+    """Samples per pixel: more, where lights are merely met by chance or samples not stratified; three whole stages."""
+    if settings.get("estimator") == "bsdf":
+        return 2048
+    return 512 if settings.get("sampler") == "hash" or "adaptive" in settings else 256
 
 
 FILTERS = ("box", "tent", "gaussian")

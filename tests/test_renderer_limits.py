@@ -80,7 +80,7 @@ def test_time_runs_out(ctx):
         assert renderer.spp % 2 == 0
         done = renderer.spp
         renderer.render(seconds=0.0)
-        assert renderer.spp == done + 2  # at least a pass
+        assert done < renderer.spp <= done + 64  # a pass
 
 
 def test_error_is_small_enough(ctx):

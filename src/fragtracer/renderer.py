@@ -34,6 +34,11 @@ _FIRST_LOOK = 16  # samples per pixel, at the error
 _MOST_RAYS = 64  # of a pass that no window waits for: lanes that wait for the longest paths wait for less of the time
 
 
+def pass_rays(rays: int, spp: int) -> int:
+    """Samples per pixel of the pass after ``spp``, where no window waits for it: a multiple of the setting ``rays``."""
+    return rays * max(1, min(spp // 4, _MOST_RAYS) // rays)
+
+
 @dataclass(frozen=True)
 class Progress:
     """How far a render is: samples per pixel done, seconds since it began."""
@@ -140,8 +145,7 @@ class Renderer:
     def _draw_pass(self, most: int | None, on_band: Callable[[float], None] | None) -> None:
         """Draw a pass of ``most`` samples per pixel at most."""
         with self._current():
-            rays = max(self.settings.rays, min(self.spp // 4, _MOST_RAYS))
-            for share in self._film.bands(self._tracer, rays, most):
+            for share in self._film.bands(self._tracer, pass_rays(self.settings.rays, self.spp), most):
                 if on_band is not None:
                     on_band(self.spp + self._film.pass_rays * share)
 

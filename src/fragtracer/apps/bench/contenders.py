@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fragtracer.apps.bench.variants import Edit, edited_shaders
 from fragtracer.reference.render import ReferenceRenderer
-from fragtracer.renderer import Renderer
+from fragtracer.renderer import Renderer, pass_rays
 from fragtracer.scene import Scene
 
 Image = NDArray[np.float64]
@@ -67,8 +67,7 @@ class Ours:
 
     @property
     def step(self) -> int:
-        """As of a render without a window (renderer.py)."""
-        return max(self._renderer.settings.rays, min(self.spp // 4, 64))
+        return pass_rays(self._renderer.settings.rays, self.spp)
 
     def restart(self) -> None:
         """Forget the samples, and set the clock to 0."""
