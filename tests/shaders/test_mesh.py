@@ -272,15 +272,15 @@ SURFACE = """
 SURFACES = {"place": 4, "normal": 4, "shading": 3, "uvs": 4, "tangent": 4, "color": 4}
 
 
-def decorated(count: int = 60) -> Geometry:
-    """A ball with every attribute, none of them regular."""
+def decorated(outward: float = 1.0) -> Geometry:
+    """A ball with every attribute, none of them regular; ``outward`` is 1, or −1 where its normals point inwards."""
     points, triangles = ball(12, 6)
     rng = np.random.default_rng(2)
     size = len(points)
     return Geometry(
         points + 0.3,
         triangles,
-        normals=points + 0.2 * rng.normal(size=(size, 3)),
+        normals=outward * (points + 0.2 * rng.normal(size=(size, 3))),
         uvs=rng.random((size, 2)),
         uvs_1=rng.random((size, 2)),
         tangents=np.column_stack([random_directions(rng, size), np.full(size, -1.0)]),
@@ -289,7 +289,8 @@ def decorated(count: int = 60) -> Geometry:
 
 
 def placed_scene() -> Scene:
-    """Copies that are turned, stretched, mirrored, each of two materials; every attribute is asked for."""
+    """Copies that are turned, stretched, mirrored, each of two materials; every attribute is asked for. The normals of
+    the second are at odds with its triangles."""
     from fragtracer.scene import Image, Texture
 
     image = Image(np.zeros((1, 1, 3), np.uint8))
@@ -303,7 +304,7 @@ def placed_scene() -> Scene:
         Placement((-4.0, 0.5, 0.0), (100.0, 0.0, 30.0), (-0.7, 1.2, 0.9)),
     )
     move = ((1.0, 0.3, 0.0, 0.0), (0.0, 1.0, 0.0, 4.0), (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
-    parts = (Part(decorated(), "bumpy"), Part(decorated(), "other", move))
+    parts = (Part(decorated(), "bumpy"), Part(decorated(outward=-1.0), "other", move))
     return Scene(materials=materials, meshes=(Mesh(parts, placements),), camera=camera_on(5.0, 0.0))
 
 
@@ -316,10 +317,10 @@ def test_surface(ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch, most_re
     packed = pack(scene, scene.render, 64, 64)
     hierarchy.pack_bvh.cache_clear()
     assert packed.features["HAS_INSTANCES"] == (most_repeated == 0)
-    g = decorated()
     copies = [(matrix, part) for matrix, part in scene.meshes[0].placed()]
     rng = np.random.default_rng(5)
     for matrix, part in copies:
+        g = part.geometry
         linear, move = matrix[:3, :3], matrix[:3, 3] - packed.origin
         chosen = g.triangles[rng.integers(0, len(g.triangles), 500)]
         weights = rng.dirichlet([2, 2, 2], 500)
