@@ -18,6 +18,8 @@ from fragtracer.sampling.allocation import (
     Plan,
     Stages,
     block_order,
+    decision,
+    least_gain,
     pilot_gain,
     pilot_list,
     stage_samples,
@@ -213,6 +215,13 @@ def test_a_pilot_says_whether_it_pays(ctx, name: str, pays: bool) -> None:
                 assert renderer.metadata()["adaptive_decision"].startswith("on" if pays else "off")
     for one, other in zip(pictures["auto"], pictures["on" if pays else "off"], strict=True):
         np.testing.assert_array_equal(one, other)
+
+
+def test_scenes_of_meshes_must_gain_more() -> None:
+    """Their paths cost more where adaptive sampling sends them."""
+    said = [decision("auto", 1.9, least_gain(load(name))) for name in ("three-spheres", "ring")]
+    assert [text.partition(":")[0] for text in said] == ["on", "off"]
+    assert "1.90 < 2" in said[1]
 
 
 def test_a_pilot_looks_at_whole_tiles() -> None:

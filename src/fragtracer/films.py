@@ -13,12 +13,11 @@ from numpy.typing import NDArray
 
 from fragtracer.archive import read_archive, write_archive
 from fragtracer.errors import FilmError
-from fragtracer.resources import folder
 from fragtracer.sampling.merging import Moments
 from fragtracer.sampling.pixels import Pixels
 from fragtracer.scene import RenderSettings, Scene
-from fragtracer.scene.content import content_digest
 from fragtracer.scene.digest import scene_digests
+from fragtracer.shader_composer import shaders_digest
 
 NAME = "film.npz"  # of the checkpoint in a folder
 _FORMAT = 1
@@ -26,14 +25,6 @@ _MOST_SAMPLES = 2**24  # that a count in float32 tells apart
 # Settings that only say how much is sampled, and how that is cut.
 _AMOUNTS = ("spp", "rays", "width", "height")
 _PARTS = ("film.mean", "film.variance", "film.half_difference")
-
-
-def shaders_digest(root: Path | None = None) -> str:
-    """Of all shader files below ``root``; left out, fragtracer's own."""
-    root = root or folder("shaders")
-    files = sorted(path for path in root.rglob("*") if path.suffix in (".glsl", ".frag", ".vert"))
-    parts = (part for path in files for part in (path.relative_to(root).as_posix(), path.read_text("utf-8")))
-    return content_digest(*parts)
 
 
 def origin_of(scene: Scene, settings: RenderSettings, root: Path | None = None, **more: object) -> dict[str, str]:

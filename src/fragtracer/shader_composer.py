@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fragtracer.errors import ShaderError
+from fragtracer.resources import folder
+from fragtracer.scene.content import content_digest
 
 LANGUAGES = {
     "330 core": "#version 330 core\n",
@@ -97,6 +99,14 @@ def compose(
     places = [f"(header):{i + 1}" for i in range(len(text))]
     lines = (*places, *(place for place, _ in expanded))
     return ShaderSource("\n".join([*text, *(line for _, line in expanded)]) + "\n", lines, features)
+
+
+def shaders_digest(root: Path | None = None) -> str:
+    """Of all shader files below ``root``; left out, fragtracer's own."""
+    root = root or folder("shaders")
+    files = sorted(path for path in root.rglob("*") if path.suffix in (".glsl", ".frag", ".vert"))
+    parts = (part for path in files for part in (path.relative_to(root).as_posix(), path.read_text("utf-8")))
+    return content_digest(*parts)
 
 
 def _declared(lines: Sequence[str]) -> tuple[dict[str, str], set[str]]:

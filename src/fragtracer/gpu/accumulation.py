@@ -59,9 +59,9 @@ class Accumulation:
     """Samples of an image of ``width`` x ``height`` pixels.
 
     If ``adaptive`` is "off", every pixel has as many. If it is "on", the samples of later stages go where the error is
-    (:mod:`fragtracer.sampling.allocation`), and if it is "auto", they do where a pilot says that this pays, whose
-    samples are not in the picture. ``layers`` are drawn besides, without adaptive sampling. A ``window`` of the image
-    can be sampled alone, evenly and without layers. Raises :class:`DeviceError` if the GPU cannot hold the image.
+    (:mod:`fragtracer.sampling.allocation`), and if it is "auto", they do where a pilot, whose samples are not in the
+    picture, finds that it gains ``least_gain``. ``layers`` are drawn besides, without adaptive sampling. A ``window``
+    of the image can be sampled alone, evenly and without layers. Raises :class:`DeviceError` if the GPU cannot hold it.
     """
 
     def __init__(
@@ -72,10 +72,11 @@ class Accumulation:
         adaptive: Literal["auto", "on", "off"],
         layers: LayerTextures | None = None,
         window: Window | None = None,
+        least_gain: float = LEAST_GAIN,
     ) -> None:
         assert window is None or (adaptive == "off" and layers is None)
         self.size = (width, height) if window is None else (window.width, window.height)
-        self.adaptive = adaptive
+        self.adaptive, self.least_gain = adaptive, least_gain
         self._ctx = ctx
         self._film = Film(ctx, *self.size, layers)
         self._work = None if window is None else _work_texture(ctx, height, window)
@@ -140,11 +141,11 @@ class Accumulation:
     @property
     def decision(self) -> str:
         """Whether sampling is adaptive, and why."""
-        return decision(self.adaptive, self._gain)
+        return decision(self.adaptive, self._gain, self.least_gain)
 
     @property
     def _stays_even(self) -> bool:
-        return self.adaptive == "off" or (self._gain is not None and self._gain < LEAST_GAIN)
+        return self.adaptive == "off" or (self._gain is not None and self._gain < self.least_gain)
 
     @property
     def _stage_is_full(self) -> bool:

@@ -12,7 +12,7 @@ from fragtracer.cache import cached
 from fragtracer.gpu.film import Film
 from fragtracer.gpu.specialise import Level
 from fragtracer.gpu.tracer import Tracer, TracerProgram
-from fragtracer.guiding.guide import VERSION, Guide, learn, packed_digest
+from fragtracer.guiding.guide import VERSION, Guide, learn, program_digest
 from fragtracer.packing import PackedScene, pack
 from fragtracer.scene import Material, RenderSettings, Scene
 
@@ -90,7 +90,7 @@ def measure(ctx: Any, scene: Scene, settings: RenderSettings, guide: Guide) -> t
     size = (_WIDTH, max(1, round(_WIDTH * settings.height / settings.width)))
     plain = pack(scene, settings, *size)
     packed, unguided = guide.applied(plain), guide.without_lobes().applied(plain)
-    key = f"{VERSION}-{packed_digest(packed)}"
+    key = f"{VERSION}-{program_digest(packed)}"
     found = cached("guiding-measurement", key, lambda: _measured(ctx, packed, unguided, size))
     return float(found["gain"]), _RAY_COST * float(found["rays"])
 

@@ -14,10 +14,11 @@ from fragtracer.guiding.targets import targets_of
 from fragtracer.packing import PackedScene, pack
 from fragtracer.scene import Camera, RenderSettings, Scene
 from fragtracer.scene.content import content_digest
+from fragtracer.shader_composer import shaders_digest
 
 Floats = NDArray[np.float64]
 
-VERSION = 3  # of what photons, their lobes and their worth are, for the files kept on disk
+VERSION = 4  # of what is done with photons, for the files kept on disk
 _PILOT = 2**15  # photons that find out which targets pass light on
 _PHOTONS = 2**20
 _MOST_LISTED = 8  # shapes that every photon is tested against
@@ -67,7 +68,7 @@ def learn(ctx: Any, scene: Scene, photons: int = _PHOTONS) -> Guide | None:
         lobes = None if found is None else fit(found)
         return {} if lobes is None else {name: np.asarray(value) for name, value in vars(lobes).items()}
 
-    arrays = cached("guiding", f"{VERSION}-{packed_digest(packed)}-{photons}", make)
+    arrays = cached("guiding", f"{VERSION}-{program_digest(packed)}-{photons}", make)
     if not arrays:
         return None
     return Guide(Lobes(**arrays | {"edge": float(arrays["edge"])}), packed.origin)  # type: ignore[arg-type]
@@ -89,13 +90,13 @@ def _photons(ctx: Any, packed: PackedScene, targets: Floats, count: int) -> Phot
     return found if len(found) else None
 
 
-def packed_digest(packed: PackedScene) -> str:
-    """Of all that a program reads."""
+def program_digest(packed: PackedScene) -> str:
+    """Of all that a program reads, and of the shaders."""
     parts: list[NDArray[Any] | str] = [part for table in packed.tables.values() for part in table]
     values = sorted({**packed.uniforms, **packed.flags}.items())
     movable = sorted(packed.movable.items())  # the environment's rotation among them
     texts = (repr([(k, np.asarray(v).tolist()) for k, v in values + movable]), repr(sorted(packed.features.items())))
-    return content_digest(*parts, *texts, repr(packed.origin.tolist()))
+    return content_digest(*parts, *texts, repr(packed.origin.tolist()), shaders_digest())
 
 
 def _packed(scene: Scene, targets: Floats) -> PackedScene:

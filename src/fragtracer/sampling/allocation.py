@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.sampling.pixels import Pixels, around, bright
+from fragtracer.scene import Scene
 
 Floats = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -28,7 +29,9 @@ ITEM_SAMPLES = 16  # of an item of work in the first stages
 _MOST_ITEM_SAMPLES = 64  # in later ones, where they cost less: lanes wait for the longest path of an item
 MOST_STAGES = 31  # that have streams of random numbers of their own (shaders/sampler/stream.glsl)
 PILOT_STREAM = MOST_STAGES  # the stream of the pilot
-LEAST_GAIN = 1.75  # in squared error, at which the pilot says that adaptive sampling pays (docs/sampling.md)
+# In squared error, at which the pilot says that adaptive sampling pays; and with meshes, where a ray costs more the less
+# it goes with others (docs/sampling.md).
+LEAST_GAIN, _LEAST_GAIN_OF_MESHES = 1.75, 2.0
 PILOT_SAMPLES = 32  # of each of two items of the pilot for a pixel
 _PILOT_TILES, _TILE = 64, 16  # pixels, a side
 _ROUNDING = 1e-6  # relative, of a running mean in float32
@@ -200,14 +203,19 @@ def pilot_gain(items: Pixels) -> float:
     return float(gain * min(1.0, 2 * both / one) ** 2)
 
 
-def decision(adaptive: str, gain: float | None) -> str:
-    """Whether sampling is adaptive, and why, where a pilot has found ``gain``."""
+def least_gain(scene: Scene) -> float:
+    """The gain from which on adaptive sampling pays for ``scene``."""
+    return _LEAST_GAIN_OF_MESHES if scene.meshes else LEAST_GAIN
+
+
+def decision(adaptive: str, gain: float | None, least: float) -> str:
+    """Whether sampling is adaptive, and why, where a pilot has found ``gain``, and it pays from ``least`` on."""
     if adaptive != "auto":
         return f"{adaptive}: as asked for"
     if gain is None:
         return f"off: there are no more than {FIRST_STAGE} samples per pixel"
-    if gain < LEAST_GAIN:
-        return f"off: at equal samples it would divide the squared error by {gain:.2f} < {LEAST_GAIN:g}"
+    if gain < least:
+        return f"off: at equal samples it would divide the squared error by {gain:.2f} < {least:g}"
     return f"on: at equal samples it divides the squared error by {gain:.2f}"
 
 

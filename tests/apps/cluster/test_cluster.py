@@ -126,7 +126,7 @@ def test_stages_have_the_bits_of_one_machine(client, expected_adaptively) -> Non
 
 @pytest.mark.parametrize("least", [1.0, 1e3])
 def test_a_pilot_decides_once(client, expected, expected_adaptively, monkeypatch, least) -> None:
-    monkeypatch.setattr("fragtracer.apps.cluster.picture.LEAST_GAIN", least)
+    monkeypatch.setattr("fragtracer.sampling.allocation.LEAST_GAIN", least)
     picture = cluster.render(scene("auto"), client, spp=SPP, block=BLOCK)
     assert same(picture, expected_adaptively if least == 1 else expected)
     with Renderer(scene("auto")) as renderer:

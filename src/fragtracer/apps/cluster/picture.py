@@ -11,7 +11,7 @@ from fragtracer.apps.cluster.sampling import EvenSampling, PilotSampling, Sampli
 from fragtracer.apps.cluster.work import Cut, Frame
 from fragtracer.errors import FilmError
 from fragtracer.films import SavedFilm, origin_of
-from fragtracer.sampling.allocation import FIRST_STAGE, LEAST_GAIN, decision
+from fragtracer.sampling.allocation import FIRST_STAGE, decision, least_gain
 from fragtracer.scene import RenderSettings, Scene
 
 
@@ -25,6 +25,7 @@ class Render:
         self.frame = frame
         self.origin = origin_of(scene, scene.render)
         self.name, self._settings, self._until = scene.name, scene.render, until
+        self._least_gain = least_gain(scene)
         self.cut = Cut(scene.render.width, scene.render.height, block, spp)
         self.drivers: dict[str, str] = {}  # of the workers that have had a part in it
         self.checked = 0  # tasks that two have rendered
@@ -54,7 +55,7 @@ class Render:
     def _decide(self, gain: float | None) -> None:
         assert gain is not None
         self._gain = gain
-        kind = EvenSampling if gain < LEAST_GAIN else AdaptiveSampling
+        kind = EvenSampling if gain < self._least_gain else AdaptiveSampling
         self.sampling = kind(self.cut, self._until)
 
     def forget(self, author: str) -> None:
@@ -107,7 +108,7 @@ class Render:
         """For the file, without what is in its pixels."""
         metadata = {name: str(value) for name, value in vars(self._settings).items() if not name.startswith("_")}
         made_by = {"software": f"fragtracer {__version__}", "scene": self.name, "block": str(self.cut.samples)}
-        found = {"adaptive_decision": decision(self._settings.adaptive, self._gain)}
+        found = {"adaptive_decision": decision(self._settings.adaptive, self._gain, self._least_gain)}
         found |= {"workers": str(len(self.drivers)), "checked_blocks": str(self.checked)}
         return metadata | made_by | found | {"gl_renderer": driver_list(self.drivers)}
 

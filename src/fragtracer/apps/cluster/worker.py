@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 
 from fragtracer.apps.cluster.guard import loads
 from fragtracer.apps.cluster.work import Block, Frame, Part, Pilot, pixels_digest
-from fragtracer.films import shaders_digest
 from fragtracer.renderer import Renderer
 from fragtracer.sampling.allocation import StagePart
 from fragtracer.sampling.pixels import Pixels
+from fragtracer.shader_composer import shaders_digest
 
 _gl = ThreadPoolExecutor(1)  # an OpenGL context belongs to a thread
 

@@ -171,7 +171,7 @@ class LiveRenderer(Renderer):
     def resize(self, size: tuple[int, int], light_samples: int) -> Accumulation:
         """Restart at another size, with at most ``light_samples``; returns the previous samples, which the
         caller releases."""
-        film = Accumulation(self.context, *size, self._film.adaptive)
+        film = Accumulation(self.context, *size, self._film.adaptive, least_gain=self._film.least_gain)
         before, self._film = self._film, film
         self.settings = replace(self.settings, width=size[0], height=size[1])
         self._light_samples = light_samples
