@@ -221,7 +221,7 @@ MUTATIONS = {
     "turned the wrong way": ("vec3(c * local.x + s * local.z, local.y, c * local.z - s * local.x)", "local"),
     "texels not spread": ("+ 0.5 + square_to_tent(u);", "+ 0.5 + 0.2 * square_to_tent(u);"),
     "one row off": ("int upper = max(int(corner.y), 0);", "int upper = max(int(corner.y) - 1, 0);"),
-    "choice not stretched": ("u = chosen ? u * total / first : (u * total - first) / second;", ""),
+    "choice not stretched": ("u = (chosen ? u * total : u * total - first) / (chosen ? first : second);", ""),
 }
 
 

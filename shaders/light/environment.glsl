@@ -14,6 +14,7 @@
 #endif
 #if HAS_ENVIRONMENT
 
+// Both textures are 4096 texels wide.
 uniform highp sampler2D u_environment;       // rgb: radiance / u_environment_scale, a: weight; texel by texel
 uniform highp sampler2D u_environment_tree;  // sums of weights, from the root down (packing/environment.py)
 uniform ivec2 u_environment_size;            // of the map
@@ -23,15 +24,13 @@ uniform vec3 u_environment_scale;
 uniform float u_environment_probability;     // of being chosen among the lights
 uniform vec2 u_environment_rotation;  // cosine and sine of the angle about +y
 
-const int ENVIRONMENT_WIDTH = 4096;  // of both textures
-
 vec4 environment_texel(int column, int row) {
     int index = row * u_environment_size.x + column;
-    return texelFetch(u_environment, ivec2(index % ENVIRONMENT_WIDTH, index / ENVIRONMENT_WIDTH), 0);
+    return texelFetch(u_environment, ivec2(index & 4095, index >> 12), 0);
 }
 
 vec4 environment_node(int index) {
-    return texelFetch(u_environment_tree, ivec2(index % ENVIRONMENT_WIDTH, index / ENVIRONMENT_WIDTH), 0);
+    return texelFetch(u_environment_tree, ivec2(index & 4095, index >> 12), 0);
 }
 
 // At a place in texels from the upper left corner, at most one texel off the map in x.
@@ -76,7 +75,7 @@ vec4 environment_radiance_pdf(vec3 wi) {
 bool environment_choose(float first, float second, inout float u) {
     float total = first + second;
     bool chosen = second <= 0.0 || u * total < first;
-    u = chosen ? u * total / first : (u * total - first) / second;
+    u = (chosen ? u * total : u * total - first) / (chosen ? first : second);
     u = clamp(u, 0.0, ONE_MINUS_EPSILON);
     return chosen;
 }
