@@ -4,10 +4,10 @@
 usage: python scripts/mutate.py [--count 200] [--seed 1] [--jobs N] [--kept fates.jsonl] [--output survivors.md]
 
 The errors: another operator, a factor dropped, a constant 1 % larger, another sign, min for max, a whole number one
-larger. Each is planted in a copy of the checkout, where the tests of its folder run first and then those of the whole
-picture, up to the first that fails. A program that glslangValidator rejects is no error that anyone would miss, and
-another is drawn for it. The same seed draws the same errors from the same shaders, and --kept does not plant again
-what an earlier call has judged.
+larger. Each is planted in a copy of the checkout, where the tests of its folder run up to the first that fails; those
+that are left are planted again, for the tests of the whole picture, which take half an hour. A program that
+glslangValidator rejects is no error that anyone would miss, and another is drawn for it. The same seed draws the same
+errors from the same shaders, and --kept does not plant again what an earlier call has judged.
 
 A survivor is either an error for which a test is missing, or one that changes nothing: read it, and write the test.
 """
@@ -25,7 +25,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from itertools import chain
+from itertools import chain, islice
 from pathlib import Path
 from queue import Queue
 
@@ -147,8 +147,9 @@ class Copy:
         shutil.copytree(CHECKOUT, folder, ignore=shutil.ignore_patterns(*LEFT_OUT), dirs_exist_ok=True)
         self._environment = os.environ | {"PYTHONPATH": str(folder / "src")}
 
-    def fate(self, error: Error) -> str:
-        """The test that finds an error; "invalid" where no program with it compiles, "" where none finds it."""
+    def fate(self, error: Error, is_whole: bool) -> str:
+        """The test that finds an error, of its folder or of the whole picture; "invalid" where no program with it
+        compiles, "" where none finds it."""
         shaders = self._folder / "shaders"
         original = (shaders / error.file).read_text("utf-8")
         error.plant(shaders)
@@ -157,7 +158,7 @@ class Copy:
             if not is_valid(shaders, error.file):
                 return "invalid"
             own = OWN.get(error.file.split("/")[0], ())
-            return self.failure(own) or self.failure([name for name in ALL if name not in own])
+            return self.failure([name for name in ALL if name not in own] if is_whole else own)
         finally:
             (shaders / error.file).write_text(original, "utf-8")
 
@@ -190,6 +191,26 @@ def is_valid(shaders: Path, file: str) -> bool:
         return subprocess.run(["glslangValidator", *paths], capture_output=True, check=False).returncode == 0
 
 
+class Judgements:
+    """What was judged of errors, one to a line of a file, if there is one."""
+
+    def __init__(self, path: Path | None) -> None:
+        self._path = path
+        lines = path.read_text("utf-8").splitlines() if path and path.is_file() else []
+        self._fates = {(str(j["error"]), bool(j.get("whole", True))): str(j["fate"]) for j in map(json.loads, lines)}
+
+    def of(self, error: Error, is_whole: bool) -> str | None:
+        """The fate of an error by the tests of its folder or of the whole picture, None where that is not known."""
+        fate = self._fates.get((str(error), is_whole))
+        return fate if is_whole or fate is not None else self._fates.get((str(error), True))
+
+    def keep(self, error: Error, fate: str, is_whole: bool) -> None:
+        self._fates[str(error), is_whole] = fate
+        if self._path:
+            with self._path.open("a", encoding="utf-8") as file:
+                file.write(json.dumps({"error": str(error), "fate": fate, "whole": is_whole}) + "\n")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
     parser.add_argument("--count", type=int, default=200, help="errors that compile")
@@ -198,12 +219,7 @@ def main() -> None:
     parser.add_argument("--kept", type=Path, help="a file of what was judged, added to and not judged again")
     parser.add_argument("--output", type=Path, help="a file for the survivors")
     options = parser.parse_args()
-    errors = drawn(options.seed)
-    known: dict[str, str] = {}
-    if options.kept and options.kept.is_file():
-        lines = options.kept.read_text("utf-8").splitlines()
-        known = {judgement["error"]: judgement["fate"] for judgement in map(json.loads, lines)}
-    fates: list[tuple[Error, str]] = []
+    judgements = Judgements(options.kept)
     with tempfile.TemporaryDirectory(prefix="fragtracer-mutate-") as folder:
         copies: Queue[Copy] = Queue()
         for number in range(options.jobs):
@@ -213,26 +229,28 @@ def main() -> None:
         if fails := copies.queue[0].failure(list(dict.fromkeys([*chain(*OWN.values()), *ALL]))):
             sys.exit(f"{fails} fails without an error: mend it first")
 
-        def judged(error: Error) -> tuple[Error, str]:
-            if str(error) in known:
-                return error, known[str(error)]
-            copy = copies.get()
-            try:
-                fate = copy.fate(error)
-            finally:
-                copies.put(copy)
-            if options.kept:
-                with options.kept.open("a", encoding="utf-8") as kept:
-                    kept.write(json.dumps({"error": str(error), "fate": fate}) + "\n")
-            return error, fate
+        def judged(error: Error, is_whole: bool) -> str:
+            fate = judgements.of(error, is_whole)
+            if fate is None:
+                copy = copies.get()
+                try:
+                    fate = copy.fate(error, is_whole)
+                finally:
+                    copies.put(copy)
+                judgements.keep(error, fate, is_whole)
+                print(f"{fate or ('SURVIVES' if is_whole else 'no test of its folder'):60}  {error}", flush=True)
+            return fate
 
+        errors, valid = drawn(options.seed), dict[Error, str]()
         with ThreadPoolExecutor(options.jobs) as pool:
-            while len(fates) < options.count:
-                some = [error for error, _ in zip(errors, range(options.count - len(fates)), strict=False)]
-                for error, fate in pool.map(judged, some):
-                    print(f"{fate or 'SURVIVES':60}  {error}", flush=True)
+            while len(valid) < options.count:
+                some = list(islice(errors, options.count - len(valid)))
+                for error, fate in zip(some, pool.map(lambda error: judged(error, False), some), strict=True):
                     if fate != "invalid":
-                        fates.append((error, fate))
+                        valid[error] = fate
+            left = [error for error, fate in valid.items() if not fate]
+            valid |= zip(left, pool.map(lambda error: judged(error, True), left), strict=True)
+    fates = list(valid.items())
     report = "\n".join(summary(fates, options.seed))
     print(report)
     if options.output:
