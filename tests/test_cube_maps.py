@@ -126,6 +126,13 @@ def test_brdf_map_is_the_integral(ctx: moderngl.Context, geometry: str) -> None:
     assert brdf_error(ctx, geometry) < 5e-3
 
 
+def test_brdf_map_of_one_point(ctx: moderngl.Context) -> None:
+    """Every point of the sums counts, the first too. By a mirror the normal view's lobe is the mirrored direction."""
+    found = brdf_map(ctx, "SMITH", replace(SMALL, samples=1))
+    assert found[..., 0].max() > 0.5
+    np.testing.assert_allclose(found[0, :, 2], (np.arange(SMALL.brdf) + 0.5) / SMALL.brdf, atol=0.01)
+
+
 def test_uniform_light_stays_what_it_is(ctx: moderngl.Context) -> None:
     maps = environment_maps(ctx, np.full((4, 8, 3), 0.7, np.float32), SMALL)
     assert maps["prefiltered"].shape == (34 + 18 + 10 + 6, 6 * 34, 3)

@@ -85,6 +85,15 @@ def test_samples_have_their_density(ctx: moderngl.Context, name: str, material: 
         assert_fits(fits)
 
 
+@pytest.mark.parametrize(("name", "material"), CASES)
+def test_grazing_viewers_have_samples(ctx: moderngl.Context, name: str, material: str) -> None:
+    """At a fifth of a degree above the surface."""
+    model, u = MODELS[name], uniform_numbers(1 << 8)
+    parameters = model.materials[material][0]
+    drawn = run(ctx, model, parameters, DRAW_ALONE, {"u": u}, {"drawn": 4, "event": 1}, direction(89.8))["drawn"]
+    assert (drawn[:, 3] > 0).any()
+
+
 @pytest.mark.parametrize("name", DRAWN_AS_SMITHS)
 def test_terms_share_samples_and_densities(ctx: moderngl.Context, name: str) -> None:
     """To the bit, so that what test_samples_have_their_density says of Smith's holds for these."""

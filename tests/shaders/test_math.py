@@ -21,6 +21,14 @@ def test_cos_sin_turns(ctx: moderngl.Context) -> None:
     np.testing.assert_allclose(result, np.stack([np.cos(angle), np.sin(angle)], -1), rtol=0, atol=3e-7)
 
 
+def test_turns_of(ctx: moderngl.Context) -> None:
+    angle = np.linspace(-np.pi, np.pi, 1 << 16)[1:-1]
+    v = (10 ** np.linspace(-15, 15, len(angle)) * np.stack([np.cos(angle), np.sin(angle)])).T.astype(np.float32)
+    result = probe(ctx, ["core/math.glsl"], "turns = turns_of(v);", {"v": v}, {"turns": 1})["turns"]
+    x, y = v.T.astype(np.float64)
+    np.testing.assert_allclose(result, np.arctan2(y, x) / (2 * np.pi), rtol=0, atol=5e-8)
+
+
 @pytest.mark.parametrize("probability", [1e-6, 0.01, 1 / 3, 0.5, 0.999, 1 - 1e-6])
 def test_choose_first_stretches_what_is_left(ctx: moderngl.Context, probability: float) -> None:
     """Whichever alternative is taken, the number is uniform again: over all u, and within each."""

@@ -82,6 +82,19 @@ def test_window_and_files_show_the_same(ctx: moderngl.Context, size: tuple[int, 
     np.testing.assert_allclose(shown(ctx, pixels, settings), expected, atol=1e-4)
 
 
+def test_errors_are_relative(ctx: moderngl.Context) -> None:
+    """A film of two samples and a variance that is its mean: the relative error of x is its inverse root."""
+    errors = np.array([0.19, 0.15, 0.1, 0.05, 0.01])
+    film = np.repeat(errors[None, :, None] ** -2, 3, axis=2).astype(np.float32)
+    halved, whole = (shown(ctx, film, DisplaySettings(view="standard error", error_range=x))[0] for x in (0.2, 0.4))
+    assert len(np.unique(halved.round(3), axis=0)) == len(errors)
+    twice = np.repeat(errors[None, :, None] ** -2 / 4, 3, axis=2).astype(np.float32)
+    np.testing.assert_allclose(
+        shown(ctx, twice, DisplaySettings(view="standard error", error_range=0.4))[0], halved, atol=1e-5
+    )
+    assert np.abs(halved - whole).max() > 0.1
+
+
 @pytest.mark.parametrize("size", SIZES)
 def test_glare_has_the_same_numbers(ctx: moderngl.Context, size: tuple[int, int]) -> None:
     pixels = picture(size)
