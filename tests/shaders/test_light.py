@@ -17,6 +17,7 @@ from fragtracer.probe import probe
 from fragtracer.resources import folder
 from fragtracer.scene import (
     Camera,
+    DirectionalLight,
     Disk,
     Light,
     Material,
@@ -340,7 +341,16 @@ EMISSIVE = {
     "sphere": {"spheres": (BALL,)},
 }
 OWN = {name: {kind: (light,)} for kind, model in LIGHTS.items() for name, light in model.examples.items()}
-EVERYTHING = {kind: tuple(model.examples.values()) for kind, model in LIGHTS.items()}
+# Two of each kind, so that the records of a kind follow each other.
+SECOND = {
+    "lights": (
+        Light((-0.8, 1.2, 0.4), power=(5.0, 15.0, 25.0)),
+        Light((1.5, 1.5, -0.5), radius=0.3, radiance=(3.0, 2.0, 1.0)),
+    ),
+    "spot_lights": (SpotLight((-0.5, 1.5, 0.6), (0.3, -1.0, -0.4), (2.0, 3.0, 6.0), 20.0, 50.0),),
+    "directional_lights": (DirectionalLight((-0.5, -1.0, 0.2), (0.2, 0.5, 0.9)),),
+}
+EVERYTHING = {kind: (*model.examples.values(), *SECOND[kind]) for kind, model in LIGHTS.items()}
 EVERYTHING |= {kind: shapes for contents in EMISSIVE.values() for kind, shapes in contents.items()}
 ROOMS = {name: lit_by(**contents) for name, contents in (EMISSIVE | OWN | {"all": EVERYTHING}).items()}
 
