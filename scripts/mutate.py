@@ -36,7 +36,8 @@ LEFT_OUT = (".git", ".venv", "__pycache__", ".*_cache", "node_modules", "out", "
 
 # The tests of what a folder of shaders, or a program, holds, the quickest first.
 OWN = {
-    "auxiliary.frag": ("apps/viewer/test_display.py", "apps/viewer/test_session.py", "test_split_sum.py"),
+    "auxiliary.frag": ("apps/viewer/test_display.py", "apps/viewer/test_session.py", "test_split_sum.py",
+                       "apps/viewer/test_viewer.py"),
     "bsdf": ("shaders/test_fresnel.py", "shaders/test_ggx.py", "shaders/test_bsdf_values.py", "shaders/test_coats.py",
              "test_textured.py", "shaders/test_bsdf_sample.py", "test_dielectrics.py"),
     "camera": ("shaders/test_camera.py",),
@@ -45,7 +46,7 @@ OWN = {
     "film": ("shaders/test_film.py", "shaders/test_pixel_filter.py", "test_adaptive_sampling.py", "test_aov.py"),
     "guiding": ("shaders/test_guiding.py", "test_guiding.py"),
     "integrator": ("test_furnace.py", "test_direct_light.py", "test_dielectrics.py", "test_media.py",
-                   "test_split_sum.py", "test_environment_light.py"),
+                   "test_split_sum.py", "test_environment_light.py", "test_anisotropy.py"),
     "layers.frag": ("test_aov.py", "test_denoise.py"),
     "light": ("shaders/test_sphere_light.py", "shaders/test_environment.py", "shaders/test_mesh_light.py",
               "shaders/test_light.py", "test_split_sum.py"),

@@ -248,6 +248,18 @@ def test_mattes_anti_alias_as_the_picture_does(ctx: moderngl.Context, opacity: f
         assert not found[name][..., 1:, :].any()
 
 
+def test_mattes_name_what_is_seen(ctx: moderngl.Context) -> None:
+    """Three balls in a row, from left to right."""
+    balls = [Sphere((x, 0, 0), 1, name) for x, name in ((-2, "red"), (0, "green"), (2, "blue"))]
+    materials = {name: Material() for name in ("blue", "green", "red")}
+    scene = Scene(Camera((0, 0, 6), (0, 0, 0), fov_degrees=20.0), materials, spheres=balls)
+    with Renderer(scene, (9, 3), context=ctx) as renderer:
+        renderer.sample(1)
+        for name, of in (("object", ["sphere[0]", "sphere[1]", "sphere[2]"]), ("material", ["red", "green", "blue"])):
+            found = renderer.aov(name)[1, [1, 4, 7], 0, 0]
+            np.testing.assert_array_equal(found, np.float32([matte_id(one) for one in of]))
+
+
 def test_mattes_of_a_scene_cover_it(ctx: moderngl.Context) -> None:
     """Meshes and shapes, in the BVH: the shares of the names in every pixel are 1 together."""
     scene = load("still-life")

@@ -126,7 +126,9 @@ class Renderer:
         with self._current():
             size = width, height
             self._parts = LayerTextures(self.context, size, len(PARTS)) if self._has_parts else None
-            self._film = Accumulation(self.context, *size, self._adaptive, self._parts, window, least_gain(self.scene))
+            self._film = Accumulation(
+                self.context, *size, self._adaptive, self._parts, window, least_gain(bool(self.scene.meshes))
+            )
             self._tracer = Tracer(self.context, self._packed(), self._program())
             self._film.warm_up(self._tracer)
         self._last_error: float | None = None
@@ -312,7 +314,7 @@ class Renderer:
                 self.scene = scene or self.scene
                 self.settings = replace(self.settings, **settings)
                 self._tracer.load(self._packed(), self._program())
-            self._film.adaptive, self._film.least_gain = self._adaptive, least_gain(self.scene)
+            self._film.adaptive, self._film.least_gain = self._adaptive, least_gain(bool(self.scene.meshes))
             self._film.clear()
         self._first_surface.forget()
         self._last_error, self._next_look = None, _FIRST_LOOK

@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.sampling.pixels import Pixels, around, bright
-from fragtracer.scene import Scene
 
 Floats = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -29,8 +28,8 @@ ITEM_SAMPLES = 16  # of an item of work in the first stages
 _MOST_ITEM_SAMPLES = 64  # in later ones, where they cost less: lanes wait for the longest path of an item
 MOST_STAGES = 31  # that have streams of random numbers of their own (shaders/sampler/stream.glsl)
 PILOT_STREAM = MOST_STAGES  # the stream of the pilot
-# In squared error, at which the pilot says that adaptive sampling pays; and with meshes, where a ray costs more the less
-# it goes with others (docs/sampling.md).
+# In squared error, at which the pilot says that adaptive sampling pays; and with meshes, where rays that go apart cost
+# more (docs/sampling.md).
 LEAST_GAIN, _LEAST_GAIN_OF_MESHES = 1.75, 2.0
 PILOT_SAMPLES = 32  # of each of two items of the pilot for a pixel
 _PILOT_TILES, _TILE = 64, 16  # pixels, a side
@@ -203,9 +202,9 @@ def pilot_gain(items: Pixels) -> float:
     return float(gain * min(1.0, 2 * both / one) ** 2)
 
 
-def least_gain(scene: Scene) -> float:
-    """The gain from which on adaptive sampling pays for ``scene``."""
-    return _LEAST_GAIN_OF_MESHES if scene.meshes else LEAST_GAIN
+def least_gain(has_meshes: bool) -> float:
+    """The gain from which on adaptive sampling pays in a scene that has meshes, or none."""
+    return _LEAST_GAIN_OF_MESHES if has_meshes else LEAST_GAIN
 
 
 def decision(adaptive: str, gain: float | None, least: float) -> str:

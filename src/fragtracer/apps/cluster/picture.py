@@ -25,7 +25,7 @@ class Render:
         self.frame = frame
         self.origin = origin_of(scene, scene.render)
         self.name, self._settings, self._until = scene.name, scene.render, until
-        self._least_gain = least_gain(scene)
+        self._least_gain = least_gain(bool(scene.meshes))
         self.cut = Cut(scene.render.width, scene.render.height, block, spp)
         self.drivers: dict[str, str] = {}  # of the workers that have had a part in it
         self.checked = 0  # tasks that two have rendered
