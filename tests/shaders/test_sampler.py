@@ -211,7 +211,8 @@ def test_mean_converges_without_floor(ctx: moderngl.Context, random_texture: mod
 def test_no_two_uses_share_a_dimension(ctx: moderngl.Context) -> None:
     """Of the camera, and of the vertices of a path of a thousand."""
     body = """
-        of_vertex = vec4(dimension_vertex(int(k)), dimension_light(int(k)), dimension_ambient(int(k)), dimension_medium(int(k)));
+        int i = int(k);
+        of_vertex = vec4(dimension_vertex(i), dimension_light(i), dimension_ambient(i), dimension_medium(i));
         of_camera = float(dimension_camera());"""
     found = probe(ctx, ["sampler/sampler.glsl"], body, {"k": np.arange(1000.0)}, {"of_vertex": 4, "of_camera": 1})
     dimensions = [*found["of_vertex"].ravel(), found["of_camera"][0]]
