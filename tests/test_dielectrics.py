@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Light through dielectrics, in closed form."""
 
+import re
 import warnings
 from typing import Any
 
@@ -12,6 +13,7 @@ from scene_builders import lambert, stare
 
 from fragtracer.errors import SceneError
 from fragtracer.io.toml import parse
+from fragtracer.resources import folder
 from fragtracer.scene import (
     Ambient,
     Camera,
@@ -202,12 +204,22 @@ def test_a_prism_deviates_light_by_snells_law(ctx, ior):
     assert_mean(rendered(ctx, scene, 4096, bounces=2), passed, 0.01)
 
 
+def dispersion_of_bands():
+    """(n - n_d) V / (n_d - 1) by Cauchy's formula through the Fraunhofer lines d, F and C."""
+    d, f, c = 587.56, 486.13, 656.27
+    return (np.array([611.4, 549.1, 464.3]) ** -2.0 - d**-2) / (f**-2 - c**-2)
+
+
+def test_bands_are_of_cauchys_formula():
+    text = (folder("shaders") / "integrator/interior.glsl").read_text()
+    (numbers,) = re.findall(r"const vec3 DISPERSION_OF_BANDS = vec3\((.*)\);", text)
+    np.testing.assert_allclose([float(x) for x in numbers.split(",")], dispersion_of_bands(), atol=5e-5)
+
+
 @pytest.mark.parametrize("band", [0, 1, 2])
 def test_a_prism_parts_colours(ctx, band):
-    """By Cauchy's formula through the Fraunhofer lines d, F and C, each as bright as without dispersion."""
-    wavelength = np.array([611.4, 549.1, 464.3])[band]
-    d, f, c = 587.56, 486.13, 656.27
-    ior = 1.5 + 0.5 / 12.0 * (wavelength**-2 - d**-2) / (f**-2 - c**-2)
+    """Each as bright as without dispersion."""
+    ior = 1.5 + 0.5 / 12.0 * dispersion_of_bands()[band]
     scene, passed = prism(ior, ior=1.5, abbe_number=12.0)
     image = rendered(ctx, scene, 4096, bounces=2)
     assert not np.delete(image, band, axis=2).any()
