@@ -17,7 +17,7 @@ uniform int u_has_dispersion;      // 1: some dielectric has an index of its own
 const int BAND_NONE = -1;
 // Of Cauchy's formula n = A + B / wavelength^2, (n - n_d) V / (n_d - 1) at the dominant wavelengths of the primaries of Rec.
 // 709: 611.4, 549.1 and 464.3 nm; n_d at 587.56 nm and V, the Abbe number, by the Fraunhofer lines F and C.
-const vec3 DISPERSION_OF_BANDS = vec3(-0.1159, 0.2200, 0.9123);
+const vec3 DISPERSION_OF_BANDS = vec3(-0.1160, 0.2199, 0.9123);
 
 // The dielectric that counts, 0 where there is none.
 int interior_of(ivec4 inside) { return max(max(inside.x, inside.y), max(inside.z, inside.w)); }
