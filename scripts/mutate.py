@@ -9,7 +9,8 @@ that are left are planted again, for the tests of the whole picture, which take 
 glslangValidator rejects is no error that anyone would miss, and another is drawn for it. The same seed draws the same
 errors from the same shaders, and --kept does not plant again what an earlier call has judged.
 
-A survivor is either an error for which a test is missing, or one that changes nothing: read it, and write the test.
+A survivor is either an error for which a test is missing, or one that changes nothing: read it, and write the test, or
+write "changes nothing: ..." as its fate into the file of --kept.
 """
 
 import argparse
@@ -261,7 +262,9 @@ def main() -> None:
 def summary(fates: Sequence[tuple[Error, str]], seed: int) -> Iterator[str]:
     """How many survive, of each kind, and which."""
     survivors = [error for error, fate in fates if not fate]
+    harmless = sum(fate.startswith("changes nothing") for _, fate in fates)
     yield f"{len(survivors)} of {len(fates)} errors survive ({100 * len(survivors) / len(fates):.1f} %), seed {seed}."
+    yield f"{harmless} change nothing."
     planted, left = (Counter(error.kind for error in errors) for errors in ([e for e, _ in fates], survivors))
     yield from (f"{kind}: {left[kind]} of {planted[kind]}" for kind in KINDS)
     yield from map(str, survivors)
