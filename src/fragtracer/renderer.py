@@ -126,9 +126,7 @@ class Renderer:
         with self._current():
             size = width, height
             self._parts = LayerTextures(self.context, size, len(PARTS)) if self._has_parts else None
-            self._film = Accumulation(
-                self.context, *size, self._adaptive, self._parts, window, least_gain(bool(self.scene.meshes))
-            )
+            self._film = Accumulation(self.context, *size, self._adaptive, self._parts, window, self._least_gain)
             self._tracer = Tracer(self.context, self._packed(), self._program())
             self._film.warm_up(self._tracer)
         self._last_error: float | None = None
@@ -314,7 +312,7 @@ class Renderer:
                 self.scene = scene or self.scene
                 self.settings = replace(self.settings, **settings)
                 self._tracer.load(self._packed(), self._program())
-            self._film.adaptive, self._film.least_gain = self._adaptive, least_gain(bool(self.scene.meshes))
+            self._film.adaptive, self._film.least_gain = self._adaptive, self._least_gain
             self._film.clear()
         self._first_surface.forget()
         self._last_error, self._next_look = None, _FIRST_LOOK
@@ -500,6 +498,10 @@ class Renderer:
     def _adaptive(self) -> Literal["auto", "on", "off"]:
         is_path = self._program().name == PROGRAMS["path"]
         return self.settings.adaptive if is_path and not self._has_parts else "off"
+
+    @property
+    def _least_gain(self) -> float:
+        return least_gain(bool(self.scene.meshes))
 
     def _read(self) -> Pixels:
         with self._current():
