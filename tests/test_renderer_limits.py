@@ -24,11 +24,11 @@ NAN, INF = "uintBitsToFloat(0x7fc00000u)", "uintBitsToFloat(0x7f800000u)"
 @pytest.mark.parametrize("channel", ["vec3({0})", "vec3(0.0, {0}, 0.0)"], ids=["all", "one"])
 def test_samples_that_are_not_finite_are_counted(ctx, monkeypatch, tmp_path, value, channel):
     """One in four is spoilt here: counted, left out, and the mean of the others is untouched."""
-    sample = f"(index % 4u == 1u ? path.radiance + {channel.format(value)} : path.radiance)"
+    sample = f"(film.next % 4u == 1u ? path.radiance + {channel.format(value)} : path.radiance)"
     Planter(monkeypatch, tmp_path)(
         "integrator/path.glsl",
-        "film_add_if(!scatters, film, moments_of_path(path.moments, path.radiance));",
-        f"film_add_if(!scatters, film, {sample});",
+        "film_add_if(ends, film, moments_of_path(path.moments, path.radiance));",
+        f"film_add_if(ends, film, {sample});",
     )
     scene = Scene(Camera(), ambient=Ambient((0.1, 0.2, 0.3)))
     with Renderer(scene, SIZE, context=ctx, rays=2) as renderer:
@@ -45,8 +45,8 @@ def test_pixel_without_any_number(ctx, monkeypatch, tmp_path):
     """Where all samples are spoilt the pixel is black, and its error infinite, not NaN."""
     Planter(monkeypatch, tmp_path)(
         "integrator/path.glsl",
-        "film_add_if(!scatters, film, moments_of_path(path.moments, path.radiance));",
-        f"film_add_if(!scatters, film, vec3({NAN}));",
+        "film_add_if(ends, film, moments_of_path(path.moments, path.radiance));",
+        f"film_add_if(ends, film, vec3({NAN}));",
     )
     with Renderer(Scene(Camera(), ambient=Ambient(1.0)), SIZE, context=ctx) as renderer:
         renderer.sample(8)

@@ -16,6 +16,7 @@
 
 uniform int u_bounces;
 uniform int u_russian_roulette_vertex;  // the first vertex at which a path may be ended early
+uniform int u_is_open;                  // 1: many rays escape; decides over speed alone
 
 struct Path {
     Ray ray;
@@ -26,6 +27,7 @@ struct Path {
     int passed;       // vertices that were none: surfaces passed unchanged
     float pdf;        // 1/sr, of the ray's direction by BSDF sampling
     bool certain;     // the ray could only have come this way: from the camera or a delta lobe
+    bool has_ended;   // and is no sample yet
     float rr_sample;  // uniform number that decides whether the path survives its next vertex
     uint seed;        // of stochastic alpha and of blends, another for each path
     ivec4 inside;     // the dielectrics that the ray is in (integrator/interior.glsl)
@@ -43,7 +45,7 @@ struct Path {
 
 Path path_begin(ivec2 pixel, vec4 u) {
     Ray ray = camera_ray(pixel, u);
-    return Path(ray, vec3(1.0), 1.0, vec3(0.0), 0, 0, 0.0, true, 0.0, hash_pcg4d(floatBitsToUint(u)).x, u_camera_interiors, BAND_NONE
+    return Path(ray, vec3(1.0), 1.0, vec3(0.0), 0, 0, 0.0, true, false, 0.0, hash_pcg4d(floatBitsToUint(u)).x, u_camera_interiors, BAND_NONE
 #if HAS_MEDIA
         , ray.origin, 0.0
 #endif
@@ -62,27 +64,58 @@ void path_receive(inout Path path, vec3 radiance) {
 #endif
 }
 
+// What a path sees whose ray escapes.
+vec3 path_escaped_radiance(Path path) {
+    return path.throughput * escaped_radiance(path.ray.direction, path.depth, path.pdf, path.certain);
+}
+
+// Adds a path that `ends`: it is a sample.
+void path_end_if(bool ends, Path path, inout Film film) {
+    film_add_if(ends, film, moments_of_path(path.moments, path.radiance));
+#if LIGHT_PARTS
+    if (ends && is_finite(path.radiance)) parts_add(path.parts, 1.0 / film.count);
+#endif
+}
+
 // Adds `count` samples of the pixel to its film.
 void path_trace(inout Film film, ivec2 pixel, int count) {
     uint end = film.next + uint(count);
     uint index = film_sampler_index(film);
     // Also after the last bounce, where surfaces that pass light unchanged do so without end.
     bool has_roulette = u_russian_roulette_vertex < u_bounces + HAS_EXACT_FRESNEL;
+    // A medium may scatter a path before it escapes.
+    bool is_open = u_is_open != 0 && HAS_MEDIA == 0;
     float rr_sample;
     Path path = path_begin(pixel, sampler_vec4(pixel, index, dimension_camera(), rr_sample));
     // The loop tests at its end: a software renderer runs a body once more than a leading test lets pass. And it computes
     // surface, vertex, light sample and next direction of every lane, those whose path ends too, which do not use them:
     // their branch would be run all the same, and every assignment in it be masked.
     do {
-        // The next surface along the ray.
-        int vertex_number = path.depth + path.passed;
-        uint seed = hash_uint(path.seed + uint(vertex_number));
-        Hit hit = closest_hit(path.ray, seed);
-        bool is_hit = hit.primitive != NO_PRIMITIVE;
+        // On to the next surface. What lies behind everything is seen on the way, but for what a medium scatters.
+        Hit hit;
+        int vertex_number;
+        uint seed;
+        bool begins;  // a path, before that
+        do {
+            vertex_number = path.depth + path.passed;
+            seed = hash_uint(path.seed + uint(vertex_number));
+            hit = closest_hit(path.ray, seed);
+            begins = false;
+#if !HAS_MEDIA
+            path.throughput *= interior_transmittance(path.inside, hit.distance);
+            bool escapes = hit.primitive == NO_PRIMITIVE;
+            if (escapes && !path.has_ended) path_receive(path, path_escaped_radiance(path));
+            begins = is_open && (escapes || path.has_ended);
+            path_end_if(begins, path, film);
+            index = film_sampler_index(film);
+            vec4 u = sampler_vec4(pixel, index, dimension_camera(), rr_sample);
+            if (begins) path = path_begin(pixel, u);
+#endif
+        } while (begins && film.next < end);
+        bool is_hit = hit.primitive != NO_PRIMITIVE && !begins;
         Surface surface = surface_at(path.ray, hit);
         material_choose(surface, seed);
         Material material = material_at(surface);
-        bool escapes = !is_hit;
 #if HAS_MEDIA
         // Or a point of the medium before that; not so near to the surface that rounding puts it beyond.
         float unused;
@@ -96,22 +129,21 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
         lit.distance = min(lit.distance, farthest);
         vec3 lit_throughput = path.throughput * lit.weight;
         path.throughput *= flight.weight;
+        bool escapes = !is_hit && !flight.scatters;
+        if (escapes) path_receive(path, path_escaped_radiance(path));
         is_hit = is_hit && !flight.scatters;
-        escapes = escapes && !flight.scatters;
         bool is_passed = is_hit && interior_bounds_medium(material);
         vec3 start = path.start;
         float way = path.way + hit.distance;
 #else
-        path.throughput *= interior_transmittance(path.inside, hit.distance);
         const bool is_passed = false;
         vec3 start = path.ray.origin;
         float way = hit.distance;
 #endif
 
-        // Emission: of what lies behind everything, or of the surface. Lights emit from their front alone, weighed against
-        // the sample of them at the vertex before.
+        // Emission of the surface. Lights emit from their front alone, weighed against the sample of them at the vertex
+        // before.
         float cos_theta = -dot(surface.normal, path.ray.direction);
-        if (escapes) path_receive(path, path.throughput * escaped_radiance(path.ray.direction, path.depth, path.pdf, path.certain));
         if (is_hit && u_light_count > 0 && surface.light >= 0 && cos_theta > 0.0) {
             float pdf = light_pdf(surface.light, start, way, cos_theta, surface.light_density);
             path_receive(path, path.throughput * material.emission * direct_emission_weight(path.pdf, pdf, path.certain));
@@ -134,15 +166,11 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
 #endif
         path.throughput /= survival;
 
-        // A path that has ended is a sample.
-        film_add_if(!scatters, film, moments_of_path(path.moments, path.radiance));
-#if LIGHT_PARTS
-        if (!scatters && is_finite(path.radiance)) parts_add(path.parts, 1.0 / film.count);
-#endif
+        // One draw of random numbers serves the path that goes on and the one that begins after this vertex.
+        bool ends = !scatters && !is_open;
+        path_end_if(ends, path, film);
         index = film_sampler_index(film);
-
-        // One draw of random numbers serves the path that goes on and the one that begins.
-        vec4 u = sampler_vec4(pixel, index, scatters ? dimension_vertex(vertex_number) : dimension_camera(), rr_sample);
+        vec4 u = sampler_vec4(pixel, index, ends ? dimension_camera() : dimension_vertex(vertex_number), rr_sample);
 
         // Direct light.
         bool is_lit = scatters && path.depth < u_bounces;
@@ -206,7 +234,7 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
         path.passed += int(bsdf_is_null(scattered));
 #endif
 
-        // Regeneration.
-        if (!scatters) path = path_begin(pixel, u);
+        path.has_ended = !scatters;
+        if (ends) path = path_begin(pixel, u);
     } while (film.next < end);
 }

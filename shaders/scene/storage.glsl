@@ -11,15 +11,15 @@ const int SHAPE_TEXELS = 4;  // of each record of u_shapes; what intersection ne
 
 uvec4 scene_texel(int index) {
     vec2 place = vec2(index & 4095, index >> 12) + 0.5;
-    return textureLod(u_scene, place / vec2(textureSize(u_scene, 0)), 0.0);
+    return textureLod(u_scene, place * vec2(1.0 / 4096.0, 1.0 / float(textureSize(u_scene, 0).y)), 0.0);
 }
 
 uvec4 shape_texel(int record, int texel) {
     vec2 place = vec2((record & 1023) << 2 | texel, record >> 10) + 0.5;
-    return textureLod(u_shapes, place / vec2(textureSize(u_shapes, 0)), 0.0);
+    return textureLod(u_shapes, place * vec2(1.0 / 4096.0, 1.0 / float(textureSize(u_shapes, 0).y)), 0.0);
 }
 
 vec4 vertex_texel(int index) {
     vec2 place = vec2(index & 4095, index >> 12) + 0.5;
-    return textureLod(u_vertices, place / vec2(textureSize(u_vertices, 0)), 0.0);
+    return textureLod(u_vertices, place * vec2(1.0 / 4096.0, 1.0 / float(textureSize(u_vertices, 0).y)), 0.0);
 }

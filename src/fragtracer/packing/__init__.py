@@ -28,6 +28,7 @@ from fragtracer.packing.materials import (
     pack_materials,
 )
 from fragtracer.packing.media import PackedMedia, pack_media
+from fragtracer.packing.openness import is_open, walls_of
 from fragtracer.packing.records import MATERIAL_RECORDS, MEDIUM_RECORDS, Words, texel_count, words_of_rows
 from fragtracer.packing.settings import needs_maps, settings_features, settings_uniforms
 from fragtracer.packing.shapes import CULLED, Shapes, finite_shapes, object_names, plane_records, shape_records
@@ -39,6 +40,7 @@ Floats = NDArray[np.float64]
 
 # Areas, and products of them, must be float32.
 _MOST_EXTENT = 1e15
+_LANES = 8  # of llvmpipe, which ends a draw after so many rounds
 # Texels (n, 4) of one texture in parts, each of which begins a row; or the layers of an array (n, height, width, 4).
 Table = tuple[NDArray[Any], ...]
 
@@ -137,12 +139,14 @@ def pack(
         "u_background_radiance": (0.0, 0.0, 0.0),
         **environment.uniforms,
     }
+    walls = [walls_of(listed), *([bvh.walls] if bvh else [])]
     flags = {
         **surfaces.flags,
         **interior_flags(scene),
         **media.flags,
         **attribute_flags,
         "u_bvh_shapes": uniforms.pop("u_bvh_shapes"),
+        "u_is_open": int(is_open(np.concatenate(walls), space.low - origin, space.high - origin)),
     }
     features = {**settings_features(settings, environment.hidden), **surfaces.features, **lights.features}
     features["HAS_MEDIA"] = int(bool(media.rows["Medium"]))
@@ -151,6 +155,9 @@ def pack(
     tree_rounds = MOST_DEPTH if local.tree else 0
     sample_rounds = 1 + rounds + 24 + tree_rounds + (environment.tables.levels if environment.tables else 0)
     vertex_rounds = 1 + rounds + tree_rounds + sample_rounds * (settings.light_samples + 1)
+    path_rounds = vertex_rounds * (settings.bounces + 2)
+    if flags["u_is_open"] and not bvh:
+        path_rounds += _LANES * (1 + rounds)  # all lanes trace again whenever a path ends in one of them
     return PackedScene(
         tables,
         features,
@@ -161,7 +168,7 @@ def pack(
         listed,
         environment.tables,
         needs_maps(settings),
-        vertex_rounds * (settings.bounces + 2),
+        path_rounds,
         space,
     )
 

@@ -18,6 +18,7 @@ from fragtracer.errors import SceneError
 from fragtracer.packing.alias import alias_table, choice_probabilities
 from fragtracer.packing.instances import Blas, Instance, MeshMaterial, TransformedInstance, fit, instances_of
 from fragtracer.packing.lights import MESH_LIGHT
+from fragtracer.packing.openness import walls_of
 from fragtracer.packing.records import Words, words_of
 from fragtracer.packing.shapes import GROWTH, SHAPE_RECORDS, SHAPE_TEXELS, Kind, Shapes, kind_words
 from fragtracer.scene import Mesh
@@ -56,6 +57,11 @@ class PackedBvh:
     def mesh_light_texels(self) -> Words:
         """The mesh light as texels (n, 4), the same array each time."""
         return self.mesh_lights.reshape(-1, 4)
+
+    @cached_property
+    def walls(self) -> Words:
+        """The records of the largest flat shapes and triangles, but for those of instances."""
+        return walls_of(self.words)
 
     @property
     def usual_rounds(self) -> int:

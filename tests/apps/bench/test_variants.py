@@ -10,7 +10,14 @@ import pytest
 from numpy.typing import NDArray
 
 from fragtracer.apps.bench.cases import case
-from fragtracer.apps.bench.variants import COUNT_WORK, NO_PATH_REGENERATION, ONE_BSDF_EVALUATION, Edit, edited_shaders
+from fragtracer.apps.bench.variants import (
+    COUNT_WORK,
+    NO_PATH_REGENERATION,
+    NO_PATHS_BEFORE_VERTICES,
+    ONE_BSDF_EVALUATION,
+    Edit,
+    edited_shaders,
+)
 from fragtracer.apps.bench.work import Work, count_work
 from fragtracer.errors import ShaderError
 from fragtracer.renderer import Renderer
@@ -18,7 +25,8 @@ from fragtracer.resources import folder
 from fragtracer.scene import Camera, Light, Material, Plane, RenderSettings, Scene
 
 SIZE = (24, 16)
-VARIANTS = {"count": COUNT_WORK, "no regeneration": NO_PATH_REGENERATION, "one evaluation": ONE_BSDF_EVALUATION}
+SLOWER = {"none before vertices": NO_PATHS_BEFORE_VERTICES, "no regeneration": NO_PATH_REGENERATION}
+VARIANTS = {"count": COUNT_WORK, **SLOWER, "one evaluation": ONE_BSDF_EVALUATION}
 
 
 def _image(scene: Scene, edits: Sequence[Edit], **options: Any) -> NDArray[np.float32]:
@@ -57,9 +65,10 @@ def test_no_shadow_ray_where_nothing_is_scattered() -> None:
     assert count_work(_floor(bounces=5, albedo=0.0)).shadow_rays == 0
 
 
-@pytest.mark.parametrize("name", ["three-spheres", "cornell-box", "leaves"])
-def test_without_path_regeneration_the_picture_is_the_same(name: str) -> None:
-    np.testing.assert_array_equal(_image(case(name), NO_PATH_REGENERATION), _image(case(name), ()))
+@pytest.mark.parametrize("variant", SLOWER)
+@pytest.mark.parametrize("name", ["three-spheres", "cornell-box", "leaves", "glass", "sun-sky"])
+def test_wherever_paths_begin_the_picture_is_the_same(name: str, variant: str) -> None:
+    np.testing.assert_array_equal(_image(case(name), SLOWER[variant]), _image(case(name), ()))
 
 
 def test_one_evaluation_is_the_default_for_a_single_light_sample_alone() -> None:

@@ -15,7 +15,12 @@ from fragtracer.apps.bench.error import Reference, make_reference, sample_for
 from fragtracer.apps.bench.plan import Benchmark, Plan, Progress, steps
 from fragtracer.apps.bench.statistics import median
 from fragtracer.apps.bench.tables import Column, Row, Table
-from fragtracer.apps.bench.variants import NO_PATH_REGENERATION, ONE_BSDF_EVALUATION, Edit
+from fragtracer.apps.bench.variants import (
+    NO_PATH_REGENERATION,
+    NO_PATHS_BEFORE_VERTICES,
+    ONE_BSDF_EVALUATION,
+    Edit,
+)
 from fragtracer.io.toml import bundled
 from fragtracer.scene import Scene
 
@@ -36,6 +41,7 @@ VARIANTS = (
     Variant("no adaptive sampling", {"adaptive": "off"}),
     Variant("no guiding", {"guiding": "off"}),
     Variant("hash sampler, not the texture", {"sampler": "hash"}),
+    Variant("no path begins before vertices", edits=NO_PATHS_BEFORE_VERTICES),
     Variant("no path regeneration", edits=NO_PATH_REGENERATION),
     Variant("no Russian roulette, 16 bounces", {"russian_roulette": False}, shared={"bounces": 16}),
     Variant("light sampling alone, no MIS", {"estimator": "nee"}),

@@ -40,7 +40,11 @@ COUNT_WORK = (
         "ivec4 inside, int light_primitive, vec2 u) {\n",
         "ivec4 inside, int light_primitive, vec2 u) {\n    sample_work.y += 1.0;\n",
     ),
-    Edit(_PATH, "        Hit hit = closest_hit(", "        sample_work.x += 1.0;\n        Hit hit = closest_hit("),
+    Edit(
+        _PATH,
+        "            hit = closest_hit(",
+        "            sample_work.x += float(!path.has_ended);\n            hit = closest_hit(",
+    ),
     Edit(
         _PATH,
         "        path.throughput /= survival;\n",
@@ -48,25 +52,31 @@ COUNT_WORK = (
     ),
     Edit(
         _PATH,
-        "        film_add_if(!scatters, film, moments_of_path(path.moments, path.radiance));\n",
-        "        film_add_if(!scatters, film, sample_work);\n        if (!scatters) sample_work = vec3(0.0);\n",
+        "    film_add_if(ends, film, moments_of_path(path.moments, path.radiance));\n",
+        "    film_add_if(ends, film, sample_work);\n    if (ends) sample_work = vec3(0.0);\n",
     ),
+)
+
+# A path that has ended waits for the vertices of those beside it: the same picture.
+NO_PATHS_BEFORE_VERTICES = (
+    Edit(_PATH, "bool is_open = u_is_open != 0 && HAS_MEDIA == 0;", "const bool is_open = false;"),
 )
 
 # A loop over paths around one over vertices: the same picture, but a pixel waits for the longest path beside it.
 NO_PATH_REGENERATION = (
+    *NO_PATHS_BEFORE_VERTICES,
     Edit(
         _PATH,
-        "    do {\n        // The next surface along the ray.\n",
+        "    do {\n        // On to the next surface.",
         "    do {\n"
         "        path = path_begin(pixel, sampler_vec4(pixel, index, dimension_camera(), rr_sample));\n"
         "        bool goes_on;\n"
-        "        do {\n",
+        "        do {\n        // On to the next surface.",
     ),
-    Edit(_PATH, "scatters ? dimension_vertex(vertex_number) : dimension_camera()", "dimension_vertex(vertex_number)"),
+    Edit(_PATH, "ends ? dimension_camera() : dimension_vertex(vertex_number)", "dimension_vertex(vertex_number)"),
     Edit(
         _PATH,
-        "        if (!scatters) path = path_begin(pixel, u);\n    } while (film.next < end);\n",
+        "        if (ends) path = path_begin(pixel, u);\n    } while (film.next < end);\n",
         "        goes_on = scatters;\n        } while (goes_on);\n    } while (film.next < end);\n",
     ),
 )
