@@ -6,6 +6,7 @@
 #include "core/frame.glsl"
 #include "core/math.glsl"
 #include "core/warp.glsl"
+#include "scene/storage.glsl"
 
 #define GUIDING_OFF 0
 #define GUIDING_ON 1
@@ -30,18 +31,15 @@ struct Lobe {
     float ratio;     // of the irradiance by this lobe to that by diffuse reflection, for a receiver that faces it
 };
 
-// `column` texels after `index`, in the same row.
-uvec4 guiding_texel(int index, int column) {
-    vec2 texel = 1.0 / vec2(textureSize(u_guiding, 0));
-    vec2 place = (vec2(index & 4095, index >> 12) + 0.5) * texel;
-    return textureLod(u_guiding, place + vec2(float(column) * texel.x, 0.0), 0.0);
+uvec4 guiding_texel(int index) {
+    return textureLod(u_guiding, storage_place(index, textureSize(u_guiding, 0).y), 0.0);
 }
 
 // Texel of the first lobe of the cell that is nearest to a point.
 int guiding_cell(vec3 position) {
     vec3 place = clamp((position - u_guiding_low) * u_guiding_scale, vec3(0.0), vec3(u_guiding_size) - 1e-4);
     ivec3 coarse = ivec3(place);
-    uvec4 t = guiding_texel((coarse.z * u_guiding_size.y + coarse.y) * u_guiding_size.x + coarse.x, 0);
+    uvec4 t = guiding_texel((coarse.z * u_guiding_size.y + coarse.y) * u_guiding_size.x + coarse.x);
     int edge = int(t.y);
     ivec3 fine = ivec3(fract(place) * float(edge));
     return int(t.x) + GUIDING_LOBES * ((fine.z * edge + fine.y) * edge + fine.x);
@@ -49,7 +47,7 @@ int guiding_cell(vec3 position) {
 
 // The lobe `number` of the cell whose lobes begin with texel `first`.
 Lobe lobe_load(int first, int number, vec3 position) {
-    uvec4 t = guiding_texel(first, number);
+    uvec4 t = guiding_texel(first + number);
     vec3 to_target = uintBitsToFloat(t.xyz) - position;
     float inverse = inversesqrt(dot(to_target, to_target) + 1e-20);
     // The last word is two floats without their lower halves.

@@ -8,6 +8,7 @@
 #include "core/math.glsl"
 #include "core/warp.glsl"
 #include "light/sample.glsl"
+#include "scene/storage.glsl"
 
 #ifndef HAS_ENVIRONMENT
 #define HAS_ENVIRONMENT 0
@@ -26,11 +27,11 @@ uniform vec2 u_environment_rotation;  // cosine and sine of the angle about +y
 
 vec4 environment_texel(int column, int row) {
     int index = row * u_environment_size.x + column;
-    return texelFetch(u_environment, ivec2(index & 4095, index >> 12), 0);
+    return textureLod(u_environment, storage_place(index, textureSize(u_environment, 0).y), 0.0);
 }
 
 vec4 environment_node(int index) {
-    return texelFetch(u_environment_tree, ivec2(index & 4095, index >> 12), 0);
+    return textureLod(u_environment_tree, storage_place(index, textureSize(u_environment_tree, 0).y), 0.0);
 }
 
 // At a place in texels from the upper left corner, at most one texel off the map in x.

@@ -26,8 +26,7 @@ MeshLight mesh_light_of(uvec4 t0) {
     return MeshLight(uintBitsToFloat(t0.x), int(t0.y), int(t0.z));
 }
 MeshLight mesh_light_load(int index) {
-    vec2 place = vec2(index & 4095, index >> 12) + 0.5;
-    return mesh_light_of(textureLod(u_mesh_lights, place / vec2(textureSize(u_mesh_lights, 0)), 0.0));
+    return mesh_light_of(textureLod(u_mesh_lights, storage_place(index, textureSize(u_mesh_lights, 0).y), 0.0));
 }
 
 #if HAS_MESH_LIGHT
