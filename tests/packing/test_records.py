@@ -85,8 +85,8 @@ def expected(name: str) -> str:
     if name in SCENE_RECORDS:
         body = f"int first = u_first_{noun} + {count} * index; return {noun}_of({texels_text(name, count)});"
     else:
-        place = "textureLod(u_mesh_lights, place / vec2(textureSize(u_mesh_lights, 0)), 0.0)"
-        body = f"vec2 place = vec2(index & 4095, index >> 12) + 0.5; return {noun}_of({place});"
+        texel = "textureLod(u_mesh_lights, storage_place(index, textureSize(u_mesh_lights, 0).y), 0.0)"
+        body = f"return {noun}_of({texel});"
     return text + f"{name} {noun}_load(int index) {{ {body} }}"
 
 
@@ -184,13 +184,14 @@ def test_textures_are_as_wide_as_they_are_read() -> None:
     """By masks and shifts: 4096 texels, and 1024 records of 4."""
     storage = code(read("scene/storage.glsl"))
     assert constants(read("scene/storage.glsl"), "SHAPE_") == {"TEXELS": SHAPE_TEXELS}
-    folded = code(f"vec2(index & {TEXTURE_WIDTH - 1}, index >> {TEXTURE_WIDTH.bit_length() - 1})")
-    assert storage.count(folded) == 2
-    assert code(read("light/mesh.glsl")).count(folded) == 1
-    assert code(read("light/environment.glsl")).count(f"i{folded}") == 2
+    assert (
+        code(f"storage_place(index & {TEXTURE_WIDTH - 1}, index >> {TEXTURE_WIDTH.bit_length() - 1}, height)")
+        in storage
+    )
+    assert code(f"* vec2(1.0 / {TEXTURE_WIDTH}.0, 1.0 / float(height))") in storage
     rows = RECORDS_IN_ROW.bit_length() - 1
     shift = SHAPE_TEXELS.bit_length() - 1
-    assert code(f"vec2((record & {RECORDS_IN_ROW - 1}) << {shift} | texel, record >> {rows})") in storage
+    assert code(f"storage_place((record & {RECORDS_IN_ROW - 1}) << {shift} | texel, record >> {rows},") in storage
     assert RECORDS_IN_ROW * SHAPE_TEXELS == TEXTURE_WIDTH
     assert 1 << rows == RECORDS_IN_ROW
     # A group of the traversal's stack: a record above 7 bits.
