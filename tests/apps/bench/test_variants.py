@@ -68,7 +68,9 @@ def test_no_shadow_ray_where_nothing_is_scattered() -> None:
 @pytest.mark.parametrize("variant", SLOWER)
 @pytest.mark.parametrize("name", ["three-spheres", "cornell-box", "leaves", "glass", "sun-sky"])
 def test_wherever_paths_begin_the_picture_is_the_same(name: str, variant: str) -> None:
-    np.testing.assert_array_equal(_image(case(name), SLOWER[variant]), _image(case(name), ()))
+    for specialised in (False, True):
+        image = _image(case(name), (), specialised=specialised)
+        np.testing.assert_array_equal(_image(case(name), SLOWER[variant], specialised=specialised), image)
 
 
 def test_one_evaluation_is_the_default_for_a_single_light_sample_alone() -> None:
