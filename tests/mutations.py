@@ -21,6 +21,7 @@ import test_cube_maps
 import test_dielectrics
 import test_direct_light
 import test_environment_light
+import test_estimators
 import test_furnace
 import test_guiding as test_guided_pictures
 import test_media
@@ -244,6 +245,13 @@ MUTATIONS = [
         "    path.throughput /= survival;\n",
         "",
         FURNACE,
+    ),
+    Mutation(
+        "light from afar seen by paths that have ended",
+        "integrator/path.glsl",
+        "escapes && !path.has_ended",
+        "escapes",
+        Check(test_estimators.test_no_bounces_show_emission_alone, estimator="bsdf"),
     ),
     Mutation(
         "throughput multiplied by the radiance",

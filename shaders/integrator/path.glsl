@@ -83,7 +83,6 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
     uint index = film_sampler_index(film);
     // Also after the last bounce, where surfaces that pass light unchanged do so without end.
     bool has_roulette = u_russian_roulette_vertex < u_bounces + HAS_EXACT_FRESNEL;
-    // A medium may scatter a path before it escapes.
     bool is_open = u_is_open != 0 && HAS_MEDIA == 0;
     float rr_sample;
     Path path = path_begin(pixel, sampler_vec4(pixel, index, dimension_camera(), rr_sample));
@@ -91,11 +90,12 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
     // surface, vertex, light sample and next direction of every lane, those whose path ends too, which do not use them:
     // their branch would be run all the same, and every assignment in it be masked.
     do {
-        // On to the next surface. What lies behind everything is seen on the way, but for what a medium scatters.
+        // On to the next surface, in an open scene by way of new paths where rays escape. Where there are media, the light
+        // that an escaped ray sees is added below: one of them may scatter the path before.
         Hit hit;
         int vertex_number;
         uint seed;
-        bool begins;  // a path, before that
+        bool begins;  // whether the path had ended, and is another one now
         do {
             vertex_number = path.depth + path.passed;
             seed = hash_uint(path.seed + uint(vertex_number));
@@ -105,11 +105,13 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
             path.throughput *= interior_transmittance(path.inside, hit.distance);
             bool escapes = hit.primitive == NO_PRIMITIVE;
             if (escapes && !path.has_ended) path_receive(path, path_escaped_radiance(path));
-            begins = is_open && (escapes || path.has_ended);
-            path_end_if(begins, path, film);
-            index = film_sampler_index(film);
-            vec4 u = sampler_vec4(pixel, index, dimension_camera(), rr_sample);
-            if (begins) path = path_begin(pixel, u);
+            if (is_open) {
+                begins = escapes || path.has_ended;
+                path_end_if(begins, path, film);
+                index = film_sampler_index(film);
+                vec4 u = sampler_vec4(pixel, index, dimension_camera(), rr_sample);
+                if (begins) path = path_begin(pixel, u);
+            }
 #endif
         } while (begins && film.next < end);
         bool is_hit = hit.primitive != NO_PRIMITIVE && !begins;

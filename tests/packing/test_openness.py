@@ -9,7 +9,20 @@ import pytest
 
 from fragtracer.io.toml import bundled, load
 from fragtracer.packing import pack
-from fragtracer.scene import Ambient, Camera, Disk, Geometry, Material, Mesh, Part, Plane, Rectangle, Scene, Sphere
+from fragtracer.scene import (
+    Ambient,
+    Camera,
+    Disk,
+    Geometry,
+    Material,
+    Mesh,
+    Part,
+    Placement,
+    Plane,
+    Rectangle,
+    Scene,
+    Sphere,
+)
 
 MATTE = {"matte": Material()}
 
@@ -48,18 +61,31 @@ def test_room_of_planes() -> None:
     assert _is_open(replace(scene, planes=tuple(planes[:2])))
 
 
-def test_room_of_a_mesh_that_is_full_of_small_triangles() -> None:
+def _room_full_of_small_triangles() -> Geometry:
     walls = [np.array([r.corner, r.edge_u, r.edge_v]) for r in _room(6).rectangles]
     positions = np.concatenate([[c, c + u, c + u + v, c + v] for c, u, v in walls])
     first = 4 * np.arange(6)[:, None, None]
     large = (first + np.array([[0, 1, 2], [0, 2, 3]])).reshape(-1, 3)
     dust = np.random.default_rng(1).normal(0, 0.01, (3000, 3))
-    geometry = Geometry(
+    return Geometry(
         np.concatenate([positions, dust]).astype(np.float32),
         np.concatenate([24 + np.arange(3000).reshape(-1, 3), large]).astype(np.int32),
     )
-    mesh = Mesh((Part(geometry, "matte"),))
+
+
+def test_room_of_a_mesh() -> None:
+    mesh = Mesh((Part(_room_full_of_small_triangles(), "matte"),))
     assert not _is_open(replace(_room(0), meshes=(mesh,)))
+
+
+def test_small_instances_of_a_room_are_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Their triangles lie in a space of their own, where they are large."""
+    monkeypatch.setattr("fragtracer.packing.instances.MOST_REPEATED", 1)
+    places = tuple(Placement((x, 0.0, 0.0), scale=(0.05,) * 3) for x in (-1.0, 1.0))
+    mesh = Mesh((Part(_room_full_of_small_triangles(), "matte"),), places)
+    scene = replace(_room(0), meshes=(mesh,))
+    assert pack(scene, scene.render, 16, 16).features["HAS_INSTANCES"] == 1
+    assert _is_open(scene)
 
 
 def test_scene_of_anything() -> None:

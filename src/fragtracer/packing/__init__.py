@@ -40,7 +40,8 @@ Floats = NDArray[np.float64]
 
 # Areas, and products of them, must be float32.
 _MOST_EXTENT = 1e15
-_LANES = 8  # of llvmpipe, which ends a draw after so many rounds
+# Lanes in step of the driver that ends loops early (llvmpipe): where a path ends in one of them, all trace again.
+_LANES = 8
 # Texels (n, 4) of one texture in parts, each of which begins a row; or the layers of an array (n, height, width, 4).
 Table = tuple[NDArray[Any], ...]
 
@@ -157,7 +158,7 @@ def pack(
     vertex_rounds = 1 + rounds + tree_rounds + sample_rounds * (settings.light_samples + 1)
     path_rounds = vertex_rounds * (settings.bounces + 2)
     if flags["u_is_open"] and not bvh:
-        path_rounds += _LANES * (1 + rounds)  # all lanes trace again whenever a path ends in one of them
+        path_rounds += _LANES * (1 + rounds)
     return PackedScene(
         tables,
         features,

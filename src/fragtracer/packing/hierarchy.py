@@ -36,7 +36,8 @@ ATTRIBUTES = {"normal": (3, 0.0), "uv": (4, 0.0), "tangent": (4, 0.0), "color": 
 class PackedBvh:
     """Records (n, 4, 4) from record ``first`` on, tables of attributes (vertices, 4) by name, the mesh light.
 
-    ``shape_records`` are the records of single shapes, in their order.
+    ``shape_records`` are the records of single shapes, in their order, ``walls`` those of :func:`.walls_of` that are
+    not of instances, which lie in a space of their own.
     """
 
     words: Words
@@ -45,6 +46,7 @@ class PackedBvh:
     mesh_lights: Words
     mesh_power: float
     shape_records: NDArray[np.int64]
+    walls: Words
     features: Mapping[str, int]
     uniforms: Mapping[str, int]
 
@@ -57,11 +59,6 @@ class PackedBvh:
     def mesh_light_texels(self) -> Words:
         """The mesh light as texels (n, 4), the same array each time."""
         return self.mesh_lights.reshape(-1, 4)
-
-    @cached_property
-    def walls(self) -> Words:
-        """The records of the largest flat shapes and triangles, but for those of instances."""
-        return walls_of(self.words)
 
     @property
     def usual_rounds(self) -> int:
@@ -132,6 +129,7 @@ class _Packer:
             root_of[one] = end
             self._add(one, end, end + 1)
             end += one.layout.count
+        shared_records = slice(layout.count, end)
         for root, instance in zip(layout.leaves, placed, strict=False):
             if isinstance(instance, TransformedInstance):
                 self._add_instance(instance, root, root_of[instance.blas])
@@ -146,7 +144,12 @@ class _Packer:
         uniforms = {"u_bvh_root": self._first, "u_mesh_light_count": len(lights)}
         uniforms["u_bvh_shapes"] = shapes.flags
         vertices = {name: np.concatenate(tables) for name, tables in self._vertices.items() if tables}
-        return PackedBvh(self._words, self._first, vertices, lights, power, self._first + of_shapes, features, uniforms)
+        walls = np.concatenate(
+            [walls_of(self._words[: shared_records.start]), walls_of(self._words[shared_records.stop :])]
+        )
+        return PackedBvh(
+            self._words, self._first, vertices, lights, power, self._first + of_shapes, walls, features, uniforms
+        )
 
     def _write(self, places: NDArray[np.int64], words: Words) -> None:
         self._words[places] = words

@@ -18,9 +18,13 @@ _POINTS, _DIRECTIONS = 16, 64
 def walls_of(words: Words) -> Words:
     """Of records (n, 4, 4) those of planes, and of the largest flat shapes and triangles."""
     kinds = words[:, 0, 3] >> 24
-    flat = words[((kinds == Kind.TRIANGLE) | (kinds >= Kind.RECTANGLE)) & words.any(axis=(1, 2))]
-    areas = np.linalg.norm(np.cross(*_edges(flat)), axis=1)
-    return np.concatenate([words[kinds == Kind.PLANE], flat[np.argsort(-areas)[:_MOST_WALLS]]])
+    flat = np.flatnonzero((kinds == Kind.TRIANGLE) | (kinds >= Kind.RECTANGLE))
+    if len(flat) > _MOST_WALLS:
+        a, b, c = (words[flat, texel, :3].view(np.float32) for texel in range(3))
+        areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+        flat = flat[np.argpartition(areas, -_MOST_WALLS)[-_MOST_WALLS:]]
+    walls: Words = words[np.concatenate([np.flatnonzero(kinds == Kind.PLANE), flat])]
+    return walls
 
 
 def is_open(walls: Words, low: Floats, high: Floats) -> bool:

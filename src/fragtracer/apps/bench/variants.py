@@ -67,11 +67,11 @@ NO_PATH_REGENERATION = (
     *NO_PATHS_BEFORE_VERTICES,
     Edit(
         _PATH,
-        "    do {\n        // On to the next surface.",
+        "    do {\n        // On to the next surface,",
         "    do {\n"
         "        path = path_begin(pixel, sampler_vec4(pixel, index, dimension_camera(), rr_sample));\n"
         "        bool goes_on;\n"
-        "        do {\n        // On to the next surface.",
+        "        do {\n        // On to the next surface,",
     ),
     Edit(_PATH, "ends ? dimension_camera() : dimension_vertex(vertex_number)", "dimension_vertex(vertex_number)"),
     Edit(
