@@ -27,6 +27,7 @@ LAYERS = [
     {"io", "packing"},  # 3
     {"gpu"},  # 4
     {"guiding", "layers", "probe"},  # 4
+    {"light_tracing"},  # 4
     {"renderer", "reference"},  # 5
     {"apps.compare"},  # 6
     {"apps.bench", "apps.cluster", "apps.doctor", "apps.viewer", "apps.web"},  # 6

@@ -4,6 +4,7 @@
 #include "core/hash.glsl"
 #include "core/math.glsl"
 #include "integrator/interior.glsl"
+#include "integrator/light_traced.glsl"
 #include "integrator/vertex.glsl"
 #include "light/light.glsl"
 #include "material/visibility.glsl"
@@ -21,6 +22,10 @@ uniform vec3 u_ambient_radiance;
 
 #if LIGHT_PARTS
 vec3 direct_diffuse;  // what of the light that direct_light() has returned is scattered by the diffuse part of the BSDF
+#endif
+
+#if LIGHT_TRACING
+vec3 direct_traced = vec3(0.0);  // what of narrowly scattered light direct_light() leaves to light tracing
 #endif
 
 // Weight of a sample of the lights of density light_pdf, against BSDF sampling of density bsdf_pdf.
@@ -148,6 +153,9 @@ vec3 direct_sample(Vertex vertex, bool is_wanted, vec2 u) {
     radiance *= direct_transmittance(vertex, ray, light.distance, inside, light.primitive, u);
 #if LIGHT_PARTS
     direct_diffuse += radiance * vertex_diffuse_share(vertex, wi);
+#endif
+#if LIGHT_TRACING
+    radiance *= 1.0 - direct_traced * light_traced_narrow(vertex, wi);
 #endif
     return radiance;
 }

@@ -27,8 +27,9 @@ vec3 escaped_background(vec3 direction) {
 #endif
 }
 
-// Radiance from infinitely far away, weighed against light samples of the vertex before, which is number depth - 1.
-vec3 escaped_radiance(vec3 direction, int depth, float pdf, bool certain) {
+// Radiance from infinitely far away, weighed against light samples of the vertex before, which is number depth - 1; of that
+// of lights `rest` is left by light tracing.
+vec3 escaped_radiance(vec3 direction, int depth, float pdf, bool certain, vec3 rest) {
     vec3 radiance = vec3(0.0);
     if (max_component(u_ambient_radiance) > 0.0) radiance += u_ambient_radiance * direct_emission_weight(pdf, 0.0, certain);
 #if BACKGROUND != BACKGROUND_ENVIRONMENT
@@ -36,12 +37,12 @@ vec3 escaped_radiance(vec3 direction, int depth, float pdf, bool certain) {
 #endif
 #if HAS_ENVIRONMENT
     vec4 environment = environment_radiance_pdf(direction);
-    radiance += environment.rgb * direct_emission_weight(pdf, environment.a * u_environment_probability, certain);
+    radiance += rest * environment.rgb * direct_emission_weight(pdf, environment.a * u_environment_probability, certain);
 #endif
 #if HAS_SUN
     SunLight sun = sun_light_load(0);
     float sun_pdf = sun_light_pdf(sun, direction) * u_sun_probability;
-    if (sun_pdf > 0.0) radiance += sun.radiance * direct_emission_weight(pdf, sun_pdf, certain);
+    if (sun_pdf > 0.0) radiance += rest * sun.radiance * direct_emission_weight(pdf, sun_pdf, certain);
 #endif
     return radiance;
 }

@@ -36,6 +36,9 @@ struct Path {
     vec3 start;       // where light was scattered last, before boundaries of media were passed
     float way;        // distance from there to the origin of the ray
 #endif
+#if LIGHT_TRACING
+    LightTraced traced;  // what of its light is left to light tracing
+#endif
     Moments moments;  // what guiding is worth, where that is measured
 #if LIGHT_PARTS
     Parts parts;       // of the radiance
@@ -48,6 +51,9 @@ Path path_begin(ivec2 pixel, vec4 u) {
     return Path(ray, vec3(1.0), 1.0, vec3(0.0), 0, 0, 0.0, true, false, 0.0, hash_pcg4d(floatBitsToUint(u)).x, u_camera_interiors, BAND_NONE
 #if HAS_MEDIA
         , ray.origin, 0.0
+#endif
+#if LIGHT_TRACING
+        , light_traced_begin()
 #endif
         , moments_begin()
 #if LIGHT_PARTS
@@ -64,9 +70,18 @@ void path_receive(inout Path path, vec3 radiance) {
 #endif
 }
 
+// What the path tracer counts of the light of lights that the path meets.
+vec3 path_rest(Path path) {
+#if LIGHT_TRACING
+    return light_traced_rest(path.traced, path.depth);
+#else
+    return vec3(1.0);
+#endif
+}
+
 // What a path sees whose ray escapes.
 vec3 path_escaped_radiance(Path path) {
-    return path.throughput * escaped_radiance(path.ray.direction, path.depth, path.pdf, path.certain);
+    return path.throughput * escaped_radiance(path.ray.direction, path.depth, path.pdf, path.certain, path_rest(path));
 }
 
 // Adds a path that `ends`: it is a sample.
@@ -148,7 +163,8 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
         float cos_theta = -dot(surface.normal, path.ray.direction);
         if (is_hit && u_light_count > 0 && surface.light >= 0 && cos_theta > 0.0) {
             float pdf = light_pdf(surface.light, start, way, cos_theta, surface.light_density);
-            path_receive(path, path.throughput * material.emission * direct_emission_weight(path.pdf, pdf, path.certain));
+            vec3 met = path.throughput * material.emission * direct_emission_weight(path.pdf, pdf, path.certain);
+            path_receive(path, met * path_rest(path));
         }
         if (is_hit && material.unlit != 0) path_receive(path, path.throughput * material.emission);
 
@@ -194,6 +210,9 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
 #if HAS_MEDIA
         if (flight.scatters) throughput = lit_throughput / survival;
 #endif
+#if LIGHT_TRACING
+        direct_traced = light_traced_next(path.traced, hit, path.depth);
+#endif
         vec3 direct = direct_light(vertex, is_lit, vertex_number, pixel, index, u.zw);
         if (is_lit) {
             direct *= throughput;
@@ -216,6 +235,9 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
         moments_scatter(path.moments, path.radiance, vertex_odds(vertex, scattered));
 #if LIGHT_PARTS
         if (path.depth == 0) path.diffuse = bsdf_is_delta(scattered) ? vec3(0.0) : vertex_diffuse_share(vertex, scattered.wi);
+#endif
+#if LIGHT_TRACING
+        light_traced_scatter(path.traced, vertex, hit, scattered, path.depth, path.passed);
 #endif
         path.ray = Ray(vertex_origin(vertex, scattered.wi), frame_to_world(vertex.frame, scattered.wi));
         path.throughput *= scattered.weight * vertex_shading_factor(vertex, scattered.wi);

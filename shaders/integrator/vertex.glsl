@@ -84,7 +84,6 @@ vec4 vertex_eval_pdf(Vertex vertex, vec3 wi) {
     return bsdf_eval_pdf(vertex.bsdf, vertex.wo, wi);
 }
 
-#if LIGHT_PARTS
 // What the diffuse part of the BSDF is of it, towards wi; without delta lobes. Media scatter diffusely.
 vec3 vertex_diffuse_share(Vertex vertex, vec3 wi) {
 #if HAS_MEDIA
@@ -93,7 +92,6 @@ vec3 vertex_diffuse_share(Vertex vertex, vec3 wi) {
     vec3 all = bsdf_eval(vertex.bsdf, vertex.wo, wi);
     return clamp(bsdf_diffuse(vertex.bsdf, vertex.wo, wi) / max(all, vec3(1e-30)), 0.0, 1.0);
 }
-#endif
 
 // Where rays start whose local direction is wi.
 vec3 vertex_origin(Vertex vertex, vec3 wi) {

@@ -17,6 +17,7 @@ int dimension_vertex(int vertex) { return 1 + vertex; }         // xy: BSDF, zw:
 int dimension_light(int vertex) { return 0x10000 + vertex; }    // where a vertex takes several samples
 int dimension_ambient(int vertex) { return 0x20000 + vertex; }
 int dimension_medium(int vertex) { return 0x30000 + vertex; }   // xy: free flight through a medium, z: light, w: point to take it from
+int dimension_photon(int use) { return 0x40000 + use; }         // of light_tracing.frag
 
 #if SAMPLER == SAMPLER_TEXTURE
 #include "sampler/texture.glsl"

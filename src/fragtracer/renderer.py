@@ -13,6 +13,7 @@ from typing import Any, Literal, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from fragtracer import light_tracing
 from fragtracer.aov import AOVS, checked
 from fragtracer.errors import FilmError, FragtracerError
 from fragtracer.films import SavedFilm, origin_of
@@ -23,6 +24,7 @@ from fragtracer.gpu.specialise import MOST_LISTED, Level
 from fragtracer.gpu.tracer import Tracer, TracerProgram
 from fragtracer.guiding import Decision, decide, decides, same_light
 from fragtracer.layers import PARTS, FirstSurface, Picture, light
+from fragtracer.light_tracing import LightTracing
 from fragtracer.packing import PackedScene, matte_names, pack
 from fragtracer.packing.space import Space
 from fragtracer.sampling.allocation import StagePart, Window, least_gain
@@ -117,6 +119,7 @@ class Renderer:
         self._level = level if (is_soft if specialised is None else specialised) else Level.NOTHING
         self._defines, self._name, self._shaders = dict(defines or {}), program, shaders
         self._guiding: tuple[Scene, RenderSettings, Decision] | None = None
+        self._tracing: tuple[Scene, RenderSettings, light_tracing.Decision] | None = None
         self._moves = moves
         self._space: Space | None = None
         self.first_sample = first_sample
@@ -127,8 +130,10 @@ class Renderer:
             size = width, height
             self._parts = LayerTextures(self.context, size, len(PARTS)) if self._has_parts else None
             self._film = Accumulation(self.context, *size, self._adaptive, self._parts, window, self._least_gain)
+            self._light: LightTracing | None = None
             self._tracer = Tracer(self.context, self._packed(), self._program())
             self._film.warm_up(self._tracer)
+            self._load_light()
         self._last_error: float | None = None
         self._next_look = _FIRST_LOOK
         self._first_surface = FirstSurface(self.context, self._tracer, self._level, self._shaders)
@@ -148,6 +153,8 @@ class Renderer:
             for share in self._film.bands(self._tracer, pass_rays(self.settings.rays, self.spp), most):
                 if on_band is not None:
                     on_band(self.spp + self._film.pass_rays * share)
+            if self._light is not None:
+                self._light.advance(self.spp)
 
     def render(
         self,
@@ -219,6 +226,9 @@ class Renderer:
         assert self.can_go_on
         with self._current():
             state, arrays = self._film.state()
+        if self._light is not None:
+            light_state, light_arrays = self._light.state()
+            state, arrays = state | light_state, arrays | light_arrays
         ranges = ((self.first_sample, self.first_sample + self.spp),)
         state |= {"next_look": self._next_look}
         SavedFilm(self.origin(), self.driver, ranges, self.metadata(), state, arrays).write(Path(path))
@@ -251,6 +261,8 @@ class Renderer:
             )
         with self._current():
             self._film.restore(film.state, film.arrays)
+        if self._light is not None:
+            self._light.restore(film.state, film.arrays)
         self._next_look = film.state["next_look"]
 
     def block(self, window: Window, spp: int) -> Pixels:
@@ -292,6 +304,7 @@ class Renderer:
         """What decides over the samples (:func:`fragtracer.films.origin_of`)."""
         more: dict[str, object] = {"program": self._program().name, "defines": self._defines}
         more |= {"guided": self._decision().reason.partition(":")[0], "light_parts": self._has_parts}
+        more |= {"light_traced": self._light_decision().is_on}
         return origin_of(self.scene, self.settings, self._shaders, **more)
 
     @property
@@ -312,6 +325,10 @@ class Renderer:
                 self.scene = scene or self.scene
                 self.settings = replace(self.settings, **settings)
                 self._tracer.load(self._packed(), self._program())
+                if scene is not None or settings.keys() != {"seed"}:
+                    self._load_light()
+            if self._light is not None:
+                self._light.clear(self.settings.seed)
             self._film.adaptive, self._film.least_gain = self._adaptive, self._least_gain
             self._film.clear()
         self._first_surface.forget()
@@ -402,7 +419,9 @@ class Renderer:
     def _samples_are_plain(self) -> bool:
         """Whether those of the picture go the ways of layers.frag as long as surfaces are smooth."""
         traces_paths = self._program().name == PROGRAMS["path"]
-        return traces_paths and not (self._film.is_uneven or self.first_sample or "u_guiding" in self._packed().tables)
+        return traces_paths and not (
+            self._film.is_uneven or self._light or self.first_sample or "u_guiding" in self._packed().tables
+        )
 
     @property
     def spp(self) -> int:
@@ -428,7 +447,7 @@ class Renderer:
     @property
     def gpu_bytes(self) -> int:
         """Size of the textures and buffers held on the GPU; drivers round up, and add the program."""
-        return self._film.gpu_bytes + self._tracer.gpu_bytes
+        return self._film.gpu_bytes + self._tracer.gpu_bytes + (self._light.gpu_bytes if self._light else 0)
 
     @property
     def context_info(self) -> dict[str, str]:
@@ -451,6 +470,7 @@ class Renderer:
         if self._has_parts:
             adaptive = "off: the parts of the light are sampled evenly"
         counts |= {"guiding_decision": self._decision().reason, "adaptive_decision": adaptive}
+        counts |= {"light_tracing_decision": self._light_decision().reason}
         return made_by | settings | counts | {"gl_renderer": describe(self.context)["GL renderer"]}
 
     def _repr_png_(self) -> bytes:
@@ -472,9 +492,42 @@ class Renderer:
             self._space = self._space or packed.space  # the first, so that a picture does not depend on others
         return self._decision().applied(packed) if self._name is None else packed
 
+    def _load_light(self) -> None:
+        """Trace light of the scene from its lights, or no longer."""
+        if not self._light_decision().is_on:
+            if self._light is not None:
+                self._light.release()
+            self._light = None
+            return
+        if self._light is None:
+            self._light = LightTracing(self.context, (self.settings.width, self.settings.height))
+        self._light.load(self._packed(), self.scene, self._level, self._shaders)
+
+    def _light_decision(self) -> light_tracing.Decision:
+        """Whether some light is traced from the lights, decided anew only where something has changed; of pictures of a
+        moving camera, by the first."""
+        if self._name is not None or self._has_parts or self.first_sample:
+            return light_tracing.Decision(
+                False, "off: this program, layers of light and parts of the samples do without"
+            )
+        settings = light_tracing.decides(self.settings)
+        if self._tracing is not None:
+            scene, known, decision = self._tracing
+            if (
+                known == settings
+                and same_light(scene, self.scene)
+                and (self._moves or scene.camera == self.scene.camera)
+            ):
+                return decision
+        decision = light_tracing.decide(self.context, self.scene, settings)
+        self._tracing = self.scene, settings, decision
+        return decision
+
     def _decision(self) -> Decision:
         """Whether this scene is guided, decided anew only where something that matters has changed."""
         settings = decides(self.settings)
+        if settings.guiding == "auto" and self._light_decision().is_on:
+            return Decision(None, "off: light tracing finds what guiding would")
         if self._guiding is not None:
             scene, known, decision = self._guiding
             if known == settings and same_light(scene, self.scene):
@@ -492,6 +545,8 @@ class Renderer:
                     f"the integrator {self.settings.integrator} knows no parts of the light; use path"
                 )
             defines = {**defines, "LIGHT_PARTS": 1}
+        if self._light_decision().is_on:
+            defines = {**light_tracing.DEFINES, **defines}
         return TracerProgram(name, defines, self._level, root=self._shaders)
 
     @property
@@ -505,7 +560,8 @@ class Renderer:
 
     def _read(self) -> Pixels:
         with self._current():
-            return self._film.read()
+            pixels = self._film.read()
+        return pixels if self._light is None else self._light.added_to(pixels)
 
     def _current(self) -> AbstractContextManager[Any]:
         """Several renderers may live at once: each makes its own context current while it works."""
@@ -516,6 +572,8 @@ class Renderer:
         with self._current():
             self._tracer.release()
             self._film.release()
+            if self._light is not None:
+                self._light.release()
         if self._owns_context:
             self.context.release()
 

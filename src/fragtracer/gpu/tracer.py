@@ -55,7 +55,7 @@ class Tracer:
     def __init__(self, ctx: moderngl.Context, packed: PackedScene, program: TracerProgram) -> None:
         self._ctx = ctx
         self._is_software = is_software(ctx)
-        self._random = _upload_random_texture(ctx)
+        self._random = upload_random_texture(ctx)
         self.timer = DrawTimer(ctx)  # of all bands so far
         self._pixel_samples_per_second = 0.0
         self._key: object = None
@@ -268,7 +268,8 @@ def _key(packed: PackedScene, program: TracerProgram, specialisation: Specialisa
     return program.root, program.name, dict(program.defines), dict(packed.features), specialisation.key
 
 
-def _upload_random_texture(ctx: moderngl.Context) -> moderngl.Texture3D:
+def upload_random_texture(ctx: moderngl.Context) -> moderngl.Texture3D:
+    """The points of shaders/sampler/texture.glsl, on the GPU."""
     points = random_texture()
     layers, height, width, _ = points.shape
     texture = ctx.texture3d((width, height, layers), 4, points.tobytes(), dtype="f4")

@@ -12,8 +12,9 @@ from fragtracer.cache import cached
 from fragtracer.gpu.film import Film
 from fragtracer.gpu.specialise import Level
 from fragtracer.gpu.tracer import Tracer, TracerProgram
-from fragtracer.guiding.guide import VERSION, Guide, learn, program_digest
+from fragtracer.guiding.guide import VERSION, Guide, learn
 from fragtracer.packing import PackedScene, pack
+from fragtracer.packing.digest import program_digest
 from fragtracer.scene import Material, RenderSettings, Scene
 
 _LEAST_SAMPLES = 2**24  # of a picture; to trace them takes about as long as to learn
@@ -46,7 +47,7 @@ def decide(ctx: Any, scene: Scene, settings: RenderSettings) -> Decision:
     if settings.bounces < _LEAST_BOUNCES:
         return Decision(None, "off: paths of one bounce meet no light that others reflect")
     nothing = Decision(None, "off: no surface reflects light narrowly onto another")
-    if not any(_may_be_narrow(material) for material in scene.materials.values()):
+    if not any(may_be_narrow(material) for material in scene.materials.values()):
         return nothing
     if settings.guiding == "auto" and settings.spp * settings.width * settings.height < _LEAST_SAMPLES:
         return Decision(None, f"off: to trace the {settings.spp} samples per pixel takes less time than to learn")
@@ -61,21 +62,21 @@ def decide(ctx: Any, scene: Scene, settings: RenderSettings) -> Decision:
     return Decision(guide, f"on: the variance falls by {gain:.2f}, the time of a sample rises by {cost:.2f}")
 
 
+def may_be_narrow(material: Material) -> bool:
+    """Whether some part of a surface may scatter light narrowly (FOCUS in shaders/photons.frag)."""
+    is_rough = material.alpha > _WIDEST and material.roughness_texture is None
+    return not material.unlit and max(*material.specular_f0, *material.specular_f90) > 0 and not is_rough
+
+
 def decides(settings: RenderSettings) -> RenderSettings:
     """``settings`` without what makes no difference to the decision."""
-    return replace(settings, seed=0, rays=1)
+    return replace(settings, seed=0, rays=1, light_tracing="off")
 
 
 def same_light(one: Scene, other: Scene) -> bool:
     """Whether the two differ at most in the camera, the settings and the names, so that one decision serves both."""
     names = {field.name for field in fields(Scene)} - {"camera", "render", "name", "description"}
     return one is other or all(getattr(one, name) == getattr(other, name) for name in names)
-
-
-def _may_be_narrow(material: Material) -> bool:
-    """Whether some part of a surface may scatter light narrowly (FOCUS in shaders/photons.frag)."""
-    is_rough = material.alpha > _WIDEST and material.roughness_texture is None
-    return not material.unlit and max(*material.specular_f0, *material.specular_f90) > 0 and not is_rough
 
 
 def measure(ctx: Any, scene: Scene, settings: RenderSettings, guide: Guide) -> tuple[float, float]:

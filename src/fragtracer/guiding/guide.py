@@ -12,9 +12,8 @@ from fragtracer.guiding.lobes import LOBES, Lobes, fit
 from fragtracer.guiding.photons import Photons, PhotonTracer
 from fragtracer.guiding.targets import targets_of
 from fragtracer.packing import PackedScene, pack
+from fragtracer.packing.digest import program_digest
 from fragtracer.scene import Camera, RenderSettings, Scene
-from fragtracer.scene.content import content_digest
-from fragtracer.shader_composer import shaders_digest
 
 Floats = NDArray[np.float64]
 
@@ -88,15 +87,6 @@ def _photons(ctx: Any, packed: PackedScene, targets: Floats, count: int) -> Phot
     finally:
         tracer.release()
     return found if len(found) else None
-
-
-def program_digest(packed: PackedScene) -> str:
-    """Of all that a program reads, and of the shaders."""
-    parts: list[NDArray[Any] | str] = [part for table in packed.tables.values() for part in table]
-    values = sorted({**packed.uniforms, **packed.flags}.items())
-    movable = sorted(packed.movable.items())  # the environment's rotation among them
-    texts = (repr([(k, np.asarray(v).tolist()) for k, v in values + movable]), repr(sorted(packed.features.items())))
-    return content_digest(*parts, *texts, repr(packed.origin.tolist()), shaders_digest())
 
 
 def _packed(scene: Scene, targets: Floats) -> PackedScene:

@@ -28,6 +28,8 @@ class RenderSettings:
 
     ``guiding`` sends part of the paths where light arrives from few directions, as photons have found before the
     picture begins (docs/sampling.md); "auto" does so where it promises less noise in the same time.
+    ``light_tracing`` traces what surfaces throw narrowly onto others, caustics above all, from the lights to the pixels
+    that see it (docs/sampling.md); "auto" does so where that promises less noise in the same time.
     """
 
     width: Annotated[int, Field(ge=1, le=16384)] = 640
@@ -49,6 +51,7 @@ class RenderSettings:
     background: Literal["environment", "prefiltered", "irradiance", "black"] = "environment"
     background_roughness: Fraction = 0.0
     guiding: Literal["auto", "on", "off"] = "auto"
+    light_tracing: Literal["auto", "on", "off"] = "auto"
 
     def __post_init__(self) -> None:
         if self.multiple_scattering and self.geometry != "smith":

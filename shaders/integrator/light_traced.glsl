@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+// Which light is left to light tracing (light_tracing.frag): that which reaches a surface over at least one other one, of
+// which the first after the light scatters it narrowly, and is seen there by the camera at once, other than narrowly. The
+// path tracer leaves out just that, each share of each path, so that their sum is all light.
+//
+//   camera - receiver - ... - narrow - light
+#include "integrator/vertex.glsl"
+#include "shape/plane.glsl"
+#include "shape/ray.glsl"
+
+#ifndef LIGHT_TRACING
+#define LIGHT_TRACING 0
+#endif
+
+// GGX width up to which a lobe is narrow: of wider ones light sampling finds the light well.
+const float LIGHT_TRACED_WIDEST = 0.3;
+
+// What of the BSDF is narrow, towards wi, without delta lobes, which all are.
+vec3 light_traced_narrow(Vertex vertex, vec3 wi) {
+    return vertex.bsdf.alpha <= LIGHT_TRACED_WIDEST ? 1.0 - vertex_diffuse_share(vertex, wi) : vec3(0.0);
+}
+
+// Whether light is traced from this shape on: a plane is infinite, and has no place to begin with.
+bool light_traced_from(Hit hit) { return hit.primitive >= u_plane_count; }
+
+#if LIGHT_TRACING
+// Of a path's throughput.
+struct LightTraced {
+    vec3 received;  // the share that the first surface does not scatter narrowly
+    vec3 narrow;    // and that which the last one does
+};
+
+LightTraced light_traced_begin() { return LightTraced(vec3(0.0), vec3(0.0)); }
+
+// After scattering event `depth`, from 0, at a vertex on what was `hit`; `passed` surfaces had not scattered before.
+void light_traced_scatter(inout LightTraced traced, Vertex vertex, Hit hit, BsdfSample s, int depth, int passed) {
+    bool is_target = light_traced_from(hit);
+    if (bsdf_is_null(s)) {
+        traced.narrow = is_target ? traced.narrow : vec3(0.0);
+        return;
+    }
+    vec3 narrow = bsdf_is_delta(s) ? vec3(1.0) : light_traced_narrow(vertex, s.wi);
+    if (depth == 0) traced.received = passed == 0 ? 1.0 - narrow : vec3(0.0);
+    traced.narrow = is_target ? narrow : vec3(0.0);
+}
+
+// What is left to the path tracer of light that a ray meets after `depth` scattering events.
+vec3 light_traced_rest(LightTraced traced, int depth) {
+    return depth > 1 ? 1.0 - traced.received * traced.narrow : vec3(1.0);
+}
+
+// The share of light that reaches the next vertex, number `depth`, on what was `hit`, which is left to light tracing if it
+// is scattered narrowly there.
+vec3 light_traced_next(LightTraced traced, Hit hit, int depth) {
+    return depth > 0 && light_traced_from(hit) ? traced.received : vec3(0.0);
+}
+#endif

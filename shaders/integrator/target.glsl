@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+// The shapes that photons of light tracing are sent to, and points on them.
+#include "core/math.glsl"
+#include "core/warp.glsl"
+#include "light/sample.glsl"
+#include "scene/storage.glsl"
+#include "shape/instance.glsl"
+#include "shape/shape.glsl"
+
+uniform int u_target_count;
+uniform highp usampler2D u_targets;  // a row of the alias table over all targets, and the target of that number
+
+struct Target {
+    float threshold;  // of the alias table: below it this one, above the other
+    int other;
+    int record;       // of the shape
+    int instance;     // record of the instance that it is there in, or -1
+    float density;    // of its points, 1/m^2, the probability of this target included
+    int group;        // the object that it is of, by its place among those with targets
+    bool is_culled;   // only its front is met
+};
+Target target_of(uvec4 t0, uvec4 t1) {
+    return Target(uintBitsToFloat(t0.x), int(t0.y), int(t0.z), int(t0.w) - 1, uintBitsToFloat(t1.x), int(t1.y), t1.z != 0u);
+}
+Target target_load(int index) {
+    int height = textureSize(u_targets, 0).y;
+    return target_of(textureLod(u_targets, storage_place(2 * index, height), 0.0),
+        textureLod(u_targets, storage_place(2 * index + 1, height), 0.0));
+}
+
+// By two uniform numbers: the row of the table, and which of its two targets (Walker 1977, An Efficient Method for
+// Generating Discrete Random Variables with General Distributions).
+Target target_choose(float u, float v) {
+    int index = min(int(u * float(u_target_count)), u_target_count - 1);
+    Target target = target_load(index);
+    return target_load(v < target.threshold ? index : target.other);
+}
+
+// A point uniform over the area of a target: the hit of a ray that ends there, and the surface.
+Hit target_point(Target target, vec2 u, out Surface surface) {
+    uvec4 t0 = shape_texel(target.record, 0);
+    uvec4 t1 = shape_texel(target.record, 1);
+    uvec4 t2 = shape_texel(target.record, 2);
+    uint kind = t0.w >> 24u;
+    vec3 a = uintBitsToFloat(t0.xyz);
+    vec2 place = kind == KIND_TRIANGLE ? square_to_triangle(u) : flat_sample(kind, u);
+    vec3 position = a + place.x * (uintBitsToFloat(t1.xyz) - a) + place.y * (uintBitsToFloat(t2.xyz) - a);
+    if (kind == KIND_SPHERE) position = a + uintBitsToFloat(t1.x) * square_to_uniform_sphere(u);
+    Hit hit = Hit(0.0, target.record, place, target.instance);
+    surface = surface_at(Ray(position, vec3(0.0, 0.0, 1.0)), hit);
+    return hit;
+}

@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: MIT
+// Light tracing (Arvo 1986, Backward Ray Tracing; Veach 1997, section 8.2): one photon for each fragment, whose light one
+// pixel sees. It is the light that the path tracer leaves out (integrator/light_traced.glsl): caustics, above all.
+//
+// A photon begins at the first surface that it meets, and not at the light, so that every kind of light serves as it is:
+// a point of a target, which is a shape that may scatter narrowly, is drawn by area, and a light sample there is the photon
+// that arrives. Of all vertices that the camera may see, one is drawn by what it brings if nothing occludes it, so that one
+// ray decides (resampled importance sampling: Talbot et al. 2005, Importance Resampling for Global Illumination).
+#include "core/constants.glsl"
+#include "sampler/sampler.glsl"
+#include "film/pixel_filter.glsl"
+#include "bsdf/bsdf.glsl"
+#include "scene/storage.glsl"
+#include "texture/texture.glsl"
+#include "shape/intersect.glsl"
+#include "camera/view.glsl"
+#include "material/material.glsl"
+#include "light/light.glsl"
+#include "integrator/direct.glsl"
+#include "integrator/interior.glsl"
+#include "integrator/light_traced.glsl"
+#include "integrator/target.glsl"
+#include "integrator/vertex.glsl"
+
+// rgb: the mean over photons is what the pixel has of this light; a: the number of the pixel, row by row from the lowest, or
+// below 0 where nothing is seen.
+layout(location = 0) out vec4 out_splat;
+layout(location = 1) out vec4 out_target;  // r: the group of its target, g: 1 if the driver has ended a loop before its time
+
+uniform int u_bounces;
+uniform int u_photon_pass;  // whose photons are drawn
+uniform int u_photon_width; // of a row of them
+
+const int MOST_PASSED = 16;  // surfaces that do not scatter, and scattering events
+
+vec4 photon_random(uint number, int use, out float u) {
+    return sampler_vec4(ivec2(u_photon_pass, 0), number, dimension_photon(use), u);
+}
+
+// A photon on its way: at a surface, which it has reached from `towards_light`.
+struct Photon {
+    Hit hit;
+    Surface surface;
+    Material material;
+    vec3 towards_light;  // unit
+    vec3 flux;           // W / W of the density of the target
+    ivec4 inside;        // the dielectrics that it has come through last
+    int band;
+    int events;          // that have scattered it
+    uint seed;
+};
+
+// The vertex at which light goes on to or comes from `direction`, a unit vector away from the surface, which lies inside of
+// some dielectrics.
+Vertex photon_vertex(Photon photon, vec3 direction, ivec4 inside) {
+    Vertex vertex = vertex_at(photon.surface, photon.material, -direction, photon.seed);
+    interior_set_vertex(vertex, photon.material, dot(photon.surface.normal, direction) >= 0.0, inside, photon.band);
+    return vertex;
+}
+
+// Flux scattered over flux received where f |cos_i| towards the light, for a path that comes from `vertex.wo`, is `value`.
+vec3 photon_transfer(Photon photon, Vertex vertex, vec3 value, vec3 wi) {
+    return value * vertex_shading_factor(vertex, wi) / max(abs(dot(photon.surface.normal, photon.towards_light)), 1e-6);
+}
+
+const vec4 UNSEEN = vec4(0.0, 0.0, 0.0, -1.0);
+
+// out_splat of a photon; `group` is that of its target.
+vec4 photon_trace(uint number, out int group) {
+    float rr_sample;
+    vec4 u = photon_random(number, 0, rr_sample);
+    vec4 v = photon_random(number, 1, rr_sample);
+    float chosen;
+    vec4 w = photon_random(number, 2, chosen);
+
+    Target target = target_choose(u.x, w.x);
+    group = target.group;
+    Photon photon;
+    photon.hit = target_point(target, u.yz, photon.surface);
+    photon.seed = hash_uint(floatBitsToUint(rr_sample) ^ hash_uint(number));
+    float opacity = 1.0;
+#if HAS_ALPHA
+    opacity = material_opacity(photon.surface);
+#endif
+    material_choose(photon.surface, photon.seed);
+    photon.material = material_at(photon.surface);
+    photon.inside = ivec4(0);
+    photon.band = BAND_NONE;
+    photon.events = 0;
+
+    LightSample light = light_sample(photon.surface.position, v.xy);
+    photon.towards_light = light.wi;
+    float cosine = dot(photon.surface.normal, light.wi);
+    bool is_met = light.pdf > 0.0 && photon.material.unlit == 0 && (cosine > 0.0 || (cosine < 0.0 && !target.is_culled));
+    Vertex vertex = photon_vertex(photon, light.wi, ivec4(0));
+    // What has an inside is lit from outside: no light is within (light_tracing/decision.py).
+    is_met = is_met && (cosine > 0.0 || photon.material.bsdf != BSDF_DIELECTRIC);
+    is_met = is_met && !is_occluded(Ray(vertex.origin, light.wi), light.distance, light.primitive, hash_uint(photon.seed));
+    if (!is_met) return UNSEEN;
+    photon.flux = light.radiance * (opacity * abs(cosine) / (light.pdf * target.density));
+
+    // The vertex that is seen, if nothing is between, and the sum of what all that might be bring.
+    vec3 seen = vec3(0.0);
+    float brought = 0.0;
+    CameraView view;
+    float distance_seen = 0.0;
+    vec3 throughput = vec3(1.0);
+    int turn = 0;
+    bool goes_on;
+    do {
+        u = photon_random(number, 3 + turn, rr_sample);
+        photon.seed = hash_uint(photon.seed);
+        int band = interior_band(photon.material, photon.band, hash_to_unit(hash_uint(photon.seed ^ 0x68bc21ebu)));
+        photon.flux *= interior_band_color(photon.band, band);
+        photon.band = band;
+        vertex = photon_vertex(photon, photon.towards_light, photon.inside);
+
+        // Seen by the camera, which is inside of nothing.
+        CameraView here = camera_view(photon.surface.position, v.zw);
+        vec3 to_camera = -here.direction;
+        float cos_camera = dot(photon.surface.normal, to_camera);
+        bool is_behind = (cos_camera > 0.0) != (dot(photon.surface.normal, photon.towards_light) > 0.0);
+        ivec4 inside = is_behind ? vertex.beyond : vertex.inside;
+        Vertex receiver = photon_vertex(photon, to_camera, inside);
+        vec3 wi = frame_to_local(receiver.frame, photon.towards_light);
+        vec3 value = vertex_eval_pdf(receiver, wi).rgb * (1.0 - light_traced_narrow(receiver, wi));
+        vec3 brings = photon.flux * photon_transfer(photon, receiver, value, wi) * (abs(cos_camera) * here.weight);
+        bool sees = photon.events > 0 && here.weight > 0.0 && interior_of(inside) == 0 && brings == brings;
+        float worth = sees ? luminance(brings) : 0.0;
+        brought += worth;
+        if (worth > 0.0 && chosen * brought < worth) {
+            seen = brings / worth;
+            view = here;
+            view.distance = dot(receiver.origin - here.origin, here.direction);
+            chosen = chosen * brought / worth;
+        } else if (worth > 0.0) {
+            chosen = (chosen * brought - worth) / (brought - worth);
+        }
+
+        // On in a direction that is sampled as if the light was the viewer, with the value of a path that comes from there.
+        BsdfSample s = bsdf_sample(vertex.bsdf, vertex.wo, u.xy);
+        vec3 direction = frame_to_world(vertex.frame, s.wi);
+        ivec4 beyond = interior_behind_vertex(vertex, s.wi);
+        Vertex from = photon_vertex(photon, direction, beyond);
+        wi = frame_to_local(from.frame, photon.towards_light);
+        vec3 narrow = vec3(1.0);
+        if (bsdf_is_delta(s)) {
+            value = s.weight * (square(s.eta) * vertex.wo.z / max(abs(s.wi.z), 1e-6));
+        } else {
+            value = vertex_eval_pdf(from, wi).rgb / s.pdf;
+            narrow = light_traced_narrow(from, wi);
+        }
+        vec3 factor = photon_transfer(photon, from, value, wi) * abs(dot(photon.surface.normal, direction));
+        if (!light_traced_from(photon.hit)) narrow = vec3(0.0);
+        if (photon.events == 0 && !bsdf_is_null(s)) factor *= narrow;
+        photon.events += bsdf_is_null(s) ? 0 : 1;
+
+        // Russian roulette by the share of the light that is left.
+        throughput *= factor;
+        float survival = photon.events > 1 ? min(0.95, sqrt(max_component(throughput))) : 1.0;
+        goes_on = s.pdf > 0.0 && max_component(factor) > 0.0 && photon.events < u_bounces && turn < MOST_PASSED && rr_sample < survival;
+        photon.flux *= factor / survival;
+
+        Ray ray = Ray(vertex_origin(vertex, s.wi), direction);
+        photon.inside = beyond;
+        photon.hit = closest_hit(ray, photon.seed);
+        goes_on = goes_on && photon.hit.primitive != NO_PRIMITIVE;
+        photon.flux *= interior_transmittance(beyond, photon.hit.distance);
+        photon.surface = surface_at(ray, photon.hit);
+        material_choose(photon.surface, photon.seed);
+        photon.material = material_at(photon.surface);
+        photon.towards_light = -direction;
+        goes_on = goes_on && photon.material.unlit == 0;
+        turn++;
+    } while (goes_on);
+
+    if (brought <= 0.0) return UNSEEN;
+    vec2 size = floor(1.0 / u_inverse_image_size + 0.5);
+    vec3 pixel = pixel_filter_pixel(view.position, w.yz);
+    if (any(lessThan(pixel.xy, vec2(0.0))) || any(greaterThanEqual(pixel.xy, size))) return UNSEEN;
+    if (is_occluded(Ray(view.origin, view.direction), view.distance, NO_PRIMITIVE, hash_uint(~photon.seed))) return UNSEEN;
+    return vec4(seen * (brought * pixel.z), pixel.y * size.x + pixel.x);
+}
+
+void main() {
+    uvec2 texel = uvec2(gl_FragCoord.xy);
+    int group;
+    out_splat = photon_trace(texel.y * uint(u_photon_width) + texel.x, group);
+    out_target = vec4(float(group), float(traversal_was_cut), 0.0, 0.0);
+}

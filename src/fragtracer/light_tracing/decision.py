@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: MIT
+"""Whether some of the light of a scene is traced from the lights, and why."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fragtracer.cache import cached
+from fragtracer.gpu.film import Film
+from fragtracer.gpu.specialise import Level
+from fragtracer.gpu.tracer import Tracer, TracerProgram
+from fragtracer.guiding import may_be_narrow
+from fragtracer.light_tracing.targets import Targets, targets_of
+from fragtracer.light_tracing.tracer import PHOTONS, LightTracer, Sums
+from fragtracer.packing import PackedScene, matte_names, pack
+from fragtracer.packing.digest import program_digest
+from fragtracer.sampling.pixels import bright
+from fragtracer.scene import SHAPES, Plane, RenderSettings, Scene
+from fragtracer.scene.interiors import has_media, solids
+
+Floats = NDArray[np.float64]
+
+PHOTONS_PER_SAMPLE = 1 / 8  # of the path tracer; the best number is between a 10th and a 3rd (docs/sampling.md)
+DEFINES = {"LIGHT_TRACING": 1}  # of a program that leaves that light out
+
+_VERSION = 1  # of the measurement
+_LEAST_SAMPLES = 2**24  # of a picture; to trace them takes about as long as the measurement
+_COST = 1.05 + 1.5 * PHOTONS_PER_SAMPLE  # of a sample with its photons over one without
+_MARGIN = 1.15  # by which the gain must exceed that
+_WIDTH = 96  # of the measurement
+_SAMPLES = (64, 256)  # of it in all, the second where light tracing seems to pay
+_PASSES = 4
+
+
+@dataclass(frozen=True)
+class Decision:
+    """Whether there is light tracing, and why."""
+
+    is_on: bool
+    reason: str
+
+
+def decide(ctx: Any, scene: Scene, settings: RenderSettings) -> Decision:
+    """Whether some light of ``scene`` is traced from the lights with ``settings``, measured on ``ctx`` if need be."""
+    if settings.light_tracing == "off":
+        return Decision(False, "off: as asked for")
+    if reason := _impossible(scene, settings):
+        return Decision(False, f"off: {reason}")
+    if settings.light_tracing == "on":
+        return Decision(True, "on: as asked for")
+    if settings.spp * settings.width * settings.height < _LEAST_SAMPLES:
+        return Decision(False, f"off: to trace the {settings.spp} samples per pixel takes less time than to measure")
+    gain = measure(ctx, scene, settings)
+    if gain < _MARGIN * _COST:
+        return Decision(False, f"off: the variance would fall by {gain:.2f}, the time of a sample rise by {_COST:.2f}")
+    return Decision(True, f"on: the variance falls by {gain:.2f}, the time of a sample rises by {_COST:.2f}")
+
+
+def decides(settings: RenderSettings) -> RenderSettings:
+    """``settings`` without what makes no difference to the decision."""
+    return replace(settings, seed=0, rays=1, adaptive="off", guiding="off")
+
+
+def narrow_materials(scene: Scene) -> list[int]:
+    """The numbers of the materials that may scatter narrowly (shaders/integrator/light_traced.glsl)."""
+    narrow = {name for name, material in scene.materials.items() if may_be_narrow(material)}
+    names = enumerate(matte_names(scene)[1])
+    return [i for i, name in names if name in scene.materials and not narrow.isdisjoint(scene.blended(name))]
+
+
+def _impossible(scene: Scene, settings: RenderSettings) -> str:
+    """Why no light can be traced; empty if some can."""
+    if settings.integrator != "path":
+        return f"the integrator is {settings.integrator}"
+    if settings.bounces < 2:
+        return "paths of one bounce meet no light that others reflect"
+    if not any(may_be_narrow(material) for material in scene.materials.values()):
+        return "no surface reflects light narrowly onto another"
+    if has_media(scene):
+        return "there is a medium"
+    inside = list(solids(scene))
+    if any(solid.contains(scene.camera.position) for solid in inside):
+        return "the camera is inside of a dielectric"
+    if any(solid.contains(place) for solid in inside for place in _light_places(scene)):
+        return "a light is inside of a dielectric"
+    if (scene.environment or scene.directional_lights) and any(isinstance(solid.shape, Plane) for solid in inside):
+        return "light from afar is inside of a dielectric"
+    return ""
+
+
+def _light_places(scene: Scene) -> Iterator[ArrayLike]:
+    """A point of each light that is somewhere."""
+    for light in (*scene.lights, *scene.spot_lights):
+        yield light.position
+    glowing = {name for name, material in scene.materials.items() if material.is_emissive}
+    for shape in (shape for kind in SHAPES if kind != "planes" for shape in getattr(scene, kind)):
+        if shape.material in glowing:
+            yield np.mean(shape.bounds, axis=0)
+    for mesh in scene.meshes:
+        for matrix, part in mesh.placed():
+            if mesh.material_of(part) in glowing and len(part.geometry.triangles):
+                corners = part.geometry.positions[part.geometry.triangles[0]]
+                yield matrix[:3, :3] @ corners.mean(axis=0) + matrix[:3, 3]
+
+
+def measure(ctx: Any, scene: Scene, settings: RenderSettings) -> float:
+    """By how much light tracing lowers the relative variance of ``scene`` at equal samples, mean over the pixels.
+
+    Both variances come from a small picture. Few samples show less of the rare and bright paths that light tracing
+    saves, so that the gain is rather larger.
+    """
+    size = (_WIDTH, max(1, round(_WIDTH * settings.height / settings.width)))
+    packed = pack(scene, settings, *size)
+    targets = targets_of(packed, narrow_materials(scene))
+    if not len(targets):
+        return 1.0
+    key = f"{_VERSION}-{program_digest(packed)}-{size}"
+    found = cached("light-tracing", key, lambda: {"gain": np.asarray(_measured(ctx, packed, targets, size))})
+    return float(found["gain"])
+
+
+def _measured(ctx: Any, packed: PackedScene, targets: Targets, size: tuple[int, int]) -> float:
+    light = LightTracer(ctx)
+    try:
+        light.load(packed, targets, size, Level.KINDS)
+        sums = Sums.none(size)
+        for number in range(_PASSES):
+            sums = sums.with_pass(light.trace(number))
+    finally:
+        light.release()
+    if not sums.total.any():
+        return 1.0
+    photons = PHOTONS * _PASSES
+    traced = sums.total / photons
+    # Of one photon for each pixel.
+    noise = sums.squares / photons / (size[0] * size[1])
+    films = [Film(ctx, *size) for _ in range(2)]
+    tracers: list[Tracer] = []
+    try:
+        for defines in ({}, DEFINES):
+            tracers.append(Tracer(ctx, packed, TracerProgram(defines=defines, level=Level.KINDS)))
+        gain = 1.0
+        for before, samples in pairwise((0, *_SAMPLES)):
+            pixels = []
+            for tracer, film in zip(tracers, films, strict=True):
+                for _ in tracer.bands(film, samples - before):
+                    pass
+                pixels.append(film.read())
+            full, rest = (np.square(p.standard_error().astype(np.float64)).mean(axis=2) * samples for p in pixels)
+            brightness = bright((pixels[1].mean[..., :3] + traced).astype(np.float32))
+            weight = 1 / np.maximum(brightness, 1e-30) ** 2
+            both = (rest + noise.mean(axis=2) / PHOTONS_PER_SAMPLE) * weight
+            gain = float((full * weight).mean() / max(both.mean(), 1e-30))
+            if gain < _MARGIN * _COST:
+                break
+    finally:
+        for held in (*tracers, *films):
+            held.release()
+    return gain

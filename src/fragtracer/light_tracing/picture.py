@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: MIT
+"""The light of a picture that is traced from the lights, beside the film of its paths."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fragtracer.gpu.specialise import Level
+from fragtracer.light_tracing.decision import PHOTONS_PER_SAMPLE, narrow_materials
+from fragtracer.light_tracing.targets import targets_of
+from fragtracer.light_tracing.tracer import PHOTONS, LightTracer, Sums
+from fragtracer.packing import PackedScene
+from fragtracer.sampling.pixels import Pixels
+from fragtracer.scene import Scene
+
+
+class LightTracing:
+    """Photons for a picture of ``size``; release it.
+
+    How many there are depends on the samples of a pixel alone, and not on how they are cut into passes.
+    """
+
+    def __init__(self, ctx: Any, size: tuple[int, int]) -> None:
+        self._size = size
+        self._tracer = LightTracer(ctx)
+        self._has_targets = False
+        self.clear()
+
+    def load(self, packed: PackedScene, scene: Scene, level: Level, root: Path | None = None) -> None:
+        """Take over ``scene`` as it is ``packed``; forgets all photons.
+
+        Raises :class:`ShaderError` if the program does not compile.
+        """
+        targets = targets_of(packed, narrow_materials(scene))
+        self._has_targets = len(targets) > 0
+        if self._has_targets:
+            self._tracer.load(packed, targets, self._size, level, root)
+        self.clear()
+
+    def clear(self, seed: int | None = None) -> None:
+        """Forget all photons; trace others from now on if there is another ``seed``."""
+        self._sums = Sums.none(self._size)
+        if seed is not None and self._has_targets:
+            self._tracer.seed(seed)
+
+    def advance(self, spp: int) -> None:
+        """Trace the photons of a picture with ``spp`` samples of each pixel.
+
+        Raises :class:`DeviceError` if the driver ended their ways before their time.
+        """
+        if not self._has_targets:
+            return
+        width, height = self._size
+        pairs = -(-spp * width * height * PHOTONS_PER_SAMPLE // (2 * PHOTONS))
+        while self._sums.passes < 2 * pairs:
+            self._sums = self._sums.with_pass(self._tracer.trace(self._sums.passes))
+
+    def added_to(self, pixels: Pixels) -> Pixels:
+        """``pixels`` of the paths, with the light of the photons; the standard error is that of both."""
+        if not self._sums.passes:
+            return pixels
+        photons = self._sums.passes * PHOTONS
+        count = pixels.mean[..., 3:].astype(np.float64)
+        light = self._sums.total / photons
+        mean, variance = pixels.mean.copy(), pixels.variance.copy()
+        mean[..., :3] += light
+        variance[..., :3] += self._sums.squares / photons**2 * np.maximum(count - 1, 0)
+        # As of samples in two streams, of which one may have one more (Pixels.centred_half_difference).
+        half = pixels.half_difference + self._sums.difference / photons + light * (count % 2) / np.maximum(count, 1)
+        return Pixels(mean, variance, half.astype(np.float32))
+
+    def state(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+        """All that :meth:`restore` needs to go on with the same bits."""
+        arrays = {f"light.{name}": getattr(self._sums, name) for name in ("total", "squares", "difference")}
+        return {"light_passes": self._sums.passes}, arrays
+
+    def restore(self, state: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> None:
+        """Go on from what :meth:`state` has returned for a picture of this size; raises KeyError where it is not."""
+        sums = (arrays[f"light.{name}"] for name in ("total", "squares", "difference"))
+        self._sums = Sums(*sums, state["light_passes"])
+
+    @property
+    def gpu_bytes(self) -> int:
+        """Size of what is held on the GPU, without the program."""
+        return self._tracer.gpu_bytes if self._has_targets else 0
+
+    def release(self) -> None:
+        self._tracer.release()

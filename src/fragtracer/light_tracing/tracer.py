@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: MIT
+"""The light that shaders/light_tracing.frag sends to pixels, summed up."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fragtracer.errors import DeviceError
+from fragtracer.gpu.program import FullscreenProgram
+from fragtracer.gpu.specialise import Level, specialise
+from fragtracer.gpu.textures import UNITS, SceneTextures, folded_textures
+from fragtracer.gpu.tracer import upload_random_texture
+from fragtracer.light_tracing.targets import Targets
+from fragtracer.packing import PackedScene
+from fragtracer.resources import folder
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+# Photons of a pass. All draws have the same size, for llvmpipe compiles a program anew for textures of another.
+_SIZE = (512, 128)
+PHOTONS = _SIZE[0] * _SIZE[1]
+_TARGETS_UNIT = UNITS["u_film_mean"]  # there is no film here
+_PILOT = 2**30  # the number of the pass that says to which targets photons go
+_EVEN = 0.1  # of the photons go to all objects alike
+
+
+@dataclass(frozen=True)
+class Splats:
+    """Photons that are seen: the ``pixel`` (n,) of each, row by row from the top, its ``radiance`` (n, 3) there, and
+    the ``group`` (n,) of targets that it was sent to."""
+
+    pixel: Ints
+    radiance: Floats
+    group: Ints
+
+
+@dataclass(frozen=True, eq=False)
+class Sums:
+    """Of the radiance of photons, (height, width, 3), row 0 at the top: ``total``, ``squares``, and ``difference``, in
+    which those of every second pass count negatively; and the number of ``passes``."""
+
+    total: Floats
+    squares: Floats
+    difference: Floats
+    passes: int
+
+    @staticmethod
+    def none(size: tuple[int, int]) -> "Sums":
+        """Of a picture of ``size``, (width, height)."""
+        width, height = size
+        return Sums(*(np.zeros((height, width, 3)) for _ in range(3)), 0)
+
+    def with_pass(self, splats: Splats) -> "Sums":
+        """With the splats of the next pass."""
+        shape = self.total.shape
+        total, squares = (
+            np.stack([np.bincount(splats.pixel, some, shape[0] * shape[1]) for some in values.T], axis=1).reshape(shape)
+            for values in (splats.radiance, splats.radiance**2)
+        )
+        sign = 1 - 2 * (self.passes % 2)
+        return Sums(self.total + total, self.squares + squares, self.difference + sign * total, self.passes + 1)
+
+
+class LightTracer:
+    """Sends photons to the targets of a scene; release it."""
+
+    def __init__(self, ctx: Any) -> None:
+        self._ctx = ctx
+        self._key: object = None
+        self._program: FullscreenProgram | None = None
+        self._textures = SceneTextures(ctx)
+        self._table: Any = None
+        self._random = upload_random_texture(ctx)
+        self._found = [ctx.texture(_SIZE, 4, dtype="f4") for _ in range(2)]
+        bound_before = ctx.detect_framebuffer()
+        self._framebuffer = ctx.framebuffer(self._found)
+        bound_before.use()
+
+    def load(
+        self, packed: PackedScene, targets: Targets, size: tuple[int, int], level: Level, root: Path | None = None
+    ) -> None:
+        """Take over ``packed``, for a picture of ``size``, and its ``targets``, at least one; compiles only if the
+        program is another one.
+
+        More photons go to objects from which more light is seen.
+
+        Raises :class:`ShaderError` if the program does not compile.
+        """
+        self._size = size
+        specialisation = specialise(packed, level)
+        key = root, dict(packed.features), specialisation.key
+        if self._program is None or key != self._key:
+            if self._program is not None:
+                self._program.release()
+            self._program = FullscreenProgram(
+                self._ctx,
+                root or folder("shaders"),
+                "light_tracing.frag",
+                text_pass=specialisation.apply,
+                optional=packed.features,
+            )
+            self._key = key
+        self._textures.load(packed.tables)
+        uniforms: dict[str, Any] = {**UNITS, **packed.all_uniforms, "u_targets": _TARGETS_UNIT, "u_seed": 0}
+        uniforms |= {"u_target_count": len(targets), "u_photon_width": _SIZE[0]}
+        self._program.set({name: value for name, value in uniforms.items() if name in self._program.declared})
+        self._share(targets, np.full(targets.groups, 1 / targets.groups))
+        found = self.trace(_PILOT)
+        seen = np.sqrt(np.bincount(found.group, found.radiance.mean(axis=1), targets.groups))
+        if seen.any():
+            self._share(targets, (1 - _EVEN) * seen / seen.sum() + _EVEN / targets.groups)
+        self.seed(packed.uniforms["u_seed"])
+
+    def seed(self, seed: int) -> None:
+        """Trace other photons."""
+        assert self._program is not None
+        self._program.set({"u_seed": seed})
+
+    def _share(self, targets: Targets, share: Floats) -> None:
+        if self._table is not None:
+            self._table.release()
+        table = {"u_targets": (targets.texels(share),)}
+        self._table = folded_textures(self._ctx, table, table)["u_targets"]
+
+    def trace(self, number: int) -> Splats:
+        """Pass ``number``, of :data:`PHOTONS` photons.
+
+        Raises :class:`DeviceError` if the driver ended their ways before their time.
+        """
+        assert self._program is not None
+        bound_before = self._ctx.detect_framebuffer()
+        self._framebuffer.use()
+        self._random.use(UNITS["u_random_texture"])
+        self._textures.use()
+        self._table.use(_TARGETS_UNIT)
+        self._program.set({"u_photon_pass": number})
+        self._program.draw()
+        splat, target = (np.frombuffer(texture.read(), np.float32).reshape(-1, 4) for texture in self._found)
+        bound_before.use()
+        if target[:, 1].any():
+            raise DeviceError("the driver ended the ways of photons early; render with fewer bounces")
+        there = np.flatnonzero(splat[:, 3] >= 0)
+        width, height = self._size
+        row, column = np.divmod(splat[there, 3].astype(np.int64), width)
+        radiance = splat[there, :3].astype(np.float64)
+        return Splats((height - 1 - row) * width + column, radiance, target[there, 0].astype(np.int64))
+
+    @property
+    def gpu_bytes(self) -> int:
+        """Size of what is held on the GPU, without the program."""
+        points = self._random.width * self._random.height * self._random.depth
+        return 16 * (points + 2 * PHOTONS) + self._textures.gpu_bytes + (self._table.width * self._table.height * 16)
+
+    def release(self) -> None:
+        self._framebuffer.release()
+        for texture in (*self._found, self._random, *([self._table] if self._table else ())):
+            texture.release()
+        self._textures.release()
+        if self._program is not None:
+            self._program.release()
