@@ -91,7 +91,8 @@ vec4 photon_trace(uint number, out int group) {
     LightSample light = light_sample(photon.surface.position, v.xy);
     photon.towards_light = light.wi;
     float cosine = dot(photon.surface.normal, light.wi);
-    bool is_met = light.pdf > 0.0 && photon.material.unlit == 0 && (cosine > 0.0 || (cosine < 0.0 && !target.is_culled));
+    bool is_met = light_traced_is_wanted(light) && light.pdf > 0.0 && photon.material.unlit == 0;
+    is_met = is_met && (cosine > 0.0 || (cosine < 0.0 && !target.is_culled));
     Vertex vertex = photon_vertex(photon, light.wi, ivec4(0));
     // What has an inside is lit from outside: no light is within (light_tracing/decision.py).
     is_met = is_met && (cosine > 0.0 || photon.material.bsdf != BSDF_DIELECTRIC);

@@ -27,8 +27,8 @@ vec3 escaped_background(vec3 direction) {
 #endif
 }
 
-// Radiance from infinitely far away, weighed against light samples of the vertex before, which is number depth - 1; of that
-// of lights `rest` is left by light tracing.
+// Radiance from infinitely far away, weighed against light samples of the vertex before, which is number depth - 1; of the
+// sun `rest` is left by light tracing.
 vec3 escaped_radiance(vec3 direction, int depth, float pdf, bool certain, vec3 rest) {
     vec3 radiance = vec3(0.0);
     if (max_component(u_ambient_radiance) > 0.0) radiance += u_ambient_radiance * direct_emission_weight(pdf, 0.0, certain);
@@ -37,7 +37,7 @@ vec3 escaped_radiance(vec3 direction, int depth, float pdf, bool certain, vec3 r
 #endif
 #if HAS_ENVIRONMENT
     vec4 environment = environment_radiance_pdf(direction);
-    radiance += rest * environment.rgb * direct_emission_weight(pdf, environment.a * u_environment_probability, certain);
+    radiance += environment.rgb * direct_emission_weight(pdf, environment.a * u_environment_probability, certain);
 #endif
 #if HAS_SUN
     SunLight sun = sun_light_load(0);

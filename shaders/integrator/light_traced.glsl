@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Which light is left to light tracing (light_tracing.frag): that which reaches a surface over at least one other one, of
 // which the first after the light scatters it narrowly, and is seen there by the camera at once, other than narrowly. The
-// path tracer leaves out just that, each share of each path, so that their sum is all light.
+// path tracer leaves out just that, each share of each path, so that their sum is all light. The environment, and ambient
+// light, it finds well by itself.
 //
 //   camera - receiver - ... - narrow - light
 #include "integrator/vertex.glsl"
+#include "light/sample.glsl"
 #include "shape/plane.glsl"
 #include "shape/ray.glsl"
 
@@ -22,6 +24,9 @@ vec3 light_traced_narrow(Vertex vertex, vec3 wi) {
 
 // Whether light is traced from this shape on: a plane is infinite, and has no place to begin with.
 bool light_traced_from(Hit hit) { return hit.primitive >= u_plane_count; }
+
+// Whether a light is one whose light is traced.
+bool light_traced_is_wanted(LightSample light) { return light.primitive != PRIMITIVE_AROUND; }
 
 #if LIGHT_TRACING
 // Of a path's throughput.

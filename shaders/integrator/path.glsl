@@ -79,6 +79,15 @@ vec3 path_rest(Path path) {
 #endif
 }
 
+// Whether guiding finds light of the path that light tracing does not.
+bool path_is_guided(Path path) {
+#if LIGHT_TRACING
+    return path.depth > 0 && max_component(path.traced.received) < 0.5;
+#else
+    return true;
+#endif
+}
+
 // What a path sees whose ray escapes.
 vec3 path_escaped_radiance(Path path) {
     return path.throughput * escaped_radiance(path.ray.direction, path.depth, path.pdf, path.certain, path_rest(path));
@@ -205,7 +214,7 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
             path.band = band;
             interior_set_vertex(vertex, material, cos_theta >= 0.0, path.inside, band);
         }
-        vertex_guide(vertex, path.depth + 1 < u_bounces);
+        vertex_guide(vertex, path.depth + 1 < u_bounces && path_is_guided(path));
         vec3 throughput = path.throughput;
 #if HAS_MEDIA
         if (flight.scatters) throughput = lit_throughput / survival;

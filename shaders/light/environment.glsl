@@ -109,7 +109,7 @@ LightSample environment_light_sample(vec2 u) {
     float s = u_environment_rotation.y;
     vec3 wi = vec3(c * local.x + s * local.z, local.y, c * local.z - s * local.x);
     float pdf = environment_density(found.a, cos_sin_theta.y);
-    return LightSample(wi, INFINITE_DISTANCE, found.rgb * u_environment_scale, pdf, false, NO_PRIMITIVE);
+    return LightSample(wi, INFINITE_DISTANCE, found.rgb * u_environment_scale, pdf, false, PRIMITIVE_AROUND);
 }
 
 #endif

@@ -118,7 +118,7 @@ class Renderer:
         level = Level.SCENE if moves else Level.VIEW
         self._level = level if (is_soft if specialised is None else specialised) else Level.NOTHING
         self._defines, self._name, self._shaders = dict(defines or {}), program, shaders
-        self._guiding: tuple[Scene, RenderSettings, Decision] | None = None
+        self._guiding: tuple[Scene, RenderSettings, light_tracing.Decision, Decision] | None = None
         self._tracing: tuple[Scene, RenderSettings, light_tracing.Decision] | None = None
         self._moves = moves
         self._space: Space | None = None
@@ -526,14 +526,13 @@ class Renderer:
     def _decision(self) -> Decision:
         """Whether this scene is guided, decided anew only where something that matters has changed."""
         settings = decides(self.settings)
-        if settings.guiding == "auto" and self._light_decision().is_on:
-            return Decision(None, "off: light tracing finds what guiding would")
+        traced = self._light_decision()
         if self._guiding is not None:
-            scene, known, decision = self._guiding
-            if known == settings and same_light(scene, self.scene):
+            scene, known, for_traced, decision = self._guiding
+            if known == settings and for_traced == traced and same_light(scene, self.scene):
                 return decision
-        decision = decide(self.context, self.scene, settings)
-        self._guiding = self.scene, settings, decision
+        decision = decide(self.context, self.scene, settings, traced.defines)
+        self._guiding = self.scene, settings, traced, decision
         return decision
 
     def _program(self) -> TracerProgram:
@@ -545,8 +544,7 @@ class Renderer:
                     f"the integrator {self.settings.integrator} knows no parts of the light; use path"
                 )
             defines = {**defines, "LIGHT_PARTS": 1}
-        if self._light_decision().is_on:
-            defines = {**light_tracing.DEFINES, **defines}
+        defines = {**self._light_decision().defines, **defines}
         return TracerProgram(name, defines, self._level, root=self._shaders)
 
     @property

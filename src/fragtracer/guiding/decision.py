@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Whether a scene is guided, and why."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from itertools import pairwise
 from typing import Any
@@ -38,8 +39,11 @@ class Decision:
         return packed if self.guide is None else self.guide.applied(packed)
 
 
-def decide(ctx: Any, scene: Scene, settings: RenderSettings) -> Decision:
-    """Whether and how ``scene`` is guided with ``settings``, by photons traced on ``ctx`` if need be."""
+def decide(
+    ctx: Any, scene: Scene, settings: RenderSettings, defines: Mapping[str, int | str] | None = None
+) -> Decision:
+    """Whether and how ``scene`` is guided with ``settings``, by photons traced on ``ctx`` if need be; ``defines`` are
+    those of the program that is guided."""
     if settings.guiding == "off":
         return Decision(None, "off: as asked for")
     if settings.integrator != "path":
@@ -56,7 +60,7 @@ def decide(ctx: Any, scene: Scene, settings: RenderSettings) -> Decision:
         return nothing
     if settings.guiding == "on":
         return Decision(guide, "on: as asked for")
-    gain, cost = measure(ctx, scene, settings, guide)
+    gain, cost = measure(ctx, scene, settings, guide, defines or {})
     if gain < _MARGIN * cost:
         return Decision(None, f"off: the variance would fall by {gain:.2f}, the time of a sample rise by {cost:.2f}")
     return Decision(guide, f"on: the variance falls by {gain:.2f}, the time of a sample rises by {cost:.2f}")
@@ -79,7 +83,9 @@ def same_light(one: Scene, other: Scene) -> bool:
     return one is other or all(getattr(one, name) == getattr(other, name) for name in names)
 
 
-def measure(ctx: Any, scene: Scene, settings: RenderSettings, guide: Guide) -> tuple[float, float]:
+def measure(
+    ctx: Any, scene: Scene, settings: RenderSettings, guide: Guide, defines: Mapping[str, int | str]
+) -> tuple[float, float]:
     """By how much ``guide`` lowers the relative variance of ``scene``, mean over the pixels, and what a sample costs
     then, 1 being what it costs without.
 
@@ -91,16 +97,16 @@ def measure(ctx: Any, scene: Scene, settings: RenderSettings, guide: Guide) -> t
     size = (_WIDTH, max(1, round(_WIDTH * settings.height / settings.width)))
     plain = pack(scene, settings, *size)
     packed, unguided = guide.applied(plain), guide.without_lobes().applied(plain)
-    key = f"{VERSION}-{program_digest(packed)}"
-    found = cached("guiding-measurement", key, lambda: _measured(ctx, packed, unguided, size))
+    key = f"{VERSION}-{program_digest(packed)}-{sorted(defines.items())}"
+    found = cached("guiding-measurement", key, lambda: _measured(ctx, packed, unguided, size, defines))
     return float(found["gain"]), _RAY_COST * float(found["rays"])
 
 
 def _measured(
-    ctx: Any, packed: PackedScene, unguided: PackedScene, size: tuple[int, int]
+    ctx: Any, packed: PackedScene, unguided: PackedScene, size: tuple[int, int], defines: Mapping[str, int | str]
 ) -> dict[str, NDArray[np.float64]]:
     """The gain, and the mean number of rays of a guided path over that of another."""
-    program = TracerProgram(defines={"GUIDING": "GUIDING_MEASURED"}, level=Level.KINDS)
+    program = TracerProgram(defines={**defines, "GUIDING": "GUIDING_MEASURED"}, level=Level.KINDS)
     films = [Film(ctx, *size), Film(ctx, *size)]
     tracer = Tracer(ctx, unguided, program)
     try:

@@ -25,7 +25,6 @@ from fragtracer.scene.interiors import has_media, solids
 Floats = NDArray[np.float64]
 
 PHOTONS_PER_SAMPLE = 1 / 8  # of the path tracer; the best number is between a 10th and a 3rd (docs/sampling.md)
-DEFINES = {"LIGHT_TRACING": 1}  # of a program that leaves that light out
 
 _VERSION = 1  # of the measurement
 _LEAST_SAMPLES = 2**24  # of a picture; to trace them takes about as long as the measurement
@@ -42,6 +41,11 @@ class Decision:
 
     is_on: bool
     reason: str
+
+    @property
+    def defines(self) -> dict[str, int | str]:
+        """Of the program that traces the paths."""
+        return {"LIGHT_TRACING": 1} if self.is_on else {}
 
 
 def decide(ctx: Any, scene: Scene, settings: RenderSettings) -> Decision:
@@ -94,8 +98,8 @@ def _impossible(scene: Scene, settings: RenderSettings) -> str:
 
 def _light_places(scene: Scene) -> Iterator[ArrayLike]:
     """A point of each light that is somewhere."""
-    for light in (*scene.lights, *scene.spot_lights):
-        yield light.position
+    yield from (light.position for light in scene.lights)
+    yield from (light.position for light in scene.spot_lights)
     glowing = {name for name, material in scene.materials.items() if material.is_emissive}
     for shape in (shape for kind in SHAPES if kind != "planes" for shape in getattr(scene, kind)):
         if shape.material in glowing:
@@ -141,8 +145,8 @@ def _measured(ctx: Any, packed: PackedScene, targets: Targets, size: tuple[int, 
     films = [Film(ctx, *size) for _ in range(2)]
     tracers: list[Tracer] = []
     try:
-        for defines in ({}, DEFINES):
-            tracers.append(Tracer(ctx, packed, TracerProgram(defines=defines, level=Level.KINDS)))
+        for decision in (Decision(False, ""), Decision(True, "")):
+            tracers.append(Tracer(ctx, packed, TracerProgram(defines=decision.defines, level=Level.KINDS)))
         gain = 1.0
         for before, samples in pairwise((0, *_SAMPLES)):
             pixels = []
@@ -158,6 +162,8 @@ def _measured(ctx: Any, packed: PackedScene, targets: Targets, size: tuple[int, 
             if gain < _MARGIN * _COST:
                 break
     finally:
-        for held in (*tracers, *films):
-            held.release()
+        for tracer in tracers:
+            tracer.release()
+        for film in films:
+            film.release()
     return gain

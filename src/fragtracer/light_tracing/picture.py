@@ -79,8 +79,8 @@ class LightTracing:
 
     def restore(self, state: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> None:
         """Go on from what :meth:`state` has returned for a picture of this size; raises KeyError where it is not."""
-        sums = (arrays[f"light.{name}"] for name in ("total", "squares", "difference"))
-        self._sums = Sums(*sums, state["light_passes"])
+        total, squares, difference = (arrays[f"light.{name}"] for name in ("total", "squares", "difference"))
+        self._sums = Sums(total, squares, difference, state["light_passes"])
 
     @property
     def gpu_bytes(self) -> int:

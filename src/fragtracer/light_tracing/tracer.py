@@ -52,7 +52,8 @@ class Sums:
     def none(size: tuple[int, int]) -> "Sums":
         """Of a picture of ``size``, (width, height)."""
         width, height = size
-        return Sums(*(np.zeros((height, width, 3)) for _ in range(3)), 0)
+        total, squares, difference = np.zeros((3, height, width, 3))
+        return Sums(total, squares, difference, 0)
 
     def with_pass(self, splats: Splats) -> "Sums":
         """With the splats of the next pass."""
@@ -153,7 +154,8 @@ class LightTracer:
     def gpu_bytes(self) -> int:
         """Size of what is held on the GPU, without the program."""
         points = self._random.width * self._random.height * self._random.depth
-        return 16 * (points + 2 * PHOTONS) + self._textures.gpu_bytes + (self._table.width * self._table.height * 16)
+        table = self._table.width * self._table.height if self._table else 0
+        return 16 * int(points + 2 * PHOTONS + table) + self._textures.gpu_bytes
 
     def release(self) -> None:
         self._framebuffer.release()
