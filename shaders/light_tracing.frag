@@ -88,7 +88,11 @@ vec4 photon_trace(uint number, out int group) {
     photon.band = BAND_NONE;
     photon.events = 0;
 
-    LightSample light = light_sample(photon.surface.position, v.xy);
+    float wanted = 1.0;  // of the choice among lights, in which the environment is the last
+#if HAS_ENVIRONMENT
+    wanted -= u_environment_probability;
+#endif
+    LightSample light = light_sample(photon.surface.position, vec2(wanted * v.x, v.y));
     photon.towards_light = light.wi;
     float cosine = dot(photon.surface.normal, light.wi);
     bool is_met = light_traced_is_wanted(light) && light.pdf > 0.0 && photon.material.unlit == 0;
@@ -98,7 +102,7 @@ vec4 photon_trace(uint number, out int group) {
     is_met = is_met && (cosine > 0.0 || photon.material.bsdf != BSDF_DIELECTRIC);
     is_met = is_met && !is_occluded(Ray(vertex.origin, light.wi), light.distance, light.primitive, hash_uint(photon.seed));
     if (!is_met) return UNSEEN;
-    photon.flux = light.radiance * (opacity * abs(cosine) / (light.pdf * target.density));
+    photon.flux = light.radiance * (opacity * wanted * abs(cosine) / (light.pdf * target.density));
 
     // The vertex that is seen, if nothing is between, and the sum of what all that might be bring.
     vec3 seen = vec3(0.0);

@@ -91,10 +91,10 @@ def _of_part(words: Words, first: int, materials: Ints) -> Targets:
     carrier = [own]
     for i in instances[np.isin(words[instances, 2, 3], materials)]:
         triangles = below[root[i]]
-        rows = words[i, :3, :3].view(np.float32)
+        matrix: Floats = np.linalg.inv(words[i, :3, :3].view(np.float32)).astype(np.float64)
         record.append(triangles)
         instance.append(np.full(len(triangles), i + first))
-        area.append(_areas(words[triangles], of_kind[triangles], np.linalg.inv(rows.astype(np.float64)).astype(np.float64)))
+        area.append(_areas(words[triangles], of_kind[triangles], matrix))
         carrier.append(np.full(len(triangles), i))
     flags = kind[np.concatenate(carrier)]
     return Targets(
