@@ -111,7 +111,7 @@ void layers_add(inout Film film, ivec2 pixel, uint index, Ray ray, uint seed) {
         throughput *= interior_transmittance(inside, hit.distance);
         bool is_certain = depth <= min(u_bounces, u_russian_roulette_vertex - 1);
 #endif
-        if (is_certain && !is_hit) light += throughput * escaped_radiance(ray.direction, depth, 0.0, true);
+        if (is_certain && !is_hit) light += throughput * escaped_radiance(ray.direction, depth, 0.0, true, vec3(1.0));
         if (is_certain && is_hit && surface.light >= 0 && cos_theta > 0.0) light += throughput * material.emission;
         if (is_certain && is_unlit) light += throughput * material.emission;
         float rr_sample;

@@ -23,7 +23,8 @@
 #include "integrator/vertex.glsl"
 
 // rgb: the mean over photons is what the pixel has of this light; a: the number of the pixel, row by row from the lowest, or
-// below 0 where nothing is seen.
+// -1
+// where nothing is seen, -2 where what is seen is not finite.
 layout(location = 0) out vec4 out_splat;
 layout(location = 1) out vec4 out_target;  // r: the group of its target, g: 1 if the driver has ended a loop before its time
 
@@ -64,6 +65,7 @@ vec3 photon_transfer(Photon photon, Vertex vertex, vec3 value, vec3 wi) {
 }
 
 const vec4 UNSEEN = vec4(0.0, 0.0, 0.0, -1.0);
+const vec4 NOT_FINITE = vec4(0.0, 0.0, 0.0, -2.0);
 
 // out_splat of a photon; `group` is that of its target.
 vec4 photon_trace(uint number, out int group) {
@@ -130,7 +132,7 @@ vec4 photon_trace(uint number, out int group) {
         vec3 wi = frame_to_local(receiver.frame, photon.towards_light);
         vec3 value = vertex_eval_pdf(receiver, wi).rgb * (1.0 - light_traced_narrow(receiver, wi));
         vec3 brings = photon.flux * photon_transfer(photon, receiver, value, wi) * (abs(cos_camera) * here.weight);
-        bool sees = photon.events > 0 && here.weight > 0.0 && interior_of(inside) == 0 && brings == brings;
+        bool sees = photon.events > 0 && here.weight > 0.0 && interior_of(inside) == 0;
         float worth = sees ? luminance(brings) : 0.0;
         brought += worth;
         if (worth > 0.0 && chosen * brought < worth) {
@@ -180,6 +182,7 @@ vec4 photon_trace(uint number, out int group) {
     } while (goes_on);
 
     if (brought <= 0.0) return UNSEEN;
+    if (!is_finite(seen * brought)) return NOT_FINITE;
     vec2 size = floor(1.0 / u_inverse_image_size + 0.5);
     vec3 pixel = pixel_filter_pixel(view.position, w.yz);
     if (any(lessThan(pixel.xy, vec2(0.0))) || any(greaterThanEqual(pixel.xy, size))) return UNSEEN;

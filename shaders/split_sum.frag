@@ -19,7 +19,7 @@ uniform int u_bounces;
 // Radiance along a camera ray.
 vec3 split_sum_radiance(Ray ray, uint seed, ivec2 pixel, uint index) {
     Hit hit = closest_hit(ray, seed);
-    if (hit.primitive == NO_PRIMITIVE) return escaped_radiance(ray.direction, 0, 0.0, true);
+    if (hit.primitive == NO_PRIMITIVE) return escaped_radiance(ray.direction, 0, 0.0, true, vec3(1.0));
     Surface surface = surface_at(ray, hit);
     material_choose(surface, seed);
     Material material = material_at(surface);

@@ -24,6 +24,7 @@ import test_environment_light
 import test_estimators
 import test_furnace
 import test_guiding as test_guided_pictures
+import test_light_tracing
 import test_media
 import test_split_sum
 import test_textured
@@ -31,7 +32,7 @@ from apps.viewer import test_display
 from studio import comparison_with_mitsuba
 
 from fragtracer.gpu.specialise import Level
-from fragtracer.gpu.tracer import _upload_random_texture
+from fragtracer.gpu.tracer import upload_random_texture
 from shaders import (
     test_bsdf_sample,
     test_bsdf_values,
@@ -102,7 +103,7 @@ def weights(material: str) -> Check:
 
 
 def blocks_of_the_random_texture_differ(ctx: Any) -> None:
-    texture = _upload_random_texture(ctx)
+    texture = upload_random_texture(ctx)
     try:
         test_sampler.test_blocks_differ(ctx, texture)
     finally:
@@ -151,6 +152,8 @@ SHADOWS = Check(test_direct_light.test_lights_that_no_ray_meets_cast_shadows, es
 SHEETS = Check(test_textured.test_shadows_of_sheets, sheets=4)
 SPOT = Check(test_light.test_spot, spot=test_light.SPOTS[0], level=Level.NOTHING)
 GUIDED = Check(test_guiding.test_directions_have_the_density_of_the_mixture, name="three-spheres")
+SUNLIT = Check(test_light_tracing.test_photons_bring_what_paths_leave_out, make=test_light_tracing.sunlit, spp=4096)
+TRACED = Check(test_light_tracing.test_photons_bring_what_paths_leave_out, make=test_light_tracing.spheres, spp=4096)
 DENSITY_OF_HIT = Check(test_light.test_density_of_a_sample_is_that_of_its_hit, most_listed=10**6, level=Level.NOTHING)
 TRAVERSAL = Check(test_intersect.test_traversal_finds_what_trying_every_shape_finds, scale=1.0, count=30, culled=False)
 
@@ -166,6 +169,55 @@ class Mutation:
 
 
 MUTATIONS = [
+    Mutation(
+        "light that photons bring found by paths too",
+        "integrator/light_traced.glsl",
+        "depth > 1 ? 1.0 - traced.received * traced.narrow",
+        "depth > 2 ? 1.0 - traced.received * traced.narrow",
+        TRACED,
+    ),
+    Mutation(
+        "photons that arrive at a slant are as strong",
+        "light_tracing.frag",
+        "(opacity * wanted * abs(cosine) /",
+        "(opacity * wanted /",
+        TRACED,
+    ),
+    Mutation(
+        "photons scattered diffusely at first",
+        "light_tracing.frag",
+        "        if (photon.events == 0 && !bsdf_is_null(s)) factor *= narrow;\n",
+        "",
+        TRACED,
+    ),
+    Mutation(
+        "light at a slant from the camera's axis",
+        "camera/view.glsl",
+        "cos_theta * square(cos_theta)",
+        "cos_theta",
+        Check(test_camera.test_views_are_rays_the_other_way_round, name="default", aperture_radius=0.0),
+    ),
+    Mutation(
+        "photons through glass as radiance",
+        "light_tracing.frag",
+        "(square(s.eta) * vertex.wo.z",
+        "(vertex.wo.z",
+        Check(test_light_tracing.test_photons_bring_what_paths_leave_out, make=test_light_tracing.glass, spp=8192),
+    ),
+    Mutation(
+        "photons of the sun for those of the sky",
+        "light_tracing.frag",
+        "(opacity * wanted * abs(cosine) /",
+        "(opacity * abs(cosine) /",
+        SUNLIT,
+    ),
+    Mutation(
+        "the sun met by paths and photons",
+        "integrator/escape.glsl",
+        "radiance += rest * sun.radiance",
+        "radiance += sun.radiance",
+        SUNLIT,
+    ),
     Mutation(
         "one triangle in ten thousand missed",
         "shape/bvh.glsl",

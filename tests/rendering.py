@@ -37,10 +37,10 @@ def batches(
     specialised: bool | None = None,
     **settings: Any,
 ) -> Image:
-    """Independent images, one for each seed, (seeds, height, width, 3); without guiding and adaptive sampling, unless
+    """Independent images, one for each seed, (seeds, height, width, 3); without guiding, light tracing and adaptive sampling, unless
     they are asked for."""
     images = []
-    settings = {"rays": min(spp, CHUNK), "specialised": specialised, "guiding": "off", "adaptive": "off"} | settings
+    settings = {"rays": min(spp, CHUNK), "specialised": specialised, "guiding": "off", "adaptive": "off", "light_tracing": "off"} | settings
     with Renderer(scene, size, context=ctx, **settings) as renderer:
         for seed in seeds:
             renderer.reset(seed=seed)

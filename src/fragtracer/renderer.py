@@ -362,8 +362,9 @@ class Renderer:
         return np.ascontiguousarray(self._read().mean[..., 3])
 
     def non_finite_samples(self) -> int:
-        """How many samples were NaN or infinite; they are left out of the mean."""
-        return int(self._read().variance[..., 3].sum(dtype=np.float64))
+        """How many samples, and photons of light tracing, were NaN or infinite; they are left out of the mean."""
+        photons = 0 if self._light is None else self._light.non_finite
+        return int(self._read().variance[..., 3].sum(dtype=np.float64)) + photons
 
     def aov(self, name: str, previous_camera: Camera | None = None) -> NDArray[np.float32]:
         """A layer of the picture, float32, row 0 at the top; :data:`fragtracer.aov.AOVS` says what each of them is.

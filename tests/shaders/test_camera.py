@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """camera/camera.glsl with the uniforms of packing/camera.py, against a camera built from vectors in float64."""
 
+from dataclasses import replace
+
 import moderngl
 import numpy as np
 import pytest
@@ -104,3 +106,30 @@ def test_pixels_are_the_squares_of_the_image(ctx: moderngl.Context) -> None:
     origin, direction = camera_rays(ctx, camera, size, 2 * (pixel + u[:, :2]) / size - 1, u[:, 2:])
     np.testing.assert_allclose(found["o"] + ORIGIN, origin, atol=1e-6)
     np.testing.assert_allclose(found["d"], direction, atol=1e-6)
+
+
+@pytest.mark.parametrize("aperture_radius", [0.0, 0.4])
+@pytest.mark.parametrize("name", CAMERAS)
+def test_views_are_rays_the_other_way_round(ctx: moderngl.Context, name: str, aperture_radius: float) -> None:
+    """A point on a ray is seen where the ray begins, and fills as much of a pixel as the ray's solid angle says."""
+    camera, size = replace(CAMERAS[name], aperture_radius=aperture_radius), (160, 90)
+    rng = np.random.default_rng(4)
+    ndc, lens = rng.uniform(-1, 1, (1000, 2)).astype(np.float32), rng.random((1000, 2), np.float32)
+    far = rng.uniform(0.5, 2, 1000).astype(np.float32) * camera.focal_distance
+    body = """Ray ray = camera_ray_at(ndc, lens);
+        CameraView view = camera_view(ray.origin + far * ray.direction, lens);
+        place = view.position; distance = view.distance; weight = view.weight; off = view.origin - ray.origin;
+        turn = view.direction - ray.direction; behind = camera_view(ray.origin - far * ray.direction, lens).weight;"""
+    outputs = {"place": 2, "distance": 1, "weight": 1, "off": 3, "turn": 3, "behind": 1}
+    inputs = {"ndc": ndc, "lens": lens, "far": far}
+    uniforms = camera_uniforms(camera, ORIGIN, *size)
+    found = probe(ctx, ["camera/view.glsl"], body, inputs, outputs, uniforms=uniforms)
+    steep = 1 / np.tan(np.radians(camera.fov_degrees) / 2)
+    np.testing.assert_allclose(found["place"], (ndc + 1) / 2 * size, rtol=0, atol=1e-4 * max(1, steep))
+    np.testing.assert_allclose(found["distance"][:, 0], far, rtol=1e-5)
+    assert np.abs(found["off"]).max() < 1e-6
+    assert np.abs(found["turn"]).max() < 1e-5
+    np.testing.assert_array_equal(found["behind"], 0)
+    cosine = camera_rays(ctx, camera, size, ndc, lens)[1] @ axes(camera)[2]
+    solid_angle = (2 / (steep * size[1])) ** 2 * cosine**3
+    np.testing.assert_allclose(found["weight"][:, 0], 1 / (far.astype(np.float64) ** 2 * solid_angle), rtol=2e-5)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fragtracer.gpu.tracer import _upload_random_texture
+from fragtracer.gpu.tracer import upload_random_texture
 from fragtracer.packing.random_texture import LAYERS, WIDTH
 from fragtracer.probe import probe
 
@@ -26,7 +26,7 @@ DIMENSIONS = [0, 1, 2, 5, LAYERS, LAYERS + 1, 0x10000, 0x10001, 0x20000]
 @pytest.fixture(scope="module")
 def random_texture(ctx: moderngl.Context) -> Iterator[moderngl.Texture3D]:
     with ctx:  # not yet current: this is set up before the tests are
-        texture = _upload_random_texture(ctx)
+        texture = upload_random_texture(ctx)
     yield texture
     with ctx:
         texture.release()

@@ -75,12 +75,17 @@ class LightTracing:
     def state(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
         """All that :meth:`restore` needs to go on with the same bits."""
         arrays = {f"light.{name}": getattr(self._sums, name) for name in ("total", "squares", "difference")}
-        return {"light_passes": self._sums.passes}, arrays
+        return {"light_passes": self._sums.passes, "light_non_finite": self._sums.non_finite}, arrays
 
     def restore(self, state: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> None:
         """Go on from what :meth:`state` has returned for a picture of this size; raises KeyError where it is not."""
         total, squares, difference = (arrays[f"light.{name}"] for name in ("total", "squares", "difference"))
-        self._sums = Sums(total, squares, difference, state["light_passes"])
+        self._sums = Sums(total, squares, difference, state["light_passes"], state["light_non_finite"])
+
+    @property
+    def non_finite(self) -> int:
+        """How many photons were NaN or infinite; they are left out."""
+        return self._sums.non_finite
 
     @property
     def gpu_bytes(self) -> int:

@@ -31,29 +31,32 @@ _EVEN = 0.1  # of the photons go to all objects alike
 @dataclass(frozen=True)
 class Splats:
     """Photons that are seen: the ``pixel`` (n,) of each, row by row from the top, its ``radiance`` (n, 3) there, and
-    the ``group`` (n,) of targets that it was sent to."""
+    the ``group`` (n,) of targets that it was sent to. ``non_finite`` are left out, since they are NaN or infinite."""
 
     pixel: Ints
     radiance: Floats
     group: Ints
+    non_finite: int
 
 
 @dataclass(frozen=True, eq=False)
 class Sums:
     """Of the radiance of photons, (height, width, 3), row 0 at the top: ``total``, ``squares``, and ``difference``, in
-    which those of every second pass count negatively; and the number of ``passes``."""
+    which those of every second pass count negatively; the number of ``passes``, and that of photons left out since
+    they were ``non_finite``."""
 
     total: Floats
     squares: Floats
     difference: Floats
     passes: int
+    non_finite: int
 
     @staticmethod
     def none(size: tuple[int, int]) -> "Sums":
         """Of a picture of ``size``, (width, height)."""
         width, height = size
         total, squares, difference = np.zeros((3, height, width, 3))
-        return Sums(total, squares, difference, 0)
+        return Sums(total, squares, difference, 0, 0)
 
     def with_pass(self, splats: Splats) -> "Sums":
         """With the splats of the next pass."""
@@ -63,7 +66,13 @@ class Sums:
             for values in (splats.radiance, splats.radiance**2)
         )
         sign = 1 - 2 * (self.passes % 2)
-        return Sums(self.total + total, self.squares + squares, self.difference + sign * total, self.passes + 1)
+        return Sums(
+            self.total + total,
+            self.squares + squares,
+            self.difference + sign * total,
+            self.passes + 1,
+            self.non_finite + splats.non_finite,
+        )
 
 
 class LightTracer:
@@ -148,7 +157,8 @@ class LightTracer:
         width, height = self._size
         row, column = np.divmod(splat[there, 3].astype(np.int64), width)
         radiance = splat[there, :3].astype(np.float64)
-        return Splats((height - 1 - row) * width + column, radiance, target[there, 0].astype(np.int64))
+        group, non_finite = target[there, 0].astype(np.int64), int((splat[:, 3] < -1).sum())
+        return Splats((height - 1 - row) * width + column, radiance, group, non_finite)
 
     @property
     def gpu_bytes(self) -> int:

@@ -30,6 +30,10 @@ Guiding = Annotated[
     Literal["auto", "on", "off"] | None,
     typer.Option(help="Send paths where photons have found light; auto: where it pays."),
 ]
+LightTracing = Annotated[
+    Literal["auto", "on", "off"] | None,
+    typer.Option(help="Trace caustics from the lights; auto: where it pays."),
+]
 EnvironmentFile = Annotated[
     str | None,
     typer.Option(

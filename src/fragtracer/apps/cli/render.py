@@ -84,6 +84,7 @@ def render(
     sampler: Annotated[Literal["texture", "hash"] | None, typer.Option(help="Source of random numbers.")] = None,
     pixel_filter: Annotated[Literal["box", "tent", "gaussian"] | None, typer.Option()] = None,
     guiding: options.Guiding = None,
+    light_tracing: options.LightTracing = None,
     environment: options.EnvironmentFile = None,
     environment_rotation: options.EnvironmentRotation = None,
     environment_strength: options.EnvironmentStrength = None,
@@ -143,6 +144,7 @@ def render(
         "sampler": sampler,
         "pixel_filter": pixel_filter,
         "guiding": guiding,
+        "light_tracing": light_tracing,
         "integrator": integrator,
     }
     loaded = load(scene, light_models=environment in (None, "none"))
@@ -155,7 +157,7 @@ def render(
     if cluster is not None:
         from fragtracer.apps.cli import on_cluster
 
-        on_cluster.check_options(limits, picture, moves, first_sample)
+        on_cluster.check_options(lit.render, limits, picture, moves, first_sample)
     if moves and first_sample:
         raise FragtracerError("--first-sample is for one picture; leave it out where the camera moves")
     if moves:
@@ -176,6 +178,8 @@ def render(
     else:
         if first_sample:
             _check_parts(lit.render, picture, first_sample)
+        if first_sample is not None and light_tracing is None:
+            lit = options.with_settings(lit, light_tracing="off")  # for films that are to be merged
         with Renderer(lit, first_sample=first_sample or 0, aovs=picture.aovs) as renderer:
             finished = _sample(renderer, limits, keeping and keeping.begin(renderer))
             picture.write(renderer, output)
@@ -196,6 +200,8 @@ def _check_parts(settings: Any, picture: Any, first_sample: int) -> None:
         )
     if settings.adaptive != "off":
         raise FragtracerError("--first-sample needs --no-adaptive: only films that are sampled evenly can be merged")
+    if settings.light_tracing == "on":
+        raise FragtracerError("--first-sample needs --light-tracing off: only films of paths alone can be merged")
     if settings.integrator != "path":
         raise FragtracerError("--first-sample needs --integrator path")
 

@@ -63,11 +63,12 @@ def render_ours(
     pictures: list[NDArray[np.float32]] = []
     non_finite, rendering = 0, 0.0
     begin = time.perf_counter()
-    # Without guiding, as the reference: light that it alone finds, too rare for any batch of the other side, would show
-    # as a difference (docs/correctness.md). Batches are too short for a pilot of adaptive sampling to pay.
+    # Without guiding and light tracing, as the reference: light that they alone find, too rare for any batch of the other
+    # side, would show as a difference (docs/correctness.md). Batches are too short for a pilot of adaptive sampling to pay.
     adaptive = "off" if scene.render.adaptive == "auto" else scene.render.adaptive
     rays = min(each, scene.render.rays)
-    with Renderer(scene, size, context, rays=rays, guiding="off", adaptive=adaptive) as renderer:
+    untraced = {} if scene.render.light_tracing == "on" else {"light_tracing": "off"}
+    with Renderer(scene, size, context, rays=rays, guiding="off", adaptive=adaptive, **untraced) as renderer:
         device = renderer.context_info["GL renderer"]
         for batch_seed in np.random.SeedSequence((seed, 0)).generate_state(batches):
             renderer.reset(seed=int(batch_seed))

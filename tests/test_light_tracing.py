@@ -1,0 +1,334 @@
+# SPDX-License-Identifier: MIT
+"""Light tracing brings to each pixel just the light that the path tracer leaves out for it."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from agreement import assert_agree
+from mesh_shapes import ball, geometry, smooth
+from rendering import ESTIMATORS, batches, rendered
+from scene_builders import lambert, rectangle
+from shaders.test_camera import through
+
+from fragtracer.errors import FilmError
+from fragtracer.films import SavedFilm, merge
+from fragtracer.io.toml import load
+from fragtracer.light_tracing.decision import narrow_materials
+from fragtracer.light_tracing.targets import targets_of
+from fragtracer.packing import pack
+from fragtracer.renderer import Renderer
+from fragtracer.scene import (
+    Camera,
+    DirectionalLight,
+    Disk,
+    Environment,
+    Fog,
+    Light,
+    Material,
+    Medium,
+    Mesh,
+    Part,
+    Placement,
+    Plane,
+    RenderSettings,
+    Scene,
+    Sky,
+    Sphere,
+    SpotLight,
+    Triangle,
+)
+
+Pictures = NDArray[np.float64]
+
+SIZE = (24, 16)
+LENS = Camera((0.3, 1.6, 4.0), (0.0, 0.4, 0.0), fov_degrees=40.0, aperture_radius=0.1)
+FLOOR = Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), "floor")
+LAMP = Light((-1.0, 3.0, 1.0), 1.2, power=200.0)
+MATERIALS = {
+    "floor": lambert((0.6, 0.5, 0.4)),
+    "gold": Material(metal="gold", roughness=0.4),
+    "mirror": Material(metal="silver", roughness=0.0),
+    "lamp": lambert(0.0, 4.0),
+}
+
+
+def spheres() -> Scene:
+    """Metal, a mirror and plastic, whose base both throws and receives light, through a lens."""
+    materials = {**MATERIALS, "plastic": Material(albedo=(0.7, 0.2, 0.1), roughness=0.3, specular=1.0)}
+    balls = [Sphere((-0.9, 0.4, 0.0), 0.4, "gold"), Sphere((0.0, 0.4, -0.4), 0.4, "mirror")]
+    return Scene(LENS, materials, planes=[FLOOR], spheres=[*balls, Sphere((0.9, 0.4, 0.0), 0.4, "plastic")], lights=[LAMP])
+
+
+def glass() -> Scene:
+    """Nested, coloured, dispersing and rough glass, a pane, and plastic under a coat."""
+    materials = {
+        **MATERIALS,
+        "water": Material(
+            model="dielectric", ior=1.33, priority=1, attenuation_color=(0.5, 0.7, 0.9), attenuation_distance=0.5
+        ),
+        "crown": Material(model="dielectric", ior=1.52, priority=2, abbe_number=30.0),
+        "frosted": Material(model="rough-dielectric", ior=1.5, roughness=0.4),
+        "pane": Material(model="thin-dielectric", ior=1.5),
+        "floor": Material(model="plastic", albedo=(0.6, 0.5, 0.4)),
+    }
+    balls = [Sphere((-0.9, 0.5, 0.0), 0.45, "water"), Sphere((-0.9, 0.5, 0.0), 0.2, "crown")]
+    balls += [Sphere((0.2, 0.45, -0.3), 0.4, "frosted"), Sphere((1.0, 0.4, 0.2), 0.3, "crown")]
+    pane = rectangle((0.4, 0.6, 0.8), (0.8, 0.0, 0.0), (0.0, 1.0, 0.0), "pane")
+    slab = rectangle((0.0, 0.0, 0.0), (0.0, 0.0, 6.0), (6.0, 0.0, 0.0), "floor")
+    return Scene(replace(LENS, aperture_radius=0.0), materials, rectangles=[pane, slab], spheres=balls, lights=[LAMP])
+
+
+def shapes() -> Scene:
+    """Flat mirrors of all kinds, one with a front alone, lit by all kinds of lights."""
+    materials = {**MATERIALS, "front": replace(MATERIALS["gold"], double_sided=False)}
+    triangle = Triangle(((0.5, 0.1, -0.8), (1.5, 0.1, -0.8), (1.2, 1.2, -1.0)), "mirror")
+    return Scene(
+        LENS,
+        materials,
+        planes=[FLOOR],
+        rectangles=[
+            rectangle((-0.6, 0.6, -0.9), (0.9, 0.0, 0.2), (0.0, 1.0, 0.1), "gold"),
+            rectangle((-1.2, 0.5, 0.4), (0.0, 0.0, 0.8), (0.1, 0.8, 0.0), "front"),
+            rectangle((0.0, 3.0, 0.5), (1.5, 0.0, 0.0), (0.0, 0.0, 1.5), "lamp"),
+        ],
+        disks=[Disk((1.2, 0.5, 0.3), (-1.0, 0.3, 0.2), 0.4, "mirror")],
+        triangles=[triangle],
+        lights=[LAMP],
+        spot_lights=[SpotLight((0.0, 2.5, 2.0), (0.0, -1.0, -1.0), 30.0)],
+        directional_lights=[DirectionalLight((0.5, -1.0, -0.6), 2.0)],
+    )
+
+
+def meshes() -> Scene:
+    """Copies that are turned, stretched and mirrored, with normals of their own; a mesh that is half there, and one that glows."""
+    balls = smooth(ball(12, 6))
+    corners = np.array([[-0.5, 0.0, 0.0], [0.5, 0.0, 0.0], [0.5, 1.0, 0.0], [-0.5, 1.0, 0.0]])
+    quad = (corners, np.array([[0, 1, 2], [0, 2, 3]]))
+    materials = {**MATERIALS, "sieve": Material(metal="silver", roughness=0.3, opacity=0.6, alpha_mode="blend")}
+    copies = (
+        Placement((-0.8, 0.4, 0.0), scale=(0.4, 0.3, 0.4)),
+        Placement((0.7, 0.35, -0.3), (0.0, 30.0, 20.0), (-0.3, 0.35, 0.4)),
+    )
+    return Scene(
+        LENS,
+        materials,
+        planes=[FLOOR],
+        meshes=(
+            Mesh((Part(balls, "gold"),), copies),
+            Mesh((Part(geometry(quad), "sieve"),), (Placement((0.1, 0.0, -1.0), (-10.0, 0.0, 0.0)),)),
+            Mesh((Part(geometry(quad), "lamp"),), (Placement((0.0, 2.5, 0.0), (90.0, 0.0, 0.0), (1.5, 1.5, 1.5)),)),
+        ),
+    )
+
+
+def sunlit() -> Scene:
+    """Under a sun, and a sky whose light is not traced."""
+    sky = Environment(sky=Sky(sun_elevation_degrees=40.0, sun_azimuth_degrees=60.0, sun_radius_degrees=8.0), strength=0.1)
+    balls = [Sphere((-0.5, 0.5, 0.0), 0.5, "gold"), Sphere((0.7, 0.4, 0.2), 0.4, "mirror")]
+    return Scene(LENS, MATERIALS, planes=[FLOOR], spheres=balls, environment=sky)
+
+
+def light_of(ctx: Any, scene: Scene, spp: int, seeds: int, **settings: Any) -> tuple[Pictures, Pictures]:
+    """The light that is left to light tracing, as the path tracer finds it and as photons bring it, (seeds, height,
+    width, 3): pictures of the same paths, from which those are taken that leave that light out."""
+    settings = {"bounces": 5, "adaptive": "off", "guiding": "off", "rays": 64} | settings
+    found = []
+    for choice, defines in (("off", {}), ("on", {}), ("off", {"LIGHT_TRACING": 1})):
+        pictures = []
+        with Renderer(scene, SIZE, context=ctx, defines=defines, light_tracing=choice, **settings) as renderer:
+            for seed in range(seeds):
+                renderer.reset(seed=seed)
+                renderer.sample(spp)
+                pictures.append(renderer.image().astype(np.float64))
+        found.append(np.stack(pictures))
+    by_all, by_both, rest = found
+    return by_all - rest, by_both - rest
+
+
+@pytest.mark.parametrize(
+    ("make", "spp"), [(spheres, 4096), (glass, 8192), (shapes, 4096), (meshes, 2048), (sunlit, 4096)]
+)
+def test_photons_bring_what_paths_leave_out(ctx: Any, make: Callable[[], Scene], spp: int) -> None:
+    """From all kinds of shapes, lights and narrow surfaces."""
+    by_paths, by_photons = light_of(ctx, make(), spp, 4)
+    assert_agree(by_photons, by_paths, 0.05, (2, 3))
+
+
+@pytest.mark.parametrize("estimator", ["nee", "bsdf"])
+def test_estimators_leave_out_the_same_light(ctx: Any, estimator: str) -> None:
+    """Among lights that rays meet; each finds what the others do."""
+    scene = replace(spheres(), lights=[replace(LAMP, radius=1.5)])
+    by_paths, by_photons = light_of(ctx, scene, 4096, 4, estimator=estimator)
+    assert_agree(by_photons, by_paths, 0.05, (2, 3))
+
+
+@pytest.mark.parametrize("pixel_filter", ["tent", "gaussian"])
+def test_filters(ctx: Any, pixel_filter: str) -> None:
+    by_paths, by_photons = light_of(ctx, spheres(), 4096, 4, pixel_filter=pixel_filter)
+    assert_agree(by_photons, by_paths, 0.05, (4, 6))
+
+
+def test_a_mirror_shows_the_floor_a_lamp_behind_it(ctx: Any) -> None:
+    """Light of a point over a perfect mirror, which no path meets: that of the lamp's mirror image."""
+    mirror = Material(albedo=1.0, metallic=1.0, roughness=0.0)
+    lamp, image = np.array([0.5, 1.0, 0.0]), np.array([-2.5, 1.0, 0.0])
+    scene = Scene(
+        Camera((0.0, 2.0, 2.0), (-0.3, 0.0, 0.0), fov_degrees=20.0),
+        {"floor": lambert(0.5), "mirror": mirror},
+        planes=[FLOOR],
+        rectangles=[rectangle((-1.0, 2.0, 0.0), (0.0, 4.0, 0.0), (0.0, 0.0, 4.0), "mirror")],
+        lights=[Light(tuple(lamp), power=100.0)],
+    )
+    settings = {"bounces": 2, "light_samples": 1}
+    images = [batches(ctx, scene, 64, range(12), SIZE, light_tracing=choice, **settings) for choice in ("on", "off")]
+    fine = 16
+    width, height = fine * SIZE[0], fine * SIZE[1]
+    ndc = 2 * (np.stack(np.meshgrid(np.arange(width), np.arange(height)[::-1]), -1).reshape(-1, 2) + 0.5)
+    to_floor = through(scene.camera, SIZE, ndc / (width, height) - 1)
+    places = np.asarray(scene.camera.position) - 2.0 / to_floor[:, 1:2] * to_floor
+    to_image = image - places
+    squared = np.square(to_image).sum(axis=1)
+    radiance = 0.5 / np.pi * 100.0 / (4 * np.pi) * to_image[:, 1] / squared**1.5
+    expected = radiance.reshape(SIZE[1], fine, SIZE[0], fine).mean(axis=(1, 3))[..., None].repeat(3, axis=-1)
+    assert_agree(images[0].astype(np.float64) - images[1], np.stack([expected] * 2), 0.01)
+
+
+def test_same_seed_same_bits(ctx: Any) -> None:
+    """However passes are cut; other photons for another seed."""
+    scene = load("three-spheres")
+    one, other = (rendered(ctx, scene, 64, (48, 32), light_tracing="on", rays=rays) for rays in (1, 16))
+    np.testing.assert_array_equal(one, other)
+    with Renderer(scene, (48, 32), context=ctx, light_tracing="on", seed=4) as renderer:
+        renderer.sample(64)
+        renderer.reset(seed=0)
+        renderer.sample(64)
+        np.testing.assert_array_equal(renderer.image(), one)
+        renderer.reset(seed=5)
+        renderer.sample(64)
+        assert (renderer.image() != one).mean() > 0.5
+
+
+def test_standard_error_is_true(ctx: Any) -> None:
+    """Within a fifth of the scatter of pictures."""
+    said, pictures = [], []
+    with Renderer(load("three-spheres"), (64, 36), context=ctx, light_tracing="on", adaptive="off") as renderer:
+        for seed in range(24):
+            renderer.reset(seed=seed)
+            renderer.sample(64)
+            said.append(renderer.standard_error())
+            pictures.append(renderer.image().astype(np.float64))
+    scatter = np.std(pictures, axis=0, ddof=1)
+    assert np.mean(said) / scatter.mean() == pytest.approx(1, abs=0.2)
+
+
+def test_a_picture_goes_on_with_the_same_bits(ctx: Any, tmp_path: Path) -> None:
+    scene, film = load("three-spheres"), tmp_path / "film.npz"
+    settings = {"light_tracing": "on", "adaptive": "off", "rays": 16}
+    with Renderer(scene, (64, 48), context=ctx, **settings) as renderer:
+        renderer.sample(128)
+        renderer.save(film)
+        renderer.sample(256)
+        whole = renderer.image()
+    with Renderer(scene, (64, 48), context=ctx, **settings) as renderer:
+        renderer.resume(film)
+        renderer.sample(256)
+        np.testing.assert_array_equal(renderer.image(), whole)
+    with pytest.raises(FilmError, match="light tracing"):
+        merge({"one": SavedFilm.read(film), "two": SavedFilm.read(film)})
+    with (
+        Renderer(scene, (64, 48), context=ctx, **{**settings, "light_tracing": "off"}) as renderer,
+        pytest.raises(FilmError, match="light_tracing"),
+    ):
+        renderer.resume(film)
+
+
+def test_it_is_used_where_it_pays(ctx: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The measurement says so, and the pictures too: a third of the variance at most."""
+    monkeypatch.setattr("fragtracer.light_tracing.decision.cached", lambda kind, key, make: make())
+    scene, size = load("three-spheres"), (64, 36)
+    with Renderer(scene, size, context=ctx, spp=8192) as renderer:
+        assert renderer.metadata()["light_tracing_decision"].startswith("on: the variance falls by")
+    with Renderer(load("glass"), size, context=ctx, spp=8192) as renderer:
+        assert renderer.metadata()["light_tracing_decision"].startswith("off: the variance would fall by")
+    variances = []
+    for choice in ("on", "off"):
+        images = batches(ctx, scene, 256, range(8), size, light_tracing=choice).astype(np.float64)
+        brightness = np.square(images.mean((0, 3))) + 1e-2 * np.square(images.mean())
+        variances.append((images.var(0, ddof=1).mean(-1) / brightness).mean())
+    assert variances[0] < variances[1] / 3
+
+
+GLASS = Material(model="dielectric", ior=1.5)
+
+
+@pytest.mark.parametrize(
+    ("scene", "settings", "reason"),
+    [
+        (spheres(), {"light_tracing": "off"}, "as asked for"),
+        (spheres(), {"bounces": 1}, "one bounce"),
+        (spheres(), {"spp": 64}, "less time than to measure"),
+        (spheres(), {"integrator": "split-sum"}, "split-sum"),
+        (spheres(), {"light_tracing": "on"}, "on: as asked for"),
+        (Scene(LENS, MATERIALS, spheres=[Sphere((0.0, 0.0, 0.0), 1.0, "floor")]), {}, "narrowly"),
+        (replace(spheres(), media={"air": Medium(scattering=0.1)}, fog=Fog("air")), {"light_tracing": "on"}, "medium"),
+        (
+            Scene(LENS, {"glass": GLASS}, spheres=[Sphere(LENS.position, 1.0, "glass")]),
+            {"light_tracing": "on"},
+            "the camera is inside",
+        ),
+        (
+            Scene(LENS, {"glass": GLASS}, spheres=[Sphere(LAMP.position, 1.5, "glass")], lights=[LAMP]),
+            {"light_tracing": "on"},
+            "a light is inside",
+        ),
+        (
+            Scene(LENS, {"glass": GLASS}, planes=[replace(FLOOR, material="glass")], environment=Environment(sky=Sky())),
+            {"light_tracing": "on"},
+            "light from afar is inside",
+        ),
+    ],
+)
+def test_what_decides_is_said(ctx: Any, scene: Scene, settings: dict[str, Any], reason: str) -> None:
+    with Renderer(scene, (8, 8), context=ctx, guiding="off", **settings) as renderer:
+        assert reason in renderer.metadata()["light_tracing_decision"]
+
+
+def test_layers_of_light_are_of_paths_alone(ctx: Any) -> None:
+    with Renderer(spheres(), (8, 8), context=ctx, aovs=["emission"], light_tracing="on") as renderer:
+        assert "layers of light" in renderer.metadata()["light_tracing_decision"]
+
+
+def test_a_scene_without_such_surfaces_traces_no_photons(ctx: Any) -> None:
+    scene = Scene(LENS, MATERIALS, planes=[replace(FLOOR, material="gold")], lights=[LAMP])
+    on, off = (rendered(ctx, scene, 64, SIZE, light_tracing=choice) for choice in ("on", "off"))
+    np.testing.assert_array_equal(on, off)
+
+
+def test_targets_have_the_area_of_their_shapes() -> None:
+    """Of all narrow ones that are finite; of copies as they are stretched."""
+    scene = replace(shapes(), spheres=[Sphere((0.0, 5.0, 0.0), 0.5, "mirror"), Sphere((0.0, 7.0, 0.0), 0.5, "floor")])
+    for most_listed in (0, 64):
+        packed = pack(scene, RenderSettings(), 8, 8, most_listed)
+        targets = targets_of(packed, narrow_materials(scene))
+        areas = np.bincount(targets.group, targets.area)
+        expected = [shape.area for shape in (*scene.rectangles[:2], *scene.disks, *scene.triangles)] + [np.pi]
+        np.testing.assert_allclose(np.sort(areas), np.sort(expected), rtol=1e-4)
+        assert targets.is_culled.sum() == 1
+    scene = meshes()
+    packed = pack(scene, RenderSettings(), 8, 8)
+    targets = targets_of(packed, narrow_materials(scene))
+    assert (targets.instance >= 0).any()
+    expected = 0.0
+    for mesh in scene.meshes[:2]:
+        for matrix, part in mesh.placed():
+            a, b, c = (part.geometry.positions[part.geometry.triangles] @ matrix[:3, :3].T).swapaxes(0, 1)
+            expected += np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2
+    assert targets.area.sum() == pytest.approx(expected, rel=1e-4)
+    table = targets.texels(np.full(targets.groups, 1 / targets.groups))
+    probability = table[1::2, 0].view(np.float32) * targets.area
+    assert probability.sum() == pytest.approx(1, rel=1e-5)
