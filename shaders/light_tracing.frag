@@ -26,7 +26,7 @@
 // -1
 // where nothing is seen, -2 where what is seen is not finite.
 layout(location = 0) out vec4 out_splat;
-layout(location = 1) out vec4 out_target;  // r: the group of its target, g: 1 if the driver has ended a loop before its time
+layout(location = 1) out vec4 out_target;  // r: the number of its target, g: 1 if the driver has ended a loop before its time
 
 uniform int u_bounces;
 uniform int u_photon_pass;  // whose photons are drawn
@@ -67,16 +67,16 @@ vec3 photon_transfer(Photon photon, Vertex vertex, vec3 value, vec3 wi) {
 const vec4 UNSEEN = vec4(0.0, 0.0, 0.0, -1.0);
 const vec4 NOT_FINITE = vec4(0.0, 0.0, 0.0, -2.0);
 
-// out_splat of a photon; `group` is that of its target.
-vec4 photon_trace(uint number, out int group) {
+// out_splat of a photon, and what it is sent to.
+vec4 photon_trace(uint number, out int number_of_target) {
     float rr_sample;
     vec4 u = photon_random(number, 0, rr_sample);
     vec4 v = photon_random(number, 1, rr_sample);
     float chosen;
     vec4 w = photon_random(number, 2, chosen);
 
-    Target target = target_choose(u.x, w.x);
-    group = target.group;
+    number_of_target = target_choose(u.x, w.x);
+    Target target = target_load(number_of_target);
     Photon photon;
     photon.hit = target_point(target, u.yz, photon.surface);
     photon.seed = hash_uint(floatBitsToUint(rr_sample) ^ hash_uint(number));
@@ -165,7 +165,7 @@ vec4 photon_trace(uint number, out int group) {
         // Russian roulette by the share of the light that is left.
         throughput *= factor;
         float survival = photon.events > 1 ? min(0.95, sqrt(max_component(throughput))) : 1.0;
-        goes_on = s.pdf > 0.0 && max_component(factor) > 0.0 && photon.events < u_bounces && turn < MOST_PASSED && rr_sample < survival;
+        goes_on = s.pdf > 0.0 && max_component(factor) > 0.0 && !from.is_bent && photon.events < u_bounces && turn < MOST_PASSED && rr_sample < survival;
         photon.flux *= factor / survival;
 
         Ray ray = Ray(vertex_origin(vertex, s.wi), direction);
@@ -192,7 +192,7 @@ vec4 photon_trace(uint number, out int group) {
 
 void main() {
     uvec2 texel = uvec2(gl_FragCoord.xy);
-    int group;
-    out_splat = photon_trace(texel.y * uint(u_photon_width) + texel.x, group);
-    out_target = vec4(float(group), float(traversal_was_cut), 0.0, 0.0);
+    int target;
+    out_splat = photon_trace(texel.y * uint(u_photon_width) + texel.x, target);
+    out_target = vec4(float(target), float(traversal_was_cut), 0.0, 0.0);
 }

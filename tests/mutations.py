@@ -33,6 +33,7 @@ from studio import comparison_with_mitsuba
 
 from fragtracer.gpu.specialise import Level
 from fragtracer.gpu.tracer import upload_random_texture
+from fragtracer.scene import Scene
 from shaders import (
     test_bsdf_sample,
     test_bsdf_values,
@@ -152,8 +153,15 @@ SHADOWS = Check(test_direct_light.test_lights_that_no_ray_meets_cast_shadows, es
 SHEETS = Check(test_textured.test_shadows_of_sheets, sheets=4)
 SPOT = Check(test_light.test_spot, spot=test_light.SPOTS[0], level=Level.NOTHING)
 GUIDED = Check(test_guiding.test_directions_have_the_density_of_the_mixture, name="three-spheres")
-SUNLIT = Check(test_light_tracing.test_photons_bring_what_paths_leave_out, make=test_light_tracing.sunlit, spp=4096)
-TRACED = Check(test_light_tracing.test_photons_bring_what_paths_leave_out, make=test_light_tracing.spheres, spp=4096)
+
+
+def traced(make: Callable[[], Scene], spp: int, resolution: float) -> Check:
+    test = test_light_tracing.test_photons_bring_what_paths_leave_out
+    return Check(test, make=make, spp=spp, resolution=resolution)
+
+
+SUNLIT = traced(test_light_tracing.sunlit, 4096, 0.1)
+TRACED = traced(test_light_tracing.spheres, 8192, 0.05)
 DENSITY_OF_HIT = Check(test_light.test_density_of_a_sample_is_that_of_its_hit, most_listed=10**6, level=Level.NOTHING)
 TRAVERSAL = Check(test_intersect.test_traversal_finds_what_trying_every_shape_finds, scale=1.0, count=30, culled=False)
 
@@ -202,7 +210,7 @@ MUTATIONS = [
         "light_tracing.frag",
         "(square(s.eta) * vertex.wo.z",
         "(vertex.wo.z",
-        Check(test_light_tracing.test_photons_bring_what_paths_leave_out, make=test_light_tracing.glass, spp=8192),
+        traced(test_light_tracing.glass, 8192, 0.06),
     ),
     Mutation(
         "photons of the sun for those of the sky",

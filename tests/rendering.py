@@ -18,6 +18,7 @@ from fragtracer.resources import folder
 from fragtracer.scene import Scene
 
 ESTIMATORS = ("nee", "bsdf", "mis")
+CHOICES = ("guiding", "adaptive", "light_tracing")  # what "auto" would decide
 CHUNK = 512  # samples per pixel drawn by one call
 
 Image = NDArray[np.float32]
@@ -37,10 +38,10 @@ def batches(
     specialised: bool | None = None,
     **settings: Any,
 ) -> Image:
-    """Independent images, one for each seed, (seeds, height, width, 3); without guiding, light tracing and adaptive sampling, unless
-    they are asked for."""
+    """Independent images, one for each seed, (seeds, height, width, 3); without guiding, adaptive sampling and light
+    tracing, unless they are asked for."""
     images = []
-    settings = {"rays": min(spp, CHUNK), "specialised": specialised, "guiding": "off", "adaptive": "off", "light_tracing": "off"} | settings
+    settings = {"rays": min(spp, CHUNK), "specialised": specialised} | dict.fromkeys(CHOICES, "off") | settings
     with Renderer(scene, size, context=ctx, **settings) as renderer:
         for seed in seeds:
             renderer.reset(seed=seed)

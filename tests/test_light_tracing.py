@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from agreement import assert_agree
 from mesh_shapes import ball, geometry, smooth
-from rendering import ESTIMATORS, batches, rendered
+from numpy.typing import NDArray
+from rendering import batches, rendered
 from scene_builders import lambert, rectangle
 from shaders.test_camera import through
 
@@ -48,7 +48,7 @@ Pictures = NDArray[np.float64]
 SIZE = (24, 16)
 LENS = Camera((0.3, 1.6, 4.0), (0.0, 0.4, 0.0), fov_degrees=40.0, aperture_radius=0.1)
 FLOOR = Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), "floor")
-LAMP = Light((-1.0, 3.0, 1.0), 1.2, power=200.0)
+LAMP = Light((-1.0, 3.5, 1.0), 1.8, power=200.0)
 MATERIALS = {
     "floor": lambert((0.6, 0.5, 0.4)),
     "gold": Material(metal="gold", roughness=0.4),
@@ -61,7 +61,9 @@ def spheres() -> Scene:
     """Metal, a mirror and plastic, whose base both throws and receives light, through a lens."""
     materials = {**MATERIALS, "plastic": Material(albedo=(0.7, 0.2, 0.1), roughness=0.3, specular=1.0)}
     balls = [Sphere((-0.9, 0.4, 0.0), 0.4, "gold"), Sphere((0.0, 0.4, -0.4), 0.4, "mirror")]
-    return Scene(LENS, materials, planes=[FLOOR], spheres=[*balls, Sphere((0.9, 0.4, 0.0), 0.4, "plastic")], lights=[LAMP])
+    return Scene(
+        LENS, materials, planes=[FLOOR], spheres=[*balls, Sphere((0.9, 0.4, 0.0), 0.4, "plastic")], lights=[LAMP]
+    )
 
 
 def glass() -> Scene:
@@ -72,7 +74,7 @@ def glass() -> Scene:
             model="dielectric", ior=1.33, priority=1, attenuation_color=(0.5, 0.7, 0.9), attenuation_distance=0.5
         ),
         "crown": Material(model="dielectric", ior=1.52, priority=2, abbe_number=30.0),
-        "frosted": Material(model="rough-dielectric", ior=1.5, roughness=0.4),
+        "frosted": Material(model="dielectric", ior=1.5, roughness=0.4),
         "pane": Material(model="thin-dielectric", ior=1.5),
         "floor": Material(model="plastic", albedo=(0.6, 0.5, 0.4)),
     }
@@ -84,17 +86,16 @@ def glass() -> Scene:
 
 
 def shapes() -> Scene:
-    """Flat mirrors of all kinds, one with a front alone, lit by all kinds of lights."""
-    materials = {**MATERIALS, "front": replace(MATERIALS["gold"], double_sided=False)}
+    """Flat mirrors of all kinds, lit by all kinds of lights."""
     triangle = Triangle(((0.5, 0.1, -0.8), (1.5, 0.1, -0.8), (1.2, 1.2, -1.0)), "mirror")
     return Scene(
         LENS,
-        materials,
+        MATERIALS,
         planes=[FLOOR],
         rectangles=[
-            rectangle((-0.6, 0.6, -0.9), (0.9, 0.0, 0.2), (0.0, 1.0, 0.1), "gold"),
-            rectangle((-1.2, 0.5, 0.4), (0.0, 0.0, 0.8), (0.1, 0.8, 0.0), "front"),
-            rectangle((0.0, 3.0, 0.5), (1.5, 0.0, 0.0), (0.0, 0.0, 1.5), "lamp"),
+            rectangle((-0.6, 0.6, -0.9), (0.9, 0.0, 0.2), (0.0, 1.0, 0.0), "gold"),
+            rectangle((-1.2, 0.5, 0.4), (0.0, 0.0, -0.8), (-0.1, 0.8, 0.0), "gold"),
+            rectangle((0.0, 3.0, 0.5), (2.5, 0.0, 0.0), (0.0, 0.0, 2.5), "lamp"),
         ],
         disks=[Disk((1.2, 0.5, 0.3), (-1.0, 0.3, 0.2), 0.4, "mirror")],
         triangles=[triangle],
@@ -105,7 +106,7 @@ def shapes() -> Scene:
 
 
 def meshes() -> Scene:
-    """Copies that are turned, stretched and mirrored, with normals of their own; a mesh that is half there, and one that glows."""
+    """Copies that are turned, stretched and mirrored, with normals of their own; a sheet half there, one that glows."""
     balls = smooth(ball(12, 6))
     corners = np.array([[-0.5, 0.0, 0.0], [0.5, 0.0, 0.0], [0.5, 1.0, 0.0], [-0.5, 1.0, 0.0]])
     quad = (corners, np.array([[0, 1, 2], [0, 2, 3]]))
@@ -121,15 +122,17 @@ def meshes() -> Scene:
         meshes=(
             Mesh((Part(balls, "gold"),), copies),
             Mesh((Part(geometry(quad), "sieve"),), (Placement((0.1, 0.0, -1.0), (-10.0, 0.0, 0.0)),)),
-            Mesh((Part(geometry(quad), "lamp"),), (Placement((0.0, 2.5, 0.0), (90.0, 0.0, 0.0), (1.5, 1.5, 1.5)),)),
+            Mesh((Part(geometry(quad), "lamp"),), (Placement((0.0, 2.5, 0.0), (90.0, 0.0, 0.0), (3.0, 3.0, 3.0)),)),
         ),
     )
 
 
 def sunlit() -> Scene:
     """Under a sun, and a sky whose light is not traced."""
-    sky = Environment(sky=Sky(sun_elevation_degrees=40.0, sun_azimuth_degrees=60.0, sun_radius_degrees=8.0), strength=0.1)
-    balls = [Sphere((-0.5, 0.5, 0.0), 0.5, "gold"), Sphere((0.7, 0.4, 0.2), 0.4, "mirror")]
+    sky = Environment(
+        sky=Sky(sun_elevation_degrees=40.0, sun_azimuth_degrees=60.0, sun_radius_degrees=8.0), strength=0.1
+    )
+    balls = [Sphere((-0.5, 0.5, 0.0), 0.5, "gold"), Sphere((0.7, 0.4, 0.2), 0.4, "gold")]
     return Scene(LENS, MATERIALS, planes=[FLOOR], spheres=balls, environment=sky)
 
 
@@ -151,26 +154,26 @@ def light_of(ctx: Any, scene: Scene, spp: int, seeds: int, **settings: Any) -> t
 
 
 @pytest.mark.parametrize(
-    ("make", "spp"), [(spheres, 4096), (glass, 8192), (shapes, 4096), (meshes, 2048), (sunlit, 4096)]
+    ("make", "spp", "resolution"),
+    [(spheres, 8192, 0.05), (glass, 8192, 0.06), (shapes, 8192, 0.05), (meshes, 2048, 0.05), (sunlit, 4096, 0.1)],
 )
-def test_photons_bring_what_paths_leave_out(ctx: Any, make: Callable[[], Scene], spp: int) -> None:
+def test_photons_bring_what_paths_leave_out(ctx: Any, make: Callable[[], Scene], spp: int, resolution: float) -> None:
     """From all kinds of shapes, lights and narrow surfaces."""
     by_paths, by_photons = light_of(ctx, make(), spp, 4)
-    assert_agree(by_photons, by_paths, 0.05, (2, 3))
+    assert_agree(by_photons, by_paths, resolution, (2, 3))
 
 
 @pytest.mark.parametrize("estimator", ["nee", "bsdf"])
 def test_estimators_leave_out_the_same_light(ctx: Any, estimator: str) -> None:
     """Among lights that rays meet; each finds what the others do."""
-    scene = replace(spheres(), lights=[replace(LAMP, radius=1.5)])
-    by_paths, by_photons = light_of(ctx, scene, 4096, 4, estimator=estimator)
+    by_paths, by_photons = light_of(ctx, spheres(), 8192, 4, estimator=estimator)
     assert_agree(by_photons, by_paths, 0.05, (2, 3))
 
 
 @pytest.mark.parametrize("pixel_filter", ["tent", "gaussian"])
 def test_filters(ctx: Any, pixel_filter: str) -> None:
-    by_paths, by_photons = light_of(ctx, spheres(), 4096, 4, pixel_filter=pixel_filter)
-    assert_agree(by_photons, by_paths, 0.05, (4, 6))
+    by_paths, by_photons = light_of(ctx, spheres(), 8192, 4, pixel_filter=pixel_filter)
+    assert_agree(by_photons, by_paths, 0.05, (2, 3))
 
 
 def test_a_mirror_shows_the_floor_a_lamp_behind_it(ctx: Any) -> None:
@@ -178,7 +181,7 @@ def test_a_mirror_shows_the_floor_a_lamp_behind_it(ctx: Any) -> None:
     mirror = Material(albedo=1.0, metallic=1.0, roughness=0.0)
     lamp, image = np.array([0.5, 1.0, 0.0]), np.array([-2.5, 1.0, 0.0])
     scene = Scene(
-        Camera((0.0, 2.0, 2.0), (-0.3, 0.0, 0.0), fov_degrees=20.0),
+        Camera((0.2, 2.0, 2.0), (0.2, 0.0, 0.0), fov_degrees=15.0),
         {"floor": lambert(0.5), "mirror": mirror},
         planes=[FLOOR],
         rectangles=[rectangle((-1.0, 2.0, 0.0), (0.0, 4.0, 0.0), (0.0, 0.0, 4.0), "mirror")],
@@ -203,7 +206,8 @@ def test_same_seed_same_bits(ctx: Any) -> None:
     scene = load("three-spheres")
     one, other = (rendered(ctx, scene, 64, (48, 32), light_tracing="on", rays=rays) for rays in (1, 16))
     np.testing.assert_array_equal(one, other)
-    with Renderer(scene, (48, 32), context=ctx, light_tracing="on", seed=4) as renderer:
+    settings = {"adaptive": "off", "guiding": "off", "light_tracing": "on"}
+    with Renderer(scene, (48, 32), context=ctx, seed=4, **settings) as renderer:
         renderer.sample(64)
         renderer.reset(seed=0)
         renderer.sample(64)
@@ -274,8 +278,19 @@ GLASS = Material(model="dielectric", ior=1.5)
         (spheres(), {"spp": 64}, "less time than to measure"),
         (spheres(), {"integrator": "split-sum"}, "split-sum"),
         (spheres(), {"light_tracing": "on"}, "on: as asked for"),
-        (Scene(LENS, MATERIALS, spheres=[Sphere((0.0, 0.0, 0.0), 1.0, "floor")]), {}, "narrowly"),
-        (replace(spheres(), media={"air": Medium(scattering=0.1)}, fog=Fog("air")), {"light_tracing": "on"}, "medium"),
+        (Scene(LENS, {"floor": MATERIALS["floor"]}, planes=[FLOOR]), {}, "narrowly"),
+        (
+            replace(spheres(), media={"air": Medium(scattering=0.1, absorption=0.0)}, fog=Fog("air")),
+            {"light_tracing": "on"},
+            "medium",
+        ),
+        (
+            Scene(
+                LENS, {"gold": replace(MATERIALS["gold"], double_sided=False)}, planes=[replace(FLOOR, material="gold")]
+            ),
+            {"light_tracing": "on"},
+            "met from its front alone",
+        ),
         (
             Scene(LENS, {"glass": GLASS}, spheres=[Sphere(LENS.position, 1.0, "glass")]),
             {"light_tracing": "on"},
@@ -287,7 +302,9 @@ GLASS = Material(model="dielectric", ior=1.5)
             "a light is inside",
         ),
         (
-            Scene(LENS, {"glass": GLASS}, planes=[replace(FLOOR, material="glass")], environment=Environment(sky=Sky())),
+            Scene(
+                LENS, {"glass": GLASS}, planes=[replace(FLOOR, material="glass")], environment=Environment(sky=Sky())
+            ),
             {"light_tracing": "on"},
             "light from afar is inside",
         ),
@@ -315,20 +332,19 @@ def test_targets_have_the_area_of_their_shapes() -> None:
     for most_listed in (0, 64):
         packed = pack(scene, RenderSettings(), 8, 8, most_listed)
         targets = targets_of(packed, narrow_materials(scene))
-        areas = np.bincount(targets.group, targets.area)
+        areas = np.bincount(targets.record, targets.area)
+        areas = areas[areas > 0]
         expected = [shape.area for shape in (*scene.rectangles[:2], *scene.disks, *scene.triangles)] + [np.pi]
         np.testing.assert_allclose(np.sort(areas), np.sort(expected), rtol=1e-4)
-        assert targets.is_culled.sum() == 1
     scene = meshes()
     packed = pack(scene, RenderSettings(), 8, 8)
     targets = targets_of(packed, narrow_materials(scene))
-    assert (targets.instance >= 0).any()
     expected = 0.0
     for mesh in scene.meshes[:2]:
         for matrix, part in mesh.placed():
             a, b, c = (part.geometry.positions[part.geometry.triangles] @ matrix[:3, :3].T).swapaxes(0, 1)
             expected += np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2
     assert targets.area.sum() == pytest.approx(expected, rel=1e-4)
-    table = targets.texels(np.full(targets.groups, 1 / targets.groups))
+    table = targets.texels(np.arange(1.0, len(targets) + 1))
     probability = table[1::2, 0].view(np.float32) * targets.area
     assert probability.sum() == pytest.approx(1, rel=1e-5)

@@ -2,7 +2,8 @@
 // Which light is left to light tracing (light_tracing.frag): that which reaches a surface over at least one other one, of
 // which the first after the light scatters it narrowly, and is seen there by the camera at once, other than narrowly. The
 // path tracer leaves out just that, each share of each path, so that their sum is all light. The environment, and ambient
-// light, it finds well by itself.
+// light, it finds well by itself. So it does where a normal is bent towards the viewer, since a photon that arrives on
+// the other side is not scattered that way.
 //
 //   camera - receiver - ... - narrow - light
 #include "integrator/vertex.glsl"
@@ -41,11 +42,12 @@ LightTraced light_traced_begin() { return LightTraced(vec3(0.0), vec3(0.0)); }
 void light_traced_scatter(inout LightTraced traced, Vertex vertex, Hit hit, BsdfSample s, int depth, int passed) {
     bool is_target = light_traced_from(hit);
     if (bsdf_is_null(s)) {
-        traced.narrow = is_target ? traced.narrow : vec3(0.0);
+        traced.narrow = is_target && !vertex.is_bent ? traced.narrow : vec3(0.0);
         return;
     }
     vec3 narrow = bsdf_is_delta(s) ? vec3(1.0) : light_traced_narrow(vertex, s.wi);
     if (depth == 0) traced.received = passed == 0 ? 1.0 - narrow : vec3(0.0);
+    if (depth > 0 && vertex.is_bent) traced.received = vec3(0.0);
     traced.narrow = is_target ? narrow : vec3(0.0);
 }
 
@@ -56,7 +58,7 @@ vec3 light_traced_rest(LightTraced traced, int depth) {
 
 // The share of light that reaches the next vertex, number `depth`, on what was `hit`, which is left to light tracing if it
 // is scattered narrowly there.
-vec3 light_traced_next(LightTraced traced, Hit hit, int depth) {
-    return depth > 0 && light_traced_from(hit) ? traced.received : vec3(0.0);
+vec3 light_traced_next(LightTraced traced, Vertex vertex, Hit hit, int depth) {
+    return depth > 0 && light_traced_from(hit) && !vertex.is_bent ? traced.received : vec3(0.0);
 }
 #endif

@@ -220,7 +220,7 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
         if (flight.scatters) throughput = lit_throughput / survival;
 #endif
 #if LIGHT_TRACING
-        direct_traced = light_traced_next(path.traced, hit, path.depth);
+        direct_traced = light_traced_next(path.traced, vertex, hit, path.depth);
 #endif
         vec3 direct = direct_light(vertex, is_lit, vertex_number, pixel, index, u.zw);
         if (is_lit) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The shapes that photons of light tracing are sent to, and points on them.
+// The shapes that photons of light tracing are sent to, or parts of them, and points there.
 #include "core/math.glsl"
 #include "core/warp.glsl"
 #include "light/sample.glsl"
@@ -16,11 +16,13 @@ struct Target {
     int record;       // of the shape
     int instance;     // record of the instance that it is there in, or -1
     float density;    // of its points, 1/m^2, the probability of this target included
-    int group;        // the object that it is of, by its place among those with targets
+    ivec2 cells;      // the part of the unit square, of which points are made, that it is: one of so many
+    int cell;         // row by row
     bool is_culled;   // only its front is met
 };
 Target target_of(uvec4 t0, uvec4 t1) {
-    return Target(uintBitsToFloat(t0.x), int(t0.y), int(t0.z), int(t0.w) - 1, uintBitsToFloat(t1.x), int(t1.y), t1.z != 0u);
+    return Target(uintBitsToFloat(t0.x), int(t0.y), int(t0.z), int(t0.w) - 1, uintBitsToFloat(t1.x),
+        ivec2(t1.y & 0xffffu, t1.y >> 16u), int(t1.z), t1.w != 0u);
 }
 Target target_load(int index) {
     int height = textureSize(u_targets, 0).y;
@@ -30,14 +32,16 @@ Target target_load(int index) {
 
 // By two uniform numbers: the row of the table, and which of its two targets (Walker 1977, An Efficient Method for
 // Generating Discrete Random Variables with General Distributions).
-Target target_choose(float u, float v) {
+int target_choose(float u, float v) {
     int index = min(int(u * float(u_target_count)), u_target_count - 1);
     Target target = target_load(index);
-    return target_load(v < target.threshold ? index : target.other);
+    return v < target.threshold ? index : target.other;
 }
 
 // A point uniform over the area of a target: the hit of a ray that ends there, and the surface.
 Hit target_point(Target target, vec2 u, out Surface surface) {
+    u = (vec2(target.cell % target.cells.x, target.cell / target.cells.x) + u) / vec2(target.cells);
+    u = min(u, vec2(ONE_MINUS_EPSILON));
     uvec4 t0 = shape_texel(target.record, 0);
     uvec4 t1 = shape_texel(target.record, 1);
     uvec4 t2 = shape_texel(target.record, 2);

@@ -19,6 +19,7 @@ struct Vertex {
     ivec4 inside;    // the dielectrics that the side of wo lies in (integrator/interior.glsl)
     ivec4 beyond;    // and the other one
     uint seed;       // of stochastic alpha, for the rays to lights
+    bool is_bent;    // whether the normal was bent towards wo (bsdf/shading_normal.glsl)
 #if GUIDING
     Guide guide;     // set by vertex_guide()
 #endif
@@ -38,6 +39,7 @@ Vertex vertex_at(Surface surface, Material material, vec3 direction, uint seed) 
     vertex.origin = ray_offset_origin(surface.position, normal - direction, surface.extent);
     vertex.behind = ray_offset_origin(surface.position, direction - normal, surface.extent);
     vec3 shading_normal = side * material_shading_normal(surface);
+    vertex.is_bent = u_has_shading_normals != 0 && dot(shading_normal, -direction) < SHADING_NORMAL_LEAST_COSINE;
     if (u_has_shading_normals != 0) shading_normal = shading_normal_bend(shading_normal, -direction);
     vertex.frame = frame_from_normal(shading_normal);
     vertex.bsdf = material_bsdf(material, side > 0.0);
@@ -65,6 +67,7 @@ Vertex vertex_at(Surface surface, Material material, vec3 direction, uint seed) 
 // Makes it a point of a medium, where a ray arrives that is `inside` of some dielectrics.
 void vertex_set_medium(inout Vertex vertex, Ray ray, float distance, ivec4 inside, float g) {
     vertex.in_medium = true;
+    vertex.is_bent = false;
     vertex.g = g;
     vertex.origin = ray.origin + distance * ray.direction;
     vertex.behind = vertex.origin;

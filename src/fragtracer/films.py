@@ -120,7 +120,9 @@ def merge(films: Mapping[str, SavedFilm]) -> SavedFilm:
         if "stage" in film.state:
             raise FilmError(f"{other}: was sampled adaptively; only films of --no-adaptive can be merged")
         if "light_passes" in film.state:
-            raise FilmError(f"{other}: was rendered with light tracing; only films of --light-tracing off can be merged")
+            raise FilmError(
+                f"{other}: was rendered with light tracing; only films of --light-tracing off can be merged"
+            )
         if found := differences(first.origin, film.origin):
             raise FilmError(f"{other}: is not of the same picture as {name}: {found}")
     ranges = sorted((span, other) for other, film in ordered for span in film.ranges)

@@ -126,10 +126,10 @@ def test_views_are_rays_the_other_way_round(ctx: moderngl.Context, name: str, ap
     found = probe(ctx, ["camera/view.glsl"], body, inputs, outputs, uniforms=uniforms)
     steep = 1 / np.tan(np.radians(camera.fov_degrees) / 2)
     np.testing.assert_allclose(found["place"], (ndc + 1) / 2 * size, rtol=0, atol=1e-4 * max(1, steep))
-    np.testing.assert_allclose(found["distance"][:, 0], far, rtol=1e-5)
+    np.testing.assert_allclose(found["distance"], far, rtol=1e-5)
     assert np.abs(found["off"]).max() < 1e-6
     assert np.abs(found["turn"]).max() < 1e-5
     np.testing.assert_array_equal(found["behind"], 0)
     cosine = camera_rays(ctx, camera, size, ndc, lens)[1] @ axes(camera)[2]
     solid_angle = (2 / (steep * size[1])) ** 2 * cosine**3
-    np.testing.assert_allclose(found["weight"][:, 0], 1 / (far.astype(np.float64) ** 2 * solid_angle), rtol=2e-5)
+    np.testing.assert_allclose(found["weight"], 1 / (far.astype(np.float64) ** 2 * solid_angle), rtol=2e-5)

@@ -34,6 +34,7 @@ FILTERS: dict[str, tuple[Callable[[Floats], Floats], Domain, float]] = {
     "TENT": (tent, Box(1.0), 1 / 6),
     "GAUSSIAN": (gaussian, GaussianPlane(SIGMA), SIGMA**2),
 }
+REACH = {"BOX": 0.5, "TENT": 1.0, "GAUSSIAN": np.inf}
 
 
 def offsets(ctx: moderngl.Context, name: str, u: Floats) -> Floats:
@@ -66,7 +67,10 @@ def test_pixels_have_the_share_of_their_filter(ctx: moderngl.Context, name: str)
     """Of what is seen at a place in the picture, in the mean over the numbers that choose the pixel."""
     density, _, _ = FILTERS[name]
     places, count = np.float32([[4.5, 4.5], [4.02, 4.9], [4.3, 5.6], [4.75, 4.25]]), 1 << 18
-    inputs = {"place": np.repeat(places, count, axis=0), "u": np.random.default_rng(2).random((4 * count, 2), np.float32)}
+    inputs = {
+        "place": np.repeat(places, count, axis=0),
+        "u": np.random.default_rng(2).random((4 * count, 2), np.float32),
+    }
     defines = {"PIXEL_FILTER": f"PIXEL_FILTER_{name}"}
     body = "found = pixel_filter_pixel(place, u);"
     found = probe(ctx, ["film/pixel_filter.glsl"], body, inputs, {"found": 3}, defines)["found"].astype(np.float64)
@@ -76,6 +80,8 @@ def test_pixels_have_the_share_of_their_filter(ctx: moderngl.Context, name: str)
         np.testing.assert_allclose(some[:, 2], weight, rtol=1e-5)
         number = np.round(some[:, 1] * 10 + some[:, 0]).astype(np.int64)
         share = weight * np.bincount(number, minlength=100) / count
-        expected = density(pixels + 0.5 - place) * (np.abs(pixels + 0.5 - place).max(axis=1) < {"BOX": 0.5, "TENT": 1}.get(name, 9))
+        expected = density(pixels + 0.5 - place) * (
+            np.abs(pixels + 0.5 - place).max(axis=1) < {"BOX": 0.5, "TENT": 1}.get(name, 9)
+        )
         error = np.sqrt(weight * expected / count)
         assert (np.abs(share - expected) <= 5 * error + 1e-6).all()

@@ -18,8 +18,9 @@ from fragtracer.light_tracing.targets import Targets, targets_of
 from fragtracer.light_tracing.tracer import PHOTONS, LightTracer, Sums
 from fragtracer.packing import PackedScene, matte_names, pack
 from fragtracer.packing.digest import program_digest
+from fragtracer.packing.interiors import is_closed
 from fragtracer.sampling.pixels import bright
-from fragtracer.scene import SHAPES, Plane, RenderSettings, Scene
+from fragtracer.scene import SHAPES, Plane, RenderSettings, Scene, Sphere
 from fragtracer.scene.interiors import has_media, solids
 
 Floats = NDArray[np.float64]
@@ -86,6 +87,8 @@ def _impossible(scene: Scene, settings: RenderSettings) -> str:
         return "no surface reflects light narrowly onto another"
     if has_media(scene):
         return "there is a medium"
+    if _has_open_fronts(scene):
+        return "a surface that is met from its front alone bounds nothing, so that light is not seen where it goes"
     inside = list(solids(scene))
     if any(solid.contains(scene.camera.position) for solid in inside):
         return "the camera is inside of a dielectric"
@@ -94,6 +97,17 @@ def _impossible(scene: Scene, settings: RenderSettings) -> str:
     if (scene.environment or scene.directional_lights) and any(isinstance(solid.shape, Plane) for solid in inside):
         return "light from afar is inside of a dielectric"
     return ""
+
+
+def _has_open_fronts(scene: Scene) -> bool:
+    """Whether a surface is met from its front alone that light may meet from behind: then what a ray meets depends on
+    which way it goes."""
+    culled = {name for name, material in scene.materials.items() if not material.double_sided}
+    shapes = (shape for kind in SHAPES for shape in getattr(scene, kind))
+    parts = ((mesh.material_of(part), part) for mesh in scene.meshes for part in mesh.parts)
+    return any(shape.material in culled and not isinstance(shape, Sphere) for shape in shapes) or any(
+        name in culled and not is_closed(part.geometry) for name, part in parts
+    )
 
 
 def _light_places(scene: Scene) -> Iterator[ArrayLike]:

@@ -18,41 +18,44 @@ Ints = NDArray[np.int64]
 
 TARGET: Record = (
     *(("threshold", "float"), ("other", "int"), ("record", "int"), ("instance", "int")),
-    *(("density", "float"), ("group", "int"), ("is_culled", "int")),
+    *(("density", "float"), ("cells", "uint"), ("cell", "int"), ("is_culled", "int")),
 )
+_CELLS = (16, 8)  # into which shapes that are no triangles of meshes are divided
+_MOST_DIVIDED = 512  # with more of them, none is
 
 
 @dataclass(frozen=True, eq=False)
 class Targets:
-    """Shapes (n,) by their ``record``, and that of their ``instance`` or -1, with their ``area`` in m^2; ``group`` is
-    the object that each is of, numbered from 0, and ``is_culled`` says that only its front is met."""
+    """Shapes (n,), or parts of them, by the ``record`` of the shape, and that of its ``instance`` or -1, with their
+    ``area`` in m^2. Where ``is_divided`` each is one ``cell`` of :data:`_CELLS`; ``is_culled`` says that only its front
+    is met."""
 
     record: Ints
     instance: Ints
     area: Floats
-    group: Ints
     is_culled: NDArray[np.bool_]
+    is_divided: NDArray[np.bool_]
+    cell: Ints
 
     def __len__(self) -> int:
         return len(self.record)
 
-    @property
-    def groups(self) -> int:
-        """Number of objects."""
-        return int(self.group.max()) + 1 if len(self) else 0
+    def taken(self, places: Ints) -> "Targets":
+        """Those at some places."""
+        return Targets(*(column[places] for column in vars(self).values()))
 
-    def texels(self, share: Floats) -> Words:
-        """The table (2 n, 4), where a photon goes to a group with the probability ``share`` (groups,), and there to
-        a point by area."""
-        probability = share[self.group] * self.area / np.bincount(self.group, self.area)[self.group]
-        threshold, other = alias_table(probability / probability.sum())
+    def texels(self, weight: Floats) -> Words:
+        """The table (2 n, 4), where photons go to each target in proportion to its ``weight`` (n,), all above 0."""
+        probability = weight / weight.sum()
+        threshold, other = alias_table(probability)
         columns = {
             "threshold": threshold,
             "other": other,
             "record": self.record,
             "instance": self.instance + 1,
-            "density": probability / probability.sum() / self.area,
-            "group": self.group,
+            "density": probability / self.area,
+            "cells": np.where(self.is_divided, _CELLS[1] << 16 | _CELLS[0], 1 << 16 | 1),
+            "cell": self.cell,
             "is_culled": self.is_culled,
         }
         return words_of(TARGET, columns, len(self)).reshape(-1, 4)
@@ -66,9 +69,19 @@ def targets_of(packed: PackedScene, materials: Iterable[int]) -> Targets:
         found.append(_of_part(part, first, np.array(sorted(materials), np.int64)))
         first += -(-len(part) // RECORDS_IN_ROW) * RECORDS_IN_ROW
     targets = Targets(*(np.concatenate(columns) for columns in zip(*(vars(t).values() for t in found), strict=True)))
-    there = np.flatnonzero(targets.area > 0)
-    targets = Targets(*(column[there] for column in vars(targets).values()))
-    return replace(targets, group=np.unique(targets.group, return_inverse=True)[1])
+    return _divided(targets.taken(np.flatnonzero(targets.area > 0)))
+
+
+def _divided(targets: Targets) -> Targets:
+    """Large shapes in parts, so that photons can go to those that throw light."""
+    divided = np.flatnonzero(targets.is_divided)
+    if len(divided) > _MOST_DIVIDED:
+        return replace(targets, is_divided=np.zeros(len(targets), bool))
+    cells = _CELLS[0] * _CELLS[1]
+    times = np.where(targets.is_divided, cells, 1)
+    parts = targets.taken(np.repeat(np.arange(len(targets)), times))
+    cell = np.arange(len(parts)) - np.repeat(np.cumsum(times) - times, times)
+    return replace(parts, area=parts.area / np.repeat(times, times), cell=cell)
 
 
 def _of_part(words: Words, first: int, materials: Ints) -> Targets:
@@ -96,13 +109,14 @@ def _of_part(words: Words, first: int, materials: Ints) -> Targets:
         instance.append(np.full(len(triangles), i + first))
         area.append(_areas(words[triangles], of_kind[triangles], matrix))
         carrier.append(np.full(len(triangles), i))
-    flags = kind[np.concatenate(carrier)]
+    records, instances_of = np.concatenate(record), np.concatenate(instance)
     return Targets(
-        np.concatenate(record) + first,
-        np.concatenate(instance),
+        records + first,
+        instances_of,
         np.concatenate(area),
-        (flags & 0xFFFFFF) >> 1,
-        (flags & CULLED) > 0,
+        (kind[np.concatenate(carrier)] & CULLED) > 0,
+        of_kind[records] != Kind.TRIANGLE,
+        np.zeros(len(records), np.int64),
     )
 
 

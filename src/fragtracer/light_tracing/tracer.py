@@ -24,18 +24,18 @@ Ints = NDArray[np.int64]
 _SIZE = (512, 128)
 PHOTONS = _SIZE[0] * _SIZE[1]
 _TARGETS_UNIT = UNITS["u_film_mean"]  # there is no film here
-_PILOT = 2**30  # the number of the pass that says to which targets photons go
-_EVEN = 0.1  # of the photons go to all objects alike
+_PILOT = (2**30, 2**30 + 1)  # the numbers of the passes that say to which targets photons go
+_EVEN = 0.2  # of the photons go there by area
 
 
 @dataclass(frozen=True)
 class Splats:
     """Photons that are seen: the ``pixel`` (n,) of each, row by row from the top, its ``radiance`` (n, 3) there, and
-    the ``group`` (n,) of targets that it was sent to. ``non_finite`` are left out, since they are NaN or infinite."""
+    the ``target`` (n,) that it was sent to. ``non_finite`` are left out, since they are NaN or infinite."""
 
     pixel: Ints
     radiance: Floats
-    group: Ints
+    target: Ints
     non_finite: int
 
 
@@ -96,7 +96,7 @@ class LightTracer:
         """Take over ``packed``, for a picture of ``size``, and its ``targets``, at least one; compiles only if the
         program is another one.
 
-        More photons go to objects from which more light is seen.
+        More photons go to targets from which more light is seen, so that the variance is least.
 
         Raises :class:`ShaderError` if the program does not compile.
         """
@@ -118,11 +118,13 @@ class LightTracer:
         uniforms: dict[str, Any] = {**UNITS, **packed.all_uniforms, "u_targets": _TARGETS_UNIT, "u_seed": 0}
         uniforms |= {"u_target_count": len(targets), "u_photon_width": _SIZE[0]}
         self._program.set({name: value for name, value in uniforms.items() if name in self._program.declared})
-        self._share(targets, np.full(targets.groups, 1 / targets.groups))
-        found = self.trace(_PILOT)
-        seen = np.sqrt(np.bincount(found.group, found.radiance.mean(axis=1), targets.groups))
-        if seen.any():
-            self._share(targets, (1 - _EVEN) * seen / seen.sum() + _EVEN / targets.groups)
+        area = targets.area / targets.area.sum()
+        self._share(targets, area)
+        found = [self.trace(number) for number in _PILOT]
+        seen = sum(np.bincount(f.target, np.square(f.radiance.mean(axis=1)), len(targets)) for f in found)
+        best = np.sqrt(area * seen)
+        if best.any():
+            self._share(targets, (1 - _EVEN) * best / best.sum() + _EVEN * area)
         self.seed(packed.uniforms["u_seed"])
 
     def seed(self, seed: int) -> None:
@@ -130,10 +132,10 @@ class LightTracer:
         assert self._program is not None
         self._program.set({"u_seed": seed})
 
-    def _share(self, targets: Targets, share: Floats) -> None:
+    def _share(self, targets: Targets, weight: Floats) -> None:
         if self._table is not None:
             self._table.release()
-        table = {"u_targets": (targets.texels(share),)}
+        table = {"u_targets": (targets.texels(weight),)}
         self._table = folded_textures(self._ctx, table, table)["u_targets"]
 
     def trace(self, number: int) -> Splats:
@@ -157,8 +159,8 @@ class LightTracer:
         width, height = self._size
         row, column = np.divmod(splat[there, 3].astype(np.int64), width)
         radiance = splat[there, :3].astype(np.float64)
-        group, non_finite = target[there, 0].astype(np.int64), int((splat[:, 3] < -1).sum())
-        return Splats((height - 1 - row) * width + column, radiance, group, non_finite)
+        aimed, non_finite = target[there, 0].astype(np.int64), int((splat[:, 3] < -1).sum())
+        return Splats((height - 1 - row) * width + column, radiance, aimed, non_finite)
 
     @property
     def gpu_bytes(self) -> int:

@@ -3,7 +3,7 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -63,12 +63,14 @@ def render_ours(
     pictures: list[NDArray[np.float32]] = []
     non_finite, rendering = 0, 0.0
     begin = time.perf_counter()
-    # Without guiding and light tracing, as the reference: light that they alone find, too rare for any batch of the other
-    # side, would show as a difference (docs/correctness.md). Batches are too short for a pilot of adaptive sampling to pay.
-    adaptive = "off" if scene.render.adaptive == "auto" else scene.render.adaptive
-    rays = min(each, scene.render.rays)
-    untraced = {} if scene.render.light_tracing == "on" else {"light_tracing": "off"}
-    with Renderer(scene, size, context, rays=rays, guiding="off", adaptive=adaptive, **untraced) as renderer:
+    # Without guiding and light tracing, as the reference: light that they alone find, too rare for any batch of the
+    # other side, would show as a difference (docs/correctness.md). Batches are too short for a pilot of adaptive
+    # sampling to pay.
+    settings: dict[str, Any] = {
+        name: "off" for name in ("adaptive", "light_tracing") if getattr(scene.render, name) == "auto"
+    }
+    scene = replace(scene, render=replace(scene.render, rays=min(each, scene.render.rays), guiding="off", **settings))
+    with Renderer(scene, size, context) as renderer:
         device = renderer.context_info["GL renderer"]
         for batch_seed in np.random.SeedSequence((seed, 0)).generate_state(batches):
             renderer.reset(seed=int(batch_seed))
