@@ -195,7 +195,9 @@ def adaptively(costs: Costs, workers: int, pixels: int, spp: int) -> float:
 def main() -> None:
     argparse.ArgumentParser(description=str(__doc__).splitlines()[0]).parse_args()
     scene = load(SCENE)
-    scene = replace(scene, render=replace(scene.render, width=SIZE[0], height=SIZE[1], guiding="off"))
+    scene = replace(
+        scene, render=replace(scene.render, width=SIZE[0], height=SIZE[1], guiding="off", light_tracing="off")
+    )
     runs: list[Run] = []
     for workers, threads in PROCESSES:
         os.environ["LP_NUM_THREADS"] = str(threads)  # of each worker

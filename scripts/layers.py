@@ -36,7 +36,9 @@ def main() -> None:
     for name in options.scenes.split(","):
         seconds = []
         for aovs in ((), ("direct",)):
-            with Renderer(load(name), options.size, adaptive="off", guiding="off", aovs=aovs) as renderer:
+            with Renderer(
+                load(name), options.size, adaptive="off", guiding="off", light_tracing="off", aovs=aovs
+            ) as renderer:
                 draw, reset = lambda r=renderer: r.sample(options.spp), lambda r=renderer: r.reset()
                 seconds.append(least(draw, reset))
                 if aovs:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""Writes the tables of what adaptive sampling and guiding give in docs/sampling.md: for each scene the squared error
-that one of them saves at equal samples, what it costs, and whether it would have been chosen. Minutes for a scene of
-meshes."""
+"""Writes the tables of what adaptive sampling, guiding and light tracing give in docs/sampling.md: for each scene the
+squared error that one of them saves at equal samples, what it costs, and whether it would have been chosen. Minutes for
+a scene of meshes."""
 
 import argparse
 import time
@@ -9,14 +9,14 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 
+from fragtracer import guiding, light_tracing
 from fragtracer.apps.compare.relative_error import relative_weight
 from fragtracer.gpu.context import create_context
-from fragtracer.guiding import decide
 from fragtracer.io.toml import bundled, load
 from fragtracer.renderer import Renderer
 from fragtracer.scene import RenderSettings
 
-EVEN = {"adaptive": "off", "guiding": "off"}
+EVEN = {"adaptive": "off", "guiding": "off", "light_tracing": "off"}
 
 
 def measured(name: str, options: argparse.Namespace, **settings: str) -> tuple[NDArray[np.float64], float, str]:
@@ -38,8 +38,9 @@ def decision(name: str, options: argparse.Namespace) -> str:
         few = argparse.Namespace(size=options.size, spp=40, seeds=1)
         return measured(name, few, adaptive="auto")[2]
     scene = load(name)
-    bounces = scene.render.bounces
-    return decide(create_context(), scene, RenderSettings(width=640, height=360, spp=1024, bounces=bounces)).reason
+    settings = RenderSettings(width=640, height=360, spp=1024, bounces=scene.render.bounces)
+    technique = light_tracing if options.technique == "light_tracing" else guiding
+    return technique.decide(create_context(), scene, settings).reason
 
 
 def main() -> None:

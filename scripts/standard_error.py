@@ -18,7 +18,9 @@ from fragtracer.renderer import Renderer
 def ratio(name: str, size: tuple[int, int], spp: int, seeds: int, adaptive: bool) -> float:
     """Told over true, both means over the pixels of a picture without guiding."""
     images, told = [], []
-    with Renderer(load(name), size, adaptive="on" if adaptive else "off", guiding="off") as renderer:
+    with Renderer(
+        load(name), size, adaptive="on" if adaptive else "off", guiding="off", light_tracing="off"
+    ) as renderer:
         for seed in range(seeds):
             renderer.reset(seed=seed)
             renderer.sample(spp)

@@ -52,7 +52,10 @@ def measure(name, poster_seconds, seconds, there):
     scene = ft.load(name)
     path = Path(there) / "page.html"
     ft.export_html(scene, path, seconds=poster_seconds)
-    with Chromium("mesa") as browser, ft.Renderer(scene, SIZE, adaptive="off", guiding="off") as desktop:
+    with (
+        Chromium("mesa") as browser,
+        ft.Renderer(scene, SIZE, adaptive="off", guiding="off", light_tracing="off") as desktop,
+    ):
         browser.resize(800, 700)
         time.sleep(1)
         browser.call("Page.navigate", url=path.resolve().as_uri())

@@ -20,7 +20,7 @@
 layout(location = 0) out vec4 out_mean;
 layout(location = 1) out vec4 out_variance;
 layout(location = 2) out vec4 out_half_difference;
-#if LIGHT_PARTS
+#if FILM_LIGHT == FILM_LIGHT_PARTS
 layout(location = 3) out vec4 out_emission;
 layout(location = 4) out vec4 out_direct_diffuse;
 layout(location = 5) out vec4 out_direct_specular;
@@ -34,7 +34,7 @@ void main() {
     ivec2 texel = ivec2(gl_FragCoord.xy);
     Work work = work_load(texel);
     Film film = film_load(texel, work.first_sample);
-#if LIGHT_PARTS
+#if FILM_LIGHT == FILM_LIGHT_PARTS
     parts_load(texel);
 #endif
     path_trace(film, work.pixel, u_rays);
@@ -42,7 +42,7 @@ void main() {
     out_mean = film_mean(film);
     out_variance = film_variance(film);
     out_half_difference = film_half_difference(film);
-#if LIGHT_PARTS
+#if FILM_LIGHT == FILM_LIGHT_PARTS
     out_emission = vec4(film_parts.emission, 0.0);
     out_direct_diffuse = vec4(film_parts.direct_diffuse, 0.0);
     out_direct_specular = vec4(film_parts.direct_specular, 0.0);

@@ -77,11 +77,12 @@ CHOICES = {
 # What no scene asks for, but the viewer and the study of the split-sum approximation do; of every program a part.
 SWITCHES: dict[str, list[Any]] = {
     "GUIDING": ["GUIDING_OFF", "GUIDING_ON", "GUIDING_MEASURED"],
-    "LIGHT_PARTS": [0, 0, 1],
+    "FILM_LIGHT": ["FILM_LIGHT_ALL", "FILM_LIGHT_ALL", "FILM_LIGHT_PARTS", "FILM_LIGHT_UNTRACED"],
 }
 PROGRAMS: dict[str, dict[str, list[Any]]] = {
     "pathtracer.frag": SWITCHES,
     "photons.frag": SWITCHES,
+    "light_tracing.frag": SWITCHES,
     "split_sum.frag": {
         **SWITCHES,
         "SPLIT_SUM_STEP": [9, 9, 1, 2, 3, 4, 5, 6, 7, 8],

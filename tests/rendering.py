@@ -69,7 +69,10 @@ class Planter:
     """Replaces text in a copy of the shaders, from which all renderers made afterwards are built."""
 
     def __init__(
-        self, monkeypatch: pytest.MonkeyPatch, root: Path, modules: Iterable[str] = ("gpu.tracer", "probe")
+        self,
+        monkeypatch: pytest.MonkeyPatch,
+        root: Path,
+        modules: Iterable[str] = ("gpu.tracer", "light_tracing.tracer", "probe"),
     ) -> None:
         self._copy = root / "shaders"
         shutil.copytree(folder("shaders"), self._copy)

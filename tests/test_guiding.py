@@ -110,7 +110,7 @@ def test_guiding_pays_for_caustics(ctx: Any, monkeypatch: pytest.MonkeyPatch) ->
     """The measurement says so, and the picture too: half of the variance at least."""
     monkeypatch.setattr("fragtracer.guiding.decision.cached", lambda kind, key, make: make())
     scene, settings = load("three-spheres"), {"size": (64, 36), "seeds": range(8), "spp": 256}
-    with Renderer(scene, (64, 36), context=ctx, spp=8192) as renderer:
+    with Renderer(scene, (64, 36), context=ctx, spp=8192, light_tracing="off") as renderer:
         assert renderer.metadata()["guiding_decision"].startswith("on: the variance falls by")
     variances = []
     for choice in ("on", "off"):
@@ -125,7 +125,7 @@ def test_what_guiding_does_not_find_counts(ctx: Any, monkeypatch: pytest.MonkeyP
     """Few samples say that it divides the variance of ring by 4 and that of caustic by 12, but the more there are, the
     less it does; and guided paths go through the glass and are longer."""
     monkeypatch.setattr("fragtracer.guiding.decision.cached", lambda kind, key, make: make())
-    with Renderer(load(name), (96, 54), context=ctx, spp=8192) as renderer:
+    with Renderer(load(name), (96, 54), context=ctx, spp=8192, light_tracing="off") as renderer:
         assert renderer.metadata()["guiding_decision"].startswith("off: the variance would fall by")
 
 

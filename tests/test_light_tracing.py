@@ -141,7 +141,7 @@ def light_of(ctx: Any, scene: Scene, spp: int, seeds: int, **settings: Any) -> t
     width, 3): pictures of the same paths, from which those are taken that leave that light out."""
     settings = {"bounces": 5, "adaptive": "off", "guiding": "off", "rays": 64} | settings
     found = []
-    for choice, defines in (("off", {}), ("on", {}), ("off", {"LIGHT_TRACING": 1})):
+    for choice, defines in (("off", {}), ("on", {}), ("off", {"FILM_LIGHT": "FILM_LIGHT_UNTRACED"})):
         pictures = []
         with Renderer(scene, SIZE, context=ctx, defines=defines, light_tracing=choice, **settings) as renderer:
             for seed in range(seeds):

@@ -4,11 +4,16 @@
 // (direct) or more often (indirect). So do Cycles and Arnold divide it.
 #include "film/layers.glsl"
 
-#ifndef LIGHT_PARTS
-#define LIGHT_PARTS 0
+// What the film gets: all light, all light and its parts, or what light tracing leaves of it
+// (integrator/light_traced.glsl).
+#define FILM_LIGHT_ALL 0
+#define FILM_LIGHT_PARTS 1
+#define FILM_LIGHT_UNTRACED 2
+#ifndef FILM_LIGHT
+#define FILM_LIGHT FILM_LIGHT_ALL
 #endif
 
-#if LIGHT_PARTS
+#if FILM_LIGHT == FILM_LIGHT_PARTS
 struct Parts {
     vec3 emission;
     vec3 direct_diffuse;

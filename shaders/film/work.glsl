@@ -10,7 +10,7 @@ uniform int u_has_work;
 struct Work { ivec2 pixel; uint first_sample; };
 
 Work work_load(ivec2 texel) {
-    if (LIGHT_PARTS == 1 || u_has_work == 0) return Work(texel, 0u);
+    if (FILM_LIGHT == FILM_LIGHT_PARTS || u_has_work == 0) return Work(texel, 0u);
     uvec2 item = texelFetch(u_work, texel, 0).xy;
     return Work(ivec2(item.x & 0xffffu, item.x >> 16u), item.y);
 }

@@ -20,11 +20,11 @@
 uniform int u_light_samples;  // at each vertex
 uniform vec3 u_ambient_radiance;
 
-#if LIGHT_PARTS
+#if FILM_LIGHT == FILM_LIGHT_PARTS
 vec3 direct_diffuse;  // what of the light that direct_light() has returned is scattered by the diffuse part of the BSDF
 #endif
 
-#if LIGHT_TRACING
+#if FILM_LIGHT == FILM_LIGHT_UNTRACED
 vec3 direct_traced = vec3(0.0);  // what of narrowly scattered light direct_light() leaves to light tracing
 #endif
 
@@ -151,10 +151,10 @@ vec3 direct_sample(Vertex vertex, bool is_wanted, vec2 u) {
     Ray ray = Ray(vertex_origin(vertex, wi), light.wi);
     ivec4 inside = interior_behind_vertex(vertex, wi);
     radiance *= direct_transmittance(vertex, ray, light.distance, inside, light.primitive, u);
-#if LIGHT_PARTS
+#if FILM_LIGHT == FILM_LIGHT_PARTS
     direct_diffuse += radiance * vertex_diffuse_share(vertex, wi);
 #endif
-#if LIGHT_TRACING
+#if FILM_LIGHT == FILM_LIGHT_UNTRACED
     if (light_traced_is_wanted(light)) radiance *= 1.0 - direct_traced * light_traced_narrow(vertex, wi);
 #endif
     return radiance;
@@ -167,7 +167,7 @@ vec3 direct_ambient_sample(Vertex vertex, vec2 u) {
     if (vertex.in_medium) {
         Ray way = Ray(vertex.origin, frame_to_world(vertex.frame, phase_sample(vertex.g, vertex.wo, u)));
         vec3 scattered = u_ambient_radiance * direct_transmittance(vertex, way, INFINITE_DISTANCE, vertex.inside, NO_PRIMITIVE, u);
-#if LIGHT_PARTS
+#if FILM_LIGHT == FILM_LIGHT_PARTS
         direct_diffuse += scattered;
 #endif
         return scattered;
@@ -182,7 +182,7 @@ vec3 direct_ambient_sample(Vertex vertex, vec2 u) {
     ivec4 inside = interior_behind_vertex(vertex, wi);
     vec3 radiance = u_ambient_radiance * direct_transmittance(vertex, ray, INFINITE_DISTANCE, inside, NO_PRIMITIVE, u);
     vec3 scattered = bsdf_eval(vertex.bsdf, vertex.wo, wi) * radiance * factor / density;
-#if LIGHT_PARTS
+#if FILM_LIGHT == FILM_LIGHT_PARTS
     direct_diffuse += scattered * vertex_diffuse_share(vertex, wi);
 #endif
     return scattered;
@@ -193,7 +193,7 @@ vec3 direct_ambient_sample(Vertex vertex, vec2 u) {
 vec3 direct_light(Vertex vertex, bool is_wanted, int depth, ivec2 pixel, uint index, vec2 u) {
     vec3 direct = vec3(0.0);
     float unused;
-#if LIGHT_PARTS
+#if FILM_LIGHT == FILM_LIGHT_PARTS
     direct_diffuse = vec3(0.0);
 #endif
     if (u_light_count > 0) {
@@ -207,7 +207,7 @@ vec3 direct_light(Vertex vertex, bool is_wanted, int depth, ivec2 pixel, uint in
             i++;
         } while (i < u_light_samples);
         direct /= float(u_light_samples);
-#if LIGHT_PARTS
+#if FILM_LIGHT == FILM_LIGHT_PARTS
         direct_diffuse /= float(u_light_samples);
 #endif
     }

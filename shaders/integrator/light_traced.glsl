@@ -6,14 +6,11 @@
 // the other side is not scattered that way.
 //
 //   camera - receiver - ... - narrow - light
+#include "film/parts.glsl"
 #include "integrator/vertex.glsl"
 #include "light/sample.glsl"
 #include "shape/plane.glsl"
 #include "shape/ray.glsl"
-
-#ifndef LIGHT_TRACING
-#define LIGHT_TRACING 0
-#endif
 
 // GGX width up to which a lobe is narrow: of wider ones light sampling finds the light well.
 const float LIGHT_TRACED_WIDEST = 0.3;
@@ -29,7 +26,7 @@ bool light_traced_from(Hit hit) { return hit.primitive >= u_plane_count; }
 // Whether a light is one whose light is traced.
 bool light_traced_is_wanted(LightSample light) { return light.primitive != PRIMITIVE_AROUND; }
 
-#if LIGHT_TRACING
+#if FILM_LIGHT == FILM_LIGHT_UNTRACED
 // Of a path's throughput.
 struct LightTraced {
     vec3 received;  // the share that the first surface does not scatter narrowly

@@ -36,11 +36,11 @@ struct Path {
     vec3 start;       // where light was scattered last, before boundaries of media were passed
     float way;        // distance from there to the origin of the ray
 #endif
-#if LIGHT_TRACING
+#if FILM_LIGHT == FILM_LIGHT_UNTRACED
     LightTraced traced;  // what of its light is left to light tracing
 #endif
     Moments moments;  // what guiding is worth, where that is measured
-#if LIGHT_PARTS
+#if FILM_LIGHT == FILM_LIGHT_PARTS
     Parts parts;       // of the radiance
     vec3 diffuse;      // what of the BSDF was its diffuse part, towards the ray that left the first vertex
 #endif
@@ -52,11 +52,11 @@ Path path_begin(ivec2 pixel, vec4 u) {
 #if HAS_MEDIA
         , ray.origin, 0.0
 #endif
-#if LIGHT_TRACING
+#if FILM_LIGHT == FILM_LIGHT_UNTRACED
         , light_traced_begin()
 #endif
         , moments_begin()
-#if LIGHT_PARTS
+#if FILM_LIGHT == FILM_LIGHT_PARTS
         , parts_begin(), vec3(0.0)
 #endif
     );
@@ -65,14 +65,14 @@ Path path_begin(ivec2 pixel, vec4 u) {
 // Adds what the ray has met.
 void path_receive(inout Path path, vec3 radiance) {
     path.radiance += radiance;
-#if LIGHT_PARTS
+#if FILM_LIGHT == FILM_LIGHT_PARTS
     parts_receive(path.parts, path.depth, radiance, radiance * path.diffuse);
 #endif
 }
 
 // What the path tracer counts of the light of lights that the path meets.
 vec3 path_rest(Path path) {
-#if LIGHT_TRACING
+#if FILM_LIGHT == FILM_LIGHT_UNTRACED
     return light_traced_rest(path.traced, path.depth);
 #else
     return vec3(1.0);
@@ -81,7 +81,7 @@ vec3 path_rest(Path path) {
 
 // Whether guiding finds light of the path that light tracing does not.
 bool path_is_guided(Path path) {
-#if LIGHT_TRACING
+#if FILM_LIGHT == FILM_LIGHT_UNTRACED
     return path.depth > 0 && max_component(path.traced.received) < 0.5;
 #else
     return true;
@@ -96,7 +96,7 @@ vec3 path_escaped_radiance(Path path) {
 // Adds a path that `ends`: it is a sample.
 void path_end_if(bool ends, Path path, inout Film film) {
     film_add_if(ends, film, moments_of_path(path.moments, path.radiance));
-#if LIGHT_PARTS
+#if FILM_LIGHT == FILM_LIGHT_PARTS
     if (ends && is_finite(path.radiance)) parts_add(path.parts, 1.0 / film.count);
 #endif
 }
@@ -219,14 +219,14 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
 #if HAS_MEDIA
         if (flight.scatters) throughput = lit_throughput / survival;
 #endif
-#if LIGHT_TRACING
+#if FILM_LIGHT == FILM_LIGHT_UNTRACED
         direct_traced = light_traced_next(path.traced, vertex, hit, path.depth);
 #endif
         vec3 direct = direct_light(vertex, is_lit, vertex_number, pixel, index, u.zw);
         if (is_lit) {
             direct *= throughput;
             path.radiance += direct;
-#if LIGHT_PARTS
+#if FILM_LIGHT == FILM_LIGHT_PARTS
             vec3 diffuse = path.depth == 0 ? throughput * direct_diffuse : direct * path.diffuse;
             parts_receive(path.parts, path.depth + 1, direct, diffuse);
 #endif
@@ -242,10 +242,10 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
         // The next direction, drawn from the BSDF, or by the guiding. Where there is none, the path ends at what it meets.
         BsdfSample scattered = vertex_scatter(vertex, u.xy);
         moments_scatter(path.moments, path.radiance, vertex_odds(vertex, scattered));
-#if LIGHT_PARTS
+#if FILM_LIGHT == FILM_LIGHT_PARTS
         if (path.depth == 0) path.diffuse = bsdf_is_delta(scattered) ? vec3(0.0) : vertex_diffuse_share(vertex, scattered.wi);
 #endif
-#if LIGHT_TRACING
+#if FILM_LIGHT == FILM_LIGHT_UNTRACED
         light_traced_scatter(path.traced, vertex, hit, scattered, path.depth, path.passed);
 #endif
         path.ray = Ray(vertex_origin(vertex, scattered.wi), frame_to_world(vertex.frame, scattered.wi));

@@ -544,7 +544,7 @@ class Renderer:
                 raise FragtracerError(
                     f"the integrator {self.settings.integrator} knows no parts of the light; use path"
                 )
-            defines = {**defines, "LIGHT_PARTS": 1}
+            defines = {**defines, "FILM_LIGHT": "FILM_LIGHT_PARTS"}
         defines = {**self._light_decision().defines, **defines}
         return TracerProgram(name, defines, self._level, root=self._shaders)
 

@@ -63,6 +63,7 @@ FULL = Scene(
         background="prefiltered",
         background_roughness=0.5,
         guiding="on",
+        light_tracing="off",
     ),
     description="odd: [\n 1,\n ]\t\"'\\ é,\n]",
 )

@@ -46,7 +46,7 @@ class Decision:
     @property
     def defines(self) -> dict[str, int | str]:
         """Of the program that traces the paths."""
-        return {"LIGHT_TRACING": 1} if self.is_on else {}
+        return {"FILM_LIGHT": "FILM_LIGHT_UNTRACED"} if self.is_on else {}
 
 
 def decide(ctx: Any, scene: Scene, settings: RenderSettings) -> Decision:

@@ -40,6 +40,7 @@ class Variant:
 VARIANTS = (
     Variant("no adaptive sampling", {"adaptive": "off"}),
     Variant("no guiding", {"guiding": "off"}),
+    Variant("no light tracing", {"light_tracing": "off"}),
     Variant("hash sampler, not the texture", {"sampler": "hash"}),
     Variant("no path begins before vertices", edits=NO_PATHS_BEFORE_VERTICES),
     Variant("no path regeneration", edits=NO_PATH_REGENERATION),
@@ -52,11 +53,12 @@ VARIANTS = (
     Variant("geometry term schlick-beckmann, not smith", {"geometry": "schlick-beckmann"}),
     Variant("geometry term karis, not smith", {"geometry": "karis"}),
 )
-_EVEN = {"adaptive": "off", "guiding": "off"}
+_EVEN = {"adaptive": "off", "guiding": "off", "light_tracing": "off"}
 WHERE_SAMPLES_GO = (
     Variant("even, unguided", _EVEN),
     Variant("adaptive, unguided", {"guiding": "off"}),
     Variant("even, guided", {"adaptive": "off"}),
+    Variant("without light tracing", {"light_tracing": "off"}),
 )
 _SCENES = ("three-spheres", "cornell-box")
 _SIZE = (256, 256)

@@ -12,7 +12,13 @@ from fragtracer.scene import Scene
 _SIDE = 64  # pixels of the longer side of the image that is counted
 _SPP = 64
 # Compiling the scene into the program would take longer than so few samples.
-_SETTINGS: dict[str, Any] = {"rays": 16, "adaptive": "off", "guiding": "off", "specialised": False}
+_SETTINGS: dict[str, Any] = {
+    "rays": 16,
+    "adaptive": "off",
+    "guiding": "off",
+    "light_tracing": "off",
+    "specialised": False,
+}
 
 
 @dataclass(frozen=True)

@@ -14,18 +14,14 @@ from fragtracer.apps.cli.picture import Picture
 from fragtracer.apps.cluster.work import BLOCK
 from fragtracer.errors import FragtracerError
 from fragtracer.io.images import write_image
-from fragtracer.scene import RenderSettings, Scene
+from fragtracer.scene import Scene
 from fragtracer.scene.content import content_digest
 
 Show = Callable[[dict[str, Any], int], AbstractContextManager[Callable[[Any], None]]]  # as render._progress
 
 
-def check_options(
-    settings: RenderSettings, limits: Mapping[str, Any], picture: Picture, moves: bool, first_sample: int | None
-) -> None:
+def check_options(limits: Mapping[str, Any], picture: Picture, moves: bool, first_sample: int | None) -> None:
     """Raise FragtracerError where a cluster cannot do what is asked for."""
-    if settings.light_tracing == "on":
-        raise FragtracerError("--cluster traces paths alone; leave out --light-tracing on")
     if first_sample:
         raise FragtracerError("--cluster renders from the first sample; leave out --first-sample")
     if picture.aovs or picture.denoise:

@@ -157,7 +157,7 @@ def render(
     if cluster is not None:
         from fragtracer.apps.cli import on_cluster
 
-        on_cluster.check_options(lit.render, limits, picture, moves, first_sample)
+        on_cluster.check_options(limits, picture, moves, first_sample)
     if moves and first_sample:
         raise FragtracerError("--first-sample is for one picture; leave it out where the camera moves")
     if moves:

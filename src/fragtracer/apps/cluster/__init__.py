@@ -50,6 +50,8 @@ def check(scene: Scene, block: int = BLOCK) -> None:
     """Raise FragtracerError where a cluster cannot render ``scene`` in blocks of ``block`` samples."""
     if scene.render.integrator != "path":
         raise FragtracerError("a cluster renders paths: it needs --integrator path")
+    if scene.render.light_tracing == "on":
+        raise FragtracerError("a cluster renders paths alone: it needs --light-tracing auto or off")
     if block % 2 or block < FIRST_STAGE:
         raise FragtracerError(
             f"--block {block}: give an even number, {FIRST_STAGE} or more; samples belong to two streams in turns"
@@ -177,7 +179,7 @@ def _limit(scene: Scene, spp: int | None, seconds: float | None, until: float | 
 
 def _packed(scene: Scene, *more: str) -> tuple[bytes, str]:
     """For the workers, who do not plan, with its digest."""
-    scene = replace(scene, render=replace(scene.render, adaptive="off"))
+    scene = replace(scene, render=replace(scene.render, adaptive="off", light_tracing="off"))
     origin = origin_of(scene, scene.render) | {"spp": str(scene.render.spp)}
     return pickle.dumps(scene, protocol=5), content_digest(repr(sorted(origin.items())), *more)
 

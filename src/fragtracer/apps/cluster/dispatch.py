@@ -277,5 +277,5 @@ class Dispatcher:
 
 
 def _without_adaptive(origin: dict[str, str]) -> dict[str, str]:
-    """Workers do not know of it."""
-    return {name: value for name, value in origin.items() if name != "adaptive"}
+    """Workers do not know of it, nor of light tracing."""
+    return {name: value for name, value in origin.items() if name not in ("adaptive", "light_tracing")}
