@@ -206,10 +206,10 @@ MUTATIONS = [
         Check(test_camera.test_views_are_rays_the_other_way_round, name="default", aperture_radius=0.0),
     ),
     Mutation(
-        "photons through glass as radiance",
+        "photons that coloured water does not absorb",
         "light_tracing.frag",
-        "(square(s.eta) * vertex.wo.z",
-        "(vertex.wo.z",
+        "        photon.flux *= interior_transmittance(beyond, photon.hit.distance);\n",
+        "",
         traced(test_light_tracing.glass, 8192, 0.06),
     ),
     Mutation(

@@ -10,7 +10,7 @@ from mutations import MUTATIONS, Mutation
 from rendering import Planter
 
 # The modules that read the shaders, but for those of maps, which are cached, and of the viewer's glare and meter.
-READERS = ("gpu.tracer", "gpu.accumulation", "probe", "apps.viewer.display")
+READERS = ("gpu.tracer", "gpu.accumulation", "light_tracing.tracer", "probe", "apps.viewer.display")
 
 
 @pytest.fixture(scope="module")
