@@ -32,8 +32,6 @@ uniform int u_bounces;
 uniform int u_photon_pass;  // whose photons are drawn
 uniform int u_photon_width; // of a row of them
 
-const int MOST_PASSED = 16;  // surfaces that do not scatter, and scattering events
-
 vec4 photon_random(uint number, int use, out float u) {
     return sampler_vec4(ivec2(u_photon_pass, 0), number, dimension_photon(use), u);
 }
@@ -44,7 +42,7 @@ struct Photon {
     Surface surface;
     Material material;
     vec3 towards_light;  // unit
-    vec3 flux;           // W / W of the density of the target
+    vec3 flux;           // W, over the density of all that was drawn
     ivec4 inside;        // the dielectrics that it has come through last
     int band;
     int events;          // that have scattered it
@@ -110,7 +108,6 @@ vec4 photon_trace(uint number, out int number_of_target) {
     vec3 seen = vec3(0.0);
     float brought = 0.0;
     CameraView view;
-    float distance_seen = 0.0;
     vec3 throughput = vec3(1.0);
     int turn = 0;
     bool goes_on;
@@ -164,8 +161,9 @@ vec4 photon_trace(uint number, out int number_of_target) {
 
         // Russian roulette by the share of the light that is left.
         throughput *= factor;
-        float survival = photon.events > 1 ? min(0.95, sqrt(max_component(throughput))) : 1.0;
-        goes_on = s.pdf > 0.0 && max_component(factor) > 0.0 && !from.is_bent && photon.events < u_bounces && turn < MOST_PASSED && rr_sample < survival;
+        float survival = turn > 0 ? min(0.95, sqrt(max_component(throughput))) : 1.0;
+        bool scatters = s.pdf > 0.0 && max_component(factor) > 0.0 && !from.is_bent;
+        goes_on = scatters && photon.events < u_bounces && rr_sample < survival;
         photon.flux *= factor / survival;
 
         Ray ray = Ray(vertex_origin(vertex, s.wi), direction);

@@ -289,7 +289,7 @@ GLASS = Material(model="dielectric", ior=1.5)
                 LENS, {"gold": replace(MATERIALS["gold"], double_sided=False)}, planes=[replace(FLOOR, material="gold")]
             ),
             {"light_tracing": "on"},
-            "met from its front alone",
+            "met from its front alone is not closed",
         ),
         (
             Scene(LENS, {"glass": GLASS}, spheres=[Sphere(LENS.position, 1.0, "glass")]),

@@ -150,6 +150,8 @@ class Renderer:
     def _draw_pass(self, most: int | None, on_band: Callable[[float], None] | None) -> None:
         """Draw a pass of ``most`` samples per pixel at most."""
         with self._current():
+            if self._light is not None:
+                self._light.advance(max(1, self.spp))  # no sample without photons, however the pass ends
             for share in self._film.bands(self._tracer, pass_rays(self.settings.rays, self.spp), most):
                 if on_band is not None:
                     on_band(self.spp + self._film.pass_rays * share)
@@ -420,9 +422,7 @@ class Renderer:
     def _samples_are_plain(self) -> bool:
         """Whether those of the picture go the ways of layers.frag as long as surfaces are smooth."""
         traces_paths = self._program().name == PROGRAMS["path"]
-        return traces_paths and not (
-            self._film.is_uneven or self._light or self.first_sample or "u_guiding" in self._packed().tables
-        )
+        return traces_paths and not (self._film.is_uneven or self.first_sample or "u_guiding" in self._packed().tables)
 
     @property
     def spp(self) -> int:
@@ -507,18 +507,15 @@ class Renderer:
     def _light_decision(self) -> light_tracing.Decision:
         """Whether some light is traced from the lights, decided anew only where something has changed; of pictures of a
         moving camera, by the first."""
-        if self._name is not None or self._has_parts or self.first_sample:
-            return light_tracing.Decision(
-                False, "off: this program, layers of light and parts of the samples do without"
-            )
+        if self._has_parts or self.first_sample:
+            return light_tracing.Decision(False, "off: layers of light and parts of the samples are of paths alone")
+        if self._name is not None or self._defines:
+            return light_tracing.Decision(False, "off: this is another program")
         settings = light_tracing.decides(self.settings)
         if self._tracing is not None:
             scene, known, decision = self._tracing
-            if (
-                known == settings
-                and same_light(scene, self.scene)
-                and (self._moves or scene.camera == self.scene.camera)
-            ):
+            is_seen_alike = self._moves or scene.camera == self.scene.camera
+            if known == settings and is_seen_alike and same_light(scene, self.scene):
                 return decision
         decision = light_tracing.decide(self.context, self.scene, settings)
         self._tracing = self.scene, settings, decision

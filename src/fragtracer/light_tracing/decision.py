@@ -88,7 +88,7 @@ def _impossible(scene: Scene, settings: RenderSettings) -> str:
     if has_media(scene):
         return "there is a medium"
     if _has_open_fronts(scene):
-        return "a surface that is met from its front alone bounds nothing, so that light is not seen where it goes"
+        return "a surface that is met from its front alone is not closed: light passes it one way only"
     inside = list(solids(scene))
     if any(solid.contains(scene.camera.position) for solid in inside):
         return "the camera is inside of a dielectric"
@@ -101,7 +101,7 @@ def _impossible(scene: Scene, settings: RenderSettings) -> str:
 
 def _has_open_fronts(scene: Scene) -> bool:
     """Whether a surface is met from its front alone that light may meet from behind: then what a ray meets depends on
-    which way it goes."""
+    which way it goes. Spheres and closed meshes are met from outside either way."""
     culled = {name for name, material in scene.materials.items() if not material.double_sided}
     shapes = (shape for kind in SHAPES for shape in getattr(scene, kind))
     parts = ((mesh.material_of(part), part) for mesh in scene.meshes for part in mesh.parts)
@@ -147,7 +147,7 @@ def _measured(ctx: Any, packed: PackedScene, targets: Targets, size: tuple[int, 
         light.load(packed, targets, size, Level.KINDS)
         sums = Sums.none(size)
         for number in range(_PASSES):
-            sums = sums.with_pass(light.trace(number))
+            sums.add(light.trace(number))
     finally:
         light.release()
     if not sums.total.any():

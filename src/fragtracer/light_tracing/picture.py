@@ -56,7 +56,7 @@ class LightTracing:
         width, height = self._size
         pairs = -(-spp * width * height * PHOTONS_PER_SAMPLE // (2 * PHOTONS))
         while self._sums.passes < 2 * pairs:
-            self._sums = self._sums.with_pass(self._tracer.trace(self._sums.passes))
+            self._sums.add(self._tracer.trace(self._sums.passes))
 
     def added_to(self, pixels: Pixels) -> Pixels:
         """``pixels`` of the paths, with the light of the photons; the standard error is that of both."""
@@ -79,7 +79,7 @@ class LightTracing:
 
     def restore(self, state: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> None:
         """Go on from what :meth:`state` has returned for a picture of this size; raises KeyError where it is not."""
-        total, squares, difference = (arrays[f"light.{name}"] for name in ("total", "squares", "difference"))
+        total, squares, difference = (np.array(arrays[f"light.{name}"]) for name in ("total", "squares", "difference"))
         self._sums = Sums(total, squares, difference, state["light_passes"], state["light_non_finite"])
 
     @property

@@ -39,7 +39,7 @@ class Splats:
     non_finite: int
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Sums:
     """Of the radiance of photons, (height, width, 3), row 0 at the top: ``total``, ``squares``, and ``difference``, in
     which those of every second pass count negatively; the number of ``passes``, and that of photons left out since
@@ -48,31 +48,28 @@ class Sums:
     total: Floats
     squares: Floats
     difference: Floats
-    passes: int
-    non_finite: int
+    passes: int = 0
+    non_finite: int = 0
 
     @staticmethod
     def none(size: tuple[int, int]) -> "Sums":
         """Of a picture of ``size``, (width, height)."""
         width, height = size
         total, squares, difference = np.zeros((3, height, width, 3))
-        return Sums(total, squares, difference, 0, 0)
+        return Sums(total, squares, difference)
 
-    def with_pass(self, splats: Splats) -> "Sums":
-        """With the splats of the next pass."""
-        shape = self.total.shape
-        total, squares = (
-            np.stack([np.bincount(splats.pixel, some, shape[0] * shape[1]) for some in values.T], axis=1).reshape(shape)
-            for values in (splats.radiance, splats.radiance**2)
-        )
-        sign = 1 - 2 * (self.passes % 2)
-        return Sums(
-            self.total + total,
-            self.squares + squares,
-            self.difference + sign * total,
-            self.passes + 1,
-            self.non_finite + splats.non_finite,
-        )
+    def add(self, splats: Splats) -> None:
+        """Add the splats of the next pass."""
+        order = np.argsort(splats.pixel, kind="stable")
+        pixels, first = np.unique(splats.pixel[order], return_index=True)
+        if pixels.size:
+            radiance = splats.radiance[order]
+            total, squares = (np.add.reduceat(values, first) for values in (radiance, radiance**2))
+            sign = 1 - 2 * (self.passes % 2)
+            for sums, values in ((self.total, total), (self.squares, squares), (self.difference, sign * total)):
+                sums.reshape(-1, 3)[pixels] += values
+        self.passes += 1
+        self.non_finite += splats.non_finite
 
 
 class LightTracer:
