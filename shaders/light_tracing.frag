@@ -22,11 +22,10 @@
 #include "integrator/target.glsl"
 #include "integrator/vertex.glsl"
 
-// rgb: the mean over photons is what the pixel has of this light; a: the number of the pixel, row by row from the lowest, or
-// -1
-// where nothing is seen, -2 where what is seen is not finite.
+// rgb: the mean over photons is what the pixel has of this light; a: the number of the pixel, row by row from the lowest,
+// -1 where nothing is seen, -2 where what is seen is not finite, -3 where the driver has ended a loop before its time.
 layout(location = 0) out vec4 out_splat;
-layout(location = 1) out vec4 out_target;  // r: the number of its target, g: 1 if the driver has ended a loop before its time
+layout(location = 1) out vec4 out_target;  // r: the number of the target
 
 uniform int u_bounces;
 uniform int u_photon_pass;  // whose photons are drawn
@@ -64,6 +63,7 @@ vec3 photon_transfer(Photon photon, Vertex vertex, vec3 value, vec3 wi) {
 
 const vec4 UNSEEN = vec4(0.0, 0.0, 0.0, -1.0);
 const vec4 NOT_FINITE = vec4(0.0, 0.0, 0.0, -2.0);
+const vec4 CUT = vec4(0.0, 0.0, 0.0, -3.0);
 
 // out_splat of a photon, and what it is sent to.
 vec4 photon_trace(uint number, out int number_of_target) {
@@ -192,5 +192,6 @@ void main() {
     uvec2 texel = uvec2(gl_FragCoord.xy);
     int target;
     out_splat = photon_trace(texel.y * uint(u_photon_width) + texel.x, target);
-    out_target = vec4(float(target), float(traversal_was_cut), 0.0, 0.0);
+    if (traversal_was_cut) out_splat = CUT;
+    out_target = vec4(float(target), 0.0, 0.0, 0.0);
 }

@@ -150,12 +150,12 @@ def _measured(ctx: Any, packed: PackedScene, targets: Targets, size: tuple[int, 
             sums.add(light.trace(number))
     finally:
         light.release()
-    if not sums.total.any():
+    if not sums.squares.any():
         return 1.0
     photons = PHOTONS * _PASSES
-    traced = sums.total / photons
+    traced = sums.halves.sum(axis=0).T.reshape(size[1], size[0], 3) / photons
     # Of one photon for each pixel.
-    noise = sums.squares / photons / (size[0] * size[1])
+    noise = sums.squares.mean(axis=0).reshape(size[1], size[0]) / photons / (size[0] * size[1])
     films = [Film(ctx, *size) for _ in range(2)]
     tracers: list[Tracer] = []
     try:
@@ -171,7 +171,7 @@ def _measured(ctx: Any, packed: PackedScene, targets: Targets, size: tuple[int, 
             full, rest = (np.square(p.standard_error().astype(np.float64)).mean(axis=2) * samples for p in pixels)
             brightness = bright((pixels[1].mean[..., :3] + traced).astype(np.float32))
             weight = 1 / np.maximum(brightness, 1e-30) ** 2
-            both = (rest + noise.mean(axis=2) / PHOTONS_PER_SAMPLE) * weight
+            both = (rest + noise / PHOTONS_PER_SAMPLE) * weight
             gain = float((full * weight).mean() / max(both.mean(), 1e-30))
             if gain < _MARGIN * _COST:
                 break

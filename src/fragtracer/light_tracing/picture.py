@@ -64,23 +64,25 @@ class LightTracing:
             return pixels
         photons = self._sums.passes * PHOTONS
         count = pixels.mean[..., 3:].astype(np.float64)
-        light = self._sums.total / photons
+        shape = pixels.half_difference.shape[:2]
+        even, odd, squares = (_picture(sums, shape) for sums in (*self._sums.halves, self._sums.squares))
+        light = (even + odd) / photons
         mean, variance = pixels.mean.copy(), pixels.variance.copy()
         mean[..., :3] += light
-        variance[..., :3] += self._sums.squares / photons**2 * np.maximum(count - 1, 0)
+        variance[..., :3] += squares / photons**2 * np.maximum(count - 1, 0)
         # As of samples in two streams, of which one may have one more (Pixels.centred_half_difference).
-        half = pixels.half_difference + self._sums.difference / photons + light * (count % 2) / np.maximum(count, 1)
+        half = pixels.half_difference + (even - odd) / photons + light * (count % 2) / np.maximum(count, 1)
         return Pixels(mean, variance, half.astype(np.float32))
 
     def state(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
         """All that :meth:`restore` needs to go on with the same bits."""
-        arrays = {f"light.{name}": getattr(self._sums, name) for name in ("total", "squares", "difference")}
+        arrays = {"light.halves": self._sums.halves, "light.squares": self._sums.squares}
         return {"light_passes": self._sums.passes, "light_non_finite": self._sums.non_finite}, arrays
 
     def restore(self, state: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> None:
         """Go on from what :meth:`state` has returned for a picture of this size; raises KeyError where it is not."""
-        total, squares, difference = (np.array(arrays[f"light.{name}"]) for name in ("total", "squares", "difference"))
-        self._sums = Sums(total, squares, difference, state["light_passes"], state["light_non_finite"])
+        halves, squares = (np.array(arrays[f"light.{name}"]) for name in ("halves", "squares"))
+        self._sums = Sums(halves, squares, state["light_passes"], state["light_non_finite"])
 
     @property
     def non_finite(self) -> int:
@@ -94,3 +96,8 @@ class LightTracing:
 
     def release(self) -> None:
         self._tracer.release()
+
+
+def _picture(sums: NDArray[np.float64], shape: tuple[int, ...]) -> NDArray[np.float64]:
+    """Sums (3, pixels) as (height, width, 3)."""
+    return sums.T.reshape(*shape, 3)

@@ -25,49 +25,44 @@ _SIZE = (512, 128)
 PHOTONS = _SIZE[0] * _SIZE[1]
 _TARGETS_UNIT = UNITS["u_film_mean"]  # there is no film here
 _PILOT = (2**30, 2**30 + 1)  # the numbers of the passes that say to which targets photons go
+_NOT_FINITE, _CUT = -2, -3  # in the place of the pixel
 _EVEN = 0.2  # of the photons go there by area
 
 
 @dataclass(frozen=True)
 class Splats:
-    """Photons that are seen: the ``pixel`` (n,) of each, row by row from the top, its ``radiance`` (n, 3) there, and
-    the ``target`` (n,) that it was sent to. ``non_finite`` are left out, since they are NaN or infinite."""
+    """Photons that are seen: the ``pixel`` (n,) of each, row by row from the top, and its ``radiance`` (3, n) there.
+    ``photon`` (n,) are their numbers in the pass; ``non_finite`` more are left out, being NaN or infinite."""
 
     pixel: Ints
-    radiance: Floats
-    target: Ints
+    radiance: NDArray[np.float32]
+    photon: Ints
     non_finite: int
 
 
 @dataclass(eq=False)
 class Sums:
-    """Of the radiance of photons, (height, width, 3), row 0 at the top: ``total``, ``squares``, and ``difference``, in
-    which those of every second pass count negatively; the number of ``passes``, and that of photons left out since
-    they were ``non_finite``."""
+    """Of the radiance of photons, of each pixel, row by row from the top: ``halves`` (2, 3, pixels) of passes with even
+    and odd numbers, and ``squares`` (3, pixels); the number of ``passes``, and that of photons left out since they were
+    ``non_finite``."""
 
-    total: Floats
+    halves: Floats
     squares: Floats
-    difference: Floats
     passes: int = 0
     non_finite: int = 0
 
     @staticmethod
     def none(size: tuple[int, int]) -> "Sums":
         """Of a picture of ``size``, (width, height)."""
-        width, height = size
-        total, squares, difference = np.zeros((3, height, width, 3))
-        return Sums(total, squares, difference)
+        pixels = size[0] * size[1]
+        return Sums(np.zeros((2, 3, pixels)), np.zeros((3, pixels)))
 
     def add(self, splats: Splats) -> None:
         """Add the splats of the next pass."""
-        order = np.argsort(splats.pixel, kind="stable")
-        pixels, first = np.unique(splats.pixel[order], return_index=True)
-        if pixels.size:
-            radiance = splats.radiance[order]
-            total, squares = (np.add.reduceat(values, first) for values in (radiance, radiance**2))
-            sign = 1 - 2 * (self.passes % 2)
-            for sums, values in ((self.total, total), (self.squares, squares), (self.difference, sign * total)):
-                sums.reshape(-1, 3)[pixels] += values
+        radiance = splats.radiance.astype(np.float64)
+        for sums, values in ((self.halves[self.passes % 2], radiance), (self.squares, radiance**2)):
+            for channel in range(3):
+                np.add.at(sums[channel], splats.pixel, values[channel])
         self.passes += 1
         self.non_finite += splats.non_finite
 
@@ -117,8 +112,11 @@ class LightTracer:
         self._program.set({name: value for name, value in uniforms.items() if name in self._program.declared})
         area = targets.area / targets.area.sum()
         self._share(targets, area)
-        found = [self.trace(number) for number in _PILOT]
-        seen = sum(np.bincount(f.target, np.square(f.radiance.mean(axis=1)), len(targets)) for f in found)
+        seen = np.zeros(len(targets))
+        for number in _PILOT:
+            found = self.trace(number)
+            aimed = _texels(self._found[1])[found.photon, 0].astype(np.int64)
+            seen += np.bincount(aimed, np.square(found.radiance.mean(axis=0, dtype=np.float64)), len(targets))
         best = np.sqrt(area * seen)
         if best.any():
             self._share(targets, (1 - _EVEN) * best / best.sum() + _EVEN * area)
@@ -148,16 +146,16 @@ class LightTracer:
         self._table.use(_TARGETS_UNIT)
         self._program.set({"u_photon_pass": number})
         self._program.draw()
-        splat, target = (np.frombuffer(texture.read(), np.float32).reshape(-1, 4) for texture in self._found)
+        splat = _texels(self._found[0])
         bound_before.use()
-        if target[:, 1].any():
+        place = splat[:, 3]
+        if (place == _CUT).any():
             raise DeviceError("the driver ended the ways of photons early; render with fewer bounces")
-        there = np.flatnonzero(splat[:, 3] >= 0)
+        there = np.flatnonzero(place >= 0)
         width, height = self._size
-        row, column = np.divmod(splat[there, 3].astype(np.int64), width)
-        radiance = splat[there, :3].astype(np.float64)
-        aimed, non_finite = target[there, 0].astype(np.int64), int((splat[:, 3] < -1).sum())
-        return Splats((height - 1 - row) * width + column, radiance, aimed, non_finite)
+        row, column = np.divmod(place[there].astype(np.int64), width)
+        radiance = np.ascontiguousarray(splat[there, :3].T)
+        return Splats((height - 1 - row) * width + column, radiance, there, int((place == _NOT_FINITE).sum()))
 
     @property
     def gpu_bytes(self) -> int:
@@ -173,3 +171,8 @@ class LightTracer:
         self._textures.release()
         if self._program is not None:
             self._program.release()
+
+
+def _texels(texture: Any) -> NDArray[np.float32]:
+    """(n, 4), row by row."""
+    return np.frombuffer(texture.read(), np.float32).reshape(-1, 4)
