@@ -24,7 +24,7 @@ from fragtracer.gpu.specialise import MOST_LISTED, Level
 from fragtracer.gpu.tracer import Tracer, TracerProgram
 from fragtracer.guiding import Decision, decide, decides, same_light
 from fragtracer.layers import PARTS, FirstSurface, Picture, light
-from fragtracer.light_tracing import LightTracing
+from fragtracer.light_tracing import LightTracing, decide_both
 from fragtracer.packing import PackedScene, matte_names, pack
 from fragtracer.packing.space import Space
 from fragtracer.sampling.allocation import StagePart, Window, least_gain
@@ -118,8 +118,7 @@ class Renderer:
         level = Level.SCENE if moves else Level.VIEW
         self._level = level if (is_soft if specialised is None else specialised) else Level.NOTHING
         self._defines, self._name, self._shaders = dict(defines or {}), program, shaders
-        self._guiding: tuple[Scene, RenderSettings, light_tracing.Decision, Decision] | None = None
-        self._tracing: tuple[Scene, RenderSettings, light_tracing.Decision] | None = None
+        self._decided: tuple[Scene, RenderSettings, tuple[light_tracing.Decision, Decision]] | None = None
         self._moves = moves
         self._space: Space | None = None
         self.first_sample = first_sample
@@ -505,33 +504,31 @@ class Renderer:
         self._light.load(self._packed(), self.scene, self._level, self._shaders)
 
     def _light_decision(self) -> light_tracing.Decision:
-        """Whether some light is traced from the lights, decided anew only where something has changed; of pictures of a
-        moving camera, by the first."""
-        if self._has_parts or self.first_sample:
-            return light_tracing.Decision(False, "off: layers of light and parts of the samples are of paths alone")
-        if self._name is not None or self._defines:
-            return light_tracing.Decision(False, "off: this is another program")
-        settings = light_tracing.decides(self.settings)
-        if self._tracing is not None:
-            scene, known, decision = self._tracing
-            is_seen_alike = self._moves or scene.camera == self.scene.camera
-            if known == settings and is_seen_alike and same_light(scene, self.scene):
-                return decision
-        decision = light_tracing.decide(self.context, self.scene, settings)
-        self._tracing = self.scene, settings, decision
-        return decision
+        """Whether some light is traced from the lights."""
+        return self._decisions()[0]
 
     def _decision(self) -> Decision:
-        """Whether this scene is guided, decided anew only where something that matters has changed."""
+        """Whether this scene is guided."""
+        return self._decisions()[1]
+
+    def _decisions(self) -> tuple[light_tracing.Decision, Decision]:
+        """Decided anew only where something that matters has changed; of pictures of a moving camera, by the first."""
         settings = decides(self.settings)
-        traced = self._light_decision()
-        if self._guiding is not None:
-            scene, known, for_traced, decision = self._guiding
-            if known == settings and for_traced == traced and same_light(scene, self.scene):
-                return decision
-        decision = decide(self.context, self.scene, settings, traced.defines)
-        self._guiding = self.scene, settings, traced, decision
-        return decision
+        if self._decided is not None:
+            scene, known, decisions = self._decided
+            is_seen_alike = self._moves or not decisions[0].is_on or scene.camera == self.scene.camera
+            if known == settings and is_seen_alike and same_light(scene, self.scene):
+                return decisions
+        if self._has_parts or self.first_sample:
+            reason = "off: layers of light and parts of the samples are of paths alone"
+        else:
+            reason = "off: this is another program" if self._name is not None or self._defines else ""
+        if reason:
+            decisions = light_tracing.Decision(False, reason), decide(self.context, self.scene, settings)
+        else:
+            decisions = decide_both(self.context, self.scene, settings)
+        self._decided = self.scene, settings, decisions
+        return decisions
 
     def _program(self) -> TracerProgram:
         name = self._name or PROGRAMS[self.settings.integrator]

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fragtracer import guiding
 from fragtracer.cache import cached
 from fragtracer.gpu.film import Film
 from fragtracer.gpu.specialise import Level
@@ -30,6 +31,9 @@ PHOTONS_PER_SAMPLE = 1 / 8  # of the path tracer; the best number is between a 1
 _VERSION = 1  # of the measurement
 _LEAST_SAMPLES = 2**24  # of a picture; to trace them takes about as long as the measurement
 _COST = 1.05 + 1.5 * PHOTONS_PER_SAMPLE  # of a sample with its photons over one without
+# What is left of the gain where sampling is adaptive, which places samples by the relative error, but no photons
+# (three-spheres, docs/sampling.md).
+_PLANNED = 2 / 3
 _MARGIN = 1.05  # by which the gain must exceed that: few samples show too little of it
 _WIDTH = 96  # of the measurement
 _SAMPLES = (64, 256)  # of it in all, the second where light tracing seems to pay
@@ -38,10 +42,11 @@ _PASSES = 4
 
 @dataclass(frozen=True)
 class Decision:
-    """Whether there is light tracing, and why."""
+    """Whether there is light tracing, why, and by how much it raises the efficiency, as far as that was measured."""
 
     is_on: bool
     reason: str
+    worth: float = 1.0
 
     @property
     def defines(self) -> dict[str, int | str]:
@@ -62,12 +67,28 @@ def decide(ctx: Any, scene: Scene, settings: RenderSettings) -> Decision:
     gain = measure(ctx, scene, settings)
     if gain < _MARGIN * _COST:
         return Decision(False, f"off: the variance would fall by {gain:.2f}, the time of a sample rise by {_COST:.2f}")
-    return Decision(True, f"on: the variance falls by {gain:.2f}, the time of a sample rises by {_COST:.2f}")
+    reason = f"on: the variance falls by {gain:.2f}, the time of a sample rises by {_COST:.2f}"
+    return Decision(True, reason, gain / _COST)
+
+
+def decide_both(ctx: Any, scene: Scene, settings: RenderSettings) -> tuple[Decision, guiding.Decision]:
+    """Whether some light is traced from the lights, and whether paths are guided; where both may be chosen, which of
+    light tracing and guiding alone promises more."""
+    traced = decide(ctx, scene, decides(settings))
+    guided = guiding.decide(ctx, scene, guiding.decides(settings), traced.defines)
+    if traced.is_on and settings.light_tracing == settings.guiding == "auto":
+        alone = guiding.decide(ctx, scene, guiding.decides(settings))
+        if alone.worth > _PLANNED * traced.worth * guided.worth:
+            reason = (
+                f"off: guiding alone promises {alone.worth:.2f} times the efficiency, this {traced.worth:.2f} times"
+            )
+            return Decision(False, reason), alone
+    return traced, guided
 
 
 def decides(settings: RenderSettings) -> RenderSettings:
     """``settings`` without what makes no difference to the decision."""
-    return replace(settings, seed=0, rays=1, adaptive="off", guiding="off")
+    return replace(settings, seed=0, rays=1)
 
 
 def narrow_materials(scene: Scene) -> list[int]:

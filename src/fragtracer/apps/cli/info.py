@@ -51,14 +51,13 @@ def contents(scene: "Scene") -> Iterator[str]:
 
 def _print_guiding(scene: "Scene") -> None:
     """Whether light of a picture of ``scene`` would be traced from the lights, and its paths be guided, and why."""
-    from fragtracer import guiding, light_tracing
     from fragtracer.gpu.context import create_context
+    from fragtracer.light_tracing import decide_both
 
     try:
         with create_context() as context:
-            traced = light_tracing.decide(context, scene, light_tracing.decides(scene.render))
+            traced, guided = decide_both(context, scene, scene.render)
             print(_line("light tracing", traced.reason))
-            guided = guiding.decide(context, scene, guiding.decides(scene.render), traced.defines)
             print(_line("guiding", guided.reason))
     except FragtracerError as error:
         print(_line("guiding", f"not known: {error}"))
