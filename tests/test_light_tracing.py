@@ -255,9 +255,12 @@ def test_it_is_used_where_it_pays(ctx: Any, monkeypatch: pytest.MonkeyPatch) -> 
     """The measurement says so, and the pictures too: a third of the variance at most."""
     monkeypatch.setattr("fragtracer.light_tracing.decision.cached", lambda kind, key, make: make())
     scene, size = load("three-spheres"), (64, 36)
-    with Renderer(scene, size, context=ctx, spp=8192) as renderer:
+    with Renderer(scene, size, context=ctx, spp=8192, guiding="off") as renderer:
         assert renderer.metadata()["light_tracing_decision"].startswith("on: the variance falls by")
-    with Renderer(load("glass"), size, context=ctx, spp=8192) as renderer:
+    with Renderer(scene, size, context=ctx, spp=8192) as renderer:
+        assert renderer.metadata()["light_tracing_decision"].startswith("off: guiding alone promises")
+        assert renderer.metadata()["guiding_decision"].startswith("on: ")
+    with Renderer(load("glass"), size, context=ctx, spp=8192, guiding="off") as renderer:
         assert renderer.metadata()["light_tracing_decision"].startswith("off: the variance would fall by")
     variances = []
     for choice in ("on", "off"):

@@ -78,10 +78,9 @@ def decide_both(ctx: Any, scene: Scene, settings: RenderSettings) -> tuple[Decis
     guided = guiding.decide(ctx, scene, guiding.decides(settings), traced.defines)
     if traced.is_on and settings.light_tracing == settings.guiding == "auto":
         alone = guiding.decide(ctx, scene, guiding.decides(settings))
-        if alone.worth > _PLANNED * traced.worth * guided.worth:
-            reason = (
-                f"off: guiding alone promises {alone.worth:.2f} times the efficiency, this {traced.worth:.2f} times"
-            )
+        planned = _PLANNED * traced.worth * guided.worth
+        if alone.worth > planned:
+            reason = f"off: guiding alone promises {alone.worth:.2f} times the efficiency, this {planned:.2f} times"
             return Decision(False, reason), alone
     return traced, guided
 
