@@ -224,7 +224,7 @@ def test_another_size_of_the_window_is_another_picture(opened):
     browser = opened(ft.load("cornell-box"))
     browser.resize(300, 400)
     browser.wait("picture.width === Math.round(stage.getBoundingClientRect().width)")
-    browser.wait("fragtracer.state.samples > 0 && fragtracer.live.shown.width === picture.width")
+    browser.wait("fragtracer.state.samples > 0 && fragtracer.live.shown?.width === picture.width")
     browser.resize(400, 500)
 
 
