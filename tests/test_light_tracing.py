@@ -318,6 +318,23 @@ def test_what_decides_is_said(ctx: Any, scene: Scene, settings: dict[str, Any], 
         assert reason in renderer.metadata()["light_tracing_decision"]
 
 
+def test_a_camera_that_moves_into_glass_sees_paths_alone(ctx: Any) -> None:
+    """The light that photons would bring is that of paths there, as in a picture of its own."""
+    ball = Sphere((-1.5, 0.6, 0.5), 0.5, "glass")
+    scene = replace(spheres(), materials={**spheres().materials, "glass": GLASS}, spheres=[*spheres().spheres, ball])
+    within = replace(scene, camera=Camera(ball.center, (0.0, 0.4, 0.0)))
+    settings = {"light_tracing": "on", "guiding": "off", "adaptive": "off"}
+    with Renderer(scene, SIZE, context=ctx, moves=True, **settings) as renderer:
+        for moved, said in ((scene, "on: as asked for"), (within, "the camera is inside"), (scene, "on: as asked for")):
+            renderer.reset(moved)
+            assert said in renderer.metadata()["light_tracing_decision"]
+            renderer.sample(16)
+            with Renderer(moved, SIZE, context=ctx, moves=True, **settings) as alone:
+                alone.sample(16)
+                # The coordinates of the first picture are others, and so are the last digits.
+                assert renderer.image().mean() == pytest.approx(alone.image().mean(), rel=1e-4)
+
+
 def test_layers_of_light_are_of_paths_alone(ctx: Any) -> None:
     with Renderer(spheres(), (8, 8), context=ctx, aovs=["emission"], light_tracing="on") as renderer:
         assert "layers of light" in renderer.metadata()["light_tracing_decision"]

@@ -516,8 +516,11 @@ class Renderer:
         settings = decides(self.settings)
         if self._decided is not None:
             scene, known, decisions = self._decided
-            is_seen_alike = self._moves or not decisions[0].is_on or scene.camera == self.scene.camera
+            is_seen_alike = self._moves or settings.light_tracing == "off" or scene.camera == self.scene.camera
             if known == settings and is_seen_alike and same_light(scene, self.scene):
+                # A camera that has moved may be inside of glass, where no photon is seen.
+                if decisions[0].is_on and (reason := light_tracing.impossible(self.scene, settings)):
+                    return light_tracing.Decision(False, f"off: {reason}"), decisions[1]
                 return decisions
         if self._has_parts or self.first_sample:
             reason = "off: layers of light and parts of the samples are of paths alone"

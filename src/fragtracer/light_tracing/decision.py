@@ -58,7 +58,7 @@ def decide(ctx: Any, scene: Scene, settings: RenderSettings) -> Decision:
     """Whether some light of ``scene`` is traced from the lights with ``settings``, measured on ``ctx`` if need be."""
     if settings.light_tracing == "off":
         return Decision(False, "off: as asked for")
-    if reason := _impossible(scene, settings):
+    if reason := impossible(scene, settings):
         return Decision(False, f"off: {reason}")
     if settings.light_tracing == "on":
         return Decision(True, "on: as asked for")
@@ -97,7 +97,7 @@ def narrow_materials(scene: Scene) -> list[int]:
     return [i for i, name in names if name in scene.materials and not narrow.isdisjoint(scene.blended(name))]
 
 
-def _impossible(scene: Scene, settings: RenderSettings) -> str:
+def impossible(scene: Scene, settings: RenderSettings) -> str:
     """Why no light can be traced; empty if some can."""
     if settings.integrator != "path":
         return f"the integrator is {settings.integrator}"
