@@ -26,7 +26,7 @@ from fragtracer.scene.interiors import has_media, solids
 
 Floats = NDArray[np.float64]
 
-PHOTONS_PER_SAMPLE = 1 / 8  # of the path tracer; the best number is between a 10th and a 3rd (docs/sampling.md)
+PHOTONS_PER_SAMPLE = 1 / 8  # of the path tracer: about the best number (docs/sampling.md)
 
 _VERSION = 1  # of the measurement
 _LEAST_SAMPLES = 2**24  # of a picture; to trace them takes about as long as the measurement
