@@ -136,34 +136,31 @@ def test_a_pilot_decides_once(client, expected, expected_adaptively, monkeypatch
 
 
 @pytest.mark.parametrize("adaptive", ["off", "on"])
-def test_a_slow_worker_gets_smaller_parts(client, expected, expected_adaptively, spoilt, adaptive) -> None:
-    """The picture has the same bits."""
+def test_a_slow_worker_gets_smaller_parts(client, expected, expected_adaptively, monkeypatch, adaptive) -> None:
+    """The smallest there are where it takes a thousand times as long. The picture has the same bits."""
+    from fragtracer.apps.cluster.dispatch import Dispatcher
+    from fragtracer.apps.cluster.workers import Workers
 
-    def slow() -> None:
+    _, slow = workers_of(client)
+    known, parts = set(), {}
+    note, send = Workers.note, Dispatcher._send
 
-        from fragtracer.apps.cluster import worker
+    def note_slow(self, address, driver, samples, seconds):
+        known.add(address)
+        note(self, address, driver, samples, 1000 * seconds if address == slow else seconds)
 
-        worker._sizes = []
+    def record(self, address, render, task, suspect=None):
+        if suspect is None and len(known) == 2:
+            parts.setdefault(address, []).append(task.pixels)
+        send(self, address, render, task, suspect)
 
-        def draw(renderer, part):
-            pixels = worker._right(renderer, part)
-            worker._sizes.append(float(pixels.mean[..., 3].sum()))
-            time.sleep(4e-6 * worker._sizes[-1])
-            return pixels
-
-        worker._draw = draw
-
-    bad = spoilt(slow)
+    monkeypatch.setattr(Workers, "note", note_slow)
+    monkeypatch.setattr(Dispatcher, "_send", record)
+    monkeypatch.setattr("fragtracer.apps.cluster.workers._SHORTEST", 0)
     picture = cluster.render(scene(adaptive), client, spp=SPP, block=BLOCK)
     assert same(picture, expected if adaptive == "off" else expected_adaptively)
-
-    def sizes():
-        from fragtracer.apps.cluster import worker
-
-        return worker._sizes
-
-    found = client.run(sizes, workers=[bad])[bad]
-    assert found[0] > 2 * min(found)
+    assert set(parts.pop(slow)) == {64}
+    assert max(max(others) for others in parts.values()) == TILE**2
 
 
 def test_a_worker_that_returns_nonsense_is_found(client, expected, expected_adaptively, spoilt) -> None:

@@ -164,6 +164,24 @@ def test_a_stall_between_client_and_scheduler_ends_the_render(scene, expected, t
     assert same(picture.pixels, expected)
 
 
+def test_news_that_come_while_a_client_connects(two_workers, monkeypatch) -> None:
+    """Of another client or worker: Dask takes them for the wrong answer."""
+    import distributed
+
+    address, _, _ = two_workers
+    client_of, tried = distributed.Client, []
+
+    def first_disturbed(*arguments, **options):
+        tried.append(arguments)
+        assert len(tried) > 1
+        return client_of(*arguments, **options)
+
+    monkeypatch.setattr(distributed, "Client", first_disturbed)
+    with connected(address) as client:
+        assert client.status == "running"
+    assert len(tried) == 2
+
+
 @pytest.mark.skipif(shutil.which("openssl") is None, reason="nothing makes certificates here")
 def test_tls_as_dask_configures_it(expected, tmp_path, monkeypatch, capsys) -> None:
     """By the environment, as docs/cluster.md has it; who has no certificate is not let in."""

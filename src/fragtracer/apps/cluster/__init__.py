@@ -240,7 +240,10 @@ def connected(address: str) -> Iterator[Any]:
     if not _NEAR.match(address):
         warnings.warn(f"{address} is not encrypted, and runs what anybody on the way sends; use tls://", stacklevel=3)
     try:
-        client = Client(address, timeout=_REACH)
+        try:
+            client = Client(address, timeout=_REACH)
+        except AssertionError:  # Dask's, where the scheduler has news for its clients just then
+            client = Client(address, timeout=_REACH)
     except TypeError:  # as Dask has it
         tls = "DASK_DISTRIBUTED__COMM__TLS__"
         wanted = f"set {tls}CA_FILE, {tls}CLIENT__CERT and {tls}CLIENT__KEY"
