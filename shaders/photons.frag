@@ -34,18 +34,6 @@ Ray photon_chord(vec4 target, vec4 u, float place) {
     return Ray(target.xyz + abs(target.w) * frame_to_world(frame, vec3(disk, start)), frame.normal);
 }
 
-// Irradiance by what reaches a receiver over one more surface, from one direction.
-float photon_indirect(Vertex receiver, vec4 u, uint seed) {
-    vec3 wi = square_to_cosine_hemisphere(u.xy);
-    Ray ray = Ray(receiver.origin, frame_to_world(receiver.frame, wi));
-    Hit hit = closest_hit(ray, seed);
-    if (hit.primitive == NO_PRIMITIVE) return PI * luminance(u_ambient_radiance);
-    Surface surface = surface_at(ray, hit);
-    material_choose(surface, seed);
-    Vertex vertex = vertex_at(surface, material_at(surface), ray.direction, seed);
-    return PI * luminance(direct_sample(vertex, true, u.zw));
-}
-
 void main() {
     ivec2 photon = ivec2(gl_FragCoord.xy);
     vec4 target = texelFetch(u_photon_targets, photon, 0);
@@ -53,45 +41,55 @@ void main() {
     out_source = vec4(0.0);
     float survival;
     vec4 u = photon_random(photon, 0, survival);
-    vec4 v = photon_random(photon, 1, survival);
-    uint seed = hash_uint(floatBitsToUint(survival));
-
-    Ray ray = photon_chord(target, u, v.x);
-    Hit hit = closest_hit(ray, seed);
-    Surface surface = surface_at(ray, hit);
-    material_choose(surface, seed);
-    if (hit.primitive == NO_PRIMITIVE || distance(surface.position, target.xyz) > 1.001 * abs(target.w)) return;
-    Material material = material_at(surface);
-    Vertex vertex = vertex_at(surface, material, ray.direction, seed);
-    LightSample light = light_sample(vertex.origin, v.yz);
-    if (material.unlit != 0 || light.pdf <= 0.0) return;
-    if (direct_is_occluded(vertex, Ray(vertex.origin, light.wi), light.distance, light.primitive, v.yz)) return;
-    float flux = luminance(light.radiance) / light.pdf * abs(dot(surface.normal, light.wi));
-    vertex = vertex_at(surface, material, -light.wi, seed);
-
-    int hop = 0;
+    Ray ray = photon_chord(target, u, survival);
+    uint seed = hash_uint(floatBitsToUint(u.x) ^ hash_uint(floatBitsToUint(survival)));
+    float flux = 0.0;
+    int turn = 0;
     bool is_received = false;
+    bool goes_on;
+    // One place to trace rays, whatever they are for: drivers inline it, and compile it as often.
     do {
-        u = photon_random(photon, 2 + hop, survival);
-        BsdfSample scattered = bsdf_sample(vertex.bsdf, vertex.wo, u.xy);
-        bool is_narrow = bsdf_is_delta(scattered) || scattered.pdf > FOCUS * INVERSE_PI * abs(scattered.wi.z);
-        flux *= is_narrow ? luminance(scattered.weight) * vertex_shading_factor(vertex, scattered.wi) * square(scattered.eta) : 0.0;
-        ray = Ray(vertex_origin(vertex, scattered.wi), frame_to_world(vertex.frame, scattered.wi));
         seed = hash_uint(seed);
-        hit = closest_hit(ray, seed);
-        surface = surface_at(ray, hit);
+        Hit hit = closest_hit(ray, seed);
+        Surface surface = surface_at(ray, hit);
         material_choose(surface, seed);
-        material = material_at(surface);
-        if (hit.primitive == NO_PRIMITIVE || material.unlit != 0 || scattered.pdf <= 0.0) flux = 0.0;
-        vertex = vertex_at(surface, material, ray.direction, seed);
+        Material material = material_at(surface);
+        Vertex vertex = vertex_at(surface, material, ray.direction, seed);
+        bool is_met = hit.primitive != NO_PRIMITIVE && material.unlit == 0;
+
+        // Light at the first vertex, which is the photon, and at the one that the receiver sees.
+        u = photon_random(photon, 1 + turn, survival);
+        bool is_first = turn == 0;
+        LightSample light = light_sample(vertex.origin, u.xy);
+        bool is_lit = is_met && (is_first || is_received) && light.pdf > 0.0;
+        if (is_first) is_lit = is_lit && distance(surface.position, target.xyz) <= 1.001 * abs(target.w);
+        if (is_lit) is_lit = !direct_is_occluded(vertex, Ray(vertex.origin, light.wi), light.distance, light.primitive, u.xy);
+        if (is_received) {
+            vec3 radiance = is_lit ? direct_unoccluded(vertex, light, frame_to_local(vertex.frame, light.wi)) : vec3(0.0);
+            out_source.w = PI * luminance(hit.primitive == NO_PRIMITIVE ? u_ambient_radiance : radiance);
+        }
+        if (is_first) {
+            flux = is_lit ? luminance(light.radiance) / light.pdf * abs(dot(surface.normal, light.wi)) : 0.0;
+            vertex = vertex_at(surface, material, -light.wi, seed);
+        }
+        goes_on = is_met && flux > 0.0 && !is_received && turn <= MOST_HOPS;
+
         // What is no delta is guided, and may scatter narrowly all the same: half of the photons go on there.
-        bool receives = max_component(bsdf_eval(vertex.bsdf, vertex.wo, square_to_cosine_hemisphere(u.zw))) > 0.0;
-        is_received = receives && survival < 0.5;
+        vec3 any_direction = square_to_cosine_hemisphere(u.zw);
+        bool receives = !is_first && max_component(bsdf_eval(vertex.bsdf, vertex.wo, any_direction)) > 0.0;
         flux *= receives ? 2.0 : 1.0;
-        hop++;
-    } while (flux > 0.0 && !is_received && hop < MOST_HOPS);
-    if (flux <= 0.0 || !is_received) return;
-    out_receiver = vec4(surface.position, hop > 1 ? -flux : flux);
-    u = photon_random(photon, 2 + MOST_HOPS, survival);
-    out_source = vec4(ray.origin, photon_indirect(vertex, u, seed));
+        is_received = goes_on && receives && survival < 0.5;
+        BsdfSample scattered = bsdf_sample(vertex.bsdf, vertex.wo, u.zw);
+        bool is_narrow = bsdf_is_delta(scattered) || scattered.pdf > FOCUS * INVERSE_PI * abs(scattered.wi.z);
+        if (is_received) {
+            out_receiver = vec4(surface.position, turn > 1 ? -flux : flux);
+            out_source.xyz = ray.origin;
+            scattered.wi = any_direction;
+        } else {
+            flux *= is_narrow ? luminance(scattered.weight) * vertex_shading_factor(vertex, scattered.wi) * square(scattered.eta) : 0.0;
+            goes_on = goes_on && scattered.pdf > 0.0;
+        }
+        ray = Ray(vertex_origin(vertex, scattered.wi), frame_to_world(vertex.frame, scattered.wi));
+        turn++;
+    } while (goes_on);
 }

@@ -257,7 +257,7 @@ def test_it_is_used_where_it_pays(ctx: Any, monkeypatch: pytest.MonkeyPatch) -> 
     scene, size = load("three-spheres"), (64, 36)
     with Renderer(scene, size, context=ctx, spp=8192, guiding="off") as renderer:
         assert renderer.metadata()["light_tracing_decision"].startswith("on: the variance falls by")
-    with Renderer(scene, size, context=ctx, spp=8192) as renderer:
+    with Renderer(scene, (48, 48), context=ctx, spp=8192) as renderer:
         assert renderer.metadata()["light_tracing_decision"].startswith("off: guiding alone promises")
         assert renderer.metadata()["guiding_decision"].startswith("on: ")
     with Renderer(load("glass"), size, context=ctx, spp=8192, guiding="off") as renderer:

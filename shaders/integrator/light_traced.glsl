@@ -9,7 +9,6 @@
 #include "film/parts.glsl"
 #include "integrator/vertex.glsl"
 #include "light/sample.glsl"
-#include "shape/plane.glsl"
 #include "shape/ray.glsl"
 
 // GGX width up to which a lobe is narrow: of wider ones light sampling finds the light well.
@@ -20,8 +19,10 @@ vec3 light_traced_narrow(Vertex vertex, vec3 wi) {
     return vertex.bsdf.alpha <= LIGHT_TRACED_WIDEST ? 1.0 - vertex_diffuse_share(vertex, wi) : vec3(0.0);
 }
 
-// Whether light is traced from this shape on: a plane is infinite, and has no place to begin with.
-bool light_traced_from(Hit hit) { return hit.primitive >= u_plane_count; }
+uniform int u_first_traced;  // the first shape that light is traced from: a plane is infinite, and has no place to begin with
+
+// Whether light is traced from this shape on.
+bool light_traced_from(Hit hit) { return hit.primitive >= u_first_traced; }
 
 // Whether a light is one whose light is traced.
 bool light_traced_is_wanted(LightSample light) { return light.primitive != PRIMITIVE_AROUND; }

@@ -24,7 +24,8 @@ _WIDEST = 0.5  # GGX width of a lobe that may be narrow somewhere
 _RAY_COST = 1.5  # of a guided ray over another (docs/sampling.md)
 _MARGIN = 1.15  # by which the gain must exceed the cost: it is less for the rarest paths, which are not met
 _WIDTH, _UNGUIDED_SAMPLES = 96, 16  # of the measurement
-_SAMPLES = (64, 256, 1024)  # of it in all, as long as guiding seems to pay
+_SAMPLES = (64, 256, 1024)  # of it in all, as long as guiding seems to pay, and not to pay so much that
+_CLEAR = 1.5  # times the gain that is wanted are expected
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,10 +43,15 @@ class Decision:
 
 
 def decide(
-    ctx: Any, scene: Scene, settings: RenderSettings, defines: Mapping[str, int | str] | None = None
+    ctx: Any,
+    scene: Scene,
+    settings: RenderSettings,
+    defines: Mapping[str, int | str] | None = None,
+    least: float = _MARGIN,
 ) -> Decision:
     """Whether and how ``scene`` is guided with ``settings``, by photons traced on ``ctx`` if need be; ``defines`` are
-    those of the program that is guided."""
+    those of the program that is guided, and ``least`` is what it must be worth."""
+    least = max(least, _MARGIN)
     if settings.guiding == "off":
         return Decision(None, "off: as asked for")
     if settings.integrator != "path":
@@ -62,8 +68,8 @@ def decide(
         return nothing
     if settings.guiding == "on":
         return Decision(guide, "on: as asked for")
-    gain, cost = measure(ctx, scene, settings, guide, defines or {})
-    if gain < _MARGIN * cost:
+    gain, cost = measure(ctx, scene, settings, guide, defines or {}, least)
+    if gain < least * cost:
         return Decision(None, f"off: the variance would fall by {gain:.2f}, the time of a sample rise by {cost:.2f}")
     reason = f"on: the variance falls by {gain:.2f}, the time of a sample rises by {cost:.2f}"
     return Decision(guide, reason, gain / cost)
@@ -87,10 +93,15 @@ def same_light(one: Scene, other: Scene) -> bool:
 
 
 def measure(
-    ctx: Any, scene: Scene, settings: RenderSettings, guide: Guide, defines: Mapping[str, int | str]
+    ctx: Any,
+    scene: Scene,
+    settings: RenderSettings,
+    guide: Guide,
+    defines: Mapping[str, int | str],
+    least: float = _MARGIN,
 ) -> tuple[float, float]:
     """By how much ``guide`` lowers the relative variance of ``scene``, mean over the pixels, and what a sample costs
-    then, 1 being what it costs without.
+    then, 1 being what it costs without; roughly, where the ratio of the two is clearly below or above ``least``.
 
     Both variances come from a small picture of guided paths: they find the rare and bright ones, which without guiding
     no small number of samples shows. What guiding does not find, they do not find either: where the gain falls with the
@@ -100,13 +111,18 @@ def measure(
     size = (_WIDTH, max(1, round(_WIDTH * settings.height / settings.width)))
     plain = pack(scene, settings, *size)
     packed, unguided = guide.applied(plain), guide.without_lobes().applied(plain)
-    key = f"{VERSION}-{program_digest(packed)}-{sorted(defines.items())}"
-    found = cached("guiding-measurement", key, lambda: _measured(ctx, packed, unguided, size, defines))
+    key = f"{VERSION}-{program_digest(packed)}-{sorted(defines.items())}-{least:.2f}"
+    found = cached("guiding-measurement", key, lambda: _measured(ctx, packed, unguided, size, defines, least))
     return float(found["gain"]), _RAY_COST * float(found["rays"])
 
 
 def _measured(
-    ctx: Any, packed: PackedScene, unguided: PackedScene, size: tuple[int, int], defines: Mapping[str, int | str]
+    ctx: Any,
+    packed: PackedScene,
+    unguided: PackedScene,
+    size: tuple[int, int],
+    defines: Mapping[str, int | str],
+    least: float,
 ) -> dict[str, NDArray[np.float64]]:
     """The gain, and the mean number of rays of a guided path over that of another."""
     program = TracerProgram(defines={**defines, "GUIDING": "GUIDING_MEASURED"}, level=Level.KINDS)
@@ -117,8 +133,9 @@ def _measured(
         tracer.load(packed, program)
         found, rays = _gain_and_rays(tracer, films[1], _SAMPLES[0])
         gain, rays = found, rays / unguided_rays
+        wanted = least * _RAY_COST * rays
         for before, samples in pairwise(_SAMPLES):
-            if gain < _MARGIN * _RAY_COST * rays:
+            if gain < wanted or (before > _SAMPLES[0] and gain > _CLEAR * wanted):
                 break
             earlier, (found, _) = found, _gain_and_rays(tracer, films[1], samples - before)
             steps = np.log(_LEAST_SAMPLES / (size[0] * size[1] * samples)) / np.log(samples / before)

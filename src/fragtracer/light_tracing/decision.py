@@ -28,16 +28,17 @@ Floats = NDArray[np.float64]
 
 PHOTONS_PER_SAMPLE = 1 / 8  # of the path tracer: about the best number (docs/sampling.md)
 
-_VERSION = 1  # of the measurement
+_VERSION = 2  # of the measurement
 _LEAST_SAMPLES = 2**24  # of a picture; to trace them takes about as long as the measurement
 _COST = 1.05 + 1.5 * PHOTONS_PER_SAMPLE  # of a sample with its photons over one without
-# What is left of the gain where sampling is adaptive, which places samples by the relative error, but no photons
-# (three-spheres, docs/sampling.md).
-_PLANNED = 2 / 3
+# What is left of the gain where sampling is adaptive, which places samples by the relative error, but no photons. Fitted
+# to three-spheres, where guiding alone is the better one, and five-lights, where it is not (docs/sampling.md).
+_PLANNED = 0.8
 _MARGIN = 1.05  # by which the gain must exceed that: few samples show too little of it
 _WIDTH = 96  # of the measurement
 _SAMPLES = (64, 256)  # of it in all, the second where light tracing seems to pay
 _PASSES = 4
+_NOWHERE = 2**31 - 1  # a first shape that light is traced from, so that none is
 
 
 @dataclass(frozen=True)
@@ -77,8 +78,8 @@ def decide_both(ctx: Any, scene: Scene, settings: RenderSettings) -> tuple[Decis
     traced = decide(ctx, scene, decides(settings))
     guided = guiding.decide(ctx, scene, guiding.decides(settings), traced.defines)
     if traced.is_on and settings.light_tracing == settings.guiding == "auto":
-        alone = guiding.decide(ctx, scene, guiding.decides(settings))
         planned = _PLANNED * traced.worth * guided.worth
+        alone = guiding.decide(ctx, scene, guiding.decides(settings), least=planned)
         if alone.worth > planned:
             reason = f"off: guiding alone promises {alone.worth:.2f} times the efficiency, this {planned:.2f} times"
             return Decision(False, reason), alone
@@ -177,14 +178,13 @@ def _measured(ctx: Any, packed: PackedScene, targets: Targets, size: tuple[int, 
     # Of one photon for each pixel.
     noise = sums.squares.mean(axis=0).reshape(size[1], size[0]) / photons / (size[0] * size[1])
     films = [Film(ctx, *size) for _ in range(2)]
-    tracers: list[Tracer] = []
+    tracer = Tracer(ctx, packed, TracerProgram(defines=Decision(True, "").defines, level=Level.KINDS))
     try:
-        for decision in (Decision(False, ""), Decision(True, "")):
-            tracers.append(Tracer(ctx, packed, TracerProgram(defines=decision.defines, level=Level.KINDS)))
         gain = 1.0
         for before, samples in pairwise((0, *_SAMPLES)):
             pixels = []
-            for tracer, film in zip(tracers, films, strict=True):
+            for film, first in zip(films, (_NOWHERE, packed.uniforms["u_first_traced"]), strict=True):
+                tracer.set({"u_first_traced": first})
                 for _ in tracer.bands(film, samples - before):
                     pass
                 pixels.append(film.read())
@@ -196,8 +196,7 @@ def _measured(ctx: Any, packed: PackedScene, targets: Targets, size: tuple[int, 
             if gain < _MARGIN * _COST:
                 break
     finally:
-        for tracer in tracers:
-            tracer.release()
+        tracer.release()
         for film in films:
             film.release()
     return gain

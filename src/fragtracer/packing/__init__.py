@@ -129,6 +129,7 @@ def pack(
         tables |= {"u_environment": (environment.tables.texels,), "u_environment_tree": (environment.tables.tree,)}
     uniforms: dict[str, Any] = {
         "u_plane_count": len(planes),
+        "u_first_traced": len(planes),
         **{f"u_{noun}_count": count if is_listed else 0 for noun, count in records.counts.items()},
         **_NO_BVH,
         **(bvh.uniforms if bvh else {}),
