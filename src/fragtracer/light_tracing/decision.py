@@ -31,8 +31,8 @@ PHOTONS_PER_SAMPLE = 1 / 8  # of the path tracer: about the best number (docs/sa
 _VERSION = 2  # of the measurement
 _LEAST_SAMPLES = 2**24  # of a picture; to trace them takes about as long as the measurement
 _COST = 1.05 + 1.5 * PHOTONS_PER_SAMPLE  # of a sample with its photons over one without
-# What is left of the gain where sampling is adaptive, which places samples by the relative error, but no photons. Fitted
-# to three-spheres, where guiding alone is the better one, and five-lights, where it is not (docs/sampling.md).
+# What is left of the gain where sampling is adaptive, which places samples by the relative error, but no photons:
+# between what three-spheres, where guiding alone is better, and five-lights, where it is not, ask for.
 _PLANNED = 0.8
 _MARGIN = 1.05  # by which the gain must exceed that: few samples show too little of it
 _WIDTH = 96  # of the measurement
