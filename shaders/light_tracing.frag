@@ -4,8 +4,9 @@
 //
 // A photon begins at the first surface that it meets, and not at the light, so that every kind of light serves as it is:
 // a point of a target, which is a shape that may scatter narrowly, is drawn by area, and a light sample there is the photon
-// that arrives. Of all vertices that the camera may see, one is drawn by what it brings if nothing occludes it, so that one
-// ray decides (resampled importance sampling: Talbot et al. 2005, Importance Resampling for Global Illumination).
+// that arrives. Of all vertices one is drawn by the light there, and of its views, at once or over a mirror, one by what it
+// brings if nothing occludes it, so that one way decides (resampled importance sampling: Talbot et al. 2005, Importance
+// Resampling for Global Illumination).
 #include "core/constants.glsl"
 #include "sampler/sampler.glsl"
 #include "film/pixel_filter.glsl"
@@ -13,12 +14,12 @@
 #include "scene/storage.glsl"
 #include "texture/texture.glsl"
 #include "shape/intersect.glsl"
-#include "camera/view.glsl"
 #include "material/material.glsl"
 #include "light/light.glsl"
 #include "integrator/direct.glsl"
 #include "integrator/interior.glsl"
 #include "integrator/light_traced.glsl"
+#include "integrator/mirrored.glsl"
 #include "integrator/target.glsl"
 #include "integrator/vertex.glsl"
 
@@ -59,6 +60,16 @@ Vertex photon_vertex(Photon photon, vec3 direction, ivec4 inside) {
 // Flux scattered over flux received where f |cos_i| towards the light, for a path that comes from `vertex.wo`, is `value`.
 vec3 photon_transfer(Photon photon, Vertex vertex, vec3 value, vec3 wi) {
     return value * vertex_shading_factor(vertex, wi) / max(abs(dot(photon.surface.normal, photon.towards_light)), 1e-6);
+}
+
+// How much a photon may bring to the picture, roughly, after it was scattered: 0 only where it brings nothing.
+float photon_promise(Photon photon, Vertex vertex) {
+    bool is_mirror = vertex.bsdf.model == BSDF_CONDUCTOR || vertex.bsdf.model == BSDF_COOK_TORRANCE;
+    is_mirror = is_mirror && vertex.bsdf.alpha <= LIGHT_TRACED_WIDEST && max_component(vertex.bsdf.diffuse) <= 0.0;
+    vec3 from_camera = photon.surface.position - u_inverse_view[3].xyz;
+    bool is_behind = dot(from_camera, u_inverse_view[2].xyz) >= 0.0;
+    bool is_seen = photon.events > 0 && !is_mirror && !(is_behind && u_mirror_count == 0 && u_lens_radius <= 0.0);
+    return is_seen ? luminance(photon.flux) / dot(from_camera, from_camera) : 0.0;
 }
 
 const vec4 UNSEEN = vec4(0.0, 0.0, 0.0, -1.0);
@@ -104,10 +115,9 @@ vec4 photon_trace(uint number, out int number_of_target) {
     if (!is_met) return UNSEEN;
     photon.flux = light.radiance * (opacity * wanted * abs(cosine) / (light.pdf * target.density));
 
-    // The vertex that is seen, if nothing is between, and the sum of what all that might be bring.
-    vec3 seen = vec3(0.0);
-    float brought = 0.0;
-    CameraView view;
+    // The vertex that is seen, if any is, what it promises, and the sum of what all of them do.
+    Photon seen = photon;
+    float promised = 0.0, all_promised = 0.0;
     vec3 throughput = vec3(1.0);
     int turn = 0;
     bool goes_on;
@@ -119,26 +129,14 @@ vec4 photon_trace(uint number, out int number_of_target) {
         photon.band = band;
         vertex = photon_vertex(photon, photon.towards_light, photon.inside);
 
-        // Seen by the camera, which is inside of nothing.
-        CameraView here = camera_view(photon.surface.position, v.zw);
-        vec3 to_camera = -here.direction;
-        float cos_camera = dot(photon.surface.normal, to_camera);
-        bool is_behind = (cos_camera > 0.0) != (dot(photon.surface.normal, photon.towards_light) > 0.0);
-        ivec4 inside = is_behind ? vertex.beyond : vertex.inside;
-        Vertex receiver = photon_vertex(photon, to_camera, inside);
-        vec3 wi = frame_to_local(receiver.frame, photon.towards_light);
-        vec3 value = vertex_eval_pdf(receiver, wi).rgb * (1.0 - light_traced_narrow(receiver, wi));
-        vec3 brings = photon.flux * photon_transfer(photon, receiver, value, wi) * (abs(cos_camera) * here.weight);
-        bool sees = photon.events > 0 && here.weight > 0.0 && interior_of(inside) == 0;
-        float worth = sees ? luminance(brings) : 0.0;
-        brought += worth;
-        if (worth > 0.0 && chosen * brought < worth) {
-            seen = brings / worth;
-            view = here;
-            view.distance = dot(receiver.origin - here.origin, here.direction);
-            chosen = chosen * brought / worth;
-        } else if (worth > 0.0) {
-            chosen = (chosen * brought - worth) / (brought - worth);
+        float promise = photon_promise(photon, vertex);
+        all_promised += promise;
+        if (promise > 0.0 && chosen * all_promised < promise) {
+            seen = photon;
+            promised = promise;
+            chosen = chosen * all_promised / promise;
+        } else if (promise > 0.0) {
+            chosen = (chosen * all_promised - promise) / (all_promised - promise);
         }
 
         // On in a direction that is sampled as if the light was the viewer, with the value of a path that comes from there.
@@ -146,7 +144,8 @@ vec4 photon_trace(uint number, out int number_of_target) {
         vec3 direction = frame_to_world(vertex.frame, s.wi);
         ivec4 beyond = interior_behind_vertex(vertex, s.wi);
         Vertex from = photon_vertex(photon, direction, beyond);
-        wi = frame_to_local(from.frame, photon.towards_light);
+        vec3 wi = frame_to_local(from.frame, photon.towards_light);
+        vec3 value;
         vec3 narrow = vec3(1.0);
         if (bsdf_is_delta(s)) {
             value = s.weight * (square(s.eta) * vertex.wo.z / max(abs(s.wi.z), 1e-6));
@@ -179,13 +178,57 @@ vec4 photon_trace(uint number, out int number_of_target) {
         turn++;
     } while (goes_on);
 
+    if (promised <= 0.0) return UNSEEN;
+
+    // Its views by the camera, which is inside of nothing.
+    vertex = photon_vertex(seen, seen.towards_light, seen.inside);
+    MirroredView view;
+    vec3 end;  // where the way to it ends
+    vec3 radiance = vec3(0.0);
+    float brought = 0.0;
+    int mirror = -1;
+    u = photon_random(number, 3 + turn, rr_sample);
+    do {
+        MirroredView here = mirrored_view(seen.surface.position, mirror, v.zw, u.xy, seen.seed);
+        float cos_camera = dot(seen.surface.normal, here.leaves);
+        bool is_behind = (cos_camera > 0.0) != (dot(seen.surface.normal, seen.towards_light) > 0.0);
+        ivec4 inside = is_behind ? vertex.beyond : vertex.inside;
+        Vertex receiver = photon_vertex(seen, here.leaves, inside);
+        vec3 wi = frame_to_local(receiver.frame, seen.towards_light);
+        vec3 value = vertex_eval_pdf(receiver, wi).rgb * (1.0 - light_traced_narrow(receiver, wi));
+        vec3 brings = seen.flux * photon_transfer(seen, receiver, value, wi) * here.reflectance;
+        brings *= abs(cos_camera) * here.camera.weight;
+        bool sees = here.camera.weight > 0.0 && interior_of(inside) == 0 && seen.events + int(mirror >= 0) < u_bounces;
+        float worth = sees ? luminance(brings) : 0.0;
+        brought += worth;
+        if (worth > 0.0 && chosen * brought < worth) {
+            radiance = brings / worth;
+            view = here;
+            end = receiver.origin;
+            chosen = chosen * brought / worth;
+        } else if (worth > 0.0) {
+            chosen = (chosen * brought - worth) / (brought - worth);
+        }
+        mirror++;
+    } while (mirror < u_mirror_count);
     if (brought <= 0.0) return UNSEEN;
-    if (!is_finite(seen * brought)) return NOT_FINITE;
+    radiance *= brought * all_promised / promised;
+    if (!is_finite(radiance)) return NOT_FINITE;
     vec2 size = floor(1.0 / u_inverse_image_size + 0.5);
-    vec3 pixel = pixel_filter_pixel(view.position, w.yz);
+    vec3 pixel = pixel_filter_pixel(view.camera.position, w.yz);
     if (any(lessThan(pixel.xy, vec2(0.0))) || any(greaterThanEqual(pixel.xy, size))) return UNSEEN;
-    if (is_occluded(Ray(view.origin, view.direction), view.distance, NO_PRIMITIVE, hash_uint(~photon.seed))) return UNSEEN;
-    return vec4(seen * (brought * pixel.z), pixel.y * size.x + pixel.x);
+    bool is_hidden = false;
+    vec3 begin = view.camera.origin;
+    vec3 next = view.mirror < 0 ? end : view.origin;
+    int leg = 0;
+    do {
+        vec3 way = next - begin;
+        is_hidden = is_occluded(Ray(begin, normalize(way)), length(way), view.mirror, hash_uint(~seen.seed + uint(leg)));
+        begin = view.origin;
+        next = end;
+        leg++;
+    } while (view.mirror >= 0 && leg < 2 && !is_hidden);
+    return is_hidden ? UNSEEN : vec4(radiance * pixel.z, pixel.y * size.x + pixel.x);
 }
 
 void main() {

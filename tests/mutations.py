@@ -162,6 +162,7 @@ def traced(make: Callable[[], Scene], spp: int, resolution: float) -> Check:
 
 SUNLIT = traced(test_light_tracing.sunlit, 4096, 0.1)
 TRACED = traced(test_light_tracing.spheres, 8192, 0.05)
+MIRRORED = traced(test_light_tracing.mirrors, 8192, 0.05)
 DENSITY_OF_HIT = Check(test_light.test_density_of_a_sample_is_that_of_its_hit, most_listed=10**6, level=Level.NOTHING)
 TRAVERSAL = Check(test_intersect.test_traversal_finds_what_trying_every_shape_finds, scale=1.0, count=30, culled=False)
 
@@ -180,9 +181,30 @@ MUTATIONS = [
     Mutation(
         "light that photons bring found by paths too",
         "integrator/light_traced.glsl",
-        "depth > 1 ? 1.0 - traced.received * traced.narrow",
-        "depth > 2 ? 1.0 - traced.received * traced.narrow",
+        "depth > traced.receiver + 1 ? 1.0 - traced.received",
+        "depth > traced.receiver + 2 ? 1.0 - traced.received",
         TRACED,
+    ),
+    Mutation(
+        "light that photons bring to mirrors found by paths too",
+        "integrator/light_traced.glsl",
+        "traced.receiver = int(is_mirrored)",
+        "traced.receiver = 0",
+        MIRRORED,
+    ),
+    Mutation(
+        "mirror spheres that spread light as flat mirrors do",
+        "integrator/mirrored.glsl",
+        "2.0 * before * after * curvature",
+        "0.0",
+        MIRRORED,
+    ),
+    Mutation(
+        "photons seen in mirrors that reflect all light",
+        "integrator/mirrored.glsl",
+        "is_seen ? s.weight : vec3(0.0)",
+        "is_seen ? vec3(1.0) : vec3(0.0)",
+        MIRRORED,
     ),
     Mutation(
         "photons that arrive at a slant are as strong",

@@ -85,6 +85,24 @@ def glass() -> Scene:
     return Scene(replace(LENS, aperture_radius=0.0), materials, rectangles=[pane, slab], spheres=balls, lights=[LAMP])
 
 
+def mirrors() -> Scene:
+    """The floor under a golden ball, above all in mirrors: a sphere, a polished wall, both sides of flat ones; and one
+    more mirror than are asked for photons."""
+    materials = {**MATERIALS, "polished": Material(albedo=(0.3, 0.3, 0.4), roughness=0.0, specular=1.0)}
+    return Scene(
+        Camera((0.3, 0.9, 3.6), (0.1, 0.5, 0.0), fov_degrees=40.0, aperture_radius=0.05),
+        materials,
+        planes=[FLOOR, Plane((0.0, 0.0, -1.6), (0.0, 0.0, 1.0), "polished")],
+        spheres=[Sphere((0.1, 0.3, 1.0), 0.3, "gold"), Sphere((0.9, 0.6, 0.0), 0.6, "mirror")],
+        rectangles=[
+            rectangle((-0.7, 0.6, -0.2), (1.2, 0.0, -0.3), (0.0, 1.2, 0.0), "mirror"),
+            rectangle((1.8, 0.9, 0.4), (0.0, 0.0, 0.3), (0.0, 0.3, 0.0), "mirror"),
+        ],
+        disks=[Disk((-1.2, 0.5, 0.5), (-1.0, 0.2, -1.0), 0.5, "mirror")],
+        lights=[Light((0.6, 2.2, 2.2), 0.8, power=200.0)],
+    )
+
+
 def shapes() -> Scene:
     """Flat mirrors of all kinds, lit by all kinds of lights."""
     triangle = Triangle(((0.5, 0.1, -0.8), (1.5, 0.1, -0.8), (1.2, 1.2, -1.0)), "mirror")
@@ -155,7 +173,10 @@ def light_of(ctx: Any, scene: Scene, spp: int, seeds: int, **settings: Any) -> t
 
 @pytest.mark.parametrize(
     ("make", "spp", "resolution"),
-    [(spheres, 8192, 0.05), (glass, 8192, 0.06), (shapes, 8192, 0.05), (meshes, 2048, 0.05), (sunlit, 4096, 0.1)],
+    [
+        *((spheres, 8192, 0.05), (mirrors, 8192, 0.05), (glass, 8192, 0.06)),
+        *((shapes, 8192, 0.05), (meshes, 2048, 0.05), (sunlit, 4096, 0.1)),
+    ],
 )
 def test_photons_bring_what_paths_leave_out(ctx: Any, make: Callable[[], Scene], spp: int, resolution: float) -> None:
     """From all kinds of shapes, lights and narrow surfaces."""

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 // Which light is left to light tracing (light_tracing.frag): that which reaches a surface over at least one other one, of
-// which the first after the light scatters it narrowly, and is seen there by the camera at once, other than narrowly. The
-// path tracer leaves out just that, each share of each path, so that their sum is all light. The environment, and ambient
+// which the first after the light scatters it narrowly, and is seen there by the camera at once or over one of the largest
+// mirrors (integrator/mirrored.glsl), other than narrowly. The path tracer leaves out just that, each share of each path, so that their sum is all light. The environment, and ambient
 // light, it finds well by itself. So it does where a normal is bent towards the viewer, since a photon that arrives on
 // the other side is not scattered that way.
 //
-//   camera - receiver - ... - narrow - light
+//   camera - (mirror) - receiver - ... - narrow - light
 #include "film/parts.glsl"
+#include "integrator/mirrored.glsl"
 #include "integrator/vertex.glsl"
 #include "light/sample.glsl"
 #include "shape/ray.glsl"
@@ -30,11 +31,12 @@ bool light_traced_is_wanted(LightSample light) { return light.primitive != PRIMI
 #if FILM_LIGHT == FILM_LIGHT_UNTRACED
 // Of a path's throughput.
 struct LightTraced {
-    vec3 received;  // the share that the first surface does not scatter narrowly
-    vec3 narrow;    // and that which the last one does
+    int receiver;   // the number of its vertex: 0, or 1 behind a mirror
+    vec3 received;  // the share that the receiver does not scatter narrowly, 0 before it
+    vec3 narrow;    // and that which the last surface does
 };
 
-LightTraced light_traced_begin() { return LightTraced(vec3(0.0), vec3(0.0)); }
+LightTraced light_traced_begin() { return LightTraced(0, vec3(0.0), vec3(0.0)); }
 
 // After scattering event `depth`, from 0, at a vertex on what was `hit`; `passed` surfaces had not scattered before.
 void light_traced_scatter(inout LightTraced traced, Vertex vertex, Hit hit, BsdfSample s, int depth, int passed) {
@@ -44,19 +46,21 @@ void light_traced_scatter(inout LightTraced traced, Vertex vertex, Hit hit, Bsdf
         return;
     }
     vec3 narrow = bsdf_is_delta(s) ? vec3(1.0) : light_traced_narrow(vertex, s.wi);
-    if (depth == 0) traced.received = passed == 0 ? 1.0 - narrow : vec3(0.0);
-    if (depth > 0 && vertex.is_bent) traced.received = vec3(0.0);
+    bool is_mirrored = bsdf_is_delta(s) && (s.event & EVENT_REFLECTION) != 0 && is_mirror(hit.primitive);
+    if (depth == 0) traced.receiver = int(is_mirrored);
+    if (depth == traced.receiver) traced.received = passed == 0 ? 1.0 - narrow : vec3(0.0);
+    if (depth > traced.receiver && vertex.is_bent) traced.received = vec3(0.0);
     traced.narrow = is_target ? narrow : vec3(0.0);
 }
 
 // What is left to the path tracer of light that a ray meets after `depth` scattering events.
 vec3 light_traced_rest(LightTraced traced, int depth) {
-    return depth > 1 ? 1.0 - traced.received * traced.narrow : vec3(1.0);
+    return depth > traced.receiver + 1 ? 1.0 - traced.received * traced.narrow : vec3(1.0);
 }
 
 // The share of light that reaches the next vertex, number `depth`, on what was `hit`, which is left to light tracing if it
 // is scattered narrowly there.
 vec3 light_traced_next(LightTraced traced, Vertex vertex, Hit hit, int depth) {
-    return depth > 0 && light_traced_from(hit) && !vertex.is_bent ? traced.received : vec3(0.0);
+    return depth > traced.receiver && light_traced_from(hit) && !vertex.is_bent ? traced.received : vec3(0.0);
 }
 #endif

@@ -82,7 +82,7 @@ vec3 path_rest(Path path) {
 // Whether guiding finds light of the path that light tracing does not.
 bool path_is_guided(Path path) {
 #if FILM_LIGHT == FILM_LIGHT_UNTRACED
-    return path.depth > 0 && max_component(path.traced.received) < 0.5;
+    return path.depth > path.traced.receiver && max_component(path.traced.received) < 0.5;
 #else
     return true;
 #endif

@@ -20,6 +20,7 @@ from fragtracer.light_tracing.tracer import PHOTONS, LightTracer, Sums
 from fragtracer.packing import PackedScene, matte_names, pack
 from fragtracer.packing.digest import program_digest
 from fragtracer.packing.interiors import is_closed
+from fragtracer.packing.mirrors import camera_is_in_mirror
 from fragtracer.sampling.pixels import bright
 from fragtracer.scene import SHAPES, Plane, RenderSettings, Scene, Sphere
 from fragtracer.scene.interiors import has_media, solids
@@ -28,7 +29,7 @@ Floats = NDArray[np.float64]
 
 PHOTONS_PER_SAMPLE = 1 / 8  # of the path tracer: about the best number (docs/sampling.md)
 
-_VERSION = 2  # of the measurement
+_VERSION = 3  # of the measurement
 _LEAST_SAMPLES = 2**24  # of a picture; to trace them takes about as long as the measurement
 _COST = 1.05 + 1.5 * PHOTONS_PER_SAMPLE  # of a sample with its photons over one without
 # What is left of the gain where sampling is adaptive, which places samples by the relative error, but no photons:
@@ -110,6 +111,8 @@ def impossible(scene: Scene, settings: RenderSettings) -> str:
         return "there is a medium"
     if _has_open_fronts(scene):
         return "a surface that is met from its front alone is not closed: light passes it one way only"
+    if camera_is_in_mirror(scene):
+        return "the camera is inside of a mirror"
     inside = list(solids(scene))
     if any(solid.contains(scene.camera.position) for solid in inside):
         return "the camera is inside of a dielectric"

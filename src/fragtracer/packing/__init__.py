@@ -28,6 +28,7 @@ from fragtracer.packing.materials import (
     pack_materials,
 )
 from fragtracer.packing.media import PackedMedia, pack_media
+from fragtracer.packing.mirrors import mirror_uniforms
 from fragtracer.packing.openness import is_open, walls_of
 from fragtracer.packing.records import MATERIAL_RECORDS, MEDIUM_RECORDS, Words, texel_count, words_of_rows
 from fragtracer.packing.settings import needs_maps, settings_features, settings_uniforms
@@ -136,6 +137,7 @@ def pack(
         **offsets,
         **attributes.offsets,
         **lights.uniforms,
+        **mirror_uniforms(scene.planes, shapes, materials, primitives),
         **settings_uniforms(settings),
         "u_ambient_radiance": scene.ambient.radiance,
         "u_background_radiance": (0.0, 0.0, 0.0),

@@ -17,7 +17,7 @@ from fragtracer.scene.fields import Triple
 from fragtracer.scene.material import DEFAULT_MODEL, TEXTURED
 from fragtracer.scene.reflectance import internal_diffuse_reflectance
 
-_ALPHA_DELTA = 1e-4  # of bsdf/ggx.glsl
+ALPHA_DELTA = 1e-4  # of bsdf/ggx.glsl
 _ALPHA_MODES = ("opaque", "mask", "blend")
 _WRAP_MODES = ("repeat", "mirror", "clamp")
 TEXTURE_NEAREST = 4
@@ -91,7 +91,7 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
     features = {
         **{model.feature: 0 for model in BsdfModel},
         **{model.feature: 1 for model in models},
-        "HAS_DELTA": int(any(m.alpha < _ALPHA_DELTA or m.roughness_texture for m in specular)),
+        "HAS_DELTA": int(any(m.alpha < ALPHA_DELTA or m.roughness_texture for m in specular)),
         "HAS_ALPHA": int(has_alpha),
         "HAS_TEXTURES": int(bool(textures)),
     }
@@ -197,7 +197,7 @@ def _has_half_vector(material: Material) -> bool:
 
 
 def _is_rough(material: Material) -> bool:
-    return material.alpha >= _ALPHA_DELTA or material.roughness_texture is not None
+    return material.alpha >= ALPHA_DELTA or material.roughness_texture is not None
 
 
 def _is_rough_dielectric(material: Material) -> bool:

@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: MIT
+"""The shapes in which light that is traced from the lights is seen, for shaders/integrator/mirrored.glsl."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fragtracer.packing.materials import ALPHA_DELTA
+from fragtracer.packing.shapes import Shape
+from fragtracer.scene import Material, Plane, Scene, Sphere
+
+MOST_MIRRORS = 4  # the components of an ivec4
+
+
+def mirror_uniforms(
+    planes: Sequence[Plane],
+    shapes: Sequence[Shape],
+    materials: Mapping[str, Material],
+    primitives: NDArray[np.int64],
+) -> dict[str, int | tuple[int, ...]]:
+    """The records of the largest mirrors; planes have the records from 0 on, ``shapes`` the records ``primitives``."""
+    records = [*enumerate(planes), *zip(primitives.tolist(), shapes, strict=True)]
+    found = [(_area(shape), record) for record, shape in records if _is_mirror(materials[shape.material])]
+    largest = sorted(found, key=lambda mirror: -mirror[0])[:MOST_MIRRORS]
+    mirrors = [record for _, record in largest]
+    return {
+        "u_mirror_count": len(mirrors),
+        "u_mirrors": (*mirrors, *(-1 for _ in range(MOST_MIRRORS - len(mirrors)))),
+    }
+
+
+def camera_is_in_mirror(scene: Scene) -> bool:
+    """Whether the lens of the camera, or a part of it, is inside of a sphere that is a mirror."""
+    camera = scene.camera
+    return any(
+        math.dist(sphere.center, camera.position) < sphere.radius + camera.aperture_radius for sphere in _spheres(scene)
+    )
+
+
+def _spheres(scene: Scene) -> Iterator[Sphere]:
+    return (sphere for sphere in scene.spheres if _is_mirror(scene.materials[sphere.material]))
+
+
+def _is_mirror(material: Material) -> bool:
+    """Whether all of a surface reflects like a perfect mirror, besides what else it does, and lets nothing pass."""
+    is_smooth = material.alpha < ALPHA_DELTA and material.roughness_texture is None and material.anisotropy == 0
+    is_alike = material.blend is None and material.normal_texture is None and material.alpha_mode == "opaque"
+    reflects = not material.unlit and not material.is_dielectric and max(material.specular_f0) > 0
+    return is_smooth and is_alike and reflects
+
+
+def _area(shape: Shape | Plane) -> float:
+    if isinstance(shape, Plane):
+        return math.inf
+    return 4 * math.pi * shape.radius**2 if isinstance(shape, Sphere) else shape.area
