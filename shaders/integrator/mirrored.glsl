@@ -38,7 +38,7 @@ MirroredView mirrored_view(vec3 point, int index, vec2 lens, vec2 u, uint seed) 
         bool is_seen = true;
         if (kind == KIND_SPHERE) {
             Sphere sphere = sphere_of(t0, t1);
-            vec3 normal = sphere_reflection((origin - sphere.center) / sphere.radius, (point - sphere.center) / sphere.radius);
+            vec3 normal = sphere_reflection_normal((origin - sphere.center) / sphere.radius, (point - sphere.center) / sphere.radius);
             place = sphere.center + sphere.radius * normal;
             curvature = 1.0 / sphere.radius;
             is_seen = dot(normal, normal) > 0.0;

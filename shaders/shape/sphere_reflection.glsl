@@ -5,7 +5,7 @@
 // it; 0 where there is no such place outside. It lies in their plane, at the angle from `a` where incidence and reflection
 // are alike: one grows with the angle and the other falls, between the ends from which `a` or `b` is hidden. By Newton's
 // method on the sine of their difference: 8 steps are enough for float32.
-vec3 sphere_reflection(vec3 a, vec3 b) {
+vec3 sphere_reflection_normal(vec3 a, vec3 b) {
     float length_a = length(a), length_b = length(b);
     vec3 x = a / length_a;
     vec3 across = b - dot(b, x) * x;

@@ -177,7 +177,7 @@ def test_sizes_agree() -> None:
     assert (sampler["WIDTH"], sampler["LAYERS"]) == (random_texture.WIDTH, random_texture.LAYERS)
     assert bvh.tree.WIDTH == 4  # node_intersect() of shape/bvh.glsl
     (alpha_delta,) = re.findall(r"^const float ALPHA_DELTA = (\S+);", read("bsdf/ggx.glsl"), re.MULTILINE)
-    assert float(alpha_delta) == materials._ALPHA_DELTA
+    assert float(alpha_delta) == materials.ALPHA_DELTA
 
 
 def test_textures_are_as_wide_as_they_are_read() -> None:

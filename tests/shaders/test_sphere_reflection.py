@@ -18,9 +18,8 @@ def test_light_is_reflected_where_angles_are_alike(ctx: moderngl.Context, low: f
         (random_directions(rng, 20_000) * (1 + 10 ** rng.uniform(low, 2, (20_000, 1)))).astype(np.float32)
         for _ in range(2)
     )
-    found = probe(
-        ctx, ["shape/sphere_reflection.glsl"], "normal = sphere_reflection(a, b);", {"a": a, "b": b}, {"normal": 3}
-    )
+    body = "normal = sphere_reflection_normal(a, b);"
+    found = probe(ctx, ["shape/sphere_reflection.glsl"], body, {"a": a, "b": b}, {"normal": 3})
     normal = found["normal"].astype(np.float64)
     is_seen = np.linalg.norm(normal, axis=1) > 0
     to_a, to_b = a - normal, b - normal
