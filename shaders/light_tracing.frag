@@ -64,11 +64,13 @@ vec3 photon_transfer(Photon photon, Vertex vertex, vec3 value, vec3 wi) {
 
 // How much a photon may bring to the picture, roughly, after it was scattered: 0 only where it brings nothing.
 float photon_promise(Photon photon, Vertex vertex) {
-    bool is_mirror = vertex.bsdf.model == BSDF_CONDUCTOR || vertex.bsdf.model == BSDF_COOK_TORRANCE;
-    is_mirror = is_mirror && vertex.bsdf.alpha <= LIGHT_TRACED_WIDEST && max_component(vertex.bsdf.diffuse) <= 0.0;
+    int model = vertex.bsdf.model;
+    bool is_metal = (model == BSDF_CONDUCTOR || model == BSDF_COOK_TORRANCE) && max_component(vertex.bsdf.diffuse) <= 0.0;
+    bool is_dielectric = model == BSDF_DIELECTRIC || model == BSDF_THIN_DIELECTRIC;
+    bool is_narrow = (is_metal || is_dielectric) && vertex.bsdf.alpha <= LIGHT_TRACED_WIDEST;
     vec3 from_camera = photon.surface.position - u_inverse_view[3].xyz;
     bool is_behind = dot(from_camera, u_inverse_view[2].xyz) >= 0.0;
-    bool is_seen = photon.events > 0 && !is_mirror && !(is_behind && u_mirror_count == 0 && u_lens_radius <= 0.0);
+    bool is_seen = photon.events > 0 && !is_narrow && !(is_behind && u_mirror_count == 0 && u_lens_radius <= 0.0);
     return is_seen ? luminance(photon.flux) / dot(from_camera, from_camera) : 0.0;
 }
 
@@ -186,6 +188,8 @@ vec4 photon_trace(uint number, out int number_of_target) {
     vec3 end;  // where the way to it ends
     vec3 radiance = vec3(0.0);
     float brought = 0.0;
+    vec3 pixel;
+    vec2 size = floor(1.0 / u_inverse_image_size + 0.5);
     int mirror = -1;
     u = photon_random(number, 3 + turn, rr_sample);
     do {
@@ -198,12 +202,15 @@ vec4 photon_trace(uint number, out int number_of_target) {
         vec3 value = vertex_eval_pdf(receiver, wi).rgb * (1.0 - light_traced_narrow(receiver, wi));
         vec3 brings = seen.flux * photon_transfer(seen, receiver, value, wi) * here.reflectance;
         brings *= abs(cos_camera) * here.camera.weight;
-        bool sees = here.camera.weight > 0.0 && interior_of(inside) == 0 && seen.events + int(mirror >= 0) < u_bounces;
+        vec3 there = pixel_filter_pixel(here.camera.position, w.yz);
+        bool sees = all(greaterThanEqual(there.xy, vec2(0.0))) && all(lessThan(there.xy, size)) && here.camera.weight > 0.0;
+        sees = sees && interior_of(inside) == 0 && seen.events + int(mirror >= 0) < u_bounces;
         float worth = sees ? luminance(brings) : 0.0;
         brought += worth;
         if (worth > 0.0 && chosen * brought < worth) {
             radiance = brings / worth;
             view = here;
+            pixel = there;
             end = receiver.origin;
             chosen = chosen * brought / worth;
         } else if (worth > 0.0) {
@@ -214,9 +221,6 @@ vec4 photon_trace(uint number, out int number_of_target) {
     if (brought <= 0.0) return UNSEEN;
     radiance *= brought * all_promised / promised;
     if (!is_finite(radiance)) return NOT_FINITE;
-    vec2 size = floor(1.0 / u_inverse_image_size + 0.5);
-    vec3 pixel = pixel_filter_pixel(view.camera.position, w.yz);
-    if (any(lessThan(pixel.xy, vec2(0.0))) || any(greaterThanEqual(pixel.xy, size))) return UNSEEN;
     bool is_hidden = false;
     vec3 begin = view.camera.origin;
     vec3 next = view.mirror < 0 ? end : view.origin;

@@ -181,15 +181,15 @@ MUTATIONS = [
     Mutation(
         "light that photons bring found by paths too",
         "integrator/light_traced.glsl",
-        "depth > traced.receiver + 1 ? 1.0 - traced.received",
-        "depth > traced.receiver + 2 ? 1.0 - traced.received",
+        "return 1.0 - traced.earlier * traced.narrow;",
+        "return vec3(1.0);",
         TRACED,
     ),
     Mutation(
         "light that photons bring to mirrors found by paths too",
         "integrator/light_traced.glsl",
-        "traced.receiver = int(is_mirrored)",
-        "traced.receiver = 0",
+        "traced.received += traced.mirrored * (1.0 - narrow)",
+        "traced.received += vec3(0.0)",
         MIRRORED,
     ),
     Mutation(
@@ -200,10 +200,24 @@ MUTATIONS = [
         MIRRORED,
     ),
     Mutation(
+        "rough mirrors that are seen at a slant as if from above",
+        "integrator/mirrored.glsl",
+        "vertex.wo.z / (square(after) * density)",
+        "1.0 / (square(after) * density)",
+        TRACED,
+    ),
+    Mutation(
+        "places on rough spheres as dense as on their tangent planes",
+        "integrator/mirrored.glsl",
+        "density *= stretch * square(stretch)",
+        "density *= 1.0",
+        traced(test_light_tracing.rough_mirror, 4096, 0.05),
+    ),
+    Mutation(
         "photons seen in mirrors that reflect all light",
         "integrator/mirrored.glsl",
-        "is_seen ? s.weight : vec3(0.0)",
-        "is_seen ? vec3(1.0) : vec3(0.0)",
+        "(s.event & EVENT_REFLECTION) != 0 ? s.weight :",
+        "(s.event & EVENT_REFLECTION) != 0 ? vec3(1.0) :",
         MIRRORED,
     ),
     Mutation(

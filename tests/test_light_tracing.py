@@ -103,6 +103,20 @@ def mirrors() -> Scene:
     )
 
 
+def rough_mirror() -> Scene:
+    """A small ball, as rough as what is narrow may be, high above a floor on which a mirror throws light."""
+    materials = {**MATERIALS, "rough": Material(metal="silver", roughness=0.54)}
+    mirror = rectangle((-2.5, 1.5, 0.0), (0.0, 3.0, 0.0), (0.0, 0.0, 3.0), "mirror")
+    return Scene(
+        Camera((0.0, 4.0, 5.0), (0.0, 2.5, 0.0), fov_degrees=4.0),
+        materials,
+        planes=[FLOOR],
+        rectangles=[mirror],
+        spheres=[Sphere((0.0, 2.5, 0.0), 0.15, "rough")],
+        lights=[Light((1.5, 2.5, 0.0), 1.0, power=200.0)],
+    )
+
+
 def shapes() -> Scene:
     """Flat mirrors of all kinds, lit by all kinds of lights."""
     triangle = Triangle(((0.5, 0.1, -0.8), (1.5, 0.1, -0.8), (1.2, 1.2, -1.0)), "mirror")
@@ -174,7 +188,7 @@ def light_of(ctx: Any, scene: Scene, spp: int, seeds: int, **settings: Any) -> t
 @pytest.mark.parametrize(
     ("make", "spp", "resolution"),
     [
-        *((spheres, 8192, 0.05), (mirrors, 8192, 0.05), (glass, 8192, 0.06)),
+        *((spheres, 8192, 0.05), (mirrors, 8192, 0.05), (rough_mirror, 4096, 0.05), (glass, 8192, 0.06)),
         *((shapes, 8192, 0.05), (meshes, 2048, 0.05), (sunlit, 4096, 0.1)),
     ],
 )

@@ -12,14 +12,6 @@
 #include "light/sample.glsl"
 #include "shape/ray.glsl"
 
-// GGX width up to which a lobe is narrow: of wider ones light sampling finds the light well.
-const float LIGHT_TRACED_WIDEST = 0.3;
-
-// What of the BSDF is narrow, towards wi, without delta lobes, which all are.
-vec3 light_traced_narrow(Vertex vertex, vec3 wi) {
-    return vertex.bsdf.alpha <= LIGHT_TRACED_WIDEST ? 1.0 - vertex_diffuse_share(vertex, wi) : vec3(0.0);
-}
-
 uniform int u_first_traced;  // the first shape that light is traced from: a plane is infinite, and has no place to begin with
 
 // Whether light is traced from this shape on.
@@ -31,12 +23,13 @@ bool light_traced_is_wanted(LightSample light) { return light.primitive != PRIMI
 #if FILM_LIGHT == FILM_LIGHT_UNTRACED
 // Of a path's throughput.
 struct LightTraced {
-    int receiver;   // the number of its vertex: 0, or 1 behind a mirror
-    vec3 received;  // the share that the receiver does not scatter narrowly, 0 before it
-    vec3 narrow;    // and that which the last surface does
+    vec3 mirrored;  // the share that the first surface, a mirror, scatters narrowly, until the next has scattered it
+    vec3 received;  // the share that receivers have not scattered narrowly
+    vec3 earlier;   // and what it was before the last surface
+    vec3 narrow;    // the share that this one scatters narrowly
 };
 
-LightTraced light_traced_begin() { return LightTraced(0, vec3(0.0), vec3(0.0)); }
+LightTraced light_traced_begin() { return LightTraced(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0)); }
 
 // After scattering event `depth`, from 0, at a vertex on what was `hit`; `passed` surfaces had not scattered before.
 void light_traced_scatter(inout LightTraced traced, Vertex vertex, Hit hit, BsdfSample s, int depth, int passed) {
@@ -46,21 +39,21 @@ void light_traced_scatter(inout LightTraced traced, Vertex vertex, Hit hit, Bsdf
         return;
     }
     vec3 narrow = bsdf_is_delta(s) ? vec3(1.0) : light_traced_narrow(vertex, s.wi);
-    bool is_mirrored = bsdf_is_delta(s) && (s.event & EVENT_REFLECTION) != 0 && is_mirror(hit.primitive);
-    if (depth == 0) traced.receiver = int(is_mirrored);
-    if (depth == traced.receiver) traced.received = passed == 0 ? 1.0 - narrow : vec3(0.0);
-    if (depth > traced.receiver && vertex.is_bent) traced.received = vec3(0.0);
+    if (vertex.is_bent) traced.received = vec3(0.0);
+    traced.earlier = traced.received;
+    if (depth == 0 && passed == 0) traced.received = 1.0 - narrow;
+    if (depth == 1 && passed == 0) traced.received += traced.mirrored * (1.0 - narrow);
+    bool is_mirrored = depth == 0 && (s.event & EVENT_REFLECTION) != 0 && is_mirror(hit.primitive);
+    traced.mirrored = is_mirrored ? narrow : vec3(0.0);
     traced.narrow = is_target ? narrow : vec3(0.0);
 }
 
-// What is left to the path tracer of light that a ray meets after `depth` scattering events.
-vec3 light_traced_rest(LightTraced traced, int depth) {
-    return depth > traced.receiver + 1 ? 1.0 - traced.received * traced.narrow : vec3(1.0);
-}
+// What is left to the path tracer of light that a ray meets.
+vec3 light_traced_rest(LightTraced traced) { return 1.0 - traced.earlier * traced.narrow; }
 
-// The share of light that reaches the next vertex, number `depth`, on what was `hit`, which is left to light tracing if it
-// is scattered narrowly there.
-vec3 light_traced_next(LightTraced traced, Vertex vertex, Hit hit, int depth) {
-    return depth > traced.receiver && light_traced_from(hit) && !vertex.is_bent ? traced.received : vec3(0.0);
+// The share of light that reaches the next vertex, on what was `hit`, which is left to light tracing if it is scattered
+// narrowly there.
+vec3 light_traced_next(LightTraced traced, Vertex vertex, Hit hit) {
+    return light_traced_from(hit) && !vertex.is_bent ? traced.received : vec3(0.0);
 }
 #endif

@@ -73,7 +73,7 @@ void path_receive(inout Path path, vec3 radiance) {
 // What the path tracer counts of the light of lights that the path meets.
 vec3 path_rest(Path path) {
 #if FILM_LIGHT == FILM_LIGHT_UNTRACED
-    return light_traced_rest(path.traced, path.depth);
+    return light_traced_rest(path.traced);
 #else
     return vec3(1.0);
 #endif
@@ -82,7 +82,7 @@ vec3 path_rest(Path path) {
 // Whether guiding finds light of the path that light tracing does not.
 bool path_is_guided(Path path) {
 #if FILM_LIGHT == FILM_LIGHT_UNTRACED
-    return path.depth > path.traced.receiver && max_component(path.traced.received) < 0.5;
+    return path.depth > 0 && max_component(path.traced.received + path.traced.mirrored) < 0.5;
 #else
     return true;
 #endif
@@ -220,7 +220,7 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
         if (flight.scatters) throughput = lit_throughput / survival;
 #endif
 #if FILM_LIGHT == FILM_LIGHT_UNTRACED
-        direct_traced = light_traced_next(path.traced, vertex, hit, path.depth);
+        direct_traced = light_traced_next(path.traced, vertex, hit);
 #endif
         vec3 direct = direct_light(vertex, is_lit, vertex_number, pixel, index, u.zw);
         if (is_lit) {

@@ -29,12 +29,11 @@ Floats = NDArray[np.float64]
 
 PHOTONS_PER_SAMPLE = 1 / 8  # of the path tracer: about the best number (docs/sampling.md)
 
-_VERSION = 3  # of the measurement
+_VERSION = 4  # of the measurement
 _LEAST_SAMPLES = 2**24  # of a picture; to trace them takes about as long as the measurement
-_COST = 1.05 + 1.5 * PHOTONS_PER_SAMPLE  # of a sample with its photons over one without
-# What is left of the gain where sampling is adaptive, which places samples by the relative error, but no photons:
-# between what three-spheres, where guiding alone is better, and five-lights, where it is not, ask for.
-_PLANNED = 0.8
+_PHOTON_COST = (5.0, 3.0)  # of a photon over a sample of a path, the second in scenes of meshes
+# By how much adaptive sampling lowers the variance of paths, which place their samples by it, and not that of photons.
+_ADAPTIVE_GAIN = 3.0
 _MARGIN = 1.05  # by which the gain must exceed that: few samples show too little of it
 _WIDTH = 96  # of the measurement
 _SAMPLES = (64, 256)  # of it in all, the second where light tracing seems to pay
@@ -66,11 +65,11 @@ def decide(ctx: Any, scene: Scene, settings: RenderSettings) -> Decision:
         return Decision(True, "on: as asked for")
     if settings.spp * settings.width * settings.height < _LEAST_SAMPLES:
         return Decision(False, f"off: to trace the {settings.spp} samples per pixel takes less time than to measure")
-    gain = measure(ctx, scene, settings)
-    if gain < _MARGIN * _COST:
-        return Decision(False, f"off: the variance would fall by {gain:.2f}, the time of a sample rise by {_COST:.2f}")
-    reason = f"on: the variance falls by {gain:.2f}, the time of a sample rises by {_COST:.2f}"
-    return Decision(True, reason, gain / _COST)
+    gain, cost = measure(ctx, scene, settings)
+    if gain < _MARGIN * cost:
+        return Decision(False, f"off: the variance would fall by {gain:.2f}, the time of a sample rise by {cost:.2f}")
+    reason = f"on: the variance falls by {gain:.2f}, the time of a sample rises by {cost:.2f}"
+    return Decision(True, reason, gain / cost)
 
 
 def decide_both(ctx: Any, scene: Scene, settings: RenderSettings) -> tuple[Decision, guiding.Decision]:
@@ -79,9 +78,9 @@ def decide_both(ctx: Any, scene: Scene, settings: RenderSettings) -> tuple[Decis
     traced = decide(ctx, scene, decides(settings))
     guided = guiding.decide(ctx, scene, guiding.decides(settings), traced.defines)
     if traced.is_on and settings.light_tracing == settings.guiding == "auto":
-        planned = _PLANNED * traced.worth * guided.worth
+        planned = traced.worth * guided.worth
         alone = guiding.decide(ctx, scene, guiding.decides(settings), least=planned)
-        if alone.worth > planned:
+        if alone.guide is not None and alone.worth > planned:
             reason = f"off: guiding alone promises {alone.worth:.2f} times the efficiency, this {planned:.2f} times"
             return Decision(False, reason), alone
     return traced, guided
@@ -149,8 +148,9 @@ def _light_places(scene: Scene) -> Iterator[ArrayLike]:
                 yield matrix[:3, :3] @ corners.mean(axis=0) + matrix[:3, 3]
 
 
-def measure(ctx: Any, scene: Scene, settings: RenderSettings) -> float:
-    """By how much light tracing lowers the relative variance of ``scene`` at equal samples, mean over the pixels.
+def measure(ctx: Any, scene: Scene, settings: RenderSettings) -> tuple[float, float]:
+    """By how much light tracing lowers the relative variance of ``scene`` at equal samples, mean over the pixels, and
+    what a sample with its photons costs, 1 being what it costs without.
 
     Both variances come from a small picture. Few samples show less of the rare and bright paths that light tracing
     saves, so that the gain is rather larger.
@@ -158,14 +158,22 @@ def measure(ctx: Any, scene: Scene, settings: RenderSettings) -> float:
     size = (_WIDTH, max(1, round(_WIDTH * settings.height / settings.width)))
     packed = pack(scene, settings, *size)
     targets = targets_of(packed, narrow_materials(scene))
+    cost = 1.05 + _PHOTON_COST[bool(scene.meshes)] * PHOTONS_PER_SAMPLE
     if not len(targets):
-        return 1.0
+        return 1.0, cost
     key = f"{_VERSION}-{program_digest(packed)}-{size}"
-    found = cached("light-tracing", key, lambda: {"gain": np.asarray(_measured(ctx, packed, targets, size))})
-    return float(found["gain"])
+    found = cached(
+        "light-tracing", key, lambda: {"gain": np.asarray(_measured(ctx, packed, targets, size, _MARGIN * cost))}
+    )
+    gain, share = found["gain"].tolist()
+    return gain if settings.adaptive == "off" else gain / (1 + (_ADAPTIVE_GAIN - 1) * share), cost
 
 
-def _measured(ctx: Any, packed: PackedScene, targets: Targets, size: tuple[int, int]) -> float:
+def _measured(
+    ctx: Any, packed: PackedScene, targets: Targets, size: tuple[int, int], least: float
+) -> tuple[float, float]:
+    """The gain without adaptive sampling, roughly where it is below ``least``, and the share of photons in what is left
+    of the variance."""
     light = LightTracer(ctx)
     try:
         light.load(packed, targets, size, Level.KINDS)
@@ -175,7 +183,7 @@ def _measured(ctx: Any, packed: PackedScene, targets: Targets, size: tuple[int, 
     finally:
         light.release()
     if not sums.squares.any():
-        return 1.0
+        return 1.0, 0.0
     photons = PHOTONS * _PASSES
     traced = sums.halves.sum(axis=0).T.reshape(size[1], size[0], 3) / photons
     # Of one photon for each pixel.
@@ -183,7 +191,7 @@ def _measured(ctx: Any, packed: PackedScene, targets: Targets, size: tuple[int, 
     films = [Film(ctx, *size) for _ in range(2)]
     tracer = Tracer(ctx, packed, TracerProgram(defines=Decision(True, "").defines, level=Level.KINDS))
     try:
-        gain = 1.0
+        gain, share = 1.0, 0.0
         for before, samples in pairwise((0, *_SAMPLES)):
             pixels = []
             for film, first in zip(films, (_NOWHERE, packed.uniforms["u_first_traced"]), strict=True):
@@ -194,12 +202,13 @@ def _measured(ctx: Any, packed: PackedScene, targets: Targets, size: tuple[int, 
             full, rest = (np.square(p.standard_error().astype(np.float64)).mean(axis=2) * samples for p in pixels)
             brightness = bright((pixels[1].mean[..., :3] + traced).astype(np.float32))
             weight = 1 / np.maximum(brightness, 1e-30) ** 2
-            both = (rest + noise / PHOTONS_PER_SAMPLE) * weight
-            gain = float((full * weight).mean() / max(both.mean(), 1e-30))
-            if gain < _MARGIN * _COST:
+            of_photons = float((noise / PHOTONS_PER_SAMPLE * weight).mean())
+            left = max(float((rest * weight).mean()) + of_photons, 1e-30)
+            gain, share = float((full * weight).mean()) / left, of_photons / left
+            if gain < least:
                 break
     finally:
         tracer.release()
         for film in films:
             film.release()
-    return gain
+    return gain, share

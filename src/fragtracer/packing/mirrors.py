@@ -3,6 +3,7 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from fragtracer.packing.shapes import Shape
 from fragtracer.scene import Material, Plane, Scene, Sphere
 
 MOST_MIRRORS = 4  # the components of an ivec4
+_WIDEST = 0.3  # LIGHT_TRACED_WIDEST of the shader
 
 
 def mirror_uniforms(
@@ -19,15 +21,17 @@ def mirror_uniforms(
     shapes: Sequence[Shape],
     materials: Mapping[str, Material],
     primitives: NDArray[np.int64],
-) -> dict[str, int | tuple[int, ...]]:
+) -> dict[str, Any]:
     """The records of the largest mirrors; planes have the records from 0 on, ``shapes`` the records ``primitives``."""
     records = [*enumerate(planes), *zip(primitives.tolist(), shapes, strict=True)]
-    found = [(_area(shape), record) for record, shape in records if _is_mirror(materials[shape.material])]
+    found = [(_area(shape), record, shape) for record, shape in records if _is_mirror(materials[shape.material])]
     largest = sorted(found, key=lambda mirror: -mirror[0])[:MOST_MIRRORS]
-    mirrors = [record for _, record in largest]
+    none = MOST_MIRRORS - len(largest)
+    widths = [materials[shape.material].alpha for _, _, shape in largest]
     return {
-        "u_mirror_count": len(mirrors),
-        "u_mirrors": (*mirrors, *(-1 for _ in range(MOST_MIRRORS - len(mirrors)))),
+        "u_mirror_count": len(largest),
+        "u_mirrors": (*(record for _, record, _ in largest), *[-1] * none),
+        "u_mirror_widths": (*(0.0 if width < ALPHA_DELTA else width for width in widths), *[0.0] * none),
     }
 
 
@@ -44,8 +48,8 @@ def _spheres(scene: Scene) -> Iterator[Sphere]:
 
 
 def _is_mirror(material: Material) -> bool:
-    """Whether all of a surface reflects like a perfect mirror, besides what else it does, and lets nothing pass."""
-    is_smooth = material.alpha < ALPHA_DELTA and material.roughness_texture is None and material.anisotropy == 0
+    """Whether all of a surface reflects narrowly and alike, besides what else it does, and lets nothing pass."""
+    is_smooth = material.alpha <= _WIDEST and material.roughness_texture is None and material.anisotropy == 0
     is_alike = material.blend is None and material.normal_texture is None and material.alpha_mode == "opaque"
     reflects = not material.unlit and not material.is_dielectric and max(material.specular_f0) > 0
     return is_smooth and is_alike and reflects
