@@ -67,7 +67,7 @@ float photon_promise(Photon photon, Vertex vertex) {
     int model = vertex.bsdf.model;
     bool is_metal = (model == BSDF_CONDUCTOR || model == BSDF_COOK_TORRANCE) && max_component(vertex.bsdf.diffuse) <= 0.0;
     bool is_dielectric = model == BSDF_DIELECTRIC || model == BSDF_THIN_DIELECTRIC;
-    bool is_narrow = (is_metal || is_dielectric) && vertex.bsdf.alpha <= LIGHT_TRACED_WIDEST;
+    bool is_narrow = (is_metal || is_dielectric) && vertex.bsdf.alpha <= NARROW_WIDEST;
     vec3 from_camera = photon.surface.position - u_inverse_view[3].xyz;
     bool is_behind = dot(from_camera, u_inverse_view[2].xyz) >= 0.0;
     bool is_seen = photon.events > 0 && !is_narrow && !(is_behind && u_mirror_count == 0 && u_lens_radius <= 0.0);
@@ -153,7 +153,7 @@ vec4 photon_trace(uint number, out int number_of_target) {
             value = s.weight * (square(s.eta) * vertex.wo.z / max(abs(s.wi.z), 1e-6));
         } else {
             value = vertex_eval_pdf(from, wi).rgb / s.pdf;
-            narrow = light_traced_narrow(from, wi);
+            narrow = vertex_narrow_share(from, wi);
         }
         vec3 factor = photon_transfer(photon, from, value, wi) * abs(dot(photon.surface.normal, direction));
         if (!light_traced_from(photon.hit)) narrow = vec3(0.0);
@@ -199,7 +199,7 @@ vec4 photon_trace(uint number, out int number_of_target) {
         ivec4 inside = is_behind ? vertex.beyond : vertex.inside;
         Vertex receiver = photon_vertex(seen, here.leaves, inside);
         vec3 wi = frame_to_local(receiver.frame, seen.towards_light);
-        vec3 value = vertex_eval_pdf(receiver, wi).rgb * (1.0 - light_traced_narrow(receiver, wi));
+        vec3 value = vertex_eval_pdf(receiver, wi).rgb * (1.0 - vertex_narrow_share(receiver, wi));
         vec3 brings = seen.flux * photon_transfer(seen, receiver, value, wi) * here.reflectance;
         brings *= abs(cos_camera) * here.camera.weight;
         vec3 there = pixel_filter_pixel(here.camera.position, w.yz);

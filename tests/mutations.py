@@ -211,7 +211,7 @@ MUTATIONS = [
         "integrator/mirrored.glsl",
         "density *= stretch * square(stretch)",
         "density *= 1.0",
-        traced(test_light_tracing.rough_mirror, 4096, 0.05),
+        traced(test_light_tracing.rough_mirror, 8192, 0.05),
     ),
     Mutation(
         "photons seen in mirrors that reflect all light",

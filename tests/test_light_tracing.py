@@ -113,7 +113,7 @@ def rough_mirror() -> Scene:
         planes=[FLOOR],
         rectangles=[mirror],
         spheres=[Sphere((0.0, 2.5, 0.0), 0.15, "rough")],
-        lights=[Light((1.5, 2.5, 0.0), 1.0, power=200.0)],
+        lights=[Light((3.0, 2.5, 0.0), 2.2, power=200.0)],
     )
 
 
@@ -188,7 +188,7 @@ def light_of(ctx: Any, scene: Scene, spp: int, seeds: int, **settings: Any) -> t
 @pytest.mark.parametrize(
     ("make", "spp", "resolution"),
     [
-        *((spheres, 8192, 0.05), (mirrors, 8192, 0.05), (rough_mirror, 4096, 0.05), (glass, 8192, 0.06)),
+        *((spheres, 8192, 0.05), (mirrors, 8192, 0.05), (rough_mirror, 8192, 0.05), (glass, 8192, 0.06)),
         *((shapes, 8192, 0.05), (meshes, 2048, 0.05), (sunlit, 4096, 0.1)),
     ],
 )

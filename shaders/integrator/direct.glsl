@@ -155,7 +155,7 @@ vec3 direct_sample(Vertex vertex, bool is_wanted, vec2 u) {
     direct_diffuse += radiance * vertex_diffuse_share(vertex, wi);
 #endif
 #if FILM_LIGHT == FILM_LIGHT_UNTRACED
-    if (light_traced_is_wanted(light)) radiance *= 1.0 - direct_traced * light_traced_narrow(vertex, wi);
+    if (light_traced_is_wanted(light)) radiance *= 1.0 - direct_traced * vertex_narrow_share(vertex, wi);
 #endif
     return radiance;
 }

@@ -20,14 +20,6 @@ struct MirroredView {
     vec3 reflectance;   // of the mirror, or a sample of it; of a rough one, per solid angle
 };
 
-// GGX width up to which a lobe is narrow: of wider ones light sampling finds the light well.
-const float LIGHT_TRACED_WIDEST = 0.3;
-
-// What of the BSDF is narrow, towards wi, without delta lobes, which all are.
-vec3 light_traced_narrow(Vertex vertex, vec3 wi) {
-    return vertex.bsdf.alpha <= LIGHT_TRACED_WIDEST ? 1.0 - vertex_diffuse_share(vertex, wi) : vec3(0.0);
-}
-
 // Whether a shape is a mirror.
 bool is_mirror(int primitive) { return any(equal(ivec4(primitive), u_mirrors)); }
 
@@ -102,7 +94,7 @@ MirroredView mirrored_view(vec3 point, int index, vec2 lens, vec2 u, uint seed) 
         view.origin = vertex.origin;
         if (alpha > 0.0) {
             vec3 wi = frame_to_local(vertex.frame, -view.leaves);
-            view.reflectance = vertex_eval_pdf(vertex, wi).rgb * light_traced_narrow(vertex, wi);
+            view.reflectance = vertex_eval_pdf(vertex, wi).rgb * vertex_narrow_share(vertex, wi);
             view.camera.weight *= vertex.wo.z / (square(after) * density);
         } else {
             BsdfSample s = bsdf_sample(vertex.bsdf, vertex.wo, u);

@@ -9,6 +9,9 @@
 #include "medium/medium.glsl"
 #include "shape/shape.glsl"
 
+// GGX width up to which a lobe is narrow: of wider ones light sampling finds the light well.
+const float NARROW_WIDEST = 0.3;
+
 struct Vertex {
     vec3 origin;     // of rays that are reflected
     vec3 behind;     // of rays that are transmitted
@@ -94,6 +97,11 @@ vec3 vertex_diffuse_share(Vertex vertex, vec3 wi) {
 #endif
     vec3 all = bsdf_eval(vertex.bsdf, vertex.wo, wi);
     return clamp(bsdf_diffuse(vertex.bsdf, vertex.wo, wi) / max(all, vec3(1e-30)), 0.0, 1.0);
+}
+
+// What of the BSDF is narrow, towards wi, without delta lobes, which all are.
+vec3 vertex_narrow_share(Vertex vertex, vec3 wi) {
+    return vertex.bsdf.alpha <= NARROW_WIDEST ? 1.0 - vertex_diffuse_share(vertex, wi) : vec3(0.0);
 }
 
 // Where rays start whose local direction is wi.

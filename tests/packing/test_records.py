@@ -10,7 +10,7 @@ import pytest
 from fragtracer import bvh
 from fragtracer.bvh.tree import MAX_DEPTH
 from fragtracer.gpu.textures import WIDTH as TEXTURE_WIDTH
-from fragtracer.packing import _ATTRIBUTE_FLAGS, atlas, materials, pack, random_texture, shapes
+from fragtracer.packing import _ATTRIBUTE_FLAGS, atlas, materials, mirrors, pack, random_texture, shapes
 from fragtracer.packing.hierarchy import MOST_RECORDS, RECORDS_IN_ROW
 from fragtracer.packing.lights import LIGHT_RECORDS, MESH_LIGHT, LightKind
 from fragtracer.packing.records import MATERIAL_RECORDS, MEDIUM_RECORDS, SIZES, BsdfModel, places, texel_count
@@ -178,6 +178,8 @@ def test_sizes_agree() -> None:
     assert bvh.tree.WIDTH == 4  # node_intersect() of shape/bvh.glsl
     (alpha_delta,) = re.findall(r"^const float ALPHA_DELTA = (\S+);", read("bsdf/ggx.glsl"), re.MULTILINE)
     assert float(alpha_delta) == materials.ALPHA_DELTA
+    (narrow,) = re.findall(r"^const float NARROW_WIDEST = (\S+);", read("integrator/vertex.glsl"), re.MULTILINE)
+    assert float(narrow) == mirrors.NARROW_WIDEST
 
 
 def test_textures_are_as_wide_as_they_are_read() -> None:

@@ -13,7 +13,7 @@ from fragtracer.packing.shapes import Shape
 from fragtracer.scene import Material, Plane, Scene, Sphere
 
 MOST_MIRRORS = 4  # the components of an ivec4
-_WIDEST = 0.3  # LIGHT_TRACED_WIDEST of the shader
+NARROW_WIDEST = 0.3  # of integrator/vertex.glsl
 
 
 def mirror_uniforms(
@@ -49,7 +49,7 @@ def _spheres(scene: Scene) -> Iterator[Sphere]:
 
 def _is_mirror(material: Material) -> bool:
     """Whether all of a surface reflects narrowly and alike, besides what else it does, and lets nothing pass."""
-    is_smooth = material.alpha <= _WIDEST and material.roughness_texture is None and material.anisotropy == 0
+    is_smooth = material.alpha <= NARROW_WIDEST and material.roughness_texture is None and material.anisotropy == 0
     is_alike = material.blend is None and material.normal_texture is None and material.alpha_mode == "opaque"
     reflects = not material.unlit and not material.is_dielectric and max(material.specular_f0) > 0
     return is_smooth and is_alike and reflects
