@@ -71,7 +71,7 @@ float photon_promise(Photon photon, Vertex vertex) {
     vec3 from_camera = photon.surface.position - u_inverse_view[3].xyz;
     bool is_behind = dot(from_camera, u_inverse_view[2].xyz) >= 0.0;
     bool is_seen = photon.events > 0 && !is_narrow && !(is_behind && u_mirror_count == 0 && u_lens_radius <= 0.0);
-    return is_seen ? luminance(photon.flux) / dot(from_camera, from_camera) : 0.0;
+    return is_seen ? luminance(photon.flux) / max(dot(from_camera, from_camera), 1e-20) : 0.0;
 }
 
 const vec4 UNSEEN = vec4(0.0, 0.0, 0.0, -1.0);
@@ -204,7 +204,8 @@ vec4 photon_trace(uint number, out int number_of_target) {
         brings *= abs(cos_camera) * here.camera.weight;
         vec3 there = pixel_filter_pixel(here.camera.position, w.yz);
         bool sees = all(greaterThanEqual(there.xy, vec2(0.0))) && all(lessThan(there.xy, size)) && here.camera.weight > 0.0;
-        sees = sees && interior_of(inside) == 0 && seen.events + int(mirror >= 0) < u_bounces;
+        sees = sees && here.mirror != seen.hit.primitive && interior_of(inside) == 0;
+        sees = sees && seen.events + int(mirror >= 0) < u_bounces;
         float worth = sees ? luminance(brings) : 0.0;
         brought += worth;
         if (worth > 0.0 && chosen * brought < worth) {
