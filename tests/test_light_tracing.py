@@ -317,6 +317,7 @@ GLASS = Material(model="dielectric", ior=1.5)
         (spheres(), {"integrator": "split-sum"}, "split-sum"),
         (spheres(), {"light_tracing": "on"}, "on: as asked for"),
         (Scene(LENS, {"floor": MATERIALS["floor"]}, planes=[FLOOR]), {}, "narrowly"),
+        (replace(spheres(), camera=Camera((0.0, 0.4, -0.3), (0.0, 0.4, 0.0))), {}, "inside of a mirror"),
         (
             replace(spheres(), media={"air": Medium(scattering=0.1, absorption=0.0)}, fog=Fog("air")),
             {"light_tracing": "on"},
