@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Which light is left to light tracing (light_tracing.frag): that which reaches a surface over at least one other one, of
 // which the first after the light scatters it narrowly, and is seen there by the camera at once or over one of the largest
-// mirrors (integrator/mirrored.glsl), other than narrowly. The path tracer leaves out just that, each share of each path, so that their sum is all light. The environment, and ambient
-// light, it finds well by itself. So it does where a normal is bent towards the viewer, since a photon that arrives on
-// the other side is not scattered that way.
+// mirrors (integrator/mirrored.glsl), other than narrowly. The path tracer leaves out just that, each share of each path, so
+// that their sum is all light. The environment, and ambient light, it finds well by itself. So it does where a normal is
+// bent towards the viewer, since a photon that arrives on the other side is not scattered that way.
 //
 //   camera - (mirror) - receiver - ... - narrow - light
 #include "film/parts.glsl"
@@ -12,7 +12,7 @@
 #include "light/sample.glsl"
 #include "shape/ray.glsl"
 
-uniform int u_first_traced;  // the first shape that light is traced from: a plane is infinite, and has no place to begin with
+uniform int u_first_traced;  // the first shape that light is traced from: planes, which are infinite, are before it
 
 // Whether light is traced from this shape on.
 bool light_traced_from(Hit hit) { return hit.primitive >= u_first_traced; }
@@ -43,7 +43,7 @@ void light_traced_scatter(inout LightTraced traced, Vertex vertex, Hit hit, Bsdf
     traced.earlier = traced.received;
     if (depth == 0 && passed == 0) traced.received = 1.0 - narrow;
     if (depth == 1 && passed == 0) traced.received += traced.mirrored * (1.0 - narrow);
-    bool is_mirrored = depth == 0 && (s.event & EVENT_REFLECTION) != 0 && is_mirror(hit.primitive);
+    bool is_mirrored = depth == 0 && (s.event & EVENT_REFLECTION) != 0 && is_mirror(hit.primitive) && !vertex.is_bent;
     traced.mirrored = is_mirrored ? narrow : vec3(0.0);
     traced.narrow = is_target ? narrow : vec3(0.0);
 }

@@ -105,7 +105,7 @@ MirroredView mirrored_view(vec3 point, int index, vec2 lens, vec2 u, uint seed) 
             float bent = 2.0 * before * after * curvature;
             view.camera.weight *= square(before) / ((before + after + bent * cos_theta) * (before + after + bent / cos_theta));
         }
-        if (!is_seen) view.camera.weight = 0.0;
+        if (!is_seen || vertex.is_bent) view.camera.weight = 0.0;
     }
     return view;
 }

@@ -2,7 +2,7 @@
 """Whether some of the light of a scene is traced from the lights, and why."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 
 PHOTONS_PER_SAMPLE = 1 / 8  # of the path tracer: about the best number (docs/sampling.md)
 
-_VERSION = 4  # of the measurement
+_VERSION = 5  # of the measurement
 _LEAST_SAMPLES = 2**24  # of a picture; to trace them takes about as long as the measurement
 _PHOTON_COST = (5.0, 3.0)  # of a photon over a sample of a path, the second in scenes of meshes
 # By how much adaptive sampling lowers the variance of paths, which place their samples by it, and not that of photons.
@@ -75,20 +75,16 @@ def decide(ctx: Any, scene: Scene, settings: RenderSettings) -> Decision:
 def decide_both(ctx: Any, scene: Scene, settings: RenderSettings) -> tuple[Decision, guiding.Decision]:
     """Whether some light is traced from the lights, and whether paths are guided; where both may be chosen, which of
     light tracing and guiding alone promises more."""
-    traced = decide(ctx, scene, decides(settings))
-    guided = guiding.decide(ctx, scene, guiding.decides(settings), traced.defines)
+    settings = guiding.decides(settings)
+    traced = decide(ctx, scene, settings)
+    guided = guiding.decide(ctx, scene, settings, traced.defines)
     if traced.is_on and settings.light_tracing == settings.guiding == "auto":
         planned = traced.worth * guided.worth
-        alone = guiding.decide(ctx, scene, guiding.decides(settings), least=planned)
+        alone = guiding.decide(ctx, scene, settings, least=planned)
         if alone.guide is not None and alone.worth > planned:
             reason = f"off: guiding alone promises {alone.worth:.2f} times the efficiency, this {planned:.2f} times"
             return Decision(False, reason), alone
     return traced, guided
-
-
-def decides(settings: RenderSettings) -> RenderSettings:
-    """``settings`` without what makes no difference to the decision."""
-    return replace(settings, seed=0, rays=1)
 
 
 def narrow_materials(scene: Scene) -> list[int]:
@@ -162,10 +158,9 @@ def measure(ctx: Any, scene: Scene, settings: RenderSettings) -> tuple[float, fl
     if not len(targets):
         return 1.0, cost
     key = f"{_VERSION}-{program_digest(packed)}-{size}"
-    found = cached(
-        "light-tracing", key, lambda: {"gain": np.asarray(_measured(ctx, packed, targets, size, _MARGIN * cost))}
-    )
-    gain, share = found["gain"].tolist()
+    least = _MARGIN * cost
+    found = cached("light-tracing", key, lambda: {"found": np.asarray(_measured(ctx, packed, targets, size, least))})
+    gain, share = found["found"].tolist()
     return gain if settings.adaptive == "off" else gain / (1 + (_ADAPTIVE_GAIN - 1) * share), cost
 
 
