@@ -196,7 +196,10 @@ def main() -> None:
     argparse.ArgumentParser(description=str(__doc__).splitlines()[0]).parse_args()
     scene = load(SCENE)
     scene = replace(
-        scene, render=replace(scene.render, width=SIZE[0], height=SIZE[1], guiding="off", light_tracing="off")
+        scene,
+        render=replace(
+            scene.render, width=SIZE[0], height=SIZE[1], guiding="off", light_tracing="off", gradient_domain="off"
+        ),
     )
     runs: list[Run] = []
     for workers, threads in PROCESSES:

@@ -87,7 +87,7 @@ def study(name: str, size: tuple[int, int], reference_spp: int) -> Study:
     with Renderer(scene, size, seed=1) as renderer:
         reference = renderer.render(spp=reference_spp)
     rows, pictures, seconds = [], [], 0.0
-    with Renderer(scene, size, adaptive="off", guiding="off", light_tracing="off") as renderer:
+    with Renderer(scene, size, adaptive="off", guiding="off", light_tracing="off", gradient_domain="off") as renderer:
         renderer.sample(1)
         renderer.aov(DENOISING[0])  # compiles
         renderer.reset()

@@ -37,7 +37,9 @@ def pictures(name: str, size: tuple[int, int], bounces: int, seconds: float) -> 
 
     sampling = sampling_for(scene, Plan(), lambda m: reference.relative_mse(sampled(m)) * m.seconds, lambda text: None)
     makers = {
-        "paths alone, even, unguided": lambda: Ours(scene, adaptive="off", guiding="off", light_tracing="off"),
+        "paths alone, even, unguided": lambda: Ours(
+            scene, adaptive="off", guiding="off", light_tracing="off", gradient_domain="off"
+        ),
         "by default": lambda: Ours(scene),
         f"Mitsuba, {sampling}": lambda: Mitsuba(scene, sampling=sampling),
     }

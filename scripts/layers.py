@@ -37,7 +37,13 @@ def main() -> None:
         seconds = []
         for aovs in ((), ("direct",)):
             with Renderer(
-                load(name), options.size, adaptive="off", guiding="off", light_tracing="off", aovs=aovs
+                load(name),
+                options.size,
+                adaptive="off",
+                guiding="off",
+                light_tracing="off",
+                gradient_domain="off",
+                aovs=aovs,
             ) as renderer:
                 draw, reset = lambda r=renderer: r.sample(options.spp), lambda r=renderer: r.reset()
                 seconds.append(least(draw, reset))

@@ -46,7 +46,7 @@ def measured(scene: Scene, few: int) -> tuple[NDArray[np.float64], float]:
     """Pictures (seeds, height, width, 3), and ns of CPU time a sample; more than ``few`` lights have a tree."""
     packed_lights.FEW_LIGHTS = few
     pictures = []
-    with Renderer(scene, SIZE, adaptive="off", guiding="off", light_tracing="off") as renderer:
+    with Renderer(scene, SIZE, adaptive="off", guiding="off", light_tracing="off", gradient_domain="off") as renderer:
         renderer.sample(8)
         start = time.process_time()
         for seed in range(SEEDS):

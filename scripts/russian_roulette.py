@@ -30,7 +30,15 @@ def measured(scene: Scene, edits: tuple[Edit, ...], options: argparse.Namespace)
     pictures = []
     with (
         edited_shaders(edits) as shaders,
-        Renderer(scene, options.size, adaptive="off", guiding="off", light_tracing="off", shaders=shaders) as renderer,
+        Renderer(
+            scene,
+            options.size,
+            adaptive="off",
+            guiding="off",
+            light_tracing="off",
+            gradient_domain="off",
+            shaders=shaders,
+        ) as renderer,
     ):
         for seed in range(options.seeds):
             renderer.reset(seed=seed)

@@ -16,7 +16,7 @@ from fragtracer.io.toml import bundled, load
 from fragtracer.renderer import Renderer
 from fragtracer.scene import RenderSettings
 
-EVEN = {"adaptive": "off", "guiding": "off", "light_tracing": "off"}
+EVEN = {"adaptive": "off", "guiding": "off", "light_tracing": "off", "gradient_domain": "off"}
 
 
 def measured(name: str, options: argparse.Namespace, **settings: str) -> tuple[NDArray[np.float64], float, str]:

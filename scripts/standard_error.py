@@ -19,7 +19,12 @@ def ratio(name: str, size: tuple[int, int], spp: int, seeds: int, adaptive: bool
     """Told over true, both means over the pixels of a picture without guiding."""
     images, told = [], []
     with Renderer(
-        load(name), size, adaptive="on" if adaptive else "off", guiding="off", light_tracing="off"
+        load(name),
+        size,
+        adaptive="on" if adaptive else "off",
+        guiding="off",
+        light_tracing="off",
+        gradient_domain="off",
     ) as renderer:
         for seed in range(seeds):
             renderer.reset(seed=seed)

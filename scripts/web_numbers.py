@@ -54,7 +54,7 @@ def measure(name, poster_seconds, seconds, there):
     ft.export_html(scene, path, seconds=poster_seconds)
     with (
         Chromium("mesa") as browser,
-        ft.Renderer(scene, SIZE, adaptive="off", guiding="off", light_tracing="off") as desktop,
+        ft.Renderer(scene, SIZE, adaptive="off", guiding="off", light_tracing="off", gradient_domain="off") as desktop,
     ):
         browser.resize(800, 700)
         time.sleep(1)

@@ -37,7 +37,9 @@ def browser_image(browser, seed):
 
 def desktop_images(scene):
     """Of the seeds of the browser, and of others."""
-    with ft.Renderer(scene, (WIDTH, HEIGHT), adaptive="off", guiding="off", light_tracing="off") as rendering:
+    with ft.Renderer(
+        scene, (WIDTH, HEIGHT), adaptive="off", guiding="off", light_tracing="off", gradient_domain="off"
+    ) as rendering:
         for seed in range(2 * SEEDS):
             rendering.reset(seed=seed)
             rendering.sample(SPP)

@@ -37,7 +37,7 @@ void main() {
 #if FILM_LIGHT == FILM_LIGHT_PARTS
     parts_load(texel);
 #endif
-    path_trace(film, work.pixel, u_rays);
+    path_trace(film, work.pixel, work.numbers, u_rays);
     if (traversal_was_cut) film_invalidate(film);
     out_mean = film_mean(film);
     out_variance = film_variance(film);

@@ -23,6 +23,7 @@ import test_direct_light
 import test_environment_light
 import test_estimators
 import test_furnace
+import test_gradient_domain
 import test_guiding as test_guided_pictures
 import test_light_tracing
 import test_media
@@ -398,9 +399,16 @@ MUTATIONS = [
     Mutation(
         "items of a pixel with the same samples",
         "film/work.glsl",
-        "ivec2(item.x & 0xffffu, item.x >> 16u), item.y)",
-        "ivec2(item.x & 0xffffu, item.x >> 16u), 0u)",
+        "block : pixel, item.y)",
+        "block : pixel, 0u)",
         ITEMS,
+    ),
+    Mutation(
+        "blocks of pixels with the same random numbers that are never shifted",
+        "film/work.glsl",
+        "((pixel + shift) >> 1)",
+        "(pixel >> 1)",
+        Check(test_gradient_domain.test_differences_lower_the_error),
     ),
     Mutation(
         "the first item of a pixel taken for all",

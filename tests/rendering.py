@@ -18,7 +18,7 @@ from fragtracer.resources import folder
 from fragtracer.scene import Scene
 
 ESTIMATORS = ("nee", "bsdf", "mis")
-CHOICES = ("guiding", "adaptive", "light_tracing")  # what "auto" would decide
+CHOICES = ("guiding", "adaptive", "light_tracing", "gradient_domain")  # what "auto" would decide
 CHUNK = 512  # samples per pixel drawn by one call
 
 Image = NDArray[np.float32]

@@ -30,11 +30,13 @@ def found(renderer: Renderer) -> list[np.ndarray]:
     return [renderer.image(), renderer.standard_error(), renderer.samples()]
 
 
-@pytest.mark.parametrize("adaptive", ["off", "auto", "on"])
-def test_a_render_goes_on_with_the_same_bits(ctx, tmp_path, monkeypatch, adaptive) -> None:
+@pytest.mark.parametrize(
+    "choice", [{"adaptive": "off"}, {"adaptive": "auto"}, {"adaptive": "on"}, {"gradient_domain": "on"}], ids=str
+)
+def test_a_render_goes_on_with_the_same_bits(ctx, tmp_path, monkeypatch, choice) -> None:
     """Wherever it was interrupted, also within a pass, and however its passes were cut."""
     monkeypatch.setattr("fragtracer.gpu.accumulation._MOST_ITEMS", 512)
-    with Renderer(load(SCENE), SIZE, context=ctx, adaptive=adaptive, **SETTINGS) as renderer:
+    with Renderer(load(SCENE), SIZE, context=ctx, **choice, **SETTINGS) as renderer:
         renderer.render(SPP)
         expected = found(renderer)
     path = tmp_path / "film.npz"
@@ -44,12 +46,12 @@ def test_a_render_goes_on_with_the_same_bits(ctx, tmp_path, monkeypatch, adaptiv
             if state.spp > end:
                 raise KeyboardInterrupt
 
-        with Renderer(load(SCENE), SIZE, context=ctx, rays=rays, adaptive=adaptive, **SETTINGS) as renderer:
+        with Renderer(load(SCENE), SIZE, context=ctx, rays=rays, **choice, **SETTINGS) as renderer:
             with pytest.raises(KeyboardInterrupt):
                 renderer.render(SPP, progress=stop)
             assert renderer.spp <= end
             renderer.save(path)
-        with Renderer(load(SCENE), SIZE, context=ctx, rays=21 - rays, adaptive=adaptive, **SETTINGS) as renderer:
+        with Renderer(load(SCENE), SIZE, context=ctx, rays=21 - rays, **choice, **SETTINGS) as renderer:
             renderer.sample(4)
             renderer.resume(path)
             renderer.render(SPP)

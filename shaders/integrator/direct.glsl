@@ -188,9 +188,10 @@ vec3 direct_ambient_sample(Vertex vertex, vec2 u) {
     return scattered;
 }
 
-// Radiance from all lights that the vertex, number `depth` of its path, scatters towards wo; u serves if one sample is all.
+// Radiance from all lights that the vertex, number `depth` of its path, scatters towards wo; u serves if one sample is all,
+// else the random numbers of a pixel.
 // Where it is not wanted, no rays are traced, and the result is 0.
-vec3 direct_light(Vertex vertex, bool is_wanted, int depth, ivec2 pixel, uint index, vec2 u) {
+vec3 direct_light(Vertex vertex, bool is_wanted, int depth, ivec2 numbers, uint index, vec2 u) {
     vec3 direct = vec3(0.0);
     float unused;
 #if FILM_LIGHT == FILM_LIGHT_PARTS
@@ -201,7 +202,7 @@ vec3 direct_light(Vertex vertex, bool is_wanted, int depth, ivec2 pixel, uint in
         do {
             if (u_light_samples > 1) {
                 uint light_index = sampler_part_index(index, uint(u_light_samples), uint(i));
-                u = sampler_vec4(pixel, light_index, dimension_light(depth), unused).xy;
+                u = sampler_vec4(numbers, light_index, dimension_light(depth), unused).xy;
             }
             direct += direct_sample(vertex, is_wanted, u);
             i++;
@@ -213,7 +214,7 @@ vec3 direct_light(Vertex vertex, bool is_wanted, int depth, ivec2 pixel, uint in
     }
 #if ESTIMATOR == ESTIMATOR_NEE
     if (is_wanted && max_component(u_ambient_radiance) > 0.0) {
-        direct += direct_ambient_sample(vertex, sampler_vec4(pixel, index, dimension_ambient(depth), unused).xy);
+        direct += direct_ambient_sample(vertex, sampler_vec4(numbers, index, dimension_ambient(depth), unused).xy);
     }
 #endif
     return direct;

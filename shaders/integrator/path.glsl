@@ -101,15 +101,15 @@ void path_end_if(bool ends, Path path, inout Film film) {
 #endif
 }
 
-// Adds `count` samples of the pixel to its film.
-void path_trace(inout Film film, ivec2 pixel, int count) {
+// Adds `count` samples of the pixel to its film, with the random numbers of one that may be another.
+void path_trace(inout Film film, ivec2 pixel, ivec2 numbers, int count) {
     uint end = film.next + uint(count);
     uint index = film_sampler_index(film);
     // Also after the last bounce, where surfaces that pass light unchanged do so without end.
     bool has_roulette = u_russian_roulette_vertex < u_bounces + HAS_EXACT_FRESNEL;
     bool is_open = u_is_open != 0 && HAS_MEDIA == 0;
     float rr_sample;
-    Path path = path_begin(pixel, sampler_vec4(pixel, index, dimension_camera(), rr_sample));
+    Path path = path_begin(pixel, sampler_vec4(numbers, index, dimension_camera(), rr_sample));
     // The loop tests at its end: a software renderer runs a body once more than a leading test lets pass. And it computes
     // surface, vertex, light sample and next direction of every lane, those whose path ends too, which do not use them:
     // their branch would be run all the same, and every assignment in it be masked.
@@ -133,7 +133,7 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
                 begins = escapes || path.has_ended;
                 path_end_if(begins, path, film);
                 index = film_sampler_index(film);
-                vec4 u = sampler_vec4(pixel, index, dimension_camera(), rr_sample);
+                vec4 u = sampler_vec4(numbers, index, dimension_camera(), rr_sample);
                 if (begins) path = path_begin(pixel, u);
             }
 #endif
@@ -145,7 +145,7 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
 #if HAS_MEDIA
         // Or a point of the medium before that; not so near to the surface that rounding puts it beyond.
         float unused;
-        vec4 u_flight = sampler_vec4(pixel, index, dimension_medium(vertex_number), unused);
+        vec4 u_flight = sampler_vec4(numbers, index, dimension_medium(vertex_number), unused);
         Medium medium = medium_load(interior_of(path.inside));
         MediumSample flight = medium_sample(medium, path.ray, hit.distance, path.throughput, u_flight.xy);
         vec2 u_lit = u_flight.zw;
@@ -197,7 +197,7 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
         bool ends = !scatters && !is_open;
         path_end_if(ends, path, film);
         index = film_sampler_index(film);
-        vec4 u = sampler_vec4(pixel, index, ends ? dimension_camera() : dimension_vertex(vertex_number), rr_sample);
+        vec4 u = sampler_vec4(numbers, index, ends ? dimension_camera() : dimension_vertex(vertex_number), rr_sample);
 
         // Direct light.
         bool is_lit = scatters && path.depth < u_bounces;
@@ -222,7 +222,7 @@ void path_trace(inout Film film, ivec2 pixel, int count) {
 #if FILM_LIGHT == FILM_LIGHT_UNTRACED
         direct_traced = light_traced_next(path.traced, vertex, hit);
 #endif
-        vec3 direct = direct_light(vertex, is_lit, vertex_number, pixel, index, u.zw);
+        vec3 direct = direct_light(vertex, is_lit, vertex_number, numbers, index, u.zw);
         if (is_lit) {
             direct *= throughput;
             path.radiance += direct;

@@ -119,6 +119,8 @@ def merge(films: Mapping[str, SavedFilm]) -> SavedFilm:
             raise FilmError(f"{other}: is the checkpoint of a cluster, and cannot be merged")
         if "stage" in film.state:
             raise FilmError(f"{other}: was sampled adaptively; only films of --no-adaptive can be merged")
+        if film.state.get("is_of_gradients"):
+            raise FilmError(f"{other}: was made from differences; only films of --gradient-domain off can be merged")
         if "light_passes" in film.state:
             raise FilmError(
                 f"{other}: was rendered with light tracing; only films of --light-tracing off can be merged"

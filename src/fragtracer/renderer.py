@@ -33,6 +33,7 @@ from fragtracer.scene import Camera, RenderSettings, Scene
 
 PROGRAMS = {"path": "pathtracer.frag", "split-sum": "split_sum.frag"}
 _FIRST_LOOK = 16  # samples per pixel, at the error
+_LEAST_SAMPLES = 2**25  # of a picture for which a pilot of the gradient domain is asked: it takes 2^20 at most
 _MOST_RAYS = 64  # of a pass that no window waits for: lanes that wait for the longest paths wait for less of the time
 
 
@@ -128,7 +129,9 @@ class Renderer:
         with self._current():
             size = width, height
             self._parts = LayerTextures(self.context, size, len(PARTS)) if self._has_parts else None
-            self._film = Accumulation(self.context, *size, self._adaptive, self._parts, window, self._least_gain)
+            self._film = Accumulation(
+                self.context, *size, self._adaptive, self._parts, window, self._least_gain, self._gradient_domain[0]
+            )
             self._light: LightTracing | None = None
             self._tracer = Tracer(self.context, self._packed(), self._program())
             self._film.warm_up(self._tracer)
@@ -331,6 +334,7 @@ class Renderer:
             if self._light is not None:
                 self._light.clear(self.settings.seed)
             self._film.adaptive, self._film.least_gain = self._adaptive, self._least_gain
+            self._film.gradient_domain, _ = self._gradient_domain
             self._film.clear()
         self._first_surface.forget()
         self._last_error, self._next_look = None, _FIRST_LOOK
@@ -421,7 +425,12 @@ class Renderer:
     def _samples_are_plain(self) -> bool:
         """Whether those of the picture go the ways of layers.frag as long as surfaces are smooth."""
         traces_paths = self._program().name == PROGRAMS["path"]
-        return traces_paths and not (self._film.is_uneven or self.first_sample or "u_guiding" in self._packed().tables)
+        return traces_paths and not (
+            self._film.is_uneven
+            or self._film.shares_numbers
+            or self.first_sample
+            or "u_guiding" in self._packed().tables
+        )
 
     @property
     def spp(self) -> int:
@@ -471,6 +480,7 @@ class Renderer:
             adaptive = "off: the parts of the light are sampled evenly"
         counts |= {"guiding_decision": self._decision().reason, "adaptive_decision": adaptive}
         counts |= {"light_tracing_decision": self._light_decision().reason}
+        counts |= {"gradient_domain_decision": self._gradient_domain[1] or self._film.gradient_decision}
         return made_by | settings | counts | {"gl_renderer": describe(self.context)["GL renderer"]}
 
     def _repr_png_(self) -> bytes:
@@ -549,6 +559,22 @@ class Renderer:
     def _adaptive(self) -> Literal["auto", "on", "off"]:
         is_path = self._program().name == PROGRAMS["path"]
         return self.settings.adaptive if is_path and not self._has_parts else "off"
+
+    @property
+    def _gradient_domain(self) -> tuple[Literal["auto", "on", "off"], str]:
+        """Whether the picture may be made from differences, and why not, where that needs no pilot."""
+        settings = self.settings
+        if settings.gradient_domain == "off":
+            return "off", "off: as asked for"
+        if self._program().name != PROGRAMS["path"]:
+            return "off", f"off: the integrator is {settings.integrator}"
+        if self._has_parts or self.first_sample:
+            return "off", "off: layers of light and parts of the samples are of single pixels"
+        if settings.gradient_domain == "auto" and settings.adaptive == "on":
+            return "off", "off: adaptive sampling was asked for"
+        if settings.gradient_domain == "auto" and settings.spp * settings.width * settings.height < _LEAST_SAMPLES:
+            return "off", f"off: the {settings.spp} samples per pixel are too few for a pilot to pay"
+        return settings.gradient_domain, ""
 
     @property
     def _least_gain(self) -> float:

@@ -64,6 +64,7 @@ FULL = Scene(
         background_roughness=0.5,
         guiding="on",
         light_tracing="off",
+        gradient_domain="on",
     ),
     description="odd: [\n 1,\n ]\t\"'\\ é,\n]",
 )

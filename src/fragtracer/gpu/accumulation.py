@@ -3,7 +3,7 @@
 
 from collections.abc import Generator, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor, wait
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import Any, Literal, cast
 
 import moderngl
@@ -11,12 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.errors import DeviceError
-from fragtracer.gpu.context import nearest_texture
+from fragtracer.gpu.context import max_size, nearest_texture
 from fragtracer.gpu.film import Film, read_pixels
 from fragtracer.gpu.layers import LayerTextures
 from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.gpu.tracer import Tracer
 from fragtracer.resources import folder
+from fragtracer.sampling import gradients
 from fragtracer.sampling.allocation import (
     FIRST_STAGE,
     LEAST_GAIN,
@@ -33,9 +34,11 @@ from fragtracer.sampling.allocation import (
     picture_weight,
     pilot_gain,
     pilot_list,
+    pilot_rate,
     stage_weight,
     work_list,
 )
+from fragtracer.sampling.gradients import Gradients, Weights
 from fragtracer.sampling.pixels import Floats, Pixels
 
 _PLANNING_STEP = 0.005  # seconds after which one may do something else
@@ -61,7 +64,10 @@ class Accumulation:
     If ``adaptive`` is "off", every pixel has as many. If it is "on", the samples of later stages go where the error is
     (:mod:`fragtracer.sampling.allocation`), and if it is "auto", they do where a pilot, whose samples are not in the
     picture, finds that it gains ``least_gain``. ``layers`` are drawn besides, without adaptive sampling. A ``window``
-    of the image can be sampled alone, evenly and without layers. Raises :class:`DeviceError` if the GPU cannot hold it.
+    of the image can be sampled alone, evenly and without layers. ``gradient_domain`` says in the same way whether the
+    picture is made from differences of neighbours (:mod:`fragtracer.sampling.gradients`), without layers and windows,
+    and without adaptive sampling: where both pay, what pays more. Raises :class:`DeviceError` if the GPU cannot hold
+    it.
     """
 
     def __init__(
@@ -73,15 +79,17 @@ class Accumulation:
         layers: LayerTextures | None = None,
         window: Window | None = None,
         least_gain: float = LEAST_GAIN,
+        gradient_domain: Literal["auto", "on", "off"] = "off",
     ) -> None:
-        assert window is None or (adaptive == "off" and layers is None)
+        assert window is None or (adaptive == gradient_domain == "off" and layers is None)
         self.size = (width, height) if window is None else (window.width, window.height)
-        self.adaptive, self.least_gain = adaptive, least_gain
+        self.adaptive, self.least_gain, self.gradient_domain = adaptive, least_gain, gradient_domain
         self._ctx = ctx
         self._film = Film(ctx, *self.size, layers)
         self._work = None if window is None else _work_texture(ctx, height, window)
         self._gathering: FullscreenProgram | None = None
         self._stages: _StageTextures | None = None
+        self._tilings: _Tilings | None = None
         self._planner = ThreadPoolExecutor(1)  # its thread begins with the first stage that is planned
         self.clear()
 
@@ -89,11 +97,15 @@ class Accumulation:
         """Forget all samples."""
         self._film.clear()
         self._film.stage = 0
+        if self._tilings is not None:
+            self._tilings.film.clear()
         width, height = self.size
         self.spp = 0  # samples per pixel, in the mean
         self.pass_rays = 0  # samples per pixel of the pass that is being drawn
         self._in_stage = 0  # samples per pixel, in the mean
         self._gain: float | None = None  # of adaptive sampling, as the pilot says
+        self._gradients: Gradients | None = None  # what another pilot says of differences
+        self._weights: Weights | None = None  # of this stage; without them, pixels are single
         self._plan: Plan | None = None  # of this stage; without one, each pixel has as many samples
         self._has_short_pass = False  # whether a pass had fewer samples than the plan has
         self._passes = 0  # of the plan that are drawn
@@ -108,18 +120,26 @@ class Accumulation:
 
         It has ``rays`` samples per pixel, or as many as its stage has planned, but no more than ``most``, if given.
         """
-        if self._stage_is_full and (yield from self._pays(tracer, budget)):
-            yield from self._begin_stage()
+        if self._stage_is_full:
+            if self._plan is None:
+                yield from self._decide(tracer, budget)
+            if self._is_of_gradients:
+                self._begin_gradients()
+            elif not self._stays_even:
+                yield from self._begin_stage()
         most = 1 << 30 if most is None else most
         if self._plan is None:
-            rays = rays if self._stays_even else min(rays, FIRST_STAGE - self._in_stage)
-            self.pass_rays = min(rays, most, tracer.max_rays)
+            rays = min(rays, FIRST_STAGE - self._in_stage) if self._has_choice else rays
+            film, work, texels = self._drawn
+            each = max(1, min(rays // texels, most // texels, tracer.max_rays))
+            self.pass_rays = texels * each
             sampled = self._sampled
             try:
-                yield from tracer.bands(self._film, self.pass_rays, budget, self._work)
+                yield from tracer.bands(film, each, budget, work)
             finally:
                 if sampled is self._sampled:  # it was not cleared since
-                    drawn = self._film.samples - self._in_stage  # of an abandoned pass, perhaps the first of its parts
+                    # Of an abandoned pass, perhaps the first of its parts.
+                    drawn = texels * film.samples - self._in_stage
                     self._sampled += drawn
                     self._in_stage += drawn
                     self.spp += drawn
@@ -141,26 +161,72 @@ class Accumulation:
     @property
     def decision(self) -> str:
         """Whether sampling is adaptive, and why."""
+        if self._weights is not None:
+            return "off: the picture is made from differences of neighbouring pixels"
         return decision(self.adaptive, self._gain, self.least_gain)
+
+    @property
+    def gradient_decision(self) -> str:
+        """Whether the picture is made from differences of neighbouring pixels, and why."""
+        return gradients.decision(self.gradient_domain, self._gradients, self._is_of_gradients)
+
+    @property
+    def _is_of_gradients(self) -> bool:
+        """Whether the picture is made from differences, once that is known."""
+        if self._gradients is None or self.gradient_domain == "off" or self.adaptive == "on":
+            return False
+        if 2 * self.size[1] > max_size(self._ctx):
+            return False
+        gain = self._gain if self.adaptive == "auto" and self._gain is not None else 0.0
+        pays = self._gradients.gain >= gradients.LEAST_GAIN
+        return self.gradient_domain == "on" or (pays and gain < max(self._gradients.gain, self.least_gain))
+
+    @property
+    def shares_numbers(self) -> bool:
+        """Whether neighbouring pixels take the same random numbers."""
+        return self._weights is not None
+
+    @property
+    def _drawn(self) -> tuple[Film, moderngl.Texture | None, int]:
+        """What is drawn where all pixels have as many samples: the film, its work, and how many texels a pixel has."""
+        if self._weights is None:
+            return self._film, self._work, 1
+        if self._tilings is None:
+            self._tilings = _Tilings(self._ctx, *self.size)
+        return self._tilings.film, self._tilings.work, 2
 
     @property
     def _stays_even(self) -> bool:
         return self.adaptive == "off" or (self._gain is not None and self._gain < self.least_gain)
 
     @property
-    def _stage_is_full(self) -> bool:
-        if self._stays_even or self._film.stage + 1 == MOST_STAGES:
+    def _has_choice(self) -> bool:
+        """Whether samples after the first stage may be others than more of the same."""
+        if self._weights is not None:
             return False
-        return self._in_stage >= FIRST_STAGE if self._plan is None else self._passes == self._plan.passes
+        is_asked = self.gradient_domain != "off" and (self._gradients is None or self._is_of_gradients)
+        return is_asked or not self._stays_even
 
-    def _pays(self, tracer: Tracer, budget: float | None) -> Generator[float, None, bool]:
-        """Whether to go on with a plan; yields while a pilot finds that out."""
-        work = pilot_list(*self.size)
-        if self.adaptive == "auto" and not len(work.pixels):
-            self._gain = 1.0
-        elif self.adaptive == "auto" and self._gain is None:
-            self._gain = pilot_gain((yield from self._pilot(tracer, work, budget)))
-        return not self._stays_even
+    @property
+    def _stage_is_full(self) -> bool:
+        if self._plan is None:
+            return self._has_choice and self._in_stage >= FIRST_STAGE
+        return self._passes == self._plan.passes and self._film.stage + 1 < MOST_STAGES
+
+    def _decide(self, tracer: Tracer, budget: float | None) -> Iterator[float]:
+        """Find out what to do after the first stage; yields while pilots do."""
+        if self.gradient_domain != "off" and self._gradients is None:
+            work, found = gradients.pilot_list(*self.size), gradients.UNKNOWN
+            if len(work.pixels):
+                items = yield from self._pilot(tracer, work, budget)
+                found = gradients.pilot_gradients(items, self._film.read().variance[..., :3])
+            if found.gain >= gradients.LEAST_GAIN and self.gradient_domain == "auto":
+                rate = pilot_rate((yield from self._pilot(tracer, pilot_list(*self.size), budget)))
+                found = replace(found, gain=found.gain * rate)
+            self._gradients = found
+        if self.adaptive == "auto" and self._gain is None and self.gradient_domain != "on":
+            work = pilot_list(*self.size)
+            self._gain = pilot_gain((yield from self._pilot(tracer, work, budget))) if len(work.pixels) else 1.0
 
     def _pilot(self, tracer: Tracer, work: WorkList, budget: float | None) -> Generator[float, None, Pixels]:
         rows = _rows(len(work.pixels), _LIST_WIDTH)
@@ -235,6 +301,23 @@ class Accumulation:
         for _ in self._stages.show(shown):
             yield 0.0
 
+    def _begin_gradients(self) -> None:
+        """Go on with samples of pixels that share their random numbers with neighbours."""
+        self._finished = self._finished.with_stage(self._film.read(), stage_weight(0, self._in_stage))
+        self._sampled_before += self._sampled
+        self._sampled[:] = 0
+        self._in_stage = 0
+        self._weigh()
+        film, _, _ = self._drawn
+        film.clear()
+        film.stage = 1
+
+    def _weigh(self) -> None:
+        """By what the first stage has found."""
+        assert self._gradients is not None
+        variance = self._finished.variance.astype(np.float32)
+        self._weights = gradients.film_weights(variance, self._gradients.decorrelation)
+
     def _begin_pass(self, plan: Plan, rays: int) -> None:
         """The next pass of the plan, or a part of it, of fewer ``rays`` for each item."""
         assert self._stages is not None
@@ -262,9 +345,12 @@ class Accumulation:
 
         Raises :class:`DeviceError` if the driver ended paths before their time.
         """
-        pixels = self._film.read()
-        if self._plan is not None:
-            pixels = self._finished.with_stage(pixels, stage_weight(self._film.stage, self._in_stage)).pixels()
+        film, _, _ = self._drawn
+        pixels = film.read()
+        if self._weights is not None:
+            pixels = gradients.picture(*_halves(pixels), self._weights)
+        if self._plan is not None or self._weights is not None:
+            pixels = self._finished.with_stage(pixels, stage_weight(film.stage, self._in_stage)).pixels()
         found = pixels.mean[..., 3] + pixels.variance[..., 3]
         lost = int((found.ravel() < self._sampled_before + self._sampled).sum())
         if lost:
@@ -287,17 +373,21 @@ class Accumulation:
 
         Raises :class:`DeviceError` if what is on the GPU is not what was drawn there.
         """
-        film = self._film.read()
+        drawn, _, texels = self._drawn
+        film = drawn.read()
         counts = (film.mean[..., 3] + film.variance[..., 3]).ravel()
-        if (counts != self._sampled).any():
+        if (counts != np.tile(self._sampled // texels, texels)).any():
             raise DeviceError("the film does not hold the samples that were drawn")
         state: dict[str, Any] = {"spp": self.spp, "gain": self._gain, "in_stage": self._in_stage}
+        if self._gradients is not None:
+            state |= {"gradients": vars(self._gradients), "is_of_gradients": self._weights is not None}
         arrays: dict[str, NDArray[Any]] = {f"film.{name}": image for name, image in vars(film).items()}
         if self._film.layers is not None:
             arrays["film.layers"] = self._film.layers.read()
+        if self._plan is not None or self._weights is not None:
+            arrays |= {f"finished.{field.name}": getattr(self._finished, field.name) for field in fields(Stages)}
         if self._plan is not None:
             state |= {"stage": self._film.stage, "passes": self._passes, "pass_rays": self.pass_rays}
-            arrays |= {f"finished.{field.name}": getattr(self._finished, field.name) for field in fields(Stages)}
             arrays |= {"plan.items": self._plan.items, "sampled": self._sampled, "sampled_before": self._sampled_before}
             for name in ("pixels", "first"):
                 parts = [getattr(work, name) for work in self._lists]
@@ -309,15 +399,23 @@ class Accumulation:
         self.clear()
         film = Pixels(*(arrays[f"film.{field.name}"] for field in fields(Pixels)))
         self.spp, self._gain, self._in_stage = state["spp"], state["gain"], state["in_stage"]
+        if "gradients" in state:
+            self._gradients = Gradients(**state["gradients"])
+        if "finished.mean" in arrays:
+            self._finished = Stages(*(arrays[f"finished.{field.name}"] for field in fields(Stages)))
         if "stage" not in state:
-            self._film.write(film, self.spp)
-            self._sampled += self.spp
+            self._sampled += self._in_stage
+            self._sampled_before += self.spp - self._in_stage
+            if state.get("is_of_gradients"):
+                self._weigh()
+            drawn, _, texels = self._drawn
+            drawn.write(film, self._in_stage // texels)
+            drawn.stage = int(self._weights is not None)
             if self._film.layers is not None:
                 self._film.layers.write(arrays["film.layers"])
             return
         self._film.write(film, 0)
         self._film.stage, self._passes, self.pass_rays = state["stage"], state["passes"], state["pass_rays"]
-        self._finished = Stages(*(arrays[f"finished.{field.name}"] for field in fields(Stages)))
         self._plan = Plan(self._film.stage, arrays["plan.items"])
         self._sampled, self._sampled_before = arrays["sampled"], arrays["sampled_before"]
         if self._stages is None:
@@ -349,13 +447,15 @@ class Accumulation:
     def gpu_bytes(self) -> int:
         """Size of all textures."""
         work = 8 * self.size[0] * self.size[1] if self._work else 0
-        return self._film.gpu_bytes + work + (self._stages.gpu_bytes if self._stages else 0)
+        return self._film.gpu_bytes + work + sum(part.gpu_bytes for part in (self._stages, self._tilings) if part)
 
     def release(self) -> None:
         self._planner.shutdown(wait=False, cancel_futures=True)
         self._film.release()
         if self._work is not None:
             self._work.release()
+        if self._tilings is not None:
+            self._tilings.release()
         if self._stages is not None:
             self._stages.release()
         if self._gathering is not None:
@@ -376,6 +476,14 @@ def _texels(stages: Stages) -> list[Floats]:
     return [np.ascontiguousarray(image[::-1]) for image in (shown.mean, shown.variance, half_difference)]
 
 
+def _halves(pixels: Pixels) -> tuple[Pixels, Pixels]:
+    """What :class:`_Tilings` hold: the film with aligned blocks, and that with shifted ones."""
+    upper, lower = (
+        Pixels(*parts) for parts in zip(*(np.split(image, 2) for image in vars(pixels).values()), strict=True)
+    )
+    return lower, upper
+
+
 def _work_texture(ctx: moderngl.Context, image_height: int, window: Window) -> moderngl.Texture:
     """Film texels as items of a list, each of its pixel in the window (film/work.glsl)."""
     x, y = np.arange(window.width), image_height - window.top - window.height + np.arange(window.height)
@@ -383,6 +491,28 @@ def _work_texture(ctx: moderngl.Context, image_height: int, window: Window) -> m
     texels[..., 0] = y[:, None] << 16 | x + window.left
     texels[..., 1] = window.first_sample
     return nearest_texture(ctx, (window.width, window.height), 2, texels.tobytes(), "u4")
+
+
+class _Tilings:
+    """An image twice: below, samples that take the random numbers of aligned blocks of pixels, and above it of shifted
+    ones (:mod:`fragtracer.sampling.gradients`)."""
+
+    def __init__(self, ctx: moderngl.Context, width: int, height: int) -> None:
+        self.film = Film(ctx, width, 2 * height)
+        texels = np.zeros((2, height, width, 2), np.uint32)
+        texels[..., 0] = np.arange(height)[:, None] << 16 | np.arange(width)
+        texels[..., 0] |= np.array([gradients.ALIGNED, gradients.SHIFTED], np.uint32)[:, None, None]
+        self.work = nearest_texture(ctx, (width, 2 * height), 2, texels.tobytes(), "u4")
+
+    @property
+    def gpu_bytes(self) -> int:
+        """Size of all textures."""
+        width, height = self.film.size
+        return self.film.gpu_bytes + 8 * width * height
+
+    def release(self) -> None:
+        self.film.release()
+        self.work.release()
 
 
 class _List:
@@ -400,6 +530,8 @@ class _List:
         rows = _rows(len(x), width)
         texels = np.zeros((rows * width, 2), np.uint32)
         texels[: len(x), 0] = (self._image_height - 1 - self._window.top - y) << 16 | x + self._window.left
+        if work.numbers is not None:
+            texels[: len(x), 0] |= work.numbers
         texels[: len(x), 1] = work.first
         blocks = texels.reshape(rows // _BLOCK, width // _BLOCK, _BLOCK, _BLOCK, 2).swapaxes(1, 2)
         texture = nearest_texture(self._ctx, (width, rows), 2, np.ascontiguousarray(blocks).tobytes(), "u4")

@@ -32,7 +32,7 @@ PILOT_STREAM = MOST_STAGES  # the stream of the pilot
 # more (docs/sampling.md).
 LEAST_GAIN, _LEAST_GAIN_OF_MESHES = 1.75, 2.0
 PILOT_SAMPLES = 32  # of each of two items of the pilot for a pixel
-_PILOT_TILES, _TILE = 64, 16  # pixels, a side
+_PILOT_TILES, TILE = 64, 16  # of the pilot, and pixels, a side of each
 _ROUNDING = 1e-6  # relative, of a running mean in float32
 _LEAST_SHARE = 8  # of the mean number of samples that every pixel gets: an eighth
 _MOST_SHARE = 64  # times the mean that a pixel gets
@@ -168,11 +168,11 @@ def _relative(deviation: Floats) -> Floats:
 def pilot_list(width: int, height: int) -> "WorkList":
     """Items whose samples say whether adaptive sampling pays: two of each pixel of some tiles, spread by chance; none
     for an image smaller than a tile. First come all pixels, tile by tile, then all once more."""
-    columns, rows = width // _TILE, height // _TILE
+    columns, rows = width // TILE, height // TILE
     tiles = np.random.default_rng(0).permutation(columns * rows)[:_PILOT_TILES]
-    y, x = np.divmod(block_order(_TILE, _TILE), _TILE)
+    y, x = np.divmod(block_order(TILE, TILE), TILE)
     row, column = np.divmod(tiles, max(1, columns))
-    pixels = ((_TILE * row[:, None] + y) * width + _TILE * column[:, None] + x).reshape(-1)
+    pixels = ((TILE * row[:, None] + y) * width + TILE * column[:, None] + x).reshape(-1)
     return WorkList(np.tile(pixels, 2), np.repeat([0, PILOT_SAMPLES], len(pixels)))
 
 
@@ -181,9 +181,9 @@ def pilot_gain(items: Pixels) -> float:
     those of :func:`pilot_list`. One half of them plans, the other tells what that is worth, so that chance is not taken
     for a difference between pixels. Both together say how much faster than 1 / n the squared error falls: a plan gives
     up some of that, which is taken for the square of it (docs/sampling.md)."""
-    place = np.argsort(block_order(_TILE, _TILE))
+    place = np.argsort(block_order(TILE, TILE))
     mean, variance, half_difference = (
-        values.reshape(2, -1, _TILE**2, values.shape[-1])[:, :, place].reshape(2, -1, _TILE, _TILE, values.shape[-1])
+        values.reshape(2, -1, TILE**2, values.shape[-1])[:, :, place].reshape(2, -1, TILE, TILE, values.shape[-1])
         for values in (items.mean, items.variance, items.half_difference)
     )
     error = np.array(
@@ -192,14 +192,21 @@ def pilot_gain(items: Pixels) -> float:
             for half in zip(mean, variance, half_difference, strict=True)
         ]
     )
-    brightness = bright(mean.mean(axis=0).reshape(-1, _TILE, 4)).reshape(-1, _TILE, _TILE)
+    brightness = bright(mean.mean(axis=0).reshape(-1, TILE, 4)).reshape(-1, TILE, TILE)
     squares = (error / np.maximum(brightness, 1e-30)) ** 2 + _ROUNDING**2
     smooth = np.array([[around(tile, _SMOOTH) for tile in half] for half in squares])
     shares = [1 / _LEAST_SHARE + (1 - 1 / _LEAST_SHARE) * _relative(np.sqrt(half)) for half in smooth]
     gain = smooth.mean() / np.mean([smooth[1] / shares[0], smooth[0] / shares[1]])
-    relative = half_difference / np.maximum(brightness, 1e-30)[..., None]
+    return float(gain * pilot_rate(items) ** 2)
+
+
+def pilot_rate(items: Pixels) -> float:
+    """Twice the squared error of all samples of :func:`pilot_list` over that of half of them, at most 1: 1 for
+    independent samples, and less for stratified ones."""
+    brightness = np.maximum(bright(items.mean.reshape(2, -1, 1, 4).mean(axis=0)), 1e-30)
+    relative = items.half_difference.reshape(2, -1, 3) / brightness
     one, both = (np.square(some).mean() + _ROUNDING**2 for some in (relative, relative.mean(axis=0)))
-    return float(gain * min(1.0, 2 * both / one) ** 2)
+    return float(min(1.0, 2 * both / one))
 
 
 def least_gain(has_meshes: bool) -> float:
@@ -247,17 +254,20 @@ class WorkList:
     """Some samples of one pixel for each item; those of a pixel follow each other.
 
     ``pixels`` (items,) are their numbers, row by row from the top, ``first`` (items,) the numbers of their first
-    samples in the stage.
+    samples in the stage. ``numbers`` (items,) says where samples do not take the random numbers of their own pixel
+    (:mod:`fragtracer.sampling.gradients`).
     """
 
     pixels: Counts
     first: Counts
+    numbers: NDArray[np.uint32] | None = None
 
     def cut(self, most: int) -> Iterator["WorkList"]:
         """In lists of at most ``most`` items."""
         for start in range(0, len(self.pixels), most):
             part = slice(start, start + most)
-            yield WorkList(self.pixels[part], self.first[part])
+            numbers = None if self.numbers is None else self.numbers[part]
+            yield WorkList(self.pixels[part], self.first[part], numbers)
 
 
 def work_list(items: Counts, sampled: Counts, item_samples: int, order: Counts) -> WorkList:

@@ -30,6 +30,8 @@ class RenderSettings:
     picture begins (docs/sampling.md); "auto" does so where it promises less noise in the same time.
     ``light_tracing`` traces what surfaces throw narrowly onto others, caustics above all, from the lights to the pixels
     that see it (docs/sampling.md); "auto" does so where that promises less noise in the same time.
+    ``gradient_domain`` makes the picture from differences of neighbouring pixels that take the same random numbers,
+    without bias and without adaptive sampling (docs/sampling.md); "auto" does so where that promises less error.
     """
 
     width: Annotated[int, Field(ge=1, le=16384)] = 640
@@ -52,7 +54,12 @@ class RenderSettings:
     background_roughness: Fraction = 0.0
     guiding: Literal["auto", "on", "off"] = "auto"
     light_tracing: Literal["auto", "on", "off"] = "auto"
+    gradient_domain: Literal["auto", "on", "off"] = "auto"
 
     def __post_init__(self) -> None:
         if self.multiple_scattering and self.geometry != "smith":
             raise ValueError('multiple_scattering must be false unless geometry is "smith"; it is fitted to that term')
+        if self.adaptive == self.gradient_domain == "on":
+            raise ValueError(
+                'adaptive and gradient_domain must not both be "on": differences need as many samples of each pixel'
+            )

@@ -35,7 +35,8 @@ def test_scenes_are(name) -> None:
     scene = load(name)
     scene = replace(scene, environment=Environment(image=Panorama(np.ones((2, 4, 3), np.float32))))
     content, _ = cluster._packed(scene)
-    assert guard.loads(content) == replace(scene, render=replace(scene.render, adaptive="off", light_tracing="off"))
+    settings = replace(scene.render, adaptive="off", light_tracing="off", gradient_domain="off")
+    assert guard.loads(content) == replace(scene, render=settings)
 
 
 def test_tasks_are() -> None:

@@ -53,7 +53,7 @@ VARIANTS = (
     Variant("geometry term schlick-beckmann, not smith", {"geometry": "schlick-beckmann"}),
     Variant("geometry term karis, not smith", {"geometry": "karis"}),
 )
-_EVEN = {"adaptive": "off", "guiding": "off", "light_tracing": "off"}
+_EVEN = {"adaptive": "off", "guiding": "off", "light_tracing": "off", "gradient_domain": "off"}
 WHERE_SAMPLES_GO = (
     Variant("even, unguided", _EVEN),
     Variant("adaptive, unguided", {"guiding": "off"}),

@@ -41,7 +41,9 @@ def frame_time(
     ``limit`` is in seconds for one frame, and 10 times that for all of them. ``options`` are those of
     :class:`Renderer`; ``progress`` hears the share that is done.
     """
-    with Renderer(scene, adaptive="off", guiding="off", light_tracing="off", **options) as renderer:
+    with Renderer(
+        scene, adaptive="off", guiding="off", light_tracing="off", gradient_domain="off", **options
+    ) as renderer:
         first = _first_frame(renderer, limit)
         if first > limit:
             return FrameTime(None, first, renderer.gpu_clock)

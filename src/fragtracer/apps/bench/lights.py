@@ -65,7 +65,9 @@ def _rows(kind: LightKind, plan: Plan, part: Progress) -> list[Row]:
             part(0.0, "first picture")
             scene = light_field(count, render, kind)
             renderers.append(
-                ours := stack.enter_context(Ours(scene, adaptive="off", guiding="off", light_tracing="off"))
+                ours := stack.enter_context(
+                    Ours(scene, adaptive="off", guiding="off", light_tracing="off", gradient_domain="off")
+                )
             )
             rays.append(count_work(scene, 8).rays)
             rows.append({"kind": kind, "lights": count, "first": round(ours.first_picture, 3)})

@@ -49,7 +49,7 @@ def run(plan: Plan, result: Table, progress: Progress) -> None:
 def _run_scene(scene: Scene, seconds: float, result: Table, part: Progress) -> None:
     settings = scene.render
     peak = 0.0
-    with Renderer(scene, adaptive="off", guiding="off", light_tracing="off") as renderer:
+    with Renderer(scene, adaptive="off", guiding="off", light_tracing="off", gradient_domain="off") as renderer:
         renderer.sample(settings.rays)
         start = time.perf_counter()
         for point in range(_POINTS + 1):

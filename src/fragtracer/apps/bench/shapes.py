@@ -136,7 +136,9 @@ def _prepared(kind: Kind, count: int, plan: Plan, stack: ExitStack) -> tuple["_C
     row: Row = {"scene": round(time.perf_counter() - start, 4)}
     row["build"] = median([_seconds_to_build(field.bounds) for _ in range(_BUILDS)])
     with _empty_cache():
-        renderer = stack.enter_context(Ours(field.scene, adaptive="off", guiding="off", light_tracing="off"))
+        renderer = stack.enter_context(
+            Ours(field.scene, adaptive="off", guiding="off", light_tracing="off", gradient_domain="off")
+        )
     row["first"] = round(renderer.first_picture, 3)
     return _Counted(renderer, width * height * count_work(field.scene, 4).rays), row
 

@@ -52,7 +52,7 @@ def run(plan: Plan, result: Table, progress: Progress) -> None:
 def _row(scene: Scene, plan: Plan, result: Table, part: Progress) -> Row:
     settings = scene.render
     key: Row = {"scene": scene.name, "size": f"{settings.width}x{settings.height}", "bounces": settings.bounces}
-    with Ours(scene, adaptive="off", guiding="off", light_tracing="off") as ours:
+    with Ours(scene, adaptive="off", guiding="off", light_tracing="off", gradient_domain="off") as ours:
         return key | against_mitsuba(ours, scene, plan, result, part, plan.runs or _RUNS, plan.seconds or _SECONDS)
 
 

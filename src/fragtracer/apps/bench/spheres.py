@@ -70,7 +70,7 @@ def _row(scene: Scene, plan: Plan, result: Table, part: Progress) -> Row:
         runs = min(plan.runs or _COLD_RUNS, _COLD_RUNS)
         row["compile"] = median([compile_seconds(path, size) for _ in range(runs)])
         row["first"] = median([first_picture_seconds(path, size) for _ in range(runs)])
-    with Ours(scene, adaptive="off", guiding="off", light_tracing="off") as ours:
+    with Ours(scene, adaptive="off", guiding="off", light_tracing="off", gradient_domain="off") as ours:
         return row | against_mitsuba(ours, scene, plan, result, part, plan.runs or _RUNS, plan.seconds or _SECONDS)
 
 

@@ -69,7 +69,7 @@ NO_PATH_REGENERATION = (
         _PATH,
         "    do {\n        // On to the next surface,",
         "    do {\n"
-        "        path = path_begin(pixel, sampler_vec4(pixel, index, dimension_camera(), rr_sample));\n"
+        "        path = path_begin(pixel, sampler_vec4(numbers, index, dimension_camera(), rr_sample));\n"
         "        bool goes_on;\n"
         "        do {\n        // On to the next surface,",
     ),

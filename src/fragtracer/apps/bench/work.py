@@ -17,6 +17,7 @@ _SETTINGS: dict[str, Any] = {
     "adaptive": "off",
     "guiding": "off",
     "light_tracing": "off",
+    "gradient_domain": "off",
     "specialised": False,
 }
 

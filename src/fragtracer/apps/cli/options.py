@@ -34,6 +34,10 @@ LightTracing = Annotated[
     Literal["auto", "on", "off"] | None,
     typer.Option(help="Trace caustics from the lights; auto: where it pays."),
 ]
+GradientDomain = Annotated[
+    Literal["auto", "on", "off"] | None,
+    typer.Option(help="Make the picture from differences of neighbours; auto: where it pays."),
+]
 EnvironmentFile = Annotated[
     str | None,
     typer.Option(

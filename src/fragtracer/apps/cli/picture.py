@@ -18,6 +18,10 @@ class Picture:
     aovs: tuple[str, ...]
     denoise: bool
 
+    @property
+    def is_for_denoiser(self) -> bool:
+        return self.denoise or any(name.startswith("denoising_") for name in self.aovs)
+
     def check(self, output: Path) -> None:
         """Raise OutputError where a file cannot hold the layers, or cannot keep the radiance beside its denoised
         picture, nor say that it is one; FragtracerError where the denoiser is not installed."""

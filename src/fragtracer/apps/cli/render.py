@@ -85,6 +85,7 @@ def render(
     pixel_filter: Annotated[Literal["box", "tent", "gaussian"] | None, typer.Option()] = None,
     guiding: options.Guiding = None,
     light_tracing: options.LightTracing = None,
+    gradient_domain: options.GradientDomain = None,
     environment: options.EnvironmentFile = None,
     environment_rotation: options.EnvironmentRotation = None,
     environment_strength: options.EnvironmentStrength = None,
@@ -145,11 +146,14 @@ def render(
         "pixel_filter": pixel_filter,
         "guiding": guiding,
         "light_tracing": light_tracing,
+        "gradient_domain": gradient_domain,
         "integrator": integrator,
     }
     loaded = load(scene, light_models=environment in (None, "none"))
     lit = options.with_environment(loaded, environment, environment_rotation, environment_strength)
     lit = options.with_settings(lit, **settings)
+    if picture.is_for_denoiser and lit.render.gradient_domain == "auto":
+        lit = options.with_settings(lit, gradient_domain="off")  # denoisers take pixels to be independent
     limits = {"spp": spp, "seconds": time, "until": _share(until), "worst": _share(worst)}
     keeping = None if checkpoint is None else Keeping(checkpoint, 60.0 if every is None else every, resume)
     if cluster is None and block is not None:
@@ -178,8 +182,9 @@ def render(
     else:
         if first_sample:
             _check_parts(lit.render, picture, first_sample)
-        if first_sample is not None and light_tracing is None:
-            lit = options.with_settings(lit, light_tracing="off")  # for films that are to be merged
+        if first_sample is not None:  # for films that are to be merged
+            choices = {"light_tracing": light_tracing, "gradient_domain": gradient_domain}
+            lit = options.with_settings(lit, **{name: "off" for name, choice in choices.items() if choice is None})
         with Renderer(lit, first_sample=first_sample or 0, aovs=picture.aovs) as renderer:
             finished = _sample(renderer, limits, keeping and keeping.begin(renderer))
             picture.write(renderer, output)
@@ -202,6 +207,8 @@ def _check_parts(settings: Any, picture: Any, first_sample: int) -> None:
         raise FragtracerError("--first-sample needs --no-adaptive: only films that are sampled evenly can be merged")
     if settings.light_tracing == "on":
         raise FragtracerError("--first-sample needs --light-tracing off: only films of paths alone can be merged")
+    if settings.gradient_domain == "on":
+        raise FragtracerError("--first-sample needs --gradient-domain off: only films of single pixels can be merged")
     if settings.integrator != "path":
         raise FragtracerError("--first-sample needs --integrator path")
 

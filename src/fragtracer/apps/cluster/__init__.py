@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from fragtracer.apps.cluster.work import BLOCK, Frame
+from fragtracer.apps.cluster.work import BLOCK, NOT_OF_WORKERS, Frame
 from fragtracer.errors import FragtracerError
 from fragtracer.films import origin_of
 from fragtracer.renderer import Progress
@@ -52,6 +52,8 @@ def check(scene: Scene, block: int = BLOCK) -> None:
         raise FragtracerError("a cluster renders paths: it needs --integrator path")
     if scene.render.light_tracing == "on":
         raise FragtracerError("a cluster renders paths alone: it needs --light-tracing auto or off")
+    if scene.render.gradient_domain == "on":
+        raise FragtracerError("a cluster renders pixels alone: it needs --gradient-domain auto or off")
     if block % 2 or block < FIRST_STAGE:
         raise FragtracerError(
             f"--block {block}: give an even number, {FIRST_STAGE} or more; samples belong to two streams in turns"
@@ -179,7 +181,8 @@ def _limit(scene: Scene, spp: int | None, seconds: float | None, until: float | 
 
 def _packed(scene: Scene, *more: str) -> tuple[bytes, str]:
     """For the workers, who do not plan, with its digest."""
-    scene = replace(scene, render=replace(scene.render, adaptive="off", light_tracing="off"))
+    choices: dict[str, Any] = dict.fromkeys(NOT_OF_WORKERS, "off")
+    scene = replace(scene, render=replace(scene.render, **choices))
     origin = origin_of(scene, scene.render) | {"spp": str(scene.render.spp)}
     return pickle.dumps(scene, protocol=5), content_digest(repr(sorted(origin.items())), *more)
 

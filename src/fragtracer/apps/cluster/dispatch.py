@@ -16,7 +16,7 @@ from distributed.client import FutureCancelledError
 from fragtracer.apps.cluster import audit
 from fragtracer.apps.cluster.picture import Render
 from fragtracer.apps.cluster.sampling import Sampling
-from fragtracer.apps.cluster.work import Frame, Part, Task, empty, flaw, pixels_digest, sent_bytes
+from fragtracer.apps.cluster.work import NOT_OF_WORKERS, Frame, Part, Task, empty, flaw, pixels_digest, sent_bytes
 from fragtracer.apps.cluster.worker import Rendered
 from fragtracer.apps.cluster.workers import AHEAD, Workers
 from fragtracer.errors import FragtracerError
@@ -277,5 +277,5 @@ class Dispatcher:
 
 
 def _without_adaptive(origin: dict[str, str]) -> dict[str, str]:
-    """Workers do not know of it, nor of light tracing."""
-    return {name: value for name, value in origin.items() if name not in ("adaptive", "light_tracing")}
+    """Workers do not know of it, nor of light tracing and the gradient domain."""
+    return {name: value for name, value in origin.items() if name not in NOT_OF_WORKERS}

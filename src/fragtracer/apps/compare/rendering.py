@@ -65,11 +65,12 @@ def render_ours(
     begin = time.perf_counter()
     # Without guiding and light tracing, as the reference: light that they alone find, too rare for any batch of the
     # other side, would show as a difference (docs/correctness.md). Batches are too short for a pilot of adaptive
-    # sampling to pay.
+    # sampling to pay. In the gradient domain the errors of neighbours would not be independent, as the tests take them.
     settings: dict[str, Any] = {
         name: "off" for name in ("adaptive", "light_tracing") if getattr(scene.render, name) == "auto"
     }
-    scene = replace(scene, render=replace(scene.render, rays=min(each, scene.render.rays), guiding="off", **settings))
+    settings |= {"rays": min(each, scene.render.rays), "guiding": "off", "gradient_domain": "off"}
+    scene = replace(scene, render=replace(scene.render, **settings))
     with Renderer(scene, size, context) as renderer:
         device = renderer.context_info["GL renderer"]
         for batch_seed in np.random.SeedSequence((seed, 0)).generate_state(batches):

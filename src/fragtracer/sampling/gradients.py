@@ -1,0 +1,234 @@
+# SPDX-License-Identifier: MIT
+"""Gradient-domain path tracing: pictures from differences of neighbouring pixels, which have less noise than they.
+
+Blocks of 2 x 2 pixels take the same random numbers, so that their paths are alike and the differences within a block
+have little noise (the random-replay shift of Hua et al. 2019, A Survey on Gradient-Domain Rendering). Half of the
+samples are of one tiling of the image with such blocks, half of another, shifted by a pixel both ways; so each two
+neighbours are in a block of one of them. The picture is the one whose pixels and differences are nearest to those
+found, by weighted least squares (Lehtinen et al. 2013, Gradient-Domain Metropolis Light Transport; Kettunen et al.
+2015, Gradient-Domain Path Tracing; Rousselle et al. 2016, Image-Space Control Variates for Rendering). It is linear in
+the samples, and its weights come from others; so it is unbiased. docs/sampling.md has the proof, and what it gives.
+"""
+
+import os
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fragtracer.sampling import allocation
+from fragtracer.sampling.allocation import TILE, WorkList, block_order
+from fragtracer.sampling.pixels import Pixels, bright
+
+Floats = NDArray[np.float64]
+
+# Whose random numbers the samples of an item take: those of the pixel's block (film/work.glsl).
+ALIGNED, SHIFTED = 0x8000, 0x80008000
+LEAST_GAIN = 1.25  # in squared error, at which the pilot says that differences pay
+_DECORRELATIONS = (0.05, 0.1, 0.2, 0.4, 0.8)
+_SMOOTH = 0.1065  # of a pixel's variance for each neighbour in a row: a Gaussian of half a pixel
+_LEAST_VARIANCE = 0.01  # of the median
+_REMAINDER = 1e-3  # of what is to be found, that the solution may miss
+_ROUNDING = 1e-6  # relative, of a running mean in float32
+
+
+@dataclass(frozen=True)
+class Gradients:
+    """What a pilot says of differences: they divide the mean squared relative error by ``gain`` at equal samples, where
+    neighbours are taken to have a correlation of 1 - ``decorrelation``."""
+
+    gain: float
+    decorrelation: float
+
+
+UNKNOWN = Gradients(1.0, 0.2)  # of a picture that is too small for a pilot
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Of the squares that :func:`reconstruct` makes small: of the pixels, (..., height, width), and of the differences
+    of neighbours in a row, (..., height, width - 1), and in a column, (..., height - 1, width).
+
+    ``least`` is a lower bound of the eigenvalues of the equations divided by their diagonal, whose upper one is 2.
+    """
+
+    pixels: Floats
+    rows: Floats
+    columns: Floats
+    least: float
+
+    @staticmethod
+    def of(variance: Floats, decorrelation: float) -> "Weights":
+        """The inverse variances that follow from those of single samples, (..., height, width), where neighbours have
+        the correlation 1 - ``decorrelation`` > 0: those of pixels are means of twice as many samples as differences.
+        """
+        smooth = _smooth(_smooth(variance, -1), -2)
+        median = float(np.median(smooth[smooth > 0])) if smooth.any() else 1.0
+        deviation = np.sqrt(smooth + _LEAST_VARIANCE * median)
+
+        def inverse(one: Floats, other: Floats) -> Floats:
+            return np.asarray(1 / ((one - other) ** 2 + 2 * decorrelation * one * other))
+
+        rows = inverse(deviation[..., 1:], deviation[..., :-1])
+        columns = inverse(deviation[..., 1:, :], deviation[..., :-1, :])
+        # The largest weight of a difference, over the inverse variance of one of its pixels, is 1 / spread.
+        spread = decorrelation * (2 - decorrelation)
+        return Weights(2 / deviation**2, rows, columns, spread / (spread + 2))
+
+
+def reconstruct(aligned: Floats, shifted: Floats, weights: Weights) -> Floats:
+    """The pictures whose pixels are nearest to the mean of two, and whose differences to those that these have within
+    their blocks.
+
+    Parameters
+    ----------
+    aligned, shifted
+        (channels, ..., height, width), row 0 at the bottom. Blocks of ``aligned`` begin at even rows and columns, those
+        of ``shifted`` at odd ones.
+    weights
+        Of the squares of what is missed, alike for all channels.
+
+    Returns
+    -------
+    float64 array (channels, ..., height, width)
+        By as many steps of the Chebyshev semi-iteration (Saad 2003, Iterative Methods for Sparse Linear Systems,
+        algorithm 12.1) as leave a thousandth. Each step is linear in what is given, and leaves a picture alone whose
+        differences are the given ones: the result has no bias, however many steps there are.
+    """
+    solve = partial(_reconstructed, weights=weights)
+    with ThreadPoolExecutor(max(1, min(len(aligned), os.cpu_count() or 1))) as pool:
+        return np.stack(list(pool.map(solve, aligned, shifted)))
+
+
+def _reconstructed(aligned: Floats, shifted: Floats, weights: Weights) -> Floats:
+    """:func:`reconstruct` for one channel."""
+    picture = (aligned + shifted) / 2
+    missed = []
+    for axis, weight in ((-1, weights.rows), (-2, weights.columns)):
+        is_shifted = np.arange(weight.shape[axis]) % 2 == 1
+        is_shifted = is_shifted if axis == -1 else is_shifted[:, None]
+        found = np.where(is_shifted, np.diff(shifted, axis=axis), np.diff(aligned, axis=axis))
+        missed.append(weight * (found - np.diff(picture, axis=axis)))
+    diagonal = weights.pixels.copy()
+    for of_pixels, axis in ((weights.rows, -1), (weights.columns, -2)):
+        for side in _sides(diagonal, axis):
+            side += of_pixels
+    residual = -_divergence(*missed) / diagonal
+    pixels, rows, columns = weights.pixels / diagonal, weights.rows, weights.columns
+    centre, radius = (2 + weights.least) / 2, (2 - weights.least) / 2
+    condition = np.sqrt(2 / weights.least)
+    steps = int(np.ceil(np.log(2 / _REMAINDER) / np.log((condition + 1) / (condition - 1))))
+    rate, change = radius / centre, residual / centre
+    for _ in range(steps):
+        picture += change
+        curvature = _divergence(rows * np.diff(change, axis=-1), columns * np.diff(change, axis=-2))
+        residual -= pixels * change - curvature / diagonal
+        before, rate = rate, 1 / (2 * centre / radius - rate)
+        change *= rate * before
+        change += 2 * rate / radius * residual
+    return picture
+
+
+def _divergence(rows: Floats, columns: Floats) -> Floats:
+    """What flows into each pixel, less what flows out, of flows to the neighbours on the left and below."""
+    *batch, height, _ = rows.shape
+    result = np.zeros((*batch, height, columns.shape[-1]))
+    for flow, axis in ((rows, -1), (columns, -2)):
+        first, second = _sides(result, axis)
+        first += flow
+        second -= flow
+    return result
+
+
+def _sides(image: Floats, axis: int) -> tuple[Floats, Floats]:
+    """The first and the second of all pairs of neighbours along an axis, as views."""
+    return (image[..., :-1], image[..., 1:]) if axis == -1 else (image[..., :-1, :], image[..., 1:, :])
+
+
+def picture(aligned: Pixels, shifted: Pixels, weights: Weights) -> Pixels:
+    """Of the films of the two tilings, row 0 at the top; with the half-difference of the picture itself."""
+    channels = [
+        np.concatenate([film.mean[..., :3], film.centred_half_difference()], axis=2).transpose(2, 0, 1)[:, ::-1]
+        for film in (aligned, shifted)
+    ]
+    found = reconstruct(channels[0], channels[1], weights)[:, ::-1].transpose(1, 2, 0)
+    mean, halves = found[..., :3], found[..., 3:]
+    counts = [film.mean[..., 3:].astype(np.float64) for film in (aligned, shifted)]
+    count = counts[0] + counts[1]
+    share = counts[1] / np.maximum(count, 1)
+    variance = aligned.variance + (shifted.variance - aligned.variance) * share
+    variance[..., 3] = aligned.variance[..., 3] + shifted.variance[..., 3]
+    halves = halves + mean * (count % 2) / np.maximum(count, 1)  # as Pixels has it of an odd number
+    parts = np.concatenate([mean, count], axis=2), variance, halves
+    return Pixels(*(part.astype(np.float32) for part in parts))
+
+
+def film_weights(variance: NDArray[np.floating[Any]], decorrelation: float) -> Weights:
+    """Those of a film of single pixels with a ``variance`` between samples (height, width, 3), row 0 at the top."""
+    return Weights.of(variance.mean(axis=2, dtype=np.float64)[::-1], decorrelation)
+
+
+def pilot_list(width: int, height: int) -> WorkList:
+    """Items whose samples say whether differences pay: two of each pixel of some tiles, one for each tiling with
+    blocks; none for an image smaller than a tile. The tiles begin at even rows and columns from the bottom."""
+    tiles = allocation.pilot_list(width, height)
+    row, column = np.divmod(tiles.pixels, width)
+    numbers = np.repeat(np.array([ALIGNED, SHIFTED], np.uint32), len(row) // 2)
+    return WorkList((height - 1 - row) * width + column, np.zeros_like(row), numbers)
+
+
+def pilot_gradients(items: Pixels, variance: NDArray[np.floating[Any]]) -> Gradients:
+    """What the samples of :func:`pilot_list` say, (items, 1), by their half-differences, which are linear in the
+    samples as the picture is; with weights from a ``variance`` between other samples (height, width, 3), row 0 at the
+    top. Of stratification it knows nothing (:func:`fragtracer.sampling.allocation.pilot_rate`): point sets of half the
+    size are less well stratified."""
+    height, width, _ = variance.shape
+    place = np.argsort(block_order(TILE, TILE))
+
+    def tiled(values: NDArray[np.float32]) -> Floats:
+        """(tilings, tiles, channels, rows, columns)"""
+        tiles = values.reshape(2, -1, TILE**2, values.shape[-1])[:, :, place].astype(np.float64)
+        return tiles.reshape(2, -1, TILE, TILE, values.shape[-1]).transpose(0, 4, 1, 2, 3)
+
+    mean, half_difference = tiled(items.mean), tiled(items.half_difference)
+    pixels = pilot_list(width, height).pixels
+    of_tiles = tiled(variance.mean(axis=2, dtype=np.float64).reshape(-1, 1)[pixels])[0, 0]
+    color = mean[:, :3].mean(axis=0)
+    brightness = bright(color.reshape(3, -1, 1).transpose(1, 2, 0).astype(np.float32)).reshape(color.shape[1:])
+    relative = 1 / np.maximum(brightness, 1e-30)
+
+    def error(halves: Floats) -> float:
+        return float(np.square(halves * relative).mean()) + _ROUNDING**2
+
+    plain = error(half_difference.mean(axis=0))
+    found = []
+    for decorrelation in _DECORRELATIONS:
+        weights = Weights.of(of_tiles, decorrelation)
+        found.append(
+            Gradients(plain / error(reconstruct(half_difference[0], half_difference[1], weights)), decorrelation)
+        )
+    return max(found, key=lambda gradients: gradients.gain)
+
+
+def decision(choice: str, found: Gradients | None, is_on: bool) -> str:
+    """Whether pictures are made from differences, and why, where a pilot has found that, or has not begun."""
+    if choice != "auto":
+        return f"{choice}: as asked for"
+    if found is None:
+        return f"off: there are no more than {allocation.FIRST_STAGE} samples per pixel"
+    said = f"at equal samples it divides the squared error by {found.gain:.2f}"
+    if is_on:
+        return f"on: {said}"
+    return f"off: {said}, {'less than adaptive sampling' if found.gain >= LEAST_GAIN else f'< {LEAST_GAIN:g}'}"
+
+
+def _smooth(values: Floats, axis: int) -> Floats:
+    """A little, along one axis; at the edge as if the last pixel was repeated."""
+    smooth = values.copy()
+    one, other = _sides(values, axis)
+    for side, change in zip(_sides(smooth, axis), (other - one, one - other), strict=True):
+        side += _SMOOTH * change
+    return smooth

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: MIT
+"""The gradient domain: pictures from differences have no bias and less error, and their standard error is true."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from fragtracer.apps.compare.relative_error import relative_weight
+from fragtracer.errors import FilmError
+from fragtracer.films import SavedFilm, merge
+from fragtracer.io.toml import load
+from fragtracer.renderer import Renderer
+from fragtracer.sampling.gradients import Weights, reconstruct
+from fragtracer.scene import RenderSettings
+
+Floats = NDArray[np.float64]
+
+EVEN = {"adaptive": "off", "guiding": "off", "light_tracing": "off"}
+
+
+def test_the_picture_is_the_nearest_one() -> None:
+    """To pixels and differences of which each has its weight: against numpy's least squares, at an odd size."""
+    height, width = 5, 7
+    rng = np.random.default_rng(0)
+    aligned, shifted = rng.normal(size=(2, 1, height, width))
+    weights = Weights.of(rng.exponential(size=(height, width)) ** 2, 0.1)
+    number = np.arange(height * width).reshape(height, width)
+    rows, right = [], []
+
+    def equation(weight: float, coefficients: dict[int, float], value: float) -> None:
+        rows.append(np.zeros(height * width))
+        for place, coefficient in coefficients.items():
+            rows[-1][place] = np.sqrt(weight) * coefficient
+        right.append(np.sqrt(weight) * value)
+
+    for y, x in np.ndindex(height, width):
+        equation(weights.pixels[y, x], {number[y, x]: 1}, (aligned[0, y, x] + shifted[0, y, x]) / 2)
+        for dy, dx, of_neighbours, first in ((0, 1, weights.rows, x), (1, 0, weights.columns, y)):
+            if y + dy < height and x + dx < width:
+                found = shifted[0] if first % 2 else aligned[0]
+                pair = {number[y, x]: -1, number[y + dy, x + dx]: 1}
+                equation(of_neighbours[y, x], pair, found[y + dy, x + dx] - found[y, x])
+    expected = np.linalg.lstsq(np.array(rows), np.array(right), rcond=None)[0].reshape(height, width)
+    np.testing.assert_allclose(reconstruct(aligned, shifted, weights)[0], expected, atol=3e-3)
+
+
+def test_reconstruction_has_no_bias() -> None:
+    """It is linear, and leaves a picture alone whose differences are the given ones."""
+    rng = np.random.default_rng(1)
+    weights = Weights.of(rng.exponential(size=(9, 8)) ** 2, 0.4)
+    pictures = rng.normal(size=(5, 9, 8))
+    np.testing.assert_allclose(reconstruct(pictures, pictures, weights), pictures, atol=1e-12)
+    one, other, three, four = pictures[:4, None]
+    separate = reconstruct(one, other, weights) + 2 * reconstruct(three, four, weights)
+    np.testing.assert_allclose(reconstruct(one + 2 * three, other + 2 * four, weights), separate, atol=1e-12)
+
+
+def test_differences_lower_the_error(ctx: Any) -> None:
+    """By half at least in the Cornell box, where the mean stays the same and the standard error is true."""
+    scene, size, seeds = load("cornell-box"), (128, 128), 8
+    found = {}
+    for choice in ("on", "off"):
+        images, errors = [], []
+        with Renderer(scene, size, context=ctx, gradient_domain=choice, bounces=4, **EVEN) as renderer:
+            for seed in range(seeds):
+                renderer.reset(seed=seed)
+                renderer.sample(160)
+                images.append(renderer.image().astype(np.float64))
+                errors.append(renderer.standard_error().astype(np.float64))
+            assert renderer.spp == 160
+            np.testing.assert_array_equal(renderer.samples(), 160)
+        found[choice] = np.array(images), np.array(errors)
+    mean = (found["on"][0].mean(axis=0) + found["off"][0].mean(axis=0)) / 2
+    weight = relative_weight(mean)
+    on, off = (float((images.var(axis=0, ddof=1) * weight).mean()) for images, _ in (found["on"], found["off"]))
+    assert on < 0.7 * off
+    for images, errors in found.values():
+        true, said = np.sqrt(images.var(axis=0, ddof=1).mean()), np.sqrt((errors**2).mean())
+        assert said == pytest.approx(true, rel=0.2)
+    tiles = [images.reshape(seeds, 8, 16, 8, 16, 3).mean(axis=(2, 4)) for images, _ in found.values()]
+    spread = sum(tile.var(axis=0, ddof=1) / seeds for tile in tiles)
+    score = np.abs(tiles[0].mean(axis=0) - tiles[1].mean(axis=0)) / np.sqrt(spread)
+    # Student's t with 7 degrees of freedom at least: 1e-2 over 192 comparisons (Šidák).
+    assert score.max() < 8.7
+
+
+def test_it_is_used_where_it_pays(ctx: Any) -> None:
+    """Diffuse light in a room says yes, glossy spheres say no; the first samples are those of single pixels."""
+    said = {}
+    for name in ("cornell-box", "three-spheres"):
+        with Renderer(load(name), (64, 64), context=ctx, spp=2**14, guiding="off", light_tracing="off") as renderer:
+            renderer.sample(40)
+            said[name] = renderer.metadata()["gradient_domain_decision"]
+    assert said["cornell-box"].startswith("on: at equal samples it divides the squared error by")
+    assert said["three-spheres"].startswith("off: at equal samples it divides the squared error by")
+    images = []
+    for choice in ("on", "off"):
+        with Renderer(load("cornell-box"), (20, 20), context=ctx, gradient_domain=choice, **EVEN) as renderer:
+            renderer.sample(32)
+            images.append(renderer.image())
+    np.testing.assert_array_equal(*images)
+
+
+@pytest.mark.parametrize(
+    ("settings", "reason"),
+    [
+        ({"gradient_domain": "off"}, "off: as asked for"),
+        ({"gradient_domain": "on"}, "on: as asked for"),
+        ({"integrator": "split-sum"}, "off: the integrator is split-sum"),
+        ({"adaptive": "on"}, "off: adaptive sampling was asked for"),
+        ({"aovs": ["emission"]}, "off: layers of light"),
+        ({"spp": 64}, "off: the 64 samples per pixel are too few"),
+        ({"spp": 2**24}, "off: there are no more than 32 samples"),
+    ],
+    ids=str,
+)
+def test_the_decision_says_why(ctx: Any, settings: dict[str, Any], reason: str) -> None:
+    with Renderer(load("cornell-box"), (8, 8), context=ctx, guiding="off", **settings) as renderer:
+        assert renderer.metadata()["gradient_domain_decision"].startswith(reason)
+
+
+def test_it_excludes_adaptive_sampling() -> None:
+    with pytest.raises(ValueError, match='adaptive and gradient_domain must not both be "on"'):
+        RenderSettings(adaptive="on", gradient_domain="on")
+
+
+def test_films_of_differences_are_not_merged(ctx: Any, tmp_path: Path) -> None:
+    film = tmp_path / "film.npz"
+    with Renderer(load("cornell-box"), (8, 8), context=ctx, gradient_domain="on", **EVEN) as renderer:
+        renderer.sample(40)
+        renderer.save(film)
+    with pytest.raises(FilmError, match="--gradient-domain off"):
+        merge({"one": SavedFilm.read(film), "two": SavedFilm.read(film)})
