@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""Writes the tables of what adaptive sampling, guiding and light tracing give in docs/sampling.md: for each scene the
-squared error that one of them saves at equal samples, what it costs, and whether it would have been chosen. Minutes for
+"""Writes the tables of what adaptive sampling, guiding, light tracing and the gradient domain give in docs/sampling.md:
+for each scene the squared error that one of them saves at equal samples, what it costs, and whether it would have been chosen. Minutes for
 a scene of meshes."""
 
 import argparse
@@ -19,24 +19,26 @@ from fragtracer.scene import RenderSettings
 EVEN = {"adaptive": "off", "guiding": "off", "light_tracing": "off", "gradient_domain": "off"}
 
 
-def measured(name: str, options: argparse.Namespace, **settings: str) -> tuple[NDArray[np.float64], float, str]:
-    """Pictures (seeds, height, width, 3), seconds of CPU time, and what was decided about adaptive sampling."""
+def measured(
+    name: str, options: argparse.Namespace, said_of: str = "adaptive", **settings: str
+) -> tuple[NDArray[np.float64], float, str]:
+    """Pictures (seeds, height, width, 3), seconds of CPU time, and what was decided about one of the techniques."""
     pictures = []
-    with Renderer(load(name), options.size, **EVEN | settings) as renderer:
+    with Renderer(load(name), options.size, spp=2**20, **EVEN | settings) as renderer:
         renderer.sample(48)  # compiles and draws what is new
         start = time.process_time()
         for seed in range(options.seeds):
             renderer.reset(seed=seed)
             renderer.sample(options.spp)
             pictures.append(renderer.image())
-        return np.array(pictures, np.float64), time.process_time() - start, renderer.metadata()["adaptive_decision"]
+        return np.array(pictures, np.float64), time.process_time() - start, renderer.metadata()[f"{said_of}_decision"]
 
 
 def decision(name: str, options: argparse.Namespace) -> str:
-    """What ``auto`` says: of adaptive sampling after its pilot, of guiding for a picture of 640 x 360."""
-    if options.technique == "adaptive":
+    """What ``auto`` says: after its pilot, or, of guiding and light tracing, for a picture of 640 x 360."""
+    if options.technique in ("adaptive", "gradient_domain"):
         few = argparse.Namespace(size=options.size, spp=40, seeds=1)
-        return measured(name, few, adaptive="auto")[2]
+        return measured(name, few, options.technique, **{options.technique: "auto"})[2]
     scene = load(name)
     settings = RenderSettings(width=640, height=360, spp=1024, bounces=scene.render.bounces)
     technique = light_tracing if options.technique == "light_tracing" else guiding

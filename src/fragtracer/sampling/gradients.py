@@ -28,6 +28,7 @@ Floats = NDArray[np.float64]
 # Whose random numbers the samples of an item take: those of the pixel's block (film/work.glsl).
 ALIGNED, SHIFTED = 0x8000, 0x80008000
 LEAST_GAIN = 1.25  # in squared error, at which the pilot says that differences pay
+_PILOT_TILES = 16
 _DECORRELATIONS = (0.05, 0.1, 0.2, 0.4, 0.8)
 _SMOOTH = 0.1065  # of a pixel's variance for each neighbour in a row: a Gaussian of half a pixel
 _LEAST_VARIANCE = 0.01  # of the median
@@ -174,9 +175,10 @@ def film_weights(variance: NDArray[np.floating[Any]], decorrelation: float) -> W
 def pilot_list(width: int, height: int) -> WorkList:
     """Items whose samples say whether differences pay: two of each pixel of some tiles, one for each tiling with
     blocks; none for an image smaller than a tile. The tiles begin at even rows and columns from the bottom."""
-    tiles = allocation.pilot_list(width, height)
-    row, column = np.divmod(tiles.pixels, width)
-    numbers = np.repeat(np.array([ALIGNED, SHIFTED], np.uint32), len(row) // 2)
+    tiles = allocation.pilot_list(width, height).pixels
+    some = tiles[: min(len(tiles) // 2, _PILOT_TILES * TILE**2)]
+    row, column = np.divmod(np.tile(some, 2), width)
+    numbers = np.repeat(np.array([ALIGNED, SHIFTED], np.uint32), len(some))
     return WorkList((height - 1 - row) * width + column, np.zeros_like(row), numbers)
 
 
