@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Writes the tables of what adaptive sampling, guiding, light tracing and the gradient domain give in docs/sampling.md:
-for each scene the squared error that one of them saves at equal samples, what it costs, and whether it would have been chosen. Minutes for
-a scene of meshes."""
+for each scene the squared error that one of them saves at equal samples, what it costs, and whether it would have been
+chosen. Minutes for a scene of meshes."""
 
 import argparse
 import time
