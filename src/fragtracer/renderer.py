@@ -18,7 +18,7 @@ from fragtracer.aov import AOVS, checked
 from fragtracer.errors import FilmError, FragtracerError
 from fragtracer.films import SavedFilm, origin_of
 from fragtracer.gpu.accumulation import Accumulation
-from fragtracer.gpu.context import create_context, describe, is_software
+from fragtracer.gpu.context import create_context, describe, is_software, max_size
 from fragtracer.gpu.layers import LayerTextures
 from fragtracer.gpu.specialise import MOST_LISTED, Level
 from fragtracer.gpu.tracer import Tracer, TracerProgram
@@ -570,10 +570,14 @@ class Renderer:
             return "off", f"off: the integrator is {settings.integrator}"
         if self._has_parts or self.first_sample:
             return "off", "off: layers of light and parts of the samples are of single pixels"
+        if 2 * settings.height > max_size(self.context):
+            return "off", f"off: the GPU holds pictures of {max_size(self.context)} pixels a side, which must be two"
         if settings.gradient_domain == "auto" and settings.adaptive == "on":
             return "off", "off: adaptive sampling was asked for"
         if settings.gradient_domain == "auto" and settings.spp * settings.width * settings.height < _LEAST_SAMPLES:
             return "off", f"off: the {settings.spp} samples per pixel are too few for a pilot to pay"
+        if settings.gradient_domain == "auto" and (self._light_decision().is_on or self._decision().guide):
+            return "off", "off: light is traced from the lights, or guided: what is left of it is rare and bright"
         return settings.gradient_domain, ""
 
     @property

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.errors import DeviceError
-from fragtracer.gpu.context import max_size, nearest_texture
+from fragtracer.gpu.context import nearest_texture
 from fragtracer.gpu.film import Film, read_pixels
 from fragtracer.gpu.layers import LayerTextures
 from fragtracer.gpu.program import FullscreenProgram
@@ -65,9 +65,8 @@ class Accumulation:
     (:mod:`fragtracer.sampling.allocation`), and if it is "auto", they do where a pilot, whose samples are not in the
     picture, finds that it gains ``least_gain``. ``layers`` are drawn besides, without adaptive sampling. A ``window``
     of the image can be sampled alone, evenly and without layers. ``gradient_domain`` says in the same way whether the
-    picture is made from differences of neighbours (:mod:`fragtracer.sampling.gradients`), without layers and windows,
-    and without adaptive sampling: where both pay, what pays more. Raises :class:`DeviceError` if the GPU cannot hold
-    it.
+    picture is made from differences of neighbours (:mod:`fragtracer.sampling.gradients`), without layers and windows;
+    if that is "auto", where adaptive sampling does not pay. Raises :class:`DeviceError` if the GPU cannot hold it.
     """
 
     def __init__(
@@ -168,18 +167,14 @@ class Accumulation:
     @property
     def gradient_decision(self) -> str:
         """Whether the picture is made from differences of neighbouring pixels, and why."""
+        if self._plan is not None:
+            return "off: samples are placed adaptively"
         return gradients.decision(self.gradient_domain, self._gradients, self._is_of_gradients)
 
     @property
     def _is_of_gradients(self) -> bool:
         """Whether the picture is made from differences, once that is known."""
-        if self._gradients is None or self.gradient_domain == "off" or self.adaptive == "on":
-            return False
-        if 2 * self.size[1] > max_size(self._ctx):
-            return False
-        gain = self._gain if self.adaptive == "auto" and self._gain is not None else 0.0
-        pays = self._gradients.gain >= gradients.LEAST_GAIN
-        return self.gradient_domain == "on" or (pays and gain < max(self._gradients.gain, self.least_gain))
+        return self._gradients is not None and (self.gradient_domain == "on" or self._gradients.pays)
 
     @property
     def shares_numbers(self) -> bool:
@@ -215,18 +210,24 @@ class Accumulation:
 
     def _decide(self, tracer: Tracer, budget: float | None) -> Iterator[float]:
         """Find out what to do after the first stage; yields while pilots do."""
-        if self.gradient_domain != "off" and self._gradients is None:
-            work, found = gradients.pilot_list(*self.size), gradients.UNKNOWN
-            if len(work.pixels):
-                items = yield from self._pilot(tracer, work, budget)
-                found = gradients.pilot_gradients(items, self._film.read().variance[..., :3])
-            if found.gain >= gradients.LEAST_GAIN and self.gradient_domain == "auto":
-                rate = pilot_rate((yield from self._pilot(tracer, pilot_list(*self.size), budget)))
-                found = replace(found, gain=found.gain * rate)
-            self._gradients = found
-        if self.adaptive == "auto" and self._gain is None and self.gradient_domain != "on":
-            work = pilot_list(*self.size)
-            self._gain = pilot_gain((yield from self._pilot(tracer, work, budget))) if len(work.pixels) else 1.0
+        gain, found = self._gain, self._gradients
+        has_tiles = len(pilot_list(*self.size).pixels) > 0
+        items: Pixels | None = None
+        if self.gradient_domain != "on" and self.adaptive == "auto" and gain is None:
+            if has_tiles:
+                items = yield from self._pilot(tracer, pilot_list(*self.size), budget)
+            gain = pilot_gain(items) if items else 1.0
+        is_adaptive = self.adaptive == "on" or (gain is not None and gain >= self.least_gain)
+        if self.gradient_domain != "off" and found is None and not is_adaptive:
+            found = gradients.UNKNOWN
+            if has_tiles:
+                paired = yield from self._pilot(tracer, gradients.pilot_list(*self.size), budget)
+                found = gradients.pilot_gradients(paired, self._film.read())
+            if found.pays and self.gradient_domain == "auto":
+                if items is None:
+                    items = yield from self._pilot(tracer, pilot_list(*self.size), budget)
+                found = replace(found, gain=found.gain * pilot_rate(items) ** 2)
+        self._gain, self._gradients = gain, found
 
     def _pilot(self, tracer: Tracer, work: WorkList, budget: float | None) -> Generator[float, None, Pixels]:
         rows = _rows(len(work.pixels), _LIST_WIDTH)

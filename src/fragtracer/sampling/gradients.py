@@ -27,7 +27,8 @@ Floats = NDArray[np.float64]
 
 # Whose random numbers the samples of an item take: those of the pixel's block (film/work.glsl).
 ALIGNED, SHIFTED = 0x8000, 0x80008000
-LEAST_GAIN = 1.25  # in squared error, at which the pilot says that differences pay
+LEAST_GAIN = 1.3  # in squared error, at which the pilot says that differences pay (docs/sampling.md)
+_MOST_OF_WORST = 0.2  # of the error in the hundredth of the pixels that are worst: more of it are rare bright samples
 _PILOT_TILES = 16
 _DECORRELATIONS = (0.05, 0.1, 0.2, 0.4, 0.8)
 _SMOOTH = 0.1065  # of a pixel's variance for each neighbour in a row: a Gaussian of half a pixel
@@ -39,10 +40,17 @@ _ROUNDING = 1e-6  # relative, of a running mean in float32
 @dataclass(frozen=True)
 class Gradients:
     """What a pilot says of differences: they divide the mean squared relative error by ``gain`` at equal samples, where
-    neighbours are taken to have a correlation of 1 - ``decorrelation``."""
+    neighbours are taken to have a correlation of 1 - ``decorrelation``. The hundredth of the pixels that are worst has
+    the share ``of_worst`` of the error of the first stage: rare bright samples, of which a pilot meets too few, and
+    which differences spread over the neighbours."""
 
     gain: float
     decorrelation: float
+    of_worst: float = 0.0
+
+    @property
+    def pays(self) -> bool:
+        return self.gain >= LEAST_GAIN and self.of_worst <= _MOST_OF_WORST
 
 
 UNKNOWN = Gradients(1.0, 0.2)  # of a picture that is too small for a pilot
@@ -182,12 +190,12 @@ def pilot_list(width: int, height: int) -> WorkList:
     return WorkList((height - 1 - row) * width + column, np.zeros_like(row), numbers)
 
 
-def pilot_gradients(items: Pixels, variance: NDArray[np.floating[Any]]) -> Gradients:
+def pilot_gradients(items: Pixels, first: Pixels) -> Gradients:
     """What the samples of :func:`pilot_list` say, (items, 1), by their half-differences, which are linear in the
-    samples as the picture is; with weights from a ``variance`` between other samples (height, width, 3), row 0 at the
-    top. Of stratification it knows nothing (:func:`fragtracer.sampling.allocation.pilot_rate`): point sets of half the
-    size are less well stratified."""
-    height, width, _ = variance.shape
+    samples as the picture is, with weights from the film of the ``first`` stage. Of stratification they know nothing
+    (:func:`fragtracer.sampling.allocation.pilot_rate`): point sets of half the size are less well stratified."""
+    height, width, _ = first.mean.shape
+    variance = first.variance[..., :3].mean(axis=2, dtype=np.float64)
     place = np.argsort(block_order(TILE, TILE))
 
     def tiled(values: NDArray[np.float32]) -> Floats:
@@ -197,7 +205,7 @@ def pilot_gradients(items: Pixels, variance: NDArray[np.floating[Any]]) -> Gradi
 
     mean, half_difference = tiled(items.mean), tiled(items.half_difference)
     pixels = pilot_list(width, height).pixels
-    of_tiles = tiled(variance.mean(axis=2, dtype=np.float64).reshape(-1, 1)[pixels])[0, 0]
+    of_tiles = tiled(variance.reshape(-1, 1)[pixels])[0, 0]
     color = mean[:, :3].mean(axis=0)
     brightness = bright(color.reshape(3, -1, 1).transpose(1, 2, 0).astype(np.float32)).reshape(color.shape[1:])
     relative = 1 / np.maximum(brightness, 1e-30)
@@ -206,12 +214,12 @@ def pilot_gradients(items: Pixels, variance: NDArray[np.floating[Any]]) -> Gradi
         return float(np.square(halves * relative).mean()) + _ROUNDING**2
 
     plain = error(half_difference.mean(axis=0))
+    squares = np.sort((variance / np.maximum(bright(first.mean), 1e-30) ** 2).ravel())
+    of_worst = float(squares[int(0.99 * len(squares)) :].sum() / max(squares.sum(), 1e-30))
     found = []
     for decorrelation in _DECORRELATIONS:
-        weights = Weights.of(of_tiles, decorrelation)
-        found.append(
-            Gradients(plain / error(reconstruct(half_difference[0], half_difference[1], weights)), decorrelation)
-        )
+        made = reconstruct(half_difference[0], half_difference[1], Weights.of(of_tiles, decorrelation))
+        found.append(Gradients(plain / error(made), decorrelation, of_worst))
     return max(found, key=lambda gradients: gradients.gain)
 
 
@@ -224,7 +232,9 @@ def decision(choice: str, found: Gradients | None, is_on: bool) -> str:
     said = f"at equal samples it divides the squared error by {found.gain:.2f}"
     if is_on:
         return f"on: {said}"
-    return f"off: {said}, {'less than adaptive sampling' if found.gain >= LEAST_GAIN else f'< {LEAST_GAIN:g}'}"
+    if found.gain < LEAST_GAIN:
+        return f"off: {said}, < {LEAST_GAIN:g}"
+    return f"off: {found.of_worst:.0%} of the error is in a hundredth of the pixels: bright samples are too rare"
 
 
 def _smooth(values: Floats, axis: int) -> Floats:
