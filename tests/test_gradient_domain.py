@@ -95,7 +95,7 @@ def test_it_is_used_where_it_pays(ctx: Any) -> None:
         ("cornell-box", alone, "on: at equal samples it divides the squared error by"),
         ("weekend", alone, "off: at equal samples it divides the squared error by"),
         ("three-spheres", alone, "off: samples are placed adaptively"),
-        ("five-lights", EVEN, "of the error is in a hundredth of the pixels"),
+        ("red-bounce", EVEN, "of the error is in a hundredth of the pixels: bright samples are too rare"),
         ("five-lights", {"light_tracing": "on"}, "off: light is traced from the lights"),
     ):
         with Renderer(load(name), (128, 128), context=ctx, spp=2**10, **settings) as renderer:
