@@ -291,8 +291,8 @@ class Renderer:
             return self._film.stage_part(self._tracer, part)
 
     def pilot(self) -> Pixels:
-        """What says whether adaptive sampling pays, by :func:`fragtracer.sampling.allocation.pilot_gain`; the picture
-        must have a tile for :func:`fragtracer.sampling.allocation.pilot_list`."""
+        """What says whether adaptive sampling pays, by :meth:`fragtracer.sampling.pilot.Pilot.of`; the picture must
+        have a tile."""
         with self._current():
             return self._film.pilot(self._tracer)
 

@@ -11,19 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.errors import DeviceError
-from fragtracer.gpu.context import nearest_texture
-from fragtracer.gpu.film import Film, read_pixels
+from fragtracer.gpu.film import Film
 from fragtracer.gpu.layers import LayerTextures
 from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.gpu.tracer import Tracer
+from fragtracer.gpu.work import ItemList, StageTextures, Tilings, work_texture
 from fragtracer.resources import folder
 from fragtracer.sampling import gradients
 from fragtracer.sampling.allocation import (
     FIRST_STAGE,
     LEAST_GAIN,
     MOST_STAGES,
-    PILOT_SAMPLES,
-    PILOT_STREAM,
     Plan,
     StagePart,
     Stages,
@@ -32,21 +30,17 @@ from fragtracer.sampling.allocation import (
     block_order,
     decision,
     picture_weight,
-    pilot_gain,
-    pilot_list,
-    pilot_rate,
     stage_weight,
     work_list,
 )
 from fragtracer.sampling.gradients import Gradients, Weights
+from fragtracer.sampling.pilot import SAMPLES, STREAM, SURVEY_SAMPLES, Pilot, Tiles, pilot_list, survey_list, tiles_of
 from fragtracer.sampling.pixels import Floats, Pixels
 
 _PLANNING_STEP = 0.005  # seconds after which one may do something else
 _MOST_ITEMS = 1 << 20  # of a list that is drawn at once, so that memory stays bounded
 _MOST_PART_ITEMS = 1 << 18  # of a part of a picture
 _SPARE = 1.02  # a list may have so many more items than there are pixels
-_GATHERED = 100_000  # pixels in a draw that gathers
-_LIST_WIDTH, _BLOCK = 1024, 4  # items stand in blocks of 4 x 4 texels, as film/gather.frag reads them
 _UNITS = {
     name: unit
     for unit, name in enumerate(
@@ -85,10 +79,10 @@ class Accumulation:
         self.adaptive, self.least_gain, self.gradient_domain = adaptive, least_gain, gradient_domain
         self._ctx = ctx
         self._film = Film(ctx, *self.size, layers)
-        self._work = None if window is None else _work_texture(ctx, height, window)
+        self._work = None if window is None else work_texture(ctx, height, window)
         self._gathering: FullscreenProgram | None = None
-        self._stages: _StageTextures | None = None
-        self._tilings: _Tilings | None = None
+        self._stages: StageTextures | None = None
+        self._tilings: Tilings | None = None
         self._planner = ThreadPoolExecutor(1)  # its thread begins with the first stage that is planned
         self.clear()
 
@@ -187,7 +181,7 @@ class Accumulation:
         if self._weights is None:
             return self._film, self._work, 1
         if self._tilings is None:
-            self._tilings = _Tilings(self._ctx, *self.size)
+            self._tilings = Tilings(self._ctx, *self.size)
         return self._tilings.film, self._tilings.work, 2
 
     @property
@@ -211,37 +205,44 @@ class Accumulation:
     def _decide(self, tracer: Tracer, budget: float | None) -> Iterator[float]:
         """Find out what to do after the first stage; yields while pilots do."""
         gain, found = self._gain, self._gradients
-        has_tiles = len(pilot_list(*self.size).pixels) > 0
-        items: Pixels | None = None
-        if self.gradient_domain != "on" and self.adaptive == "auto" and gain is None:
-            if has_tiles:
-                items = yield from self._pilot(tracer, pilot_list(*self.size), budget)
-            gain = pilot_gain(items) if items else 1.0
-        is_adaptive = self.adaptive == "on" or (gain is not None and gain >= self.least_gain)
-        if self.gradient_domain != "off" and found is None and not is_adaptive:
+        asks_adaptive = self.adaptive == "auto" and gain is None and self.gradient_domain != "on"
+        asks_gradients = self.gradient_domain != "off" and found is None and self.adaptive != "on"
+        pilot: Pilot | None = None
+        if (asks_adaptive or asks_gradients) and tiles_of(*self.size):
+            pilot = Pilot.of((yield from self._pilot(tracer, budget)), *self.size)
+        if asks_adaptive:
+            gain = pilot.gain() if pilot else 1.0
+        if asks_gradients and (gain is None or gain < self.least_gain):
             found = gradients.UNKNOWN
-            if has_tiles:
-                paired = yield from self._pilot(tracer, gradients.pilot_list(*self.size), budget)
-                found = gradients.pilot_gradients(paired, self._film.read())
-            if found.pays and self.gradient_domain == "auto":
-                if items is None:
-                    items = yield from self._pilot(tracer, pilot_list(*self.size), budget)
-                found = replace(found, gain=found.gain * pilot_rate(items) ** 2)
+            if pilot is not None:
+                tiles = pilot.tiles.every(gradients.PILOT_SHARE)
+                items = yield from self._sampled_list(tracer, gradients.pilot_list(tiles), SAMPLES, budget)
+                found = gradients.pilot_gradients(items, tiles, self._film.read().variance[..., :3])
+                found = replace(found, gain=found.gain * pilot.rate**2)
         self._gain, self._gradients = gain, found
 
-    def _pilot(self, tracer: Tracer, work: WorkList, budget: float | None) -> Generator[float, None, Pixels]:
-        rows = _rows(len(work.pixels), _LIST_WIDTH)
-        pilot = _List(self._ctx, self.size[1], Window(0, 0, *self.size), _LIST_WIDTH, rows)
+    def _pilot(self, tracer: Tracer, budget: float | None) -> Generator[float, None, Pixels]:
+        """The items of :meth:`Pilot.of`."""
+        survey = yield from self._sampled_list(tracer, survey_list(*self.size), SURVEY_SAMPLES, budget)
+        items = yield from self._sampled_list(tracer, pilot_list(Tiles.by(survey, *self.size)), SAMPLES, budget)
+        parts = zip(vars(survey).values(), vars(items).values(), strict=True)
+        return Pixels(*(np.concatenate(part) for part in parts))
+
+    def _sampled_list(
+        self, tracer: Tracer, work: WorkList, rays: int, budget: float | None
+    ) -> Generator[float, None, Pixels]:
+        """Samples of a list that are in no picture."""
+        items = ItemList(self._ctx, self.size[1], Window(0, 0, *self.size), len(work.pixels))
         try:
-            for _ in pilot.trace(tracer, work, PILOT_STREAM, PILOT_SAMPLES, budget):
+            for _ in items.trace(tracer, work, STREAM, rays, budget):
                 yield 0.0
-            return pilot.read(len(work.pixels))
+            return items.read(len(work.pixels))
         finally:
-            pilot.release()
+            items.release()
 
     def pilot(self, tracer: Tracer) -> Pixels:
-        """What a pilot finds, (items, 1), of the items of :func:`pilot_list`, of which there must be some."""
-        steps = self._pilot(tracer, pilot_list(*self.size), None)
+        """The items of :meth:`Pilot.of`, for an image that has tiles."""
+        steps = self._pilot(tracer, None)
         while True:
             try:
                 next(steps)
@@ -253,7 +254,7 @@ class Accumulation:
         were the whole picture that is sampled."""
         window = part.window
         most = max(1, min(int(part.items.sum()), _MOST_PART_ITEMS))
-        stages = _StageTextures(self._ctx, self.size[1], window, most, self._gather)
+        stages = StageTextures(self._ctx, self.size[1], window, most, self._gather)
         try:
             film = Film(self._ctx, window.width, window.height)
             try:
@@ -279,10 +280,10 @@ class Accumulation:
             self._gathering.set(_UNITS)
         return self._gathering
 
-    def _stage_textures(self) -> "_StageTextures":
+    def _stage_textures(self) -> "StageTextures":
         width, height = self.size
         most = min(int(width * height * _SPARE), _MOST_ITEMS)
-        return _StageTextures(self._ctx, height, Window(0, 0, width, height), most, self._gather)
+        return StageTextures(self._ctx, height, Window(0, 0, width, height), most, self._gather)
 
     def _begin_stage(self) -> Iterator[float]:
         """Plan the next stage in a thread, so that a window goes on meanwhile; yields until that is done."""
@@ -436,7 +437,7 @@ class Accumulation:
         return self._film.textures if self._plan is None else self._shown.textures
 
     @property
-    def _shown(self) -> "_StageTextures":
+    def _shown(self) -> "StageTextures":
         assert self._stages is not None
         return self._stages
 
@@ -464,7 +465,7 @@ class Accumulation:
 
 
 def _planned(finished: Stages, pixels: Pixels, weight: float, stage: int) -> tuple[Stages, Plan, list[Floats]]:
-    """All stages, with one more of ``pixels``, the plan of the next, and the texels of :meth:`_StageTextures.show`."""
+    """All stages, with one more of ``pixels``, the plan of the next, and the texels of :meth:`StageTextures.show`."""
     together = finished.with_stage(pixels, weight)
     height, width, _ = together.mean.shape
     block_order(width, height)  # remembered
@@ -478,169 +479,8 @@ def _texels(stages: Stages) -> list[Floats]:
 
 
 def _halves(pixels: Pixels) -> tuple[Pixels, Pixels]:
-    """What :class:`_Tilings` hold: the film with aligned blocks, and that with shifted ones."""
+    """What :class:`Tilings` hold: the film with aligned blocks, and that with shifted ones."""
     upper, lower = (
         Pixels(*parts) for parts in zip(*(np.split(image, 2) for image in vars(pixels).values()), strict=True)
     )
     return lower, upper
-
-
-def _work_texture(ctx: moderngl.Context, image_height: int, window: Window) -> moderngl.Texture:
-    """Film texels as items of a list, each of its pixel in the window (film/work.glsl)."""
-    x, y = np.arange(window.width), image_height - window.top - window.height + np.arange(window.height)
-    texels = np.empty((window.height, window.width, 2), np.uint32)
-    texels[..., 0] = y[:, None] << 16 | x + window.left
-    texels[..., 1] = window.first_sample
-    return nearest_texture(ctx, (window.width, window.height), 2, texels.tobytes(), "u4")
-
-
-class _Tilings:
-    """An image twice: below, samples that take the random numbers of aligned blocks of pixels, and above it of shifted
-    ones (:mod:`fragtracer.sampling.gradients`)."""
-
-    def __init__(self, ctx: moderngl.Context, width: int, height: int) -> None:
-        self.film = Film(ctx, width, 2 * height)
-        texels = np.zeros((2, height, width, 2), np.uint32)
-        texels[..., 0] = np.arange(height)[:, None] << 16 | np.arange(width)
-        texels[..., 0] |= np.array([gradients.ALIGNED, gradients.SHIFTED], np.uint32)[:, None, None]
-        self.work = nearest_texture(ctx, (width, 2 * height), 2, texels.tobytes(), "u4")
-
-    @property
-    def gpu_bytes(self) -> int:
-        """Size of all textures."""
-        width, height = self.film.size
-        return self.film.gpu_bytes + 8 * width * height
-
-    def release(self) -> None:
-        self.film.release()
-        self.work.release()
-
-
-class _List:
-    """A list of work and its film, of ``width`` x ``height`` items in blocks of 4 x 4 texels, for the pixels of a
-    window of an image of ``image_height`` pixels."""
-
-    def __init__(self, ctx: moderngl.Context, image_height: int, window: Window, width: int, height: int) -> None:
-        self._ctx, self._image_height, self._window = ctx, image_height, window
-        self.film = Film(ctx, width, height)
-
-    def trace(self, tracer: Tracer, work: WorkList, stage: int, rays: int, budget: float | None) -> Iterator[float]:
-        """Sample the items, ``rays`` times each; yields the share that is done."""
-        width, _ = self.film.size
-        y, x = np.divmod(work.pixels, self._window.width)
-        rows = _rows(len(x), width)
-        texels = np.zeros((rows * width, 2), np.uint32)
-        texels[: len(x), 0] = (self._image_height - 1 - self._window.top - y) << 16 | x + self._window.left
-        if work.numbers is not None:
-            texels[: len(x), 0] |= work.numbers
-        texels[: len(x), 1] = work.first
-        blocks = texels.reshape(rows // _BLOCK, width // _BLOCK, _BLOCK, _BLOCK, 2).swapaxes(1, 2)
-        texture = nearest_texture(self._ctx, (width, rows), 2, np.ascontiguousarray(blocks).tobytes(), "u4")
-        self.film.clear()
-        self.film.stage = stage
-        try:
-            yield from tracer.bands(self.film, rays, budget, texture)
-        finally:
-            texture.release()
-
-    def read(self, items: int) -> Pixels:
-        """What the first ``items`` have found, (items, 1)."""
-        width, height = self.film.size
-        pixels = self.film.read()
-
-        def listed(values: Floats) -> Floats:
-            blocks = values[::-1].reshape(height // _BLOCK, _BLOCK, width // _BLOCK, _BLOCK, -1).swapaxes(1, 2)
-            return blocks.reshape(width * height, 1, -1)[:items]
-
-        return Pixels(listed(pixels.mean), listed(pixels.variance), listed(pixels.half_difference))
-
-    def release(self) -> None:
-        self.film.release()
-
-
-class _StageTextures:
-    """What stages of a window need besides the film of this one: the finished ones, the picture to be shown, and a list
-    of work, of ``most`` items. ``gather`` is the program of film/gather.frag."""
-
-    def __init__(
-        self, ctx: moderngl.Context, image_height: int, window: Window, most: int, gather: FullscreenProgram
-    ) -> None:
-        width, height = window.width, window.height
-        self._ctx, self._size, self._gather = ctx, (width, height), gather
-        self.list = _List(ctx, image_height, window, _LIST_WIDTH, _rows(most, _LIST_WIDTH))
-        self._owned: list[moderngl.Texture] = []
-        try:
-            self._finished = self._texture(4, "f4")
-            self.textures = tuple(self._texture(4, "f4") for _ in range(3))
-            self._items = self._texture(2, "u4")
-        except moderngl.Error as error:
-            self.release()
-            _ = ctx.error  # takes the driver's own note of it away
-            raise DeviceError(f"the GPU has no memory for adaptive sampling of {width}x{height}: {error}") from None
-        self._framebuffer = ctx.framebuffer(self.textures)
-
-    def _texture(self, components: int, dtype: str) -> moderngl.Texture:
-        texture = nearest_texture(self._ctx, self._size, components, dtype=dtype)
-        self._owned.append(texture)
-        return texture
-
-    @property
-    def most_items(self) -> int:
-        """Items of a list that is drawn at once."""
-        width, height = self.list.film.size
-        return width * height
-
-    def show(self, texels: list[Floats]) -> Iterator[None]:
-        """Begin a stage after those whose picture is ``texels``, in the order of :class:`Pixels`; an upload a step."""
-        for texture, image in zip((self._finished, *self.textures), (texels[0], *texels), strict=True):
-            texture.write(image)
-            yield
-
-    def gather(self, film: Film, work: WorkList, weight: float) -> Iterator[None]:
-        """Add the sampled items to the film of this stage, whose weight in the picture is ``weight``, a band of rows
-        at a time."""
-        width, height = self._size
-        items = np.zeros((width * height, 2), np.uint32)
-        first = np.flatnonzero(np.diff(work.pixels, prepend=-1))
-        items[work.pixels[first]] = np.stack([first, np.diff(first, append=len(work.pixels))], axis=1)
-        self._items.write(np.ascontiguousarray(items.reshape(height, width, 2)[::-1]).tobytes())
-        picture, *_ = self.textures
-        framebuffer = self._ctx.framebuffer([*film.back_textures, picture])
-        read = (*film.textures, self._items, *self.list.film.textures, self._finished)
-        rows = max(1, _GATHERED // width)
-        try:
-            for bottom in range(0, height, rows):
-                for unit, texture in enumerate(read):
-                    texture.use(unit)
-                framebuffer.use()
-                framebuffer.scissor = (0, bottom, width, min(rows, height - bottom))
-                self._gather.set({"u_stage_weight": weight})
-                self._gather.draw()
-                self._ctx.finish()
-                yield
-        finally:
-            self._ctx.detect_framebuffer(0).use()  # moderngl would bind the released one again
-            framebuffer.release()
-        film.swap(0)
-
-    def read_rows(self, bottom: int, rows: int) -> Pixels:
-        """As :meth:`Film.read_rows`, of the picture to be shown."""
-        return read_pixels(self._framebuffer, bottom, rows)
-
-    @property
-    def gpu_bytes(self) -> int:
-        """Size of all textures, without the list of a pass."""
-        width, height = self._size
-        return self.list.film.gpu_bytes + (4 * 16 + 8) * width * height
-
-    def release(self) -> None:
-        self._ctx.detect_framebuffer(0).use()
-        self._framebuffer.release()
-        for texture in self._owned:
-            texture.release()
-        self.list.release()
-
-
-def _rows(items: int, width: int) -> int:
-    """Of ``width`` texels, for so many items."""
-    return -(-items // (width * _BLOCK)) * _BLOCK

@@ -27,17 +27,13 @@ _FIRST_WEIGHT = 0.5  # of a sample of the first stage, which no plan has placed 
 ITEM_SAMPLES = 16  # of an item of work in the first stages
 _MOST_ITEM_SAMPLES = 64  # in later ones, where they cost less: lanes wait for the longest path of an item
 MOST_STAGES = 31  # that have streams of random numbers of their own (shaders/sampler/stream.glsl)
-PILOT_STREAM = MOST_STAGES  # the stream of the pilot
 # In squared error, at which the pilot says that adaptive sampling pays; and with meshes, where rays that go apart cost
 # more (docs/sampling.md).
-LEAST_GAIN, _LEAST_GAIN_OF_MESHES = 1.75, 2.0
-PILOT_SAMPLES = 32  # of each of two items of the pilot for a pixel
-_PILOT_TILES, TILE = 64, 16  # of the pilot, and pixels, a side of each
-_ROUNDING = 1e-6  # relative, of a running mean in float32
+LEAST_GAIN, _LEAST_GAIN_OF_MESHES = 1.4, 1.75
 _LEAST_SHARE = 8  # of the mean number of samples that every pixel gets: an eighth
 _MOST_SHARE = 64  # times the mean that a pixel gets
 _SMOOTH = 5  # pixels, a side of the square over which the variance is averaged
-_BLOCK = 4  # pixels, a side of what is shaded together
+BLOCK = 4  # pixels, a side of what is shaded together
 
 
 def samples_before(stage: int) -> int:
@@ -164,49 +160,9 @@ def _relative(deviation: Floats) -> Floats:
     return deviation / mean if mean > 0 else np.ones_like(deviation)
 
 
-@lru_cache(maxsize=2)
-def pilot_list(width: int, height: int) -> "WorkList":
-    """Items whose samples say whether adaptive sampling pays: two of each pixel of some tiles, spread by chance; none
-    for an image smaller than a tile. First come all pixels, tile by tile, then all once more."""
-    columns, rows = width // TILE, height // TILE
-    tiles = np.random.default_rng(0).permutation(columns * rows)[:_PILOT_TILES]
-    y, x = np.divmod(block_order(TILE, TILE), TILE)
-    row, column = np.divmod(tiles, max(1, columns))
-    pixels = ((TILE * row[:, None] + y) * width + TILE * column[:, None] + x).reshape(-1)
-    return WorkList(np.tile(pixels, 2), np.repeat([0, PILOT_SAMPLES], len(pixels)))
-
-
-def pilot_gain(items: Pixels) -> float:
-    """By how much adaptive sampling lowers the mean squared relative error at equal samples; ``items`` (items, 1) are
-    those of :func:`pilot_list`. One half of them plans, the other tells what that is worth, so that chance is not taken
-    for a difference between pixels. Both together say how much faster than 1 / n the squared error falls: a plan gives
-    up some of that, which is taken for the square of it (docs/sampling.md)."""
-    place = np.argsort(block_order(TILE, TILE))
-    mean, variance, half_difference = (
-        values.reshape(2, -1, TILE**2, values.shape[-1])[:, :, place].reshape(2, -1, TILE, TILE, values.shape[-1])
-        for values in (items.mean, items.variance, items.half_difference)
-    )
-    error = np.array(
-        [
-            [Pixels(*tile).standard_error().mean(axis=2, dtype=np.float64) for tile in zip(*half, strict=True)]
-            for half in zip(mean, variance, half_difference, strict=True)
-        ]
-    )
-    brightness = bright(mean.mean(axis=0).reshape(-1, TILE, 4)).reshape(-1, TILE, TILE)
-    squares = (error / np.maximum(brightness, 1e-30)) ** 2 + _ROUNDING**2
-    smooth = np.array([[around(tile, _SMOOTH) for tile in half] for half in squares])
-    shares = [1 / _LEAST_SHARE + (1 - 1 / _LEAST_SHARE) * _relative(np.sqrt(half)) for half in smooth]
-    gain = smooth.mean() / np.mean([smooth[1] / shares[0], smooth[0] / shares[1]])
-    return float(gain * pilot_rate(items) ** 2)
-
-
-def pilot_rate(items: Pixels) -> float:
-    """Twice the squared error of all samples of :func:`pilot_list` over that of half of them, at most 1: 1 for
-    independent samples, and less for stratified ones."""
-    brightness = np.maximum(bright(items.mean.reshape(2, -1, 1, 4).mean(axis=0)), 1e-30)
-    relative = items.half_difference.reshape(2, -1, 3) / brightness
-    one, both = (np.square(some).mean() + _ROUNDING**2 for some in (relative, relative.mean(axis=0)))
-    return float(min(1.0, 2 * both / one))
+def shares(relative: Floats) -> Floats:
+    """The number of samples that a plan gives to pixels, over its mean, by their deviation over its mean."""
+    return 1 / _LEAST_SHARE + (1 - 1 / _LEAST_SHARE) * relative
 
 
 def least_gain(has_meshes: bool) -> float:
@@ -284,6 +240,6 @@ def block_order(width: int, height: int) -> Counts:
     """The pixels of an image, (width * height,), block by block of 4 x 4, so that those shaded together are
     neighbours."""
     y, x = np.divmod(np.arange(width * height), width)
-    order = np.lexsort((x, y, x // _BLOCK, y // _BLOCK))
+    order = np.lexsort((x, y, x // BLOCK, y // BLOCK))
     order.setflags(write=False)
     return order

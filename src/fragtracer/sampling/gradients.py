@@ -19,17 +19,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fragtracer.sampling import allocation
-from fragtracer.sampling.allocation import TILE, WorkList, block_order
-from fragtracer.sampling.pixels import Pixels, bright
+from fragtracer.sampling.allocation import FIRST_STAGE, WorkList
+from fragtracer.sampling.pilot import Tiles
+from fragtracer.sampling.pixels import Pixels
 
 Floats = NDArray[np.float64]
 
 # Whose random numbers the samples of an item take: those of the pixel's block (film/work.glsl).
 ALIGNED, SHIFTED = 0x8000, 0x80008000
-LEAST_GAIN = 1.3  # in squared error, at which the pilot says that differences pay (docs/sampling.md)
-_MOST_OF_WORST = 0.2  # of the error in the hundredth of the pixels that are worst: more of it are rare bright samples
-_PILOT_TILES = 16
+LEAST_GAIN = 1.2  # in squared error, at which the pilot says that differences pay (docs/sampling.md)
+PILOT_SHARE = 4  # of the tiles of the other pilot, one in so many
 _DECORRELATIONS = (0.05, 0.1, 0.2, 0.4, 0.8)
 _SMOOTH = 0.1065  # of a pixel's variance for each neighbour in a row: a Gaussian of half a pixel
 _LEAST_VARIANCE = 0.01  # of the median
@@ -40,17 +39,14 @@ _ROUNDING = 1e-6  # relative, of a running mean in float32
 @dataclass(frozen=True)
 class Gradients:
     """What a pilot says of differences: they divide the mean squared relative error by ``gain`` at equal samples, where
-    neighbours are taken to have a correlation of 1 - ``decorrelation``. The hundredth of the pixels that are worst has
-    the share ``of_worst`` of the error of the first stage: rare bright samples, of which a pilot meets too few, and
-    which differences spread over the neighbours."""
+    neighbours are taken to have a correlation of 1 - ``decorrelation``."""
 
     gain: float
     decorrelation: float
-    of_worst: float = 0.0
 
     @property
     def pays(self) -> bool:
-        return self.gain >= LEAST_GAIN and self.of_worst <= _MOST_OF_WORST
+        return self.gain >= LEAST_GAIN
 
 
 UNKNOWN = Gradients(1.0, 0.2)  # of a picture that is too small for a pilot
@@ -180,46 +176,33 @@ def film_weights(variance: NDArray[np.floating[Any]], decorrelation: float) -> W
     return Weights.of(variance.mean(axis=2, dtype=np.float64)[::-1], decorrelation)
 
 
-def pilot_list(width: int, height: int) -> WorkList:
-    """Items whose samples say whether differences pay: two of each pixel of some tiles, one for each tiling with
-    blocks; none for an image smaller than a tile. The tiles begin at even rows and columns from the bottom."""
-    tiles = allocation.pilot_list(width, height).pixels
-    some = tiles[: min(len(tiles) // 2, _PILOT_TILES * TILE**2)]
-    row, column = np.divmod(np.tile(some, 2), width)
-    numbers = np.repeat(np.array([ALIGNED, SHIFTED], np.uint32), len(some))
-    return WorkList((height - 1 - row) * width + column, np.zeros_like(row), numbers)
+def pilot_list(tiles: Tiles) -> WorkList:
+    """Items whose samples say whether differences pay: two of each pixel, one for each tiling with blocks."""
+    pixels = tiles.pixels.reshape(-1)
+    numbers = np.repeat(np.array([ALIGNED, SHIFTED], np.uint32), len(pixels))
+    return WorkList(np.tile(pixels, 2), np.zeros(2 * len(pixels), np.int64), numbers)
 
 
-def pilot_gradients(items: Pixels, first: Pixels) -> Gradients:
+def pilot_gradients(items: Pixels, tiles: Tiles, variance: NDArray[np.floating[Any]]) -> Gradients:
     """What the samples of :func:`pilot_list` say, (items, 1), by their half-differences, which are linear in the
-    samples as the picture is, with weights from the film of the ``first`` stage. Of stratification they know nothing
-    (:func:`fragtracer.sampling.allocation.pilot_rate`): point sets of half the size are less well stratified."""
-    height, width, _ = first.mean.shape
-    variance = first.variance[..., :3].mean(axis=2, dtype=np.float64)
-    place = np.argsort(block_order(TILE, TILE))
-
-    def tiled(values: NDArray[np.float32]) -> Floats:
-        """(tilings, tiles, channels, rows, columns)"""
-        tiles = values.reshape(2, -1, TILE**2, values.shape[-1])[:, :, place].astype(np.float64)
-        return tiles.reshape(2, -1, TILE, TILE, values.shape[-1]).transpose(0, 4, 1, 2, 3)
-
-    mean, half_difference = tiled(items.mean), tiled(items.half_difference)
-    pixels = pilot_list(width, height).pixels
-    of_tiles = tiled(variance.reshape(-1, 1)[pixels])[0, 0]
-    color = mean[:, :3].mean(axis=0)
-    brightness = bright(color.reshape(3, -1, 1).transpose(1, 2, 0).astype(np.float32)).reshape(color.shape[1:])
-    relative = 1 / np.maximum(brightness, 1e-30)
+    samples as the picture is; with weights from a ``variance`` between other samples (height, width, 3), row 0 at the
+    top. Of stratification they know nothing (:meth:`fragtracer.sampling.pilot.Pilot.rate`): point sets of half the size
+    are less well stratified."""
+    of_pixels = variance.mean(axis=2, dtype=np.float32).reshape(-1, 1, 1)[tiles.pixels.reshape(-1)]
+    of_tiles = tiles.tiled(of_pixels)[0, ..., 0].astype(np.float64)
+    half_difference = tiles.tiled(items.half_difference).astype(np.float64)
+    relative = 1 / tiles.bright(tiles.tiled(items.mean).mean(axis=0))
 
     def error(halves: Floats) -> float:
-        return float(np.square(halves * relative).mean()) + _ROUNDING**2
+        """Of (tiles, rows, columns, channels)."""
+        return float(tiles.mean(np.square(halves * relative[..., None]).mean(axis=-1))) + _ROUNDING**2
 
     plain = error(half_difference.mean(axis=0))
-    squares = np.sort((variance / np.maximum(bright(first.mean), 1e-30) ** 2).ravel())
-    of_worst = float(squares[int(0.99 * len(squares)) :].sum() / max(squares.sum(), 1e-30))
+    aligned, shifted = np.moveaxis(half_difference, -1, 1)
     found = []
     for decorrelation in _DECORRELATIONS:
-        made = reconstruct(half_difference[0], half_difference[1], Weights.of(of_tiles, decorrelation))
-        found.append(Gradients(plain / error(made), decorrelation, of_worst))
+        made = reconstruct(aligned, shifted, Weights.of(of_tiles, decorrelation))
+        found.append(Gradients(plain / error(np.moveaxis(made, 0, -1)), decorrelation))
     return max(found, key=lambda gradients: gradients.gain)
 
 
@@ -228,13 +211,9 @@ def decision(choice: str, found: Gradients | None, is_on: bool) -> str:
     if choice != "auto":
         return f"{choice}: as asked for"
     if found is None:
-        return f"off: there are no more than {allocation.FIRST_STAGE} samples per pixel"
+        return f"off: there are no more than {FIRST_STAGE} samples per pixel"
     said = f"at equal samples it divides the squared error by {found.gain:.2f}"
-    if is_on:
-        return f"on: {said}"
-    if found.gain < LEAST_GAIN:
-        return f"off: {said}, < {LEAST_GAIN:g}"
-    return f"off: {found.of_worst:.0%} of the error is in a hundredth of the pixels: bright samples are too rare"
+    return f"on: {said}" if is_on else f"off: {said}, < {LEAST_GAIN:g}"
 
 
 def _smooth(values: Floats, axis: int) -> Floats:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float32]
 
 _NEIGHBOURS = 11  # pixels, a side of the square that tells by how much stratification lowers the variance
-_DARK = 0.1  # of the mean brightness
+DARK = 0.1  # of the mean brightness
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ def bright(image: Floats) -> NDArray[np.float64]:
     """Brightness of each pixel of (height, width, 3 or 4), the mean of the colours, (height, width); that of darker
     ones is a tenth of the mean of all."""
     brightness = image[..., :3].mean(axis=2, dtype=np.float64)
-    return np.asarray(np.maximum(brightness, _DARK * brightness.mean()))
+    return np.asarray(np.maximum(brightness, DARK * brightness.mean()))
 
 
 def around(values: NDArray[np.float64], side: int) -> NDArray[np.float64]:

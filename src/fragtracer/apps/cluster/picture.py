@@ -7,11 +7,12 @@ from typing import Any
 
 from fragtracer import __version__
 from fragtracer.apps.cluster.adaptive import AdaptiveSampling
-from fragtracer.apps.cluster.sampling import EvenSampling, PilotSampling, Sampling, has_pilot
+from fragtracer.apps.cluster.sampling import EvenSampling, PilotSampling, Sampling
 from fragtracer.apps.cluster.work import Cut, Frame
 from fragtracer.errors import FilmError
 from fragtracer.films import SavedFilm, origin_of
 from fragtracer.sampling.allocation import FIRST_STAGE, decision, least_gain
+from fragtracer.sampling.pilot import tiles_of
 from fragtracer.scene import RenderSettings, Scene
 
 
@@ -40,7 +41,7 @@ class Render:
             return EvenSampling(self.cut, self._until)
         if adaptive == "on":
             return AdaptiveSampling(self.cut, self._until)
-        if has_pilot(self.cut):
+        if tiles_of(self.cut.width, self.cut.height):
             return PilotSampling(self.cut)
         self._gain = 1.0
         return EvenSampling(self.cut, self._until)

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.apps.cluster.merge import Tree, assembled
-from fragtracer.apps.cluster.work import CORNERS, Block, Cut, Part, Pilot, Task, empty, place, without
-from fragtracer.sampling.allocation import Window, pilot_gain, pilot_list
+from fragtracer.apps.cluster.work import CORNERS, Block, Cut, Part, PilotSamples, Task, empty, place, without
+from fragtracer.sampling.allocation import Window
+from fragtracer.sampling.pilot import Pilot
 from fragtracer.sampling.pixels import Pixels
 
 _MOST_WAITING = 512  # blocks that are there before those of the round that is due
@@ -77,7 +78,7 @@ class PilotSampling:
         self._due.append(task)
 
     def part(self, _: Task) -> Part:
-        return Pilot(self._cut.width, self._cut.height)
+        return PilotSamples(self._cut.width, self._cut.height)
 
     def cost(self, _: Task) -> int:
         return 0  # it is not cut
@@ -85,7 +86,7 @@ class PilotSampling:
     left = np.inf
 
     def take(self, _: Task, pixels: Pixels, author: str) -> None:
-        self.gain, self._author = pilot_gain(pixels), author
+        self.gain, self._author = Pilot.of(pixels, self._cut.width, self._cut.height).gain(), author
 
     def forget(self, author: str) -> bool:
         return author != self._author
@@ -98,11 +99,6 @@ class PilotSampling:
         return empty(self._cut.height, self._cut.width)
 
     all_there_is = picture
-
-
-def has_pilot(cut: Cut) -> bool:
-    """Whether the image is large enough for one."""
-    return len(pilot_list(cut.width, cut.height).pixels) > 0
 
 
 class EvenSampling:

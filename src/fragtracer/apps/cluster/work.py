@@ -10,13 +10,12 @@ import numpy as np
 
 from fragtracer.sampling.allocation import (
     FIRST_STAGE,
-    PILOT_SAMPLES,
     StagePart,
     Window,
-    pilot_list,
     samples_before,
     stage_samples,
 )
+from fragtracer.sampling.pilot import pilot_samples
 from fragtracer.sampling.pixels import Pixels
 from fragtracer.scene import Camera
 from fragtracer.scene.content import content_digest
@@ -87,14 +86,14 @@ class Block:
 
 
 @dataclass(frozen=True)
-class Pilot:
+class PilotSamples:
     """What says whether adaptive sampling pays, for an image of this size."""
 
     width: int
     height: int
 
 
-Part = Block | StagePart | Pilot
+Part = Block | StagePart | PilotSamples
 
 
 def flaw(part: Part, pixels: Pixels) -> str:
@@ -105,8 +104,9 @@ def flaw(part: Part, pixels: Pixels) -> str:
             shape, expected = (window.height, window.width), spp
         case StagePart():
             shape, expected = part.items.shape, part.sampled + part.rays * part.items
-        case Pilot(width, height):
-            shape, expected = (len(pilot_list(width, height).pixels), 1), PILOT_SAMPLES
+        case PilotSamples(width, height):
+            expected = pilot_samples(width, height)
+            shape = expected.shape
     if [image.shape for image in vars(pixels).values()] != [(*shape, n) for n in (4, 4, 3)]:
         return "returned a block of another size"
     if not (pixels.mean[..., 3] + pixels.variance[..., 3] == expected).all():

@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 from fragtracer.apps.cluster.guard import loads
-from fragtracer.apps.cluster.work import Block, Frame, Part, Pilot, pixels_digest
+from fragtracer.apps.cluster.work import Block, Frame, Part, PilotSamples, pixels_digest
 from fragtracer.renderer import Renderer
 from fragtracer.sampling.allocation import StagePart
 from fragtracer.sampling.pixels import Pixels
@@ -67,7 +67,7 @@ def _draw(renderer: Renderer, part: Part) -> Pixels:
             return renderer.block(window, spp)
         case StagePart():
             return renderer.stage_part(part)
-        case Pilot():
+        case PilotSamples():
             return renderer.pilot()
 
 
