@@ -29,7 +29,7 @@ _MOST_ITEM_SAMPLES = 64  # in later ones, where they cost less: lanes wait for t
 MOST_STAGES = 31  # that have streams of random numbers of their own (shaders/sampler/stream.glsl)
 # In squared error, at which the pilot says that adaptive sampling pays; and with meshes, where rays that go apart cost
 # more (docs/sampling.md).
-LEAST_GAIN, _LEAST_GAIN_OF_MESHES = 1.4, 1.75
+LEAST_GAIN, _LEAST_GAIN_OF_MESHES = 1.3, 1.6
 _LEAST_SHARE = 8  # of the mean number of samples that every pixel gets: an eighth
 _MOST_SHARE = 64  # times the mean that a pixel gets
 _SMOOTH = 5  # pixels, a side of the square over which the variance is averaged

@@ -68,12 +68,12 @@ class Tiles:
 
     @staticmethod
     def by(survey: Pixels, width: int, height: int) -> "Tiles":
-        """Drawn by what a survey has found, (items, 1): half of their probability is even, and half in proportion to
-        the deviation of a sample, relative to the brightness."""
+        """Drawn by what a survey has found, (items, 1): a third of their probability is even, a third in proportion to
+        the deviation of a sample, relative to the brightness, and a third to its square."""
         variance = survey.variance[..., :3].mean(axis=2, dtype=np.float64).reshape(-1, _SURVEYED)
         brightness = np.maximum(bright(survey.mean), 1e-30).reshape(-1, _SURVEYED)
         relative = variance / brightness**2
-        chance = _chances(np.sqrt(relative.mean(axis=1)))
+        chance = _chances(relative.mean(axis=1))
         # Systematic sampling: at equal distances along the sum of the chances, from a place that is drawn, in their
         # order, so that tiles of all deviations have their share.
         rng = np.random.default_rng(0)
@@ -104,12 +104,11 @@ class Tiles:
         return np.asarray(np.maximum(brightness, np.maximum(DARK * self.mean(brightness), 1e-30)))
 
 
-def _chances(wanted: Floats) -> Floats:
+def _chances(variance: Floats) -> Floats:
     """The probability of each tile to be drawn; together as many as there are to be, and each at most 1."""
-    most = _drawn(len(wanted))
-    even = np.full(len(wanted), 1 / len(wanted))
-    wanted = even + (wanted / wanted.sum() if wanted.any() else even)
-    chance = np.zeros_like(wanted)
+    most = _drawn(len(variance))
+    shares_of = (values / max(values.mean(), 1e-30) for values in (np.sqrt(variance), variance))
+    wanted = 1 + sum(shares_of, np.zeros_like(variance))
     is_certain = np.zeros(len(wanted), bool)
     while True:
         left = most - is_certain.sum()
