@@ -26,6 +26,7 @@ from fragtracer.apps.compare.relative_error import relative_weight
 from fragtracer.denoise import denoise
 from fragtracer.io.toml import load
 from fragtracer.renderer import Renderer
+from fragtracer.scene import PLAIN
 
 Floats = NDArray[np.float32]
 SPP = (1, 4, 16, 64, 256)
@@ -87,7 +88,7 @@ def study(name: str, size: tuple[int, int], reference_spp: int) -> Study:
     with Renderer(scene, size, seed=1) as renderer:
         reference = renderer.render(spp=reference_spp)
     rows, pictures, seconds = [], [], 0.0
-    with Renderer(scene, size, adaptive="off", guiding="off", light_tracing="off", gradient_domain="off") as renderer:
+    with Renderer(scene, size, **PLAIN) as renderer:
         renderer.sample(1)
         renderer.aov(DENOISING[0])  # compiles
         renderer.reset()

@@ -21,6 +21,7 @@ from fragtracer.apps.bench.plan import Plan
 from fragtracer.apps.bench.yardstick import sampling_for
 from fragtracer.apps.cli.options import parse_size
 from fragtracer.apps.compare.measures import auto_exposure, displayed
+from fragtracer.scene import PLAIN
 
 SPP = 1024  # that are asked for: small pictures are not guided
 REFERENCE_TIME = 8.0  # of each of its two images, in times of the pictures
@@ -37,9 +38,7 @@ def pictures(name: str, size: tuple[int, int], bounces: int, seconds: float) -> 
 
     sampling = sampling_for(scene, Plan(), lambda m: reference.relative_mse(sampled(m)) * m.seconds, lambda text: None)
     makers = {
-        "paths alone, even, unguided": lambda: Ours(
-            scene, adaptive="off", guiding="off", light_tracing="off", gradient_domain="off"
-        ),
+        "paths alone, even, unguided": lambda: Ours(scene, **PLAIN),
         "by default": lambda: Ours(scene),
         f"Mitsuba, {sampling}": lambda: Mitsuba(scene, sampling=sampling),
     }

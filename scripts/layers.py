@@ -13,6 +13,7 @@ from collections.abc import Callable
 from fragtracer.apps.cli.options import parse_size
 from fragtracer.io.toml import load
 from fragtracer.renderer import Renderer
+from fragtracer.scene import PLAIN
 
 
 def least(action: Callable[[], object], before: Callable[[], object]) -> float:
@@ -36,15 +37,7 @@ def main() -> None:
     for name in options.scenes.split(","):
         seconds = []
         for aovs in ((), ("direct",)):
-            with Renderer(
-                load(name),
-                options.size,
-                adaptive="off",
-                guiding="off",
-                light_tracing="off",
-                gradient_domain="off",
-                aovs=aovs,
-            ) as renderer:
+            with Renderer(load(name), options.size, aovs=aovs, **PLAIN) as renderer:
                 draw, reset = lambda r=renderer: r.sample(options.spp), lambda r=renderer: r.reset()
                 seconds.append(least(draw, reset))
                 if aovs:

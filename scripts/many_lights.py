@@ -14,7 +14,7 @@ from fragtracer.apps.bench.fields import light_field
 from fragtracer.apps.compare.relative_error import relative_weight
 from fragtracer.packing import lights as packed_lights
 from fragtracer.renderer import Renderer
-from fragtracer.scene import Camera, Light, Material, Plane, Rectangle, RenderSettings, Scene, Sphere
+from fragtracer.scene import PLAIN, Camera, Light, Material, Plane, Rectangle, RenderSettings, Scene, Sphere
 
 SIZE, SPP, SEEDS = (192, 108), 64, 3
 COUNTS = (10, 100, 1_000, 10_000)
@@ -46,7 +46,7 @@ def measured(scene: Scene, few: int) -> tuple[NDArray[np.float64], float]:
     """Pictures (seeds, height, width, 3), and ns of CPU time a sample; more than ``few`` lights have a tree."""
     packed_lights.FEW_LIGHTS = few
     pictures = []
-    with Renderer(scene, SIZE, adaptive="off", guiding="off", light_tracing="off", gradient_domain="off") as renderer:
+    with Renderer(scene, SIZE, **PLAIN) as renderer:
         renderer.sample(8)
         start = time.process_time()
         for seed in range(SEEDS):

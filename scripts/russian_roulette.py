@@ -12,7 +12,7 @@ from fragtracer.apps.bench.work import count_work
 from fragtracer.apps.compare.relative_error import relative_weight
 from fragtracer.io.toml import load
 from fragtracer.renderer import Renderer
-from fragtracer.scene import Scene
+from fragtracer.scene import PLAIN, Scene
 
 FILE, SURVIVAL = "integrator/path.glsl", "min(0.95, sqrt(path.eta_scale * max_component(path.throughput)))"
 THROUGHPUT = "path.eta_scale * max_component(path.throughput)"
@@ -30,15 +30,7 @@ def measured(scene: Scene, edits: tuple[Edit, ...], options: argparse.Namespace)
     pictures = []
     with (
         edited_shaders(edits) as shaders,
-        Renderer(
-            scene,
-            options.size,
-            adaptive="off",
-            guiding="off",
-            light_tracing="off",
-            gradient_domain="off",
-            shaders=shaders,
-        ) as renderer,
+        Renderer(scene, options.size, shaders=shaders, **PLAIN) as renderer,
     ):
         for seed in range(options.seeds):
             renderer.reset(seed=seed)

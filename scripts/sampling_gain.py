@@ -14,9 +14,7 @@ from fragtracer.apps.compare.relative_error import relative_weight
 from fragtracer.gpu.context import create_context
 from fragtracer.io.toml import bundled, load
 from fragtracer.renderer import Renderer
-from fragtracer.scene import RenderSettings
-
-EVEN = {"adaptive": "off", "guiding": "off", "light_tracing": "off", "gradient_domain": "off"}
+from fragtracer.scene import PLAIN, RenderSettings
 
 
 def measured(
@@ -24,7 +22,7 @@ def measured(
 ) -> tuple[NDArray[np.float64], float, str]:
     """Pictures (seeds, height, width, 3), seconds of CPU time, and what was decided about one of the techniques."""
     pictures = []
-    with Renderer(load(name), options.size, spp=2**20, **EVEN | settings) as renderer:
+    with Renderer(load(name), options.size, spp=2**20, **PLAIN | settings) as renderer:
         renderer.sample(48)  # compiles and draws what is new
         start = time.process_time()
         for seed in range(options.seeds):
@@ -47,7 +45,7 @@ def decision(name: str, options: argparse.Namespace) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("technique", choices=sorted(EVEN))
+    parser.add_argument("technique", choices=sorted(PLAIN))
     parser.add_argument("scenes", nargs="*", help="all bundled ones, if there are none here")
     parser.add_argument("--size", type=int, nargs=2, default=(240, 135), metavar=("WIDTH", "HEIGHT"))
     parser.add_argument("--spp", type=int, default=256)

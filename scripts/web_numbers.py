@@ -17,6 +17,7 @@ from pathlib import Path
 
 import fragtracer as ft
 from fragtracer.resources import folder
+from fragtracer.scene import PLAIN
 
 sys.path.append(str(Path(__file__).parents[1] / "tests"))
 from chromium import Chromium
@@ -54,7 +55,7 @@ def measure(name, poster_seconds, seconds, there):
     ft.export_html(scene, path, seconds=poster_seconds)
     with (
         Chromium("mesa") as browser,
-        ft.Renderer(scene, SIZE, adaptive="off", guiding="off", light_tracing="off", gradient_domain="off") as desktop,
+        ft.Renderer(scene, SIZE, **PLAIN) as desktop,
     ):
         browser.resize(800, 700)
         time.sleep(1)

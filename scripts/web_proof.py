@@ -22,6 +22,7 @@ import fragtracer as ft
 from fragtracer.apps.compare.statistics import Pair, detectable_bias, difference_p, part_means
 from fragtracer.apps.web import page
 from fragtracer.resources import folder
+from fragtracer.scene import PLAIN
 
 sys.path.append(str(Path(__file__).parents[1] / "tests"))
 from chromium import DRIVERS, Chromium
@@ -37,9 +38,7 @@ def browser_image(browser, seed):
 
 def desktop_images(scene):
     """Of the seeds of the browser, and of others."""
-    with ft.Renderer(
-        scene, (WIDTH, HEIGHT), adaptive="off", guiding="off", light_tracing="off", gradient_domain="off"
-    ) as rendering:
+    with ft.Renderer(scene, (WIDTH, HEIGHT), **PLAIN) as rendering:
         for seed in range(2 * SEEDS):
             rendering.reset(seed=seed)
             rendering.sample(SPP)

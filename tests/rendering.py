@@ -15,10 +15,9 @@ from numpy.typing import NDArray
 from fragtracer.gpu.specialise import MOST_LISTED
 from fragtracer.renderer import Renderer
 from fragtracer.resources import folder
-from fragtracer.scene import Scene
+from fragtracer.scene import PLAIN, Scene
 
 ESTIMATORS = ("nee", "bsdf", "mis")
-CHOICES = ("guiding", "adaptive", "light_tracing", "gradient_domain")  # what "auto" would decide
 CHUNK = 512  # samples per pixel drawn by one call
 
 Image = NDArray[np.float32]
@@ -41,7 +40,7 @@ def batches(
     """Independent images, one for each seed, (seeds, height, width, 3); without guiding, adaptive sampling and light
     tracing, unless they are asked for."""
     images = []
-    settings = {"rays": min(spp, CHUNK), "specialised": specialised} | dict.fromkeys(CHOICES, "off") | settings
+    settings = {"rays": min(spp, CHUNK), "specialised": specialised} | PLAIN | settings
     with Renderer(scene, size, context=ctx, **settings) as renderer:
         for seed in seeds:
             renderer.reset(seed=seed)

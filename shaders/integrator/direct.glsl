@@ -189,8 +189,7 @@ vec3 direct_ambient_sample(Vertex vertex, vec2 u) {
 }
 
 // Radiance from all lights that the vertex, number `depth` of its path, scatters towards wo; u serves if one sample is all,
-// else the random numbers of a pixel.
-// Where it is not wanted, no rays are traced, and the result is 0.
+// else the random numbers of a pixel. Where it is not wanted, no rays are traced, and the result is 0.
 vec3 direct_light(Vertex vertex, bool is_wanted, int depth, ivec2 numbers, uint index, vec2 u) {
     vec3 direct = vec3(0.0);
     float unused;

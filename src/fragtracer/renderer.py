@@ -33,7 +33,7 @@ from fragtracer.scene import Camera, RenderSettings, Scene
 
 PROGRAMS = {"path": "pathtracer.frag", "split-sum": "split_sum.frag"}
 _FIRST_LOOK = 16  # samples per pixel, at the error
-_LEAST_SAMPLES = 2**24  # of a picture for which a pilot of the gradient domain is asked: it takes 2^18 at most
+_LEAST_SAMPLES = 2**24  # of a picture for which a pilot of the gradient domain is asked: it takes 2^19 at most
 _MOST_RAYS = 64  # of a pass that no window waits for: lanes that wait for the longest paths wait for less of the time
 
 
@@ -351,7 +351,8 @@ class Renderer:
         return self._read().standard_error()
 
     def standard_deviation(self) -> NDArray[np.float32]:
-        """Standard deviation of the samples of each pixel, (height, width, 3), without adaptive sampling."""
+        """Standard deviation of the samples of each pixel, (height, width, 3), without adaptive sampling and the
+        gradient domain."""
         return np.sqrt(self._read().variance[..., :3])
 
     def relative_error(self) -> float:
@@ -571,7 +572,10 @@ class Renderer:
         if self._has_parts or self.first_sample:
             return "off", "off: layers of light and parts of the samples are of single pixels"
         if 2 * settings.height > max_size(self.context):
-            return "off", f"off: the GPU holds pictures of {max_size(self.context)} pixels a side, which must be two"
+            return (
+                "off",
+                f"off: the GPU holds no texture of twice the height, {2 * settings.height} pixels",
+            )
         if settings.gradient_domain == "auto" and settings.adaptive == "on":
             return "off", "off: adaptive sampling was asked for"
         if settings.gradient_domain == "auto" and settings.spp * settings.width * settings.height < _LEAST_SAMPLES:

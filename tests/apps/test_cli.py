@@ -279,7 +279,9 @@ def test_films_are_merged(tmp_path, monkeypatch, capsys):
         (["--resume"], "--resume needs --checkpoint DIR"),
         (["--checkpoint", "/dev/null/kept"], "cannot be the folder of a checkpoint"),
         (["--first-sample", "3", "--no-adaptive"], "give an even number"),
-        (["--first-sample", "4"], "--first-sample needs --no-adaptive"),
+        (["--first-sample", "0"], "--first-sample needs --no-adaptive"),
+        (["--first-sample", "4", "--no-adaptive", "--light-tracing", "on"], "needs --light-tracing off"),
+        (["--first-sample", "0", "--no-adaptive", "--gradient-domain", "on"], "needs --gradient-domain off"),
         (["--first-sample", "4", "--no-adaptive", "--integrator", "split-sum"], "needs --integrator path"),
     ],
 )

@@ -3,7 +3,7 @@
 
 from collections.abc import Generator, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor, wait
-from dataclasses import fields, replace
+from dataclasses import fields
 from typing import Any, Literal, cast
 
 import moderngl
@@ -215,10 +215,9 @@ class Accumulation:
         if asks_gradients and (gain is None or gain < self.least_gain):
             found = gradients.UNKNOWN
             if pilot is not None:
-                tiles = pilot.tiles.every(gradients.PILOT_SHARE)
-                items = yield from self._sampled_list(tracer, gradients.pilot_list(tiles), SAMPLES, budget)
-                found = gradients.pilot_gradients(items, tiles, self._film.read().variance[..., :3])
-                found = replace(found, gain=found.gain * pilot.rate**2)
+                work = gradients.pilot_list(pilot.tiles)
+                items = yield from self._sampled_list(tracer, work, SAMPLES, budget)
+                found = gradients.pilot_gradients(items, pilot)
         self._gain, self._gradients = gain, found
 
     def _pilot(self, tracer: Tracer, budget: float | None) -> Generator[float, None, Pixels]:

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.sampling.allocation import FIRST_STAGE, WorkList
-from fragtracer.sampling.pilot import Tiles
+from fragtracer.sampling.pilot import Pilot, Tiles
 from fragtracer.sampling.pixels import Pixels
 
 Floats = NDArray[np.float64]
@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 # Whose random numbers the samples of an item take: those of the pixel's block (film/work.glsl).
 ALIGNED, SHIFTED = 0x8000, 0x80008000
 LEAST_GAIN = 1.2  # in squared error, at which the pilot says that differences pay (docs/sampling.md)
-PILOT_SHARE = 4  # of the tiles of the other pilot, one in so many
+_PILOT_SHARE = 4  # of the tiles of a pilot, one in so many is sampled again
 _DECORRELATIONS = (0.05, 0.1, 0.2, 0.4, 0.8)
 _SMOOTH = 0.1065  # of a pixel's variance for each neighbour in a row: a Gaussian of half a pixel
 _LEAST_VARIANCE = 0.01  # of the median
@@ -177,19 +177,19 @@ def film_weights(variance: NDArray[np.floating[Any]], decorrelation: float) -> W
 
 
 def pilot_list(tiles: Tiles) -> WorkList:
-    """Items whose samples say whether differences pay: two of each pixel, one for each tiling with blocks."""
-    pixels = tiles.pixels.reshape(-1)
+    """Items whose samples say whether differences pay: two of each pixel of some of a pilot's tiles, one for each
+    tiling of the image."""
+    pixels = tiles.every(_PILOT_SHARE).pixels.reshape(-1)
     numbers = np.repeat(np.array([ALIGNED, SHIFTED], np.uint32), len(pixels))
     return WorkList(np.tile(pixels, 2), np.zeros(2 * len(pixels), np.int64), numbers)
 
 
-def pilot_gradients(items: Pixels, tiles: Tiles, variance: NDArray[np.floating[Any]]) -> Gradients:
+def pilot_gradients(items: Pixels, pilot: Pilot) -> Gradients:
     """What the samples of :func:`pilot_list` say, (items, 1), by their half-differences, which are linear in the
-    samples as the picture is; with weights from a ``variance`` between other samples (height, width, 3), row 0 at the
-    top. Of stratification they know nothing (:meth:`fragtracer.sampling.pilot.Pilot.rate`): point sets of half the size
-    are less well stratified."""
-    of_pixels = variance.mean(axis=2, dtype=np.float32).reshape(-1, 1, 1)[tiles.pixels.reshape(-1)]
-    of_tiles = tiles.tiled(of_pixels)[0, ..., 0].astype(np.float64)
+    samples as the picture is; with weights from those of ``pilot``. What stratification gains is taken off, since point
+    sets of half the size are less well stratified (docs/sampling.md)."""
+    tiles = pilot.tiles.every(_PILOT_SHARE)
+    of_tiles = pilot.tiles.tiled(pilot.items.variance)[0, ::_PILOT_SHARE, ..., :3].mean(axis=-1, dtype=np.float64)
     half_difference = tiles.tiled(items.half_difference).astype(np.float64)
     relative = 1 / tiles.bright(tiles.tiled(items.mean).mean(axis=0))
 
@@ -202,7 +202,7 @@ def pilot_gradients(items: Pixels, tiles: Tiles, variance: NDArray[np.floating[A
     found = []
     for decorrelation in _DECORRELATIONS:
         made = reconstruct(aligned, shifted, Weights.of(of_tiles, decorrelation))
-        found.append(Gradients(plain / error(np.moveaxis(made, 0, -1)), decorrelation))
+        found.append(Gradients(plain / error(np.moveaxis(made, 0, -1)) * pilot.rate**2, decorrelation))
     return max(found, key=lambda gradients: gradients.gain)
 
 

@@ -21,7 +21,7 @@ from fragtracer.scene.light import LIGHTS, Ambient, LightLists
 from fragtracer.scene.material import Material
 from fragtracer.scene.medium import Density, Fog, Medium
 from fragtracer.scene.mesh import Geometry, Mesh, Part, Placement
-from fragtracer.scene.settings import RenderSettings
+from fragtracer.scene.settings import PLAIN, RenderSettings
 from fragtracer.scene.shapes import *
 from fragtracer.scene.shapes import SHAPES, ShapeLists
 from fragtracer.scene.texture import Image, Texture
@@ -30,6 +30,7 @@ __all__ = [
     *light.__all__,
     *shapes.__all__,
     "LIGHTS",
+    "PLAIN",
     "SHAPES",
     "Camera",
     "Density",

@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: MIT
 """Render settings."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from fragtracer.scene.fields import CONFIG, Fraction
+
+# The settings of which "auto" decides, all off: paths from the camera alone, as many in every pixel.
+PLAIN: dict[str, Any] = dict.fromkeys(("adaptive", "guiding", "light_tracing", "gradient_domain"), "off")
 
 
 @dataclass(frozen=True, config=CONFIG)

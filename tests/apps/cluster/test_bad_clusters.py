@@ -20,6 +20,8 @@ COMMAND = ("render", "three-spheres-ambient", *TINY, "-o", "a.png")
         (["--cluster", "local:0"], "give at least one process"),
         (["--cluster", "local:1", "--block", 33], "--block 33: give an even number, 32 or more"),
         (["--cluster", "local:1", "--integrator", "split-sum"], "--integrator path"),
+        (["--cluster", "local:1", "--light-tracing", "on"], "needs --light-tracing auto or off"),
+        (["--cluster", "local:1", "--gradient-domain", "on"], "needs --gradient-domain auto or off"),
         (["--cluster", "local:1", "--worst", 5], "give --until in place of --worst"),
         (["--cluster", "local:1", "--first-sample", 2, "--no-adaptive"], "leave out --first-sample"),
         (["--cluster", "local:1", "--turntable", 3, "-o", "a.#.png", "--time", 3], "give --spp or --until for frames"),

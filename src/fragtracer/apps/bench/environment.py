@@ -12,7 +12,7 @@ from fragtracer.apps.bench.plan import Benchmark, Plan, Progress, steps
 from fragtracer.apps.bench.statistics import inverse
 from fragtracer.apps.bench.tables import Column, Row, Table
 from fragtracer.renderer import Renderer
-from fragtracer.scene import LIGHTS, SHAPES, RenderSettings, Scene
+from fragtracer.scene import LIGHTS, PLAIN, SHAPES, RenderSettings, Scene
 
 SCENE = "spheres-49"
 SIZE = (1280, 720)
@@ -69,7 +69,7 @@ def _measure(scene: Scene, empty: bool, integrator: Integrator, plan: Plan, resu
         scene = replace(scene, **nothing)
     scene = replace(scene, render=settings)
     measured = frame_time(scene, plan.runs or RUNS, plan.row_limit, progress=lambda share: progress(share, ""))
-    with Renderer(scene, adaptive="off", guiding="off", light_tracing="off", gradient_domain="off") as renderer:
+    with Renderer(scene, **PLAIN) as renderer:
         renderer.sample(1)
         gpu, host = renderer.gpu_bytes / _MIB, resident_mib()
     objects = sum(len(getattr(scene, kind)) for kind in ("spheres", "planes", "rectangles", "triangles", "meshes"))

@@ -9,7 +9,7 @@ from typing import Any
 
 from fragtracer.apps.bench.statistics import Estimate, median
 from fragtracer.renderer import Renderer
-from fragtracer.scene import Scene
+from fragtracer.scene import PLAIN, Scene
 
 RUNS = 7
 _SHORTEST = 0.25  # seconds of a run; shorter frames are measured several at a time
@@ -41,9 +41,7 @@ def frame_time(
     ``limit`` is in seconds for one frame, and 10 times that for all of them. ``options`` are those of
     :class:`Renderer`; ``progress`` hears the share that is done.
     """
-    with Renderer(
-        scene, adaptive="off", guiding="off", light_tracing="off", gradient_domain="off", **options
-    ) as renderer:
+    with Renderer(scene, **PLAIN, **options) as renderer:
         first = _first_frame(renderer, limit)
         if first > limit:
             return FrameTime(None, first, renderer.gpu_clock)

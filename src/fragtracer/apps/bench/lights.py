@@ -10,7 +10,7 @@ from fragtracer.apps.bench.speed import seconds_per_sample
 from fragtracer.apps.bench.statistics import median, scaled
 from fragtracer.apps.bench.tables import Column, Plot, Row, Table
 from fragtracer.apps.bench.work import count_work
-from fragtracer.scene import RenderSettings
+from fragtracer.scene import PLAIN, RenderSettings
 
 COUNTS = (10, 100, 1_000, 10_000)
 _SIZE = (256, 256)
@@ -64,11 +64,7 @@ def _rows(kind: LightKind, plan: Plan, part: Progress) -> list[Row]:
         for count in COUNTS:
             part(0.0, "first picture")
             scene = light_field(count, render, kind)
-            renderers.append(
-                ours := stack.enter_context(
-                    Ours(scene, adaptive="off", guiding="off", light_tracing="off", gradient_domain="off")
-                )
-            )
+            renderers.append(ours := stack.enter_context(Ours(scene, **PLAIN)))
             rays.append(count_work(scene, 8).rays)
             rows.append({"kind": kind, "lights": count, "first": round(ours.first_picture, 3)})
         for number in range(runs):

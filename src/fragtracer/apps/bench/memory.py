@@ -8,7 +8,7 @@ from fragtracer.apps.bench.plan import Benchmark, Plan, Progress, steps
 from fragtracer.apps.bench.tables import Column, Plot, Row, Table
 from fragtracer.errors import FragtracerError
 from fragtracer.renderer import Renderer
-from fragtracer.scene import Scene
+from fragtracer.scene import PLAIN, Scene
 
 _SCENES = ("three-spheres", "roughness-grid", "cornell-box")
 _SIZE = (640, 360)
@@ -49,7 +49,7 @@ def run(plan: Plan, result: Table, progress: Progress) -> None:
 def _run_scene(scene: Scene, seconds: float, result: Table, part: Progress) -> None:
     settings = scene.render
     peak = 0.0
-    with Renderer(scene, adaptive="off", guiding="off", light_tracing="off", gradient_domain="off") as renderer:
+    with Renderer(scene, **PLAIN) as renderer:
         renderer.sample(settings.rays)
         start = time.perf_counter()
         for point in range(_POINTS + 1):

@@ -17,6 +17,7 @@ from fragtracer.apps.bench.work import count_work
 from fragtracer.bvh import build
 from fragtracer.packing.instances import triangle_bounds
 from fragtracer.scene import (
+    PLAIN,
     Ambient,
     Camera,
     Geometry,
@@ -79,7 +80,7 @@ def _row(scene: Scene, plan: Plan, result: Table, part: Progress) -> Row:
     built = median([_seconds_to_build(geometry) for _ in range(_BUILDS)])
     row: Row = {"triangles": count, "build": built, "rate": inverse(built, count)}
     rays = count_work(scene, 8).rays
-    with Ours(scene, adaptive="off", guiding="off", light_tracing="off", gradient_domain="off") as ours:
+    with Ours(scene, **PLAIN) as ours:
         row |= {"host_mib": round(resident_mib()), "gpu_mib": round(ours.gpu_bytes / _MIB)}
         row |= against_mitsuba(ours, scene, plan, result, part, plan.runs or _RUNS, plan.seconds or _SECONDS)
     rate = row["fragtracer"]

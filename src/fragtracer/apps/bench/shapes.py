@@ -22,7 +22,7 @@ from fragtracer.apps.bench.work import count_work
 from fragtracer.bvh import build
 from fragtracer.gpu.context import create_context, is_software
 from fragtracer.gpu.specialise import MOST_LISTED
-from fragtracer.scene import RenderSettings
+from fragtracer.scene import PLAIN, RenderSettings
 
 COUNTS = (1, 10, 100, 1_000, 10_000, 100_000, 1_000_000)
 MOST_STEP = 1.5  # at the threshold between testing shapes one by one and the BVH
@@ -136,9 +136,7 @@ def _prepared(kind: Kind, count: int, plan: Plan, stack: ExitStack) -> tuple["_C
     row: Row = {"scene": round(time.perf_counter() - start, 4)}
     row["build"] = median([_seconds_to_build(field.bounds) for _ in range(_BUILDS)])
     with _empty_cache():
-        renderer = stack.enter_context(
-            Ours(field.scene, adaptive="off", guiding="off", light_tracing="off", gradient_domain="off")
-        )
+        renderer = stack.enter_context(Ours(field.scene, **PLAIN))
     row["first"] = round(renderer.first_picture, 3)
     return _Counted(renderer, width * height * count_work(field.scene, 4).rays), row
 

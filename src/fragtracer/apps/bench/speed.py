@@ -10,7 +10,7 @@ from fragtracer.apps.bench.statistics import inverse, median
 from fragtracer.apps.bench.tables import Column, Row, Table
 from fragtracer.apps.bench.yardstick import sampling_for
 from fragtracer.errors import FragtracerError
-from fragtracer.scene import Scene
+from fragtracer.scene import PLAIN, Scene
 
 _SIZES = {
     "three-spheres-lambert": (512, 512),
@@ -52,7 +52,7 @@ def run(plan: Plan, result: Table, progress: Progress) -> None:
 def _row(scene: Scene, plan: Plan, result: Table, part: Progress) -> Row:
     settings = scene.render
     key: Row = {"scene": scene.name, "size": f"{settings.width}x{settings.height}", "bounces": settings.bounces}
-    with Ours(scene, adaptive="off", guiding="off", light_tracing="off", gradient_domain="off") as ours:
+    with Ours(scene, **PLAIN) as ours:
         return key | against_mitsuba(ours, scene, plan, result, part, plan.runs or _RUNS, plan.seconds or _SECONDS)
 
 

@@ -11,7 +11,7 @@ from fragtracer.apps.bench.speed import against_mitsuba
 from fragtracer.apps.bench.sphere_field import SPHERES, sphere_field
 from fragtracer.apps.bench.statistics import median
 from fragtracer.apps.bench.tables import Column, Plot, Row, Table
-from fragtracer.scene import RenderSettings, Scene
+from fragtracer.scene import PLAIN, RenderSettings, Scene
 
 COUNTS = (100, 250, SPHERES, 1_000, 10_000)
 BUNDLED = "sphere-field"
@@ -70,7 +70,7 @@ def _row(scene: Scene, plan: Plan, result: Table, part: Progress) -> Row:
         runs = min(plan.runs or _COLD_RUNS, _COLD_RUNS)
         row["compile"] = median([compile_seconds(path, size) for _ in range(runs)])
         row["first"] = median([first_picture_seconds(path, size) for _ in range(runs)])
-    with Ours(scene, adaptive="off", guiding="off", light_tracing="off", gradient_domain="off") as ours:
+    with Ours(scene, **PLAIN) as ours:
         return row | against_mitsuba(ours, scene, plan, result, part, plan.runs or _RUNS, plan.seconds or _SECONDS)
 
 

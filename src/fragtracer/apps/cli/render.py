@@ -180,9 +180,8 @@ def render(
         _with_limit(limits, lit.render)
         finished = on_cluster.render_picture(lit, cluster, block, limits, output, picture, keeping, _progress)
     else:
-        if first_sample:
-            _check_parts(lit.render, picture, first_sample)
         if first_sample is not None:  # for films that are to be merged
+            _check_parts(lit.render, picture, first_sample)
             choices = {"light_tracing": light_tracing, "gradient_domain": gradient_domain}
             lit = options.with_settings(lit, **{name: "off" for name, choice in choices.items() if choice is None})
         with Renderer(lit, first_sample=first_sample or 0, aovs=picture.aovs) as renderer:
