@@ -20,6 +20,8 @@ from fragtracer.apps.viewer.refiner import Refiner
 from fragtracer.errors import ShaderError
 from fragtracer.gpu import textures, tracer
 from fragtracer.guiding import Decision
+from fragtracer.io.toml import load
+from fragtracer.sampling.allocation import FIRST_STAGE
 from fragtracer.scene import (
     Ambient,
     Camera,
@@ -265,3 +267,18 @@ def test_a_broken_shader_file_keeps_the_program_when_something_is_learned(
     monkeypatch.setattr(refiner, "_guider", SimpleNamespace(take=lambda: learned, close=lambda: None))
     refiner._guide(0.0)
     assert asked == [guided]
+
+
+def test_a_room_goes_on_beyond_the_first_stage(ctx: moderngl.Context) -> None:
+    """What is shown has all samples: a window makes no picture from differences, and measures nothing beforehand."""
+    scene = load("cornell-box")
+    with ctx:
+        renderer = LiveRenderer(replace(scene, render=replace(scene.render, spp=4096)), (65, 37), ctx)
+        renderer.resize((96, 96), 1).release()
+        while renderer.film.spp < 2 * FIRST_STAGE:
+            renderer.refine(1.0, 16, whole=True)
+        assert (renderer.film.read_rows(0, 96).mean[..., 3] == renderer.film.spp).all()
+        said = renderer.metadata()
+        renderer.close()
+    for name in ("gradient_domain", "light_tracing"):
+        assert said[f"{name}_decision"].startswith("off: a window")

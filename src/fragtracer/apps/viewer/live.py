@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
+from fragtracer import light_tracing
 from fragtracer.gpu.accumulation import Accumulation
 from fragtracer.gpu.context import is_software
 from fragtracer.gpu.film import Film
@@ -223,8 +224,12 @@ class LiveRenderer(Renderer):
         self._space, self._features = packed.space, packed.features
         return packed
 
-    def _decision(self) -> Decision:
-        return self._decision_for(self.scene)
+    @property
+    def _gradient_domain(self) -> tuple[Literal["auto", "on", "off"], str]:
+        return "off", "off: a window shows single pixels"
+
+    def _decisions(self) -> tuple[light_tracing.Decision, Decision]:
+        return light_tracing.Decision(False, "off: a window traces paths alone"), self._decision_for(self.scene)
 
     def _decision_for(self, scene: Scene) -> Decision:
         if self._learned is not None:
