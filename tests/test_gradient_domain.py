@@ -88,13 +88,14 @@ def test_differences_lower_the_error(ctx: Any) -> None:
 
 
 def test_it_is_used_where_it_pays(ctx: Any) -> None:
-    """In a room with matte walls, but not where adaptive sampling pays or light is traced from the lights; the first
-    samples are those of single pixels."""
+    """In a room with matte walls, but not where it would leave dots, where adaptive sampling promises more, nor where
+    light is traced from the lights; the first samples are those of single pixels."""
     alone = {"guiding": "off", "light_tracing": "off"}
     for name, settings, said in (
         ("cornell-box", alone, "on: at equal samples it divides the squared error by"),
         ("weekend", alone, "off: at equal samples it divides the squared error by"),
         ("three-spheres", alone, "off: samples are placed adaptively"),
+        ("fog", alone, "off: bright samples are so rare that differences would leave dark dots"),
         ("five-lights", {"light_tracing": "on"}, "off: light is traced from the lights"),
     ):
         with Renderer(load(name), (128, 128), context=ctx, spp=2**10, **settings) as renderer:

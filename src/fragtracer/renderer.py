@@ -33,7 +33,7 @@ from fragtracer.scene import Camera, RenderSettings, Scene
 
 PROGRAMS = {"path": "pathtracer.frag", "split-sum": "split_sum.frag"}
 _FIRST_LOOK = 16  # samples per pixel, at the error
-_LEAST_SAMPLES = 2**24  # of a picture for which a pilot of the gradient domain is asked: it takes 2^19 at most
+_LEAST_SAMPLES = 2**24  # of a picture for which a pilot of the gradient domain is asked: it takes 2^19 more at most
 _MOST_RAYS = 64  # of a pass that no window waits for: lanes that wait for the longest paths wait for less of the time
 
 

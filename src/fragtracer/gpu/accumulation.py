@@ -60,7 +60,7 @@ class Accumulation:
     picture, finds that it gains ``least_gain``. ``layers`` are drawn besides, without adaptive sampling. A ``window``
     of the image can be sampled alone, evenly and without layers. ``gradient_domain`` says in the same way whether the
     picture is made from differences of neighbours (:mod:`fragtracer.sampling.gradients`), without layers and windows;
-    if that is "auto", where adaptive sampling does not pay. Raises :class:`DeviceError` if the GPU cannot hold it.
+    where both pay, what promises more. Raises :class:`DeviceError` if the GPU cannot hold it.
     """
 
     def __init__(
@@ -168,7 +168,9 @@ class Accumulation:
     @property
     def _is_of_gradients(self) -> bool:
         """Whether the picture is made from differences, once that is known."""
-        return self._gradients is not None and (self.gradient_domain == "on" or self._gradients.pays)
+        if self._gradients is None or self.gradient_domain == "on":
+            return self._gradients is not None
+        return self._gradients.pays and (self._stays_even or self._gradients.gain > (self._gain or 0.0))
 
     @property
     def shares_numbers(self) -> bool:
@@ -212,7 +214,7 @@ class Accumulation:
             pilot = Pilot.of((yield from self._pilot(tracer, budget)), *self.size)
         if asks_adaptive:
             gain = pilot.gain() if pilot else 1.0
-        if asks_gradients and (gain is None or gain < self.least_gain):
+        if asks_gradients:
             found = gradients.UNKNOWN
             if pilot is not None:
                 work = gradients.pilot_list(pilot.tiles)

@@ -12,7 +12,7 @@ the samples, and its weights come from others; so it is unbiased. docs/sampling.
 
 import os
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -21,15 +21,18 @@ from numpy.typing import NDArray
 
 from fragtracer.sampling.allocation import FIRST_STAGE, WorkList
 from fragtracer.sampling.pilot import Pilot, Tiles
-from fragtracer.sampling.pixels import Pixels
+from fragtracer.sampling.pixels import Pixels, around
 
 Floats = NDArray[np.float64]
 
 # Whose random numbers the samples of an item take: those of the pixel's block (film/work.glsl).
 ALIGNED, SHIFTED = 0x8000, 0x80008000
 LEAST_GAIN = 1.2  # in squared error, at which the pilot says that differences pay (docs/sampling.md)
+_DARK = 0.7  # of the brightness of a pixel and those around it: below, it is seen as a dark dot
+_MOST_DARK = 3e-4  # of the pixels that may be such dots (docs/sampling.md)
 _PILOT_SHARE = 4  # of the tiles of a pilot, one in so many is sampled again
 _DECORRELATIONS = (0.05, 0.1, 0.2, 0.4, 0.8)
+_NEIGHBOURS = 5  # pixels, a side of the square around one
 _SMOOTH = 0.1065  # of a pixel's variance for each neighbour in a row: a Gaussian of half a pixel
 _LEAST_VARIANCE = 0.01  # of the median
 _REMAINDER = 1e-3  # of what is to be found, that the solution may miss
@@ -39,14 +42,17 @@ _ROUNDING = 1e-6  # relative, of a running mean in float32
 @dataclass(frozen=True)
 class Gradients:
     """What a pilot says of differences: they divide the mean squared relative error by ``gain`` at equal samples, where
-    neighbours are taken to have a correlation of 1 - ``decorrelation``."""
+    neighbours are taken to have a correlation of 1 - ``decorrelation``. The share ``dark`` of the pixels comes out much
+    darker than they and the pixels around them are: beside rare bright samples, of which differences take as much away
+    there as they put elsewhere."""
 
     gain: float
     decorrelation: float
+    dark: float = 0.0
 
     @property
     def pays(self) -> bool:
-        return self.gain >= LEAST_GAIN
+        return self.gain >= LEAST_GAIN and self.dark <= _MOST_DARK
 
 
 UNKNOWN = Gradients(1.0, 0.2)  # of a picture that is too small for a pilot
@@ -191,11 +197,11 @@ def pilot_gradients(items: Pixels, pilot: Pilot) -> Gradients:
     tiles = pilot.tiles.every(_PILOT_SHARE)
     of_tiles = pilot.tiles.tiled(pilot.items.variance)[0, ::_PILOT_SHARE, ..., :3].mean(axis=-1, dtype=np.float64)
     half_difference = tiles.tiled(items.half_difference).astype(np.float64)
-    relative = 1 / tiles.bright(tiles.tiled(items.mean).mean(axis=0))
+    brightness = tiles.bright(tiles.tiled(items.mean).mean(axis=0))
 
     def error(halves: Floats) -> float:
         """Of (tiles, rows, columns, channels)."""
-        return float(tiles.mean(np.square(halves * relative[..., None]).mean(axis=-1))) + _ROUNDING**2
+        return float(tiles.mean(np.square(halves / brightness[..., None]).mean(axis=-1))) + _ROUNDING**2
 
     plain = error(half_difference.mean(axis=0))
     aligned, shifted = np.moveaxis(half_difference, -1, 1)
@@ -203,7 +209,13 @@ def pilot_gradients(items: Pixels, pilot: Pilot) -> Gradients:
     for decorrelation in _DECORRELATIONS:
         made = reconstruct(aligned, shifted, Weights.of(of_tiles, decorrelation))
         found.append(Gradients(plain / error(np.moveaxis(made, 0, -1)) * pilot.rate**2, decorrelation))
-    return max(found, key=lambda gradients: gradients.gain)
+    best = max(found, key=lambda gradients: gradients.gain)
+    single = tiles.tiled(items.mean)[..., :3].mean(axis=-1, dtype=np.float64)
+    made = reconstruct(single[:1], single[1:], Weights.of(of_tiles, best.decorrelation))[0]
+    before = single.mean(axis=0)
+    expected = np.minimum(before, [around(tile, _NEIGHBOURS) for tile in before])
+    is_dark = (made < _DARK * expected) & (before >= brightness)
+    return replace(best, dark=float(tiles.mean(is_dark.astype(np.float64))))
 
 
 def decision(choice: str, found: Gradients | None, is_on: bool) -> str:
@@ -213,6 +225,8 @@ def decision(choice: str, found: Gradients | None, is_on: bool) -> str:
     if found is None:
         return f"off: there are no more than {FIRST_STAGE} samples per pixel"
     said = f"at equal samples it divides the squared error by {found.gain:.2f}"
+    if not is_on and found.gain >= LEAST_GAIN:
+        return "off: bright samples are so rare that differences would leave dark dots beside them"
     return f"on: {said}" if is_on else f"off: {said}, < {LEAST_GAIN:g}"
 
 
