@@ -32,8 +32,9 @@ PHOTONS_PER_SAMPLE = 1 / 8  # of the path tracer: about the best number (docs/sa
 _VERSION = 5  # of the measurement
 _LEAST_SAMPLES = 2**24  # of a picture; to trace them takes about as long as the measurement
 _PHOTON_COST = (5.0, 3.0)  # of a photon over a sample of a path, the second in scenes of meshes
-# By how much adaptive sampling lowers the variance of paths, which place their samples by it, and not that of photons.
-_ADAPTIVE_GAIN = 3.0
+# By how much adaptive sampling lowers the variance of paths, which place their samples by it, and not that of photons;
+# the second in scenes of meshes.
+_ADAPTIVE_GAIN = (3.0, 2.0)
 _MARGIN = 1.05  # by which the gain must exceed that: few samples show too little of it
 _WIDTH = 96  # of the measurement
 _SAMPLES = (64, 256)  # of it in all, the second where light tracing seems to pay
@@ -161,7 +162,7 @@ def measure(ctx: Any, scene: Scene, settings: RenderSettings) -> tuple[float, fl
     least = _MARGIN * cost
     found = cached("light-tracing", key, lambda: {"found": np.asarray(_measured(ctx, packed, targets, size, least))})
     gain, share = found["found"].tolist()
-    return gain if settings.adaptive == "off" else gain / (1 + (_ADAPTIVE_GAIN - 1) * share), cost
+    return gain if settings.adaptive == "off" else gain / (1 + (_ADAPTIVE_GAIN[bool(scene.meshes)] - 1) * share), cost
 
 
 def _measured(
