@@ -2,6 +2,7 @@
 // What a camera ray meets first, as numbers instead of light, gathered in a film like light: for the eyes of a person
 // who looks for a mistake in a scene. No light transport.
 #include "camera/camera.glsl"
+#include "core/texels.glsl"
 #include "film/film.glsl"
 #include "material/visibility.glsl"
 #include "sampler/sampler.glsl"
@@ -13,9 +14,9 @@
 #define AUXILIARY AUXILIARY_NORMALS
 #endif
 
-layout(location = 0) out vec4 out_mean;
-layout(location = 1) out vec4 out_variance;
-layout(location = 2) out vec4 out_half_difference;
+OUTPUT(0) out_mean;
+OUTPUT(1) out_variance;
+OUTPUT(2) out_half_difference;
 
 uniform int u_rays;
 
@@ -44,7 +45,7 @@ void main() {
         film_add(film, auxiliary_value(camera_ray(pixel, u), hash_pcg4d(floatBitsToUint(u)).x));
     }
     if (traversal_was_cut) film_invalidate(film);
-    out_mean = film_mean(film);
-    out_variance = film_variance(film);
-    out_half_difference = film_half_difference(film);
+    output_write(out_mean, film_mean(film));
+    output_write(out_variance, film_variance(film));
+    output_write(out_half_difference, film_half_difference(film));
 }

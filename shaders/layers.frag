@@ -4,6 +4,7 @@
 // after smooth ones. The film holds the albedo; of mattes it holds nothing, and counts.
 #include "bsdf/fresnel.glsl"
 #include "camera/camera.glsl"
+#include "core/texels.glsl"
 #include "film/film.glsl"
 #include "film/layers.glsl"
 #include "material/visibility.glsl"
@@ -25,12 +26,12 @@ uniform int u_bounces;
 uniform int u_russian_roulette_vertex;
 #endif
 
-layout(location = 0) out vec4 out_mean;
-layout(location = 1) out vec4 out_variance;
-layout(location = 2) out vec4 out_half_difference;
-layout(location = 3) out vec4 out_layer_0;
-layout(location = 4) out vec4 out_layer_1;
-layout(location = 5) out vec4 out_layer_2;
+OUTPUT(0) out_mean;
+OUTPUT(1) out_variance;
+OUTPUT(2) out_half_difference;
+OUTPUT(3) out_layer_0;
+OUTPUT(4) out_layer_1;
+OUTPUT(5) out_layer_2;
 
 uniform int u_rays;
 
@@ -184,10 +185,10 @@ void main() {
         layers_add(film, pixel, index, camera_ray(pixel, u), hash_pcg4d(floatBitsToUint(u)).x);
     }
     if (traversal_was_cut) film_invalidate(film);
-    out_mean = film_mean(film);
-    out_variance = film_variance(film);
-    out_half_difference = film_half_difference(film);
-    out_layer_0 = layers[0];
-    out_layer_1 = layers[1];
-    out_layer_2 = layers[2];
+    output_write(out_mean, film_mean(film));
+    output_write(out_variance, film_variance(film));
+    output_write(out_half_difference, film_half_difference(film));
+    output_write(out_layer_0, layers[0]);
+    output_write(out_layer_1, layers[1]);
+    output_write(out_layer_2, layers[2]);
 }

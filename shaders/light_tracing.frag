@@ -8,6 +8,7 @@
 // brings if nothing occludes it, so that one way decides (resampled importance sampling: Talbot et al. 2005, Importance
 // Resampling for Global Illumination).
 #include "core/constants.glsl"
+#include "core/texels.glsl"
 #include "sampler/sampler.glsl"
 #include "film/pixel_filter.glsl"
 #include "bsdf/bsdf.glsl"
@@ -25,8 +26,8 @@
 
 // rgb: the mean over photons is what the pixel has of this light; a: the number of the pixel, row by row from the lowest,
 // -1 where nothing is seen, -2 where what is seen is not finite, -3 where the driver has ended a loop before its time.
-layout(location = 0) out vec4 out_splat;
-layout(location = 1) out vec4 out_target;  // r: the number of the target
+OUTPUT(0) out_splat;
+OUTPUT(1) out_target;  // r: the number of the target
 
 uniform int u_bounces;
 uniform int u_photon_pass;  // whose photons are drawn
@@ -239,7 +240,7 @@ vec4 photon_trace(uint number, out int number_of_target) {
 void main() {
     uvec2 texel = uvec2(gl_FragCoord.xy);
     int target;
-    out_splat = photon_trace(texel.y * uint(u_photon_width) + texel.x, target);
-    if (traversal_was_cut) out_splat = CUT;
-    out_target = vec4(float(target), 0.0, 0.0, 0.0);
+    vec4 splat = photon_trace(texel.y * uint(u_photon_width) + texel.x, target);
+    output_write(out_splat, traversal_was_cut ? CUT : splat);
+    output_write(out_target, vec4(float(target), 0.0, 0.0, 0.0));
 }

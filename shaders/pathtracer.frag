@@ -2,6 +2,7 @@
 // The path tracer: the whole of light transport in one fragment shader. The list below is its
 // architecture, bottom up; each file uses only those above it.
 #include "core/constants.glsl"
+#include "core/texels.glsl"
 #include "sampler/sampler.glsl"
 #include "film/film.glsl"
 #include "film/parts.glsl"
@@ -17,15 +18,15 @@
 #include "guiding/guide.glsl"
 #include "integrator/path.glsl"
 
-layout(location = 0) out vec4 out_mean;
-layout(location = 1) out vec4 out_variance;
-layout(location = 2) out vec4 out_half_difference;
+OUTPUT(0) out_mean;
+OUTPUT(1) out_variance;
+OUTPUT(2) out_half_difference;
 #if FILM_LIGHT == FILM_LIGHT_PARTS
-layout(location = 3) out vec4 out_emission;
-layout(location = 4) out vec4 out_direct_diffuse;
-layout(location = 5) out vec4 out_direct_specular;
-layout(location = 6) out vec4 out_indirect_diffuse;
-layout(location = 7) out vec4 out_indirect_specular;
+OUTPUT(3) out_emission;
+OUTPUT(4) out_direct_diffuse;
+OUTPUT(5) out_direct_specular;
+OUTPUT(6) out_indirect_diffuse;
+OUTPUT(7) out_indirect_specular;
 #endif
 
 uniform int u_rays;  // paths per fragment in this pass
@@ -39,14 +40,14 @@ void main() {
 #endif
     path_trace(film, work.pixel, work.numbers, u_rays);
     if (traversal_was_cut) film_invalidate(film);
-    out_mean = film_mean(film);
-    out_variance = film_variance(film);
-    out_half_difference = film_half_difference(film);
+    output_write(out_mean, film_mean(film));
+    output_write(out_variance, film_variance(film));
+    output_write(out_half_difference, film_half_difference(film));
 #if FILM_LIGHT == FILM_LIGHT_PARTS
-    out_emission = vec4(film_parts.emission, 0.0);
-    out_direct_diffuse = vec4(film_parts.direct_diffuse, 0.0);
-    out_direct_specular = vec4(film_parts.direct_specular, 0.0);
-    out_indirect_diffuse = vec4(film_parts.indirect_diffuse, 0.0);
-    out_indirect_specular = vec4(film_parts.indirect_specular, 0.0);
+    output_write(out_emission, vec4(film_parts.emission, 0.0));
+    output_write(out_direct_diffuse, vec4(film_parts.direct_diffuse, 0.0));
+    output_write(out_direct_specular, vec4(film_parts.direct_specular, 0.0));
+    output_write(out_indirect_diffuse, vec4(film_parts.indirect_diffuse, 0.0));
+    output_write(out_indirect_specular, vec4(film_parts.indirect_specular, 0.0));
 #endif
 }

@@ -6,6 +6,7 @@
 // a chord of a target's bounding sphere finds a point of its surface, and a light sample there is the photon that
 // arrives.
 #include "core/constants.glsl"
+#include "core/texels.glsl"
 #include "sampler/sampler.glsl"
 #include "bsdf/bsdf.glsl"
 #include "scene/storage.glsl"
@@ -16,8 +17,8 @@
 #include "integrator/direct.glsl"
 #include "integrator/vertex.glsl"
 
-layout(location = 0) out vec4 out_receiver;  // place, flux in W for a target of 1 m^2; below 0: over more than one surface
-layout(location = 1) out vec4 out_source;    // the vertex before, irradiance of the receiver by one more reflection
+OUTPUT(0) out_receiver;  // place, flux in W for a target of 1 m^2; below 0: over more than one surface
+OUTPUT(1) out_source;    // the vertex before, irradiance of the receiver by one more reflection
 
 uniform highp sampler2D u_photon_targets;  // centre and radius of a bounding sphere; below 0: chords begin inside
 
@@ -37,8 +38,8 @@ Ray photon_chord(vec4 target, vec4 u, float place) {
 void main() {
     ivec2 photon = ivec2(gl_FragCoord.xy);
     vec4 target = texelFetch(u_photon_targets, photon, 0);
-    out_receiver = vec4(0.0);
-    out_source = vec4(0.0);
+    vec4 receiver = vec4(0.0);
+    vec4 source = vec4(0.0);
     float survival;
     vec4 u = photon_random(photon, 0, survival);
     Ray ray = photon_chord(target, u, survival);
@@ -66,7 +67,7 @@ void main() {
         if (is_lit) is_lit = !direct_is_occluded(vertex, Ray(vertex.origin, light.wi), light.distance, light.primitive, u.xy);
         if (is_received) {
             vec3 radiance = is_lit ? direct_unoccluded(vertex, light, frame_to_local(vertex.frame, light.wi)) : vec3(0.0);
-            out_source.w = PI * luminance(hit.primitive == NO_PRIMITIVE ? u_ambient_radiance : radiance);
+            source.w = PI * luminance(hit.primitive == NO_PRIMITIVE ? u_ambient_radiance : radiance);
         }
         if (is_first) {
             flux = is_lit ? luminance(light.radiance) / light.pdf * abs(dot(surface.normal, light.wi)) : 0.0;
@@ -82,8 +83,8 @@ void main() {
         BsdfSample scattered = bsdf_sample(vertex.bsdf, vertex.wo, u.zw);
         bool is_narrow = bsdf_is_delta(scattered) || scattered.pdf > FOCUS * INVERSE_PI * abs(scattered.wi.z);
         if (is_received) {
-            out_receiver = vec4(surface.position, turn > 1 ? -flux : flux);
-            out_source.xyz = ray.origin;
+            receiver = vec4(surface.position, turn > 1 ? -flux : flux);
+            source.xyz = ray.origin;
             scattered.wi = any_direction;
         } else {
             flux *= is_narrow ? luminance(scattered.weight) * vertex_shading_factor(vertex, scattered.wi) * square(scattered.eta) : 0.0;
@@ -92,4 +93,6 @@ void main() {
         ray = Ray(vertex_origin(vertex, scattered.wi), frame_to_world(vertex.frame, scattered.wi));
         turn++;
     } while (goes_on);
+    output_write(out_receiver, receiver);
+    output_write(out_source, source);
 }

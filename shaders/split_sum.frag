@@ -4,14 +4,15 @@
 // and, for the study of its errors, each of the steps from the light that really comes from the environment to it.
 // docs/split-sum.md measures what they cost.
 #include "camera/camera.glsl"
+#include "core/texels.glsl"
 #include "film/film.glsl"
 #include "sampler/sampler.glsl"
 #include "integrator/split_sum.glsl"
 #include "integrator/split_sum_study.glsl"
 
-layout(location = 0) out vec4 out_mean;
-layout(location = 1) out vec4 out_variance;
-layout(location = 2) out vec4 out_half_difference;
+OUTPUT(0) out_mean;
+OUTPUT(1) out_variance;
+OUTPUT(2) out_half_difference;
 
 uniform int u_rays;
 uniform int u_bounces;
@@ -46,7 +47,7 @@ void main() {
         film_add(film, split_sum_radiance(camera_ray(pixel, u), hash_pcg4d(floatBitsToUint(u)).x, pixel, index));
     }
     if (traversal_was_cut) film_invalidate(film);
-    out_mean = film_mean(film);
-    out_variance = film_variance(film);
-    out_half_difference = film_half_difference(film);
+    output_write(out_mean, film_mean(film));
+    output_write(out_variance, film_variance(film));
+    output_write(out_half_difference, film_half_difference(film));
 }

@@ -94,9 +94,9 @@ def test_every_place_that_it_looks_for_is_there() -> None:
         loader = re.compile(rf"_load\(int index\) \{{\n(?:    .*\n)?    return {noun}_of\((.*)\);\n")
         assert "scene_texel" in loader.search(text)[1]
         assert "scene_texel" not in loader.search(changed)[1]
-    assert "textureLod(u_shapes" in text
-    assert "textureLod(u_shapes" not in changed
-    assert "textureLod(u_shapes" in specialise(packed_as(scene, 0), Level.VIEW).apply(text)  # with a BVH
+    assert "texel_read(u_shapes" in text
+    assert "texel_read(u_shapes" not in changed
+    assert "texel_read(u_shapes" in specialise(packed_as(scene, 0), Level.VIEW).apply(text)  # with a BVH
 
 
 def test_levels_hold_more_and_more() -> None:

@@ -128,7 +128,10 @@ def alone(path: str, language: str) -> Iterator[str]:
 @pytest.mark.parametrize(
     ("file", "text"),
     [
-        ("sampler/sampler.glsl", '#include "core/hash.glsl"\n#include "sampler/roulette.glsl"\n'),
+        (
+            "sampler/sampler.glsl",
+            '#include "core/hash.glsl"\n#include "core/texels.glsl"\n#include "sampler/roulette.glsl"\n',
+        ),
         ("bsdf/ggx.glsl", '#include "core/math.glsl"\n'),
         ("light/light.glsl", '#include "light/spot.glsl"\n'),
     ],

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 // Adds the films of a list of work to the pixels that its items are of, and mixes the picture to be shown: the mean of the
 // finished stages and that of this one, with weights fixed in advance.
+#include "core/texels.glsl"
 #include "film/film.glsl"
 
-layout(location = 0) out vec4 out_mean;
-layout(location = 1) out vec4 out_variance;
-layout(location = 2) out vec4 out_half_difference;
-layout(location = 3) out vec4 out_picture;
+OUTPUT(0) out_mean;
+OUTPUT(1) out_variance;
+OUTPUT(2) out_half_difference;
+OUTPUT(3) out_picture;
 
 uniform highp usampler2D u_items;              // x: the first item of each pixel, y: how many
 uniform highp sampler2D u_list_mean;           // the films of the items
@@ -31,9 +32,9 @@ void main() {
     uvec2 items = texelFetch(u_items, pixel, 0).xy;
     for (uint i = 0u; i < items.y; i++) film_merge(film, gather_item(int(items.x + i)));
     vec4 finished = texelFetch(u_finished, pixel, 0);
-    out_mean = film_mean(film);
-    out_variance = film_variance(film);
-    out_half_difference = film_half_difference(film);
+    output_write(out_mean, film_mean(film));
+    output_write(out_variance, film_variance(film));
+    output_write(out_half_difference, film_half_difference(film));
     float weight = finished.a > 0.0 ? u_stage_weight * min(film.count, 1.0) : 1.0;
-    out_picture = vec4(mix(finished.rgb, film.mean, weight), finished.a + film.count);
+    output_write(out_picture, vec4(mix(finished.rgb, film.mean, weight), finished.a + film.count));
 }

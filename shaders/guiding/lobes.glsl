@@ -19,11 +19,11 @@
 const int GUIDING_LOBES = 4;  // of a cell
 const float GUIDING_LEAST_ALPHA = 0.01;
 
-uniform highp usampler2D u_guiding;  // of each coarse cell where its own begin, and how many there are along an edge;
-                                     // then, from a multiple of that on, the lobes of those, GUIDING_LOBES texels each
-uniform ivec3 u_guiding_size;        // coarse cells
-uniform vec3 u_guiding_low;          // where they begin
-uniform float u_guiding_scale;       // coarse cells in a metre
+UTEXELS(14) u_guiding;          // of each coarse cell where its own begin, and how many there are along an edge; then,
+                                // from a multiple of that on, the lobes of those, GUIDING_LOBES texels each
+uniform ivec3 u_guiding_size;   // coarse cells
+uniform vec3 u_guiding_low;     // where they begin
+uniform float u_guiding_scale;  // coarse cells in a metre
 
 struct Lobe {
     vec3 direction;  // unit, of the world
@@ -31,9 +31,7 @@ struct Lobe {
     float ratio;     // of the irradiance by this lobe to that by diffuse reflection, for a receiver that faces it
 };
 
-uvec4 guiding_texel(int index) {
-    return textureLod(u_guiding, storage_place(index, textureSize(u_guiding, 0).y), 0.0);
-}
+uvec4 guiding_texel(int index) { return texel_read(u_guiding, storage_place(index)); }
 
 // Texel of the first lobe of the cell that is nearest to a point.
 int guiding_cell(vec3 position) {

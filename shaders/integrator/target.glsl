@@ -8,7 +8,7 @@
 #include "shape/shape.glsl"
 
 uniform int u_target_count;
-uniform highp usampler2D u_targets;  // a row of the alias table over all targets, and the target of that number
+UTEXELS(15) u_targets;  // a row of the alias table over all targets, and the target of that number
 
 struct Target {
     float threshold;  // of the alias table: below it this one, above the other
@@ -25,9 +25,7 @@ Target target_of(uvec4 t0, uvec4 t1) {
         ivec2(t1.y & 0xffffu, t1.y >> 16u), int(t1.z), t1.w != 0u);
 }
 Target target_load(int index) {
-    int height = textureSize(u_targets, 0).y;
-    return target_of(textureLod(u_targets, storage_place(2 * index, height), 0.0),
-        textureLod(u_targets, storage_place(2 * index + 1, height), 0.0));
+    return target_of(texel_read(u_targets, storage_place(2 * index)), texel_read(u_targets, storage_place(2 * index + 1)));
 }
 
 // By two uniform numbers: the row of the table, and which of its two targets (Walker 1977, An Efficient Method for

@@ -14,7 +14,7 @@
 #endif
 
 uniform int u_mesh_light_count;  // triangles of meshes that emit
-uniform highp usampler2D u_mesh_lights;
+UTEXELS(12) u_mesh_lights;
 
 // A row of the alias table over all triangles of meshes that emit.
 struct MeshLight {
@@ -26,7 +26,7 @@ MeshLight mesh_light_of(uvec4 t0) {
     return MeshLight(uintBitsToFloat(t0.x), int(t0.y), int(t0.z));
 }
 MeshLight mesh_light_load(int index) {
-    return mesh_light_of(textureLod(u_mesh_lights, storage_place(index, textureSize(u_mesh_lights, 0).y), 0.0));
+    return mesh_light_of(texel_read(u_mesh_lights, storage_place(index)));
 }
 
 #if HAS_MESH_LIGHT

@@ -2,6 +2,7 @@
 // Four uniform numbers in [0, 1) for one pixel, sample index and dimension, and a fifth, `rr_sample`, that is independent
 // of them and not stratified, for Russian roulette. A dimension is one use of randomness along a path, four numbers wide.
 #include "core/hash.glsl"
+#include "core/texels.glsl"
 #include "sampler/roulette.glsl"
 #include "sampler/stream.glsl"
 

@@ -7,9 +7,10 @@
 //   Alternative Scramblings of Digital Nets), which keeps the stratification of the net.
 // Each block of samples is thus an independent randomisation, so accumulation has no floor.
 #include "core/hash.glsl"
+#include "core/texels.glsl"
 #include "sampler/roulette.glsl"
 
-uniform highp sampler3D u_random_texture;
+TEXELS_3D(8) u_random_texture;
 uniform uint u_seed;
 
 // Powers of two, and unsigned, so that division and remainder are shifts and masks.
@@ -24,9 +25,7 @@ vec4 sampler_vec4(ivec2 pixel, uint index, int dimension, out float rr_sample) {
     // The shift takes the upper 23 bits of each word, the index the lower 8 of two: independent.
     uint point = (index ^ bits.x ^ (bits.y << 8u)) % RANDOM_POINTS;
     uvec3 texel = uvec3(point % RANDOM_WIDTH, point / RANDOM_WIDTH, uint(dimension) % RANDOM_LAYERS);
-    // The centre of a texel, exactly, without filter or level: texelFetch makes llvmpipe look up the level for each
-    // lane. The texture holds 1 + u, so the 23 bits of the mantissa are the digits of u.
-    vec3 place = (vec3(texel) + 0.5) / vec3(RANDOM_WIDTH, RANDOM_WIDTH, RANDOM_LAYERS);
-    uvec4 digits = floatBitsToUint(textureLod(u_random_texture, place, 0.0));
+    // The texture holds 1 + u, so the 23 bits of the mantissa are the digits of u.
+    uvec4 digits = floatBitsToUint(texel_read(u_random_texture, ivec3(texel)));
     return uintBitsToFloat(digits ^ (bits >> 9u)) - 1.0;
 }

@@ -5,12 +5,13 @@
 #include "core/constants.glsl"
 #include "core/math.glsl"
 #include "core/hammersley.glsl"
+#include "core/texels.glsl"
 #include "bsdf/ggx.glsl"
 
 uniform vec2 u_inverse_size;
 uniform int u_samples;
 
-layout(location = 0) out vec4 out_map;
+OUTPUT(0) out_map;
 
 void main() {
     vec2 place = gl_FragCoord.xy * u_inverse_size;
@@ -28,5 +29,5 @@ void main() {
         // Half vectors by D cos alone, as those of the prefiltered map.
         sum.z += max(0.0, reflect(-wo, ggx_sample_vndf(alpha, vec3(0.0, 0.0, 1.0), u)).z);
     }
-    out_map = vec4(sum / float(u_samples), 1.0);
+    output_write(out_map, vec4(sum / float(u_samples), 1.0));
 }

@@ -2,13 +2,14 @@
 // An equirectangular map as a cube map: each texel the mean of lookups spread over it, so that small bright
 // lights keep their energy. Of scene/environment.py: u = 1/2 is -z, u = 3/4 is +x, v = 0 is up.
 #include "core/constants.glsl"
+#include "core/texels.glsl"
 #include "texture/cube.glsl"
 
 uniform highp sampler2D u_map;
 uniform int u_size;  // of a face
 uniform int u_taps;  // along each side of a texel
 
-layout(location = 0) out vec4 out_radiance;
+OUTPUT(0) out_radiance;
 
 vec3 equirect_lookup(vec3 d) {
     vec2 uv = vec2(0.5 + atan(d.x, -d.z) * (0.5 * INVERSE_PI), atan(length(d.xz), d.y) * INVERSE_PI);
@@ -24,5 +25,5 @@ void main() {
         float weight = cube_solid_angle(place.st);
         sum += weight * vec4(equirect_lookup(cube_point(place, 1.0)), 1.0);
     }
-    out_radiance = vec4(sum.rgb / sum.a, 1.0);
+    output_write(out_radiance, vec4(sum.rgb / sum.a, 1.0));
 }

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 // The next level of a cube map: each texel the mean of four, weighted by their solid angle.
+#include "core/texels.glsl"
 #include "texture/cube.glsl"
 
 uniform highp sampler2D u_cube;  // a single level
 uniform int u_size;              // of its faces
 
-layout(location = 0) out vec4 out_radiance;
+OUTPUT(0) out_radiance;
 
 void main() {
     int size = u_size / 2;
@@ -17,5 +18,5 @@ void main() {
         float weight = cube_solid_angle((2.0 * vec2(texel) + 1.0) / float(u_size) - 1.0);
         sum += weight * vec4(texelFetch(u_cube, texel + ivec2(place.face * (u_size + 2), 0) + 1, 0).rgb, 1.0);
     }
-    out_radiance = vec4(sum.rgb / sum.a, 1.0);
+    output_write(out_radiance, vec4(sum.rgb / sum.a, 1.0));
 }

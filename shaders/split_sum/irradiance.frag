@@ -2,6 +2,7 @@
 // The irradiance map, divided by pi: what a white Lambert surface of each normal reflects. The sum over all
 // texels of one level of the environment.
 #include "core/constants.glsl"
+#include "core/texels.glsl"
 #include "texture/cube.glsl"
 
 uniform highp sampler2D u_environment;
@@ -9,7 +10,7 @@ uniform int u_environment_size;  // of a face, at level 0
 uniform int u_level;
 uniform int u_size;              // of a face of the irradiance map
 
-layout(location = 0) out vec4 out_irradiance;
+OUTPUT(0) out_irradiance;
 
 void main() {
     vec3 normal = cube_direction(ivec2(gl_FragCoord.xy), u_size);
@@ -30,5 +31,5 @@ void main() {
         }
         sum += of_row;
     }
-    out_irradiance = vec4(sum.rgb / sum.a, 1.0);
+    output_write(out_irradiance, vec4(sum.rgb / sum.a, 1.0));
 }

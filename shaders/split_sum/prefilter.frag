@@ -7,6 +7,7 @@
 #include "core/math.glsl"
 #include "core/frame.glsl"
 #include "core/hammersley.glsl"
+#include "core/texels.glsl"
 #include "bsdf/ggx.glsl"
 #include "texture/cube.glsl"
 
@@ -17,7 +18,7 @@ uniform int u_size;                // of a face of this level
 uniform float u_alpha;             // 0: the environment itself
 uniform int u_samples;
 
-layout(location = 0) out vec4 out_radiance;
+OUTPUT(0) out_radiance;
 
 // Of the environment, for a sample of density pdf in 1/sr.
 float prefilter_level(float pdf) {
@@ -30,7 +31,7 @@ void main() {
     vec3 normal = cube_direction(ivec2(gl_FragCoord.xy), u_size);
     if (u_alpha == 0.0) {
         float level = log2(float(u_environment_size) / float(u_size));
-        out_radiance = vec4(cube_lookup(u_environment, u_environment_size, u_environment_levels, normal, level), 1.0);
+        output_write(out_radiance, vec4(cube_lookup(u_environment, u_environment_size, u_environment_levels, normal, level), 1.0));
         return;
     }
     Frame frame = frame_from_normal(normal);
@@ -46,5 +47,5 @@ void main() {
             sum += wi.z * vec4(radiance, 1.0);
         }
     }
-    out_radiance = vec4(sum.rgb / sum.a, 1.0);
+    output_write(out_radiance, vec4(sum.rgb / sum.a, 1.0));
 }

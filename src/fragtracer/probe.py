@@ -7,7 +7,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fragtracer.gpu.context import drawing_to, nearest_texture
+from fragtracer.gpu.context import nearest_texture
+from fragtracer.gpu.outputs import drawing_to
 from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.resources import folder
 
@@ -60,7 +61,7 @@ class Probe:
                 texture.use(unit)
             for unit, (name, resource) in enumerate((resources or {}).items(), len(textures)):
                 program.set({name: unit})
-                resource.use(unit)
+                program.use(name, resource, unit)
             with drawing_to(ctx, targets):
                 program.draw()
             tables = [np.frombuffer(t.read(), np.float32).reshape(-1, 4)[:count] for t in targets]
@@ -135,13 +136,13 @@ def _texture(ctx: Any, column: NDArray[np.float32], height: int) -> Any:
 
 
 def _source(includes: Sequence[str], body: str, inputs: Mapping[str, int], outputs: Mapping[str, int]) -> str:
-    lines = [f'#include "{path}"' for path in includes]
+    lines = [f'#include "{path}"' for path in ("core/texels.glsl", *includes)]
     lines += [f"uniform highp sampler2D u_in_{name};" for name in inputs]
-    lines += [f"layout(location = {i}) out vec4 out_{name};" for i, name in enumerate(outputs)]
+    lines += [f"OUTPUT({i}) out_{name};" for i, name in enumerate(outputs)]
     lines.append("void main() {")
     texel = "texelFetch(u_in_{}, ivec2(gl_FragCoord.xy), 0).{}"
     lines += [f"    {_TYPES[k]} {name} = {texel.format(name, _SWIZZLES[k])};" for name, k in inputs.items()]
     lines += [f"    {_TYPES[k]} {name} = {_TYPES[k]}(0.0);" for name, k in outputs.items()]
     lines += body.splitlines()
-    lines += [f"    out_{n} = vec4({', '.join([n] + ['0.0'] * (4 - k))});" for n, k in outputs.items()]
+    lines += [f"    output_write(out_{n}, vec4({', '.join([n] + ['0.0'] * (4 - k))}));" for n, k in outputs.items()]
     return "\n".join([*lines, "}"])

@@ -13,6 +13,8 @@ from fragtracer.scene.content import content_digest
 
 LANGUAGES = {
     "330 core": "#version 330 core\n",
+    "330 core, images": "#version 330 core\n#extension GL_ARB_shader_image_load_store : require\n"
+    "#extension GL_ARB_shading_language_420pack : require\n#define HAS_IMAGES\n",
     "300 es": "#version 300 es\n",
 }
 _PRECISION = (
@@ -153,7 +155,7 @@ def _read(path: str, root: Path, stack: tuple[str, ...]) -> str:
 
 def _check_conditions(lines: Iterable[tuple[str, str]]) -> None:
     """A name in #if that is misspelt, or defined further down, counts as 0 and compiles without a word: refuse it."""
-    known = {"defined"}
+    known = {"defined", "HAS_IMAGES"}  # which is of the language
     for place, line in lines:
         if define := _DEFINE.match(line):
             known.add(define[1])

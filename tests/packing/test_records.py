@@ -85,7 +85,7 @@ def expected(name: str) -> str:
     if name in SCENE_RECORDS:
         body = f"int first = u_first_{noun} + {count} * index; return {noun}_of({texels_text(name, count)});"
     else:
-        texel = "textureLod(u_mesh_lights, storage_place(index, textureSize(u_mesh_lights, 0).y), 0.0)"
+        texel = "texel_read(u_mesh_lights, storage_place(index))"
         body = f"return {noun}_of({texel});"
     return text + f"{name} {noun}_load(int index) {{ {body} }}"
 
@@ -186,14 +186,10 @@ def test_textures_are_as_wide_as_they_are_read() -> None:
     """By masks and shifts: 4096 texels, and 1024 records of 4."""
     storage = code(read("scene/storage.glsl"))
     assert constants(read("scene/storage.glsl"), "SHAPE_") == {"TEXELS": SHAPE_TEXELS}
-    assert (
-        code(f"storage_place(index & {TEXTURE_WIDTH - 1}, index >> {TEXTURE_WIDTH.bit_length() - 1}, height)")
-        in storage
-    )
-    assert code(f"* vec2(1.0 / {TEXTURE_WIDTH}.0, 1.0 / float(height))") in storage
+    assert code(f"ivec2(index & {TEXTURE_WIDTH - 1}, index >> {TEXTURE_WIDTH.bit_length() - 1})") in storage
     rows = RECORDS_IN_ROW.bit_length() - 1
     shift = SHAPE_TEXELS.bit_length() - 1
-    assert code(f"storage_place((record & {RECORDS_IN_ROW - 1}) << {shift} | texel, record >> {rows},") in storage
+    assert code(f"ivec2((record & {RECORDS_IN_ROW - 1}) << {shift} | texel, record >> {rows})") in storage
     assert RECORDS_IN_ROW * SHAPE_TEXELS == TEXTURE_WIDTH
     assert 1 << rows == RECORDS_IN_ROW
     # A group of the traversal's stack: a record above 7 bits.

@@ -14,6 +14,7 @@ SHADERS = folder("shaders")
 FILES = sorted(p.relative_to(SHADERS).as_posix() for p in SHADERS.rglob("*") if p.suffix in (".glsl", ".frag", ".vert"))
 
 FUNCTION = re.compile(r"^(?:highp\s+)?(\w+)\s+(\w+)\([^()]*\)\s*\{", re.MULTILINE)
+IMAGE = re.compile(r"^(?:U?TEXELS(?:_3D)?|OUTPUT)\((\d+)\) (\w+);", re.MULTILINE)  # of core/texels.glsl
 SNAKE_CASE = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
 PASCAL_CASE = re.compile(r"([A-Z][a-z0-9]+)+")
 
@@ -73,12 +74,16 @@ def misnamed(path: str, text: str) -> Iterator[str]:
     for name in re.findall(r"^\s*struct\s+(\w+)", text, re.MULTILINE):
         if not PASCAL_CASE.fullmatch(name):
             yield f"{path}: struct {name} is not in PascalCase"
-    for qualifier, kind, name in re.findall(r"^\s*uniform\s+(highp\s+)?(\w+)\s+(\w+)", text, re.MULTILINE):
+    uniforms = re.findall(r"^\s*uniform\s+(highp\s+)?(\w+)\s+(\w+)", text, re.MULTILINE)
+    uniforms += [("highp", "table", name) for _, name in IMAGE.findall(text) if not name.startswith("out_")]
+    for qualifier, kind, name in uniforms:
         if not re.fullmatch(f"u_{SNAKE_CASE.pattern}", name):
             yield f"{path}: uniform {name} does not begin with u_"
         if "sampler" in kind and not qualifier:
             yield f"{path}: sampler {name} has no explicit precision"
-    for name in re.findall(r"^\s*(?:layout\s*\([^)]*\)\s*)?out\s+\w+\s+(\w+)\s*;", text, re.MULTILINE):
+    for name in re.findall(
+        r"^\s*(?:(?:layout\s*\([^)]*\)\s*)?out\s+\w+|OUTPUT\(\d+\))\s+(\w+)\s*;", text, re.MULTILINE
+    ):
         if not re.fullmatch(f"out_{SNAKE_CASE.pattern}", name):
             yield f"{path}: output {name} does not begin with out_"
     for name in re.findall(r"^\s*const\s+\w+\s+(\w+)", re.sub(r"^ .*", "", text, flags=re.MULTILINE), re.MULTILINE):
@@ -113,6 +118,18 @@ def test_names(path: str) -> None:
     assert not list(misnamed(path, text))
 
 
+def test_every_image_has_its_unit() -> None:
+    """Outputs of the programs count from 0, at most 8 of them; each table has a unit of its own after these."""
+    units: dict[str, list[int]] = {}
+    for path in FILES:
+        for unit, name in IMAGE.findall((SHADERS / path).read_text()):
+            units.setdefault(path if name.startswith("out_") else "tables", []).append(int(unit))
+    tables = units.pop("tables")
+    assert sorted(tables) == list(range(8, 8 + len(tables)))
+    assert len(units) > 5
+    assert all(found == list(range(len(found))) and len(found) <= 8 for found in units.values())
+
+
 def test_every_sampler_has_its_density() -> None:
     names = [name for path in FILES for name in functions((SHADERS / path).read_text())]
     assert {"bsdf_sample", "light_sample", "square_to_triangle", "ggx_sample_vndf", "area_light_sample"} <= set(names)
@@ -130,6 +147,8 @@ def test_every_sampler_has_its_density() -> None:
         ("film/film.glsl", "uniform vec3 color;"),
         ("film/film.glsl", "uniform sampler2D u_image;"),
         ("display/display.frag", "layout(location = 1) out vec4 color;"),
+        ("pathtracer.frag", "OUTPUT(0) mean;"),
+        ("scene/storage.glsl", "UTEXELS(9) scene;"),
         ("core/constants.glsl", "const float Pi = 3.0;"),
     ],
 )

@@ -79,7 +79,7 @@ export class Tracer {
   async pick(place: [number, number], view: Record<string, Values>): Promise<number> {
     const { gl, header } = this;
     const { fragment, vertex } = header;
-    const head = fragment.slice(0, fragment.lastIndexOf("layout(location = 0) out"));
+    const head = fragment.slice(0, fragment.lastIndexOf("OUTPUT(0)"));
     this.picker ??= Program.compiled(gl, vertex, head + header.pick);
     const program = await this.picker;
     const texture = newTexture(gl, gl.TEXTURE_2D);

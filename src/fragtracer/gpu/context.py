@@ -3,8 +3,6 @@
 
 import os
 import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from typing import Any
 
 import moderngl
@@ -95,17 +93,9 @@ def nearest_texture(
     return texture
 
 
-@contextmanager
-def drawing_to(ctx: moderngl.Context, textures: Sequence[moderngl.Texture]) -> Iterator[moderngl.Framebuffer]:
-    """A framebuffer of ``textures``, bound; afterwards the one that was bound before is bound again."""
-    before = ctx.detect_framebuffer()
-    framebuffer = ctx.framebuffer(textures)
-    try:
-        framebuffer.use()
-        yield framebuffer
-    finally:
-        before.use()  # moderngl would bind the released one again, which is an error
-        framebuffer.release()
+def has_images(ctx: moderngl.Context) -> bool:
+    """Whether programs read tables from images, and draw to images (shaders/core/texels.glsl)."""
+    return ctx.version_code >= 420 and "llvmpipe" in ctx.info["GL_RENDERER"].lower()
 
 
 def is_software(ctx: moderngl.Context) -> bool:

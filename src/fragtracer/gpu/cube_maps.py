@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.cache import Arrays, cached
-from fragtracer.gpu.context import drawing_to
+from fragtracer.gpu.outputs import drawing_to
 from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.resources import folder
 from fragtracer.scene.content import content_digest
@@ -128,9 +128,9 @@ def _draw(
     textures = [texture_of(ctx, pixels) for pixels in source.values()]
     target = ctx.texture(size, 4, dtype="f4")
     rows = max(1, _LOOKUPS // (width * lookups))
-    with drawing_to(ctx, [target]) as framebuffer:
+    with drawing_to(ctx, [target]) as outputs:
         for row in range(0, height, rows):
-            framebuffer.scissor = (0, row, width, min(rows, height - row))
+            outputs.restrict(row, min(rows, height - row))
             for texture in textures:
                 texture.use(0)
             program.draw()

@@ -7,7 +7,8 @@ import numpy as np
 from fragtracer.errors import DeviceError
 from fragtracer.gpu.context import max_size, nearest_texture
 from fragtracer.gpu.layers import LayerTextures
-from fragtracer.sampling.pixels import Floats, Pixels
+from fragtracer.gpu.outputs import Outputs
+from fragtracer.sampling.pixels import Pixels
 
 _TEXTURES = 3
 
@@ -26,12 +27,12 @@ class Film:
         self.layers = layers
         self.stage = 0  # whose streams of random numbers its samples take
         self._sets: list[list[moderngl.Texture]] = [[], []]
-        self._framebuffers: list[moderngl.Framebuffer] = []
+        self._outputs: list[Outputs] = []
         try:
             for textures in self._sets:
                 for _ in range(_TEXTURES):
                     textures.append(nearest_texture(ctx, self.size))
-                self._framebuffers.append(ctx.framebuffer([*textures, *(layers.targets if layers else ())]))
+                self._outputs.append(Outputs(ctx, [*textures, *(layers.targets if layers else ())]))
         except moderngl.Error as error:
             self.release()
             _ = ctx.error  # takes the driver's own note of it away
@@ -40,9 +41,8 @@ class Film:
 
     def clear(self) -> None:
         """Forget all samples."""
-        for framebuffer in self._framebuffers:
-            framebuffer.scissor = (0, 0, *self.size)  # not the last band's, to which clearing would keep
-            framebuffer.clear()
+        for outputs in self._outputs:
+            outputs.clear()
         if self.layers is not None:
             self.layers.keep()
         self._front = 0
@@ -54,11 +54,11 @@ class Film:
             texture.use(unit)
         if self.layers is not None:
             self.layers.use(first_unit + _TEXTURES)
-        self._framebuffers[1 - self._front].use()
+        self._outputs[1 - self._front].use()
 
     def restrict(self, bottom: int, rows: int) -> None:
         """Limit drawing to ``rows`` rows of pixels from ``bottom`` (0 is the lowest) upwards."""
-        self._framebuffers[1 - self._front].scissor = (0, bottom, self.size[0], rows)
+        self._outputs[1 - self._front].restrict(bottom, rows)
 
     def swap(self, samples: int) -> None:
         """Make what was drawn the front, after every pixel of it has been drawn ``samples`` times more."""
@@ -69,18 +69,17 @@ class Film:
 
     def drawn_samples(self, bottom: int, rows: int) -> int:
         """The least number of samples that a pixel of some rows has in the back set, which is being drawn."""
-        viewport = (0, bottom, self.size[0], rows)
-        back = self._framebuffers[1 - self._front]
-        finite, others = (np.frombuffer(back.read(viewport, 4, attachment=i, dtype="f4"), "f4")[3::4] for i in range(2))
+        back = self._outputs[1 - self._front]
+        finite, others = (back.read(i, bottom, rows)[..., 3] for i in range(2))
         return int((finite + others).min())
 
     def read(self) -> Pixels:
         """The front set."""
-        return read_pixels(self._framebuffers[self._front], 0, self.size[1])
+        return read_pixels(self._outputs[self._front], 0, self.size[1])
 
     def read_rows(self, bottom: int, rows: int) -> Pixels:
         """``rows`` rows of the front set from ``bottom`` (0 is the lowest) upwards."""
-        return read_pixels(self._framebuffers[self._front], bottom, rows)
+        return read_pixels(self._outputs[self._front], bottom, rows)
 
     def write(self, pixels: Pixels, samples: int) -> None:
         """Go on from what :meth:`read` has returned, after ``samples`` samples of each pixel."""
@@ -105,23 +104,15 @@ class Film:
         return 2 * _TEXTURES * 16 * self.size[0] * self.size[1] + (self.layers.gpu_bytes if self.layers else 0)
 
     def release(self) -> None:
-        for framebuffer in self._framebuffers:
-            framebuffer.ctx.detect_framebuffer(0).use()  # moderngl may bind again what was in use last
-            framebuffer.release()
+        for outputs in self._outputs:
+            outputs.release()
         for texture in (t for textures in self._sets for t in textures):
             texture.release()
         if self.layers is not None:
             self.layers.release()
 
 
-def read_pixels(framebuffer: moderngl.Framebuffer, bottom: int, rows: int) -> Pixels:
+def read_pixels(outputs: Outputs, bottom: int, rows: int) -> Pixels:
     """``rows`` rows of the three textures of a film from ``bottom`` (0 is the lowest) upwards."""
-    width, _ = framebuffer.size
-    viewport = (0, bottom, width, rows)
-
-    def read(attachment: int) -> Floats:
-        texels = framebuffer.read(viewport, 4, attachment=attachment, dtype="f4")
-        return np.frombuffer(texels, np.float32).reshape(rows, width, 4)[::-1]
-
-    mean, variance, half_difference = (read(i) for i in range(_TEXTURES))
+    mean, variance, half_difference = (outputs.read(i, bottom, rows)[::-1] for i in range(_TEXTURES))
     return Pixels(mean, variance, half_difference[..., :3])

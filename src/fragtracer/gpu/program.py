@@ -9,9 +9,11 @@ from typing import Any
 import moderngl
 
 from fragtracer.errors import ShaderError
+from fragtracer.gpu.context import has_images
 from fragtracer.shader_composer import compose
 
 _UNIFORM = re.compile(r"\buniform\s+(?:highp\s+)?\w+\s+(\w+)")
+_TABLE = re.compile(r"^U?TEXELS(?:_3D)?\((\d+)\)\s+(\w+)", re.MULTILINE)  # of shaders/core/texels.glsl
 
 
 class FullscreenProgram:
@@ -37,13 +39,16 @@ class FullscreenProgram:
         optional: Mapping[str, int | str] | None = None,
     ) -> None:
         vertex = compose("fullscreen.vert", {}, root)
-        source = compose(fragment, defines or {}, root, generated, optional=optional)
+        self._ctx, self._has_images = ctx, has_images(ctx)
+        language = "330 core, images" if self._has_images else "330 core"
+        source = compose(fragment, defines or {}, root, generated, language, optional)
         text = source.text if text_pass is None else text_pass(source.text)
         try:
             self._program = ctx.program(vertex_shader=vertex.text, fragment_shader=text)
         except moderngl.Error as error:
             raise ShaderError(f"the driver rejects {fragment}:\n{source.translate(str(error)).strip()}") from None
-        self._declared = frozenset(_UNIFORM.findall(source.text))
+        self._tables = {name: int(unit) for unit, name in _TABLE.findall(source.text)}
+        self._declared = frozenset(_UNIFORM.findall(source.text)) | self._tables.keys()
         self._triangle = ctx.vertex_array(self._program, [])
 
     def set(self, uniforms: Mapping[str, Any]) -> None:
@@ -57,6 +62,8 @@ class FullscreenProgram:
         for name, value in uniforms.items():
             if name not in self._declared:
                 raise ShaderError(f"the shader has no uniform {name}")
+            if self._has_images and name in self._tables:
+                continue  # its unit is in the source
             member = self._program.get(name, None)
             if isinstance(member, moderngl.Uniform):
                 member.value = value
@@ -66,8 +73,17 @@ class FullscreenProgram:
         """The names of all uniforms in the source."""
         return self._declared
 
+    def use(self, name: str, texture: moderngl.Texture | moderngl.TextureArray | moderngl.Texture3D, unit: int) -> None:
+        """Read ``texture`` by its ``name`` in the source: from the texture unit of that name, or as an image."""
+        if self._has_images and name in self._tables:
+            texture.bind_to_image(self._tables[name], read=True, write=False)
+        else:
+            texture.use(unit)
+
     def draw(self) -> None:
         self._triangle.render(moderngl.TRIANGLES, vertices=3)
+        if self._has_images:
+            self._ctx.memory_barrier()
 
     def release(self) -> None:
         self._triangle.release()

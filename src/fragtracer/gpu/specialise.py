@@ -71,7 +71,7 @@ class Specialisation:
             return self._unrolled(loop, self.listed)
         if self.tables is not None and (end := _RETURN.match(line)) and end[1] == load and load in self.tables:
             return f"    return {load}_of({_selected(self.tables[load], 'index')});"
-        if self.listed is not None and self._selects_shapes and line.startswith("    return textureLod(u_shapes,"):
+        if self.listed is not None and self._selects_shapes and line.startswith("    return texel_read(u_shapes,"):
             return f"    return {self._shape_texel(self.listed)};"
         return line
 

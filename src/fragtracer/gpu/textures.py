@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.errors import DeviceError
+from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.packing import Table
 
 WIDTH = 4096  # of a folded texture, as shaders/scene/storage.glsl and light/environment.glsl have it
@@ -46,10 +47,10 @@ class _BoundTextures:
         self._ctx = ctx
         self._textures: dict[str, Texture] = {}
 
-    def use(self) -> None:
-        """Bind every texture to its unit."""
+    def use(self, program: FullscreenProgram) -> None:
+        """Have ``program`` read every texture, at its unit."""
         for name, texture in self._textures.items():
-            texture.use(UNITS[name])
+            program.use(name, texture, UNITS[name])
 
     @property
     def gpu_bytes(self) -> int:

@@ -185,9 +185,10 @@ class Tracer:
         return 16 * points + self._textures.gpu_bytes + self._maps.gpu_bytes
 
     def _bind(self, film: Film) -> None:
-        self._random.use(UNITS["u_random_texture"])
-        self._maps.use()
-        self._textures.use()  # after the maps, one of which shares its unit
+        assert self._program is not None
+        self._program.use("u_random_texture", self._random, UNITS["u_random_texture"])
+        self._maps.use(self._program)
+        self._textures.use(self._program)  # after the maps, one of which shares its unit
         film.bind(UNITS["u_film_mean"])
 
     def _rows(self, pixel_samples_per_row: int, budget: float) -> int:

@@ -9,6 +9,7 @@ import numpy as np
 from fragtracer.errors import DeviceError
 from fragtracer.gpu.context import nearest_texture
 from fragtracer.gpu.film import Film, read_pixels
+from fragtracer.gpu.outputs import Outputs
 from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.gpu.tracer import Tracer
 from fragtracer.sampling import gradients
@@ -110,7 +111,7 @@ class StageTextures:
             self.release()
             _ = ctx.error  # takes the driver's own note of it away
             raise DeviceError(f"the GPU has no memory for adaptive sampling of {width}x{height}: {error}") from None
-        self._framebuffer = ctx.framebuffer(self.textures)
+        self._picture = Outputs(ctx, self.textures)
 
     def _texture(self, components: int, dtype: str) -> moderngl.Texture:
         texture = nearest_texture(self._ctx, self._size, components, dtype=dtype)
@@ -138,27 +139,26 @@ class StageTextures:
         items[work.pixels[first]] = np.stack([first, np.diff(first, append=len(work.pixels))], axis=1)
         self._items.write(np.ascontiguousarray(items.reshape(height, width, 2)[::-1]).tobytes())
         picture, *_ = self.textures
-        framebuffer = self._ctx.framebuffer([*film.back_textures, picture])
+        outputs = Outputs(self._ctx, [*film.back_textures, picture])
         read = (*film.textures, self._items, *self.list.film.textures, self._finished)
         rows = max(1, _GATHERED // width)
         try:
             for bottom in range(0, height, rows):
                 for unit, texture in enumerate(read):
                     texture.use(unit)
-                framebuffer.use()
-                framebuffer.scissor = (0, bottom, width, min(rows, height - bottom))
+                outputs.use()
+                outputs.restrict(bottom, min(rows, height - bottom))
                 self._gather.set({"u_stage_weight": weight})
                 self._gather.draw()
                 self._ctx.finish()
                 yield
         finally:
-            self._ctx.detect_framebuffer(0).use()  # moderngl would bind the released one again
-            framebuffer.release()
+            outputs.release()
         film.swap(0)
 
     def read_rows(self, bottom: int, rows: int) -> Pixels:
         """As :meth:`Film.read_rows`, of the picture to be shown."""
-        return read_pixels(self._framebuffer, bottom, rows)
+        return read_pixels(self._picture, bottom, rows)
 
     @property
     def gpu_bytes(self) -> int:
@@ -167,8 +167,7 @@ class StageTextures:
         return self.list.film.gpu_bytes + (4 * 16 + 8) * width * height
 
     def release(self) -> None:
-        self._ctx.detect_framebuffer(0).use()
-        self._framebuffer.release()
+        self._picture.release()
         for texture in self._owned:
             texture.release()
         self.list.release()

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.gpu.context import is_software
+from fragtracer.gpu.outputs import drawing_to
 from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.gpu.specialise import Level, specialise
 from fragtracer.gpu.textures import UNITS, SceneTextures
@@ -56,9 +57,6 @@ class PhotonTracer:
         self._textures = SceneTextures(ctx)
         self._textures.load(packed.tables)
         self._chords, *self._found = (ctx.texture(_SIZE, 4, dtype="f4") for _ in range(3))
-        bound_before = ctx.detect_framebuffer()
-        self._framebuffer = ctx.framebuffer(self._found)
-        bound_before.use()
         uniforms: dict[str, Any] = {**UNITS, **packed.all_uniforms, "u_photon_targets": _TARGETS_UNIT}
         self._program.set({name: value for name, value in uniforms.items() if name in self._program.declared})
 
@@ -87,18 +85,15 @@ class PhotonTracer:
         texels = np.zeros((_SIZE[0] * _SIZE[1], 4), np.float32)
         texels[: len(targets)] = targets
         self._chords.write(texels.tobytes())
-        bound_before = self._ctx.detect_framebuffer()
-        self._framebuffer.use()
-        self._textures.use()
-        self._chords.use(_TARGETS_UNIT)
-        self._program.set({"u_seed": seed})
-        self._program.draw()
+        with drawing_to(self._ctx, self._found):
+            self._textures.use(self._program)
+            self._chords.use(_TARGETS_UNIT)
+            self._program.set({"u_seed": seed})
+            self._program.draw()
         found = [np.frombuffer(t.read(), np.float32).reshape(-1, 4)[: len(targets)] for t in self._found]
-        bound_before.use()
         return np.stack(found)
 
     def release(self) -> None:
-        self._framebuffer.release()
         for texture in (self._chords, *self._found):
             texture.release()
         self._textures.release()

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.errors import DeviceError
+from fragtracer.gpu.outputs import drawing_to
 from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.gpu.specialise import Level, specialise
 from fragtracer.gpu.textures import UNITS, SceneTextures, folded_textures
@@ -78,9 +79,6 @@ class LightTracer:
         self._table: Any = None
         self._random = upload_random_texture(ctx)
         self._found = [ctx.texture(_SIZE, 4, dtype="f4") for _ in range(2)]
-        bound_before = ctx.detect_framebuffer()
-        self._framebuffer = ctx.framebuffer(self._found)
-        bound_before.use()
 
     def load(
         self, packed: PackedScene, targets: Targets, size: tuple[int, int], level: Level, root: Path | None = None
@@ -139,15 +137,13 @@ class LightTracer:
         Raises :class:`DeviceError` if the driver ended their ways before their time.
         """
         assert self._program is not None
-        bound_before = self._ctx.detect_framebuffer()
-        self._framebuffer.use()
-        self._random.use(UNITS["u_random_texture"])
-        self._textures.use()
-        self._table.use(_TARGETS_UNIT)
-        self._program.set({"u_photon_pass": number})
-        self._program.draw()
+        with drawing_to(self._ctx, self._found):
+            self._program.use("u_random_texture", self._random, UNITS["u_random_texture"])
+            self._textures.use(self._program)
+            self._program.use("u_targets", self._table, _TARGETS_UNIT)
+            self._program.set({"u_photon_pass": number})
+            self._program.draw()
         splat = _texels(self._found[0])
-        bound_before.use()
         place = splat[:, 3]
         if (place == _CUT).any():
             raise DeviceError("the driver ended the ways of photons early; render with fewer bounces")
@@ -165,7 +161,6 @@ class LightTracer:
         return 16 * int(points + 2 * PHOTONS + table) + self._textures.gpu_bytes
 
     def release(self) -> None:
-        self._framebuffer.release()
         for texture in (*self._found, self._random, *([self._table] if self._table else ())):
             texture.release()
         self._textures.release()

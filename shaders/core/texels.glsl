@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT
+// Tables that a program reads texel by texel, and what it draws: textures and color outputs, or images in the language that
+// has them. llvmpipe reads images twice as fast, and with vectors of 512 bits it compiles no program with color outputs
+// (docs/performance.md). Each image has a unit of its own: outputs from 0 on, tables from 8 on.
+#if defined(HAS_IMAGES)
+#define TEXELS(unit) layout(rgba32f, binding = unit) readonly uniform highp image2D
+#define UTEXELS(unit) layout(rgba32ui, binding = unit) readonly uniform highp uimage2D
+#define TEXELS_3D(unit) layout(rgba32f, binding = unit) readonly uniform highp image3D
+#define OUTPUT(unit) layout(rgba32f, binding = unit) writeonly uniform highp image2D
+#define texel_read(texels, place) imageLoad(texels, place)
+#define output_write(output, value) imageStore(output, ivec2(gl_FragCoord.xy), value)
+#else
+#define TEXELS(unit) uniform highp sampler2D
+#define UTEXELS(unit) uniform highp usampler2D
+#define TEXELS_3D(unit) uniform highp sampler3D
+#define OUTPUT(unit) layout(location = unit) out vec4
+#define texel_read(texels, place) texelFetch(texels, place, 0)
+#define output_write(output, value) output = value
+#endif
