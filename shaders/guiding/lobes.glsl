@@ -19,7 +19,7 @@
 const int GUIDING_LOBES = 4;  // of a cell
 const float GUIDING_LEAST_ALPHA = 0.01;
 
-UTEXELS(14) u_guiding;          // of each coarse cell where its own begin, and how many there are along an edge; then,
+UTEXELS(15) u_guiding;          // of each coarse cell where its own begin, and how many there are along an edge; then,
                                 // from a multiple of that on, the lobes of those, GUIDING_LOBES texels each
 uniform ivec3 u_guiding_size;   // coarse cells
 uniform vec3 u_guiding_low;     // where they begin

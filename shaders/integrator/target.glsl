@@ -8,7 +8,7 @@
 #include "shape/shape.glsl"
 
 uniform int u_target_count;
-UTEXELS(15) u_targets;  // a row of the alias table over all targets, and the target of that number
+UTEXELS(16) u_targets;  // a row of the alias table over all targets, and the target of that number
 
 struct Target {
     float threshold;  // of the alias table: below it this one, above the other

@@ -16,8 +16,8 @@
 #if HAS_ENVIRONMENT
 
 // Both textures are 4096 texels wide.
-uniform highp sampler2D u_environment;       // rgb: radiance / u_environment_scale, a: weight; texel by texel
-TEXELS(13) u_environment_tree;               // sums of weights, from the root down (packing/environment.py)
+TEXELS(13) u_environment;                    // rgb: radiance / u_environment_scale, a: weight; texel by texel
+TEXELS(14) u_environment_tree;               // sums of weights, from the root down (packing/environment.py)
 uniform ivec2 u_environment_size;            // of the map
 uniform int u_environment_levels;            // of the tree
 uniform float u_environment_density;         // what turns weights into density over solid angle, times sin(theta)
@@ -27,7 +27,7 @@ uniform vec2 u_environment_rotation;  // cosine and sine of the angle about +y
 
 vec4 environment_texel(int column, int row) {
     int index = row * u_environment_size.x + column;
-    return texelFetch(u_environment, storage_place(index), 0);
+    return texel_read(u_environment, storage_place(index));
 }
 
 vec4 environment_node(int index) {

@@ -34,7 +34,7 @@ def declared(includes: tuple[str, ...]) -> tuple[frozenset[str], Mapping[str, st
     text = "\n".join(f'#include "{path}"' for path in includes)
     source = compose("files", {}, folder("shaders"), {"files": text})
     uniforms = re.findall(r"^uniform\s+(?:highp\s+)?(\w+)\s+(\w+);", source.text, re.MULTILINE)
-    tables = re.findall(r"^U?TEXELS\(\d+\)\s+(\w+);", source.text, re.MULTILINE)
+    tables = re.findall(r"^U?TEXELS(?:_3D)?\(\d+\)\s+(\w+);", source.text, re.MULTILINE)
     return frozenset(source.features), {name: kind for kind, name in uniforms} | dict.fromkeys(tables, "sampler")
 
 

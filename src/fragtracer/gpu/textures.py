@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.errors import DeviceError
+from fragtracer.gpu.context import has_images
 from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.packing import Table
 
@@ -101,6 +102,8 @@ class SceneTextures(_BoundTextures):
 
     def _made(self, name: str, table: Table) -> Texture:
         kind = "f1" if table[0].dtype == np.uint8 else f"{table[0].dtype.kind}{table[0].dtype.itemsize}"
+        if kind == "f2" and has_images(self._ctx):
+            kind = "f4"  # images say in the source what they hold
         try:
             if table[0].ndim == 4:
                 layers, height, width, _ = table[0].shape
@@ -151,6 +154,8 @@ def _shape(table: Table) -> tuple[int, ...]:
 
 def _write_rows(texture: moderngl.Texture, part: NDArray[Any], row: int) -> None:
     """Write texels (n, 4) from the beginning of a row on."""
+    if texture.dtype == "f4":
+        part = part.astype(np.float32, copy=False)
     whole = len(part) // WIDTH
     if whole:
         texture.write(np.ascontiguousarray(part[: whole * WIDTH]).data, (0, row, WIDTH, whole))
