@@ -15,6 +15,7 @@ const uint SHAPE_CULLED = 1u;  // flag of a shape or an instance: only its front
 int shape_object(uint kind) { return int((kind & 0xffffffu) >> 1u); }
 
 uniform int u_bvh_root;      // its record; -1: there is no BVH
+uniform int u_bvh_stack;     // groups that lie on the stack of the traversal at once, at most
 uniform int u_bvh_shapes;    // BVH_... of shape/: the kinds of its leaves besides triangles of meshes
 uniform int u_mesh_light;    // number of the light that all triangles of meshes that emit are together
 

@@ -6,8 +6,7 @@
 #include "shape/instance.glsl"
 #include "shape/ray.glsl"
 #include "shape/shape.glsl"
-
-const int BVH_STACK = 64;  // MAX_DEPTH of fragtracer.bvh, twice
+#include "shape/stack.glsl"
 
 vec4 node_bytes(uint word) { return vec4(ivec4(uvec4(word, word >> 8u, word >> 16u, word >> 24u) & 255u)); }
 
@@ -43,9 +42,6 @@ uint node_intersect(Node node, BvhRay ray, float max_distance) {
     return (uint(slots.x | slots.y << 2 | slots.z << 4 | slots.w << 6) & (end - 1u)) | end;
 }
 
-// The groups below the one to go on with. Not in the function: a browser sets it to 0 wherever it is declared.
-uint bvh_stack[BVH_STACK];
-
 // A driver may end a loop before its time (llvmpipe does after 65,535 rounds of all loops in a draw).
 bool traversal_was_cut = false;
 
@@ -55,11 +51,12 @@ void bvh_intersect(inout Hit hit, Ray ray, int ignored, bool any) {
     BvhRay local = bvh_ray(ray.origin, ray.direction);
     // What is left to do: records that lie side by side, from `first` on, in the order of their slots in `rest`.
     uint first = uint(u_bvh_root), rest = 4u;
-    uint last = 1u;         // the group to go on with after this one, 1 if there is none
-    int top = 0;
-    int instance = -1;      // the record of the one whose BVH is being traversed
-    int instance_top = 0;   // entries of the stack that do not belong to the instance
+    uint last = 1u;          // the group to go on with after this one, 1 if there is none; the stack has those below it
+    stack_clear();
+    int instance = -1;       // the record of the one whose BVH is being traversed
+    int instance_count = 0;  // groups on the stack that do not belong to the instance
     uint instance_kind = 0u;
+    bool is_done = false;
     do {
         int record = int(first + (rest & 3u));
         rest >>= 2u;
@@ -78,7 +75,7 @@ void bvh_intersect(inout Hit hit, Ray ray, int ignored, bool any) {
         if (kind == KIND_INSTANCE) {
             Instance space = instance_of(t0, t1, t2, shape_texel(record, 3));
             instance = record;
-            instance_top = top + int(rest > 1u);
+            instance_count = stack_count + int(rest > 1u);
             instance_kind = space.kind;
             local = bvh_ray(instance_to_local(space, ray.origin - space.translation), instance_to_local(space, ray.direction));
             below = 4u;
@@ -96,11 +93,10 @@ void bvh_intersect(inout Hit hit, Ray ray, int ignored, bool any) {
                 rest = 1u;
             }
         }
-        bvh_stack[top] = last;
         if (below > 1u) {
             if (rest > 1u) {
+                stack_push(last);
                 last = first << 7u | rest;
-                top++;
             }
             first = below_first;
             rest = below;
@@ -108,15 +104,16 @@ void bvh_intersect(inout Hit hit, Ray ray, int ignored, bool any) {
         if (rest == 1u) {
             first = last >> 7u;
             rest = last & 127u;
-            top = max(top - 1, 0);
-            last = bvh_stack[top];
+            last = stack_pop();
 #if HAS_INSTANCES
-            if (instance >= 0 && top < instance_top) {
+            if (instance >= 0 && stack_count < instance_count) {
                 instance = -1;
                 local = bvh_ray(ray.origin, ray.direction);
             }
 #endif
         }
-    } while (rest > 1u);
-    if (rest > 1u) traversal_was_cut = true;
+        // Once true it stays so: llvmpipe (Mesa 22.3) may give lanes that have left the values of later rounds.
+        is_done = is_done || rest <= 1u;
+    } while (!is_done);
+    if (!is_done) traversal_was_cut = true;
 }

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fragtracer.gpu.specialise import Level
 from fragtracer.packing import PackedScene, pack
 from fragtracer.packing.shapes import Kind
-from fragtracer.scene import Disk, Material, Plane, Rectangle, Scene, Sphere, Triangle
+from fragtracer.scene import Camera, Disk, Material, Plane, Rectangle, Scene, Sphere, Triangle
 
 from . import Floats, shape_oracle
 from .directions import random_directions
@@ -210,6 +210,34 @@ def test_listed_shapes_and_those_of_the_bvh_are_met_alike(ctx: moderngl.Context,
     for t, k in others:
         same = (k == tree_k) & (np.abs(t - tree_t) <= 1e-4 * np.maximum(t, 0.01 * scale))
         assert same.mean() > 0.999
+
+
+@pytest.mark.parametrize("level", [Level.NOTHING, Level.SCENE], ids=["uniforms", "compiled in"])
+@pytest.mark.parametrize(("count", "waiting"), [(9, 1), (24, 6), (36, 10), (48, 14), (60, 18)])
+def test_nothing_is_lost_on_the_way_through_deep_trees(
+    ctx: moderngl.Context, count: int, waiting: int, level: Level
+) -> None:
+    """Spheres in a row, each a third larger than the one before, of which a ray along it meets all; the registers of
+    the stack hold from 4 to 16 groups, and memory holds more."""
+    balls = tuple(Sphere((1.3**i, 0.0, 0.0), 0.3 * 1.3**i, "m") for i in range(count))
+    scene = Scene(camera=Camera((0.0, 0.0, 1.3**count), (0.0, 0.0, 0.0)), materials={"m": Material()}, spheres=balls)
+    packed = pack(scene, scene.render, 64, 64, 0)
+    assert packed.uniforms["u_bvh_stack"] == waiting
+    rng = np.random.default_rng(7)
+    along = np.sort(rng.choice([-1.0, 1.0], COUNT))
+    end = np.where(along > 0, -1.0, 2 * 1.3**count)
+    target = rng.integers(count, size=COUNT)
+    d = 1.3 ** target[:, None] * (np.eye(3)[0] + 0.2 * rng.normal(size=(COUNT, 3))) - end[:, None] * np.eye(3)[0]
+    inputs = {"o": end[:, None] * np.eye(3)[0] - packed.origin, "d": d / np.linalg.norm(d, axis=1, keepdims=True)}
+    inputs |= {"skipped": np.full(COUNT, -1.0), "farthest": np.full(COUNT, MISS)}
+    exact = scene_probe(ctx, pack(scene, scene.render, 64, 64, 10**6), SCENE, INTERSECT, inputs, {"t": 1, "k": 1})
+    found = scene_probe(ctx, packed, SCENE, INTERSECT, inputs, {"t": 1, "k": 1}, level)
+    assert (exact["k"] >= 0).mean() > 0.5
+    np.testing.assert_array_equal(found["t"] < MISS, exact["t"] < MISS)
+    np.testing.assert_allclose(found["t"], exact["t"], rtol=1e-6)
+    anything = INTERSECT.replace("false", "true")
+    met = scene_probe(ctx, packed, SCENE, anything, inputs, {"t": 1, "k": 1}, level)
+    np.testing.assert_array_equal(met["k"] >= 0, exact["k"] >= 0)
 
 
 def closed_mesh(scale: float) -> Scene:

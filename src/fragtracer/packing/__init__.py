@@ -188,7 +188,7 @@ def view_uniforms(scene: Scene, origin: Floats, width: int, height: int) -> dict
 
 
 _NO_SHAPES = Shapes(np.zeros((0, 4, 4), np.uint32), np.zeros((6, 0), np.float32), {})
-_NO_BVH = {"u_bvh_root": -1, "u_mesh_light_count": 0, "u_bvh_shapes": 0}
+_NO_BVH = {"u_bvh_root": -1, "u_bvh_stack": 0, "u_mesh_light_count": 0, "u_bvh_shapes": 0}
 _ATTRIBUTE_FLAGS = {name: 1 << i for i, name in enumerate(ATTRIBUTES)}  # ATTRIBUTE_... of scene/vertex.glsl
 
 

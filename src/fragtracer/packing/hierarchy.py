@@ -143,6 +143,9 @@ class _Packer:
         features = {"HAS_MESHES": int(bool(placed)), "HAS_INSTANCES": int(bool(shared))}
         uniforms = {"u_bvh_root": self._first, "u_mesh_light_count": len(lights)}
         uniforms["u_bvh_shapes"] = shapes.flags
+        # What is left to do beside the way to a leaf: a group at each level but that of the root; the traversal itself
+        # holds one of them.
+        uniforms["u_bvh_stack"] = max(0, top.depth + max((b.bvh.depth for b in blas), default=0) - 2)
         vertices = {name: np.concatenate(tables) for name, tables in self._vertices.items() if tables}
         walls = np.concatenate(
             [walls_of(self._words[: shared_records.start]), walls_of(self._words[shared_records.stop :])]
