@@ -11,18 +11,29 @@ from fragtracer.gpu import context as contexts
 from fragtracer.gpu.film import Film
 
 
+class Made:
+    """A context, by the number of its device."""
+
+    def __init__(self, index: int, renderer: str = "a GPU", version: str = "4.6") -> None:
+        self.index, self.is_released = index, False
+        self.info = {"GL_RENDERER": renderer, "GL_VERSION": version}
+
+    def release(self) -> None:
+        self.is_released = True
+
+
 def devices(monkeypatch: pytest.MonkeyPatch, works: int | None, count: int = 3) -> list[int | None]:
     """Have a machine of ``count`` EGL devices of which one works; returns which are tried."""
     tried: list[int | None] = []
 
-    def create(**options: Any) -> str:
+    def create(**options: Any) -> Made:
         index = options.get("device_index")
         tried.append(index)
         if index is None or index >= count:
             raise Exception(f"requested device index {index}, but found {count} devices")
         if index != works:
             raise Exception(f"eglInitialize failed on device {index}")
-        return f"context of {index}"
+        return Made(index)
 
     monkeypatch.setattr(contexts.sys, "platform", "linux")
     monkeypatch.setattr(contexts.moderngl, "create_context", create)
@@ -32,7 +43,7 @@ def devices(monkeypatch: pytest.MonkeyPatch, works: int | None, count: int = 3) 
 
 def test_a_device_that_does_not_work_is_passed_over(monkeypatch: pytest.MonkeyPatch) -> None:
     tried = devices(monkeypatch, works=2)
-    assert contexts.create_context() == "context of 2"
+    assert contexts.create_context().index == 2
     assert tried == [0, 1, 2]
 
 
@@ -49,6 +60,65 @@ def test_a_device_that_was_asked_for_is_not_replaced(monkeypatch: pytest.MonkeyP
     monkeypatch.setenv("GLCONTEXT_DEVICE_INDEX", name)
     with pytest.raises(DeviceError, match=f"GLCONTEXT_DEVICE_INDEX is '{name}': unset it"):
         contexts.create_context()
+
+
+@pytest.mark.parametrize(
+    ("flags", "library", "expected"),
+    [
+        ("fpu avx512f avx512bw", "libgallium-25.0.7-2.so", "512"),
+        ("fpu avx512f avx512bw", "libgallium-26.2.6-1.so", "512"),
+        ("fpu avx512f avx512bw", "libgallium-24.2.8-1.so", None),
+        ("fpu avx512f avx512bw", "swrast_dri.so", None),
+        ("fpu avx2", "libgallium-25.0.7-2.so", None),
+    ],
+)
+def test_vectors_are_wide_where_processor_and_mesa_have_them(
+    monkeypatch: pytest.MonkeyPatch, flags: str, library: str, expected: str | None
+) -> None:
+    texts = {
+        "/proc/cpuinfo": f"model name\t: x\nflags\t\t: {flags} clflush\n",
+        "/proc/self/maps": f"7f r-xp /usr/lib/{library}\n",
+    }
+    monkeypatch.setattr(contexts.sys, "platform", "linux")
+    monkeypatch.setattr(contexts.Path, "read_text", lambda path: texts[str(path)])
+    monkeypatch.setattr(contexts.ctypes, "CDLL", lambda _: None)
+    environment: dict[str, str] = {}
+    monkeypatch.setattr(contexts.os, "environ", environment)
+    contexts.use_wide_vectors()
+    assert environment.get("LP_NATIVE_VECTOR_WIDTH") == expected
+    environment["LP_NATIVE_VECTOR_WIDTH"] = "128"
+    contexts.use_wide_vectors()
+    assert environment == {"LP_NATIVE_VECTOR_WIDTH": "128"}
+
+
+def test_without_mesa_nothing_is_asked_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(_: str) -> None:
+        raise OSError("no such library")
+
+    monkeypatch.setattr(contexts.sys, "platform", "linux")
+    monkeypatch.setattr(contexts.ctypes, "CDLL", fail)
+    environment: dict[str, str] = {}
+    monkeypatch.setattr(contexts.os, "environ", environment)
+    contexts.use_wide_vectors()
+    assert environment == {}
+
+
+@pytest.mark.parametrize("version", [22, 25])
+def test_wide_vectors_are_refused_where_they_would_end_the_process(
+    monkeypatch: pytest.MonkeyPatch, version: int
+) -> None:
+    made = Made(0, "llvmpipe (LLVM 15.0.6, 512 bits)", f"4.5 (Core Profile) Mesa {version}.0.7")
+    monkeypatch.setattr(contexts.moderngl, "create_context", lambda **_: made)
+    with pytest.raises(
+        DeviceError, match="cannot draw a window with vectors of 512 bits: unset LP_NATIVE_VECTOR_WIDTH"
+    ):
+        contexts.attach_context()
+    if version == 25:
+        assert contexts.create_context() is made
+    else:
+        with pytest.raises(DeviceError, match="unset LP_NATIVE_VECTOR_WIDTH, or install Mesa 25 or later"):
+            contexts.create_context()
+        assert made.is_released
 
 
 class Scarce:

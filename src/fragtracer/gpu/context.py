@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: MIT
 """OpenGL contexts without a window, and what they can do."""
 
+import ctypes
 import os
+import re
 import sys
+from pathlib import Path
 from typing import Any
 
 import moderngl
@@ -12,11 +15,35 @@ from fragtracer.errors import DeviceError
 _VERSION = 330
 _DEVICE = "GLCONTEXT_DEVICE_INDEX"  # read by glcontext, which prefers it to what it is asked for
 _MOST_DEVICES = 16
+_VECTOR_BITS = "LP_NATIVE_VECTOR_WIDTH"  # read by llvmpipe, before its first context
+_MESA_OF_WIDE_VECTORS = 25  # from this version on, programs that draw to images compile with vectors of 512 bits
 _MEND = {
     "linux": "install the Mesa libraries: 'apt install libegl1 libgl1 libgl1-mesa-dri' (Debian, Ubuntu) or "
     "'dnf install mesa-libEGL mesa-libGL mesa-dri-drivers' (Fedora)",
     "darwin": "macOS has OpenGL built in; run from a session that is logged in to the desktop",
 }
+
+
+def use_wide_vectors() -> None:
+    """Have llvmpipe calculate with vectors of 512 bits where the processor and Mesa have them, in place of 256.
+
+    To be called before the first context of a process, and only where all that it draws are :class:`.Outputs`: a
+    program with color outputs, as a window needs it, ends the process then. The environment variable
+    ``LP_NATIVE_VECTOR_WIDTH`` is left as it is, if it is set.
+    """
+    if sys.platform == "linux" and _VECTOR_BITS not in os.environ and _has_wide_vectors():
+        os.environ[_VECTOR_BITS] = "512"
+
+
+def _has_wide_vectors() -> bool:
+    try:
+        if not re.search(r"^flags\b.*\bavx512bw\b", Path("/proc/cpuinfo").read_text(), re.MULTILINE):
+            return False
+        ctypes.CDLL("libEGL_mesa.so.0")  # which needs the library that llvmpipe is in, whose name has Mesa's version
+        versions = re.findall(r"/libgallium-(\d+)\.", Path("/proc/self/maps").read_text())
+    except OSError:
+        return False
+    return bool(versions) and min(map(int, versions)) >= _MESA_OF_WIDE_VECTORS
 
 
 def create_context() -> moderngl.Context:
@@ -33,7 +60,9 @@ def create_context() -> moderngl.Context:
     reasons = []
     for options in _attempts():
         try:
-            return moderngl.create_context(require=_VERSION, standalone=True, **options)
+            return _checked(moderngl.create_context(require=_VERSION, standalone=True, **options))
+        except DeviceError:
+            raise
         except Exception as error:  # glcontext raises bare Exception for every way it can fail
             reasons.append(str(error))
     mend = _MEND.get(sys.platform, "install or update the graphics driver")
@@ -51,9 +80,28 @@ def attach_context() -> moderngl.Context:
         If it is older than OpenGL 3.3.
     """
     try:
-        return moderngl.create_context(require=_VERSION)
+        context = moderngl.create_context(require=_VERSION)
     except Exception as error:  # as above
         raise DeviceError(f"the window's OpenGL cannot be used: {error}") from None
+    if _has_512_bits(context):
+        raise DeviceError(f"llvmpipe cannot draw a window with vectors of 512 bits: unset {_VECTOR_BITS}")
+    return context
+
+
+def _checked(context: moderngl.Context) -> moderngl.Context:
+    """The context, unless its driver would end the process."""
+    version = re.search(r"Mesa (\d+)", context.info["GL_VERSION"])
+    if _has_512_bits(context) and version and int(version[1]) < _MESA_OF_WIDE_VECTORS:
+        context.release()
+        raise DeviceError(
+            f"Mesa {version[1]} fails with vectors of 512 bits: unset {_VECTOR_BITS}, or install Mesa "
+            f"{_MESA_OF_WIDE_VECTORS} or later"
+        )
+    return context
+
+
+def _has_512_bits(context: moderngl.Context) -> bool:
+    return "512 bits" in context.info["GL_RENDERER"]
 
 
 def _attempts() -> list[dict[str, Any]]:

@@ -35,6 +35,9 @@ for command in (
     app.command()(command)
 
 
+_WITHOUT_WINDOW = {"render", "compare", "bench", "doctor"}  # of the commands that draw
+
+
 def _print_version(wanted: bool) -> None:
     if wanted:
         print(f"fragtracer {__version__}")
@@ -43,11 +46,16 @@ def _print_version(wanted: bool) -> None:
 
 @app.callback()
 def _options(
+    context: typer.Context,
     version: Annotated[
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
     ] = False,
 ) -> None:
     """A path tracer in one GLSL fragment shader, proved against Mitsuba."""
+    if context.invoked_subcommand in _WITHOUT_WINDOW:
+        from fragtracer.gpu.context import use_wide_vectors
+
+        use_wide_vectors()
 
 
 def main() -> None:
