@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The graphics driver at its limits: devices that do not work, and memory that runs out."""
 
+from pathlib import Path
 from typing import Any
 
 import moderngl
@@ -73,7 +74,7 @@ def test_a_device_that_was_asked_for_is_not_replaced(monkeypatch: pytest.MonkeyP
     ],
 )
 def test_vectors_are_wide_where_processor_and_mesa_have_them(
-    monkeypatch: pytest.MonkeyPatch, flags: str, library: str, expected: str | None
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, flags: str, library: str, expected: str | None
 ) -> None:
     texts = {
         "/proc/cpuinfo": f"model name\t: x\nflags\t\t: {flags} clflush\n",
@@ -82,13 +83,16 @@ def test_vectors_are_wide_where_processor_and_mesa_have_them(
     monkeypatch.setattr(contexts.sys, "platform", "linux")
     monkeypatch.setattr(contexts.Path, "read_text", lambda path: texts[str(path)])
     monkeypatch.setattr(contexts.ctypes, "CDLL", lambda _: None)
-    environment: dict[str, str] = {}
+    environment = {"MESA_SHADER_CACHE_DIR": str(tmp_path / "mesa")}
     monkeypatch.setattr(contexts.os, "environ", environment)
     contexts.use_wide_vectors()
     assert environment.get("LP_NATIVE_VECTOR_WIDTH") == expected
+    kept = tmp_path / "mesa" / "mesa-512-bits"  # apart from programs of other widths
+    assert kept.is_dir() == (expected is not None) == (environment["MESA_SHADER_CACHE_DIR"] == str(kept))
     environment["LP_NATIVE_VECTOR_WIDTH"] = "128"
+    before = dict(environment)
     contexts.use_wide_vectors()
-    assert environment == {"LP_NATIVE_VECTOR_WIDTH": "128"}
+    assert environment == before
 
 
 def test_without_mesa_nothing_is_asked_of_it(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,12 +8,15 @@
 #define TEXELS_3D(unit) layout(rgba32f, binding = unit) readonly uniform highp image3D
 #define OUTPUT(unit) layout(rgba32f, binding = unit) writeonly uniform highp image2D
 #define texel_read(texels, place) imageLoad(texels, place)
+#define texel_read_3d(texels, place) imageLoad(texels, place)
 #define output_write(output, value) imageStore(output, ivec2(gl_FragCoord.xy), value)
 #else
 #define TEXELS(unit) uniform highp sampler2D
 #define UTEXELS(unit) uniform highp usampler2D
 #define TEXELS_3D(unit) uniform highp sampler3D
 #define OUTPUT(unit) layout(location = unit) out vec4
-#define texel_read(texels, place) texelFetch(texels, place, 0)
+// At the centers of texels: for texelFetch llvmpipe, of a browser say, looks up the level for each of its lanes.
+#define texel_read(texels, place) textureLod(texels, (vec2(place) + 0.5) / vec2(textureSize(texels, 0)), 0.0)
+#define texel_read_3d(texels, place) textureLod(texels, (vec3(place) + 0.5) / vec3(textureSize(texels, 0)), 0.0)
 #define output_write(output, value) output = value
 #endif

@@ -26,6 +26,6 @@ vec4 sampler_vec4(ivec2 pixel, uint index, int dimension, out float rr_sample) {
     uint point = (index ^ bits.x ^ (bits.y << 8u)) % RANDOM_POINTS;
     uvec3 texel = uvec3(point % RANDOM_WIDTH, point / RANDOM_WIDTH, uint(dimension) % RANDOM_LAYERS);
     // The texture holds 1 + u, so the 23 bits of the mantissa are the digits of u.
-    uvec4 digits = floatBitsToUint(texel_read(u_random_texture, ivec3(texel)));
+    uvec4 digits = floatBitsToUint(texel_read_3d(u_random_texture, ivec3(texel)));
     return uintBitsToFloat(digits ^ (bits >> 9u)) - 1.0;
 }

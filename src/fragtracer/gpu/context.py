@@ -5,17 +5,20 @@ import ctypes
 import os
 import re
 import sys
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import moderngl
 
+from fragtracer.cache import cache_folder
 from fragtracer.errors import DeviceError
 
 _VERSION = 330
 _DEVICE = "GLCONTEXT_DEVICE_INDEX"  # read by glcontext, which prefers it to what it is asked for
 _MOST_DEVICES = 16
 _VECTOR_BITS = "LP_NATIVE_VECTOR_WIDTH"  # read by llvmpipe, before its first context
+_MESA_CACHE = "MESA_SHADER_CACHE_DIR"
 _MESA_OF_WIDE_VECTORS = 25  # from this version on, programs that draw to images compile with vectors of 512 bits
 _MEND = {
     "linux": "install the Mesa libraries: 'apt install libegl1 libgl1 libgl1-mesa-dri' (Debian, Ubuntu) or "
@@ -33,6 +36,11 @@ def use_wide_vectors() -> None:
     """
     if sys.platform == "linux" and _VECTOR_BITS not in os.environ and _has_wide_vectors():
         os.environ[_VECTOR_BITS] = "512"
+        # Mesa takes the programs that it has kept for those of any width.
+        kept = Path(os.environ.get(_MESA_CACHE) or cache_folder(), "mesa-512-bits")
+        with suppress(OSError):
+            kept.mkdir(parents=True, exist_ok=True)
+        os.environ[_MESA_CACHE] = str(kept)
 
 
 def _has_wide_vectors() -> bool:
