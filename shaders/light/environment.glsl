@@ -16,14 +16,14 @@
 #if HAS_ENVIRONMENT
 
 // Both textures are 4096 texels wide.
-TEXELS(13) u_environment;                    // rgb: radiance / u_environment_scale, a: weight; texel by texel
-TEXELS(14) u_environment_tree;               // sums of weights, from the root down (packing/environment.py)
-uniform ivec2 u_environment_size;            // of the map
-uniform int u_environment_levels;            // of the tree
-uniform float u_environment_density;         // what turns weights into density over solid angle, times sin(theta)
+TEXELS(13) u_environment;                 // rgb: radiance / u_environment_scale, a: weight; texel by texel
+TEXELS(14) u_environment_tree;            // sums of weights, from the root down (packing/environment.py)
+uniform ivec2 u_environment_size;         // of the map
+uniform int u_environment_levels;         // of the tree
+uniform float u_environment_density;      // what turns weights into density over solid angle, times sin(theta)
 uniform vec3 u_environment_scale;
-uniform float u_environment_probability;     // of being chosen among the lights
-uniform vec2 u_environment_rotation;  // cosine and sine of the angle about +y
+uniform float u_environment_probability;  // of being chosen among the lights
+uniform vec2 u_environment_rotation;      // cosine and sine of the angle about +y
 
 vec4 environment_texel(int column, int row) {
     int index = row * u_environment_size.x + column;

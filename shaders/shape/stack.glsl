@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 // The stack of the traversal of the BVH: groups of records that are left to do, and 1 below the last of them. The upper 16
-// are in registers, which all move: a software renderer writes to an array lane by lane.
+// are in registers, which all move when a group is pushed or popped: a software renderer writes to an array lane by lane.
 #include "scene/shape.glsl"
 
 const int BVH_STACK = 64;  // MAX_DEPTH of fragtracer.bvh, twice
 const int STACK_REGISTERS = 16;
 
 uvec4 stack_0, stack_1, stack_2, stack_3;  // from the top down
-uint stack_rest[BVH_STACK];                // what is below, from the bottom up; as many are 1 as registers hold others
+uint stack_rest[BVH_STACK];                // from the bottom up: a 1 for each register, and the groups below them
 int stack_count;                           // groups on the stack
 
 void stack_clear() {

@@ -35,7 +35,7 @@ for command in (
     app.command()(command)
 
 
-_WITHOUT_WINDOW = {"render", "compare", "bench", "doctor"}  # of the commands that draw
+_WITHOUT_WINDOW = {"render", "compare", "bench", "doctor", "info"}  # of the commands that draw
 
 
 def _print_version(wanted: bool) -> None:
