@@ -5,10 +5,12 @@ from pathlib import Path
 from typing import Any
 
 import moderngl
+import numpy as np
 import pytest
 
 from fragtracer.errors import DeviceError
 from fragtracer.gpu import context as contexts
+from fragtracer.gpu import textures
 from fragtracer.gpu.film import Film
 
 
@@ -163,3 +165,21 @@ def test_a_film_that_does_not_fit_leaves_nothing_behind(ctx: moderngl.Context, t
     assert len(scarce.living) == textures + textures // 3
     assert all(isinstance(resource.mglo, moderngl.mgl.InvalidObject) for resource in scarce.living)
     assert scarce.error_was_taken
+
+
+@pytest.mark.parametrize("dtype", [np.float16, np.float32, np.uint32])
+@pytest.mark.parametrize("count", [1, 4096, 2 * 4096, 5 * 4096 + 3])
+def test_a_table_is_uploaded_whole(
+    ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch, dtype: type[np.generic], count: int
+) -> None:
+    """In pieces of two rows, part by part, each from the beginning of a row."""
+    monkeypatch.setattr(textures, "_WRITTEN", 2)
+    parts = tuple(np.arange(4 * n, dtype=np.uint32).reshape(n, 4) % 2039 for n in (count, 7))
+    table = tuple(part.astype(dtype) for part in parts)
+    (texture,) = textures.folded_textures(ctx, {"u_scene": table}, ["u_scene"]).values()
+    kind = {"f2": np.float16, "f4": np.float32, "u4": np.uint32}[texture.dtype]
+    texels = np.frombuffer(texture.read(), kind).reshape(-1, 4)
+    np.testing.assert_array_equal(texels[:count], parts[0])
+    second = -(-count // 4096) * 4096
+    np.testing.assert_array_equal(texels[second : second + 7], parts[1])
+    texture.release()

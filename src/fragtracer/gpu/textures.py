@@ -14,6 +14,7 @@ from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.packing import Table
 
 WIDTH = 4096  # of a folded texture, as shaders/scene/storage.glsl and light/environment.glsl have it
+_WRITTEN = 1024  # rows of it that are converted at a time
 
 # The texture unit of each sampler; every driver has 16.
 UNITS = {
@@ -154,14 +155,17 @@ def _shape(table: Table) -> tuple[int, ...]:
 
 def _write_rows(texture: moderngl.Texture, part: NDArray[Any], row: int) -> None:
     """Write texels (n, 4) from the beginning of a row on."""
-    if texture.dtype == "f4":
-        part = part.astype(np.float32, copy=False)
-    whole = len(part) // WIDTH
-    if whole:
-        texture.write(np.ascontiguousarray(part[: whole * WIDTH]).data, (0, row, WIDTH, whole))
-    if len(part) > whole * WIDTH:
-        rest = np.ascontiguousarray(part[whole * WIDTH :])
-        texture.write(rest.data, (0, row + whole, len(rest), 1))
+    for first in range(0, len(part), _WRITTEN * WIDTH):
+        piece = part[first : first + _WRITTEN * WIDTH]
+        if texture.dtype == "f4":
+            piece = piece.astype(np.float32, copy=False)
+        whole = len(piece) // WIDTH
+        if whole:
+            texture.write(np.ascontiguousarray(piece[: whole * WIDTH]).data, (0, row, WIDTH, whole))
+        if len(piece) > whole * WIDTH:
+            rest = np.ascontiguousarray(piece[whole * WIDTH :])
+            texture.write(rest.data, (0, row + whole, len(rest), 1))
+        row += whole
 
 
 def _bytes(texture: Texture) -> int:
