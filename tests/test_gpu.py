@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The graphics driver at its limits: devices that do not work, and memory that runs out."""
+"""The graphics driver: devices that do not work, wide vectors, memory that runs out, and uploads."""
 
 from pathlib import Path
 from typing import Any
