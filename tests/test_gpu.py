@@ -20,6 +20,7 @@ class Made:
     def __init__(self, index: int, renderer: str = "a GPU", version: str = "4.6") -> None:
         self.index, self.is_released = index, False
         self.info = {"GL_RENDERER": renderer, "GL_VERSION": version}
+        self.version_code = 450
 
     def release(self) -> None:
         self.is_released = True
@@ -125,6 +126,20 @@ def test_wide_vectors_are_refused_where_they_would_end_the_process(
         with pytest.raises(DeviceError, match="unset LP_NATIVE_VECTOR_WIDTH, or install Mesa 25 or later"):
             contexts.create_context()
         assert made.is_released
+
+
+@pytest.mark.parametrize(
+    ("renderer", "version", "expected"),
+    [
+        ("llvmpipe (LLVM 15.0.6, 256 bits)", "4.5 (Core Profile) Mesa 22.3.6", False),
+        ("llvmpipe (LLVM 19.1.7, 256 bits)", "4.5 (Core Profile) Mesa 25.0.7-2", True),
+        ("llvmpipe (LLVM 22.1.8, 512 bits)", "4.6 (Core Profile) Mesa 26.2.6-1", True),
+        ("softpipe", "3.3 (Core Profile) Mesa 25.0.7-2", False),
+        ("NVIDIA H100", "4.6.0 NVIDIA 570.124", False),
+    ],
+)
+def test_new_versions_of_mesa_skip_branches(renderer: str, version: str, expected: bool) -> None:
+    assert contexts.skips_branches(Made(0, renderer, version)) == expected
 
 
 class Scarce:

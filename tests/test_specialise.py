@@ -16,8 +16,9 @@ from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.gpu.specialise import Level, Specialisation, specialise
 from fragtracer.io.toml import bundled, load
 from fragtracer.packing import PackedScene, pack
+from fragtracer.renderer import Renderer
 from fragtracer.resources import folder
-from fragtracer.scene import Camera, Light, Scene, Sphere
+from fragtracer.scene import PLAIN, Ambient, Camera, Disk, Light, Rectangle, Scene, Sphere, Triangle
 from fragtracer.shader_composer import compose
 
 SHADERS = folder("shaders")
@@ -97,6 +98,47 @@ def test_every_place_that_it_looks_for_is_there() -> None:
     assert "texel_read(u_shapes" in text
     assert "texel_read(u_shapes" not in changed
     assert "texel_read(u_shapes" in specialise(packed_as(scene, 0), Level.VIEW).apply(text)  # with a BVH
+
+
+def crowd(count: int) -> Scene:
+    """Spheres, rectangles, disks and triangles around and near the camera, ``count`` of each kind of record, of sizes
+    from a hundredth to three metres."""
+    rng = np.random.default_rng(3)
+    places, sizes = rng.uniform(-4, 4, (2 * count, 3)), 10 ** rng.uniform(-2, 0.5, 2 * count)
+    materials = {name: lambert(albedo) for name, albedo in (("dark", 0.2), ("light", 0.8))}
+    names = rng.choice(list(materials), 2 * count)
+    flats = [(p, s * random_frame(rng), name) for p, s, name in zip(places[count:], sizes[count:], names, strict=False)]
+    return Scene(
+        Camera((0.0, 0.0, 6.0), (0.0, 0.0, 0.0), fov_degrees=60.0),
+        materials,
+        spheres=[Sphere(tuple(p), s / 2, name) for p, s, name in zip(places[:count], sizes, names, strict=False)],
+        rectangles=[Rectangle(tuple(p), tuple(m[0]), tuple(m[1]), name) for p, m, name in flats[::3]],
+        disks=[Disk(tuple(p), tuple(m[2]), float(np.linalg.norm(m[0])), name) for p, m, name in flats[1::3]],
+        triangles=[Triangle((tuple(p), tuple(p + m[0]), tuple(p + m[1])), name) for p, m, name in flats[2::3]],
+        ambient=Ambient((1.0, 0.9, 0.8)),
+        lights=[Light((0.0, 9.0, 0.0), power=1000.0)],
+    )
+
+
+def random_frame(rng: np.random.Generator) -> np.ndarray:
+    """Three orthogonal unit vectors, the rows."""
+    return np.linalg.qr(rng.normal(size=(3, 3)))[0].T
+
+
+def test_long_lists_stand_in_a_tree_of_balls(ctx: moderngl.Context) -> None:
+    """Each shape once, and what the balls leave out no ray meets: the picture has the same bits."""
+    scene = crowd(30)
+    text = specialise(packed_as(scene), Level.VIEW).apply(compose("pathtracer.frag", {}, SHADERS).text)
+    calls = re.findall(r"\{ hit_(?:sphere|flat)\(hit, ray, .*?\)\), (\d+), ignored\);", text)
+    assert sorted(map(int, calls)) == list(range(60))
+    assert text.count("if (ball_is_met(ray, ") > 60
+    pictures = []
+    for skips in (0, 1):
+        with Renderer(scene, (64, 48), ctx, bounces=3, defines={"SKIPS_BRANCHES": skips}, **PLAIN) as renderer:
+            renderer.sample(16)
+            pictures.append(renderer.image())
+    assert pictures[0].std() > 0.1
+    np.testing.assert_array_equal(*pictures)
 
 
 def test_levels_hold_more_and_more() -> None:

@@ -20,6 +20,7 @@ _MOST_DEVICES = 16
 _VECTOR_BITS = "LP_NATIVE_VECTOR_WIDTH"  # read by llvmpipe, before its first context
 _MESA_CACHE = "MESA_SHADER_CACHE_DIR"
 _MESA_OF_WIDE_VECTORS = 25  # from this version on, programs that draw to images compile with vectors of 512 bits
+_MESA_THAT_SKIPS = 25  # branches; 22.3 executes them, and versions between were not tried
 _MEND = {
     "linux": "install the Mesa libraries: 'apt install libegl1 libgl1 libgl1-mesa-dri' (Debian, Ubuntu) or "
     "'dnf install mesa-libEGL mesa-libGL mesa-dri-drivers' (Fedora)",
@@ -98,11 +99,11 @@ def attach_context() -> moderngl.Context:
 
 def _checked(context: moderngl.Context) -> moderngl.Context:
     """The context, unless its driver would end the process."""
-    version = re.search(r"Mesa (\d+)", context.info["GL_VERSION"])
-    if _has_512_bits(context) and version and int(version[1]) < _MESA_OF_WIDE_VECTORS:
+    version = _mesa_version(context)
+    if _has_512_bits(context) and version < _MESA_OF_WIDE_VECTORS:
         context.release()
         raise DeviceError(
-            f"Mesa {version[1]} fails with vectors of 512 bits: unset {_VECTOR_BITS}, or install Mesa "
+            f"Mesa {version} fails with vectors of 512 bits: unset {_VECTOR_BITS}, or install Mesa "
             f"{_MESA_OF_WIDE_VECTORS} or later"
         )
     return context
@@ -110,6 +111,12 @@ def _checked(context: moderngl.Context) -> moderngl.Context:
 
 def _has_512_bits(context: moderngl.Context) -> bool:
     return "512 bits" in context.info["GL_RENDERER"]
+
+
+def _mesa_version(context: moderngl.Context) -> int:
+    """The first number of Mesa's version; 0 if the driver is another one."""
+    version = re.search(r"Mesa (\d+)", context.info["GL_VERSION"])
+    return int(version[1]) if version else 0
 
 
 def _attempts() -> list[dict[str, Any]]:
@@ -152,6 +159,14 @@ def nearest_texture(
 def has_images(ctx: moderngl.Context) -> bool:
     """Whether programs read tables from images, and draw to images (shaders/core/texels.glsl)."""
     return ctx.version_code >= 420 and "llvmpipe" in ctx.info["GL_RENDERER"].lower()
+
+
+def skips_branches(ctx: moderngl.Context) -> bool:
+    """Whether the driver is known to skip a branch that none of its lanes takes, as llvmpipe does from Mesa 25 on.
+
+    Before that it executes all branches, and throws away what they compute.
+    """
+    return has_images(ctx) and _mesa_version(ctx) >= _MESA_THAT_SKIPS
 
 
 def is_software(ctx: moderngl.Context) -> bool:

@@ -12,14 +12,19 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
+from numpy.typing import NDArray
 
+from fragtracer.bvh import NONE, build
 from fragtracer.packing import PackedScene
 from fragtracer.packing.records import Words
-from fragtracer.packing.shapes import LISTED
+from fragtracer.packing.shapes import LISTED, balls_of
 
 # With more shapes than these a BVH is faster than testing all of them (docs/performance.md, "What limits us"); the
 # number for GPUs is a guess.
 MOST_LISTED = {"software": 64, "gpu": 8}
+# More shapes of a kind than these stand in a tree of balls, which a driver that skips branches is faster with.
+_MOST_IN_A_ROW = 16
+_BALL_GROWTH = 1e-3  # by which balls are larger, for the sake of rounding
 # With more records than these a texture is read faster than a value chosen by comparisons.
 _MOST_SELECTED = 8
 
@@ -79,12 +84,13 @@ class Specialisation:
         indent, counter, call, before, noun, after = loop.groups()
         count = int(str(self.constants[counter]))
         start = sum(int(str(self.constants[name])) for name in _LIST[: _LIST.index(counter)])
-        texels = LISTED[noun]
-        calls = (
+        texels, records = LISTED[noun], listed[start : start + count]
+        calls = [
             f"{call}({before}{noun}_of({', '.join(map(_texel, record[:texels]))}), {start + i}{after});"
-            for i, record in enumerate(listed[start : start + count])
-        )
-        return indent + " ".join(calls)
+            for i, record in enumerate(records)
+        ]
+        is_long = noun != "plane" and count > _MOST_IN_A_ROW
+        return indent + (_in_tree(calls, records) if is_long else " ".join(calls))
 
     @property
     def _selects_shapes(self) -> bool:
@@ -114,6 +120,34 @@ def specialise(packed: PackedScene, level: Level, kept: Sequence[str] = ()) -> S
 
 def _noun(name: str) -> str:
     return re.sub(r"(?<!^)([A-Z])", r"_\1", name).lower()
+
+
+def _in_tree(calls: Sequence[str], records: Words) -> str:
+    """The ``calls`` for ``records`` of finite shapes as a BVH in the text of the program: each of its nodes and leaves
+    is a condition that the ray comes through a ball around it."""
+    balls = balls_of(records)
+    centers, radii = balls[:, :3], balls[:, 3:]
+    tree = build(np.concatenate([centers - radii, -(centers + radii)], axis=1).T.astype(np.float32))
+
+    def below(child: int) -> tuple[list[int], str]:
+        """The shapes below a child of the BVH, and their calls."""
+        if child < 0:
+            return [~child], _in_ball(balls[[~child]], calls[~child])
+        parts = [below(int(c)) for c in tree.children[child] if c != NONE]
+        members = [i for some, _ in parts for i in some]
+        text = " ".join(text for _, text in parts)
+        return members, _in_ball(balls[members], text) if child > 0 else text
+
+    return below(0)[1]
+
+
+def _in_ball(balls: NDArray[np.float64], text: str) -> str:
+    """``text``, on the condition that the ray comes through a ball around ``balls`` (n, 4)."""
+    low, high = balls[:, :3] - balls[:, 3:], balls[:, :3] + balls[:, 3:]
+    center = ((low.min(axis=0) + high.max(axis=0)) / 2).astype(np.float32)
+    radius = (np.linalg.norm(balls[:, :3] - center, axis=1) + balls[:, 3]).max() * (1 + _BALL_GROWTH)
+    ball = f"vec3({', '.join(map(_number, center))}), {_number(radius)}"
+    return f"if (ball_is_met(ray, hit.distance, {ball})) {{ {text} }}"
 
 
 def _constant(kind: str, name: str, value: object) -> str:

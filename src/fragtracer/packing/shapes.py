@@ -254,6 +254,17 @@ def _triangles(triangles: Sequence[Triangle], growth: float) -> Floats:
     return grown
 
 
+def balls_of(records: Words) -> Floats:
+    """Center and radius of a ball around each of these ``records`` (n, 4, 4) of finite shapes, (n, 4)."""
+    kinds = records[:, 0, 3] >> 24
+    values = np.ascontiguousarray(records).view(np.float32).astype(np.float64)
+    a, b, c = values[:, 0, :3], values[:, 1, :3], values[:, 2, :3]
+    is_sphere, is_disk = kinds == Kind.SPHERE, kinds == Kind.DISK
+    center = np.where((is_sphere | is_disk)[:, None], a, (b + c) / 2)
+    around = np.maximum(np.linalg.norm(a - center, axis=1), np.linalg.norm(b - center, axis=1))
+    return np.column_stack([center, np.where(is_sphere, values[:, 1, 0], around)])
+
+
 def _vectors(vectors: Sequence[Sequence[float]]) -> Floats:
     return np.array(vectors, np.float64).reshape(-1, 3)
 
