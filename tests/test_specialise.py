@@ -141,6 +141,17 @@ def test_long_lists_stand_in_a_tree_of_balls(ctx: moderngl.Context) -> None:
     np.testing.assert_array_equal(*pictures)
 
 
+@pytest.mark.parametrize("count", [1, 3])
+def test_the_root_of_the_bvh_is_compiled_in(count: int) -> None:
+    """If it is a node: the BVH of a single shape has none."""
+    ball = Sphere((0.0, 0.0, 0.0), 1.0, "ball")
+    spheres = [replace(ball, center=(3.0 * i, 0.0, 0.0)) for i in range(count)]
+    scene = Scene(Camera(), {"ball": lambert(0.5)}, spheres=spheres, lights=[Light((0.0, 3.0, 0.0), power=1.0)])
+    text = specialise(packed_as(scene, 0), Level.SCENE).apply(compose("pathtracer.frag", {}, SHADERS).text)
+    assert ("    return root_of(shape_texel(" in text) == (count == 1)
+    assert ("    return root_of((uvec4(" in text) == (count == 3)
+
+
 def test_levels_hold_more_and_more() -> None:
     packed = packed_as(load("three-spheres"))
     names = [set(specialise(packed, level).constants) for level in Level]

@@ -42,6 +42,12 @@ uint node_intersect(Node node, BvhRay ray, float max_distance) {
     return (uint(slots.x | slots.y << 2 | slots.z << 4 | slots.w << 6) & (end - 1u)) | end;
 }
 
+// The root; a constant where the scene is compiled in (gpu/specialise.py).
+Node root_of(uvec4 t0, uvec4 t1, uvec4 t2) { return node_of(t0, t1, t2); }
+Node root_load(int index) {
+    return root_of(shape_texel(index, 0), shape_texel(index, 1), shape_texel(index, 2));
+}
+
 // A driver may end a loop before its time (llvmpipe does after 65,535 rounds of all loops in a draw).
 bool traversal_was_cut = false;
 
@@ -49,8 +55,15 @@ bool traversal_was_cut = false;
 void bvh_intersect(inout Hit hit, Ray ray, int ignored, bool any) {
     if (u_bvh_root < 0 || (any && hit.primitive != NO_PRIMITIVE)) return;
     BvhRay local = bvh_ray(ray.origin, ray.direction);
-    // What is left to do: records that lie side by side, from `first` on, in the order of their slots in `rest`.
+    // What is left to do: records that lie side by side, from `first` on, in the order of their slots in `rest`. The root,
+    // which every ray meets, is a step of its own, before the loop.
     uint first = uint(u_bvh_root), rest = 4u;
+    Node root = root_load(u_bvh_root);
+    if (root.kind >> 24u == KIND_NODE) {
+        rest = node_intersect(root, local, hit.distance);
+        first = root.first;
+    }
+    if (rest <= 1u) return;
     uint last = 1u;          // the group to go on with after this one, 1 if there is none; the stack has those below it
     stack_clear();
     int instance = -1;       // the record of the one whose BVH is being traversed

@@ -115,7 +115,7 @@ def specialise(packed: PackedScene, level: Level, kept: Sequence[str] = ()) -> S
     constants = {**packed.uniforms, **packed.flags, **(packed.movable if level is Level.VIEW else {})}
     constants = {name: value for name, value in constants.items() if name not in kept and name != "u_seed"}
     tables = {_noun(name): words for name, words in packed.scene_records.items() if 0 < len(words) <= _MOST_SELECTED}
-    return Specialisation(constants, packed.listed, tables)
+    return Specialisation(constants, packed.listed, {**tables, **packed.bvh_root})
 
 
 def _noun(name: str) -> str:

@@ -54,7 +54,8 @@ class PackedScene:
     ``tables`` are textures by the name of their sampler, ``features`` what the program has to be able to do. ``flags``
     are uniforms that say what kinds of things there are, ``movable`` those that change as the camera moves or the
     environment turns, ``uniforms`` all others. ``scene_records`` and ``listed`` are the records of u_scene by kind and
-    of the short list of shapes. ``path_rounds`` are those of all loops along one path, at most; with a BVH, mostly.
+    of the short list of shapes, ``bvh_root`` that of the node which the BVH begins with. ``path_rounds`` are those of
+    all loops along one path, at most; with a BVH, mostly.
     """
 
     tables: Mapping[str, Table]
@@ -64,6 +65,7 @@ class PackedScene:
     uniforms: Mapping[str, Any]
     scene_records: Mapping[str, Words]
     listed: Words
+    bvh_root: Mapping[str, Words]
     environment: EnvironmentTables | None
     needs_maps: bool
     path_rounds: int
@@ -170,6 +172,7 @@ def pack(
         uniforms,
         scene_records,
         listed,
+        bvh.root if bvh else {},
         environment.tables,
         needs_maps(settings),
         path_rounds,

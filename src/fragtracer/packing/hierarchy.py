@@ -61,6 +61,11 @@ class PackedBvh:
         return self.mesh_lights.reshape(-1, 4)
 
     @property
+    def root(self) -> dict[str, Words]:
+        """The record that the BVH begins with, (1, 3, 4), by its noun, if it is a node."""
+        return {"root": self.words[:1, :3]} if self.words[0, 0, 3] >> 24 == Kind.NODE else {}
+
+    @property
     def usual_rounds(self) -> int:
         """How many steps few rays take more than: what is met grows with the depth of the BVH."""
         return 16 + 4 * int(np.log2(len(self.words)))
