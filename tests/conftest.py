@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The OpenGL context that the tests share."""
 
+import os
 from collections.abc import Iterator
 
 import moderngl
@@ -27,6 +28,8 @@ def _cache_of_the_tests(tmp_path_factory: pytest.TempPathFactory) -> Iterator[No
     """The tests leave the user's cache alone, and find nothing there that an earlier run computed."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("FRAGTRACER_CACHE", str(tmp_path_factory.mktemp("cache")))
+        # The command asks for wider vectors where it can; here all processes have the same.
+        patch.setenv("LP_NATIVE_VECTOR_WIDTH", os.environ.get("LP_NATIVE_VECTOR_WIDTH", "256"))
         patch.delenv("PYTHONDONTWRITEBYTECODE", raising=False)  # processes that tests start need not all compile Python
         yield
 

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.gpu.specialise import MOST_LISTED
 from fragtracer.renderer import Renderer
 from fragtracer.resources import folder
@@ -50,6 +51,31 @@ def batches(
     assert np.isfinite(images).all()
     assert np.min(images) >= 0
     return np.stack(images)
+
+
+def ends_loops(ctx: moderngl.Context) -> bool:
+    """Whether the driver stops a shader after 65,535 rounds of its loops: llvmpipe of Mesa 22.3 does, of 25.0 not."""
+    loop = "int count = 0;\n    while (count < u_rounds) count++;\n    color = vec4(count);"
+    text = f"uniform int u_rounds;\nout vec4 color;\nvoid main() {{\n    {loop}\n}}\n"
+    program = FullscreenProgram(ctx, folder("shaders"), "loop.frag", generated={"loop.frag": text})
+    program.set({"u_rounds": 70_000})
+    count = drawn(ctx, program)[0]
+    program.release()
+    return count < 70_000
+
+
+def drawn(ctx: moderngl.Context, program: FullscreenProgram) -> list[float]:
+    """What ``program`` draws into a pixel."""
+    outside = ctx.detect_framebuffer()
+    target = ctx.texture((1, 1), 4, dtype="f4")
+    framebuffer = ctx.framebuffer([target])
+    framebuffer.use()
+    program.draw()
+    pixel = np.frombuffer(target.read(), np.float32).tolist()
+    outside.use()
+    for resource in (framebuffer, target):
+        resource.release()
+    return pixel
 
 
 def in_long_passes(scene: Scene) -> Scene:

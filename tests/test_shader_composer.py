@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import moderngl
-import numpy as np
 import pytest
+from rendering import drawn
 
 from fragtracer.errors import ShaderError
 from fragtracer.gpu.program import FullscreenProgram
@@ -220,17 +220,3 @@ def test_every_line_has_its_place(program: str) -> None:
         name, number = place.split(":")
         if name != "(header)":
             assert texts[name][int(number) - 1] == line
-
-
-def drawn(ctx: moderngl.Context, program: FullscreenProgram) -> list[float]:
-    """What ``program`` draws into a pixel."""
-    outside = ctx.detect_framebuffer()
-    target = ctx.texture((1, 1), 4, dtype="f4")
-    framebuffer = ctx.framebuffer([target])
-    framebuffer.use()
-    program.draw()
-    pixel = np.frombuffer(target.read(), np.float32).tolist()
-    outside.use()
-    for resource in (framebuffer, target):
-        resource.release()
-    return pixel

@@ -8,8 +8,8 @@ from typing import Any
 import moderngl
 import numpy as np
 import pytest
+from rendering import drawn
 from scene_builders import lambert
-from test_shader_composer import drawn
 
 from fragtracer.errors import ShaderError
 from fragtracer.gpu.program import FullscreenProgram
@@ -125,16 +125,18 @@ def random_frame(rng: np.random.Generator) -> np.ndarray:
     return np.linalg.qr(rng.normal(size=(3, 3)))[0].T
 
 
-def test_long_lists_stand_in_a_tree_of_balls(ctx: moderngl.Context) -> None:
+def test_long_lists_stand_in_a_tree_of_balls(ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each shape once, and what the balls leave out no ray meets: the picture has the same bits."""
     scene = crowd(30)
-    text = specialise(packed_as(scene), Level.VIEW).apply(compose("pathtracer.frag", {}, SHADERS).text)
+    specialisation = specialise(packed_as(scene), Level.VIEW, skips_branches=True)
+    text = specialisation.apply(compose("pathtracer.frag", {}, SHADERS).text)
     calls = re.findall(r"\{ hit_(?:sphere|flat)\(hit, ray, .*?\)\), (\d+), ignored\);", text)
     assert sorted(map(int, calls)) == list(range(60))
-    assert text.count("if (ball_is_met(ray, ") > 60
+    assert text.count("if (ray_meets_ball(ray, ") > 60
     pictures = []
-    for skips in (0, 1):
-        with Renderer(scene, (64, 48), ctx, bounces=3, defines={"SKIPS_BRANCHES": skips}, **PLAIN) as renderer:
+    for skips in (False, True):
+        monkeypatch.setattr("fragtracer.gpu.tracer.skips_branches", lambda _, skips=skips: skips)
+        with Renderer(scene, (64, 48), ctx, bounces=3, **PLAIN) as renderer:
             renderer.sample(16)
             pictures.append(renderer.image())
     assert pictures[0].std() > 0.1
@@ -148,8 +150,8 @@ def test_the_root_of_the_bvh_is_compiled_in(count: int) -> None:
     spheres = [replace(ball, center=(3.0 * i, 0.0, 0.0)) for i in range(count)]
     scene = Scene(Camera(), {"ball": lambert(0.5)}, spheres=spheres, lights=[Light((0.0, 3.0, 0.0), power=1.0)])
     text = specialise(packed_as(scene, 0), Level.SCENE).apply(compose("pathtracer.frag", {}, SHADERS).text)
-    assert ("    return root_of(shape_texel(" in text) == (count == 1)
-    assert ("    return root_of((uvec4(" in text) == (count == 3)
+    assert ("    return bvh_root_of(shape_texel(" in text) == (count == 1)
+    assert ("    return bvh_root_of((uvec4(" in text) == (count == 3)
 
 
 def test_levels_hold_more_and_more() -> None:

@@ -43,9 +43,9 @@ uint node_intersect(Node node, BvhRay ray, float max_distance) {
 }
 
 // The root; a constant where the scene is compiled in (gpu/specialise.py).
-Node root_of(uvec4 t0, uvec4 t1, uvec4 t2) { return node_of(t0, t1, t2); }
-Node root_load(int index) {
-    return root_of(shape_texel(index, 0), shape_texel(index, 1), shape_texel(index, 2));
+Node bvh_root_of(uvec4 t0, uvec4 t1, uvec4 t2) { return node_of(t0, t1, t2); }
+Node bvh_root_load(int index) {
+    return bvh_root_of(shape_texel(index, 0), shape_texel(index, 1), shape_texel(index, 2));
 }
 
 // A driver may end a loop before its time (llvmpipe does after 65,535 rounds of all loops in a draw).
@@ -58,7 +58,7 @@ void bvh_intersect(inout Hit hit, Ray ray, int ignored, bool any) {
     // What is left to do: records that lie side by side, from `first` on, in the order of their slots in `rest`. The root,
     // which every ray meets, is a step of its own, before the loop.
     uint first = uint(u_bvh_root), rest = 4u;
-    Node root = root_load(u_bvh_root);
+    Node root = bvh_root_load(u_bvh_root);
     if (root.kind >> 24u == KIND_NODE) {
         rest = node_intersect(root, local, hit.distance);
         first = root.first;

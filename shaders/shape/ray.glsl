@@ -22,6 +22,15 @@ vec3 ray_offset_origin(vec3 position, vec3 normal, float extent) {
     return position + normal * (RAY_OFFSET * extent);
 }
 
+// Whether the ray comes through a ball nearer than max_distance. Long lists of shapes that are compiled in stand below such
+// conditions (gpu/specialise.py).
+bool ray_meets_ball(Ray ray, float max_distance, vec3 center, float radius) {
+    vec3 to_center = center - ray.origin;
+    float middle = dot(to_center, ray.direction);
+    vec3 perpendicular = to_center - middle * ray.direction;
+    return dot(perpendicular, perpendicular) <= radius * radius && middle > -radius && middle < max_distance + radius;
+}
+
 // A ray as nodes and triangles want it. Distances are in units of `direction`, which need not be a unit.
 struct BvhRay {
     vec3 origin;

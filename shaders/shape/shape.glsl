@@ -8,10 +8,6 @@
 #include "shape/surface.glsl"
 #include "shape/triangle.glsl"
 
-#ifndef SKIPS_BRANCHES
-#define SKIPS_BRANCHES 0  // 1: the driver skips a branch that none of its lanes takes
-#endif
-
 void hit_update(inout Hit hit, float distance, int primitive, int ignored) {
     if (distance < hit.distance && primitive != ignored) hit = Hit(distance, primitive, vec2(0.0), -1);
 }
@@ -25,19 +21,6 @@ void hit_sphere(inout Hit hit, Ray ray, Sphere sphere, int primitive, int ignore
     bool is_front;
     float distance = sphere_intersect(sphere.center, sphere.radius, ray.origin, ray.direction, is_front);
     if (is_front || (sphere.kind & SHAPE_CULLED) == 0u) hit_update(hit, distance, primitive, ignored);
-}
-
-// Whether the ray comes through a ball nearer than max_distance. Long lists of shapes stand below such conditions
-// (gpu/specialise.py), which would be a burden where the driver executes all branches.
-bool ball_is_met(Ray ray, float max_distance, vec3 center, float radius) {
-#if SKIPS_BRANCHES
-    vec3 to_center = center - ray.origin;
-    float middle = dot(to_center, ray.direction);
-    vec3 perpendicular = to_center - middle * ray.direction;
-    return dot(perpendicular, perpendicular) <= radius * radius && middle > -radius && middle < max_distance + radius;
-#else
-    return true;
-#endif
 }
 
 void hit_flat(inout Hit hit, Ray ray, Flat shape, int primitive, int ignored) {

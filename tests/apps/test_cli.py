@@ -18,6 +18,7 @@ from fragtracer.apps import cli
 from fragtracer.apps.cli.info import contents
 from fragtracer.errors import OutputError
 from fragtracer.films import SavedFilm
+from fragtracer.gpu import context as contexts
 from fragtracer.io.images import read_image, read_metadata
 
 FRAGTRACER = (sys.executable, "-m", "fragtracer")
@@ -40,6 +41,20 @@ def run(monkeypatch, capsys):
         return subprocess.CompletedProcess(arguments, status, *capsys.readouterr())
 
     return command
+
+
+def test_wide_vectors_leave_the_bits_alone(tmp_path, monkeypatch):
+    """The command asks for 512 bits where there are some; all other tests calculate with 256."""
+    if not contexts._has_wide_vectors():
+        pytest.skip("there are no wide vectors with this processor and driver")
+    command = "render", "roughness-grid", "--size", "48x32", "--spp", 40, "-o"
+    assert run_alone(*command, tmp_path / "narrow.exr").returncode == 0
+    monkeypatch.delenv("LP_NATIVE_VECTOR_WIDTH")
+    assert run_alone(*command, tmp_path / "wide.exr").returncode == 0
+    drivers = [read_metadata(tmp_path / name)["gl_renderer"] for name in ("narrow.exr", "wide.exr")]
+    assert "256 bits" in drivers[0]
+    assert "512 bits" in drivers[1]
+    np.testing.assert_array_equal(read_image(tmp_path / "narrow.exr"), read_image(tmp_path / "wide.exr"))
 
 
 @pytest.mark.parametrize("suffix", [".exr", ".hdr", ".npy", ".png"])

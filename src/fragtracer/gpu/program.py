@@ -9,7 +9,7 @@ from typing import Any
 import moderngl
 
 from fragtracer.errors import ShaderError
-from fragtracer.gpu.context import has_images, skips_branches
+from fragtracer.gpu.context import has_images
 from fragtracer.shader_composer import compose
 
 _UNIFORM = re.compile(r"\buniform\s+(?:highp\s+)?\w+\s+(\w+)")
@@ -41,7 +41,6 @@ class FullscreenProgram:
         vertex = compose("fullscreen.vert", {}, root)
         self._ctx, self._has_images = ctx, has_images(ctx)
         language = "330 core, images" if self._has_images else "330 core"
-        optional = {"SKIPS_BRANCHES": int(skips_branches(ctx)), **(optional or {})}
         source = compose(fragment, defines or {}, root, generated, language, optional)
         text = source.text if text_pass is None else text_pass(source.text)
         try:

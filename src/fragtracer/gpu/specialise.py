@@ -53,6 +53,7 @@ class Specialisation:
     constants: Mapping[str, object]
     listed: Words | None = None  # the short list of shapes
     tables: Mapping[str, Words] | None = None  # records by the noun of their functions, few of each
+    skips_branches: bool = False  # what the driver does, and therefore nothing that programs differ in
 
     @property
     def key(self) -> tuple[object, ...]:
@@ -89,7 +90,7 @@ class Specialisation:
             f"{call}({before}{noun}_of({', '.join(map(_texel, record[:texels]))}), {start + i}{after});"
             for i, record in enumerate(records)
         ]
-        is_long = noun != "plane" and count > _MOST_IN_A_ROW
+        is_long = self.skips_branches and noun != "plane" and count > _MOST_IN_A_ROW
         return indent + (_in_tree(calls, records) if is_long else " ".join(calls))
 
     @property
@@ -106,8 +107,11 @@ class Specialisation:
 _LIST = [f"u_{noun}_count" for noun in LISTED]
 
 
-def specialise(packed: PackedScene, level: Level, kept: Sequence[str] = ()) -> Specialisation:
-    """What of ``packed`` is compiled in at a level; uniforms named in ``kept`` are not."""
+def specialise(
+    packed: PackedScene, level: Level, kept: Sequence[str] = (), skips_branches: bool = False
+) -> Specialisation:
+    """What of ``packed`` is compiled in at a level; uniforms named in ``kept`` are not. If the driver
+    ``skips_branches`` (:func:`.skips_branches`), long lists of shapes stand below conditions."""
     if level is Level.NOTHING:
         return Specialisation({})
     if level is Level.KINDS:
@@ -115,7 +119,7 @@ def specialise(packed: PackedScene, level: Level, kept: Sequence[str] = ()) -> S
     constants = {**packed.uniforms, **packed.flags, **(packed.movable if level is Level.VIEW else {})}
     constants = {name: value for name, value in constants.items() if name not in kept and name != "u_seed"}
     tables = {_noun(name): words for name, words in packed.scene_records.items() if 0 < len(words) <= _MOST_SELECTED}
-    return Specialisation(constants, packed.listed, {**tables, **packed.bvh_root})
+    return Specialisation(constants, packed.listed, {**tables, **packed.bvh_root}, skips_branches)
 
 
 def _noun(name: str) -> str:
@@ -147,7 +151,7 @@ def _in_ball(balls: NDArray[np.float64], text: str) -> str:
     center = ((low.min(axis=0) + high.max(axis=0)) / 2).astype(np.float32)
     radius = (np.linalg.norm(balls[:, :3] - center, axis=1) + balls[:, 3]).max() * (1 + _BALL_GROWTH)
     ball = f"vec3({', '.join(map(_number, center))}), {_number(radius)}"
-    return f"if (ball_is_met(ray, hit.distance, {ball})) {{ {text} }}"
+    return f"if (ray_meets_ball(ray, hit.distance, {ball})) {{ {text} }}"
 
 
 def _constant(kind: str, name: str, value: object) -> str:

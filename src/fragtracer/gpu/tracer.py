@@ -10,7 +10,7 @@ import moderngl
 import numpy as np
 
 from fragtracer.errors import DeviceError
-from fragtracer.gpu.context import is_software
+from fragtracer.gpu.context import is_software, skips_branches
 from fragtracer.gpu.cube_maps import MapSizes, brdf_map, environment_maps
 from fragtracer.gpu.film import Film
 from fragtracer.gpu.program import FullscreenProgram
@@ -72,7 +72,7 @@ class Tracer:
 
         Raises :class:`ShaderError` if the program does not compile; the last one stays in use.
         """
-        specialisation = specialise(packed, program.level, program.kept)
+        specialisation = specialise(packed, program.level, program.kept, skips_branches(self._ctx))
         key = _key(packed, program, specialisation)
         if recompile or self._program is None or key != self._key:
             self._use_program(key, self._compiled(key, packed, program, specialisation, recompile))

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.errors import DeviceError
+from fragtracer.gpu.context import skips_branches
 from fragtracer.gpu.outputs import drawing_to
 from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.gpu.specialise import Level, specialise
@@ -91,7 +92,7 @@ class LightTracer:
         Raises :class:`ShaderError` if the program does not compile.
         """
         self._size = size
-        specialisation = specialise(packed, level)
+        specialisation = specialise(packed, level, skips_branches=skips_branches(self._ctx))
         key = root, dict(packed.features), specialisation.key
         if self._program is None or key != self._key:
             if self._program is not None:

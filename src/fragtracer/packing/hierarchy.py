@@ -63,7 +63,7 @@ class PackedBvh:
     @property
     def root(self) -> dict[str, Words]:
         """The record that the BVH begins with, (1, 3, 4), by its noun, if it is a node."""
-        return {"root": self.words[:1, :3]} if self.words[0, 0, 3] >> 24 == Kind.NODE else {}
+        return {"bvh_root": self.words[:1, :3]} if self.words[0, 0, 3] >> 24 == Kind.NODE else {}
 
     @property
     def usual_rounds(self) -> int:
