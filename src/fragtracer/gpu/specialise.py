@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Compiles what a scene holds into its program: a pass over the text of a shader, of which nothing else knows.
 
-A software renderer reads every uniform for each of its lanes, and llvmpipe of older versions of Mesa executes both sides
-of every branch, so that constants are worth a factor of 2 to 6 there (docs/performance.md, "What limits us"). GPUs, on
-which it was never measured, do without.
+A software renderer reads every uniform for each of its lanes, and llvmpipe of older versions of Mesa executes both
+sides of every branch, so that constants are worth a factor of 2 to 6 there (docs/performance.md, "What limits us").
+GPUs, on which it was never measured, do without.
 """
 
 import re
