@@ -110,8 +110,8 @@ _LIST = [f"u_{noun}_count" for noun in LISTED]
 def specialise(
     packed: PackedScene, level: Level, kept: Sequence[str] = (), skips_branches: bool = False
 ) -> Specialisation:
-    """What of ``packed`` is compiled in at a level; uniforms named in ``kept`` are not. If the driver
-    ``skips_branches`` (:func:`.skips_branches`), long lists of shapes stand below conditions."""
+    """What of ``packed`` is compiled in at a level; what is named in ``kept``, uniforms or "bvh_root", is not. If the
+    driver ``skips_branches`` (:func:`.skips_branches`), long lists of shapes stand below conditions."""
     if level is Level.NOTHING:
         return Specialisation({})
     if level is Level.KINDS:
@@ -119,7 +119,8 @@ def specialise(
     constants = {**packed.uniforms, **packed.flags, **(packed.movable if level is Level.VIEW else {})}
     constants = {name: value for name, value in constants.items() if name not in kept and name != "u_seed"}
     tables = {_noun(name): words for name, words in packed.scene_records.items() if 0 < len(words) <= _MOST_SELECTED}
-    return Specialisation(constants, packed.listed, {**tables, **packed.bvh_root}, skips_branches)
+    tables |= {name: words for name, words in packed.bvh_root.items() if name not in kept}
+    return Specialisation(constants, packed.listed, tables, skips_branches)
 
 
 def _noun(name: str) -> str:

@@ -37,7 +37,7 @@ _MAPS = MapSizes()
 @dataclass(frozen=True)
 class TracerProgram:
     """Which program draws: ``name`` below ``root``, with ``defines`` in place of what a scene asks for, and how much of
-    the scene is compiled into it. Uniforms named in ``kept`` stay uniforms."""
+    the scene is compiled into it, but for what is named in ``kept`` (:func:`.specialise`)."""
 
     name: str = "pathtracer.frag"
     defines: Mapping[str, int | str] = field(default_factory=dict)

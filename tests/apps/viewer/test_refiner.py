@@ -223,6 +223,18 @@ def grid(side: int) -> Mesh:
     return Mesh((MeshPart(Geometry(np.stack([x, y, z], -1).reshape(-1, 3), corners), "a"),), (Placement(),))
 
 
+@pytest.mark.parametrize("make", ["software"], indirect=True)
+def test_a_mesh_that_moves_keeps_the_program(make: Make) -> None:
+    """Also where the rest of the scene is compiled in."""
+    mesh = grid(9)
+    scene = replace(everything(), meshes=(mesh,))
+    refiner = make(scene)
+    until(refiner, lambda: refiner.renderer.is_specialised)
+    moved = replace(mesh, instances=(Placement(translation=(0.05, 0.0, 0.0)),))
+    refiner.change(replace(scene, meshes=(moved,)))
+    assert refiner.renderer.is_specialised
+
+
 @pytest.mark.parametrize("kind", ["spheres", "rectangles", "materials", "lights"])
 def test_editing_a_small_thing_does_not_upload_a_mesh(make: Make, monkeypatch: pytest.MonkeyPatch, kind: str) -> None:
     """Not even where it leaves the bounds of all else."""

@@ -243,8 +243,8 @@ class LiveRenderer(Renderer):
 
     def _program_of(self, settings: RenderSettings, view: str) -> TracerProgram:
         """The program for a view, not specialised. Fewer light samples than those of the settings are drawn while
-        something moves."""
-        kept = ("u_light_samples",) if settings.light_samples > 1 else ()
+        something moves, and a mesh that moves is no reason to compile."""
+        kept = ("bvh_root", "u_light_samples") if settings.light_samples > 1 else ("bvh_root",)
         if view:
             return TracerProgram("auxiliary.frag", {"AUXILIARY": f"AUXILIARY_{view.upper()}"}, self._least, kept)
         return TracerProgram(PROGRAMS[settings.integrator], {}, self._least, kept)
