@@ -53,7 +53,7 @@ class Specialisation:
     constants: Mapping[str, object]
     listed: Words | None = None  # the short list of shapes
     tables: Mapping[str, Words] | None = None  # records by the noun of their functions, few of each
-    skips_branches: bool = False  # what the driver does, and therefore nothing that programs differ in
+    skips_branches: bool = False  # whether the driver does: of a process, and so no part of the key
 
     @property
     def key(self) -> tuple[object, ...]:

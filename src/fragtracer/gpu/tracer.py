@@ -30,7 +30,7 @@ _FIRST_BAND = 4096  # pixel samples
 _BLOCK_ROWS = 4  # pixels are shaded in blocks (of four by four on llvmpipe); a band should not cut them
 _MAX_GROWTH = 4.0  # of a band over the one before, while its cost is not known well
 _MOST_KEPT = 3  # programs, so that going back to a kind of scene does not compile
-_MAX_ROUNDS = 65000  # of all loops in a draw; llvmpipe stops a shader after 65,535
+_MAX_ROUNDS = 65000  # of all loops in a draw; llvmpipe of Mesa 22.3 stops a shader after 65,535
 _MAPS = MapSizes()
 
 
