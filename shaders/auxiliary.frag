@@ -31,7 +31,7 @@ vec3 auxiliary_value(Ray ray, uint seed) {
     return vec3(hit.distance);
 #else
     Material material = material_at(surface);
-    return material.unlit != 0 ? material.emission : material.diffuse + material.f0;
+    return material_is_unlit(material) ? material.emission : material.diffuse + material.f0;
 #endif
 }
 

@@ -38,7 +38,7 @@ uniform int u_rays;
 #if LAYERS == LAYERS_GEOMETRY || LAYERS == LAYERS_DENOISING
 // What the surface reflects and lets through of white light from straight above.
 vec3 layers_albedo(Material material, bool is_front) {
-    if (material.unlit != 0) return material.emission;
+    if (material_is_unlit(material)) return material.emission;
 #if HAS_EXACT_FRESNEL
     Bsdf b = material_bsdf(material, is_front);
     if (b.model == BSDF_DIELECTRIC || b.model == BSDF_THIN_DIELECTRIC) return b.transmittance;
@@ -105,7 +105,7 @@ void layers_add(inout Film film, ivec2 pixel, uint index, Ray ray, uint seed) {
         material_choose(surface, vertex_seed);
         Material material = material_at(surface);
         float cos_theta = -dot(surface.normal, ray.direction);
-        bool is_unlit = is_hit && material.unlit != 0;
+        bool is_unlit = is_hit && material_is_unlit(material);
 #if HAS_MEDIA
         bool is_certain = false;
 #else

@@ -109,7 +109,7 @@ vec4 photon_trace(uint number, out int number_of_target) {
     LightSample light = light_sample(photon.surface.position, vec2(wanted * v.x, v.y));
     photon.towards_light = light.wi;
     float cosine = dot(photon.surface.normal, light.wi);
-    bool is_met = light_traced_is_wanted(light) && light.pdf > 0.0 && photon.material.unlit == 0;
+    bool is_met = light_traced_is_wanted(light) && light.pdf > 0.0 && !material_is_unlit(photon.material);
     is_met = is_met && (cosine > 0.0 || (cosine < 0.0 && !target.is_culled));
     Vertex vertex = photon_vertex(photon, light.wi, ivec4(0));
     // What has an inside is lit from outside: no light is within (light_tracing/decision.py).
@@ -177,7 +177,7 @@ vec4 photon_trace(uint number, out int number_of_target) {
         material_choose(photon.surface, photon.seed);
         photon.material = material_at(photon.surface);
         photon.towards_light = -direction;
-        goes_on = goes_on && photon.material.unlit == 0;
+        goes_on = goes_on && !material_is_unlit(photon.material);
         turn++;
     } while (goes_on);
 

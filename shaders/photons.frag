@@ -56,7 +56,7 @@ void main() {
         material_choose(surface, seed);
         Material material = material_at(surface);
         Vertex vertex = vertex_at(surface, material, ray.direction, seed);
-        bool is_met = hit.primitive != NO_PRIMITIVE && material.unlit == 0;
+        bool is_met = hit.primitive != NO_PRIMITIVE && !material_is_unlit(material);
 
         // Light at the first vertex, which is the photon, and at the one that the receiver sees.
         u = photon_random(photon, 1 + turn, survival);

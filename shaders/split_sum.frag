@@ -26,8 +26,8 @@ vec3 split_sum_radiance(Ray ray, uint seed, ivec2 pixel, uint index) {
     Material material = material_at(surface);
     vec3 radiance = vec3(0.0);
     bool is_light = surface.light >= 0 && dot(surface.normal, ray.direction) < 0.0;
-    if (is_light || material.unlit != 0) radiance += material.emission;
-    if (material.unlit != 0 || u_bounces == 0) return radiance;
+    if (is_light || material_is_unlit(material)) radiance += material.emission;
+    if (material_is_unlit(material) || u_bounces == 0) return radiance;
     Vertex vertex = vertex_at(surface, material, ray.direction, hash_uint(~seed));
 #if SPLIT_SUM_STEP >= SPLIT_SUM_LOOKUPS
     radiance += split_sum_environment(vertex, material_occlusion(surface));

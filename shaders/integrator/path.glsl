@@ -175,14 +175,14 @@ void path_trace(inout Film film, ivec2 pixel, ivec2 numbers, int count) {
             vec3 met = path.throughput * material.emission * direct_emission_weight(path.pdf, pdf, path.certain);
             path_receive(path, met * path_rest(path));
         }
-        if (is_hit && material.unlit != 0) path_receive(path, path.throughput * material.emission);
+        if (is_hit && material_is_unlit(material)) path_receive(path, path.throughput * material.emission);
 
         // The end, by the number of bounces or Russian roulette (Arvo and Kirk 1990, Particle Transport and Image
         // Synthesis). By the throughput itself it would end too many paths (docs/sampling.md).
         float survival = min(0.95, sqrt(path.eta_scale * max_component(path.throughput)));
         if (!has_roulette || path.depth < u_russian_roulette_vertex) survival = 1.0;
         bool survives = !has_roulette || path.rr_sample < survival;
-        bool scatters = is_hit && material.unlit == 0;
+        bool scatters = is_hit && !material_is_unlit(material);
 #if HAS_MEDIA
         scatters = scatters || flight.scatters;
 #endif

@@ -36,7 +36,7 @@ Bsdf material_bsdf(Material material, bool is_front) {
     Dielectric dielectric = dielectric_load(material.record);
     b.eta = is_front || b.model == BSDF_THIN_DIELECTRIC ? dielectric.eta : 1.0 / dielectric.eta;
     b.transmittance = dielectric.transmittance;
-    if (u_has_maps != 0 && (b.model == BSDF_DIELECTRIC || b.model == BSDF_THIN_DIELECTRIC)) {
+    if (material_is_mapped(material) && (b.model == BSDF_DIELECTRIC || b.model == BSDF_THIN_DIELECTRIC)) {
         b.transmittance = b.diffuse;  // with its texture, in the place of an albedo
         b.diffuse = vec3(0.0);
     }
@@ -82,7 +82,7 @@ Material material_with_maps(Material material, Maps maps, vec4 uv, vec3 color) {
 #endif
     albedo = clamp(albedo, 0.0, 1.0);
     metallic = clamp(metallic, 0.0, 1.0);
-    if (material.unlit == 0) {
+    if (!material_is_unlit(material)) {
         material.diffuse = (1.0 - metallic) * albedo;
         material.f0 = (1.0 - metallic) * maps.dielectric_f0 + metallic * albedo;
         // A metal reflects white at grazing angles, unless it is all but black (scene/reflectance.py).
@@ -116,7 +116,7 @@ void material_choose(inout Surface surface, uint seed) {
 
 Material material_at(Surface surface) {
     Material material = material_load(surface.material);
-    if (u_has_maps != 0) material = material_with_maps(material, maps_load(surface.material), surface.uv, surface.color.rgb);
+    if (material_is_mapped(material)) material = material_with_maps(material, maps_load(surface.material), surface.uv, surface.color.rgb);
     return material;
 }
 
@@ -169,10 +169,11 @@ vec3 material_shading_normal(Surface surface) {
     vec3 normal = surface.shading_normal;
 #if HAS_TEXTURES
     if (!textures_change(TEXTURE_NORMAL)) return normal;
-    Maps maps = maps_load(surface.material);
     vec3 along = surface.tangent.xyz - normal * dot(normal, surface.tangent.xyz);
     float size = length(along);
-    if (maps.normal_texture < 0 || size <= 0.0) return normal;
+    if (size <= 0.0) return normal;
+    Maps maps = maps_load(surface.material);
+    if (maps.normal_texture < 0) return normal;
     along /= size;
     vec3 local = 2.0 * texture_value(texture_load(maps.normal_texture), surface.uv).xyz - 1.0;
     local.xy *= maps.normal_scale;

@@ -19,13 +19,16 @@ const int ALPHA_OPAQUE = 0;
 const int ALPHA_MASK = 1;
 const int ALPHA_BLEND = 2;
 
+const int MATERIAL_UNLIT = 1;   // emits to every ray, and scatters nothing
+const int MATERIAL_MAPPED = 2;  // textures or the colours of vertices change it: it has Maps
+
 struct Material {
     vec3 diffuse;  // albedo of the diffuse part
     float alpha;  // GGX width
     vec3 f0;  // specular reflectance at normal incidence
     int bsdf;  // BSDF_... of bsdf/bsdf.glsl
     vec3 f90;  // specular reflectance at grazing incidence
-    int unlit;  // 1: emits to every ray, and scatters nothing
+    int flags;  // MATERIAL_...
     vec3 emission;  // radiance from the front
     int record;  // number of that of a dielectric, a conductor or a plastic; of others 1: the factor of the half vector
 };
@@ -38,6 +41,9 @@ Material material_load(int index) {
     int first = u_first_material + 4 * index;
     return material_of(scene_texel(first), scene_texel(first + 1), scene_texel(first + 2), scene_texel(first + 3));
 }
+
+bool material_is_unlit(Material material) { return (material.flags & MATERIAL_UNLIT) != 0; }
+bool material_is_mapped(Material material) { return u_has_maps != 0 && (material.flags & MATERIAL_MAPPED) != 0; }
 
 // Constant factors, and the numbers of textures that multiply them; -1: there is none.
 struct Maps {

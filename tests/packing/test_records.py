@@ -161,8 +161,10 @@ def test_flags_agree() -> None:
     for name, some in {"SPHERES": {"spheres": (ball,)}, "FLATS": {"disks": (disk,)}}.items():
         scene = Scene(materials={"m": Material()}, **some)
         assert pack(scene, scene.render, 8, 8).flags["u_bvh_shapes"] == flags[name]
-    material = constants(read("scene/material.glsl"), "ALPHA_")
-    assert material == {mode.upper(): i for i, mode in enumerate(materials._ALPHA_MODES)}
+    material = read("scene/material.glsl")
+    assert constants(material, "ALPHA_") == {mode.upper(): i for i, mode in enumerate(materials._ALPHA_MODES)}
+    flags = {"UNLIT": materials.MATERIAL_UNLIT, "MAPPED": materials.MATERIAL_MAPPED}
+    assert constants(material, "MATERIAL_") == flags
     texture = read("scene/texture.glsl")
     assert constants(texture, "WRAP_") == {mode.upper(): i for i, mode in enumerate(materials._WRAP_MODES)}
     texture_flags = {"SRGB": atlas.TEXTURE_SRGB, "FLOAT": atlas.TEXTURE_FLOAT, "NEAREST": materials.TEXTURE_NEAREST}

@@ -21,6 +21,7 @@ ALPHA_DELTA = 1e-4  # of bsdf/ggx.glsl
 _ALPHA_MODES = ("opaque", "mask", "blend")
 _WRAP_MODES = ("repeat", "mirror", "clamp")
 TEXTURE_NEAREST = 4
+MATERIAL_UNLIT, MATERIAL_MAPPED = 1, 2  # flags of scene/material.glsl
 # What textures change, as in scene/texture.glsl.
 _USES = {name: 1 << i for i, name in enumerate(name for name in TEXTURED if name != "transmittance")}
 
@@ -61,6 +62,7 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
     index = {texture: i for i, texture in enumerate(textures)}
     colored = any(part.geometry.colors is not None for mesh in scene.meshes for part in mesh.parts)
     has_maps = bool(textures) or colored
+    mapped = np.array([colored or bool(m.textures) for m in packed])
     is_anisotropic = any(m.anisotropy > 0 for m in packed)
     has_alpha = any(m.alpha_mode != "opaque" for m in packed)
     lobes = [(m.specular_f0, m.specular_f90) for m in packed]
@@ -68,7 +70,7 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
     specular = [m for m, lobe in plain if _specular_from(m, *lobe) > 0]
     models = [_model(m, bool(specular)) for m in packed]
     words = {
-        "Material": _material_words(packed, models, lobes, numbers),
+        "Material": _material_words(packed, models, lobes, numbers, mapped),
         "Maps": words_of_rows(MATERIAL_RECORDS["Maps"], [_maps(m, index) for m in packed] if has_maps else []),
         "Dielectric": words_of_rows(MATERIAL_RECORDS["Dielectric"], [_dielectric(materials[n]) for n in dielectric]),
         "Conductor": words_of_rows(MATERIAL_RECORDS["Conductor"], [_conductor(materials[n]) for n in conductor]),
@@ -260,9 +262,11 @@ def _material_words(
     models: Sequence[BsdfModel],
     lobes: Sequence[tuple[Triple, Triple]],
     records: NDArray[np.int64],
+    mapped: NDArray[np.bool_],
 ) -> Words:
     """Records of ``materials`` with their models, the f0 and f90 of their specular lobes, and the numbers of the
-    ``records`` of dielectrics, conductors and plastics, or 1 for the diffuse factor of the half vector."""
+    ``records`` of dielectrics, conductors and plastics, or 1 for the diffuse factor of the half vector; which of them
+    are ``mapped``, having textures or the colours of vertices."""
     scatters = np.array([not m.unlit for m in materials], np.float64)
     f0, f90 = np.array(lobes, np.float64).reshape(-1, 2, 3).transpose(1, 0, 2)
     columns = {
@@ -271,7 +275,7 @@ def _material_words(
         "f0": f0 * scatters[:, None],
         "bsdf": np.array(models, np.int64),
         "f90": f90 * scatters[:, None],
-        "unlit": scatters == 0,
+        "flags": MATERIAL_UNLIT * (scatters == 0) + MATERIAL_MAPPED * mapped,
         "emission": np.array([m.base_color if m.unlit else m.emission for m in materials]).reshape(-1, 3),
         "record": records,
     }

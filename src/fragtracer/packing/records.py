@@ -15,7 +15,7 @@ Words = NDArray[np.uint32]
 MATERIAL_RECORDS: dict[str, Record] = {
     "Material": (
         *(("diffuse", "vec3"), ("alpha", "float"), ("f0", "vec3"), ("bsdf", "int")),
-        *(("f90", "vec3"), ("unlit", "int"), ("emission", "vec3"), ("record", "int")),
+        *(("f90", "vec3"), ("flags", "int"), ("emission", "vec3"), ("record", "int")),
     ),
     "Maps": (
         *(("albedo", "vec3"), ("roughness", "float"), ("dielectric_f0", "vec3"), ("metallic", "float")),
