@@ -75,13 +75,13 @@ void main() {
         }
         goes_on = is_met && flux > 0.0 && !is_received && turn <= MOST_HOPS;
 
-        // What is no delta is guided, and may scatter narrowly all the same: half of the photons go on there.
+        // What is no delta is guided, and may scatter narrowly all the same: of the photons that it does, half go on.
         vec3 any_direction = square_to_cosine_hemisphere(u.zw);
         bool receives = !is_first && max_component(bsdf_eval(vertex.bsdf, vertex.wo, any_direction)) > 0.0;
-        flux *= receives ? 2.0 : 1.0;
-        is_received = goes_on && receives && survival < 0.5;
         BsdfSample scattered = bsdf_sample(vertex.bsdf, vertex.wo, u.zw);
         bool is_narrow = bsdf_is_delta(scattered) || scattered.pdf > FOCUS * INVERSE_PI * abs(scattered.wi.z);
+        flux *= receives && is_narrow ? 2.0 : 1.0;
+        is_received = goes_on && receives && (!is_narrow || survival < 0.5);
         if (is_received) {
             receiver = vec4(surface.position, turn > 1 ? -flux : flux);
             source.xyz = ray.origin;
