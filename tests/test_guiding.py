@@ -16,9 +16,10 @@ from fragtracer import guiding
 from fragtracer.guiding import Decision, Guide, learn
 from fragtracer.guiding.lobes import LOBES, Lobes, fit
 from fragtracer.guiding.photons import Photons
+from fragtracer.guiding.targets import targets_of
 from fragtracer.io.toml import load
 from fragtracer.renderer import Renderer
-from fragtracer.scene import Ambient, Camera, Light, Material, Scene, Sphere
+from fragtracer.scene import Ambient, Camera, Geometry, Light, Material, Mesh, Part, Placement, Scene, Sphere
 
 ALBEDO = (0.3, 0.5, 0.8)
 
@@ -121,16 +122,32 @@ def test_guiding_pays_for_caustics(ctx: Any, monkeypatch: pytest.MonkeyPatch) ->
     assert variances[0] < 0.5 * variances[1]
 
 
-@pytest.mark.parametrize("name", ["ring", "caustic"])
-def test_what_guiding_does_not_find_counts(ctx: Any, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
-    """Few samples say that it divides the variance of ring by 4 and that of caustic by 12, but the more there are, the
-    less it does; and guided paths go through the glass and are longer."""
+def test_what_guiding_does_not_find_counts(ctx: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Few samples say that it divides the variance of caustic by 12, but the more there are, the less it does; and guided
+    paths go through the glass and are longer."""
     monkeypatch.setattr("fragtracer.guiding.decision.cached", lambda kind, key, make: make())
-    with Renderer(load(name), (96, 54), context=ctx, spp=8192, light_tracing="off") as renderer:
+    with Renderer(load("caustic"), (96, 54), context=ctx, spp=8192, light_tracing="off") as renderer:
         said = renderer.metadata()["guiding_decision"]
     found = re.fullmatch(r"off: the variance would fall by \S+, the time of a sample rise by (\S+)", said)
     assert found is not None
     assert float(found[1]) > 1.65  # a guided ray is taken to cost 1.5 of another
+
+
+def test_photons_are_aimed_at_quarters_of_meshes() -> None:
+    """Each triangle of each instance lies in one of the bounding spheres, which are smaller than the mesh."""
+    corners = np.float64([[[i, 0, 0], [i + 1, 0, 0], [i, 0, 1]] for i in range(8)])
+    placements = (Placement(), Placement(translation=(0.0, 5.0, 0.0), scale=(2.0, 1.0, 1.0)))
+    for count, expected in ((8, 4), (3, 3), (1, 1)):
+        geometry = Geometry(corners[:count].reshape(-1, 3), np.arange(3 * count).reshape(-1, 3))
+        mesh = Mesh((Part(geometry, "matte"),), placements)
+        targets = targets_of(Scene(materials={"matte": Material()}, meshes=[mesh]))
+        assert len(targets) == 2 * expected
+        assert (targets[:, 3] < 0).all()  # chords begin inside
+        for matrix, _ in mesh.placed():
+            placed = corners[:count] @ matrix[:3, :3].T + matrix[:3, 3]
+            off = np.linalg.norm(placed[:, None] - targets[:, None, :3], axis=-1).max(axis=2)
+            assert (off <= 1.0001 * -targets[:, 3]).any(axis=1).all()
+            assert (-targets[:, 3]).max() < np.ptp(placed[..., 0]) or count == 1
 
 
 def test_too_few_photons_teach_nothing(ctx: Any, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -17,7 +17,7 @@ from fragtracer.scene import Camera, RenderSettings, Scene
 
 Floats = NDArray[np.float64]
 
-VERSION = 6  # of what is done with photons, for the files kept on disk
+VERSION = 7  # of what is done with photons, for the files kept on disk
 _PILOT = 2**15  # photons that find out which targets pass light on
 _PHOTONS = 2**20
 _MOST_LISTED = 8  # shapes that every photon is tested against
