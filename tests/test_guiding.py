@@ -123,8 +123,8 @@ def test_guiding_pays_for_caustics(ctx: Any, monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_what_guiding_does_not_find_counts(ctx: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Few samples say that it divides the variance of caustic by 12, but the more there are, the less it does; and guided
-    paths go through the glass and are longer."""
+    """Few samples say that it divides the variance of caustic by 12, but the more there are, the less it does; and
+    guided paths go through the glass and are longer."""
     monkeypatch.setattr("fragtracer.guiding.decision.cached", lambda kind, key, make: make())
     with Renderer(load("caustic"), (96, 54), context=ctx, spp=8192, light_tracing="off") as renderer:
         said = renderer.metadata()["guiding_decision"]
