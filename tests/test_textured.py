@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from rendering import ESTIMATORS, batches, rendered
+from scene_builders import lambert
 from scipy import stats
 from textured_scenes import facing, mesh, quad, texture, under_sheets
 
@@ -43,6 +44,27 @@ def test_colours_of_vertices_multiply(ctx: moderngl.Context) -> None:
     material = Material(albedo=0.5, specular=0.0)
     image = rendered(ctx, facing({"m": material}, mesh(geometry, "m")), 4, (4, 4))
     np.testing.assert_allclose(image, np.broadcast_to((0.25, 0.125, 0.5), (4, 4, 3)), rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    "material",
+    [
+        Material(model="dielectric", roughness=0.0, transmittance=(0.9, 0.5, 0.3)),
+        Material(model="plastic", albedo=(0.2, 0.5, 0.3)),
+        Material(model="conductor", metal="gold", roughness=0.3),
+        Material(albedo=(0.2, 0.5, 0.3), metallic=0.5, roughness=0.4, emission=(0.1, 0.2, 0.3)),
+    ],
+    ids=["dielectric", "plastic", "conductor", "metallic-roughness"],
+)
+def test_textures_of_one_material_change_no_other(ctx: moderngl.Context, material: Material) -> None:
+    """Of one without, everything is constant, whether others have textures or not."""
+    alone = facing({"m": material, "mapped": lambert(0.5)}, mesh(quad((-1, -1, -9)), "mapped"))
+    alone = replace(alone, spheres=(Sphere((0, 0, 0), 0.5, "m"),))
+    mapped = replace(lambert(0.5), albedo_texture=texture(np.full((2, 2, 3), 255, np.uint8)))
+    beside = replace(alone, materials={**alone.materials, "mapped": mapped})
+    image, expected = (rendered(ctx, scene, 64, (16, 16)) for scene in (beside, alone))
+    assert expected.std() > 0.01
+    np.testing.assert_allclose(image, expected, rtol=1e-3, atol=1e-5)
 
 
 def proportion_agrees(image: Floats, expected: float, spp: int, tests: int) -> bool:
