@@ -1327,7 +1327,7 @@ MUTATIONS = [
         "guiding/measure.glsl",
         "    moments.rays += 1.0;\n",
         "",
-        Check(test_guided_pictures.test_what_guiding_does_not_find_counts, name="caustic"),
+        Check(test_guided_pictures.test_what_guiding_does_not_find_counts),
     ),
     Mutation(
         "direct light in no part",
