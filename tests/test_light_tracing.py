@@ -138,7 +138,8 @@ def shapes() -> Scene:
 
 
 def meshes() -> Scene:
-    """Copies that are turned, stretched and mirrored, with normals of their own; a sheet half there, one that glows."""
+    """Copies that are turned, stretched and mirrored, with normals of their own; a sheet half there, one that glows; a
+    floor that is a mesh, too, so that there is nothing else."""
     balls = smooth(ball(12, 6))
     corners = np.array([[-0.5, 0.0, 0.0], [0.5, 0.0, 0.0], [0.5, 1.0, 0.0], [-0.5, 1.0, 0.0]])
     quad = (corners, np.array([[0, 1, 2], [0, 2, 3]]))
@@ -150,11 +151,11 @@ def meshes() -> Scene:
     return Scene(
         LENS,
         materials,
-        planes=[FLOOR],
         meshes=(
             Mesh((Part(balls, "gold"),), copies),
             Mesh((Part(geometry(quad), "sieve"),), (Placement((0.1, 0.0, -1.0), (-10.0, 0.0, 0.0)),)),
             Mesh((Part(geometry(quad), "lamp"),), (Placement((0.0, 2.5, 0.0), (90.0, 0.0, 0.0), (3.0, 3.0, 3.0)),)),
+            Mesh((Part(geometry(quad), "floor"),), (Placement((0.0, 0.0, 8.0), (-90.0, 0.0, 0.0), (16.0, 16.0, 1.0)),)),
         ),
     )
 

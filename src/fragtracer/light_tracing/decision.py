@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 
 PHOTONS_PER_SAMPLE = 1 / 8  # of the path tracer: about the best number (docs/sampling.md)
 
-_VERSION = 5  # of the measurement
+_VERSION = 6  # of the measurement
 _LEAST_SAMPLES = 2**24  # of a picture; to trace them takes about as long as the measurement
 _PHOTON_COST = (5.0, 3.0)  # of a photon over a sample of a path, the second in scenes of meshes
 # By how much adaptive sampling lowers the variance of paths, which place their samples by it, and not that of photons;

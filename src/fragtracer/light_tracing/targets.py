@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fragtracer.packing import PackedScene
 from fragtracer.packing.alias import alias_table
-from fragtracer.packing.hierarchy import RECORDS_IN_ROW
+from fragtracer.packing.hierarchy import rows_of
 from fragtracer.packing.records import Record, Words, words_of
 from fragtracer.packing.shapes import CULLED, Kind
 
@@ -67,7 +67,7 @@ def targets_of(packed: PackedScene, materials: Iterable[int]) -> Targets:
     parts = [part.reshape(-1, 4, 4) for part in packed.tables["u_shapes"]]
     for part in parts:
         found.append(_of_part(part, first, np.array(sorted(materials), np.int64)))
-        first += -(-len(part) // RECORDS_IN_ROW) * RECORDS_IN_ROW
+        first += rows_of(len(part))
     targets = Targets(*(np.concatenate(columns) for columns in zip(*(vars(t).values() for t in found), strict=True)))
     return _divided(targets.taken(np.flatnonzero(targets.area > 0)))
 

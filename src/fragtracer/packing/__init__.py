@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from fragtracer.errors import SceneError
 from fragtracer.packing.camera import camera_uniforms
 from fragtracer.packing.environment import EnvironmentTables, pack_environment
-from fragtracer.packing.hierarchy import ATTRIBUTES, RECORDS_IN_ROW, PackedBvh, pack_bvh
+from fragtracer.packing.hierarchy import ATTRIBUTES, PackedBvh, pack_bvh, rows_of
 from fragtracer.packing.instances import MeshMaterial
 from fragtracer.packing.interiors import camera_interiors, interior_flags
 from fragtracer.packing.light_tree import MOST_DEPTH
@@ -109,7 +109,7 @@ def pack(
     planes = plane_records(scene.planes, materials, surfaces.of_shapes, origin, plane_objects)
     is_listed = len(shapes) <= most_listed
     listed = np.concatenate([planes, records.words]) if is_listed else planes
-    first = RECORDS_IN_ROW * max(1, -(-len(listed) // RECORDS_IN_ROW))
+    first = rows_of(len(listed))
     bvh = _bvh(scene, surfaces, _NO_SHAPES if is_listed else records, first, origin, extent)
     primitives = len(planes) + np.arange(len(shapes)) if is_listed else bvh.shape_records if bvh else np.zeros(0, int)
     environment = pack_environment(scene.environment, extent)

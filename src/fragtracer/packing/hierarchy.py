@@ -71,6 +71,11 @@ class PackedBvh:
         return 16 + 4 * int(np.log2(len(self.words)))
 
 
+def rows_of(count: int) -> int:
+    """Records that ``count`` of them take up in the texture, of which each part begins a row, and has one at least."""
+    return RECORDS_IN_ROW * max(1, -(-count // RECORDS_IN_ROW))
+
+
 @lru_cache(maxsize=2)
 def pack_bvh(
     meshes: tuple[Mesh, ...],
