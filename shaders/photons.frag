@@ -3,8 +3,8 @@
 // narrowly to one where it is received (Jensen 1995, Importance Driven Path Tracing Using the Photon Map).
 //
 // A photon begins at the first surface that it meets, and not at the light, so that every kind of light serves as it is:
-// a chord of a target's bounding sphere finds a point of its surface, and a light sample there is the photon that
-// arrives.
+// a point of a target, which is a shape that may scatter narrowly, is drawn by area, and a light sample there is the photon
+// that arrives.
 #include "core/constants.glsl"
 #include "core/texels.glsl"
 #include "sampler/sampler.glsl"
@@ -15,64 +15,62 @@
 #include "material/material.glsl"
 #include "light/light.glsl"
 #include "integrator/direct.glsl"
+#include "integrator/target.glsl"
 #include "integrator/vertex.glsl"
 
-OUTPUT(0) out_receiver;  // place, flux in W for a target of 1 m^2; below 0: over more than one surface
+OUTPUT(0) out_receiver;  // place, flux in W over the density of all that was drawn; below 0: over more than one surface
 OUTPUT(1) out_source;    // the vertex before, irradiance of the receiver by one more reflection
-
-uniform highp sampler2D u_photon_targets;  // centre and radius of a bounding sphere; below 0: chords begin inside
+OUTPUT(2) out_target;    // r: the number of the target
 
 const float FOCUS = 2.0;   // times the density of a cosine lobe: from there on scattering is narrow
 const int MOST_HOPS = 8;
 
 vec4 photon_random(ivec2 photon, int dimension, out float u) { return sampler_vec4(photon, 0u, dimension, u); }
 
-Ray photon_chord(vec4 target, vec4 u, float place) {
-    Frame frame = frame_from_normal(square_to_uniform_sphere(u.xy));
-    vec2 disk = square_to_disk(u.zw);
-    float reach = sqrt(max(0.0, 1.0 - dot(disk, disk)));
-    float start = target.w > 0.0 ? -reach : mix(-reach, reach, place);
-    return Ray(target.xyz + abs(target.w) * frame_to_world(frame, vec3(disk, start)), frame.normal);
-}
-
 void main() {
     ivec2 photon = ivec2(gl_FragCoord.xy);
-    vec4 target = texelFetch(u_photon_targets, photon, 0);
     vec4 receiver = vec4(0.0);
     vec4 source = vec4(0.0);
     float survival;
     vec4 u = photon_random(photon, 0, survival);
-    Ray ray = photon_chord(target, u, survival);
+    int number = target_choose(u.x, survival);
+    Target target = target_load(number);
     uint seed = hash_uint(floatBitsToUint(u.x) ^ hash_uint(floatBitsToUint(survival)));
-    float flux = 0.0;
+    Surface surface;
+    Hit hit = target_point(target, u.yz, surface);
+    float flux = 1.0 / target.density;
+#if HAS_ALPHA
+    flux *= material_opacity(surface);
+#endif
+    Ray ray;  // that has found the surface
     int turn = 0;
     bool is_received = false;
     bool goes_on;
     // One place to trace rays, whatever they are for: drivers inline it, and compile it as often.
     do {
         seed = hash_uint(seed);
-        Hit hit = closest_hit(ray, seed);
-        Surface surface = surface_at(ray, hit);
+        bool is_first = turn == 0;
+        if (!is_first) {
+            hit = closest_hit(ray, seed);
+            surface = surface_at(ray, hit);
+        }
         material_choose(surface, seed);
         Material material = material_at(surface);
-        Vertex vertex = vertex_at(surface, material, ray.direction, seed);
         bool is_met = hit.primitive != NO_PRIMITIVE && !material_is_unlit(material);
 
         // Light at the first vertex, which is the photon, and at the one that the receiver sees.
         u = photon_random(photon, 1 + turn, survival);
-        bool is_first = turn == 0;
-        LightSample light = light_sample(vertex.origin, u.xy);
+        LightSample light = light_sample(surface.position, u.xy);
+        if (is_first) ray.direction = -light.wi;
+        Vertex vertex = vertex_at(surface, material, ray.direction, seed);
         bool is_lit = is_met && (is_first || is_received) && light.pdf > 0.0;
-        if (is_first) is_lit = is_lit && distance(surface.position, target.xyz) <= 1.001 * abs(target.w);
+        if (is_first && target.is_culled) is_lit = is_lit && dot(surface.normal, light.wi) > 0.0;
         if (is_lit) is_lit = !direct_is_occluded(vertex, Ray(vertex.origin, light.wi), light.distance, light.primitive, u.xy);
         if (is_received) {
             vec3 radiance = is_lit ? direct_unoccluded(vertex, light, frame_to_local(vertex.frame, light.wi)) : vec3(0.0);
             source.w = PI * luminance(hit.primitive == NO_PRIMITIVE ? u_ambient_radiance : radiance);
         }
-        if (is_first) {
-            flux = is_lit ? luminance(light.radiance) / light.pdf * abs(dot(surface.normal, light.wi)) : 0.0;
-            vertex = vertex_at(surface, material, -light.wi, seed);
-        }
+        if (is_first) flux *= is_lit ? luminance(light.radiance) / light.pdf * abs(dot(surface.normal, light.wi)) : 0.0;
         goes_on = is_met && flux > 0.0 && !is_received && turn <= MOST_HOPS;
 
         // What is no delta is guided, and may scatter narrowly all the same: of the photons that it does, half go on.
@@ -95,4 +93,5 @@ void main() {
     } while (goes_on);
     output_write(out_receiver, receiver);
     output_write(out_source, source);
+    output_write(out_target, vec4(float(number), 0.0, 0.0, 0.0));
 }

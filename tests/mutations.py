@@ -175,7 +175,7 @@ class Mutation:
     text: str
     replacement: str
     check: Check
-    maps: bool = False  # whether it is planted where the maps of the split-sum approximation are made, too
+    kept: bool = False  # whether it is planted where maps and photons are made, too, which are kept on disk
 
 
 MUTATIONS = [
@@ -821,7 +821,7 @@ MUTATIONS = [
         "float(bits >> 8u)",
         "float(bits >> 9u)",
         Check(test_cube_maps.test_brdf_map_is_the_integral, geometry="SMITH"),
-        maps=True,
+        kept=True,
     ),
     Mutation(
         "hash shifted by one bit more",
@@ -991,7 +991,7 @@ MUTATIONS = [
         "CubePlace(side.y < 0.0 ? 3 : 2, vec2(direction.x,",
         "CubePlace(side.y < 0.0 ? 3 : 2, vec2(-direction.x,",
         Check(test_cube_maps.test_lookup_finds_its_direction),
-        maps=True,
+        kept=True,
     ),
     Mutation(
         "eta squared forgotten",
@@ -1314,6 +1314,22 @@ MUTATIONS = [
         "(fine.z * edge + fine.y) * edge + fine.x",
         "(fine.x * edge + fine.y) * edge + fine.z",
         GUIDED,
+    ),
+    Mutation(
+        "photons that count alike wherever they are aimed",
+        "photons.frag",
+        "float flux = 1.0 / target.density;",
+        "float flux = 1.0;",
+        Check(test_guided_pictures.test_photons_bring_what_mirrors_reflect),
+        kept=True,
+    ),
+    Mutation(
+        "photons that a sieve stops all",
+        "photons.frag",
+        "    flux *= material_opacity(surface);\n",
+        "",
+        Check(test_guided_pictures.test_photons_bring_what_mirrors_reflect),
+        kept=True,
     ),
     Mutation(
         "guided paths measured as if they were not",

@@ -18,9 +18,6 @@ from shaders.test_camera import through
 from fragtracer.errors import FilmError
 from fragtracer.films import SavedFilm, merge
 from fragtracer.io.toml import load
-from fragtracer.light_tracing.decision import narrow_materials
-from fragtracer.light_tracing.targets import targets_of
-from fragtracer.packing import pack
 from fragtracer.renderer import Renderer
 from fragtracer.scene import (
     Camera,
@@ -35,7 +32,6 @@ from fragtracer.scene import (
     Part,
     Placement,
     Plane,
-    RenderSettings,
     Scene,
     Sky,
     Sphere,
@@ -381,27 +377,3 @@ def test_a_scene_without_such_surfaces_traces_no_photons(ctx: Any) -> None:
     scene = Scene(LENS, MATERIALS, planes=[replace(FLOOR, material="gold")], lights=[LAMP])
     on, off = (rendered(ctx, scene, 64, SIZE, light_tracing=choice) for choice in ("on", "off"))
     np.testing.assert_array_equal(on, off)
-
-
-def test_targets_have_the_area_of_their_shapes() -> None:
-    """Of all narrow ones that are finite; of copies as they are stretched."""
-    scene = replace(shapes(), spheres=[Sphere((0.0, 5.0, 0.0), 0.5, "mirror"), Sphere((0.0, 7.0, 0.0), 0.5, "floor")])
-    for most_listed in (0, 64):
-        packed = pack(scene, RenderSettings(), 8, 8, most_listed)
-        targets = targets_of(packed, narrow_materials(scene))
-        areas = np.bincount(targets.record, targets.area)
-        areas = areas[areas > 0]
-        expected = [shape.area for shape in (*scene.rectangles[:2], *scene.disks, *scene.triangles)] + [np.pi]
-        np.testing.assert_allclose(np.sort(areas), np.sort(expected), rtol=1e-4)
-    scene = meshes()
-    packed = pack(scene, RenderSettings(), 8, 8)
-    targets = targets_of(packed, narrow_materials(scene))
-    expected = 0.0
-    for mesh in scene.meshes[:2]:
-        for matrix, part in mesh.placed():
-            a, b, c = (part.geometry.positions[part.geometry.triangles] @ matrix[:3, :3].T).swapaxes(0, 1)
-            expected += np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2
-    assert targets.area.sum() == pytest.approx(expected, rel=1e-4)
-    table = targets.texels(np.arange(1.0, len(targets) + 1))
-    probability = table[1::2, 0].view(np.float32) * targets.area
-    assert probability.sum() == pytest.approx(1, rel=1e-5)

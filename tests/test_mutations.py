@@ -9,7 +9,7 @@ import pytest
 from mutations import MUTATIONS, Mutation
 from rendering import Planter
 
-# The modules that read the shaders, but for those of maps, which are cached, and of the viewer's glare and meter.
+# The modules that read the shaders, but for those of the viewer's glare and meter, and those whose results are kept.
 READERS = ("gpu.tracer", "gpu.accumulation", "light_tracing.tracer", "probe", "apps.viewer.display")
 
 
@@ -31,9 +31,9 @@ def test_a_mutation_is_found(
         check()
         passed.add(str(mutation.check))
     readers = READERS
-    if mutation.maps:
+    if mutation.kept:
         monkeypatch.setenv("FRAGTRACER_CACHE", str(tmp_path / "cache"))
-        readers = (*READERS, "gpu.cube_maps")
+        readers = (*READERS, "gpu.cube_maps", "guiding.photons")
     Planter(monkeypatch, tmp_path, readers)(mutation.file, mutation.text, mutation.replacement)
     with pytest.raises(AssertionError):
         check()

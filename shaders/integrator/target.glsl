@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The shapes that photons of light tracing are sent to, or parts of them, and points there.
+// The shapes that photons are sent to, or parts of them, and points there.
 #include "core/math.glsl"
 #include "core/warp.glsl"
 #include "light/sample.glsl"

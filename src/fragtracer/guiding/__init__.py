@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Path guiding: where light arrives from few directions, learned from photons before a picture begins."""
 
-from fragtracer.guiding.decision import Decision, decide, decides, may_be_narrow, same_light
+from fragtracer.guiding.decision import Decision, decide, decides, same_light
 from fragtracer.guiding.guide import Guide, learn
 
-__all__ = ["Decision", "Guide", "decide", "decides", "learn", "may_be_narrow", "same_light"]
+__all__ = ["Decision", "Guide", "decide", "decides", "learn", "same_light"]

@@ -16,14 +16,14 @@ from fragtracer.gpu.tracer import Tracer, TracerProgram
 from fragtracer.guiding.guide import VERSION, Guide, learn
 from fragtracer.packing import PackedScene, pack
 from fragtracer.packing.digest import program_digest
-from fragtracer.scene import Material, RenderSettings, Scene
+from fragtracer.packing.targets import may_be_narrow
+from fragtracer.scene import RenderSettings, Scene
 
 _LEAST_SAMPLES = 2**24  # of a picture; to trace them takes about as long as to learn
 _LEAST_BOUNCES = 2  # light that reaches a surface over another takes so many
-_WIDEST = 0.5  # GGX width of a lobe that may be narrow somewhere
 _RAY_COST = 1.5  # of a guided ray over another (docs/sampling.md)
 _MARGIN = 1.15  # by which the gain must exceed the cost: it is less for the rarest paths, which are not met
-_WIDTH, _UNGUIDED_SAMPLES = 96, 16  # of the measurement
+_WIDTH = 96  # of the measurement
 _SAMPLES = (64, 256, 1024)  # of it in all, as long as guiding seems to pay, and not to pay so much that
 _CLEAR = 1.5  # times the gain that is wanted are expected
 
@@ -75,12 +75,6 @@ def decide(
     return Decision(guide, reason, gain / cost)
 
 
-def may_be_narrow(material: Material) -> bool:
-    """Whether some part of a surface may scatter light narrowly (FOCUS in shaders/photons.frag)."""
-    is_rough = material.alpha > _WIDEST and material.roughness_texture is None
-    return not material.unlit and max(*material.specular_f0, *material.specular_f90) > 0 and not is_rough
-
-
 def decides(settings: RenderSettings) -> RenderSettings:
     """``settings`` without what makes no difference to the decision."""
     return replace(settings, seed=0, rays=1)
@@ -129,15 +123,18 @@ def _measured(
     films = [Film(ctx, *size), Film(ctx, *size)]
     tracer = Tracer(ctx, unguided, program)
     try:
-        _, unguided_rays = _gain_and_rays(tracer, films[0], _UNGUIDED_SAMPLES)
+        plain = _sampled(tracer, films[0], _SAMPLES[0])
         tracer.load(packed, program)
-        found, rays = _gain_and_rays(tracer, films[1], _SAMPLES[0])
-        gain, rays = found, rays / unguided_rays
+        guided = _sampled(tracer, films[1], _SAMPLES[0])
+        rays = guided.rays / plain.rays
         wanted = least * _RAY_COST * rays
+        # What is not guided has the share that stratification leaves of its few samples, without the rarest.
+        stratified = plain.left / max(guided.left, 1e-30)
+        gain = found = guided.gain * stratified
         for before, samples in pairwise(_SAMPLES):
             if gain < wanted or (before > _SAMPLES[0] and gain > _CLEAR * wanted):
                 break
-            earlier, (found, _) = found, _gain_and_rays(tracer, films[1], samples - before)
+            earlier, found = found, _sampled(tracer, films[1], samples - before).gain * stratified
             steps = np.log(_LEAST_SAMPLES / (size[0] * size[1] * samples)) / np.log(samples / before)
             gain = found * min(1.0, found / earlier) ** max(0.0, float(steps))
     finally:
@@ -147,15 +144,26 @@ def _measured(
     return {"gain": np.asarray(gain), "rays": np.asarray(rays)}
 
 
-def _gain_and_rays(tracer: Tracer, film: Film, samples: int) -> tuple[float, float]:
-    """The ratio of the variances after so many more samples, and the mean number of rays of a path."""
+@dataclass(frozen=True)
+class _Sampled:
+    """Of paths: the ``gain`` in the variance of a sample by guiding, the share of it that is ``left`` where samples are
+    stratified, and the mean number of ``rays``."""
+
+    gain: float
+    left: float
+    rays: float
+
+
+def _sampled(tracer: Tracer, film: Film, samples: int) -> _Sampled:
+    """All paths of ``film`` after so many more samples."""
     for _ in tracer.bands(film, samples):
         pass
     pixels = film.read()
     found, moment, rays = (pixels.mean[..., i].astype(np.float64) for i in range(3))
     squared = np.square(found) + 1e-2 * np.square(found.mean())
     if not squared.max() > 0:
-        return 1.0, float(rays.mean())
-    guided = pixels.variance[..., 0] / squared
-    unguided = np.maximum(moment - np.square(found), 0) / squared
-    return float(unguided.mean() / max(guided.mean(), 1e-30)), float(rays.mean())
+        return _Sampled(1.0, 1.0, float(rays.mean()))
+    variance = max(float((pixels.variance[..., 0] / squared).mean()), 1e-30)
+    unguided = float((np.maximum(moment - np.square(found), 0) / squared).mean())
+    left = np.square(pixels.centred_half_difference()[..., 0]) * pixels.mean[..., 3]
+    return _Sampled(unguided / variance, float((left / squared).mean()) / variance, float(rays.mean()))

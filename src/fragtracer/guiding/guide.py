@@ -10,16 +10,17 @@ from numpy.typing import NDArray
 from fragtracer.cache import cached
 from fragtracer.guiding.lobes import LOBES, Lobes, fit
 from fragtracer.guiding.photons import Photons, PhotonTracer
-from fragtracer.guiding.targets import targets_of
 from fragtracer.packing import PackedScene, pack
 from fragtracer.packing.digest import program_digest
+from fragtracer.packing.space import space_of
+from fragtracer.packing.targets import Targets, targets_of
 from fragtracer.scene import Camera, RenderSettings, Scene
 
 Floats = NDArray[np.float64]
 
-VERSION = 7  # of what is done with photons, for the files kept on disk
-_PILOT = 2**15  # photons that find out which targets pass light on
-_PHOTONS = 2**20
+VERSION = 10  # of what is done with photons, for the files kept on disk
+_PILOT = 4  # draws of photons, which find out which targets pass light on
+_DRAWS = 16
 _MOST_LISTED = 8  # shapes that every photon is tested against
 
 
@@ -50,54 +51,43 @@ class Guide:
         )
 
 
-def learn(ctx: Any, scene: Scene, photons: int = _PHOTONS) -> Guide | None:
+def learn(ctx: Any, scene: Scene) -> Guide | None:
     """What photons of ``scene`` teach, or None where too few are received; from the disk if it was learned before.
 
     It depends on the scene alone, and not on the camera and the settings.
     """
-    targets = targets_of(scene)
-    if not len(targets):
+    space = space_of(scene)
+    if not np.isfinite(space.low).all():  # nothing but planes
         return None
-    packed = _packed(scene, targets)
+    # Seen from its middle, so that the coordinates do not depend on the camera.
+    x, y, z = ((space.low + space.high) / 2).tolist()
+    camera = Camera((x, y, z), (x, y, z - max(1.0, float((space.high - space.low).max()))))
+    packed = pack(replace(scene, camera=camera), RenderSettings(), 64, 64, _MOST_LISTED)
     if not packed.uniforms["u_light_count"]:
         return None
 
     def make() -> dict[str, NDArray[Any]]:
-        found = _photons(ctx, packed, targets - np.append(packed.origin, 0), photons)
+        targets = targets_of(packed, scene)
+        found = _photons(ctx, packed, targets) if len(targets) else None
         lobes = None if found is None else fit(found)
         return {} if lobes is None else {name: np.asarray(value) for name, value in vars(lobes).items()}
 
-    arrays = cached("guiding", f"{VERSION}-{program_digest(packed)}-{photons}", make)
+    arrays = cached("guiding", f"{VERSION}-{program_digest(packed)}", make)
     if not arrays:
         return None
     return Guide(Lobes(**arrays | {"edge": float(arrays["edge"])}), packed.origin)  # type: ignore[arg-type]
 
 
-def _photons(ctx: Any, packed: PackedScene, targets: Floats, count: int) -> Photons | None:
-    """``count`` photons to ``targets``, more to those that pass on more light; None where nothing is received."""
+def _photons(ctx: Any, packed: PackedScene, targets: Targets) -> Photons | None:
+    """Photons to ``targets``, more to those that pass on more light; None where nothing is received."""
     tracer = PhotonTracer(ctx, packed)
     try:
-        pilot = tracer.trace(targets, np.full(len(targets), -(-_PILOT // len(targets))), 1)
-        power = np.bincount(pilot.group // 2, pilot.flux, len(targets))
-        if not power.sum() > 0:
-            return None
-        share = np.sqrt(power / power.sum())
-        share = 0.9 * share / share.sum() + 0.1 / len(targets)
-        found = tracer.trace(targets, np.ceil(count * share).astype(np.int64), 2)
+        pilot = tracer.trace(targets, targets.weights(), range(_PILOT))
+        squares = np.bincount(pilot.target, np.square(pilot.flux), len(targets)).astype(np.float64)
+        found = tracer.trace(targets, targets.weights(squares), range(_PILOT, _PILOT + _DRAWS)) if len(pilot) else pilot
     finally:
         tracer.release()
     return found if len(found) else None
-
-
-def _packed(scene: Scene, targets: Floats) -> PackedScene:
-    """``scene`` seen from its middle, so that the coordinates do not depend on the camera."""
-    low, high = (
-        (targets[:, :3] - np.abs(targets[:, 3:])).min(axis=0),
-        (targets[:, :3] + np.abs(targets[:, 3:])).max(axis=0),
-    )
-    x, y, z = ((low + high) / 2).tolist()
-    camera = Camera((x, y, z), (x, y, z - float((high - low).max())))
-    return pack(replace(scene, camera=camera), RenderSettings(), 64, 64, _MOST_LISTED)
 
 
 def _texels(lobes: Lobes, move: Floats) -> NDArray[np.uint32]:

@@ -85,12 +85,12 @@ def _lobes_of(photons: Photons, cell: Ints, cells: int) -> tuple[Floats, Floats,
     """Points (cells, LOBES, 3), widths and flux (cells, LOBES) of the lobes of ``photons`` whose cells are given."""
     direction = photons.source - photons.receiver
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
-    lobe = _lobe_of(cell, photons.group, photons.flux)
-    points = _points(lobe, photons.receiver, photons.source, direction, photons.flux, cells * LOBES)
-    widths = _widths(lobe, photons.receiver, direction, photons.flux, points)
-    sums: Floats = np.bincount(lobe, photons.flux, cells * LOBES).astype(np.float64)
-    sums[np.bincount(lobe, minlength=cells * LOBES) < _LEAST] = 0
-    return points.reshape(cells, LOBES, 3), widths.reshape(cells, LOBES), sums.reshape(cells, LOBES)
+    found, lobe, count = np.unique(_lobe_of(cell, photons.group, photons.flux), return_inverse=True, return_counts=True)
+    points, widths, flux = np.zeros((cells * LOBES, 3)), np.zeros(cells * LOBES), np.zeros(cells * LOBES)
+    points[found] = _points(lobe, photons.receiver, photons.source, direction, photons.flux, len(found))
+    widths[found] = _widths(lobe, photons.receiver, direction, photons.flux, points[found])
+    flux[found] = np.where(count < _LEAST, 0, np.bincount(lobe, photons.flux))
+    return points.reshape(cells, LOBES, 3), widths.reshape(cells, LOBES), flux.reshape(cells, LOBES)
 
 
 def _grid(photons: Photons) -> tuple[Floats, float, Ints]:

@@ -14,13 +14,12 @@ from fragtracer.cache import cached
 from fragtracer.gpu.film import Film
 from fragtracer.gpu.specialise import Level
 from fragtracer.gpu.tracer import Tracer, TracerProgram
-from fragtracer.guiding import may_be_narrow
-from fragtracer.light_tracing.targets import Targets, targets_of
 from fragtracer.light_tracing.tracer import PHOTONS, LightTracer, Sums
-from fragtracer.packing import PackedScene, matte_names, pack
+from fragtracer.packing import PackedScene, pack
 from fragtracer.packing.digest import program_digest
 from fragtracer.packing.interiors import is_closed
 from fragtracer.packing.mirrors import camera_is_in_mirror
+from fragtracer.packing.targets import Targets, may_be_narrow, targets_of
 from fragtracer.sampling.pixels import bright
 from fragtracer.scene import SHAPES, Plane, RenderSettings, Scene, Sphere
 from fragtracer.scene.interiors import has_media, solids
@@ -88,13 +87,6 @@ def decide_both(ctx: Any, scene: Scene, settings: RenderSettings) -> tuple[Decis
     return traced, guided
 
 
-def narrow_materials(scene: Scene) -> list[int]:
-    """The numbers of the materials that may scatter narrowly (shaders/integrator/light_traced.glsl)."""
-    narrow = {name for name, material in scene.materials.items() if may_be_narrow(material)}
-    names = enumerate(matte_names(scene)[1])
-    return [i for i, name in names if name in scene.materials and not narrow.isdisjoint(scene.blended(name))]
-
-
 def impossible(scene: Scene, settings: RenderSettings) -> str:
     """Why no light can be traced; empty if some can."""
     if settings.integrator != "path":
@@ -154,7 +146,7 @@ def measure(ctx: Any, scene: Scene, settings: RenderSettings) -> tuple[float, fl
     """
     size = (_WIDTH, max(1, round(_WIDTH * settings.height / settings.width)))
     packed = pack(scene, settings, *size)
-    targets = targets_of(packed, narrow_materials(scene))
+    targets = targets_of(packed, scene)
     cost = 1.05 + _PHOTON_COST[bool(scene.meshes)] * PHOTONS_PER_SAMPLE
     if not len(targets):
         return 1.0, cost

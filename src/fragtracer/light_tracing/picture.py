@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.gpu.specialise import Level
-from fragtracer.light_tracing.decision import PHOTONS_PER_SAMPLE, narrow_materials
-from fragtracer.light_tracing.targets import targets_of
+from fragtracer.light_tracing.decision import PHOTONS_PER_SAMPLE
 from fragtracer.light_tracing.tracer import PHOTONS, LightTracer, Sums
 from fragtracer.packing import PackedScene
+from fragtracer.packing.targets import targets_of
 from fragtracer.sampling.pixels import Pixels
 from fragtracer.scene import Scene
 
@@ -34,7 +34,7 @@ class LightTracing:
 
         Raises :class:`ShaderError` if the program does not compile.
         """
-        targets = targets_of(packed, narrow_materials(scene))
+        targets = targets_of(packed, scene)
         self._has_targets = len(targets) > 0
         if self._has_targets:
             self._tracer.load(packed, targets, self._size, level, root)

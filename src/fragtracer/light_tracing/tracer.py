@@ -15,8 +15,8 @@ from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.gpu.specialise import Level, specialise
 from fragtracer.gpu.textures import UNITS, SceneTextures, folded_textures
 from fragtracer.gpu.tracer import upload_random_texture
-from fragtracer.light_tracing.targets import Targets
 from fragtracer.packing import PackedScene
+from fragtracer.packing.targets import Targets
 from fragtracer.resources import folder
 
 Floats = NDArray[np.float64]
@@ -28,7 +28,6 @@ PHOTONS = _SIZE[0] * _SIZE[1]
 _TARGETS_UNIT = UNITS["u_film_mean"]  # there is no film here
 _PILOT = (2**30, 2**30 + 1)  # the numbers of the passes that say to which targets photons go
 _NOT_FINITE, _CUT = -2, -3  # in the place of the pixel
-_EVEN = 0.2  # of the photons go there by area
 
 
 @dataclass(frozen=True)
@@ -109,16 +108,13 @@ class LightTracer:
         uniforms: dict[str, Any] = {**UNITS, **packed.all_uniforms, "u_targets": _TARGETS_UNIT, "u_seed": 0}
         uniforms |= {"u_target_count": len(targets), "u_photon_width": _SIZE[0]}
         self._program.set({name: value for name, value in uniforms.items() if name in self._program.declared})
-        area = targets.area / targets.area.sum()
-        self._share(targets, area)
+        self._aim(targets, targets.weights())
         seen = np.zeros(len(targets))
         for number in _PILOT:
             found = self.trace(number)
             aimed = _texels(self._found[1])[found.photon, 0].astype(np.int64)
             seen += np.bincount(aimed, np.square(found.radiance.mean(axis=0, dtype=np.float64)), len(targets))
-        best = np.sqrt(area * seen)
-        if best.any():
-            self._share(targets, (1 - _EVEN) * best / best.sum() + _EVEN * area)
+        self._aim(targets, targets.weights(seen))
         self.seed(packed.uniforms["u_seed"])
 
     def seed(self, seed: int) -> None:
@@ -126,10 +122,10 @@ class LightTracer:
         assert self._program is not None
         self._program.set({"u_seed": seed})
 
-    def _share(self, targets: Targets, weight: Floats) -> None:
+    def _aim(self, targets: Targets, weights: Floats) -> None:
         if self._table is not None:
             self._table.release()
-        table = {"u_targets": (targets.texels(weight),)}
+        table = {"u_targets": (targets.texels(weights),)}
         self._table = folded_textures(self._ctx, table, table)["u_targets"]
 
     def trace(self, number: int) -> Splats:

@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: MIT
 """The shapes that photons are sent to: all that may scatter narrowly, as shaders/integrator/target.glsl reads them."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fragtracer.packing import PackedScene
+from fragtracer.packing import PackedScene, matte_names
 from fragtracer.packing.alias import alias_table
 from fragtracer.packing.hierarchy import rows_of
 from fragtracer.packing.records import Record, Words, words_of
 from fragtracer.packing.shapes import CULLED, Kind
+from fragtracer.scene import Material, Scene
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -20,15 +20,18 @@ TARGET: Record = (
     *(("threshold", "float"), ("other", "int"), ("record", "int"), ("instance", "int")),
     *(("density", "float"), ("cells", "uint"), ("cell", "int"), ("is_culled", "int")),
 )
+_WIDEST = 0.5  # GGX width of a lobe that may be narrow somewhere
 _CELLS = (16, 8)  # into which shapes that are no triangles of meshes are divided
 _MOST_DIVIDED = 512  # with more of them, none is
+_PIECES = 16  # of all meshes together
+_EVEN = 0.2  # of the photons are spread by area
 
 
 @dataclass(frozen=True, eq=False)
 class Targets:
     """Shapes (n,), or parts of them, by the ``record`` of the shape, and that of its ``instance`` or -1, with their
     ``area`` in m^2. Where ``is_divided`` each is one ``cell`` of :data:`_CELLS`; ``is_culled`` says that only its front
-    is met."""
+    is met. The parts of a shape, and triangles of meshes that are near to each other, have a ``group`` in common."""
 
     record: Ints
     instance: Ints
@@ -36,6 +39,7 @@ class Targets:
     is_culled: NDArray[np.bool_]
     is_divided: NDArray[np.bool_]
     cell: Ints
+    group: Ints
 
     def __len__(self) -> int:
         return len(self.record)
@@ -44,9 +48,19 @@ class Targets:
         """Those at some places."""
         return Targets(*(column[places] for column in vars(self).values()))
 
-    def texels(self, weight: Floats) -> Words:
-        """The table (2 n, 4), where photons go to each target in proportion to its ``weight`` (n,), all above 0."""
-        probability = weight / weight.sum()
+    def weights(self, squares: Floats | None = None) -> Floats:
+        """In what proportion photons go to each target, (n,): by area, or so that what they bring has the least
+        variance, where photons spread by area have brought ``squares`` (n,), the sum for each target."""
+        area: Floats = self.area / self.area.sum()
+        best = np.zeros(len(self)) if squares is None else np.sqrt(area * squares)
+        if not best.any():
+            return area
+        weights: Floats = (1 - _EVEN) * best / best.sum() + _EVEN * area
+        return weights
+
+    def texels(self, weights: Floats) -> Words:
+        """The table (2 n, 4), where photons go to each target in proportion to its weight, (n,), all above 0."""
+        probability = weights / weights.sum()
         threshold, other = alias_table(probability)
         columns = {
             "threshold": threshold,
@@ -61,15 +75,36 @@ class Targets:
         return words_of(TARGET, columns, len(self)).reshape(-1, 4)
 
 
-def targets_of(packed: PackedScene, materials: Iterable[int]) -> Targets:
-    """The finite shapes of ``packed`` whose material is one of those numbers, without those that have no area."""
+def may_be_narrow(material: Material) -> bool:
+    """Whether some part of a surface may scatter light narrowly (FOCUS in shaders/photons.frag)."""
+    is_rough = material.alpha > _WIDEST and material.roughness_texture is None
+    return not material.unlit and max(*material.specular_f0, *material.specular_f90) > 0 and not is_rough
+
+
+def targets_of(packed: PackedScene, scene: Scene) -> Targets:
+    """The finite shapes of ``scene``, as it is ``packed``, that may scatter narrowly, without those that have no
+    area."""
+    narrow = {name for name, material in scene.materials.items() if may_be_narrow(material)}
+    names = enumerate(matte_names(scene)[1])
+    materials = [i for i, name in names if name in scene.materials and not narrow.isdisjoint(scene.blended(name))]
     found, first = [], 0
     parts = [part.reshape(-1, 4, 4) for part in packed.tables["u_shapes"]]
     for part in parts:
-        found.append(_of_part(part, first, np.array(sorted(materials), np.int64)))
+        found.append(_of_part(part, first, np.array(materials, np.int64)))
         first += rows_of(len(part))
     targets = Targets(*(np.concatenate(columns) for columns in zip(*(vars(t).values() for t in found), strict=True)))
-    return _divided(targets.taken(np.flatnonzero(targets.area > 0)))
+    return _divided(_grouped(targets.taken(np.flatnonzero(targets.area > 0))))
+
+
+def _grouped(targets: Targets) -> Targets:
+    """A group for each shape, and for each piece of the meshes: in the order of their records, which is that of the
+    BVH, neighbours follow each other."""
+    is_shape = targets.is_divided
+    group = np.cumsum(is_shape) - 1
+    triangles = np.flatnonzero(~is_shape)
+    in_order = triangles[np.lexsort((targets.record[triangles], targets.instance[triangles]))]
+    group[in_order] = is_shape.sum() + np.arange(len(in_order)) * _PIECES // max(1, len(in_order))
+    return replace(targets, group=group)
 
 
 def _divided(targets: Targets) -> Targets:
@@ -116,6 +151,7 @@ def _of_part(words: Words, first: int, materials: Ints) -> Targets:
         np.concatenate(area),
         (kind[np.concatenate(carrier)] & CULLED) > 0,
         of_kind[records] != Kind.TRIANGLE,
+        np.zeros(len(records), np.int64),
         np.zeros(len(records), np.int64),
     )
 

@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: MIT
+"""What photons are sent to: areas, and which of them belong together."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from mesh_shapes import ball, geometry
+from test_light_tracing import FLOOR, LAMP, LENS, MATERIALS, meshes, shapes
+
+from fragtracer.packing import pack
+from fragtracer.packing.targets import targets_of
+from fragtracer.scene import Mesh, Part, RenderSettings, Scene, Sphere
+
+
+def test_targets_have_the_area_of_their_shapes() -> None:
+    """Of all narrow ones that are finite; of copies as they are stretched."""
+    scene = replace(shapes(), spheres=[Sphere((0.0, 5.0, 0.0), 0.5, "mirror"), Sphere((0.0, 7.0, 0.0), 0.5, "floor")])
+    for most_listed in (0, 64):
+        packed = pack(scene, RenderSettings(), 8, 8, most_listed)
+        targets = targets_of(packed, scene)
+        areas = np.bincount(targets.record, targets.area)
+        areas = areas[areas > 0]
+        expected = [shape.area for shape in (*scene.rectangles[:2], *scene.disks, *scene.triangles)] + [np.pi]
+        np.testing.assert_allclose(np.sort(areas), np.sort(expected), rtol=1e-4)
+    scene = meshes()
+    packed = pack(scene, RenderSettings(), 8, 8)
+    targets = targets_of(packed, scene)
+    expected = 0.0
+    for mesh in scene.meshes[:2]:
+        for matrix, part in mesh.placed():
+            a, b, c = (part.geometry.positions[part.geometry.triangles] @ matrix[:3, :3].T).swapaxes(0, 1)
+            expected += np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2
+    assert targets.area.sum() == pytest.approx(expected, rel=1e-4)
+    table = targets.texels(np.arange(1.0, len(targets) + 1))
+    probability = table[1::2, 0].view(np.float32) * targets.area
+    assert probability.sum() == pytest.approx(1, rel=1e-5)
+
+
+@pytest.mark.parametrize("count", [5, 600])
+def test_each_shape_is_a_group(count: int) -> None:
+    """Also where it is divided, as it is among few."""
+    balls = [Sphere((float(i), 0.5, 0.0), 0.3, "gold") for i in range(count)]
+    scene = Scene(LENS, MATERIALS, planes=[FLOOR], spheres=balls, lights=[LAMP])
+    targets = targets_of(pack(scene, RenderSettings(), 8, 8), scene)
+    assert (len(targets) > count) == (count == 5)
+    assert len(np.unique(np.stack([targets.group, targets.record]), axis=1).T) == count
+    assert len(np.unique(targets.group)) == count
+
+
+def test_groups_of_triangles_are_pieces_of_meshes() -> None:
+    """As many in each, which are near to each other."""
+    mesh = Mesh((Part(geometry(ball(40, 20)), "gold"),))
+    scene = Scene(LENS, MATERIALS, meshes=[mesh], lights=[LAMP])
+    packed = pack(scene, RenderSettings(), 8, 8)
+    targets = targets_of(packed, scene)
+    _, records = (part.reshape(-1, 4, 4) for part in packed.tables["u_shapes"])
+    corners = records[targets.record - packed.uniforms["u_bvh_root"], :3, :3].view(np.float32)
+    middles = corners.mean(axis=1)
+    groups, counts = np.unique(targets.group, return_counts=True)
+    assert len(groups) == 16
+    assert np.ptp(counts) <= 1
+    spread = [middles[targets.group == group].var(axis=0).sum() for group in groups]
+    assert np.mean(spread) < 0.3 * middles.var(axis=0).sum()
