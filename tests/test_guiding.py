@@ -22,7 +22,7 @@ from fragtracer.io.toml import load
 from fragtracer.packing import pack
 from fragtracer.packing.targets import targets_of
 from fragtracer.renderer import Renderer
-from fragtracer.scene import Ambient, Camera, Disk, Light, Material, Mesh, Part, RenderSettings, Scene, Sphere
+from fragtracer.scene import Ambient, Camera, Disk, Light, Material, Mesh, Part, Plane, RenderSettings, Scene, Sphere
 
 ALBEDO = (0.3, 0.5, 0.8)
 
@@ -150,7 +150,7 @@ def test_stratification_counts(ctx: Any, monkeypatch: pytest.MonkeyPatch) -> Non
 
 def test_photons_bring_what_mirrors_reflect(ctx: Any) -> None:
     """All of it, to a ceiling: the lamp's power by the solid angle of each mirror, whatever is aimed at it. A half of a
-    mesh is there, and the back of a front is not."""
+    mesh is there, and the back of a front is not; of a wall it is what goes up and is not far away."""
     lamp, height = np.array([0.2, 4.0, 0.1]), 6.0
     silver = Material(albedo=0.8, metallic=1.0, roughness=0.0)
     materials = {"silver": silver, "sieve": replace(silver, opacity=0.5, alpha_mode="blend"), "ceiling": lambert(0.5)}
@@ -159,6 +159,7 @@ def test_photons_bring_what_mirrors_reflect(ctx: Any) -> None:
     scene = Scene(
         Camera((0.0, 1.0, 9.0), (0.0, 1.0, 0.0)),
         materials,
+        planes=[Plane((-10.0, 0.0, 0.0), (1.0, 0.0, 0.0), "silver")],
         rectangles=[
             rectangle((1.0, 0.0, -0.5), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0), "silver"),
             rectangle((-1.0, 0.0, -0.5), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), "back"),
@@ -169,19 +170,20 @@ def test_photons_bring_what_mirrors_reflect(ctx: Any) -> None:
         lights=[Light(tuple(lamp), 0.05, power=100.0)],
     )
     packed = pack(scene, RenderSettings(), 8, 8)
-    targets = targets_of(packed, scene)
-    rng = np.random.default_rng(4)
-    tracer = PhotonTracer(ctx, packed)
+    reach = 12.0
+    targets = targets_of(packed, scene, reach)
+    weights = np.random.default_rng(4).uniform(0.5, 2.0, len(targets)) * np.where(targets.is_divided, 1, 64)
+    tracer = PhotonTracer(ctx, packed, reach)
     try:
-        photons = tracer.trace(targets, rng.uniform(0.5, 2.0, len(targets)) * targets.area, range(4))
+        photons = tracer.trace(targets, weights, range(4))
     finally:
         tracer.release()
     np.testing.assert_allclose(photons.receiver[:, 1] + packed.origin[1], height, atol=1e-4)
 
-    def reflected(places: NDArray[np.float64], area: float) -> float:
-        """Of mirrors that look up, by points (n, 3) spread evenly over one."""
+    def reflected(places: NDArray[np.float64], area: float, distance: float = lamp[1]) -> float:
+        """Of a flat mirror at a ``distance`` from the lamp, by points (n, 3) spread evenly over it."""
         squared = np.square(places - lamp).sum(axis=1)
-        return float(0.8 * 100 / (4 * np.pi) * area * (lamp[1] / squared**1.5).mean())
+        return float(0.8 * 100 / (4 * np.pi) * area * (distance / squared**1.5).mean())
 
     u, v = ((np.indices((200, 200)) + 0.5) / 200).reshape(2, -1)
     square = np.stack([u - 0.5, np.zeros_like(u), v - 0.5], axis=1)
@@ -190,12 +192,15 @@ def test_photons_bring_what_mirrors_reflect(ctx: Any) -> None:
         reflected(square + np.array([1.0, 0.0, -0.5]), 1.0),
         reflected(0.5 * np.sqrt(u)[:, None] * turn + np.array([0.0, 0.0, -2.0]), np.pi / 4),
         0.5 * reflected(square + np.array([-0.5, 0.0, 1.0]), 1.0),
+        reflected(np.stack([np.full_like(u, -10.0), 5.0 + 0.9 * u, 10.0 * v - 5.0], axis=1), 9.0, 10.2),
     ]
-    x, _, z = (photons.source + packed.origin).T
-    which = np.select([z < -1.4, x > 0.4], [1, 0], 2)
-    found, variance = (np.bincount(which, photons.flux**power) for power in (1, 2))
+    x, y, z = (photons.source + packed.origin).T
+    is_wall = x < -9.9
+    is_counted = (photons.group % 2 == 0) & (~is_wall | ((y > 5.0) & (y < 5.9) & (np.abs(z) < 5.0)))
+    which = np.select([is_wall, z < -1.4, x > 0.4], [3, 1, 0], 2)
+    found, variance = (np.bincount(which, photons.flux**power * is_counted) for power in (1, 2))
     assert (np.abs(found - wanted) < 4 * np.sqrt(variance) + 3e-4 * found).all()
-    assert [len(np.unique(photons.group[which == i])) for i in range(3)] == [1, 1, 2]
+    assert [len(np.unique(photons.group[is_counted & (which == i)])) for i in range(4)] == [1, 1, 2, 1]
 
 
 def test_too_few_photons_teach_nothing(ctx: Any, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,6 +8,7 @@
 #include "shape/shape.glsl"
 
 uniform int u_target_count;
+uniform float u_target_reach;  // m; what of a plane is a target: a disk about the point that is nearest to the origin
 UTEXELS(16) u_targets;  // a row of the alias table over all targets, and the target of that number
 
 struct Target {
@@ -48,6 +49,11 @@ Hit target_point(Target target, vec2 u, out Surface surface) {
     vec2 place = kind == KIND_TRIANGLE ? square_to_triangle(u) : flat_sample(kind, u);
     vec3 position = a + place.x * (uintBitsToFloat(t1.xyz) - a) + place.y * (uintBitsToFloat(t2.xyz) - a);
     if (kind == KIND_SPHERE) position = a + uintBitsToFloat(t1.x) * square_to_uniform_sphere(u);
+    if (u_plane_count > 0 && kind == KIND_PLANE) {
+        Plane plane = plane_of(t0, t1);
+        vec3 beside = u_target_reach * vec3(square_to_disk(u), 0.0);
+        position = plane.offset * plane.normal + frame_to_world(frame_from_normal(plane.normal), beside);
+    }
     Hit hit = Hit(0.0, target.record, place, target.instance);
     surface = surface_at(Ray(position, vec3(0.0, 0.0, 1.0)), hit);
     return hit;

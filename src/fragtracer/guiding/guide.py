@@ -18,7 +18,7 @@ from fragtracer.scene import Camera, RenderSettings, Scene
 
 Floats = NDArray[np.float64]
 
-VERSION = 10  # of what is done with photons, for the files kept on disk
+VERSION = 11  # of what is done with photons, for the files kept on disk
 _PILOT = 4  # draws of photons, which find out which targets pass light on
 _DRAWS = 16
 _MOST_LISTED = 8  # shapes that every photon is tested against
@@ -67,8 +67,9 @@ def learn(ctx: Any, scene: Scene) -> Guide | None:
         return None
 
     def make() -> dict[str, NDArray[Any]]:
-        targets = targets_of(packed, scene)
-        found = _photons(ctx, packed, targets) if len(targets) else None
+        reach = float(np.linalg.norm(space.high - space.low)) / 2
+        targets = targets_of(packed, scene, reach)
+        found = _photons(ctx, packed, targets, reach) if len(targets) else None
         lobes = None if found is None else fit(found)
         return {} if lobes is None else {name: np.asarray(value) for name, value in vars(lobes).items()}
 
@@ -78,9 +79,9 @@ def learn(ctx: Any, scene: Scene) -> Guide | None:
     return Guide(Lobes(**arrays | {"edge": float(arrays["edge"])}), packed.origin)  # type: ignore[arg-type]
 
 
-def _photons(ctx: Any, packed: PackedScene, targets: Targets) -> Photons | None:
+def _photons(ctx: Any, packed: PackedScene, targets: Targets, reach: float) -> Photons | None:
     """Photons to ``targets``, more to those that pass on more light; None where nothing is received."""
-    tracer = PhotonTracer(ctx, packed)
+    tracer = PhotonTracer(ctx, packed, reach)
     try:
         pilot = tracer.trace(targets, targets.weights(), range(_PILOT))
         squares = np.bincount(pilot.target, np.square(pilot.flux), len(targets)).astype(np.float64)

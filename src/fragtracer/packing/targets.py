@@ -81,16 +81,16 @@ def may_be_narrow(material: Material) -> bool:
     return not material.unlit and max(*material.specular_f0, *material.specular_f90) > 0 and not is_rough
 
 
-def targets_of(packed: PackedScene, scene: Scene) -> Targets:
-    """The finite shapes of ``scene``, as it is ``packed``, that may scatter narrowly, without those that have no
-    area."""
+def targets_of(packed: PackedScene, scene: Scene, reach: float = 0.0) -> Targets:
+    """The shapes of ``scene``, as it is ``packed``, that may scatter narrowly, without those that have no area. Of
+    planes, which are infinite, it is what lies within ``reach`` metres of the point that is nearest to the origin."""
     narrow = {name for name, material in scene.materials.items() if may_be_narrow(material)}
     names = enumerate(matte_names(scene)[1])
     materials = [i for i, name in names if name in scene.materials and not narrow.isdisjoint(scene.blended(name))]
     found, first = [], 0
     parts = [part.reshape(-1, 4, 4) for part in packed.tables["u_shapes"]]
     for part in parts:
-        found.append(_of_part(part, first, np.array(materials, np.int64)))
+        found.append(_of_part(part, first, np.array(materials, np.int64), reach))
         first += rows_of(len(part))
     targets = Targets(*(np.concatenate(columns) for columns in zip(*(vars(t).values() for t in found), strict=True)))
     return _divided(_grouped(targets.taken(np.flatnonzero(targets.area > 0))))
@@ -119,7 +119,7 @@ def _divided(targets: Targets) -> Targets:
     return replace(parts, area=parts.area / np.repeat(times, times), cell=cell)
 
 
-def _of_part(words: Words, first: int, materials: Ints) -> Targets:
+def _of_part(words: Words, first: int, materials: Ints, reach: float) -> Targets:
     """Of records (n, 4, 4) that are numbered from ``first`` on; shapes of instances are in the same part."""
     kind = words[:, 0, 3].astype(np.int64)
     of_kind = kind >> 24
@@ -133,9 +133,11 @@ def _of_part(words: Words, first: int, materials: Ints) -> Targets:
 
     is_sphere = (of_kind == Kind.SPHERE) & ~local
     is_flat = ((of_kind == Kind.TRIANGLE) | (of_kind >= Kind.RECTANGLE)) & ~local
-    material = np.where(is_sphere, words[:, 1, 1], words[:, 1, 3]).astype(np.int64)
-    own = np.flatnonzero((is_sphere | is_flat) & np.isin(material, materials))
-    record, instance, area = [own], [np.full(len(own), -1)], [_areas(words[own], of_kind[own])]
+    is_plane = (of_kind == Kind.PLANE) & (np.abs(words[:, 1, 0].view(np.float32)) < reach)
+    material = np.where(is_flat, words[:, 1, 3], words[:, 1, 1]).astype(np.int64)
+    own = np.flatnonzero((is_sphere | is_flat | is_plane) & np.isin(material, materials))
+    record, instance = [own], [np.full(len(own), -1)]
+    area = [np.where(is_plane[own], np.pi * reach**2, _areas(words[own], of_kind[own]))]
     carrier = [own]
     for i in instances[np.isin(words[instances, 2, 3], materials)]:
         triangles = below[root[i]]
