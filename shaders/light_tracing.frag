@@ -90,7 +90,9 @@ vec4 photon_trace(uint number, out int number_of_target) {
     number_of_target = target_choose(u.x, w.x);
     Target target = target_load(number_of_target);
     Photon photon;
-    photon.hit = target_point(target, u.yz, photon.surface);
+    Ray there;
+    photon.hit = target_point(target, u.yz, there);
+    photon.surface = surface_at(there, photon.hit);
     photon.seed = hash_uint(floatBitsToUint(rr_sample) ^ hash_uint(number));
     float opacity = 1.0;
 #if HAS_ALPHA

@@ -36,13 +36,9 @@ void main() {
     int number = target_choose(u.x, survival);
     Target target = target_load(number);
     uint seed = hash_uint(floatBitsToUint(u.x) ^ hash_uint(floatBitsToUint(survival)));
-    Surface surface;
-    Hit hit = target_point(target, u.yz, surface);
+    Ray ray;
+    Hit hit = target_point(target, u.yz, ray);
     float flux = 1.0 / target.density;
-#if HAS_ALPHA
-    flux *= material_opacity(surface);
-#endif
-    Ray ray;  // that has found the surface
     int turn = 0;
     bool is_received = false;
     bool goes_on;
@@ -50,10 +46,11 @@ void main() {
     do {
         seed = hash_uint(seed);
         bool is_first = turn == 0;
-        if (!is_first) {
-            hit = closest_hit(ray, seed);
-            surface = surface_at(ray, hit);
-        }
+        if (!is_first) hit = closest_hit(ray, seed);
+        Surface surface = surface_at(ray, hit);
+#if HAS_ALPHA
+        if (is_first) flux *= material_opacity(surface);
+#endif
         material_choose(surface, seed);
         Material material = material_at(surface);
         bool is_met = hit.primitive != NO_PRIMITIVE && !material_is_unlit(material);

@@ -1326,7 +1326,7 @@ MUTATIONS = [
     Mutation(
         "photons that a sieve stops all",
         "photons.frag",
-        "    flux *= material_opacity(surface);\n",
+        "        if (is_first) flux *= material_opacity(surface);\n",
         "",
         Check(test_guided_pictures.test_photons_bring_what_mirrors_reflect),
         kept=True,

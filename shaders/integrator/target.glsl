@@ -37,8 +37,8 @@ int target_choose(float u, float v) {
     return v < target.threshold ? index : target.other;
 }
 
-// A point uniform over the area of a target: the hit of a ray that ends there, and the surface.
-Hit target_point(Target target, vec2 u, out Surface surface) {
+// A point uniform over the area of a target: the hit of the ray that begins there.
+Hit target_point(Target target, vec2 u, out Ray ray) {
     u = (vec2(target.cell % target.cells.x, target.cell / target.cells.x) + u) / vec2(target.cells);
     u = min(u, vec2(ONE_MINUS_EPSILON));
     uvec4 t0 = shape_texel(target.record, 0);
@@ -54,7 +54,6 @@ Hit target_point(Target target, vec2 u, out Surface surface) {
         vec3 beside = u_target_reach * vec3(square_to_disk(u), 0.0);
         position = plane.offset * plane.normal + frame_to_world(frame_from_normal(plane.normal), beside);
     }
-    Hit hit = Hit(0.0, target.record, place, target.instance);
-    surface = surface_at(Ray(position, vec3(0.0, 0.0, 1.0)), hit);
-    return hit;
+    ray = Ray(position, vec3(0.0, 0.0, 1.0));
+    return Hit(0.0, target.record, place, target.instance);
 }
