@@ -48,9 +48,10 @@ def decide(
     settings: RenderSettings,
     defines: Mapping[str, int | str] | None = None,
     least: float = _MARGIN,
+    samples: int = _LEAST_SAMPLES,
 ) -> Decision:
     """Whether and how ``scene`` is guided with ``settings``, by photons traced on ``ctx`` if need be; ``defines`` are
-    those of the program that is guided, and ``least`` is what it must be worth."""
+    those of the program that is guided, and ``least`` is what it must be worth in a picture of so many ``samples``."""
     least = max(least, _MARGIN)
     if settings.guiding == "off":
         return Decision(None, "off: as asked for")
@@ -68,7 +69,7 @@ def decide(
         return nothing
     if settings.guiding == "on":
         return Decision(guide, "on: as asked for")
-    gain, cost = measure(ctx, scene, settings, guide, defines or {}, least)
+    gain, cost = measure(ctx, scene, settings, guide, defines or {}, least, samples)
     if gain < least * cost:
         return Decision(None, f"off: the variance would fall by {gain:.2f}, the time of a sample rise by {cost:.2f}")
     reason = f"on: the variance falls by {gain:.2f}, the time of a sample rises by {cost:.2f}"
@@ -93,20 +94,22 @@ def measure(
     guide: Guide,
     defines: Mapping[str, int | str],
     least: float = _MARGIN,
+    samples: int = _LEAST_SAMPLES,
 ) -> tuple[float, float]:
-    """By how much ``guide`` lowers the relative variance of ``scene``, mean over the pixels, and what a sample costs
-    then, 1 being what it costs without; roughly, where the ratio of the two is clearly below or above ``least``.
+    """By how much ``guide`` lowers the relative variance of ``scene`` in a picture of so many ``samples``, mean over
+    the pixels, and what a sample costs then, 1 being what it costs without; roughly, where the ratio of the two is
+    clearly below or above ``least``.
 
     Both variances come from a small picture of guided paths: they find the rare and bright ones, which without guiding
     no small number of samples shows. What guiding does not find, they do not find either: where the gain falls with the
-    number of samples, it is taken to fall on in the same way until the number that the smallest picture has for which
-    this is asked. The cost is told by the length of the paths, since times are not the same twice.
+    number of samples, it is taken to fall on in the same way. The cost is told by the length of the paths, since times
+    are not the same twice.
     """
     size = (_WIDTH, max(1, round(_WIDTH * settings.height / settings.width)))
     plain = pack(scene, settings, *size)
     packed, unguided = guide.applied(plain), guide.without_lobes().applied(plain)
-    key = f"{VERSION}-{program_digest(packed)}-{sorted(defines.items())}-{least:.2f}"
-    found = cached("guiding-measurement", key, lambda: _measured(ctx, packed, unguided, size, defines, least))
+    key = f"{VERSION}-{program_digest(packed)}-{sorted(defines.items())}-{least:.2f}-{samples}"
+    found = cached("guiding-measurement", key, lambda: _measured(ctx, packed, unguided, size, defines, least, samples))
     return float(found["gain"]), _RAY_COST * float(found["rays"])
 
 
@@ -117,6 +120,7 @@ def _measured(
     size: tuple[int, int],
     defines: Mapping[str, int | str],
     least: float,
+    samples: int,
 ) -> dict[str, NDArray[np.float64]]:
     """The gain, and the mean number of rays of a guided path over that of another."""
     program = TracerProgram(defines={**defines, "GUIDING": "GUIDING_MEASURED"}, level=Level.KINDS)
@@ -131,11 +135,11 @@ def _measured(
         # What is not guided has the share that stratification leaves of its few samples, without the rarest.
         stratified = plain.left / max(guided.left, 1e-30)
         gain = found = guided.gain * stratified
-        for before, samples in pairwise(_SAMPLES):
+        for before, count in pairwise(_SAMPLES):
             if gain < wanted or (before > _SAMPLES[0] and gain > _CLEAR * wanted):
                 break
-            earlier, found = found, _sampled(tracer, films[1], samples - before).gain * stratified
-            steps = np.log(_LEAST_SAMPLES / (size[0] * size[1] * samples)) / np.log(samples / before)
+            earlier, found = found, _sampled(tracer, films[1], count - before).gain * stratified
+            steps = np.log(samples / (size[0] * size[1] * count)) / np.log(count / before)
             gain = found * min(1.0, found / earlier) ** max(0.0, float(steps))
     finally:
         tracer.release()

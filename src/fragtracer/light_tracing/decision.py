@@ -74,13 +74,14 @@ def decide(ctx: Any, scene: Scene, settings: RenderSettings) -> Decision:
 
 def decide_both(ctx: Any, scene: Scene, settings: RenderSettings) -> tuple[Decision, guiding.Decision]:
     """Whether some light is traced from the lights, and whether paths are guided; where both may be chosen, which of
-    light tracing and guiding alone promises more."""
+    light tracing and guiding alone promises more in the picture: what guiding does not find comes with its samples."""
     settings = guiding.decides(settings)
     traced = decide(ctx, scene, settings)
     guided = guiding.decide(ctx, scene, settings, traced.defines)
     if traced.is_on and settings.light_tracing == settings.guiding == "auto":
         planned = traced.worth * guided.worth
-        alone = guiding.decide(ctx, scene, settings, least=planned)
+        samples = settings.spp * settings.width * settings.height
+        alone = guiding.decide(ctx, scene, settings, least=planned, samples=samples)
         if alone.guide is not None and alone.worth > planned:
             reason = f"off: guiding alone promises {alone.worth:.2f} times the efficiency, this {planned:.2f} times"
             return Decision(False, reason), alone
