@@ -135,7 +135,7 @@ def test_a_worker_whose_network_stalls_is_left(scene, expected, two_workers) -> 
             connected(address) as client,
             pytest.warns(UserWarning, match=f"the worker {bad} is not used any more: a block did not come within"),
         ):
-            picture = cluster.render(scene, client, spp=SPP, block=BLOCK, progress=stall, patience=1)
+            picture = cluster.render(scene, client, spp=SPP, block=BLOCK, progress=stall, patience=3)
     finally:
         network.flows.set()
     assert same(picture.pixels, expected)
