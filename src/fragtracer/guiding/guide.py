@@ -67,9 +67,8 @@ def learn(ctx: Any, scene: Scene) -> Guide | None:
         return None
 
     def make() -> dict[str, NDArray[Any]]:
-        reach = float(np.linalg.norm(space.high - space.low)) / 2
-        targets = targets_of(packed, scene, reach)
-        found = _photons(ctx, packed, targets, reach) if len(targets) else None
+        targets = targets_of(packed, scene, reach=float(np.linalg.norm(space.high - space.low)) / 2)
+        found = _photons(ctx, packed, targets) if len(targets) else None
         lobes = None if found is None else fit(found)
         return {} if lobes is None else {name: np.asarray(value) for name, value in vars(lobes).items()}
 
@@ -79,9 +78,9 @@ def learn(ctx: Any, scene: Scene) -> Guide | None:
     return Guide(Lobes(**arrays | {"edge": float(arrays["edge"])}), packed.origin)  # type: ignore[arg-type]
 
 
-def _photons(ctx: Any, packed: PackedScene, targets: Targets, reach: float) -> Photons | None:
+def _photons(ctx: Any, packed: PackedScene, targets: Targets) -> Photons | None:
     """Photons to ``targets``, more to those that pass on more light; None where nothing is received."""
-    tracer = PhotonTracer(ctx, packed, reach)
+    tracer = PhotonTracer(ctx, packed)
     try:
         pilot = tracer.trace(targets, targets.weights(), range(_PILOT))
         squares = np.bincount(pilot.target, np.square(pilot.flux), len(targets)).astype(np.float64)

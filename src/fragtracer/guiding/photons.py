@@ -44,9 +44,9 @@ class Photons:
 
 
 class PhotonTracer:
-    """Traces photons in ``packed``, to targets that reach so far on planes; release it."""
+    """Traces photons in ``packed``; release it."""
 
-    def __init__(self, ctx: Any, packed: PackedScene, reach: float) -> None:
+    def __init__(self, ctx: Any, packed: PackedScene) -> None:
         self._ctx = ctx
         specialisation = specialise(packed, Level.KINDS if is_software(ctx) else Level.NOTHING)
         self._program = FullscreenProgram(
@@ -60,7 +60,7 @@ class PhotonTracer:
         self._textures = SceneTextures(ctx)
         self._textures.load(packed.tables)
         self._found = [ctx.texture(_SIZE, 4, dtype="f4") for _ in range(3)]
-        uniforms: dict[str, Any] = {**UNITS, **packed.all_uniforms, "u_targets": _TARGETS_UNIT, "u_target_reach": reach}
+        uniforms: dict[str, Any] = {**UNITS, **packed.all_uniforms, "u_targets": _TARGETS_UNIT}
         self._program.set({name: value for name, value in uniforms.items() if name in self._program.declared})
 
     def trace(self, targets: Targets, weights: Floats, draws: range) -> Photons:
@@ -68,7 +68,7 @@ class PhotonTracer:
         each."""
         words = {"u_targets": (targets.texels(weights),)}
         table = folded_textures(self._ctx, words, words)["u_targets"]
-        self._program.set({"u_target_count": len(targets)})
+        self._program.set({"u_target_count": len(targets), "u_target_reach": targets.reach})
         try:
             found = np.concatenate([self._draw(table, number) for number in draws], axis=1, dtype=np.float64)
         finally:

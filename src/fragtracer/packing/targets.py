@@ -2,6 +2,7 @@
 """The shapes that photons are sent to: all that may scatter narrowly, as shaders/integrator/target.glsl reads them."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,8 +32,10 @@ _EVEN = 0.2  # of the photons are spread by area
 class Targets:
     """Shapes (n,), or parts of them, by the ``record`` of the shape, and that of its ``instance`` or -1, with their
     ``area`` in m^2. Where ``is_divided`` each is one ``cell`` of :data:`_CELLS`; ``is_culled`` says that only its front
-    is met. The parts of a shape, and triangles of meshes that are near to each other, have a ``group`` in common."""
+    is met. The parts of a shape, and triangles of meshes that are near to each other, have a ``group`` in common. Of
+    planes, which are infinite, it is what lies within ``reach`` metres of the point that is nearest to the origin."""
 
+    reach: float
     record: Ints
     instance: Ints
     area: Floats
@@ -46,7 +49,11 @@ class Targets:
 
     def taken(self, places: Ints) -> "Targets":
         """Those at some places."""
-        return Targets(*(column[places] for column in vars(self).values()))
+        return Targets(self.reach, *(column[places] for column in self.columns()))
+
+    def columns(self) -> list[NDArray[Any]]:
+        """What there is of each."""
+        return [column for name, column in vars(self).items() if name != "reach"]
 
     def weights(self, squares: Floats | None = None) -> Floats:
         """In what proportion photons go to each target, (n,): by area, or so that what they bring has the least
@@ -82,8 +89,8 @@ def may_be_narrow(material: Material) -> bool:
 
 
 def targets_of(packed: PackedScene, scene: Scene, reach: float = 0.0) -> Targets:
-    """The shapes of ``scene``, as it is ``packed``, that may scatter narrowly, without those that have no area. Of
-    planes, which are infinite, it is what lies within ``reach`` metres of the point that is nearest to the origin."""
+    """The shapes of ``scene``, as it is ``packed``, that may scatter narrowly, without those that have no area; planes
+    as far as they ``reach``, in metres."""
     narrow = {name for name, material in scene.materials.items() if may_be_narrow(material)}
     names = enumerate(matte_names(scene)[1])
     materials = [i for i, name in names if name in scene.materials and not narrow.isdisjoint(scene.blended(name))]
@@ -92,7 +99,7 @@ def targets_of(packed: PackedScene, scene: Scene, reach: float = 0.0) -> Targets
     for part in parts:
         found.append(_of_part(part, first, np.array(materials, np.int64), reach))
         first += rows_of(len(part))
-    targets = Targets(*(np.concatenate(columns) for columns in zip(*(vars(t).values() for t in found), strict=True)))
+    targets = Targets(reach, *map(np.concatenate, zip(*(t.columns() for t in found), strict=True)))
     return _divided(_grouped(targets.taken(np.flatnonzero(targets.area > 0))))
 
 
@@ -148,6 +155,7 @@ def _of_part(words: Words, first: int, materials: Ints, reach: float) -> Targets
         carrier.append(np.full(len(triangles), i))
     records, instances_of = np.concatenate(record), np.concatenate(instance)
     return Targets(
+        reach,
         records + first,
         instances_of,
         np.concatenate(area),
