@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """light/environment.glsl and sun.glsl: the map, its sampler, and the density that belongs to both."""
 
+from typing import Literal
+
 import moderngl
 import numpy as np
 import pytest
@@ -8,7 +10,7 @@ import pytest
 from fragtracer.packing import PackedScene, pack
 from fragtracer.packing.environment import environment_tables
 from fragtracer.probe import probe
-from fragtracer.scene import Camera, Environment, Gradient, Panorama, Scene
+from fragtracer.scene import Camera, Environment, Gradient, Panorama, RenderSettings, Scene
 from fragtracer.scene.environment import direction_of, lookup, place_of
 
 from . import Floats
@@ -50,26 +52,45 @@ MAPS = {
 }
 
 
-def packed_map(pixels: Floats, **changes: float) -> PackedScene:
+def packed_map(pixels: Floats, estimator: Literal["mis", "nee"] = "mis", **changes: float) -> PackedScene:
     scene = Scene(camera=Camera(), environment=Environment(image=Panorama(pixels), **changes))
-    return pack(scene, scene.render, 64, 64)
+    return pack(scene, RenderSettings(estimator=estimator), 64, 64)
 
 
-def weight_map(pixels: Floats) -> Floats:
+def weight_map(pixels: Floats, is_compensated: bool = True) -> Floats:
     """The density of places that the sampler should have, in float64: one channel, its mean over the texels 1."""
-    tables = environment_tables(Panorama(pixels))
+    tables = environment_tables(Panorama(pixels), is_compensated)
     weights: Floats = tables.texels[:, 3].astype(np.float64).reshape(*pixels.shape[:2], 1)
     return weights / weights.mean()
 
 
+@pytest.mark.parametrize("is_compensated", [False, True])
 @pytest.mark.parametrize("name", MAPS)
-def test_weights_are_luminance_times_sine(name: str) -> None:
+def test_weights_are_luminance_times_sine(name: str, is_compensated: bool) -> None:
+    """What it is above the mean over all directions, and their share, where light samples have help."""
     pixels = MAPS[name]
     height = len(pixels)
-    weights = (pixels.astype(np.float64) @ (0.2126, 0.7152, 0.0722))[..., None]
-    weights = weights * np.sin(np.pi * (np.arange(height) + 0.5) / height)[:, None, None]
-    rounding = 1e-3 if environment_tables(Panorama(pixels)).texels.dtype == np.float16 else 1e-6
-    np.testing.assert_allclose(weight_map(pixels), weights / weights.mean(), rtol=rounding)
+    luminance = (pixels.astype(np.float64) @ (0.2126, 0.7152, 0.0722))[..., None]
+    sines = np.broadcast_to(np.sin(np.pi * (np.arange(height) + 0.5) / height)[:, None, None], luminance.shape)
+    mean = (luminance * sines).sum() / sines.sum()
+    above = np.maximum(luminance - mean, 0) * sines
+    tables = environment_tables(Panorama(pixels), is_compensated)
+    share = above.sum() / (luminance * sines).sum() if is_compensated else 1.0
+    assert tables.sampled == pytest.approx(share if share >= 0.1 else 0.0, rel=1e-6)
+    weights = above if tables.sampled and is_compensated else luminance * sines
+    rounding = 1e-3 if tables.texels.dtype == np.float16 else 1e-6
+    expected = weights / weights.mean()
+    found = weight_map(pixels, is_compensated)
+    np.testing.assert_allclose(found, expected, rtol=rounding, atol=1e-6 * mean / above.mean() if above.any() else 0)
+
+
+def test_an_even_sky_is_left_to_bsdf_sampling() -> None:
+    """As one texel is. It stays in the tables, for rays that meet it; sampled alone it is a light."""
+    pixels = MAPS["one texel in all"]
+    packed = packed_map(pixels)
+    assert packed.features["HAS_ENVIRONMENT"] == 1
+    assert packed.uniforms["u_light_count"] == packed.uniforms["u_environment_probability"] == 0
+    assert packed_map(pixels, "nee").uniforms["u_environment_probability"] == 1
 
 
 @pytest.mark.parametrize("name", MAPS)
@@ -137,7 +158,7 @@ def test_a_sample_is_what_a_path_in_its_direction_finds(ctx: moderngl.Context, n
 def test_irradiance_by_sampling_is_that_by_integration(ctx: moderngl.Context) -> None:
     """The mean of radiance times cosine over the density is the integral: sin(theta), rotation and all."""
     pixels = noise(16, 32, seed=4)
-    packed = packed_map(pixels, rotation_degrees=130)
+    packed = packed_map(pixels, "nee", rotation_degrees=130)
     x, z, y = direction(35)
     normal = np.array([x, y, z])
     u = np.random.default_rng(5).random((1 << 20, 2), np.float32)
@@ -174,7 +195,7 @@ def test_tree_chooses_each_texel_with_its_share() -> None:
     """Although its sums are float32 and the texels from 1 to 1e12: products of the choices are the shares."""
     rng = np.random.default_rng(6)
     pixels = (10 ** rng.uniform(0, 12, (300, 517, 1)) * np.ones(3)).astype(np.float32)
-    tables = environment_tables(Panorama(pixels))
+    tables = environment_tables(Panorama(pixels), False)
     width, height = tables.size
     share = np.ones((1, 1))
     first = 0
@@ -194,8 +215,8 @@ def test_tree_chooses_each_texel_with_its_share() -> None:
 
 def test_half_floats_are_used_where_they_are_exact() -> None:
     exact = np.ldexp(np.random.default_rng(7).integers(0, 256, (4, 8, 3)), -3).astype(np.float32)
-    assert environment_tables(Panorama(exact)).texels.dtype == np.float16
-    assert environment_tables(Panorama(exact * np.float32(1 / 3))).texels.dtype == np.float32
+    assert environment_tables(Panorama(exact), True).texels.dtype == np.float16
+    assert environment_tables(Panorama(exact * np.float32(1 / 3)), True).texels.dtype == np.float32
 
 
 def test_huge_and_tiny_radiances_are_held(ctx: moderngl.Context) -> None:

@@ -112,7 +112,7 @@ def pack(
     first = rows_of(len(listed))
     bvh = _bvh(scene, surfaces, _NO_SHAPES if is_listed else records, first, origin, extent)
     primitives = len(planes) + np.arange(len(shapes)) if is_listed else bvh.shape_records if bvh else np.zeros(0, int)
-    environment = pack_environment(scene.environment, extent)
+    environment = pack_environment(scene.environment, extent, is_compensated=settings.estimator != "nee")
     mesh_power = bvh.mesh_power if bvh else 0.0
     lights = pack_lights(scene, local, primitives, origin, extent, mesh_power, environment.lights)
 
@@ -155,6 +155,7 @@ def pack(
         "u_is_open": int(is_open(np.concatenate(walls), space.low - origin, space.high - origin)),
     }
     features = {**settings_features(settings, environment.hidden), **surfaces.features, **lights.features}
+    features["HAS_ENVIRONMENT"] = int(environment.tables is not None)
     features["HAS_MEDIA"] = int(bool(media.rows["Medium"]))
     features |= bvh.features if bvh else {"HAS_MESHES": 0, "HAS_INSTANCES": 0}
     rounds = 4 + len(listed) + (bvh.usual_rounds if bvh else 0)

@@ -16,6 +16,7 @@ from fragtracer.scene.environment import Source
 
 Array = NDArray[Any]
 
+_EVEN = 0.1  # the share of light above the mean below which BSDF sampling finds an environment well by itself
 _HALF_TOP = 2.0**15  # what the largest value of a map is brought to, or half of it: half floats end at 65504
 
 
@@ -35,6 +36,7 @@ class EnvironmentTables:
     unit: float
     density: float
     irradiance: float  # radiance integrated over all directions, the channels added
+    sampled: float  # the share of its light that light samples are for; 0 where there are to be none
 
     @property
     def bytes(self) -> int:
@@ -42,23 +44,32 @@ class EnvironmentTables:
 
 
 @lru_cache(maxsize=2)
-def environment_tables(source: Source) -> EnvironmentTables:
-    """The tables of what an environment shows."""
+def environment_tables(source: Source, is_compensated: bool) -> EnvironmentTables:
+    """The tables of what an environment shows; ``is_compensated`` where light samples are weighed against BSDF samples.
+
+    Texels then have weights by what their luminance is above the mean over all directions, for BSDF sampling finds the
+    rest (Karlik et al. 2019, *MIS Compensation: Optimizing Sampling Techniques in Multiple Importance Sampling*).
+    """
     pixels = source.pixels
     height, width, _ = pixels.shape
     unit = 2.0 ** np.ceil(np.log2(max(float(pixels.max()), 2.0**-100))) / _HALF_TOP
     sines = np.sin(np.pi * (np.arange(height) + 0.5) / height)
+    rows = pixels.sum(axis=1, dtype=np.float64)
+    mean = float(sines @ rows @ REC_709 / (sines.sum() * width))
+    sampled = _share_above(mean, pixels, sines) if is_compensated else 1.0
+    if sampled < _EVEN:
+        sampled = 0.0
+    base = mean / unit if 0 < sampled < 1 else 0.0
     exact = all(np.array_equal(row.astype(np.float16), row) for row in map(_scaled_by(unit), pixels))
     texels = np.empty((height, width, 4), np.float16 if exact else np.float32)
     for texel, row, sine in zip(texels, map(_scaled_by(unit), pixels), sines, strict=True):
         texel[:, :3] = row
-        weights = (texel[:, :3].astype(np.float32) @ REC_709.astype(np.float32)) * np.float32(sine)
-        # No weight is rounded to 0 where there is light.
+        weights = _above(base, texel[:, :3].astype(np.float32)) * np.float32(sine)
+        # No weight is rounded to 0 where there is light to be found.
         texel[:, 3] = np.where(weights > 0, np.maximum(weights, np.finfo(texels.dtype).tiny), 0)
     # The sums are of the weights as the shader reads them: what is interpolated is what is sampled.
     levels, total = _sums(texels[..., 3].astype(np.float64))
     solid_angle = 2 * np.pi**2 / (width * height)
-    rows = pixels.sum(axis=1, dtype=np.float64).sum(axis=1)
     return EnvironmentTables(
         texels.reshape(-1, 4),
         np.concatenate([level.reshape(-1, 4) for level in levels]),
@@ -66,8 +77,22 @@ def environment_tables(source: Source) -> EnvironmentTables:
         len(levels),
         unit,
         1 / (total * solid_angle) if total > 0 else 0.0,
-        float(rows @ sines) * solid_angle,
+        float(sines @ rows.sum(axis=1)) * solid_angle,
+        sampled,
     )
+
+
+def _above(base: float, row: NDArray[np.float32]) -> NDArray[np.float32]:
+    """What the luminance of each texel of ``row`` (width, 3) is above ``base``."""
+    above: NDArray[np.float32] = np.maximum(row @ REC_709.astype(np.float32) - np.float32(base), 0)
+    return above
+
+
+def _share_above(mean: float, pixels: NDArray[np.float32], sines: NDArray[np.float64]) -> float:
+    """The share of the luminance, integrated over all directions, that is above its ``mean``."""
+    total = mean * sines.sum() * pixels.shape[1]
+    above = sum(sine * _above(mean, row).sum(dtype=np.float64) for row, sine in zip(pixels, sines, strict=True))
+    return float(above / total) if total > 0 else 0.0
 
 
 def _scaled_by(unit: float) -> Callable[[NDArray[np.float32]], NDArray[np.float32]]:
@@ -104,8 +129,8 @@ class PackedEnvironment:
     hidden: bool = False
 
 
-def pack_environment(environment: Environment | None, extent: float) -> PackedEnvironment:
-    """Pack the environment of a scene that extends ``extent`` metres from its middle."""
+def pack_environment(environment: Environment | None, extent: float, is_compensated: bool) -> PackedEnvironment:
+    """Pack the environment of a scene that extends ``extent`` metres from its middle, for :func:`environment_tables`."""
     if environment is None:
         return PackedEnvironment()
     uniforms: dict[str, Any] = {} if environment.visible else {"u_background_radiance": environment.background}
@@ -115,10 +140,14 @@ def pack_environment(environment: Environment | None, extent: float) -> PackedEn
         power = cross_section * 2 * np.pi * sun.one_minus_cos * sum(sun.radiance)
         record = {"direction": sun.direction, "one_minus_cos": sun.one_minus_cos, "radiance": sun.radiance}
         lights.append(LightSource(LightKind.SUN, power, record))
-    if max(environment.scale) == 0 or (tables := environment_tables(environment.source)).irradiance == 0:
+    if max(environment.scale) == 0:
         return PackedEnvironment(None, lights, uniforms, hidden=not environment.visible)
-    power = cross_section * tables.irradiance * max(environment.scale)
-    lights.append(LightSource(LightKind.ENVIRONMENT, power, {}))
+    tables = environment_tables(environment.source, is_compensated)
+    if tables.irradiance == 0:
+        return PackedEnvironment(None, lights, uniforms, hidden=not environment.visible)
+    if tables.sampled > 0:
+        power = cross_section * tables.irradiance * max(environment.scale) * tables.sampled
+        lights.append(LightSource(LightKind.ENVIRONMENT, power, {}))
     uniforms |= {
         "u_environment_size": tables.size,
         "u_environment_levels": tables.levels,

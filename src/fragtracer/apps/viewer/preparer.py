@@ -23,7 +23,7 @@ class Preparer:
             return True
         if self._thread is None:
             self._environment = environment
-            self._thread = threading.Thread(target=environment_tables, args=(source,), daemon=True)
+            self._thread = threading.Thread(target=environment_tables, args=(source, True), daemon=True)
             self._thread.start()
         return False
 
