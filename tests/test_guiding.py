@@ -22,7 +22,20 @@ from fragtracer.io.toml import load
 from fragtracer.packing import pack
 from fragtracer.packing.targets import targets_of
 from fragtracer.renderer import Renderer
-from fragtracer.scene import Ambient, Camera, Disk, Light, Material, Mesh, Part, Plane, RenderSettings, Scene, Sphere
+from fragtracer.scene import (
+    Ambient,
+    Camera,
+    Disk,
+    Environment,
+    Light,
+    Material,
+    Mesh,
+    Part,
+    Plane,
+    RenderSettings,
+    Scene,
+    Sphere,
+)
 
 ALBEDO = (0.3, 0.5, 0.8)
 
@@ -213,6 +226,13 @@ def test_too_few_photons_teach_nothing(ctx: Any, monkeypatch: pytest.MonkeyPatch
     assert fit(found) is None
     monkeypatch.setattr("fragtracer.guiding.guide._photons", lambda *_: found)
     assert learn(ctx, load("three-spheres")) is None
+
+
+def test_photons_come_from_an_even_sky(ctx: Any) -> None:
+    """Which is no light to paths, for BSDF sampling finds it: photons are of light samples alone."""
+    scene = replace(load("three-spheres-ambient"), lights=(), ambient=Ambient(), environment=Environment(radiance=1.0))
+    assert not pack(scene, scene.render, 8, 8).uniforms["u_light_count"]
+    assert learn(ctx, scene) is not None
 
 
 @pytest.mark.parametrize(

@@ -62,7 +62,8 @@ def learn(ctx: Any, scene: Scene) -> Guide | None:
     # Seen from its middle, so that the coordinates do not depend on the camera.
     x, y, z = ((space.low + space.high) / 2).tolist()
     camera = Camera((x, y, z), (x, y, z - max(1.0, float((space.high - space.low).max()))))
-    packed = pack(replace(scene, camera=camera), RenderSettings(), 64, 64, _MOST_LISTED)
+    settings = RenderSettings(estimator="nee")  # of light samples alone, as the program is
+    packed = pack(replace(scene, camera=camera), settings, 64, 64, _MOST_LISTED)
     if not packed.uniforms["u_light_count"]:
         return None
 
