@@ -10,7 +10,18 @@ import pytest
 from fragtracer.packing import PackedScene, pack
 from fragtracer.packing.environment import environment_tables
 from fragtracer.probe import probe
-from fragtracer.scene import Camera, Environment, Gradient, Panorama, RenderSettings, Scene
+from fragtracer.scene import (
+    Camera,
+    Environment,
+    Gradient,
+    Light,
+    Material,
+    Panorama,
+    RenderSettings,
+    Scene,
+    Sky,
+    Sphere,
+)
 from fragtracer.scene.environment import direction_of, lookup, place_of
 
 from . import Floats
@@ -91,6 +102,22 @@ def test_an_even_sky_is_left_to_bsdf_sampling() -> None:
     assert packed.features["HAS_ENVIRONMENT"] == 1
     assert packed.uniforms["u_light_count"] == packed.uniforms["u_environment_probability"] == 0
     assert packed_map(pixels, "nee").uniforms["u_environment_probability"] == 1
+
+
+def test_light_samples_that_a_sky_does_not_need_go_to_its_sun() -> None:
+    """And to no lamp. A tenth of the probability is spread evenly over all three."""
+    sky = Environment(sky=Sky(sun_elevation_degrees=30))
+    ball = Sphere((0.0, 0.0, 0.0), 1.0, "grey")
+    lamp = Light((0.0, 3.0, 0.0), 0.0, power=2000.0)
+    scene = Scene(Camera(), {"grey": Material()}, spheres=[ball], environment=sky, lights=[lamp])
+    found = {}
+    for estimator in ("mis", "nee"):
+        uniforms = pack(scene, RenderSettings(estimator=estimator), 8, 8).uniforms
+        found[estimator] = np.array([uniforms[f"u_{name}_probability"] for name in ("sun", "environment")]) - 0.1 / 3
+    mis, nee = found["mis"], found["nee"]
+    assert 0.1 < nee.sum() < 0.9
+    assert mis.sum() == pytest.approx(nee.sum(), abs=1e-6)
+    assert mis[1] == pytest.approx(nee[1] * environment_tables(sky.source, True).sampled, abs=1e-6)
 
 
 @pytest.mark.parametrize("name", MAPS)

@@ -130,24 +130,27 @@ class PackedEnvironment:
 
 
 def pack_environment(environment: Environment | None, extent: float, is_compensated: bool) -> PackedEnvironment:
-    """Pack the environment of a scene that extends ``extent`` metres from its middle, for :func:`environment_tables`."""
+    """Pack the environment of a scene that extends ``extent`` metres from its middle."""
     if environment is None:
         return PackedEnvironment()
     uniforms: dict[str, Any] = {} if environment.visible else {"u_background_radiance": environment.background}
     cross_section = np.pi * extent**2
+    tables = environment_tables(environment.source, is_compensated) if max(environment.scale) > 0 else None
+    if tables is not None and tables.irradiance == 0:
+        tables = None
+    power = cross_section * tables.irradiance * max(environment.scale) if tables else 0.0
+    sampled = tables.sampled if tables else 0.0
     lights: list[LightSource] = []
     if (sun := environment.sun) is not None:
-        power = cross_section * 2 * np.pi * sun.one_minus_cos * sum(sun.radiance)
+        # With it, light samples that the sky does not need go to the sun.
+        of_sun = cross_section * 2 * np.pi * sun.one_minus_cos * sum(sun.radiance) + (1 - sampled) * power
+        power *= sampled
         record = {"direction": sun.direction, "one_minus_cos": sun.one_minus_cos, "radiance": sun.radiance}
-        lights.append(LightSource(LightKind.SUN, power, record))
-    if max(environment.scale) == 0:
-        return PackedEnvironment(None, lights, uniforms, hidden=not environment.visible)
-    tables = environment_tables(environment.source, is_compensated)
-    if tables.irradiance == 0:
-        return PackedEnvironment(None, lights, uniforms, hidden=not environment.visible)
-    if tables.sampled > 0:
-        power = cross_section * tables.irradiance * max(environment.scale) * tables.sampled
+        lights.append(LightSource(LightKind.SUN, of_sun, record))
+    if sampled > 0:
         lights.append(LightSource(LightKind.ENVIRONMENT, power, {}))
+    if tables is None:
+        return PackedEnvironment(None, lights, uniforms, hidden=not environment.visible)
     uniforms |= {
         "u_environment_size": tables.size,
         "u_environment_levels": tables.levels,
