@@ -2,9 +2,9 @@
 // Light from all around: an equirectangular map, bilinear between the centres of its texels, around in u
 // and constant beyond the first and last row (scene/environment.py says which way it lies).
 //
-// A texel is chosen by its weight, luminance times sin(theta), down a tree of sums; the direction then
-// is spread around its centre by a tent. A tent around each texel is what bilinear interpolation is, so the density
-// is that of the weights interpolated like the radiance: exact, and above 0 wherever there is light.
+// A texel is chosen by its weight (packing/environment.py), down a tree of sums; the direction then is spread around its
+// centre by a tent. A tent around each texel is what bilinear interpolation is, so the density is exactly that of the weights
+// interpolated like the radiance.
 #include "core/math.glsl"
 #include "core/warp.glsl"
 #include "light/sample.glsl"
