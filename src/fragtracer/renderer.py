@@ -505,14 +505,15 @@ class Renderer:
 
     def _load_light(self) -> None:
         """Trace light of the scene from its lights, or no longer."""
-        if not self._light_decision().is_on:
+        decision = self._light_decision()
+        if not decision.is_on:
             if self._light is not None:
                 self._light.release()
             self._light = None
             return
         if self._light is None:
             self._light = LightTracing(self.context, (self.settings.width, self.settings.height))
-        self._light.load(self._packed(), self.scene, self._level, self._shaders)
+        self._light.load(self._packed(), self.scene, decision.photons, self._level, self._shaders)
 
     def _light_decision(self) -> light_tracing.Decision:
         """Whether some light is traced from the lights."""

@@ -30,12 +30,18 @@ _CLEAR = 1.5  # times the gain that is wanted are expected
 
 @dataclass(frozen=True, eq=False)
 class Decision:
-    """What guides, if anything, why it does or does not, and by how much it raises the efficiency, as far as that was
-    measured."""
+    """What guides, if anything, why it does or does not, by how much it lowers the relative variance, and what a sample
+    costs then, 1 being what it costs without; as far as that was measured."""
 
     guide: Guide | None
     reason: str
-    worth: float = 1.0
+    gain: float = 1.0
+    cost: float = 1.0
+
+    @property
+    def worth(self) -> float:
+        """By how much it raises the efficiency."""
+        return self.gain / self.cost
 
     def applied(self, packed: PackedScene) -> PackedScene:
         """``packed`` for the program of this decision."""
@@ -73,7 +79,7 @@ def decide(
     if gain < least * cost:
         return Decision(None, f"off: the variance would fall by {gain:.2f}, the time of a sample rise by {cost:.2f}")
     reason = f"on: the variance falls by {gain:.2f}, the time of a sample rises by {cost:.2f}"
-    return Decision(guide, reason, gain / cost)
+    return Decision(guide, reason, gain, cost)
 
 
 def decides(settings: RenderSettings) -> RenderSettings:

@@ -26,14 +26,15 @@ from fragtracer.scene.interiors import has_media, solids
 
 Floats = NDArray[np.float64]
 
-PHOTONS_PER_SAMPLE = 1 / 8  # of the path tracer: about the best number (docs/sampling.md)
-
 _VERSION = 6  # of the measurement
 _LEAST_SAMPLES = 2**24  # of a picture; to trace them takes about as long as the measurement
+_MEASURED = 1 / 8  # photons for a sample, for which the variances are told
+_PHOTONS = (1 / 8, 1 / 4)  # for a sample, of which there may be; twice as many where samples are placed adaptively
 _PHOTON_COST = (5.0, 3.0)  # of a photon over a sample of a path, the second in scenes of meshes
 # By how much adaptive sampling lowers the variance of paths, which place their samples by it, and not that of photons;
-# the second in scenes of meshes.
+# the second in scenes of meshes. Such samples cost more than others.
 _ADAPTIVE_GAIN = (3.0, 2.0)
+_ADAPTIVE_COST = 2.0
 _MARGIN = 1.05  # by which the gain must exceed that: few samples show too little of it
 _WIDTH = 96  # of the measurement
 _SAMPLES = (64, 256)  # of it in all, the second where light tracing seems to pay
@@ -43,10 +44,12 @@ _NOWHERE = 2**31 - 1  # a first shape that light is traced from, so that none is
 
 @dataclass(frozen=True)
 class Decision:
-    """Whether there is light tracing, why, and by how much it raises the efficiency, as far as that was measured."""
+    """Whether there is light tracing, why, by how many photons for a sample of a path, and by how much it raises the
+    efficiency, as far as that was measured."""
 
     is_on: bool
     reason: str
+    photons: float = 0.0
     worth: float = 1.0
 
     @property
@@ -55,36 +58,81 @@ class Decision:
         return {"FILM_LIGHT": "FILM_LIGHT_UNTRACED"} if self.is_on else {}
 
 
+@dataclass(frozen=True)
+class Measurement:
+    """Of light tracing in a scene, with 1/8 photon for a sample that is not placed adaptively: by how much the relative
+    variance falls at equal samples, mean over the pixels, and the ``share`` of photons in what is left of it."""
+
+    gain: float
+    share: float
+
+    def promise(self, scene: Scene, settings: RenderSettings, guided: guiding.Decision) -> tuple[float, float, float]:
+        """The number of photons for a sample that is best where paths are ``guided`` so; by how much the variance
+        falls then, over that of paths that are not, and what a sample costs, with its photons, over one of those.
+
+        The gain is rather less: few samples show less of the rare and bright paths that light tracing saves.
+        """
+        is_adaptive, has_meshes = settings.adaptive != "off", bool(scene.meshes)
+        adaptive_gain = _ADAPTIVE_GAIN[has_meshes] if is_adaptive else 1.0
+        photon = _PHOTON_COST[has_meshes] / (_ADAPTIVE_COST if is_adaptive else 1.0)
+
+        def of(photons: float) -> tuple[float, float, float]:
+            left = (1 - self.share) / guided.gain + self.share * adaptive_gain * _MEASURED / photons
+            return photons, self.gain / left, 1.05 * guided.cost + photon * photons
+
+        return max((of(2 * n if is_adaptive else n) for n in _PHOTONS), key=lambda found: found[1] / found[2])
+
+
+_NOT_GUIDED = guiding.Decision(None, "")
+
+
 def decide(ctx: Any, scene: Scene, settings: RenderSettings) -> Decision:
     """Whether some light of ``scene`` is traced from the lights with ``settings``, measured on ``ctx`` if need be."""
+    return _decide(ctx, scene, settings)[0]
+
+
+def _decide(ctx: Any, scene: Scene, settings: RenderSettings) -> tuple[Decision, Measurement | None]:
+    """The decision, if paths are not guided, and the measurement where there is one."""
     if settings.light_tracing == "off":
-        return Decision(False, "off: as asked for")
+        return Decision(False, "off: as asked for"), None
     if reason := impossible(scene, settings):
-        return Decision(False, f"off: {reason}")
+        return Decision(False, f"off: {reason}"), None
     if settings.light_tracing == "on":
-        return Decision(True, "on: as asked for")
+        photons, *_ = Measurement(1.0, 0.0).promise(scene, settings, _NOT_GUIDED)
+        return Decision(True, "on: as asked for", photons), None
     if settings.spp * settings.width * settings.height < _LEAST_SAMPLES:
-        return Decision(False, f"off: to trace the {settings.spp} samples per pixel takes less time than to measure")
-    gain, cost = measure(ctx, scene, settings)
+        reason = f"off: to trace the {settings.spp} samples per pixel takes less time than to measure"
+        return Decision(False, reason), None
+    found = measure(ctx, scene, settings)
+    photons, gain, cost = found.promise(scene, settings, _NOT_GUIDED)
     if gain < _MARGIN * cost:
-        return Decision(False, f"off: the variance would fall by {gain:.2f}, the time of a sample rise by {cost:.2f}")
+        reason = f"off: the variance would fall by {gain:.2f}, the time of a sample rise by {cost:.2f}"
+        return Decision(False, reason), found
+    return _on(photons, gain, cost), found
+
+
+def _on(photons: float, gain: float, cost: float) -> Decision:
     reason = f"on: the variance falls by {gain:.2f}, the time of a sample rises by {cost:.2f}"
-    return Decision(True, reason, gain / cost)
+    return Decision(True, reason, photons, gain / cost)
 
 
 def decide_both(ctx: Any, scene: Scene, settings: RenderSettings) -> tuple[Decision, guiding.Decision]:
     """Whether some light is traced from the lights, and whether paths are guided; where both may be chosen, which of
     light tracing and guiding alone promises more in the picture: what guiding does not find comes with its samples."""
     settings = guiding.decides(settings)
-    traced = decide(ctx, scene, settings)
+    traced, found = _decide(ctx, scene, settings)
     guided = guiding.decide(ctx, scene, settings, traced.defines)
-    if traced.is_on and settings.light_tracing == settings.guiding == "auto":
-        planned = traced.worth * guided.worth
-        samples = settings.spp * settings.width * settings.height
-        alone = guiding.decide(ctx, scene, settings, least=planned, samples=samples)
-        if alone.guide is not None and alone.worth > planned:
-            reason = f"off: guiding alone promises {alone.worth:.2f} times the efficiency, this {planned:.2f} times"
-            return Decision(False, reason), alone
+    if traced.is_on and found is not None:
+        planned = _on(*found.promise(scene, settings, guided))
+        if settings.guiding == "auto":
+            samples = settings.spp * settings.width * settings.height
+            alone = guiding.decide(ctx, scene, settings, least=planned.worth, samples=samples)
+            if alone.guide is not None and alone.worth > planned.worth:
+                reason = (
+                    f"guiding alone promises {alone.worth:.2f} times the efficiency, this {planned.worth:.2f} times"
+                )
+                return Decision(False, f"off: {reason}"), alone
+        traced = planned
     return traced, guided
 
 
@@ -138,24 +186,17 @@ def _light_places(scene: Scene) -> Iterator[ArrayLike]:
                 yield matrix[:3, :3] @ corners.mean(axis=0) + matrix[:3, 3]
 
 
-def measure(ctx: Any, scene: Scene, settings: RenderSettings) -> tuple[float, float]:
-    """By how much light tracing lowers the relative variance of ``scene`` at equal samples, mean over the pixels, and
-    what a sample with its photons costs, 1 being what it costs without.
-
-    Both variances come from a small picture. Few samples show less of the rare and bright paths that light tracing
-    saves, so that the gain is rather larger.
-    """
+def measure(ctx: Any, scene: Scene, settings: RenderSettings) -> Measurement:
+    """What light tracing is worth in ``scene``, by the variances of a small picture."""
     size = (_WIDTH, max(1, round(_WIDTH * settings.height / settings.width)))
     packed = pack(scene, settings, *size)
     targets = targets_of(packed, scene)
-    cost = 1.05 + _PHOTON_COST[bool(scene.meshes)] * PHOTONS_PER_SAMPLE
     if not len(targets):
-        return 1.0, cost
+        return Measurement(1.0, 0.0)
     key = f"{_VERSION}-{program_digest(packed)}-{size}"
-    least = _MARGIN * cost
+    least = _MARGIN * (1.05 + _PHOTON_COST[bool(scene.meshes)] * _MEASURED)
     found = cached("light-tracing", key, lambda: {"found": np.asarray(_measured(ctx, packed, targets, size, least))})
-    gain, share = found["found"].tolist()
-    return gain if settings.adaptive == "off" else gain / (1 + (_ADAPTIVE_GAIN[bool(scene.meshes)] - 1) * share), cost
+    return Measurement(*found["found"].tolist())
 
 
 def _measured(
@@ -191,7 +232,7 @@ def _measured(
             full, rest = (np.square(p.standard_error().astype(np.float64)).mean(axis=2) * samples for p in pixels)
             brightness = bright((pixels[1].mean[..., :3] + traced).astype(np.float32))
             weight = 1 / np.maximum(brightness, 1e-30) ** 2
-            of_photons = float((noise / PHOTONS_PER_SAMPLE * weight).mean())
+            of_photons = float((noise / _MEASURED * weight).mean())
             left = max(float((rest * weight).mean()) + of_photons, 1e-30)
             gain, share = float((full * weight).mean()) / left, of_photons / left
             if gain < least:

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.gpu.specialise import Level
-from fragtracer.light_tracing.decision import PHOTONS_PER_SAMPLE
 from fragtracer.light_tracing.tracer import PHOTONS, LightTracer, Sums
 from fragtracer.packing import PackedScene
 from fragtracer.packing.targets import targets_of
@@ -27,13 +26,17 @@ class LightTracing:
         self._size = size
         self._tracer = LightTracer(ctx)
         self._has_targets = False
+        self._per_sample = 0.0
         self.clear()
 
-    def load(self, packed: PackedScene, scene: Scene, level: Level, root: Path | None = None) -> None:
-        """Take over ``scene`` as it is ``packed``; forgets all photons.
+    def load(
+        self, packed: PackedScene, scene: Scene, per_sample: float, level: Level, root: Path | None = None
+    ) -> None:
+        """Take over ``scene`` as it is ``packed``, with so many photons for a sample of a path; forgets all of them.
 
         Raises :class:`ShaderError` if the program does not compile.
         """
+        self._per_sample = per_sample
         targets = targets_of(packed, scene)
         self._has_targets = len(targets) > 0
         if self._has_targets:
@@ -54,7 +57,7 @@ class LightTracing:
         if not self._has_targets:
             return
         width, height = self._size
-        pairs = -(-spp * width * height * PHOTONS_PER_SAMPLE // (2 * PHOTONS))
+        pairs = -(-spp * width * height * self._per_sample // (2 * PHOTONS))
         while self._sums.passes < 2 * pairs:
             self._sums.add(self._tracer.trace(self._sums.passes))
 
@@ -77,11 +80,13 @@ class LightTracing:
     def state(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
         """All that :meth:`restore` needs to go on with the same bits."""
         arrays = {"light.halves": self._sums.halves, "light.squares": self._sums.squares}
-        return {"light_passes": self._sums.passes, "light_non_finite": self._sums.non_finite}, arrays
+        counts = {"light_passes": self._sums.passes, "light_non_finite": self._sums.non_finite}
+        return {**counts, "photons_per_sample": self._per_sample}, arrays
 
     def restore(self, state: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> None:
         """Go on from what :meth:`state` has returned for a picture of this size; raises KeyError where it is not."""
         halves, squares = (np.array(arrays[f"light.{name}"]) for name in ("halves", "squares"))
+        self._per_sample = state["photons_per_sample"]
         self._sums = Sums(halves, squares, state["light_passes"], state["light_non_finite"])
 
     @property
