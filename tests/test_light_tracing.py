@@ -4,7 +4,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -15,9 +15,11 @@ from rendering import batches, rendered
 from scene_builders import lambert, rectangle
 from shaders.test_camera import through
 
+from fragtracer import guiding
 from fragtracer.errors import FilmError
 from fragtracer.films import SavedFilm, merge
 from fragtracer.io.toml import load
+from fragtracer.light_tracing.decision import Measurement
 from fragtracer.renderer import Renderer
 from fragtracer.scene import (
     Camera,
@@ -32,6 +34,7 @@ from fragtracer.scene import (
     Part,
     Placement,
     Plane,
+    RenderSettings,
     Scene,
     Sky,
     Sphere,
@@ -300,6 +303,27 @@ def test_it_is_used_where_it_pays(ctx: Any, monkeypatch: pytest.MonkeyPatch) -> 
         brightness = np.square(images.mean((0, 3))) + 1e-2 * np.square(images.mean())
         variances.append((images.var(0, ddof=1).mean(-1) / brightness).mean())
     assert variances[0] < variances[1] / 3
+
+
+def test_there_are_more_photons_where_they_have_the_error() -> None:
+    """Of what is left in one of the two ways, and where paths are guided, which leave less."""
+
+    def photons(share: float, gain: float = 1.0, adaptive: Literal["auto", "off"] = "auto") -> float:
+        settings = RenderSettings(adaptive=adaptive)
+        return Measurement(5.0, share).promise(spheres(), settings, guiding.Decision(None, "", gain, 1.5))[0]
+
+    assert photons(0.05) == 1 / 4
+    assert photons(0.5) == 1 / 2
+    assert photons(0.2) < photons(0.2, gain=5.0)
+    assert photons(0.05, adaptive="off") == 1 / 8
+
+
+def test_a_measurement_promises_what_it_has_found() -> None:
+    """With the number of photons that it was made with, evenly sampled and unguided."""
+    settings, nothing = RenderSettings(adaptive="off"), guiding.Decision(None, "")
+    photons, gain, cost = Measurement(3.0, 0.1).promise(spheres(), settings, nothing)
+    assert (photons, gain) == (1 / 8, pytest.approx(3.0))
+    assert cost == pytest.approx(1.05 + 5 / 8)
 
 
 GLASS = Material(model="dielectric", ior=1.5)
