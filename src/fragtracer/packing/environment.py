@@ -16,7 +16,7 @@ from fragtracer.scene.environment import Source
 
 Array = NDArray[Any]
 
-_EVEN = 0.1  # the share of light above the mean below which BSDF sampling finds an environment well by itself
+_EVEN = 0.05  # the relative variance of luminance below which BSDF sampling finds an environment well by itself
 _HALF_TOP = 2.0**15  # what the largest value of a map is brought to, or half of it: half floats end at 65504
 
 
@@ -56,9 +56,8 @@ def environment_tables(source: Source, is_compensated: bool) -> EnvironmentTable
     sines = np.sin(np.pi * (np.arange(height) + 0.5) / height)
     rows = pixels.sum(axis=1, dtype=np.float64)
     mean = float(sines @ rows @ REC_709 / (sines.sum() * width))
-    sampled = _share_above(mean, pixels, sines) if is_compensated else 1.0
-    if sampled < _EVEN:
-        sampled = 0.0
+    share, variance = _unevenness(mean, pixels, sines) if is_compensated and mean > 0 else (1.0, np.inf)
+    sampled = share if variance >= _EVEN else 0.0
     base = mean / unit if 0 < sampled < 1 else 0.0
     exact = all(np.array_equal(row.astype(np.float16), row) for row in map(_scaled_by(unit), pixels))
     texels = np.empty((height, width, 4), np.float16 if exact else np.float32)
@@ -88,11 +87,15 @@ def _above(base: float, row: NDArray[np.float32]) -> NDArray[np.float32]:
     return above
 
 
-def _share_above(mean: float, pixels: NDArray[np.float32], sines: NDArray[np.float64]) -> float:
-    """The share of the luminance, integrated over all directions, that is above its ``mean``."""
-    total = mean * sines.sum() * pixels.shape[1]
-    above = sum(sine * _above(mean, row).sum(dtype=np.float64) for row, sine in zip(pixels, sines, strict=True))
-    return float(above / total) if total > 0 else 0.0
+def _unevenness(mean: float, pixels: NDArray[np.float32], sines: NDArray[np.float64]) -> tuple[float, float]:
+    """Of the luminance over all directions: the share that is above its ``mean``, and its relative variance."""
+    above, squares = 0.0, 0.0
+    for row, sine in zip(pixels, sines, strict=True):
+        relative = (row @ REC_709) / mean - 1
+        above += sine * float(np.maximum(relative, 0).sum())
+        squares += sine * float(np.square(relative).sum())
+    total = float(sines.sum()) * pixels.shape[1]
+    return above / total, squares / total
 
 
 def _scaled_by(unit: float) -> Callable[[NDArray[np.float32]], NDArray[np.float32]]:
