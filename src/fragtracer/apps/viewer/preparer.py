@@ -23,6 +23,7 @@ class Preparer:
             return True
         if self._thread is None:
             self._environment = environment
+            # Compensated, as all estimators but one want them.
             self._thread = threading.Thread(target=environment_tables, args=(source, True), daemon=True)
             self._thread.start()
         return False
