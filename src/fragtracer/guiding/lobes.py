@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Lobes fitted to photons in the cells of two nested grids, as shaders/guiding/lobes.glsl reads them."""
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -52,13 +53,14 @@ def fit(photons: Photons) -> Lobes | None:
     cell = first[coarse] + (fine[:, 2] * own + fine[:, 1]) * own + fine[:, 0]
     parent = np.repeat(np.arange(total), edges**3)
 
-    above = _lobes_of(photons, coarse, total)
+    with ThreadPoolExecutor(2) as threads:
+        made = [threads.submit(_lobes_of, photons, *cells) for cells in ((coarse, total), (cell, len(parent)))]
+        above, (points, widths, flux) = (m.result() for m in made)
     there = np.flatnonzero(above[2].any(axis=1))
     if not len(there):
         return None
     middle = np.stack(np.unravel_index(np.arange(total), size[::-1])[::-1], axis=1)
     nearest = there[[int(np.square(middle[there] - m).sum(axis=1).argmin()) for m in middle]]
-    points, widths, flux = _lobes_of(photons, cell, len(parent))
     parent_flux = (above[2] / edges[:, None] ** 2)[nearest[parent]]
     # What a cell has no photons for, it takes from the coarse cell.
     lacks = flux <= 0
@@ -155,7 +157,8 @@ def _widths(lobe: Ints, receiver: Floats, direction: Floats, flux: Floats, point
     distance = np.linalg.norm(to_point, axis=1)
     cosine = np.einsum("ij,ij->i", to_point, direction) / np.maximum(distance, 1e-30)
     off = np.sqrt(np.maximum(0, 1 - cosine**2)) / np.maximum(cosine, 0.05) * distance
-    order = np.lexsort((off, lobe))
+    # By lobe, then by distance: floats that are not negative are in the order of their bits.
+    order = np.argsort(lobe << 32 | off.astype(np.float32).view(np.uint32))
     share = np.cumsum(flux[order])
     total = np.bincount(lobe, flux, len(points))
     before = np.cumsum(total) - total

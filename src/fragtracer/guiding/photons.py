@@ -70,24 +70,24 @@ class PhotonTracer:
         table = folded_textures(self._ctx, words, words)["u_targets"]
         self._program.set({"u_target_count": len(targets), "u_target_reach": targets.reach})
         try:
-            found = np.concatenate([self._draw(table, number) for number in draws], axis=1, dtype=np.float64)
+            found = [self._draw(table, number) for number in draws]
         finally:
             table.release()
-        there = np.flatnonzero((found[0, :, 3] != 0) & np.isfinite(found).all(axis=(0, 2)))
-        receiver, source, aimed = found[:, there]
+        receiver, source, aimed = np.concatenate(found, axis=1, dtype=np.float64)
         target = aimed[:, 0].astype(np.int64)
-        flux = np.abs(receiver[:, 3]) / found.shape[1]
+        flux = np.abs(receiver[:, 3]) / (len(draws) * _SIZE[0] * _SIZE[1])
         group = 2 * targets.group[target] + (receiver[:, 3] < 0)
         return Photons(receiver[:, :3], source[:, :3], flux, target, group, source[:, 3])
 
     def _draw(self, table: Any, number: int) -> NDArray[np.float32]:
-        """The three texels (3, n, 4) of each photon."""
+        """The three texels (3, n, 4) of each photon that was received."""
         with drawing_to(self._ctx, self._found):
             self._textures.use(self._program)
             self._program.use("u_targets", table, _TARGETS_UNIT)
             self._program.set({"u_seed": number})
             self._program.draw()
-        return np.stack([np.frombuffer(texture.read(), np.float32).reshape(-1, 4) for texture in self._found])
+        found = np.stack([np.frombuffer(texture.read(), np.float32).reshape(-1, 4) for texture in self._found])
+        return found[:, (found[0, :, 3] != 0) & np.isfinite(found).all(axis=(0, 2))]
 
     def release(self) -> None:
         for texture in self._found:
