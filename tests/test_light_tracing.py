@@ -15,11 +15,14 @@ from rendering import batches, rendered
 from scene_builders import lambert, rectangle
 from shaders.test_camera import through
 
-from fragtracer import guiding
+from fragtracer import guiding, light_tracing
 from fragtracer.errors import FilmError
 from fragtracer.films import SavedFilm, merge
+from fragtracer.gpu.specialise import Level
 from fragtracer.io.toml import load
 from fragtracer.light_tracing.decision import Measurement
+from fragtracer.light_tracing.tracer import PHOTONS
+from fragtracer.packing import pack
 from fragtracer.renderer import Renderer
 from fragtracer.scene import (
     Camera,
@@ -284,6 +287,20 @@ def test_a_picture_goes_on_with_the_same_bits(ctx: Any, tmp_path: Path) -> None:
         pytest.raises(FilmError, match="light_tracing"),
     ):
         renderer.resume(film)
+
+
+def test_an_odd_number_of_passes_has_no_difference_of_its_own(ctx: Any) -> None:
+    """As where the window shows a picture."""
+    light = light_tracing.LightTracing(ctx)
+    packed = pack(spheres(), RenderSettings(), 2, 1)
+    light.load(packed, spheres(), (2, 1), 0.5, Level.NOTHING)
+    each = np.full((3, 2), 7.0 * PHOTONS)  # that a pass brings
+    state = {"photons_per_sample": 0.5, "light_passes": 3, "light_non_finite": 0}
+    light.restore(state, {"light.halves": np.stack([2 * each, each]), "light.squares": each})
+    radiance, difference, _ = light.light(0, 1)
+    np.testing.assert_allclose(radiance, 7.0)
+    np.testing.assert_allclose(difference, 0.0, atol=1e-12)
+    light.release()
 
 
 def test_it_is_used_where_it_pays(ctx: Any, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -24,7 +24,7 @@ from fragtracer.gpu.specialise import MOST_LISTED, Level
 from fragtracer.gpu.tracer import Tracer, TracerProgram
 from fragtracer.guiding import Decision, decide, decides, same_light
 from fragtracer.layers import PARTS, FirstSurface, Picture, light
-from fragtracer.light_tracing import LightTracing, decide_both
+from fragtracer.light_tracing import Decisions, LightTracing, decide_both
 from fragtracer.packing import PackedScene, matte_names, pack
 from fragtracer.packing.space import Space
 from fragtracer.sampling.allocation import StagePart, Window, least_gain
@@ -119,7 +119,7 @@ class Renderer:
         level = Level.SCENE if moves else Level.VIEW
         self._level = level if (is_soft if specialised is None else specialised) else Level.NOTHING
         self._defines, self._name, self._shaders = dict(defines or {}), program, shaders
-        self._decided: tuple[Scene, RenderSettings, tuple[light_tracing.Decision, Decision]] | None = None
+        self._decided: tuple[Scene, RenderSettings, Decisions] | None = None
         self._moves = moves
         self._space: Space | None = None
         self.first_sample = first_sample
@@ -512,8 +512,9 @@ class Renderer:
             self._light = None
             return
         if self._light is None:
-            self._light = LightTracing(self.context, (self.settings.width, self.settings.height))
-        self._light.load(self._packed(), self.scene, decision.photons, self._level, self._shaders)
+            self._light = LightTracing(self.context)
+        size = self.settings.width, self.settings.height
+        self._light.load(self._packed(), self.scene, size, decision.photons, self._level, self._shaders)
 
     def _light_decision(self) -> light_tracing.Decision:
         """Whether some light is traced from the lights."""
@@ -523,7 +524,7 @@ class Renderer:
         """Whether this scene is guided."""
         return self._decisions()[1]
 
-    def _decisions(self) -> tuple[light_tracing.Decision, Decision]:
+    def _decisions(self) -> Decisions:
         """Decided anew only where something that matters has changed; of pictures of a moving camera, by the first."""
         settings = decides(self.settings)
         if self._decided is not None:

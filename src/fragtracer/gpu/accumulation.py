@@ -433,6 +433,11 @@ class Accumulation:
         return self._film.read_rows(bottom, rows) if self._plan is None else self._shown.read_rows(bottom, rows)
 
     @property
+    def version(self) -> object:
+        """Changes with what the :attr:`textures` hold."""
+        return self._film.stage, self.spp, self._film.samples, len(self._lists)
+
+    @property
     def textures(self) -> tuple[moderngl.Texture, ...]:
         """The picture to be shown, in the order of :class:`Pixels`; row 0 at the bottom."""
         return self._film.textures if self._plan is None else self._shown.textures

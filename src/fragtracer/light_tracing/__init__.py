@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Light tracing: what surfaces throw narrowly onto others, caustics above all, is traced from the lights."""
 
-from fragtracer.light_tracing.decision import Decision, decide, decide_both, impossible
+from fragtracer.light_tracing.decision import Decision, Decisions, decide, decide_both, impossible
 from fragtracer.light_tracing.picture import LightTracing
 
-__all__ = ["Decision", "LightTracing", "decide", "decide_both", "impossible"]
+__all__ = ["Decision", "Decisions", "LightTracing", "decide", "decide_both", "impossible"]

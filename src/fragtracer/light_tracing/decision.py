@@ -83,6 +83,7 @@ class Measurement:
         return max((of(2 * n if is_adaptive else n) for n in _PHOTONS), key=lambda found: found[1] / found[2])
 
 
+Decisions = tuple[Decision, guiding.Decision]  # about light tracing, and about guiding beside it
 _NOT_GUIDED = guiding.Decision(None, "")
 
 
@@ -116,7 +117,7 @@ def _on(photons: float, gain: float, cost: float) -> Decision:
     return Decision(True, reason, photons, gain / cost)
 
 
-def decide_both(ctx: Any, scene: Scene, settings: RenderSettings) -> tuple[Decision, guiding.Decision]:
+def decide_both(ctx: Any, scene: Scene, settings: RenderSettings) -> Decisions:
     """Whether some light is traced from the lights, and whether paths are guided; where both may be chosen, which of
     light tracing and guiding alone promises more in the picture: what guiding does not find comes with its samples."""
     settings = guiding.decides(settings)

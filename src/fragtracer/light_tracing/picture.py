@@ -15,28 +15,37 @@ from fragtracer.packing.targets import targets_of
 from fragtracer.sampling.pixels import Pixels
 from fragtracer.scene import Scene
 
+Floats = NDArray[np.float64]
+
 
 class LightTracing:
-    """Photons for a picture of ``size``; release it.
+    """Photons for a picture; release it.
 
     How many there are depends on the samples of a pixel alone, and not on how they are cut into passes.
     """
 
-    def __init__(self, ctx: Any, size: tuple[int, int]) -> None:
-        self._size = size
+    def __init__(self, ctx: Any) -> None:
+        self._size = (0, 0)
         self._tracer = LightTracer(ctx)
         self._has_targets = False
         self._per_sample = 0.0
         self.clear()
 
     def load(
-        self, packed: PackedScene, scene: Scene, per_sample: float, level: Level, root: Path | None = None
+        self,
+        packed: PackedScene,
+        scene: Scene,
+        size: tuple[int, int],
+        per_sample: float,
+        level: Level,
+        root: Path | None = None,
     ) -> None:
-        """Take over ``scene`` as it is ``packed``, with so many photons for a sample of a path; forgets all of them.
+        """Take over ``scene`` as it is ``packed``, for a picture of ``size`` with so many photons for a sample of a
+        path; forgets all of them.
 
         Raises :class:`ShaderError` if the program does not compile.
         """
-        self._per_sample = per_sample
+        self._size, self._per_sample = size, per_sample
         targets = targets_of(packed, scene)
         self._has_targets = len(targets) > 0
         if self._has_targets:
@@ -54,33 +63,59 @@ class LightTracing:
 
         Raises :class:`DeviceError` if the driver ended their ways before their time.
         """
-        if not self._has_targets:
-            return
+        while self.lacks_photons(spp):
+            self.step()
+
+    def lacks_photons(self, spp: int) -> bool:
+        """Whether a picture with ``spp`` samples of each pixel is to have more photons."""
         width, height = self._size
         pairs = -(-spp * width * height * self._per_sample // (2 * PHOTONS))
-        while self._sums.passes < 2 * pairs:
-            self._sums.add(self._tracer.trace(self._sums.passes))
+        return self._has_targets and self.passes < 2 * pairs
+
+    def step(self) -> None:
+        """Trace a pass of photons, or find out where they should go.
+
+        Raises :class:`DeviceError` if the driver ended their ways before their time.
+        """
+        if self._tracer.is_aimed:
+            self._sums.add(self._tracer.trace(self.passes))
+        else:
+            self._tracer.aim()
+
+    @property
+    def passes(self) -> int:
+        """How many passes of photons there are."""
+        return self._sums.passes
+
+    def light(self, top: int, rows: int) -> tuple[Floats, Floats, Floats]:
+        """In some rows, the light of the photons, half the difference of that of both halves of them, and the variance
+        of the light, as of independent photons; each (rows, width, 3), row 0 at the top."""
+        count, width = max(1, self.passes), self._size[0]
+        part = slice(top * width, (top + rows) * width)
+        even, odd, squares = (
+            sums[:, part].T.reshape(rows, width, 3) / (count * PHOTONS)
+            for sums in (*self._sums.halves, self._sums.squares)
+        )
+        light = even + odd
+        return light, even - odd - light * (count % 2) / count, squares / (count * PHOTONS)
 
     def added_to(self, pixels: Pixels) -> Pixels:
         """``pixels`` of the paths, with the light of the photons; the standard error is that of both."""
-        if not self._sums.passes:
+        if not self.passes:
             return pixels
-        photons = self._sums.passes * PHOTONS
         count = pixels.mean[..., 3:].astype(np.float64)
-        shape = pixels.half_difference.shape[:2]
-        even, odd, squares = (_picture(sums, shape) for sums in (*self._sums.halves, self._sums.squares))
-        light = (even + odd) / photons
+        light, difference, of_mean = self.light(0, self._size[1])
         mean, variance = pixels.mean.copy(), pixels.variance.copy()
         mean[..., :3] += light
-        variance[..., :3] += squares / photons**2 * np.maximum(count - 1, 0)
+        variance[..., :3] += of_mean * np.maximum(count - 1, 0)
         # As of samples in two streams, of which one may have one more (Pixels.centred_half_difference).
-        half = pixels.half_difference + (even - odd) / photons + light * (count % 2) / np.maximum(count, 1)
+        half = pixels.half_difference + difference + light * (count % 2) / np.maximum(count, 1)
         return Pixels(mean, variance, half.astype(np.float32))
 
     def state(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
         """All that :meth:`restore` needs to go on with the same bits."""
         arrays = {"light.halves": self._sums.halves, "light.squares": self._sums.squares}
-        counts = {"light_passes": self._sums.passes, "light_non_finite": self._sums.non_finite}
+        counts = {"light_passes": self.passes, "light_non_finite": self._sums.non_finite}
         return {**counts, "photons_per_sample": self._per_sample}, arrays
 
     def restore(self, state: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> None:
@@ -101,8 +136,3 @@ class LightTracing:
 
     def release(self) -> None:
         self._tracer.release()
-
-
-def _picture(sums: NDArray[np.float64], shape: tuple[int, ...]) -> NDArray[np.float64]:
-    """Sums (3, pixels) as (height, width, 3)."""
-    return sums.T.reshape(*shape, 3)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The light that shaders/light_tracing.frag sends to pixels, summed up."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -77,6 +78,7 @@ class LightTracer:
         self._program: FullscreenProgram | None = None
         self._textures = SceneTextures(ctx)
         self._table: Any = None
+        self._aiming: Iterator[None] | None = None
         self._random = upload_random_texture(ctx)
         self._found = [ctx.texture(_SIZE, 4, dtype="f4") for _ in range(2)]
 
@@ -86,7 +88,8 @@ class LightTracer:
         """Take over ``packed``, for a picture of ``size``, and its ``targets``, at least one; compiles only if the
         program is another one.
 
-        More photons go to targets from which more light is seen, so that the variance is least.
+        More photons go to targets from which more light is seen, so that the variance is least; :meth:`aim` finds out
+        from which.
 
         Raises :class:`ShaderError` if the program does not compile.
         """
@@ -108,31 +111,54 @@ class LightTracer:
         uniforms: dict[str, Any] = {**UNITS, **packed.all_uniforms, "u_targets": _TARGETS_UNIT, "u_seed": 0}
         uniforms |= {"u_target_count": len(targets), "u_photon_width": _SIZE[0]}
         self._program.set({name: value for name, value in uniforms.items() if name in self._program.declared})
-        self._aim(targets, targets.weights())
-        seen = np.zeros(len(targets))
-        for number in _PILOT:
-            found = self.trace(number)
-            aimed = _texels(self._found[1])[found.photon, 0].astype(np.int64)
-            seen += np.bincount(aimed, np.square(found.radiance.mean(axis=0, dtype=np.float64)), len(targets))
-        self._aim(targets, targets.weights(seen))
-        self.seed(packed.uniforms["u_seed"])
+        self._seed = packed.uniforms["u_seed"]
+        self._aiming = self._pilot(targets)
 
     def seed(self, seed: int) -> None:
         """Trace other photons."""
         assert self._program is not None
-        self._program.set({"u_seed": seed})
+        self._seed = seed
+        if self.is_aimed:
+            self._program.set({"u_seed": seed})
 
-    def _aim(self, targets: Targets, weights: Floats) -> None:
+    @property
+    def is_aimed(self) -> bool:
+        """Whether it is known how many photons go to which targets."""
+        return self._aiming is None
+
+    def aim(self) -> None:
+        """A step of finding that out: a pass at most."""
+        if self._aiming is not None and next(self._aiming, self) is self:
+            self._aiming = None
+
+    def _pilot(self, targets: Targets) -> Iterator[None]:
+        assert self._program is not None
+        self._aim_by(targets, targets.weights())
+        seen = np.zeros(len(targets))
+        for number in _PILOT:
+            found = self._trace(number)
+            aimed = _texels(self._found[1])[found.photon, 0].astype(np.int64)
+            seen += np.bincount(aimed, np.square(found.radiance.mean(axis=0, dtype=np.float64)), len(targets))
+            yield
+        self._aim_by(targets, targets.weights(seen))
+        self._program.set({"u_seed": self._seed})
+
+    def _aim_by(self, targets: Targets, weights: Floats) -> None:
         if self._table is not None:
             self._table.release()
         table = {"u_targets": (targets.texels(weights),)}
         self._table = folded_textures(self._ctx, table, table)["u_targets"]
 
     def trace(self, number: int) -> Splats:
-        """Pass ``number``, of :data:`PHOTONS` photons.
+        """Pass ``number``, of :data:`PHOTONS` photons, after those of :meth:`aim`.
 
         Raises :class:`DeviceError` if the driver ended their ways before their time.
         """
+        while not self.is_aimed:
+            self.aim()
+        return self._trace(number)
+
+    def _trace(self, number: int) -> Splats:
         assert self._program is not None
         with drawing_to(self._ctx, self._found):
             self._program.use("u_random_texture", self._random, UNITS["u_random_texture"])

@@ -23,8 +23,9 @@ def until(refiner: Refiner, condition: Callable[[], bool], seconds: float = 120.
         refiner.frame()
 
 
-def test_picture_goes_on_and_is_then_guided(ctx: moderngl.Context) -> None:
-    scene = load("three-spheres")
+def test_picture_goes_on_and_is_then_guided_or_traced_from_its_lights(ctx: moderngl.Context) -> None:
+    both = load("three-spheres")
+    scene = replace(both, render=replace(both.render, light_tracing="off"))
     refiner = Refiner(LiveRenderer(scene, (32, 18), ctx), DynamicResolution(), Guider())
     try:
         renderer = refiner.renderer
@@ -45,5 +46,8 @@ def test_picture_goes_on_and_is_then_guided(ctx: moderngl.Context) -> None:
         refiner.change(replace(scene, ambient=Ambient(0.5)))  # other light: what was learned is out of date
         until(refiner, lambda: not refiner.is_moving)
         assert not renderer.is_guided
+        refiner.change(both)
+        until(refiner, lambda: renderer.traces_light)
+        assert renderer.metadata()["light_tracing_decision"].startswith("on: the variance falls")
     finally:
         refiner.close()

@@ -12,6 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 import fragtracer.renderer
+from fragtracer import light_tracing
 from fragtracer.apps.viewer import live
 from fragtracer.apps.viewer import refiner as refiner_module
 from fragtracer.apps.viewer.dynamic_resolution import DynamicResolution
@@ -19,8 +20,9 @@ from fragtracer.apps.viewer.live import LiveRenderer
 from fragtracer.apps.viewer.refiner import Refiner
 from fragtracer.errors import ShaderError
 from fragtracer.gpu import textures, tracer
-from fragtracer.guiding import Decision
+from fragtracer.guiding import Decision, decides
 from fragtracer.io.toml import load
+from fragtracer.renderer import Renderer
 from fragtracer.sampling.allocation import FIRST_STAGE
 from fragtracer.scene import (
     Ambient,
@@ -275,7 +277,7 @@ def test_a_broken_shader_file_keeps_the_program_when_something_is_learned(
 
     monkeypatch.setattr(refiner.renderer, "plan", lambda *_: guided)
     monkeypatch.setattr(refiner.renderer, "adopt", broken)
-    learned = scene, scene.render, Decision(None, "")
+    learned = scene, scene.render, (light_tracing.Decision(False, ""), Decision(None, ""))
     monkeypatch.setattr(refiner, "_guider", SimpleNamespace(take=lambda: learned, close=lambda: None))
     refiner._guide(0.0)
     assert asked == [guided]
@@ -292,5 +294,64 @@ def test_a_room_goes_on_beyond_the_first_stage(ctx: moderngl.Context) -> None:
         assert (renderer.film.read_rows(0, 96).mean[..., 3] == renderer.film.spp).all()
         said = renderer.metadata()
         renderer.close()
-    for name in ("gradient_domain", "light_tracing"):
-        assert said[f"{name}_decision"].startswith("off: a window")
+    assert said["gradient_domain_decision"] == "off: a window shows single pixels"
+    assert said["light_tracing_decision"] == "off: nothing is learned yet"
+
+
+def learned(refiner: Refiner, scene: Scene) -> LiveRenderer:
+    """The renderer of ``refiner``, as if it had been learned that light tracing pays."""
+    decisions = light_tracing.Decision(True, "on: as learned", 0.5), Decision(None, "off: as learned")
+    refiner.renderer.learn(scene, decides(scene.render), decisions)
+    return refiner.renderer
+
+
+def test_light_is_traced_from_the_lights_while_the_picture_rests(make: Make, compiled: list[str]) -> None:
+    scene = load("caustic")
+    refiner = make(scene)
+    until(refiner, lambda: refiner.renderer.is_specialised or refiner._compiler is None)
+    renderer = learned(refiner, scene)
+    until(refiner, lambda: renderer.traces_light)
+    until(refiner, lambda: renderer.spp > 2)
+    assert renderer.metadata()["light_tracing_decision"] == "on: as learned"
+    del compiled[:]
+    refiner.look(replace(scene.camera, position=(0.1, 2.1, 3.6)))
+    assert not renderer.traces_light
+    assert renderer.spp == 0, "the samples of before lack the light of the photons"
+    assert "once the picture rests" in renderer.metadata()["light_tracing_decision"]
+    until(refiner, lambda: renderer.traces_light)
+    refiner.compare(True)
+    until(refiner, lambda: not refiner.is_moving and renderer.spp > 2)
+    assert not renderer.traces_light, "it is compared with pictures of paths"
+    refiner.compare(False)
+    until(refiner, lambda: renderer.traces_light)
+    refiner.resize((48, 32))
+    until(refiner, lambda: renderer.traces_light)
+    assert renderer.film.size == (48, 32)
+    assert compiled == [], "both programs were there"
+    refiner.change(replace(scene, ambient=Ambient(0.3)))
+    until(refiner, lambda: not refiner.is_moving and renderer.spp > 2)
+    assert not renderer.traces_light, "of other light nothing is learned"
+
+
+@pytest.mark.parametrize("make", ["gpu"], indirect=True)
+def test_photons_bring_the_light_that_a_resting_picture_lacks(make: Make) -> None:
+    scene = load("caustic")
+    refiner = make(scene)
+    renderer = learned(refiner, scene)
+    until(refiner, lambda: renderer.traces_light)
+    until(refiner, lambda: renderer.spp >= 64)
+    film = renderer.film
+    shown, whole = film.read_rows(0, SIZE[1]), renderer._read()
+    for name in ("mean", "variance", "half_difference"):
+        ours, theirs = getattr(shown, name), getattr(whole, name)
+        np.testing.assert_allclose(ours, theirs, rtol=1e-4, atol=1e-6 * np.abs(theirs).max(), err_msg=name)
+    texels = np.frombuffer(film.textures[0].read(), np.float32).reshape(shown.mean.shape)[::-1]
+    np.testing.assert_array_equal(texels, shown.mean)
+    paths = renderer._film.read().mean[..., :3]
+    with Renderer(scene, SIZE, light_tracing="off", guiding="off", spp=4096) as reference:
+        expected = reference.render()
+        error = np.hypot(reference.standard_error(), whole.standard_error())
+    lack = np.abs(expected.mean() - paths.mean()) / np.sqrt(np.square(error).sum()) * error.size
+    assert lack > 10, "a test of this picture finds out whether there are photons"
+    z = (whole.mean[..., :3].mean() - expected.mean()) / np.sqrt(np.square(error).sum()) * error.size
+    assert abs(z) < 3.5

@@ -132,6 +132,7 @@ class Viewer:
     def _compare(self) -> None:
         if problem := self.wipe.update(self.session.shown, self.refiner.size, self.screen.display):
             self.session.problem = problem
+        self.refiner.compare(self.wipe.is_on)
 
     def _refine(self) -> float:
         """Trace unless the picture is done; returns the seconds spent."""
@@ -255,6 +256,7 @@ class Viewer:
             gpu_bytes=self.renderer.gpu_bytes,
             pass_seconds=self.renderer.pass_seconds,
             specialised=self.renderer.is_specialised,
+            traces_light=self.renderer.traces_light,
             state="done" if state == "refining" and self.is_done else state,
         )
 

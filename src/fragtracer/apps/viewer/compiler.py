@@ -3,7 +3,8 @@
 
 Drivers cache compiled programs on disk. Once the background process has compiled a program and drawn
 with it, the window's context loads it from that cache within milliseconds. Run as a module, this is that
-process: it reads pickled (packed scene, program, sizes of films) from its input and answers each with a byte.
+process: it reads pickled (packed scene, program, sizes of films, targets of photons) from its input and answers each
+with a byte.
 """
 
 import os
@@ -19,8 +20,10 @@ from typing import Any
 
 from fragtracer.gpu.tracer import TracerProgram
 from fragtracer.packing import PackedScene
+from fragtracer.packing.targets import Targets
 
 Size = tuple[int, int]
+Request = tuple[PackedScene, TracerProgram, list[Size], Targets | None]
 _PATIENCE = 20.0  # seconds; then the window compiles by itself
 
 
@@ -30,17 +33,20 @@ class BackgroundCompiler:
     def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = None
         self._thread: threading.Thread | None = None  # that talks to it
-        self._requests: queue.SimpleQueue[tuple[PackedScene, TracerProgram, list[Size]] | None] = queue.SimpleQueue()
+        self._requests: queue.SimpleQueue[Request | None] = queue.SimpleQueue()
         self._asked = self._answered = 0
         self._asked_at = 0.0
 
-    def ask(self, packed: PackedScene, program: TracerProgram, sizes: Iterable[Size]) -> int:
-        """Have ``program`` compiled for ``packed`` and films of ``sizes``; returns a number for :meth:`is_done`."""
+    def ask(
+        self, packed: PackedScene, program: TracerProgram, sizes: Iterable[Size], targets: Targets | None = None
+    ) -> int:
+        """Have ``program`` compiled for ``packed`` and films of ``sizes``, and that of photons if there are ``targets``
+        of them; returns a number for :meth:`is_done`."""
         if self._process is None:
             self._start()
         self._asked += 1
         self._asked_at = time.monotonic()
-        self._requests.put((packed, program, sorted({(_like(w), _like(h)) for w, h in sizes})))
+        self._requests.put((packed, program, sorted({(_like(w), _like(h)) for w, h in sizes}), targets))
         return self._asked
 
     def is_done(self, number: int) -> bool:
@@ -95,16 +101,18 @@ def main() -> None:
     from fragtracer.gpu.context import create_context
     from fragtracer.gpu.film import Film
     from fragtracer.gpu.tracer import Tracer
+    from fragtracer.light_tracing.tracer import LightTracer
 
     if hasattr(os, "nice"):
         os.nice(5)  # the window's frames go first
     requests, answers = sys.stdin.buffer, sys.stdout.buffer
     sys.stdout = sys.stderr  # nothing else may write among the answers
     tracer: Any = None
+    light: Any = None
     with create_context() as context:
         while True:
             try:
-                packed, program, sizes = pickle.load(requests)
+                packed, program, sizes, targets = pickle.load(requests)
             except EOFError:
                 return
             try:
@@ -116,6 +124,10 @@ def main() -> None:
                     film = Film(context, *size)
                     tracer.warm_up(film)
                     film.release()
+                if targets is not None:
+                    light = light or LightTracer(context)
+                    light.load(packed, targets, (64, 64), program.level)
+                    light.trace(0)
             except FragtracerError:  # the window gets it too, and shows it
                 pass
             answers.write(b".")

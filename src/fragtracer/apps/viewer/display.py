@@ -9,8 +9,8 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from fragtracer.apps.viewer.bloom import Bloom
+from fragtracer.apps.viewer.lit_film import ShownFilm
 from fragtracer.apps.viewer.meter import Meter
-from fragtracer.gpu.accumulation import Accumulation
 from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.resources import folder
 
@@ -98,11 +98,11 @@ class Display:
     def draw(
         self,
         target: Any,
-        film: Accumulation,
+        film: ShownFilm,
         rectangle: Rectangle,
         settings: DisplaySettings,
         spp: int,
-        held: Accumulation | None = None,
+        held: ShownFilm | None = None,
         held_weight: float = 0.0,
     ) -> None:
         """Draw ``film``, with ``spp`` samples per pixel, into the framebuffer ``target``, blended with

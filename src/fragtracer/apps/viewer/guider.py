@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Learns in a background process where light comes from, while the picture goes on without guiding.
+"""Learns in a background process where light comes from, while the picture goes on without guiding and light tracing.
 
-Run as a module, this is that process: it reads pickled (scene, settings) from its input and answers each with a pickled
-decision, None where it has failed.
+Run as a module, this is that process: it reads pickled (scene, settings) from its input and answers each with pickled
+decisions about the two, None where it has failed.
 """
 
 import os
@@ -12,7 +12,8 @@ import sys
 import threading
 from contextlib import suppress
 
-from fragtracer.guiding import Decision, same_light
+from fragtracer.guiding import same_light
+from fragtracer.light_tracing import Decisions, decide_both
 from fragtracer.scene import RenderSettings, Scene
 
 Wanted = tuple[Scene, RenderSettings]
@@ -25,7 +26,7 @@ class Guider:
         self._asked: Wanted | None = None
         self._process: subprocess.Popen[bytes] | None = None
         self._thread: threading.Thread | None = None
-        self._answer: Decision | None = None
+        self._answer: Decisions | None = None
 
     def ask(self, scene: Scene, settings: RenderSettings) -> None:
         """Begin to decide about ``scene`` with ``settings``, unless that is asked already or another is being made."""
@@ -43,7 +44,7 @@ class Guider:
         self._thread = threading.Thread(target=self._talk, args=(self._process, self._asked), daemon=True)
         self._thread.start()
 
-    def take(self) -> tuple[Scene, RenderSettings, Decision] | None:
+    def take(self) -> tuple[Scene, RenderSettings, Decisions] | None:
         """What has been decided since the last call, and about what."""
         if self._thread is None or self._thread.is_alive() or self._asked is None:
             return None
@@ -65,17 +66,16 @@ def main() -> None:
     """Decide about what comes in on the standard input."""
     from fragtracer.errors import FragtracerError
     from fragtracer.gpu.context import create_context
-    from fragtracer.guiding import decide
 
     if hasattr(os, "nice"):
         os.nice(5)  # the window's frames go first
     answers = sys.stdout.buffer
     sys.stdout = sys.stderr  # nothing else may write into the answer
     scene, settings = pickle.load(sys.stdin.buffer)
-    decision: Decision | None = None
+    decisions: Decisions | None = None
     with suppress(FragtracerError), create_context() as context:
-        decision = decide(context, scene, settings)
-    pickle.dump(decision, answers)
+        decisions = decide_both(context, scene, settings)
+    pickle.dump(decisions, answers)
     answers.flush()
 
 

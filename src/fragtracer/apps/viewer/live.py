@@ -6,13 +6,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-from fragtracer import light_tracing
+from fragtracer import guiding, light_tracing
+from fragtracer.apps.viewer.lit_film import LitFilm, ShownFilm
 from fragtracer.gpu.accumulation import Accumulation
 from fragtracer.gpu.context import is_software
 from fragtracer.gpu.film import Film
 from fragtracer.gpu.specialise import Level
 from fragtracer.gpu.tracer import TracerProgram
-from fragtracer.guiding import Decision, decides, same_light
+from fragtracer.guiding import decides, same_light
+from fragtracer.light_tracing import Decisions, LightTracing
 from fragtracer.packing import PackedScene, pack, view_uniforms
 from fragtracer.packing.lights import LightKind
 from fragtracer.packing.space import Space
@@ -34,6 +36,7 @@ class Plan:
     settings: RenderSettings
     packed: PackedScene
     program: TracerProgram
+    light: light_tracing.Decision  # whether some of it is traced from the lights
 
     @property
     def is_specialised(self) -> bool:
@@ -56,13 +59,16 @@ class LiveRenderer(Renderer):
         self._light_samples = scene.render.light_samples
         self._pass: Iterator[float] | None = None
         self._slices = 0.0  # seconds that the pass has taken so far
-        self._speeds: dict[bool, float] = {}  # in samples per second, of a specialised program and of others
+        self._speeds: dict[tuple[bool, bool], float] = {}  # in samples per second, by kinds of programs
         self.pass_seconds = 0.0  # that the last whole pass took
         # Which kinds of things there are costs a software renderer much, and hardly ever changes.
         self._least = Level.KINDS if is_software(context) else Level.NOTHING
         self._is_specialised = False
         self._is_guided = False
-        self._learned: tuple[Scene, RenderSettings, Decision] | None = None
+        self._learned: tuple[Scene, RenderSettings, Decisions] | None = None
+        self._traceable: tuple[Scene, bool] | None = None  # the last answer of may_trace_light()
+        self._lights: LightTracing | None = None  # kept while the picture is of paths alone
+        self._lit: LitFilm | None = None
         self._traces_paths = scene.render.integrator == "path"
         super().__init__(scene, size, context, specialised=False)
 
@@ -71,9 +77,9 @@ class LiveRenderer(Renderer):
         return self._film.size
 
     @property
-    def film(self) -> Accumulation:
-        """The samples so far."""
-        return self._film
+    def film(self) -> ShownFilm:
+        """The picture so far."""
+        return self._film if self._light is None or self._lit is None else self._lit
 
     @property
     def is_specialised(self) -> bool:
@@ -86,12 +92,17 @@ class LiveRenderer(Renderer):
         return self._is_guided
 
     @property
+    def traces_light(self) -> bool:
+        """Whether some of the light of the picture is traced from the lights."""
+        return self._light is not None
+
+    @property
     def samples_per_second(self) -> float:
         """The speed of the last draw, of this program or else the previous one; 0 before the first measurement."""
-        measured = self._tracer.pixel_samples_per_second
+        measured, kind = self._tracer.pixel_samples_per_second, (self._is_specialised, self.traces_light)
         if measured:
-            self._speeds[self._is_specialised] = measured
-        return self._speeds.get(self._is_specialised) or self._speeds.get(False, 0.0)
+            self._speeds[kind] = measured
+        return self._speeds.get(kind) or self._speeds.get((False, False), 0.0)
 
     @property
     def max_rays(self) -> int:
@@ -99,25 +110,39 @@ class LiveRenderer(Renderer):
         return self._tracer.max_rays
 
     @property
+    def gpu_bytes(self) -> int:
+        return super().gpu_bytes + (self._lit.gpu_bytes if self._lit else 0)
+
+    @property
     def light_samples(self) -> int:
         """Shadow rays at each vertex, at most those of the settings."""
         return min(self._light_samples, self.settings.light_samples)
 
-    def plan(self, scene: Scene, view: str = "") -> Plan:
+    def plan(self, scene: Scene, view: str = "", rests: bool = False) -> Plan:
         """Pack ``scene`` to go on with it, by a program that is not specialised.
 
-        ``view`` is "normals", "depth" or "albedo" to render these in place of radiance.
+        ``view`` is "normals", "depth" or "albedo" to render these in place of radiance. Light is traced from the lights
+        in a picture that ``rests`` alone: photons for each frame of a camera that moves would take too long.
         """
         width, height = self.size
         settings = replace(scene.render, width=width, height=height)
         packed = pack(scene, settings, width, height, self._most_listed, self._space)
-        if not view:
-            packed = self._decision_for(scene).applied(packed)
-        return Plan(scene, settings, packed, self._program_of(settings, view))
+        traced, guided = self._decisions_for(scene, rests)
+        if view:
+            traced = light_tracing.Decision(False, "off: the view is no light")
+        else:
+            packed = guided.applied(packed)
+        return Plan(scene, settings, packed, self._program_of(settings, view, traced), traced)
 
-    def guide(self, scene: Scene, settings: RenderSettings, decision: Decision) -> None:
-        """Plan with ``decision`` from now on, wherever there is the same light as in ``scene``."""
-        self._learned = scene, settings, decision
+    def learn(self, scene: Scene, settings: RenderSettings, decisions: Decisions) -> None:
+        """Plan with ``decisions`` from now on, wherever there is the same light as in ``scene``."""
+        self._learned, self._traceable = (scene, settings, decisions), None
+
+    def may_trace_light(self, scene: Scene) -> bool:
+        """Whether some light of ``scene`` is traced from the lights in a picture that rests."""
+        if self._traceable is None or self._traceable[0] is not scene:
+            self._traceable = scene, self._decisions_for(scene, True)[0].is_on
+        return self._traceable[1]
 
     def quickest(self, plan: Plan) -> Plan:
         """``plan`` with the fastest program that is compiled already, or as it is if none can render it."""
@@ -145,10 +170,13 @@ class LiveRenderer(Renderer):
         if not (plan.is_specialised or self.knows(plan)):
             self._speeds.clear()
         self._tracer.load(plan.packed, plan.program, recompile)
+        if recompile:
+            self._forget_light()
         width, height = self.size  # may have changed meanwhile
         self.scene, self.settings = plan.scene, replace(plan.settings, width=width, height=height)
         self._space, self._is_specialised = plan.packed.space, plan.is_specialised
         self._is_guided = "u_guiding" in plan.packed.tables
+        self._trace_light(plan)
         if not plan.is_specialised:
             self._features = plan.packed.features
         self._pass = None
@@ -170,8 +198,9 @@ class LiveRenderer(Renderer):
         self.restart()
 
     def resize(self, size: tuple[int, int], light_samples: int) -> Accumulation:
-        """Restart at another size, with at most ``light_samples``; returns the previous samples, which the
-        caller releases."""
+        """Restart at another size, with at most ``light_samples``, where no light is traced from the lights; returns
+        the previous samples, which the caller releases."""
+        assert self._light is None
         film = Accumulation(self.context, *size, self._film.adaptive, least_gain=self._film.least_gain)
         before, self._film = self._film, film
         self.settings = replace(self.settings, width=size[0], height=size[1])
@@ -189,23 +218,32 @@ class LiveRenderer(Renderer):
         """Draw until ``seconds`` are over or a pass is complete, or, if ``whole``, until it is complete in any case.
         A pass has ``rays`` paths per pixel, or as many as its stage has planned, but no more than ``most``.
 
-        Returns the seconds that the draws took, by the GPU's clock where it has one.
+        The photons for it come first. Returns the seconds that all of it took, draws by the GPU's clock
+        where it has one.
         """
-        start, drawn = time.perf_counter(), self.draw_seconds
+        start = time.perf_counter()
+        if self._light is not None:
+            while self._light.lacks_photons(self.spp + rays):
+                self._light.step()
+                if not whole and time.perf_counter() - start >= seconds:
+                    return time.perf_counter() - start
+        of_photons, drawn = time.perf_counter() - start, self.draw_seconds
         if self._pass is None:
             self._pass = self._film.bands(self._tracer, rays, most, seconds / 2)
             self._slices = 0.0
         while next(self._pass, None) is not None:
             if not whole and time.perf_counter() - start >= seconds:
                 self._slices += self.draw_seconds - drawn
-                return self.draw_seconds - drawn
+                return of_photons + self.draw_seconds - drawn
         spent = self.draw_seconds - drawn
         self._pass, self.pass_seconds = None, self._slices + spent
-        return spent
+        return of_photons + spent
 
     def beside(self, film: Film, seed: int, rays: int, seconds: float) -> Iterator[None]:
         """Draw a pass of ``rays`` paths per pixel, at most :attr:`max_rays`, on another ``film`` of
-        this size and with another ``seed``; each step takes about ``seconds``."""
+        this size and with another ``seed``; each step takes about ``seconds``. No light may be traced from the lights:
+        the film would lack it."""
+        assert self._light is None
         bands = self._tracer.bands(film, rays, seconds)
         while True:
             self._tracer.set({"u_seed": seed})
@@ -214,6 +252,10 @@ class LiveRenderer(Renderer):
             if share is None:
                 return
             yield
+
+    def close(self) -> None:
+        self._forget_light()
+        super().close()
 
     @property
     def _adaptive(self) -> Literal["auto", "on", "off"]:
@@ -228,26 +270,56 @@ class LiveRenderer(Renderer):
     def _gradient_domain(self) -> tuple[Literal["auto", "on", "off"], str]:
         return "off", "off: a window shows single pixels"
 
-    def _decisions(self) -> tuple[light_tracing.Decision, Decision]:
-        return light_tracing.Decision(False, "off: a window traces paths alone"), self._decision_for(self.scene)
+    def _decisions(self) -> Decisions:
+        return self._decisions_for(self.scene, self.traces_light)
 
-    def _decision_for(self, scene: Scene) -> Decision:
+    def _decisions_for(self, scene: Scene, rests: bool) -> Decisions:
+        traced, guided = self._learned_for(scene)
+        if traced.is_on and (reason := light_tracing.impossible(scene, decides(scene.render))):
+            return light_tracing.Decision(False, f"off: {reason}"), guided
+        if traced.is_on and not rests:
+            reason = "off: light is traced from the lights once the picture rests"
+            return light_tracing.Decision(False, reason), guiding.Decision(None, reason)
+        return traced, guided
+
+    def _learned_for(self, scene: Scene) -> Decisions:
         if self._learned is not None:
-            known, settings, decision = self._learned
+            known, settings, decisions = self._learned
             if settings == decides(scene.render) and same_light(known, scene):
-                return decision
-        return Decision(None, "off: nothing is learned yet")
+                return decisions
+        reason = "off: nothing is learned yet"
+        return light_tracing.Decision(False, reason), guiding.Decision(None, reason)
 
     def _program(self) -> TracerProgram:
-        return self._program_of(self.settings, "")
+        return self._program_of(self.settings, "", self._decisions()[0])
 
-    def _program_of(self, settings: RenderSettings, view: str) -> TracerProgram:
+    def _program_of(self, settings: RenderSettings, view: str, light: light_tracing.Decision) -> TracerProgram:
         """The program for a view, not specialised. Fewer light samples than those of the settings are drawn while
         something moves, and a mesh that moves is no reason to compile."""
         kept = ("bvh_root", "u_light_samples") if settings.light_samples > 1 else ("bvh_root",)
         if view:
             return TracerProgram("auxiliary.frag", {"AUXILIARY": f"AUXILIARY_{view.upper()}"}, self._least, kept)
-        return TracerProgram(PROGRAMS[settings.integrator], {}, self._least, kept)
+        return TracerProgram(PROGRAMS[settings.integrator], light.defines, self._least, kept)
+
+    def _trace_light(self, plan: Plan) -> None:
+        """Trace light of the scene from its lights, or no longer."""
+        self._light = None
+        if not plan.light.is_on:
+            if self._lit is not None:
+                self._lit.end()
+            return
+        if self._lights is None or self._lit is None:
+            self._lights, self._lit = LightTracing(self.context), LitFilm(self.context)
+        self._lights.load(plan.packed, plan.scene, self.size, plan.light.photons, plan.program.level)
+        self._lit.begin(self._film, self._lights)
+        self._light = self._lights
+
+    def _forget_light(self) -> None:
+        """Release all that light tracing needs."""
+        for part in (self._lit, self._lights):
+            if part is not None:
+                part.release()
+        self._light = self._lit = self._lights = None
 
     def _with_spare_features(self, plan: Plan) -> Plan:
         """``plan`` with the features that the last program has besides."""

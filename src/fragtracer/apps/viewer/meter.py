@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from fragtracer.apps.viewer.lit_film import ShownFilm
 from fragtracer.display.exposure import CELL, stops_for
-from fragtracer.gpu.accumulation import Accumulation
 from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.resources import folder
 
@@ -26,7 +26,7 @@ class Meter:
         self._stops: float | None = None
         self._looked_at = self._moved_at = -math.inf
 
-    def measure(self, film: Accumulation) -> float | None:
+    def measure(self, film: ShownFilm) -> float | None:
         """The exposure in stops for ``film`` as it is, whose mean is read back in cells; None if it is black."""
         if self._program is None:
             self._program = FullscreenProgram(self._context, folder("shaders"), "display/meter.frag")
@@ -43,7 +43,7 @@ class Meter:
         texture.release()
         return stops_for(cells) if cells.max() > 0 else None
 
-    def follow(self, film: Accumulation) -> float:
+    def follow(self, film: ShownFilm) -> float:
         """The exposure now, adapting over time except to the first film; a black film leaves it as it is."""
         now = time.perf_counter()
         if now - self._looked_at >= _EVERY:

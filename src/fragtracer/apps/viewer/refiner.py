@@ -15,6 +15,7 @@ from fragtracer.gpu.accumulation import Accumulation
 from fragtracer.gpu.context import is_software
 from fragtracer.gpu.specialise import specialise
 from fragtracer.guiding import decides
+from fragtracer.packing.targets import targets_of
 from fragtracer.scene import Camera, Scene
 
 _SETTLED = 0.15  # seconds without a change until the picture is made in full size
@@ -31,7 +32,8 @@ class Refiner:
 
     On a software renderer another process first compiles the program and makes the maps of the split sum. Until
     they are ready, the previous picture stays. Where a ``guider`` learns, the picture goes on without guiding, and with
-    the samples that it has when that is done.
+    the samples that it has when that is done. Where light is traced from the lights, it begins anew each time that it
+    rests: what its paths leave to photons is not in the samples of before.
     """
 
     def __init__(self, renderer: LiveRenderer, resolution: DynamicResolution, guider: Guider | None = None) -> None:
@@ -54,6 +56,9 @@ class Refiner:
         self._compiler = BackgroundCompiler() if software else None
         self._guider = guider
         self._guides = False  # what was learned waits for its program
+        self._lighting: int | None = None  # number of the request to compile the programs of light tracing
+        self._traces = True  # from the lights, as far as their programs compile
+        self._compares = False
         self._changed_at = self._edited_at = self._frame_at = time.perf_counter()
         self._moving = False
 
@@ -69,7 +74,7 @@ class Refiner:
 
     @property
     def _wants_to_specialise(self) -> bool:
-        is_new = self._guides or not self.renderer.is_specialised
+        is_new = (self._guides or not self.renderer.is_specialised) and not self.renderer.traces_light
         return self._specialises and is_new and not self._is_behind
 
     @property
@@ -103,6 +108,12 @@ class Refiner:
             self.size = size
             self._begin_change()
 
+    def compare(self, is_on: bool) -> None:
+        """Say whether the picture is compared with another: then it is of paths alone, as all pictures for that are."""
+        self._compares = is_on
+        if is_on and self.renderer.traces_light:
+            self._begin_change()
+
     def prepare_shaders(self) -> None:
         """Compile the changed shader files in the background, for :meth:`reload_shaders` to take from the cache."""
         plan = self.renderer.plan(self._scene, self._view)
@@ -129,6 +140,7 @@ class Refiner:
         self._waiting = self._next = self._specialising = None
         self._is_behind = False
         self._specialises = self._compiler is not None
+        self._traces, self._lighting = True, None
         self._begin_change()
 
     def frame(self, limit: int | None = None) -> float:
@@ -140,12 +152,14 @@ class Refiner:
         self._guide(now)
         if self._moving and now - self._changed_at > _SETTLED:
             self._settle()
+        elif not self._moving:
+            self._trace_light()
         return self._preview() if self._moving else self._refine(limit)
 
     def _edit(self) -> None:
         """Render the requested scene: now, or when the background process has compiled its program."""
         self._edited_at = time.perf_counter()
-        self._specialising = None
+        self._specialising = self._lighting = None
         self._is_behind = not self._preparer.begin(self._scene.environment)
         if not self._is_behind:
             self._go_on(self._scene)
@@ -164,7 +178,8 @@ class Refiner:
 
     def _ask(self, plan: Plan) -> int:
         assert self._compiler is not None
-        return self._compiler.ask(plan.packed, plan.program, (self.size, self.renderer.size))
+        targets = targets_of(plan.packed, plan.scene) if plan.light.is_on else None
+        return self._compiler.ask(plan.packed, plan.program, (self.size, self.renderer.size), targets)
 
     def _take_prepared(self) -> None:
         """Render with an environment whose tables are ready, even if a newer one was requested meanwhile."""
@@ -196,7 +211,7 @@ class Refiner:
         if self._guider is None or self._view or self.is_preparing:
             return
         if (learned := self._guider.take()) is not None:
-            self.renderer.guide(*learned)
+            self.renderer.learn(*learned)
             plan = self.renderer.plan(self._scene)
             if "u_guiding" in plan.packed.tables and self._specialises:
                 self._guides, self._specialising = True, None
@@ -205,6 +220,31 @@ class Refiner:
                     self.renderer.adopt(plan)
         elif now - self._edited_at > _LEARN_AFTER:
             self._guider.ask(self._scene, decides(self._scene.render))
+
+    def _trace_light(self) -> None:
+        """Trace light of a picture that rests from the lights, where that pays and the programs for it are compiled."""
+        renderer = self.renderer
+        if renderer.traces_light or self.is_preparing or self._view or self._compares or not self._traces:
+            return
+        if not (renderer.may_trace_light(self._scene) and renderer.follows(self._scene.camera)):
+            return
+        if self._lighting is None:
+            plan = self._lit_plan()
+            self._lighting = 0 if self._compiler is None or renderer.knows(plan) else self._ask(plan)
+        if self._lighting and self._compiler is not None and not self._compiler.is_done(self._lighting):
+            return
+        if self.held is None:
+            self.held = renderer.resize(renderer.size, renderer.light_samples)
+        self.held_weight, self._specialising = 1.0, None
+        renderer.restart()
+        try:
+            renderer.adopt(self._lit_plan())
+        except ShaderError:  # a shader file may be broken for now; the last program stays in use
+            self._traces = False
+
+    def _lit_plan(self) -> Plan:
+        plan = self.renderer.plan(self._scene, rests=True)
+        return plan.specialised() if self._compiler is not None else plan
 
     def _specialise_when_ready(self, now: float, plan: Plan, number: int) -> None:
         """Keeps the samples. The camera is not part of the program, so it may have moved meanwhile."""
@@ -238,6 +278,9 @@ class Refiner:
         self._moving = True
         self._drop_held()
         renderer = self.renderer
+        if renderer.traces_light:
+            renderer.adopt(renderer.quickest(renderer.plan(renderer.scene)))
+            renderer.restart()
         now, most = renderer.light_samples, renderer.settings.light_samples
         size, light_samples = self.resolution.choose(self.size, renderer.samples_per_second, now, most)
         if (size, light_samples) != (renderer.size, renderer.light_samples):
@@ -249,6 +292,7 @@ class Refiner:
         if (self.renderer.size, self.renderer.light_samples) != (self.size, most):
             self._drop_held()
             self.held, self.held_weight = self.renderer.resize(self.size, most), 1.0
+        self._trace_light()
 
     def _preview(self) -> float:
         renderer = self.renderer

@@ -6,7 +6,7 @@ from collections import deque
 
 import numpy as np
 
-from fragtracer.gpu.accumulation import Accumulation
+from fragtracer.apps.viewer.lit_film import ShownFilm
 from fragtracer.sampling.pixels import Pixels
 
 _FRAMES = 160  # that are plotted
@@ -27,7 +27,7 @@ class FilmStatistics:
         """The film was cleared."""
         self.__init__()  # type: ignore[misc]
 
-    def look(self, film: Accumulation) -> None:
+    def look(self, film: ShownFilm) -> None:
         """Read the next slice of ``film``."""
         height = film.size[1]
         bottom, top = (height * k // _SLICES for k in (self._slice, self._slice + 1))

@@ -43,6 +43,12 @@ def edit(settings: RenderSettings) -> RenderSettings:
         new["guiding"] = widgets.choice(
             "Guiding", settings.guiding, WHERE_IT_PAYS, "Send paths where photons found light."
         )
+        new["light_tracing"] = widgets.choice(
+            "Light tracing",
+            settings.light_tracing,
+            WHERE_IT_PAYS,
+            "Send photons once the picture rests.",
+        )
         new["pixel_filter"] = widgets.choice("Pixel filter", settings.pixel_filter, FILTER)
         new["seed"] = widgets.whole("Seed", settings.seed, 0, 9999)
     return widgets.edited(settings, **new)

@@ -25,6 +25,7 @@ class Figures:
     gpu_bytes: int = 0
     pass_seconds: float = 0.0
     specialised: bool = False
+    traces_light: bool = False
     state: str = ""
 
 
@@ -36,7 +37,7 @@ def draw(figures: Figures, times: FrameTimes) -> None:
     """Rows of figures over a plot of the time of each frame."""
     imgui.push_style_var(imgui.StyleVar_.frame_padding, imgui.ImVec2(0, 0))
     imgui.push_style_var(imgui.StyleVar_.item_spacing, imgui.ImVec2(widgets.units(8), widgets.units(5)))
-    widgets.pair("Samples/pixel", f"{figures.spp:,}")
+    widgets.pair("Samples/pixel", f"{figures.spp:,}" + (" and photons" if figures.traces_light else ""))
     widgets.pair("Mean error", error_text(figures.relative_error))
     speed = f"{figures.samples_per_second / 1e6:.2f} Msamples/s"
     widgets.pair("Speed", speed + (" (specialised)" if figures.specialised else ""))
