@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What is compiled, and what is uploaded, as a scene is edited in the window."""
 
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from types import SimpleNamespace
@@ -82,8 +83,10 @@ def compiled(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     return found
 
 
-def until(refiner: Refiner, condition: Callable[[], bool]) -> None:
+def until(refiner: Refiner, condition: Callable[[], bool], seconds: float = 120.0) -> None:
+    start = time.perf_counter()
     while not condition():
+        assert time.perf_counter() - start < seconds
         refiner.frame()
 
 
