@@ -16,7 +16,7 @@ def doctor(
     from fragtracer import __version__
     from fragtracer.apps.doctor import examine
     from fragtracer.apps.doctor.report import write_report
-    from fragtracer.gpu.context import create_context, describe
+    from fragtracer.gpu.context import create_context, describe, has_images, skips_branches
     from fragtracer.output import check_writable
 
     if report is not None:
@@ -25,6 +25,8 @@ def doctor(
     machine = {"fragtracer": __version__, **describe(context)}
     console = Console(highlight=False)
     console.print(f"fragtracer {__version__} on {machine['GL renderer']}, {machine['GL version']}")
+    if has_images(context) and not skips_branches(context):
+        console.print("llvmpipe of Mesa 25 or later would make 1.1 to 2.4 times as many samples a second")
     findings = []
     for finding in examine(context):
         findings.append(finding)

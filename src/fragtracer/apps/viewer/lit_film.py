@@ -4,7 +4,6 @@
 import time
 from typing import Any, Protocol
 
-import moderngl
 import numpy as np
 
 from fragtracer.gpu.accumulation import Accumulation
@@ -41,7 +40,7 @@ class ShownFilm(Protocol):
         """Whether pixels have different numbers of samples."""
 
     @property
-    def textures(self) -> tuple[moderngl.Texture, ...]:
+    def textures(self) -> tuple[Any, ...]:
         """Those of a film, in the order of :class:`Pixels`; row 0 at the bottom."""
 
     def read_rows(self, bottom: int, rows: int) -> Pixels:
@@ -85,7 +84,7 @@ class LitFilm:
         return self._of_paths.is_uneven
 
     @property
-    def textures(self) -> tuple[moderngl.Texture, ...]:
+    def textures(self) -> tuple[Any, ...]:
         self._upload()
         if self._of_paths.version != self._shown:
             self._add(0, self.size[1])
