@@ -312,9 +312,14 @@ def test_light_is_traced_from_the_lights_while_the_picture_rests(make: Make, com
     scene = load("caustic")
     refiner = make(scene)
     until(refiner, lambda: refiner.renderer.is_specialised or refiner._compiler is None)
+    until(refiner, lambda: refiner.renderer.spp >= 80)
     renderer = learned(refiner, scene)
     until(refiner, lambda: renderer.traces_light)
-    until(refiner, lambda: renderer.spp > 2)
+    assert renderer.spp == 0, "the samples of before are of all light"
+    until(refiner, lambda: renderer.spp > 8)
+    assert 0 < refiner.held_weight < 1, "they fade out slowly"
+    until(refiner, lambda: refiner.held is None)
+    assert renderer.spp >= 20
     assert renderer.metadata()["light_tracing_decision"] == "on: as learned"
     del compiled[:]
     refiner.look(replace(scene.camera, position=(0.1, 2.1, 3.6)))

@@ -118,8 +118,7 @@ class Viewer:
     def _shows_nothing_new(self, now: float) -> bool:
         """Whether a frame would show nothing new but samples, and the last one was a moment ago."""
         refiner = self.refiner
-        fades = refiner.held is not None and self.renderer.spp > 0
-        if refiner.is_moving or fades or self.is_done or self.screen.window.was_touched:
+        if refiner.is_moving or refiner.is_fading or self.is_done or self.screen.window.was_touched:
             return False
         wait = max(_SHOWN_EVERY, 2 * refiner.resolution.overhead)
         return now - self._presented_at < wait and self._presented == self._on_screen()

@@ -23,6 +23,7 @@ _SPECIALISE_AFTER = 0.3  # seconds without an edit until the scene is compiled i
 _LEARN_AFTER = 1.0  # seconds without an edit until it is learned where light comes from
 _FADE = 0.3  # seconds to fade to the finer picture
 _FADE_SPP = 8  # samples per pixel at which that fade ends
+_FADE_SHARE = 4  # of the samples of a finer picture, at which a fade from it ends
 _SLOW = 0.1  # seconds; a driver that takes longer to load a compiled program has no shader cache
 _REST = 3.0  # seconds without a change until such a driver compiles the scene into the program
 
@@ -42,6 +43,7 @@ class Refiner:
         self.size = renderer.size
         self.held: Accumulation | None = None  # the previous picture, faded out as the new one refines
         self.held_weight = 0.0
+        self._fade_spp = _FADE_SPP  # samples per pixel at which it is gone
         self.problem = ""  # why the requested program does not compile
         self._scene, self._view = renderer.scene, ""  # as requested
         self._preparer = Preparer(renderer.scene.environment)
@@ -234,7 +236,7 @@ class Refiner:
         if self._lighting and self._compiler is not None and not self._compiler.is_done(self._lighting):
             return
         if self.held is None:
-            self.held = renderer.resize(renderer.size, renderer.light_samples)
+            self._hold(renderer.resize(renderer.size, renderer.light_samples))
         self.held_weight, self._specialising = 1.0, None
         renderer.restart()
         try:
@@ -290,8 +292,7 @@ class Refiner:
         self._moving = False
         most = self.renderer.settings.light_samples
         if (self.renderer.size, self.renderer.light_samples) != (self.size, most):
-            self._drop_held()
-            self.held, self.held_weight = self.renderer.resize(self.size, most), 1.0
+            self._hold(self.renderer.resize(self.size, most))
         self._trace_light()
 
     def _preview(self) -> float:
@@ -313,11 +314,23 @@ class Refiner:
         seconds, self._frame_at = now - self._frame_at, now
         if self.held is None or self.renderer.spp == 0:
             return
-        enough = _FADE_SPP if limit is None else min(limit, _FADE_SPP)
+        enough = self._fade_spp if limit is None else min(limit, self._fade_spp)
         aim = max(0.0, 1.0 - self.renderer.spp / enough) if enough else 0.0
         self.held_weight = max(aim, self.held_weight - min(seconds, 0.1) / _FADE)
         if self.held_weight <= 0:
             self._drop_held()
+
+    @property
+    def is_fading(self) -> bool:
+        """Whether each frame shows less of the held picture."""
+        return self.held is not None and self.renderer.spp > 0 and self._fade_spp == _FADE_SPP
+
+    def _hold(self, film: Accumulation) -> None:
+        """Fade from ``film``, the slower the more samples it has."""
+        self._drop_held()
+        is_finer = film.size == self.renderer.size
+        self.held, self.held_weight = film, 1.0
+        self._fade_spp = max(_FADE_SPP, film.spp // _FADE_SHARE if is_finer else 0)
 
     def _drop_held(self) -> None:
         if self.held is not None:
