@@ -44,6 +44,15 @@ def test_lookup_meets_texel_centres_wraps_around_and_ends_at_the_poles():
     np.testing.assert_allclose(lookup(pixels, direction_of(0.125, 0.98)), pixels[2, 0], atol=1e-6)
 
 
+def test_a_reduced_map_has_the_means_of_blocks() -> None:
+    pixels = np.random.default_rng(3).random((12, 24, 3), np.float32)
+    panorama = Panorama(pixels)
+    expected = pixels.reshape(3, 4, 6, 4, 3).mean(axis=(1, 3))
+    np.testing.assert_allclose(panorama.reduced(6).pixels, expected, rtol=1e-6)
+    assert panorama.reduced(1).pixels.shape == (3, 6, 3), "three rows are not halved"
+    assert panorama.reduced(24) is panorama
+
+
 def test_gradient_has_its_three_colours():
     pixels = Environment(gradient=Gradient(zenith=(0, 0, 4), horizon=1.0, ground=(0.5, 0, 0))).pixels
     for y, color in ((1, (0, 0, 4)), (0, (1, 1, 1)), (-1, (0.5, 0, 0)), (0.5, (0.5, 0.5, 2.5))):

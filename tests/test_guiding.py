@@ -19,7 +19,7 @@ from fragtracer.guiding import Decision, Guide, learn
 from fragtracer.guiding.lobes import LOBES, Lobes, fit
 from fragtracer.guiding.photons import Photons, PhotonTracer
 from fragtracer.io.toml import load
-from fragtracer.packing import pack
+from fragtracer.packing import PackedScene, pack
 from fragtracer.packing.targets import targets_of
 from fragtracer.renderer import Renderer
 from fragtracer.scene import (
@@ -30,6 +30,7 @@ from fragtracer.scene import (
     Light,
     Material,
     Mesh,
+    Panorama,
     Part,
     Plane,
     RenderSettings,
@@ -233,6 +234,21 @@ def test_photons_come_from_an_even_sky(ctx: Any) -> None:
     scene = replace(load("three-spheres-ambient"), lights=(), ambient=Ambient(), environment=Environment(radiance=1.0))
     assert not pack(scene, scene.render, 8, 8).uniforms["u_light_count"]
     assert learn(ctx, scene) is not None
+
+
+def test_a_large_sky_is_made_smaller_to_learn_from(ctx: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    sizes = []
+
+    def no_targets(packed: PackedScene, *_: object, **__: object) -> list[object]:
+        assert packed.environment is not None
+        sizes.append(packed.environment.size)
+        return []
+
+    monkeypatch.setattr("fragtracer.guiding.guide.targets_of", no_targets)
+    monkeypatch.setattr("fragtracer.guiding.guide.cached", lambda kind, key, make: make())
+    sky = Environment(image=Panorama(np.ones((2, 4096, 3), np.float32)))
+    assert learn(ctx, replace(load("three-spheres"), environment=sky)) is None
+    assert sizes == [(2048, 1)]
 
 
 @pytest.mark.parametrize(

@@ -18,10 +18,11 @@ from fragtracer.scene import Camera, RenderSettings, Scene
 
 Floats = NDArray[np.float64]
 
-VERSION = 12  # of what is done with photons, for the files kept on disk
+VERSION = 13  # of what is done with photons, for the files kept on disk
 _PILOT = 4  # draws of photons, which find out which targets pass light on
 _DRAWS = 16
 _MOST_LISTED = 8  # shapes that every photon is tested against
+_MOST_WIDTH = 1024  # texels of an environment: lobes are no finer
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +64,10 @@ def learn(ctx: Any, scene: Scene) -> Guide | None:
     x, y, z = ((space.low + space.high) / 2).tolist()
     camera = Camera((x, y, z), (x, y, z - max(1.0, float((space.high - space.low).max()))))
     settings = RenderSettings(estimator="nee")  # of light samples alone, as the program is
-    packed = pack(replace(scene, camera=camera), settings, 64, 64, _MOST_LISTED)
+    environment = scene.environment
+    if environment is not None and environment.image is not None:
+        environment = replace(environment, image=environment.image.reduced(_MOST_WIDTH))
+    packed = pack(replace(scene, camera=camera, environment=environment), settings, 64, 64, _MOST_LISTED)
     if not packed.uniforms["u_light_count"]:
         return None
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from fragtracer.errors import SceneError
 from fragtracer.packing.camera import camera_uniforms
-from fragtracer.packing.environment import EnvironmentTables, pack_environment
+from fragtracer.packing.environment import EnvironmentTables, compensates, pack_environment
 from fragtracer.packing.hierarchy import ATTRIBUTES, PackedBvh, pack_bvh, rows_of
 from fragtracer.packing.instances import MeshMaterial
 from fragtracer.packing.interiors import camera_interiors, interior_flags
@@ -112,7 +112,7 @@ def pack(
     first = rows_of(len(listed))
     bvh = _bvh(scene, surfaces, _NO_SHAPES if is_listed else records, first, origin, extent)
     primitives = len(planes) + np.arange(len(shapes)) if is_listed else bvh.shape_records if bvh else np.zeros(0, int)
-    environment = pack_environment(scene.environment, extent, is_compensated=settings.estimator != "nee")
+    environment = pack_environment(scene.environment, extent, compensates(settings))
     mesh_power = bvh.mesh_power if bvh else 0.0
     lights = pack_lights(scene, local, primitives, origin, extent, mesh_power, environment.lights)
 

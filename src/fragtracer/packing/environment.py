@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fragtracer.display.tone import REC_709
 from fragtracer.packing.lights import LightKind, LightSource
-from fragtracer.scene import Environment
+from fragtracer.scene import Environment, RenderSettings
 from fragtracer.scene.environment import Source
 
 Array = NDArray[Any]
@@ -41,6 +41,11 @@ class EnvironmentTables:
     @property
     def bytes(self) -> int:
         return int(self.texels.nbytes + self.tree.nbytes)
+
+
+def compensates(settings: RenderSettings) -> bool:
+    """Whether light samples of an environment are weighed against BSDF samples."""
+    return settings.estimator != "nee"
 
 
 @lru_cache(maxsize=2)

@@ -204,6 +204,17 @@ def test_specialised_program_follows_the_camera_its_lens_and_the_environment(mak
     np.testing.assert_allclose(found, drawn(refiner.renderer), rtol=1e-3, atol=1e-5)
 
 
+def test_another_estimator_waits_for_tables_of_its_own(make: Make) -> None:
+    """Of light samples alone, which no frame may make."""
+    sky = Panorama(np.random.default_rng(4).random((8, 16, 3), np.float32) ** 9)
+    scene = replace(everything(), environment=Environment(image=sky))
+    refiner = make(scene)
+    refiner.change(replace(scene, render=replace(scene.render, estimator="nee")))
+    assert refiner.is_preparing
+    until(refiner, lambda: not refiner.is_preparing)
+    assert refiner.renderer.scene.render.estimator == "nee"
+
+
 @pytest.mark.parametrize("view", ["", "normals", "depth", "albedo"])
 def test_views_are_programs_of_their_own(make: Make, compiled: list[str], view: str) -> None:
     refiner = make(everything())

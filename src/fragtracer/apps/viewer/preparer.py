@@ -3,40 +3,42 @@
 
 import threading
 
-from fragtracer.packing.environment import environment_tables
-from fragtracer.scene import Environment
+from fragtracer.packing.environment import compensates, environment_tables
+from fragtracer.scene import Scene
 from fragtracer.scene.environment import Source
 
 
 class Preparer:
     """Makes tables one after the other; those of ``known`` are already there."""
 
-    def __init__(self, known: Environment | None) -> None:
-        self._ready = _source(known)
-        self._environment: Environment | None = None  # that the thread is for
+    def __init__(self, known: Scene) -> None:
+        self._ready = _wanted(known)
+        self._scene = known  # that the thread is for
         self._thread: threading.Thread | None = None
 
-    def begin(self, environment: Environment | None) -> bool:
-        """Whether the tables of ``environment`` are ready; if not, begin to make them unless others are being made."""
-        source = _source(environment)
-        if source is None or source == self._ready:
+    def begin(self, scene: Scene) -> bool:
+        """Whether the tables for ``scene`` are ready; if not, begin to make them unless others are being made."""
+        wanted = _wanted(scene)
+        if wanted is None or wanted == self._ready:
             return True
         if self._thread is None:
-            self._environment = environment
-            # Compensated, as all estimators but one want them.
-            self._thread = threading.Thread(target=environment_tables, args=(source, True), daemon=True)
+            self._scene = scene
+            self._thread = threading.Thread(target=environment_tables, args=wanted, daemon=True)
             self._thread.start()
         return False
 
-    def take(self) -> Environment | None:
-        """The environment for which the tables have been made since the last call."""
+    def take(self) -> Scene | None:
+        """The scene for which tables have been made since the last call."""
         if self._thread is None or self._thread.is_alive():
             return None
         self._thread = None
-        self._ready = _source(self._environment)
-        return self._environment
+        self._ready = _wanted(self._scene)
+        return self._scene
 
 
-def _source(environment: Environment | None) -> Source | None:
-    """What its tables are made from; None for a black environment, which needs none."""
-    return None if environment is None or max(environment.scale) == 0 else environment.source
+def _wanted(scene: Scene) -> tuple[Source, bool] | None:
+    """What the tables are made from; None for a black environment, which needs none."""
+    environment = scene.environment
+    if environment is None or max(environment.scale) == 0:
+        return None
+    return environment.source, compensates(scene.render)

@@ -46,7 +46,7 @@ class Refiner:
         self._fade_spp = _FADE_SPP  # samples per pixel at which it is gone
         self.problem = ""  # why the requested program does not compile
         self._scene, self._view = renderer.scene, ""  # as requested
-        self._preparer = Preparer(renderer.scene.environment)
+        self._preparer = Preparer(renderer.scene)
         self._is_behind = False  # while the tables of the requested environment are being made
         self._waiting: tuple[Plan, int] | None = None  # and the number of its request to the compiler
         self._next: Plan | None = None  # the newest plan, to be requested when the waiting one is compiled
@@ -162,7 +162,7 @@ class Refiner:
         """Render the requested scene: now, or when the background process has compiled its program."""
         self._edited_at = time.perf_counter()
         self._specialising = self._lighting = None
-        self._is_behind = not self._preparer.begin(self._scene.environment)
+        self._is_behind = not self._preparer.begin(self._scene)
         if not self._is_behind:
             self._go_on(self._scene)
 
@@ -185,11 +185,15 @@ class Refiner:
 
     def _take_prepared(self) -> None:
         """Render with an environment whose tables are ready, even if a newer one was requested meanwhile."""
-        environment = self._preparer.take()
-        if environment is None or not self._is_behind:
+        prepared = self._preparer.take()
+        if prepared is None or not self._is_behind:
             return
-        self._is_behind = not self._preparer.begin(self._scene.environment)
-        self._go_on(replace(self._scene, environment=environment) if self._is_behind else self._scene)
+        self._is_behind = not self._preparer.begin(self._scene)
+        if self._is_behind:
+            render = replace(self._scene.render, estimator=prepared.render.estimator)
+            self._go_on(replace(self._scene, environment=prepared.environment, render=render))
+        else:
+            self._go_on(self._scene)
 
     def _take_compiled(self, now: float) -> None:
         """Use what the background process has compiled."""
