@@ -46,8 +46,8 @@ class Panorama(Content):
         """Means of 2 x 2 texels, again and again until it is no wider than ``width``, or a side is odd."""
         pixels = self.pixels
         while pixels.shape[1] > width and pixels.shape[0] % 2 == pixels.shape[1] % 2 == 0:
-            pixels = np.float32(0.5) * (pixels[::2] + pixels[1::2])
-            pixels = np.float32(0.5) * (pixels[:, ::2] + pixels[:, 1::2])
+            pixels = np.float32(0.5) * pixels[::2] + np.float32(0.5) * pixels[1::2]
+            pixels = np.float32(0.5) * pixels[:, ::2] + np.float32(0.5) * pixels[:, 1::2]
         return self if pixels is self.pixels else Panorama(pixels)
 
 
