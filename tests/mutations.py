@@ -29,7 +29,7 @@ import test_light_tracing
 import test_media
 import test_split_sum
 import test_textured
-from apps.viewer import test_display
+from apps.viewer import test_display, test_lit_film
 from studio import comparison_with_mitsuba
 
 from fragtracer.gpu.specialise import Level
@@ -143,6 +143,7 @@ BUMPS = Check(test_textured.test_light_on_a_leaning_normal, x=0.3, y=0.0, scale=
 WINDOW = Check(test_display.test_window_and_files_show_the_same, size=(33, 70), look=1)
 PLASTIC, GOLD = (values("cook-torrance SMITH", material) for material in ("plastic", "gold"))
 STUDIO = Check(comparison_with_mitsuba)
+LIT = Check(test_lit_film.test_a_film_is_shown_with_the_light_of_photons)
 ITEMS = Check(test_adaptive_sampling.test_items_are_samples_of_their_pixels)
 STANDARD_ERROR = Check(test_convergence.test_standard_error_is_true, sampler="texture")
 FURNACE = Check(test_furnace.test_closed_furnace, albedo=test_furnace.ALBEDOS[0], estimator="bsdf", kind="rectangles")
@@ -409,6 +410,27 @@ MUTATIONS = [
         "((pixel + shift) >> 1)",
         "(pixel >> 1)",
         Check(test_gradient_domain.test_differences_lower_the_error),
+    ),
+    Mutation(
+        "light of photons counted for each sample of a pixel",
+        "film/with_light.frag",
+        "film.mean += light;",
+        "film.mean += light * film.count;",
+        LIT,
+    ),
+    Mutation(
+        "photons without a share in the error",
+        "film/with_light.frag",
+        ".rgb * max(film.count - 1.0, 0.0)",
+        ".rgb * 0.0",
+        LIT,
+    ),
+    Mutation(
+        "photons that count for one more sample in one of two streams",
+        "film/with_light.frag",
+        "rgb + light * odd",
+        "rgb",
+        LIT,
     ),
     Mutation(
         "the first item of a pixel taken for all",

@@ -418,3 +418,8 @@ def test_a_scene_without_such_surfaces_traces_no_photons(ctx: Any) -> None:
     scene = Scene(LENS, MATERIALS, planes=[replace(FLOOR, material="gold")], lights=[LAMP])
     on, off = (rendered(ctx, scene, 64, SIZE, light_tracing=choice) for choice in ("on", "off"))
     np.testing.assert_array_equal(on, off)
+
+
+def test_a_scene_of_nothing_but_light_is_rendered(ctx: Any) -> None:
+    scene = Scene(LENS, MATERIALS, environment=Environment(radiance=1.0))
+    np.testing.assert_allclose(rendered(ctx, scene, 4, SIZE, light_tracing="on", guiding="on"), 1.0)

@@ -10,7 +10,14 @@ from mutations import MUTATIONS, Mutation
 from rendering import Planter
 
 # The modules that read the shaders, but for those of the viewer's glare and meter, and those whose results are kept.
-READERS = ("gpu.tracer", "gpu.accumulation", "light_tracing.tracer", "probe", "apps.viewer.display")
+READERS = (
+    "gpu.tracer",
+    "gpu.accumulation",
+    "light_tracing.tracer",
+    "probe",
+    "apps.viewer.display",
+    "apps.viewer.lit_film",
+)
 
 
 @pytest.fixture(scope="module")

@@ -95,7 +95,7 @@ def targets_of(packed: PackedScene, scene: Scene, reach: float = 0.0) -> Targets
     names = enumerate(matte_names(scene)[1])
     materials = [i for i, name in names if name in scene.materials and not narrow.isdisjoint(scene.blended(name))]
     found, first = [], 0
-    parts = [part.reshape(-1, 4, 4) for part in packed.tables["u_shapes"]]
+    parts = [part.reshape(-1, 4, 4) for part in packed.tables["u_shapes"]] or [np.zeros((0, 4, 4), np.uint32)]
     for part in parts:
         found.append(_of_part(part, first, np.array(materials, np.int64), reach))
         first += rows_of(len(part))
