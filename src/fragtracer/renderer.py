@@ -515,6 +515,7 @@ class Renderer:
             self._light = LightTracing(self.context)
         size = self.settings.width, self.settings.height
         self._light.load(self._packed(), self.scene, size, decision.photons, self._level, self._shaders)
+        self._light.warm_up()
 
     def _light_decision(self) -> light_tracing.Decision:
         """Whether some light is traced from the lights."""

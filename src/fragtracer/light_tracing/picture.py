@@ -72,6 +72,11 @@ class LightTracing:
         pairs = -(-spp * width * height * self._per_sample // (2 * PHOTONS))
         return self._has_targets and self.passes < 2 * pairs
 
+    def warm_up(self) -> None:
+        """Find out now where photons should go; a driver that compiles at the first draw does so."""
+        while self._has_targets and not self._tracer.is_aimed:
+            self._tracer.aim()
+
     def step(self) -> None:
         """Trace a pass of photons, or find out where they should go.
 
