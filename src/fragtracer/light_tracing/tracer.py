@@ -127,7 +127,7 @@ class LightTracer:
         return self._aiming is None
 
     def aim(self) -> None:
-        """A step of finding that out: a pass at most."""
+        """Take a step towards knowing how many photons go to which targets: a pass at most."""
         if self._aiming is not None and next(self._aiming, self) is self:
             self._aiming = None
 

@@ -353,6 +353,22 @@ def test_light_is_traced_from_the_lights_while_the_picture_rests(make: Make, com
 
 
 @pytest.mark.parametrize("make", ["gpu"], indirect=True)
+def test_a_broken_file_of_photons_leaves_all_light_to_paths(make: Make, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: object) -> None:
+        raise ShaderError("a file is broken")
+
+    monkeypatch.setattr(light_tracing.LightTracing, "load", broken)
+    scene = load("caustic")
+    refiner = make(scene)
+    renderer = learned(refiner, scene)
+    used = renderer._tracer._key
+    until(refiner, lambda: not refiner._traces)
+    until(refiner, lambda: renderer.spp > 2)
+    assert not renderer.traces_light
+    assert renderer._tracer._key == used, "the program leaves no light to photons"
+
+
+@pytest.mark.parametrize("make", ["gpu"], indirect=True)
 def test_photons_bring_the_light_that_a_resting_picture_lacks(make: Make) -> None:
     scene = load("caustic")
     refiner = make(scene)

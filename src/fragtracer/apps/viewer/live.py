@@ -169,6 +169,8 @@ class LiveRenderer(Renderer):
         """
         if not (plan.is_specialised or self.knows(plan)):
             self._speeds.clear()
+        if plan.light.is_on:
+            self._load_photons(plan)  # first: paths without the photons would be another picture
         self._tracer.load(plan.packed, plan.program, recompile)
         if recompile:
             self._forget_light()
@@ -176,7 +178,7 @@ class LiveRenderer(Renderer):
         self.scene, self.settings = plan.scene, replace(plan.settings, width=width, height=height)
         self._space, self._is_specialised = plan.packed.space, plan.is_specialised
         self._is_guided = "u_guiding" in plan.packed.tables
-        self._trace_light(plan)
+        self._show_photons(plan.light.is_on)
         if not plan.is_specialised:
             self._features = plan.packed.features
         self._pass = None
@@ -301,18 +303,19 @@ class LiveRenderer(Renderer):
             return TracerProgram("auxiliary.frag", {"AUXILIARY": f"AUXILIARY_{view.upper()}"}, self._least, kept)
         return TracerProgram(PROGRAMS[settings.integrator], light.defines, self._least, kept)
 
-    def _trace_light(self, plan: Plan) -> None:
-        """Trace light of the scene from its lights, or no longer."""
-        self._light = None
-        if not plan.light.is_on:
-            if self._lit is not None:
-                self._lit.end()
-            return
-        if self._lights is None or self._lit is None:
-            self._lights, self._lit = LightTracing(self.context), LitFilm(self.context)
+    def _load_photons(self, plan: Plan) -> None:
+        if self._lights is None:
+            self._lights = LightTracing(self.context)
         self._lights.load(plan.packed, plan.scene, self.size, plan.light.photons, plan.program.level)
-        self._lit.begin(self._film, self._lights)
-        self._light = self._lights
+
+    def _show_photons(self, is_on: bool) -> None:
+        """Add the light of photons to that of the paths, or no longer."""
+        self._light = self._lights if is_on else None
+        if self._light is not None:
+            self._lit = self._lit or LitFilm(self.context)
+            self._lit.begin(self._film, self._light)
+        elif self._lit is not None:
+            self._lit.end()
 
     def _forget_light(self) -> None:
         """Release all that light tracing needs."""
