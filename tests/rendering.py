@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from fragtracer.gpu.context import is_software
 from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.gpu.specialise import MOST_LISTED
 from fragtracer.renderer import Renderer
@@ -35,7 +36,7 @@ def batches(
     spp: int,
     seeds: Iterable[int],
     size: tuple[int, int] = (32, 32),
-    specialised: bool | None = None,
+    specialised: bool = True,
     **settings: Any,
 ) -> Image:
     """Independent images, one for each seed, (seeds, height, width, 3); without guiding, adaptive sampling and light
@@ -51,6 +52,12 @@ def batches(
     assert np.isfinite(images).all()
     assert np.min(images) >= 0
     return np.stack(images)
+
+
+def assert_same(ctx: moderngl.Context, a: Image, b: Image) -> None:
+    """Two programs have rendered the same picture: to the bit, but for a GPU's driver, which may round the same
+    expression in another way in each of them."""
+    np.testing.assert_allclose(a, b, rtol=0 if is_software(ctx) else 1e-6)
 
 
 def ends_loops(ctx: moderngl.Context) -> bool:

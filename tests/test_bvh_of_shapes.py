@@ -175,7 +175,7 @@ ONE_OF = {
 }
 
 
-def check_culling(ctx: moderngl.Context, kind: str, specialised: bool | None = None) -> None:
+def check_culling(ctx: moderngl.Context, kind: str, specialised: bool = True) -> None:
     """A single-sided shape is seen from its front alone, a double-sided one from both."""
     front = Camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0), fov_degrees=5.0)
     behind = replace(front, position=(0.0, 0.0, 0.3) if kind == "spheres" else (0.0, 0.0, -3.0))

@@ -11,7 +11,7 @@ import pytest
 from agreement import assert_agree
 from mesh_shapes import ball, geometry, smooth
 from numpy.typing import NDArray
-from rendering import batches, rendered
+from rendering import assert_same, batches, rendered
 from scene_builders import lambert, rectangle
 from shaders.test_camera import through
 
@@ -417,7 +417,7 @@ def test_layers_of_light_are_of_paths_alone(ctx: Any) -> None:
 def test_a_scene_without_such_surfaces_traces_no_photons(ctx: Any) -> None:
     scene = Scene(LENS, MATERIALS, planes=[replace(FLOOR, material="gold")], lights=[LAMP])
     on, off = (rendered(ctx, scene, 64, SIZE, light_tracing=choice) for choice in ("on", "off"))
-    np.testing.assert_array_equal(on, off)
+    assert_same(ctx, on, off)
 
 
 def test_a_scene_of_nothing_but_light_is_rendered(ctx: Any) -> None:

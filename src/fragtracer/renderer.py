@@ -64,8 +64,7 @@ class Renderer:
     context
         A moderngl context to render on instead of a new one without a window; the caller keeps it.
     specialised
-        Whether what the scene holds is compiled into the program (:mod:`fragtracer.gpu.specialise`); left
-        out, only for a software renderer.
+        Whether what the scene holds is compiled into the program (:mod:`fragtracer.gpu.specialise`).
     defines
         Values for some features of the program in place of those that the scene and settings give: for
         measurements and experiments.
@@ -98,7 +97,7 @@ class Renderer:
         scene: Scene,
         size: tuple[int, int] | None = None,
         context: Any = None,
-        specialised: bool | None = None,
+        specialised: bool = True,
         defines: Mapping[str, int | str] | None = None,
         program: str | None = None,
         shaders: Path | None = None,
@@ -114,10 +113,8 @@ class Renderer:
         self.scene = scene
         self._owns_context = context is None
         self.context = create_context() if context is None else context
-        is_soft = is_software(self.context)
-        self._most_listed = MOST_LISTED["software" if is_soft else "gpu"]
-        level = Level.SCENE if moves else Level.VIEW
-        self._level = level if (is_soft if specialised is None else specialised) else Level.NOTHING
+        self._most_listed = MOST_LISTED["software" if is_software(self.context) else "gpu"]
+        self._level = Level.NOTHING if not specialised else Level.SCENE if moves else Level.VIEW
         self._defines, self._name, self._shaders = dict(defines or {}), program, shaders
         self._decided: tuple[Scene, RenderSettings, Decisions] | None = None
         self._moves = moves

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fragtracer.gpu.context import is_software
 from fragtracer.gpu.outputs import drawing_to
 from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.gpu.specialise import Level, specialise
@@ -48,7 +47,7 @@ class PhotonTracer:
 
     def __init__(self, ctx: Any, packed: PackedScene) -> None:
         self._ctx = ctx
-        specialisation = specialise(packed, Level.KINDS if is_software(ctx) else Level.NOTHING)
+        specialisation = specialise(packed, Level.KINDS)
         self._program = FullscreenProgram(
             ctx,
             folder("shaders"),

@@ -4,7 +4,6 @@
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from types import SimpleNamespace
 from typing import Any
 
 import moderngl
@@ -12,10 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-import fragtracer.renderer
 from fragtracer import light_tracing
-from fragtracer.apps.viewer import live
-from fragtracer.apps.viewer import refiner as refiner_module
 from fragtracer.apps.viewer.dynamic_resolution import DynamicResolution
 from fragtracer.apps.viewer.live import LiveRenderer
 from fragtracer.apps.viewer.refiner import Refiner
@@ -52,12 +48,10 @@ Pixels = NDArray[np.float32]
 Make = Callable[[Scene], Refiner]
 
 
-@pytest.fixture(params=["software", "gpu"])
-def make(ctx: moderngl.Context, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[Make]:
-    """Makes a refiner of a scene that takes its context for one of these, whatever it is."""
+@pytest.fixture
+def make(ctx: moderngl.Context) -> Iterator[Make]:
+    """Makes a refiner of a scene."""
     made: list[Refiner] = []
-    for module in (live, refiner_module, fragtracer.renderer):
-        monkeypatch.setattr(module, "is_software", lambda _: request.param == "software")
 
     def refiner(scene: Scene) -> Refiner:
         made.append(Refiner(LiveRenderer(scene, SIZE, ctx), DynamicResolution()))
@@ -135,7 +129,7 @@ def test_what_is_added_removed_or_changed_shows_at_once(make: Make, compiled: li
         assert refiner.renderer.scene == edit
         refiner.frame()
     assert compiled == []
-    assert refiner._compiler is None or refiner._compiler._asked == 0, "nor elsewhere"
+    assert refiner._compiler._asked == 0, "nor elsewhere"
 
 
 def drawn(renderer: LiveRenderer) -> Pixels:
@@ -171,19 +165,33 @@ def test_what_is_new_is_compiled_before_it_shows_and_then_known(make: Make, comp
     refiner.change(scene)
     until(refiner, lambda: refiner.renderer.scene == scene)
     assert compiled == ["pathtracer.frag"]
-    if refiner._compiler is not None:
-        assert refiner._compiler._asked == 1, "the background process had it first"
-        until(refiner, lambda: refiner.renderer.is_specialised)
-        assert compiled == ["pathtracer.frag"] * 2
-        refiner.change(plain)
-        assert not refiner.renderer.is_specialised, "the values of before are compiled in"
+    assert refiner._compiler._asked == 1, "the background process had it first"
+    until(refiner, lambda: refiner.renderer.is_specialised)
+    assert compiled == ["pathtracer.frag"] * 2
+    refiner.change(plain)
+    assert not refiner.renderer.is_specialised, "the values of before are compiled in"
     refiner.change(scene)
-    assert refiner.renderer.is_specialised == (refiner._compiler is not None), "the program of before is still there"
+    assert refiner.renderer.is_specialised, "the program of before is still there"
     assert refiner.renderer.scene == scene
     assert len(compiled) <= 2
 
 
-@pytest.mark.parametrize("make", ["software"], indirect=True)
+def test_a_driver_without_a_cache_compiles_what_is_new_at_once_and_the_rest_later(
+    make: Make, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = everything()
+    refiner = make(replace(scene, spot_lights=()))
+    monkeypatch.setattr("fragtracer.apps.viewer.refiner._SLOW", -1.0)
+    until(refiner, lambda: refiner.renderer.is_specialised)
+    asked = refiner._compiler._asked
+    refiner.change(scene)
+    assert refiner.renderer.scene == scene
+    assert refiner._compiler._asked == asked, "what nobody can load need not be compiled elsewhere"
+    start = time.perf_counter()
+    until(refiner, lambda: refiner.renderer.is_specialised)
+    assert time.perf_counter() - start > 3.0
+
+
 def test_specialised_program_follows_the_camera_its_lens_and_the_environment(make: Make, compiled: list[str]) -> None:
     environment = Environment(image=Panorama(np.tile(np.float32((0.2, 0.5, 0.9)), (8, 16, 1))))
     scene = replace(everything(), environment=environment, render=RenderSettings(light_samples=3))
@@ -239,7 +247,6 @@ def grid(side: int) -> Mesh:
     return Mesh((MeshPart(Geometry(np.stack([x, y, z], -1).reshape(-1, 3), corners), "a"),), (Placement(),))
 
 
-@pytest.mark.parametrize("make", ["software"], indirect=True)
 def test_a_mesh_that_moves_keeps_the_program(make: Make) -> None:
     """Also where the rest of the scene is compiled in."""
     mesh = grid(9)
@@ -275,28 +282,6 @@ def test_editing_a_small_thing_does_not_upload_a_mesh(make: Make, monkeypatch: p
     assert 0 < sum(uploaded) < 20_000
 
 
-def test_a_broken_shader_file_keeps_the_program_when_something_is_learned(
-    make: Make, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    scene = everything()
-    refiner = make(scene)
-    refiner._specialises = False
-    plan = refiner.renderer.plan(scene)
-    guided = replace(plan, packed=replace(plan.packed, tables={**plan.packed.tables, "u_guiding": ()}))
-    asked: list[object] = []
-
-    def broken(found: object, *_: object) -> None:
-        asked.append(found)
-        raise ShaderError("a file is broken")
-
-    monkeypatch.setattr(refiner.renderer, "plan", lambda *_: guided)
-    monkeypatch.setattr(refiner.renderer, "adopt", broken)
-    learned = scene, scene.render, (light_tracing.Decision(False, ""), Decision(None, ""))
-    monkeypatch.setattr(refiner, "_guider", SimpleNamespace(take=lambda: learned, close=lambda: None))
-    refiner._guide(0.0)
-    assert asked == [guided]
-
-
 def test_a_room_goes_on_beyond_the_first_stage(ctx: moderngl.Context) -> None:
     """What is shown has all samples: a window makes no picture from differences, and measures nothing beforehand."""
     scene = load("cornell-box")
@@ -322,7 +307,7 @@ def learned(refiner: Refiner, scene: Scene) -> LiveRenderer:
 def test_light_is_traced_from_the_lights_while_the_picture_rests(make: Make, compiled: list[str]) -> None:
     scene = load("caustic")
     refiner = make(scene)
-    until(refiner, lambda: refiner.renderer.is_specialised or refiner._compiler is None)
+    until(refiner, lambda: refiner.renderer.is_specialised)
     until(refiner, lambda: refiner.renderer.spp >= 80)
     renderer = learned(refiner, scene)
     until(refiner, lambda: renderer.traces_light)

@@ -21,11 +21,10 @@ def compile_seconds(name: str, width: int, height: int) -> float:
     """From the packed scene to the end of the first draw: with the upload of textures, which takes milliseconds."""
     scene = load(name)
     context = create_context()
-    is_soft = is_software(context)
-    packed = pack(scene, scene.render, width, height, MOST_LISTED["software" if is_soft else "gpu"])
+    packed = pack(scene, scene.render, width, height, MOST_LISTED["software" if is_software(context) else "gpu"])
     film = Film(context, width, height)
     start = time.perf_counter()
-    tracer = Tracer(context, packed, TracerProgram(level=Level.VIEW if is_soft else Level.NOTHING))
+    tracer = Tracer(context, packed, TracerProgram(level=Level.VIEW))
     tracer.warm_up(film)
     return time.perf_counter() - start
 

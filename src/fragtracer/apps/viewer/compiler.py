@@ -24,7 +24,7 @@ from fragtracer.packing.targets import Targets
 
 Size = tuple[int, int]
 Request = tuple[PackedScene, TracerProgram, list[Size], Targets | None]
-_PATIENCE = 20.0  # seconds; then the window compiles by itself
+_PATIENCE = 60.0  # seconds; then the window compiles by itself
 
 
 class BackgroundCompiler:

@@ -9,7 +9,6 @@ from typing import Any, Literal
 from fragtracer import guiding, light_tracing
 from fragtracer.apps.viewer.lit_film import LitFilm, ShownFilm
 from fragtracer.gpu.accumulation import Accumulation
-from fragtracer.gpu.context import is_software
 from fragtracer.gpu.film import Film
 from fragtracer.gpu.specialise import Level
 from fragtracer.gpu.tracer import TracerProgram
@@ -21,6 +20,7 @@ from fragtracer.packing.space import Space
 from fragtracer.renderer import PROGRAMS, Renderer
 from fragtracer.scene import Camera, RenderSettings, Scene
 
+_LEAST = Level.KINDS  # which kinds of things there are costs much, and hardly ever changes
 # Features that a program may have although the scene has nothing of the kind: what was removed needs no other program.
 _SPARE = (
     *(kind.feature for kind in LightKind if kind not in (LightKind.SUN, LightKind.ENVIRONMENT)),
@@ -61,8 +61,6 @@ class LiveRenderer(Renderer):
         self._slices = 0.0  # seconds that the pass has taken so far
         self._speeds: dict[tuple[bool, bool], float] = {}  # in samples per second, by kinds of programs
         self.pass_seconds = 0.0  # that the last whole pass took
-        # Which kinds of things there are costs a software renderer much, and hardly ever changes.
-        self._least = Level.KINDS if is_software(context) else Level.NOTHING
         self._is_specialised = False
         self._is_guided = False
         self._learned: tuple[Scene, RenderSettings, Decisions] | None = None
@@ -300,8 +298,8 @@ class LiveRenderer(Renderer):
         something moves, and a mesh that moves is no reason to compile."""
         kept = ("bvh_root", "u_light_samples") if settings.light_samples > 1 else ("bvh_root",)
         if view:
-            return TracerProgram("auxiliary.frag", {"AUXILIARY": f"AUXILIARY_{view.upper()}"}, self._least, kept)
-        return TracerProgram(PROGRAMS[settings.integrator], light.defines, self._least, kept)
+            return TracerProgram("auxiliary.frag", {"AUXILIARY": f"AUXILIARY_{view.upper()}"}, _LEAST, kept)
+        return TracerProgram(PROGRAMS[settings.integrator], light.defines, _LEAST, kept)
 
     def _load_photons(self, plan: Plan) -> None:
         if self._lights is None:

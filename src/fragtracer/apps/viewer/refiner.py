@@ -2,7 +2,6 @@
 """Progressive refinement: a small picture at once while something moves, then full resolution and more samples."""
 
 import time
-from contextlib import suppress
 from dataclasses import replace
 
 from fragtracer.apps.viewer.compiler import BackgroundCompiler
@@ -12,7 +11,6 @@ from fragtracer.apps.viewer.live import LiveRenderer, Plan
 from fragtracer.apps.viewer.preparer import Preparer
 from fragtracer.errors import ShaderError
 from fragtracer.gpu.accumulation import Accumulation
-from fragtracer.gpu.context import is_software
 from fragtracer.gpu.specialise import specialise
 from fragtracer.guiding import decides
 from fragtracer.packing.targets import targets_of
@@ -24,15 +22,15 @@ _LEARN_AFTER = 1.0  # seconds without an edit until it is learned where light co
 _FADE = 0.3  # seconds to fade to the finer picture
 _FADE_SPP = 8  # samples per pixel at which that fade ends
 _FADE_SHARE = 4  # of the samples of a finer picture, at which a fade from it ends
-_SLOW = 0.1  # seconds; a driver that takes longer to load a compiled program has no shader cache
-_REST = 3.0  # seconds without a change until such a driver compiles the scene into the program
+_SLOW = 0.25  # seconds; a driver that takes longer to load a compiled program has no shader cache that processes share
+_REST = 3.0  # seconds without a change until such a driver compiles a faster program
 
 
 class Refiner:
     """Decides what ``renderer`` does in each frame; ``size`` is that of the picture on the screen, in pixels.
 
-    On a software renderer another process first compiles the program and makes the maps of the split sum. Until
-    they are ready, the previous picture stays. Where a ``guider`` learns, the picture goes on without guiding, and with
+    Another process first compiles the program and makes the maps of the split sum. Until they are ready, the previous
+    picture stays. Where a ``guider`` learns, the picture goes on without guiding, and with
     the samples that it has when that is done. Where light is traced from the lights, it begins anew each time that it
     rests: what its paths leave to photons is not in the samples of before.
     """
@@ -52,10 +50,9 @@ class Refiner:
         self._next: Plan | None = None  # the newest plan, to be requested when the waiting one is compiled
         self._specialising: tuple[Plan, int] | None = None  # like the waiting one
         self._shaders: int | None = None  # number of the request to compile the changed shader files
-        software = is_software(renderer.context)
-        self._specialises = software
-        self._specialises_slowly = False
-        self._compiler = BackgroundCompiler() if software else None
+        self._specialises = True  # as far as shader files are whole
+        self._loads_slowly = False  # what the other process has compiled
+        self._compiler = BackgroundCompiler()
         self._guider = guider
         self._guides = False  # what was learned waits for its program
         self._lighting: int | None = None  # number of the request to compile the programs of light tracing
@@ -119,11 +116,11 @@ class Refiner:
     def prepare_shaders(self) -> None:
         """Compile the changed shader files in the background, for :meth:`reload_shaders` to take from the cache."""
         plan = self.renderer.plan(self._scene, self._view)
-        self._shaders = 0 if self._compiler is None else self._ask(plan)
+        self._shaders = self._ask(plan)
 
     def take_shaders(self) -> bool:
         """Whether they are compiled, so that :meth:`reload_shaders` is quick; True once."""
-        if self._shaders is None or (self._compiler is not None and not self._compiler.is_done(self._shaders)):
+        if self._shaders is None or not self._compiler.is_done(self._shaders):
             return False
         self._shaders = None
         return True
@@ -141,8 +138,8 @@ class Refiner:
         self.problem = ""
         self._waiting = self._next = self._specialising = None
         self._is_behind = False
-        self._specialises = self._compiler is not None
-        self._traces, self._lighting = True, None
+        self._specialises = self._traces = True
+        self._lighting = None
         self._begin_change()
 
     def frame(self, limit: int | None = None) -> float:
@@ -154,7 +151,7 @@ class Refiner:
         self._guide(now)
         if self._moving and now - self._changed_at > _SETTLED:
             self._settle()
-        elif not self._moving:
+        elif not self._moving and self._may_load(now):
             self._trace_light()
         return self._preview() if self._moving else self._refine(limit)
 
@@ -168,7 +165,7 @@ class Refiner:
 
     def _go_on(self, scene: Scene) -> None:
         plan = self.renderer.quickest(self.renderer.plan(scene, self._view))
-        if self._compiler is None or (self.renderer.knows(plan) and self.renderer.has_maps(plan)):
+        if self._loads_slowly or (self.renderer.knows(plan) and self.renderer.has_maps(plan)):
             self._waiting = self._next = None
             self._adopt(plan)
         elif self._waiting is None:
@@ -179,7 +176,6 @@ class Refiner:
             self._next = plan
 
     def _ask(self, plan: Plan) -> int:
-        assert self._compiler is not None
         targets = targets_of(plan.packed, plan.scene) if plan.light.is_on else None
         return self._compiler.ask(plan.packed, plan.program, (self.size, self.renderer.size), targets)
 
@@ -197,8 +193,6 @@ class Refiner:
 
     def _take_compiled(self, now: float) -> None:
         """Use what the background process has compiled."""
-        if self._compiler is None:
-            return
         if self._waiting is not None:
             plan, number = self._waiting
             if self._compiler.is_done(number):
@@ -218,12 +212,8 @@ class Refiner:
             return
         if (learned := self._guider.take()) is not None:
             self.renderer.learn(*learned)
-            plan = self.renderer.plan(self._scene)
-            if "u_guiding" in plan.packed.tables and self._specialises:
+            if "u_guiding" in self.renderer.plan(self._scene).packed.tables:
                 self._guides, self._specialising = True, None
-            elif "u_guiding" in plan.packed.tables:
-                with suppress(ShaderError):  # a shader file may be broken for now; the last program stays in use
-                    self.renderer.adopt(plan)
         elif now - self._edited_at > _LEARN_AFTER:
             self._guider.ask(self._scene, decides(self._scene.render))
 
@@ -236,8 +226,8 @@ class Refiner:
             return
         if self._lighting is None:
             plan = self._lit_plan()
-            self._lighting = 0 if self._compiler is None or renderer.knows(plan) else self._ask(plan)
-        if self._lighting and self._compiler is not None and not self._compiler.is_done(self._lighting):
+            self._lighting = 0 if renderer.knows(plan) else self._ask(plan)
+        if self._lighting and not self._compiler.is_done(self._lighting):
             return
         if self.held is None:
             self._hold(renderer.resize(renderer.size, renderer.light_samples))
@@ -249,14 +239,15 @@ class Refiner:
             self._traces = False
 
     def _lit_plan(self) -> Plan:
-        plan = self.renderer.plan(self._scene, rests=True)
-        return plan.specialised() if self._compiler is not None else plan
+        return self.renderer.plan(self._scene, rests=True).specialised()
+
+    def _may_load(self, now: float) -> bool:
+        """Whether a frame may take as long as the driver needs for a program that another process has compiled."""
+        return not self._loads_slowly or now - self._changed_at > _REST
 
     def _specialise_when_ready(self, now: float, plan: Plan, number: int) -> None:
         """Keeps the samples. The camera is not part of the program, so it may have moved meanwhile."""
-        assert self._compiler is not None
-        rests = not self._specialises_slowly or now - self._changed_at > _REST
-        if not (self._compiler.is_done(number) and rests):
+        if not (self._compiler.is_done(number) and self._may_load(now)):
             return
         self._specialising, self._guides = None, False
         if not self.renderer.follows(self._scene.camera):
@@ -267,7 +258,7 @@ class Refiner:
             self.renderer.warm_up()
         except ShaderError:  # a shader file may be broken for now; the last program stays in use
             self._specialises = False
-        self._specialises_slowly = time.perf_counter() - start > _SLOW
+        self._loads_slowly = time.perf_counter() - start > _SLOW
 
     def _adopt(self, plan: Plan) -> None:
         try:
@@ -297,7 +288,8 @@ class Refiner:
         most = self.renderer.settings.light_samples
         if (self.renderer.size, self.renderer.light_samples) != (self.size, most):
             self._hold(self.renderer.resize(self.size, most))
-        self._trace_light()
+        if not self._loads_slowly:
+            self._trace_light()
 
     def _preview(self) -> float:
         renderer = self.renderer
@@ -342,8 +334,7 @@ class Refiner:
         self.held = None
 
     def close(self) -> None:
-        if self._compiler is not None:
-            self._compiler.close()
+        self._compiler.close()
         if self._guider is not None:
             self._guider.close()
         self._drop_held()

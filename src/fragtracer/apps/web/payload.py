@@ -43,7 +43,7 @@ def packed_for_page(scene: Scene, settings: RenderSettings) -> PackedScene:
     SceneError
         If a browser cannot hold it, or the settings ask for more than paths.
     """
-    packed = pack(scene, settings, settings.width, settings.height, MOST_LISTED["gpu"])
+    packed = pack(scene, settings, settings.width, settings.height, MOST_LISTED["page"])
     if settings.integrator != "path" or packed.needs_maps:
         raise SceneError(
             "a page traces paths: it has no maps of the split-sum approximation; "
