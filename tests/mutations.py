@@ -1003,8 +1003,8 @@ MUTATIONS = [
     Mutation(
         "triangles behind the ray met",
         "shape/triangle.glsl",
-        "sum != 0.0 && distance > 0.0",
-        "sum != 0.0",
+        "has_area && distance > 0.0",
+        "has_area",
         closest_hit("bvh"),
     ),
     Mutation(

@@ -229,8 +229,8 @@ MUTATIONS = [
     ("cosine not as weight", PREFILTER, "sum += wi.z * vec4", "sum += vec4", lobe_error, 5e-3),
     ("roughness for alpha", PREFILTER, "vndf(u_alpha, wo, ham", "vndf(sqrt(u_alpha), wo, ham", lobe_error, 5e-3),
     ("half vector for light", PREFILTER, "frame_to_world(frame, wi)", "frame_to_world(frame, wh)", lobe_error, 5e-3),
-    ("map upside down", "split_sum/from_equirect.frag", "d.y) * INVERSE_PI", "-d.y) * INVERSE_PI", lobe_error, 5e-3),
-    ("map mirrored", "split_sum/from_equirect.frag", "atan(d.x, -d.z)", "atan(-d.x, -d.z)", lobe_error, 5e-3),
+    ("map upside down", "split_sum/from_equirect.frag", "vec2(d.y, length", "vec2(-d.y, length", lobe_error, 5e-3),
+    ("map mirrored", "split_sum/from_equirect.frag", "vec2(-d.z, d.x)", "vec2(-d.z, -d.x)", lobe_error, 5e-3),
 ]  # fmt: skip
 
 

@@ -8,23 +8,25 @@
 #include "core/math.glsl"
 #include "core/warp.glsl"
 
-// Probability of choosing the mirror lobe: about its share of the energy reflected towards wo.
-float plastic_specular_probability(Bsdf b, vec3 wo) {
+// Probabilities of choosing the mirror lobe and the base: about their shares of the energy reflected towards wo. The second
+// is no difference from 1, which would lose digits at grazing angles.
+vec2 plastic_probabilities(Bsdf b, vec3 wo) {
     float fresnel = fresnel_dielectric(wo.z, b.eta);
-    return fresnel / (fresnel + (1.0 - fresnel) * luminance(b.diffuse));
+    vec2 reflected = vec2(fresnel, (1.0 - fresnel) * luminance(b.diffuse));
+    return reflected / (reflected.x + reflected.y);
 }
 
 vec4 plastic_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
     if (wo.z <= 0.0 || wi.z <= 0.0) return vec4(0.0);
     float passed = (1.0 - fresnel_dielectric(wo.z, b.eta)) * (1.0 - fresnel_dielectric(wi.z, b.eta));
-    float pdf = (1.0 - plastic_specular_probability(b, wo)) * square_to_cosine_hemisphere_pdf(wi);
+    float pdf = plastic_probabilities(b, wo).y * square_to_cosine_hemisphere_pdf(wi);
     return vec4(b.diffuse * (passed * wi.z * INVERSE_PI), pdf);
 }
 
 BsdfSample plastic_sample(Bsdf b, vec3 wo, vec2 u) {
     BsdfSample s = bsdf_no_sample();
     if (wo.z <= 0.0) return s;
-    float specular_probability = plastic_specular_probability(b, wo);
+    float specular_probability = plastic_probabilities(b, wo).x;
     if (choose_first(specular_probability, u.x)) {
         vec3 mirrored = vec3(fresnel_dielectric(wo.z, b.eta) / specular_probability);
         return BsdfSample(vec3(-wo.xy, wo.z), mirrored, specular_probability, 1.0, EVENT_REFLECTION | EVENT_DELTA);

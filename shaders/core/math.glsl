@@ -16,16 +16,18 @@ bool is_finite(vec3 v) {
     return max(exponents.x, max(exponents.y, exponents.z)) != 0x7f800000u;
 }
 
-// (cos, sin) of an angle given in turns, 0 <= turns <= 1, to 3e-7: the minimax polynomial of
-// sin(2 pi x) on a quarter turn. Drivers differ in sin() and cos(), and some make them slow.
+// The sine of an angle given in turns, -0.25 <= turns <= 0.25, to 3e-7 of itself: a minimax polynomial. Drivers differ in
+// sin() and cos(), some make them slow, and some err by 1e-7 however small the sine is.
+float sin_quarter(float turns) {
+    float x2 = turns * turns;
+    return turns * (6.2831852 + x2 * (-41.341655 + x2 * (81.601004 + x2 * (-76.549782 + x2 * 39.536702))));
+}
+
+// (cos, sin) of an angle given in turns, 0 <= turns <= 1, to 3e-7.
 vec2 cos_sin_turns(float turns) {
     float x = abs(turns - 0.5) - 0.25;
-    float x2 = x * x;
-    float c = x * (6.2831852 + x2 * (-41.341655 + x2 * (81.601004 + x2 * (-76.549782 + x2 * 39.536702))));
-    float y = 0.25 - abs(x);
-    float y2 = y * y;
-    float s = y * (6.2831852 + y2 * (-41.341655 + y2 * (81.601004 + y2 * (-76.549782 + y2 * 39.536702))));
-    return vec2(c, turns < 0.5 ? s : -s);
+    float s = sin_quarter(0.25 - abs(x));
+    return vec2(sin_quarter(x), turns < 0.5 ? s : -s);
 }
 
 // The angle of a vector in turns, -0.5 to 0.5, to 5e-8: an odd minimax polynomial of atan(t) / 2 pi on [0, 1].

@@ -11,7 +11,7 @@ float square_to_disk_pdf() { return INVERSE_PI; }
 vec2 square_to_tent(vec2 u) {
     vec2 rising = sqrt(2.0 * u) - 1.0;
     vec2 falling = 1.0 - sqrt(2.0 * (1.0 - u));
-    return mix(falling, rising, vec2(lessThan(u, vec2(0.5))));
+    return mix(falling, rising, lessThan(u, vec2(0.5)));
 }
 float square_to_tent_pdf(vec2 p) { return max(0.0, 1.0 - abs(p.x)) * max(0.0, 1.0 - abs(p.y)); }
 

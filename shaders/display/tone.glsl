@@ -47,5 +47,5 @@ vec3 tone_curve(vec3 x) {
 // IEC 61966-2-1.
 vec3 srgb_encode(vec3 x) {
     vec3 curve = 1.055 * pow(max(x, 1e-6), vec3(1.0 / 2.4)) - 0.055;
-    return mix(curve, 12.92 * x, vec3(lessThanEqual(x, vec3(0.0031308))));
+    return mix(curve, 12.92 * x, lessThanEqual(x, vec3(0.0031308)));
 }

@@ -39,8 +39,8 @@ vec3 pixel_filter_pixel(vec2 place, vec2 u) {
         vec2 density = exp(-2.0 * off * off) * sqrt(2.0 / PI);
         sum += density;
         bvec2 is_taken = lessThan(u * sum, density);
-        pixel = mix(pixel, nearest + float(i), vec2(is_taken));
-        u = mix((u * sum - density) / max(sum - density, vec2(1e-30)), u * sum / density, vec2(is_taken));
+        pixel = mix(pixel, nearest + float(i), is_taken);
+        u = mix((u * sum - density) / max(sum - density, vec2(1e-30)), u * sum / density, is_taken);
     }
     return vec3(pixel, sum.x * sum.y);
 #endif

@@ -30,6 +30,7 @@ MirroredView mirrored_view(vec3 point, int index, vec2 lens, vec2 u, uint seed) 
     CameraView direct = camera_view(point, lens);
     MirroredView view = MirroredView(direct, -direct.direction, point, -1, vec3(1.0));
     if (index >= 0) {
+        index = max(index, 0);  // for compilers that complain of -1 here where they unroll a loop
         int record = u_mirrors[index];
         uvec4 t0 = shape_texel(record, 0);
         uvec4 t1 = shape_texel(record, 1);

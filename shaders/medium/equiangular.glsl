@@ -18,13 +18,16 @@ Equiangular equiangular_over(Ray ray, float distance, vec3 point, float least) {
     float nearest = dot(to_point, ray.direction);
     float aside = length(to_point - nearest * ray.direction);
     aside = max(max(aside, least), 1e-4 * length(to_point) + 1e-12);
-    return Equiangular(nearest, aside, atan(aside * distance, square(aside) + square(nearest) - nearest * distance));
+    vec2 end = vec2(square(aside) + square(nearest) - nearest * distance, aside * distance);
+    return Equiangular(nearest, aside, 2.0 * PI * turns_of(end));
 }
 
 // By the law of sines, in which nothing cancels where the point is far behind.
 float equiangular_sample(Equiangular way, float u) {
-    float sine = sin(u * way.angle);
-    float rest = way.aside * cos(u * way.angle) + way.nearest * sine;
+    float half_turns = u * way.angle * (0.25 / PI);
+    float half_sine = sin_quarter(half_turns);
+    float sine = 2.0 * half_sine * sin_quarter(0.25 - half_turns);
+    float rest = way.aside * (1.0 - 2.0 * square(half_sine)) + way.nearest * sine;
     return min((square(way.aside) + square(way.nearest)) * sine / max(rest, 1e-30), INFINITE_DISTANCE);
 }
 

@@ -18,7 +18,7 @@
 // projected along the ray, each by itself, so that neighbours see the same points; then signs of 2D edge functions
 // decide. An edge function that rounding could have given either sign counts as 0, as if the ray met the
 // edge, so that neighbours agree however the driver contracts products and sums. A triangle
-// seen edge-on, or without area, has only zeros and is never met.
+// seen edge-on, or without area, has no more than what rounding could have given it, and is never met.
 vec4 triangle_intersect(vec3 a, vec3 b, vec3 c, BvhRay ray, out bool inside) {
     a -= ray.origin;
     b -= ray.origin;
@@ -29,12 +29,14 @@ vec4 triangle_intersect(vec3 a, vec3 b, vec3 c, BvhRay ray, out bool inside) {
     vec3 first = x.zxy * y.yzx;  // across from a, b and c
     vec3 second = y.zxy * x.yzx;
     vec3 edges = first - second;
-    edges = mix(edges, vec3(0.0), lessThanEqual(abs(edges), 2.4e-7 * (abs(first) + abs(second))));
+    vec3 rounding = 2.4e-7 * (abs(first) + abs(second));
+    edges = mix(edges, vec3(0.0), lessThanEqual(abs(edges), rounding));
     float sum = edges.x + edges.y + edges.z;
     vec3 barycentrics = edges * (1.0 / sum);
     float distance = dot(barycentrics, z);
     inside = !any(lessThan(edges, vec3(0.0))) || !any(greaterThan(edges, vec3(0.0)));
-    return vec4(sum != 0.0 && distance > 0.0 ? distance : INFINITE_DISTANCE, barycentrics.yz, sum);
+    bool has_area = abs(sum) > rounding.x + rounding.y + rounding.z;
+    return vec4(has_area && distance > 0.0 ? distance : INFINITE_DISTANCE, barycentrics.yz, sum);
 }
 
 // Unit normal on the front of the triangle a, b, c. Sides are scaled first, since the square of a tiny triangle's area

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // An equirectangular map as a cube map: each texel the mean of lookups spread over it, so that small bright
 // lights keep their energy. Of scene/environment.py: u = 1/2 is -z, u = 3/4 is +x, v = 0 is up.
-#include "core/constants.glsl"
+#include "core/math.glsl"
 #include "core/texels.glsl"
 #include "texture/cube.glsl"
 
@@ -12,7 +12,7 @@ uniform int u_taps;  // along each side of a texel
 OUTPUT(0) out_radiance;
 
 vec3 equirect_lookup(vec3 d) {
-    vec2 uv = vec2(0.5 + atan(d.x, -d.z) * (0.5 * INVERSE_PI), atan(length(d.xz), d.y) * INVERSE_PI);
+    vec2 uv = vec2(0.5 + turns_of(vec2(-d.z, d.x)), 2.0 * turns_of(vec2(d.y, length(d.xz))));
     return textureLod(u_map, uv, 0.0).rgb;
 }
 

@@ -731,7 +731,7 @@ def rough_plastic_interface(p: RoughPlastic, cosine: Floats) -> tuple[Floats, Fl
     facet = cosine / bsdf_oracle.g1_smith(p.alpha, cosine)
     ratio = p.alpha / facet
     fit = np.polynomial.polynomial.polyval(ratio, [*p.coat_facets, p.coat_angles[0]])
-    fit = fit + p.coat_angles[1] * cosine + p.coat_angles[2] * np.sqrt(1 - cosine**2)
+    fit = fit + p.coat_angles[1] * cosine + p.coat_angles[2] * np.sqrt(np.maximum(0, 1 - cosine**2))
     reflected = bsdf_oracle.fresnel_dielectric(facet, p.eta)
     return reflected, (1 - reflected) * fit
 

@@ -15,6 +15,7 @@ FILES = sorted(p.relative_to(SHADERS).as_posix() for p in SHADERS.rglob("*") if 
 
 FUNCTION = re.compile(r"^(?:highp\s+)?(\w+)\s+(\w+)\([^()]*\)\s*\{", re.MULTILINE)
 IMAGE = re.compile(r"^(?:U?TEXELS(?:_3D)?|OUTPUT)\((\d+)\) (\w+);", re.MULTILINE)  # of core/texels.glsl
+CHOICE = re.compile(r"mix\(.*\b(?:float|vec\d)\((?:is_|has_|lessThan|greaterThan|equal|notEqual|not\b)")
 SNAKE_CASE = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
 PASCAL_CASE = re.compile(r"([A-Z][a-z0-9]+)+")
 
@@ -116,6 +117,16 @@ def test_names(path: str) -> None:
     text = (SHADERS / path).read_text()
     assert text.startswith("// SPDX-License-Identifier: MIT\n")
     assert not list(misnamed(path, text))
+
+
+@pytest.mark.parametrize("path", FILES)
+def test_values_are_chosen_by_booleans(path: str) -> None:
+    """A driver may compute mix(a, b, 1.0) as a + (b - a), which is not b where a is large."""
+    assert not CHOICE.search((SHADERS / path).read_text())
+
+
+def test_choice_by_a_number_is_found() -> None:
+    assert CHOICE.search("    x = mix(large / max(tiny, 1e-30), small, vec2(is_small));")
 
 
 def test_every_image_has_its_unit() -> None:

@@ -2,11 +2,13 @@
 """shape/bvh.glsl with meshes: against float64, against trying every triangle, and where neighbours meet."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import moderngl
 import numpy as np
 import pytest
 from mesh_shapes import Arrays, ball, field, geometry, mesh_scene, smooth, soup
+from rendering import Planter
 
 from fragtracer.apps.bench import meshes as bench_meshes
 from fragtracer.packing import PackedScene, hierarchy, instances, pack
@@ -223,7 +225,15 @@ def test_nothing_leaks_through_a_grid(ctx: moderngl.Context) -> None:
         assert (trace(ctx, packed, origin, direction)[1] >= 0).all()
 
 
-def test_triangles_without_area_are_never_met_and_make_no_nan(ctx: moderngl.Context) -> None:
+@pytest.mark.parametrize("contracts", [False, True])
+def test_triangles_without_area_are_never_met_and_make_no_nan(
+    ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, contracts: bool
+) -> None:
+    """Also where a driver ``contracts`` a product and a difference, so that the sides of a triangle are no longer
+    rounded alike."""
+    if contracts:
+        product = "(first + 1e-7 * vec3(1.0, 0.0, -1.0) * first)"
+        Planter(monkeypatch, tmp_path, ["probe"])("shape/triangle.glsl", "first - second", f"{product} - second")
     rng = np.random.default_rng(1)
     a, b = rng.uniform(-1, 1, (2, 200, 3))
     third = np.concatenate([a[:50], b[50:100], ((a + b) / 2)[100:150], a[150:]])
