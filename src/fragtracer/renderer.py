@@ -18,7 +18,7 @@ from fragtracer.aov import AOVS, checked
 from fragtracer.errors import FilmError, FragtracerError
 from fragtracer.films import SavedFilm, origin_of
 from fragtracer.gpu.accumulation import Accumulation
-from fragtracer.gpu.context import create_context, describe, is_software, max_size
+from fragtracer.gpu.context import create_context, describe, max_size
 from fragtracer.gpu.layers import LayerTextures
 from fragtracer.gpu.specialise import MOST_LISTED, Level
 from fragtracer.gpu.tracer import Tracer, TracerProgram
@@ -113,7 +113,7 @@ class Renderer:
         self.scene = scene
         self._owns_context = context is None
         self.context = create_context() if context is None else context
-        self._most_listed = MOST_LISTED["software" if is_software(self.context) else "gpu"]
+        self._most_listed = MOST_LISTED["default"]
         self._level = Level.NOTHING if not specialised else Level.SCENE if moves else Level.VIEW
         self._defines, self._name, self._shaders = dict(defines or {}), program, shaders
         self._decided: tuple[Scene, RenderSettings, Decisions] | None = None

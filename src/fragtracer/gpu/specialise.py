@@ -20,8 +20,8 @@ from fragtracer.packing.records import Words
 from fragtracer.packing.shapes import LISTED, balls_of
 
 # With more shapes than these a BVH is faster than testing all of them (docs/performance.md, "What limits us" and "On a
-# GPU"); how long browsers take to compile longer programs for a GPU was not measured.
-MOST_LISTED = {"software": 64, "gpu": 32, "page": 8}
+# GPU"). How long browsers take to compile longer programs for a GPU was not measured.
+MOST_LISTED = {"default": 64, "page": 8}
 # More shapes of a kind than these stand in a tree of balls, which a driver that skips branches is faster with.
 _MOST_IN_A_ROW = 16
 _BALL_GROWTH = 1e-3  # by which balls are larger, for the sake of rounding

@@ -16,6 +16,7 @@ from fragtracer.apps.bench.sphere_field import sphere_field
 from fragtracer.apps.bench.statistics import Estimate
 from fragtracer.apps.bench.tables import Table
 from fragtracer.errors import FragtracerError
+from fragtracer.gpu.specialise import MOST_LISTED
 from fragtracer.reference.variant import find_llvm
 from fragtracer.renderer import Renderer
 from fragtracer.scene import RenderSettings, Scene
@@ -77,7 +78,7 @@ def test_rows_of_shapes_with_the_step_to_the_bvh(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setenv("FRAGTRACER_CACHE", before := os.environ["FRAGTRACER_CACHE"])
     table = _run(shapes.BENCHMARK)
     assert os.environ["FRAGTRACER_CACHE"] == before
-    threshold = shapes.most_listed()
+    threshold = MOST_LISTED["default"]
     for kind in KINDS:
         rows = [row for row in table.rows if row["shapes"] == kind]
         counts = [row["count"] for row in rows]

@@ -57,7 +57,7 @@ def test_the_picture_is_that_of_the_desktop(opened, name):
 
 
 def test_shapes_stored_as_for_a_gpu_give_the_same_picture(opened, monkeypatch):
-    monkeypatch.setitem(MOST_LISTED, "software", MOST_LISTED["page"])
+    monkeypatch.setitem(MOST_LISTED, "default", MOST_LISTED["page"])
     browser = opened(ft.load("cornell-box"))
     assert browser.run("fragtracer.live.payload.header.uniforms.u_bvh_root") >= 0
     found = traced(browser)

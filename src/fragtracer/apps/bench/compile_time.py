@@ -9,7 +9,7 @@ A process that has compiled before, or has the driver's cache, would take less.
 import sys
 import time
 
-from fragtracer.gpu.context import create_context, is_software
+from fragtracer.gpu.context import create_context
 from fragtracer.gpu.film import Film
 from fragtracer.gpu.specialise import MOST_LISTED, Level
 from fragtracer.gpu.tracer import Tracer, TracerProgram
@@ -21,7 +21,7 @@ def compile_seconds(name: str, width: int, height: int) -> float:
     """From the packed scene to the end of the first draw: with the upload of textures, which takes milliseconds."""
     scene = load(name)
     context = create_context()
-    packed = pack(scene, scene.render, width, height, MOST_LISTED["software" if is_software(context) else "gpu"])
+    packed = pack(scene, scene.render, width, height, MOST_LISTED["default"])
     film = Film(context, width, height)
     start = time.perf_counter()
     tracer = Tracer(context, packed, TracerProgram(level=Level.VIEW))

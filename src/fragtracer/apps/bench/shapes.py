@@ -20,7 +20,6 @@ from fragtracer.apps.bench.statistics import Estimate, median, write_growth
 from fragtracer.apps.bench.tables import Cell, Column, Plot, Row, Table
 from fragtracer.apps.bench.work import count_work
 from fragtracer.bvh import build
-from fragtracer.gpu.context import create_context, is_software
 from fragtracer.gpu.specialise import MOST_LISTED
 from fragtracer.scene import PLAIN, RenderSettings
 
@@ -67,7 +66,7 @@ def table(plan: Plan) -> Table:
 
 
 def run(plan: Plan, result: Table, progress: Progress) -> None:
-    threshold = most_listed()
+    threshold = MOST_LISTED["default"]
     points = [(kind, counts) for kind in KINDS for counts in _counts(kind, threshold)]
     names = [f"{' and '.join(f'{count:,}' for count in counts)} {kind}" for kind, counts in points]
     for place, part in steps(progress, names):
@@ -76,14 +75,6 @@ def run(plan: Plan, result: Table, progress: Progress) -> None:
         write_growth([row for row in result.rows if row["shapes"] == kind and row["traversal"] == _BVH], "count", "ns")
         if len(counts) > 1:
             result.notes.append(_verdict(kind, threshold, result.rows[-1]["step"]))
-
-
-def most_listed() -> int:
-    """The most shapes that are tested one by one on this machine."""
-    context = create_context()
-    threshold = MOST_LISTED["software" if is_software(context) else "gpu"]
-    context.release()
-    return threshold
 
 
 def _counts(kind: Kind, threshold: int) -> list[tuple[int, ...]]:

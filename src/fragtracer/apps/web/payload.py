@@ -83,7 +83,7 @@ def scene_payload(scene: Scene, settings: RenderSettings, look: Look) -> bytes:
         "camera": asdict(scene.camera),
         "origin": packed.origin.tolist(),
     }
-    listed = pack(scene, settings, settings.width, settings.height, MOST_LISTED["software"])
+    listed = pack(scene, settings, settings.width, settings.height, MOST_LISTED["default"])
     if len(listed.listed) != len(packed.listed):
         header["software"] = _stored(scene, settings, listed, look, fragment, blob)
     text = json.dumps(header, allow_nan=False).encode()
