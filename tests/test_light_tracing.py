@@ -327,7 +327,7 @@ def test_there_are_more_photons_where_they_have_the_error() -> None:
 
     def photons(share: float, gain: float = 1.0, adaptive: Literal["auto", "off"] = "auto") -> float:
         settings = RenderSettings(adaptive=adaptive)
-        return Measurement(5.0, share).promise(spheres(), settings, guiding.Decision(None, "", gain, 1.5))[0]
+        return Measurement(5.0, share, 5.0).promise(spheres(), settings, guiding.Decision(None, "", gain, 1.5))[0]
 
     assert photons(0.05) == 1 / 4
     assert photons(0.5) == 1 / 2
@@ -335,10 +335,26 @@ def test_there_are_more_photons_where_they_have_the_error() -> None:
     assert photons(0.05, adaptive="off") == 1 / 8
 
 
+def test_a_gpu_learns_for_more_samples_and_sends_fewer_photons(ctx: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It has traced many samples by then, and the processor adds photons up."""
+    scene, settings = spheres(), RenderSettings(width=256, height=256, spp=2048)
+    more = replace(settings, spp=4 * settings.spp, guiding="off")
+    found = {}
+    for is_software in (True, False):
+        for module in ("guiding", "light_tracing"):
+            monkeypatch.setattr(f"fragtracer.{module}.decision.is_software", lambda _, said=is_software: said)
+        found[is_software] = light_tracing.decision.measure(ctx, scene, more)
+    for decision in light_tracing.decide_both(ctx, scene, settings):
+        assert decision.reason.startswith("off: to trace the 2048 samples per pixel takes less time than to ")
+    assert not light_tracing.decide_both(ctx, scene, more)[0].reason.startswith("off: to trace")
+    photons = [replace(one, share=0.5).promise(scene, more, guiding.Decision(None, ""))[0] for one in found.values()]
+    assert photons == [1 / 2, 1 / 4]
+
+
 def test_a_measurement_promises_what_it_has_found() -> None:
     """With the number of photons that it was made with, evenly sampled and unguided."""
     settings, nothing = RenderSettings(adaptive="off"), guiding.Decision(None, "")
-    photons, gain, cost = Measurement(3.0, 0.1).promise(spheres(), settings, nothing)
+    photons, gain, cost = Measurement(3.0, 0.1, 5.0).promise(spheres(), settings, nothing)
     assert (photons, gain) == (1 / 8, pytest.approx(3.0))
     assert cost == pytest.approx(1.05 + 5 / 8)
 

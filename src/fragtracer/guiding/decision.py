@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.cache import cached
+from fragtracer.gpu.context import is_software
 from fragtracer.gpu.film import Film
 from fragtracer.gpu.specialise import Level
 from fragtracer.gpu.tracer import Tracer, TracerProgram
@@ -19,7 +20,8 @@ from fragtracer.packing.digest import program_digest
 from fragtracer.packing.targets import may_be_narrow
 from fragtracer.scene import RenderSettings, Scene
 
-_LEAST_SAMPLES = 2**24  # of a picture; to trace them takes about as long as to learn
+# Samples of a picture; to trace them takes about as long as to learn. A GPU (an H200) traces 2^25 to 2^28 a second.
+_LEAST_SAMPLES, _LEAST_SAMPLES_OF_GPUS = 2**24, 2**29
 _LEAST_BOUNCES = 2  # light that reaches a surface over another takes so many
 _RAY_COST = 1.5  # of a guided ray over another (docs/sampling.md)
 _MARGIN = 1.15  # by which the gain must exceed the cost: it is less for the rarest paths, which are not met
@@ -68,7 +70,7 @@ def decide(
     nothing = Decision(None, "off: no surface reflects light narrowly onto another")
     if not any(may_be_narrow(material) for material in scene.materials.values()):
         return nothing
-    if settings.guiding == "auto" and settings.spp * settings.width * settings.height < _LEAST_SAMPLES:
+    if settings.guiding == "auto" and not has_enough_samples(ctx, settings):
         return Decision(None, f"off: to trace the {settings.spp} samples per pixel takes less time than to learn")
     guide = learn(ctx, scene)
     if guide is None:
@@ -80,6 +82,12 @@ def decide(
         return Decision(None, f"off: the variance would fall by {gain:.2f}, the time of a sample rise by {cost:.2f}")
     reason = f"on: the variance falls by {gain:.2f}, the time of a sample rises by {cost:.2f}"
     return Decision(guide, reason, gain, cost)
+
+
+def has_enough_samples(ctx: Any, settings: RenderSettings) -> bool:
+    """Whether to trace the samples of a picture takes longer than to learn where its light comes from."""
+    least = _LEAST_SAMPLES if is_software(ctx) else _LEAST_SAMPLES_OF_GPUS
+    return settings.spp * settings.width * settings.height >= least
 
 
 def decides(settings: RenderSettings) -> RenderSettings:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fragtracer import guiding
 from fragtracer.cache import cached
+from fragtracer.gpu.context import is_software
 from fragtracer.gpu.film import Film
 from fragtracer.gpu.specialise import Level
 from fragtracer.gpu.tracer import Tracer, TracerProgram
@@ -27,10 +28,11 @@ from fragtracer.scene.interiors import has_media, solids
 Floats = NDArray[np.float64]
 
 _VERSION = 6  # of the measurement
-_LEAST_SAMPLES = 2**24  # of a picture; to trace them takes about as long as the measurement
 _MEASURED = 1 / 8  # photons for a sample, for which the variances are told
 _PHOTONS = (1 / 8, 1 / 4)  # for a sample, of which there may be; twice as many where samples are placed adaptively
-_PHOTON_COST = (5.0, 3.0)  # of a photon over a sample of a path, the second in scenes of meshes
+# Of a photon over a sample of a path, the second in scenes of meshes. On a GPU (an H200) the processor is what is slow,
+# which adds photons up.
+_PHOTON_COST, _PHOTON_COST_OF_GPUS = (5.0, 3.0), (20.0, 3.0)
 # By how much adaptive sampling lowers the variance of paths, which place their samples by it, and not that of photons;
 # the second in scenes of meshes. Such samples cost more than others.
 _ADAPTIVE_GAIN = (3.0, 2.0)
@@ -61,10 +63,12 @@ class Decision:
 @dataclass(frozen=True)
 class Measurement:
     """Of light tracing in a scene, with 1/8 photon for a sample that is not placed adaptively: by how much the relative
-    variance falls at equal samples, mean over the pixels, and the ``share`` of photons in what is left of it."""
+    variance falls at equal samples, mean over the pixels, and the ``share`` of photons in what is left of it. A photon
+    costs ``photon_cost`` of a sample."""
 
     gain: float
     share: float
+    photon_cost: float
 
     def promise(self, scene: Scene, settings: RenderSettings, guided: guiding.Decision) -> tuple[float, float, float]:
         """The number of photons for a sample that is best where paths are ``guided`` so; by how much the variance
@@ -74,7 +78,7 @@ class Measurement:
         """
         is_adaptive, has_meshes = settings.adaptive != "off", bool(scene.meshes)
         adaptive_gain = _ADAPTIVE_GAIN[has_meshes] if is_adaptive else 1.0
-        photon = _PHOTON_COST[has_meshes] / (_ADAPTIVE_COST if is_adaptive else 1.0)
+        photon = self.photon_cost / (_ADAPTIVE_COST if is_adaptive else 1.0)
 
         def of(photons: float) -> tuple[float, float, float]:
             left = (1 - self.share) / guided.gain + self.share * adaptive_gain * _MEASURED / photons
@@ -99,9 +103,9 @@ def _decide(ctx: Any, scene: Scene, settings: RenderSettings) -> tuple[Decision,
     if reason := impossible(scene, settings):
         return Decision(False, f"off: {reason}"), None
     if settings.light_tracing == "on":
-        photons, *_ = Measurement(1.0, 0.0).promise(scene, settings, _NOT_GUIDED)
+        photons, *_ = Measurement(1.0, 0.0, _photon_cost(ctx, scene)).promise(scene, settings, _NOT_GUIDED)
         return Decision(True, "on: as asked for", photons), None
-    if settings.spp * settings.width * settings.height < _LEAST_SAMPLES:
+    if not guiding.has_enough_samples(ctx, settings):
         reason = f"off: to trace the {settings.spp} samples per pixel takes less time than to measure"
         return Decision(False, reason), None
     found = measure(ctx, scene, settings)
@@ -191,13 +195,19 @@ def measure(ctx: Any, scene: Scene, settings: RenderSettings) -> Measurement:
     """What light tracing is worth in ``scene``, by the variances of a small picture."""
     size = (_WIDTH, max(1, round(_WIDTH * settings.height / settings.width)))
     packed = pack(scene, settings, *size)
-    targets = targets_of(packed, scene)
+    targets, photon_cost = targets_of(packed, scene), _photon_cost(ctx, scene)
     if not len(targets):
-        return Measurement(1.0, 0.0)
-    key = f"{_VERSION}-{program_digest(packed)}-{size}"
-    least = _MARGIN * (1.05 + _PHOTON_COST[bool(scene.meshes)] * _MEASURED)
+        return Measurement(1.0, 0.0, photon_cost)
+    key = f"{_VERSION}-{program_digest(packed)}-{size}-{photon_cost:g}"
+    least = _MARGIN * (1.05 + photon_cost * _MEASURED)
     found = cached("light-tracing", key, lambda: {"found": np.asarray(_measured(ctx, packed, targets, size, least))})
-    return Measurement(*found["found"].tolist())
+    gain, share = found["found"].tolist()
+    return Measurement(gain, share, photon_cost)
+
+
+def _photon_cost(ctx: Any, scene: Scene) -> float:
+    """Of a photon over a sample of a path."""
+    return (_PHOTON_COST if is_software(ctx) else _PHOTON_COST_OF_GPUS)[bool(scene.meshes)]
 
 
 def _measured(

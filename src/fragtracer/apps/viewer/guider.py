@@ -11,12 +11,14 @@ import subprocess
 import sys
 import threading
 from contextlib import suppress
+from dataclasses import replace
 
 from fragtracer.guiding import same_light
 from fragtracer.light_tracing import Decisions, decide_both
 from fragtracer.scene import RenderSettings, Scene
 
 Wanted = tuple[Scene, RenderSettings]
+_SAMPLES = 2**14  # of a pixel, at least, that a picture in a window is taken to have: it has no end
 
 
 class Guider:
@@ -74,7 +76,7 @@ def main() -> None:
     scene, settings = pickle.load(sys.stdin.buffer)
     decisions: Decisions | None = None
     with suppress(FragtracerError), create_context() as context:
-        decisions = decide_both(context, scene, settings)
+        decisions = decide_both(context, scene, replace(settings, spp=max(_SAMPLES, settings.spp)))
     pickle.dump(decisions, answers)
     answers.flush()
 
