@@ -79,6 +79,24 @@ def _simulated(stages: int, draw: Callable[[Floats], Pixels], height: int, width
     return finished.mean[..., 0], weighted
 
 
+def test_bands_of_a_picture_give_what_the_whole_gives(monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = np.random.default_rng(1)
+
+    def stage() -> Pixels:
+        mean, variance = rng.random((2, 75, 21, 4), np.float32)
+        mean[..., 3], variance[..., 3] = rng.integers(0, 40, (2, 75, 21))
+        return Pixels(mean, variance, 0.1 * rng.random((75, 21, 3), np.float32))
+
+    stages, found = [stage(), stage()], []
+    for rows in (32, 1000):
+        monkeypatch.setattr("fragtracer.sampling.pixels._BAND", rows)
+        together = Stages.none(75, 21).with_stage(stages[0], 16.0).with_stage(stages[1], 96.0)
+        shown = together.pixels()
+        found.append([*vars(together).values(), *vars(shown).values(), shown.standard_error(), together.deviation()])
+    for banded, whole in zip(*found, strict=True):
+        np.testing.assert_array_equal(banded, whole)
+
+
 def test_a_rare_spike_biases_a_mean_by_counts_and_not_ours() -> None:
     """A spike that one sample in 10^5 meets, on a base of 1; both means over 200 pictures of 32 x 32 pixels. A pixel
     that has met a spike is sampled more, and dilutes it: its mean by the number of samples is too dark."""

@@ -12,11 +12,12 @@ Image Synthesis). docs/sampling.md has the proof.
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fragtracer.sampling.pixels import Pixels, around, bright
+from fragtracer.sampling.pixels import Pixels, around, bright, color_sum, in_bands
 
 Floats = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -86,6 +87,16 @@ class Stages:
     def with_stage(self, pixels: Pixels, weight: float | Floats) -> "Stages":
         """Together with a stage of a weight fixed in advance (:func:`stage_weight`). Where some pixels are further in
         the stage than others, it is (height, width, 1)."""
+        images = [*vars(self).values(), *vars(pixels).values()]
+        images.append(np.broadcast_to(weight, images[0][..., :1].shape))
+
+        def together(*bands: Any) -> list[Floats]:
+            stages = Stages(*bands[:7])
+            return list(vars(stages._with_stage(Pixels(*bands[7:10]), bands[10])).values())
+
+        return Stages(*in_bands(together, images))
+
+    def _with_stage(self, pixels: Pixels, weight: Floats) -> "Stages":
         count = pixels.mean[..., 3:].astype(np.float64)
         here = np.where(count > 0, weight, 0.0)
         samples, total = self.samples + count, self.weight + here
@@ -100,6 +111,13 @@ class Stages:
 
     def pixels(self) -> Pixels:
         """The picture as one film would have it that had sampled all stages evenly, with the same standard error."""
+
+        def shown(*bands: Floats) -> list[NDArray[np.float32]]:
+            return list(vars(Stages(*bands)._pixels()).values())
+
+        return Pixels(*in_bands(shown, list(vars(self).values())))
+
+    def _pixels(self) -> Pixels:
         with np.errstate(divide="ignore", invalid="ignore"):
             variance = self.variance * np.where(self.weight > 0, self.share / self.weight**2 * (self.samples - 1), 0)
             halves = np.where(self.weight > 0, np.sqrt(self.halves) / self.weight, 0)
@@ -112,7 +130,7 @@ class Stages:
         width): to it the best numbers of samples are proportional. It is smooth, since a bright sample that one pixel
         has met might as well have been met by its neighbours."""
         pixels = self.pixels()
-        error = np.sqrt(np.square(pixels.standard_error(), dtype=np.float64).mean(axis=2))
+        error = np.sqrt(color_sum(np.square(pixels.standard_error(), dtype=np.float64)) / 3)
         with np.errstate(divide="ignore", invalid="ignore"):
             found = error * (self.weight / np.sqrt(self.share))[..., 0] / bright(pixels.mean)
         return np.sqrt(around(np.where(np.isfinite(found), found, 0) ** 2, _SMOOTH))

@@ -1,13 +1,16 @@
 # SPDX-License-Identifier: MIT
 """What samples say of pixels: the mean, and how far it may be from the truth."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float32]
 
+_BAND = 32  # rows of a picture, whose arrays stay in the processor's cache while they are worked on
 _NEIGHBOURS = 11  # pixels, a side of the square that tells by how much stratification lowers the variance
 DARK = 0.1  # of the mean brightness
 
@@ -32,13 +35,21 @@ class Pixels:
         factor that the half-differences of the pixels around tell. Where rare samples are bright, many pixels have not
         met one yet: the variance over the mean is therefore averaged over the pixels next to each.
         """
+
+        def of(*images: Floats) -> list[Floats]:
+            return [Pixels(*images)._standard_error()]
+
+        (error,) = in_bands(of, (self.mean, self.variance, self.half_difference), _NEIGHBOURS // 2)
+        return error
+
+    def _standard_error(self) -> Floats:
         mean, degrees = self.mean[..., :3].astype(np.float64), self.mean[..., 3:].astype(np.float64) - 1
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             independent = np.where(degrees > 0, self.variance[..., :3] / degrees, 0)
             relative = np.where(mean > 0, independent / mean, 0)
             smooth = np.where(mean > 0, around(relative, 3) * mean, independent)
             halves = np.where(degrees > 0, self.centred_half_difference() ** 2, 0)
-            factor = around(halves.sum(axis=2), _NEIGHBOURS) / around(independent.sum(axis=2), _NEIGHBOURS)
+            factor = around(color_sum(halves), _NEIGHBOURS) / around(color_sum(independent), _NEIGHBOURS)
             error = np.sqrt(smooth * np.where(np.isfinite(factor), factor, 1)[..., None])
         return np.where(degrees > 0, error, np.inf).astype(np.float32)
 
@@ -57,13 +68,36 @@ class Pixels:
     def centred_half_difference(self) -> NDArray[np.float64]:
         """Half the difference of the means of two halves, (height, width, 3), also where one has a sample more."""
         count = self.mean[..., 3:].astype(np.float64)
-        return self.half_difference - self.mean[..., :3] * (count % 2) / np.maximum(count, 1)
+        odd = count - 2 * np.floor(count / 2)
+        return np.asarray(self.half_difference - self.mean[..., :3] * odd / np.maximum(count, 1))
+
+
+def in_bands(
+    function: Callable[..., Sequence[NDArray[Any]]], images: Sequence[NDArray[Any]], halo: int = 0
+) -> list[NDArray[Any]]:
+    """What ``function`` makes of ``images``, all of the same height: arrays of that height, a band of rows at a time.
+    It makes each row of as many rows at most as there are in the ``halo`` on both sides of it."""
+    height = len(images[0])
+    made: list[NDArray[Any]] = []
+    for top in range(0, height, _BAND):
+        bottom = min(height, top + _BAND)
+        first = max(0, top - halo)
+        found = [part[top - first : bottom - first] for part in function(*(i[first : bottom + halo] for i in images))]
+        made = made or [np.empty((height, *part.shape[1:]), part.dtype) for part in found]
+        for whole, part in zip(made, found, strict=True):
+            whole[top:bottom] = part
+    return made
+
+
+def color_sum(colors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Of the first three channels, which numpy's own sum over the last axis takes long for."""
+    return np.asarray(colors[..., 0] + colors[..., 1] + colors[..., 2])
 
 
 def bright(image: Floats) -> NDArray[np.float64]:
     """Brightness of each pixel of (height, width, 3 or 4), the mean of the colours, (height, width); that of darker
     ones is a tenth of the mean of all."""
-    brightness = image[..., :3].mean(axis=2, dtype=np.float64)
+    brightness = color_sum(image.astype(np.float64)) / 3
     return np.asarray(np.maximum(brightness, DARK * brightness.mean()))
 
 
