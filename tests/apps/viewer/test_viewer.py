@@ -26,6 +26,7 @@ NAMES = (
     "files.saves_images",
     "files.is_lit_by_a_dropped_picture",
     "models.works_with_meshes",
+    "windows.says_that_a_gpu_compiles",
     "windows.survives_sizes",
     "windows.survives_being_minimised",
     "windows.goes_to_a_monitor_of_high_density",

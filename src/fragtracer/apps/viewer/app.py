@@ -24,6 +24,7 @@ from fragtracer.apps.viewer.statistics import FilmStatistics, FrameTimes
 from fragtracer.apps.viewer.watch import Watch, scene_files, shader_files
 from fragtracer.apps.viewer.wipe import Wipe
 from fragtracer.errors import DeviceError, FragtracerError, ShaderError
+from fragtracer.gpu.context import is_software
 from fragtracer.io.images import write_image
 from fragtracer.resources import folder
 from fragtracer.scene import Scene
@@ -45,6 +46,8 @@ class Viewer:
     ) -> None:
         self.session = Session.of(scene, path)
         self.screen = Screen(size, ini)
+        if not is_software(self.screen.context):  # GPUs' drivers may take seconds for the first program
+            self.screen.announce(f"Compiling the shaders for {scene.name} …")
         renderer = LiveRenderer(self.session.shown, (65, 37), self.screen.context)
         self.refiner = Refiner(renderer, DynamicResolution(), Guider())
         self.film_statistics = FilmStatistics()

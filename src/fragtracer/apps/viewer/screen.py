@@ -45,6 +45,17 @@ class Screen:
         self.rectangle = (round(area.x * scale), height - round(area.y * scale) - size[1], *size)
         return size
 
+    def announce(self, text: str) -> None:
+        """Present a frame that says why there is no picture yet."""
+        with self.window.panels():
+            self.window.write_in_the_middle(text)
+        target: Any = self.context.detect_framebuffer(0)
+        target.viewport = target.scissor = (0, 0, *self.window.pixels)
+        target.clear(*_BACKGROUND)
+        self.window.draw_panels()
+        self.window.present()
+        self.window.poll()
+
     def show(self, refiner: Refiner, settings: DisplaySettings) -> None:
         """Draw a frame and present it.
 

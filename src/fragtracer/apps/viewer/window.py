@@ -135,11 +135,19 @@ class Window:
         finally:
             imgui.render()
 
+    def write_in_the_middle(self, text: str) -> None:
+        """Within :meth:`panels`."""
+        viewport = imgui.get_main_viewport()
+        size = imgui.calc_text_size(text)
+        middle = viewport.get_center()
+        place = imgui.ImVec2(middle.x - size.x / 2, middle.y - size.y / 2)
+        imgui.get_background_draw_list().add_text(place, imgui.get_color_u32(imgui.Col_.text), text)
+
     def draw_panels(self) -> None:
         imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
 
     def present(self) -> None:
-        """Show what was drawn; the window itself appears only now, with its first picture."""
+        """Show what was drawn; the window itself appears only now, with its first frame."""
         if not self._is_shown:
             self._is_shown = True
             glfw.show_window(self._handle)

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Windows of all sizes on all monitors."""
 
+import ctypes
 from dataclasses import replace
+from typing import Any
 
 import glfw
 import numpy as np
@@ -11,8 +13,42 @@ from hand import Hand
 from imgui_bundle import imgui
 from x11 import say_density, say_state
 
+from fragtracer.apps.viewer import app
 from fragtracer.apps.viewer.window import Window
 from fragtracer.display.look import Look
+
+GL = ctypes.CDLL("libGL.so.1")
+RGB, UNSIGNED_BYTE = 0x1907, 0x1401
+
+
+def says_that_a_gpu_compiles() -> None:
+    """In a frame with nothing but the text, before the first picture."""
+    presented: list[Any] = []
+    present, live_renderer = Window.present, app.LiveRenderer
+
+    def kept(window: Window) -> None:
+        frame = np.zeros((400, 640, 3), np.uint8)
+        GL.glReadPixels(0, 0, 640, 400, RGB, UNSIGNED_BYTE, frame.ctypes.data_as(ctypes.c_void_p))
+        presented.append(frame)
+        present(window)
+
+    def begun(*arguments: Any) -> Any:
+        presented.append("the renderer begins")
+        return live_renderer(*arguments)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(app, "is_software", lambda _: False)
+        patch.setattr(app, "LiveRenderer", begun)
+        patch.setattr(Window, "present", kept)
+        with opened() as viewer:
+            refined(viewer, Hand(viewer), 4)
+            assert viewer.screen.context.error == "GL_NO_ERROR"
+            assert picture(viewer).mean() > 0.05
+    assert presented[1] == "the renderer begins"
+    rows, columns = np.nonzero(presented[0].max(axis=2) > 128)
+    assert abs(rows.mean() - 200) < 10
+    assert abs(columns.mean() - 320) < 20
+    assert 100 < np.ptp(columns) < 400
 
 
 def survives_sizes() -> None:
