@@ -20,8 +20,9 @@ from fragtracer.packing.digest import program_digest
 from fragtracer.packing.targets import may_be_narrow
 from fragtracer.scene import RenderSettings, Scene
 
-# Samples of a picture; to trace them takes about as long as to learn. A GPU (an H200) traces 2^25 to 2^28 a second.
-_LEAST_SAMPLES, _LEAST_SAMPLES_OF_GPUS = 2**24, 2**29
+# Samples of a picture; to trace them takes about as long as to learn. A GPU (an H200) traces more meanwhile, 2^22 to
+# 2^28 a second; the second number is for scenes of meshes.
+_LEAST_SAMPLES, _LEAST_SAMPLES_OF_GPUS = 2**24, (2**29, 2**27)
 _LEAST_BOUNCES = 2  # light that reaches a surface over another takes so many
 _RAY_COST = 1.5  # of a guided ray over another (docs/sampling.md)
 _MARGIN = 1.15  # by which the gain must exceed the cost: it is less for the rarest paths, which are not met
@@ -70,7 +71,7 @@ def decide(
     nothing = Decision(None, "off: no surface reflects light narrowly onto another")
     if not any(may_be_narrow(material) for material in scene.materials.values()):
         return nothing
-    if settings.guiding == "auto" and not has_enough_samples(ctx, settings):
+    if settings.guiding == "auto" and not has_enough_samples(ctx, scene, settings):
         return Decision(None, f"off: to trace the {settings.spp} samples per pixel takes less time than to learn")
     guide = learn(ctx, scene)
     if guide is None:
@@ -84,9 +85,9 @@ def decide(
     return Decision(guide, reason, gain, cost)
 
 
-def has_enough_samples(ctx: Any, settings: RenderSettings) -> bool:
+def has_enough_samples(ctx: Any, scene: Scene, settings: RenderSettings) -> bool:
     """Whether to trace the samples of a picture takes longer than to learn where its light comes from."""
-    least = _LEAST_SAMPLES if is_software(ctx) else _LEAST_SAMPLES_OF_GPUS
+    least = _LEAST_SAMPLES if is_software(ctx) else _LEAST_SAMPLES_OF_GPUS[bool(scene.meshes)]
     return settings.spp * settings.width * settings.height >= least
 
 

@@ -105,7 +105,7 @@ def _decide(ctx: Any, scene: Scene, settings: RenderSettings) -> tuple[Decision,
     if settings.light_tracing == "on":
         photons, *_ = Measurement(1.0, 0.0, _photon_cost(ctx, scene)).promise(scene, settings, _NOT_GUIDED)
         return Decision(True, "on: as asked for", photons), None
-    if not guiding.has_enough_samples(ctx, settings):
+    if not guiding.has_enough_samples(ctx, scene, settings):
         reason = f"off: to trace the {settings.spp} samples per pixel takes less time than to measure"
         return Decision(False, reason), None
     found = measure(ctx, scene, settings)
