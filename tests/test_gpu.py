@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The graphics driver: devices that do not work, wide vectors, memory that runs out, and uploads."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +11,11 @@ import pytest
 
 from fragtracer.errors import DeviceError
 from fragtracer.gpu import context as contexts
-from fragtracer.gpu import textures
+from fragtracer.gpu import textures, tracer
 from fragtracer.gpu.film import Film
+from fragtracer.io.toml import load
+from fragtracer.renderer import Renderer
+from fragtracer.scene import PLAIN
 
 
 class Made:
@@ -198,3 +202,25 @@ def test_a_table_is_uploaded_whole(
     second = -(-count // 4096) * 4096
     np.testing.assert_array_equal(texels[second : second + 7], parts[1])
     texture.release()
+
+
+def test_pictures_on_a_gpu_take_another_camera_without_compiling(
+    ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whose driver takes seconds for a program."""
+    compiled = []
+    program = tracer.FullscreenProgram
+    monkeypatch.setattr(tracer, "FullscreenProgram", lambda *a, **k: compiled.append(a[2]) or program(*a, **k))
+    scene = load("cornell-box")
+    moved = replace(scene, camera=replace(scene.camera, fov_degrees=20.0))
+    images = {}
+    for software in (True, False):
+        monkeypatch.setattr(tracer, "is_software", lambda _, said=software: said)
+        del compiled[:]
+        with Renderer(scene, (16, 16), context=ctx, **PLAIN) as renderer:
+            renderer.sample(4)
+            renderer.reset(moved)
+            renderer.sample(4)
+            images[software] = renderer.image()
+        assert len(compiled) == 1 + software
+    np.testing.assert_allclose(*images.values(), rtol=1e-4, atol=1e-5)

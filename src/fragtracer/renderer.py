@@ -21,7 +21,7 @@ from fragtracer.gpu.accumulation import Accumulation
 from fragtracer.gpu.context import create_context, describe, max_size
 from fragtracer.gpu.layers import LayerTextures
 from fragtracer.gpu.specialise import MOST_LISTED, Level
-from fragtracer.gpu.tracer import Tracer, TracerProgram
+from fragtracer.gpu.tracer import Tracer, TracerProgram, picture_level
 from fragtracer.guiding import Decision, decide, decides, same_light
 from fragtracer.layers import PARTS, FirstSurface, Picture, light
 from fragtracer.light_tracing import Decisions, LightTracing, decide_both
@@ -114,7 +114,7 @@ class Renderer:
         self._owns_context = context is None
         self.context = create_context() if context is None else context
         self._most_listed = MOST_LISTED["default"]
-        self._level = Level.NOTHING if not specialised else Level.SCENE if moves else Level.VIEW
+        self._level = picture_level(self.context, moves) if specialised else Level.NOTHING
         self._defines, self._name, self._shaders = dict(defines or {}), program, shaders
         self._decided: tuple[Scene, RenderSettings, Decisions] | None = None
         self._moves = moves

@@ -46,6 +46,12 @@ class TracerProgram:
     root: Path | None = None  # left out, the shaders of fragtracer
 
 
+def picture_level(ctx: moderngl.Context, moves: bool = False) -> Level:
+    """How much of a scene is compiled into the program of a picture: not the camera where it ``moves``, nor on GPUs,
+    whose drivers take seconds for a program."""
+    return Level.VIEW if is_software(ctx) and not moves else Level.SCENE
+
+
 class Tracer:
     """Holds ``packed`` on the GPU and draws passes of it with ``program``.
 

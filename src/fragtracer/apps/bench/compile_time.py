@@ -11,8 +11,8 @@ import time
 
 from fragtracer.gpu.context import create_context
 from fragtracer.gpu.film import Film
-from fragtracer.gpu.specialise import MOST_LISTED, Level
-from fragtracer.gpu.tracer import Tracer, TracerProgram
+from fragtracer.gpu.specialise import MOST_LISTED
+from fragtracer.gpu.tracer import Tracer, TracerProgram, picture_level
 from fragtracer.io.toml import load
 from fragtracer.packing import pack
 
@@ -24,7 +24,7 @@ def compile_seconds(name: str, width: int, height: int) -> float:
     packed = pack(scene, scene.render, width, height, MOST_LISTED["default"])
     film = Film(context, width, height)
     start = time.perf_counter()
-    tracer = Tracer(context, packed, TracerProgram(level=Level.VIEW))
+    tracer = Tracer(context, packed, TracerProgram(level=picture_level(context)))
     tracer.warm_up(film)
     return time.perf_counter() - start
 
