@@ -80,10 +80,11 @@ Of meshes, intersection, light sampling and texture filtering are Mitsuba's own.
 unlit materials follow our own rules, which a Mitsuba plugin (`reference/plugins/surface.py`) implements a second time.
 `tests/test_reference_meshes.py` compares each of them on its own.
 
-The driver is Mesa's llvmpipe here. An NVIDIA driver was asked once, by `fragtracer doctor`, whose 55 checks it
-passed, and by 2,087 tests, of which 21 failed: what they showed, and which of it is mended, is in
-[performance.md](performance.md#on-a-gpu). Apple's, Intel's and AMD's drivers were never asked; `fragtracer doctor`
-asks a driver first what these tests ask.
+The driver is Mesa's llvmpipe here, which reads tables from images; that the textures of other drivers give the same
+pictures is tested with softpipe (`tests/test_gpu.py`). An NVIDIA driver was asked once, by `fragtracer doctor`,
+whose 55 checks it passed, and by 2,087 tests, of which 21 failed: what they showed, and which of it is mended, is
+in [performance.md](performance.md#on-a-gpu). Apple's, Intel's and AMD's drivers were never asked; `fragtracer
+doctor` asks a driver first what these tests ask.
 
 Mitsuba is not the only evidence. The parts of the shader library are tested alone (`tests/shaders/`), `integrator/`
 and `display/` by pictures; there are closed forms (`tests/test_furnace.py`, `tests/test_direct_light.py`) and a test

@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: MIT
 """The graphics driver: devices that do not work, wide vectors, memory that runs out, and uploads."""
 
+import os
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -224,3 +227,38 @@ def test_pictures_on_a_gpu_take_another_camera_without_compiling(
             images[software] = renderer.image()
         assert len(compiled) == 1 + software
     np.testing.assert_allclose(*images.values(), rtol=1e-4, atol=1e-5)
+
+
+OTHER_PATH = """
+import sys
+import numpy as np
+from fragtracer.io.toml import load
+from fragtracer.renderer import Renderer
+from fragtracer.scene import PLAIN
+
+images = {}
+for name, choice in (("knot", ""), ("grille", "adaptive"), ("glass", "light_tracing")):
+    settings = {**PLAIN, **({choice: "on"} if choice else {})}
+    with Renderer(load(name), (16, 10), spp=48, **settings) as renderer:
+        images[name] = renderer.render()
+        images["driver"] = renderer.driver
+np.savez(sys.argv[1], **images)
+"""
+
+
+@pytest.mark.slow
+def test_textures_in_place_of_images_give_the_same_picture(tmp_path: Path) -> None:
+    """As GPUs have them: by softpipe, another driver of Mesa, with meshes, textures, stages and photons."""
+    found = {}
+    for name in ("llvmpipe", "softpipe"):
+        path = tmp_path / f"{name}.npz"
+        environment = {**os.environ, "GALLIUM_DRIVER": name, "FRAGTRACER_CACHE": str(tmp_path / name)}
+        subprocess.run([sys.executable, "-c", OTHER_PATH, path], check=True, env=environment)
+        with np.load(path) as images:
+            found[name] = dict(images)
+        if not str(found[name].pop("driver")).startswith(name):
+            pytest.skip(f"there is no {name} here")
+    for name, image in found["llvmpipe"].items():
+        differs = np.abs(found["softpipe"][name] - image) > 1e-3 * image.mean()
+        assert differs.mean() < 0.02, name  # where a ray meets another triangle by rounding
+        np.testing.assert_allclose(found["softpipe"][name].mean(), image.mean(), rtol=1e-3)
