@@ -233,9 +233,11 @@ OTHER_PATH = """
 import sys
 import numpy as np
 from fragtracer.io.toml import load
+from fragtracer.light_tracing import picture, tracer
 from fragtracer.renderer import Renderer
 from fragtracer.scene import PLAIN
 
+tracer._SIZE, tracer.PHOTONS, picture.PHOTONS = (128, 64), 8192, 8192  # softpipe is slow
 images = {}
 for name, choice in (("knot", ""), ("grille", "adaptive"), ("glass", "light_tracing")):
     settings = {**PLAIN, **({choice: "on"} if choice else {})}
