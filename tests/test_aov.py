@@ -15,6 +15,7 @@ from small_pictures import SIZE, SPP
 
 from fragtracer.aov import AOVS, DENOISING, channels, checked, matte, matte_id, matte_metadata, murmur3
 from fragtracer.errors import FragtracerError, OutputError
+from fragtracer.gpu.context import is_software
 from fragtracer.io.images import read_image, read_layers, write_image
 from fragtracer.io.toml import load
 from fragtracer.renderer import Renderer
@@ -56,13 +57,14 @@ def test_parts_of_a_furnace(ctx: moderngl.Context, estimator: str) -> None:
     scene = Scene(
         Camera((0, 0, 3), (0, 0, 0)), {"m": lambert(0.6)}, spheres=[Sphere((0, 0, 0), 1, "m")], ambient=Ambient(1)
     )
+    exact = 0 if is_software(ctx) else 1e-7  # a GPU may round the parts and their sum in different ways
     with Renderer(scene, (9, 9), context=ctx, aovs=["direct"], estimator=estimator) as renderer:
         renderer.sample(64)
         ball = renderer.aov("albedo")[4, 4] > 0
         assert ball.all()
         expected = {"emission": 0.0, "direct": 0.6, "diffuse": 0.6, "specular": 0.0, "indirect": 0.0}
         for part, value in expected.items():
-            np.testing.assert_allclose(renderer.aov(part)[4, 4], value, rtol=1e-5, atol=1e-7, err_msg=part)
+            np.testing.assert_allclose(renderer.aov(part)[4, 4], value, rtol=1e-5, atol=exact, err_msg=part)
         np.testing.assert_allclose(renderer.aov("emission")[0, 0], 1.0)
 
 

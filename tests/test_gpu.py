@@ -249,8 +249,10 @@ np.savez(sys.argv[1], **images)
 
 
 @pytest.mark.slow
-def test_textures_in_place_of_images_give_the_same_picture(tmp_path: Path) -> None:
+def test_textures_in_place_of_images_give_the_same_picture(ctx: moderngl.Context, tmp_path: Path) -> None:
     """As GPUs have them: by softpipe, another driver of Mesa, with meshes, textures, stages and photons."""
+    if not contexts.has_images(ctx):
+        pytest.skip("this driver has no images: all tests are of textures")
     found = {}
     for name in ("llvmpipe", "softpipe"):
         path = tmp_path / f"{name}.npz"
@@ -258,8 +260,7 @@ def test_textures_in_place_of_images_give_the_same_picture(tmp_path: Path) -> No
         subprocess.run([sys.executable, "-c", OTHER_PATH, path], check=True, env=environment)
         with np.load(path) as images:
             found[name] = dict(images)
-        if not str(found[name].pop("driver")).startswith(name):
-            pytest.skip(f"there is no {name} here")
+        assert str(found[name].pop("driver")).startswith(name)
     for name, image in found["llvmpipe"].items():
         differs = np.abs(found["softpipe"][name] - image) > 1e-3 * image.mean()
         assert differs.mean() < 0.02, name  # where a ray meets another triangle by rounding

@@ -282,6 +282,26 @@ def test_editing_a_small_thing_does_not_upload_a_mesh(make: Make, monkeypatch: p
     assert 0 < sum(uploaded) < 20_000
 
 
+def test_a_broken_shader_file_keeps_the_program_when_the_scene_is_compiled_in(
+    make: Make, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With what was learned, or without."""
+    refiner = make(everything())
+    asked: list[bool] = []
+
+    def broken(plan: Any) -> None:
+        asked.append(plan.is_specialised)
+        raise ShaderError("a file is broken")
+
+    monkeypatch.setattr(refiner.renderer, "adopt", broken)
+    used = refiner.renderer._tracer._key
+    until(refiner, lambda: not refiner._specialises)
+    spp = refiner.renderer.spp
+    until(refiner, lambda: refiner.renderer.spp > spp)
+    assert asked == [True], "once, until the shader files change"
+    assert refiner.renderer._tracer._key == used
+
+
 def test_a_room_goes_on_beyond_the_first_stage(ctx: moderngl.Context) -> None:
     """What is shown has all samples: a window makes no picture from differences, and measures nothing beforehand."""
     scene = load("cornell-box")
@@ -337,7 +357,6 @@ def test_light_is_traced_from_the_lights_while_the_picture_rests(make: Make, com
     assert not renderer.traces_light, "of other light nothing is learned"
 
 
-@pytest.mark.parametrize("make", ["gpu"], indirect=True)
 def test_a_broken_file_of_photons_leaves_all_light_to_paths(make: Make, monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(*_: object) -> None:
         raise ShaderError("a file is broken")
@@ -353,7 +372,6 @@ def test_a_broken_file_of_photons_leaves_all_light_to_paths(make: Make, monkeypa
     assert renderer._tracer._key == used, "the program leaves no light to photons"
 
 
-@pytest.mark.parametrize("make", ["gpu"], indirect=True)
 def test_photons_bring_the_light_that_a_resting_picture_lacks(make: Make) -> None:
     scene = load("caustic")
     refiner = make(scene)
