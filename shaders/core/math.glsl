@@ -17,7 +17,7 @@ bool is_finite(vec3 v) {
 }
 
 // The sine of an angle given in turns, -0.25 <= turns <= 0.25, to 3e-7 of itself: a minimax polynomial. Drivers differ in
-// sin() and cos(), some make them slow, and some err by 1e-7 however small the sine is.
+// sin() and cos(), some make them slow, and their error need not be smaller where the sine is.
 float sin_quarter(float turns) {
     float x2 = turns * turns;
     return turns * (6.2831852 + x2 * (-41.341655 + x2 * (81.601004 + x2 * (-76.549782 + x2 * 39.536702))));

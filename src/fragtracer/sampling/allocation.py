@@ -87,14 +87,13 @@ class Stages:
     def with_stage(self, pixels: Pixels, weight: float | Floats) -> "Stages":
         """Together with a stage of a weight fixed in advance (:func:`stage_weight`). Where some pixels are further in
         the stage than others, it is (height, width, 1)."""
-        images = [*vars(self).values(), *vars(pixels).values()]
-        images.append(np.broadcast_to(weight, images[0][..., :1].shape))
+        own, new = list(vars(self).values()), list(vars(pixels).values())
 
-        def together(*bands: Any) -> list[Floats]:
-            stages = Stages(*bands[:7])
-            return list(vars(stages._with_stage(Pixels(*bands[7:10]), bands[10])).values())
+        def together(weight: Floats, *bands: Any) -> list[Floats]:
+            stages, some = Stages(*bands[: len(own)]), Pixels(*bands[len(own) :])
+            return list(vars(stages._with_stage(some, weight)).values())
 
-        return Stages(*in_bands(together, images))
+        return Stages(*in_bands(together, [np.broadcast_to(weight, self.weight.shape), *own, *new]))
 
     def _with_stage(self, pixels: Pixels, weight: Floats) -> "Stages":
         count = pixels.mean[..., 3:].astype(np.float64)

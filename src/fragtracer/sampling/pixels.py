@@ -75,8 +75,8 @@ class Pixels:
 def in_bands(
     function: Callable[..., Sequence[NDArray[Any]]], images: Sequence[NDArray[Any]], halo: int = 0
 ) -> list[NDArray[Any]]:
-    """What ``function`` makes of ``images``, all of the same height: arrays of that height, a band of rows at a time.
-    It makes each row of as many rows at most as there are in the ``halo`` on both sides of it."""
+    """The arrays that ``function`` makes of ``images``, all of the same height, a band of rows at a time. A row of them
+    may depend on ``halo`` rows of the images above and below it."""
     height = len(images[0])
     made: list[NDArray[Any]] = []
     for top in range(0, height, _BAND):
