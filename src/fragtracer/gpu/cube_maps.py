@@ -17,7 +17,7 @@ from fragtracer.scene.content import content_digest
 
 Floats = NDArray[np.float32]
 
-_VERSION = 1  # of what the shaders compute; another one, and what is kept on disk is made anew
+_VERSION = 2  # of what the shaders compute; another one, and what is kept on disk is made anew
 _LARGEST_MAP = 4096  # texels around; a larger environment is halved first
 _LARGEST_CUBE = 512  # texels along a face of the environment
 _IRRADIANCE_SOURCE = 64  # texels along a face of the level that is summed up
