@@ -24,10 +24,10 @@
 #include "integrator/target.glsl"
 #include "integrator/vertex.glsl"
 
-// rgb: the mean over photons is what the pixel has of this light; a: the number of the pixel, row by row from the lowest,
-// -1 where nothing is seen, -2 where what is seen is not finite, -3 where the driver has ended a loop before its time.
+// rgb: the mean over photons is what the pixel has of this light; a: 1 where a pixel sees the photon, 0 where none does, -1
+// where what is seen is not finite, -2 where the driver has ended a loop before its time.
 OUTPUT(0) out_splat;
-OUTPUT(1) out_target;  // r: the number of the target
+OUTPUT(1) out_place;  // rg: the pixel, counted from the left and from below; b: the number of the target
 
 uniform int u_bounces;
 uniform int u_photon_pass;  // whose photons are drawn
@@ -75,19 +75,20 @@ float photon_promise(Photon photon, Vertex vertex) {
     return is_seen ? luminance(photon.flux) / max(dot(from_camera, from_camera), 1e-20) : 0.0;
 }
 
-const vec4 UNSEEN = vec4(0.0, 0.0, 0.0, -1.0);
-const vec4 NOT_FINITE = vec4(0.0, 0.0, 0.0, -2.0);
-const vec4 CUT = vec4(0.0, 0.0, 0.0, -3.0);
+const vec4 UNSEEN = vec4(0.0);
+const vec4 NOT_FINITE = vec4(0.0, 0.0, 0.0, -1.0);
+const vec4 CUT = vec4(0.0, 0.0, 0.0, -2.0);
 
-// out_splat of a photon, and what it is sent to.
-vec4 photon_trace(uint number, out int number_of_target) {
+// out_splat of a photon, and out_place.
+vec4 photon_trace(uint number, out vec3 place) {
     float rr_sample;
     vec4 u = photon_random(number, 0, rr_sample);
     vec4 v = photon_random(number, 1, rr_sample);
     float chosen;
     vec4 w = photon_random(number, 2, chosen);
 
-    number_of_target = target_choose(u.x, w.x);
+    int number_of_target = target_choose(u.x, w.x);
+    place = vec3(0.0, 0.0, float(number_of_target));
     Target target = target_load(number_of_target);
     Photon photon;
     Ray there;
@@ -236,13 +237,14 @@ vec4 photon_trace(uint number, out int number_of_target) {
         next = end;
         leg++;
     } while (view.mirror >= 0 && leg < 2 && !is_hidden);
-    return is_hidden ? UNSEEN : vec4(radiance * pixel.z, pixel.y * size.x + pixel.x);
+    place.xy = pixel.xy;
+    return is_hidden ? UNSEEN : vec4(radiance * pixel.z, 1.0);
 }
 
 void main() {
     uvec2 texel = uvec2(gl_FragCoord.xy);
-    int target;
-    vec4 splat = photon_trace(texel.y * uint(u_photon_width) + texel.x, target);
+    vec3 place;
+    vec4 splat = photon_trace(texel.y * uint(u_photon_width) + texel.x, place);
     output_write(out_splat, traversal_was_cut ? CUT : splat);
-    output_write(out_target, vec4(float(target), 0.0, 0.0, 0.0));
+    output_write(out_place, vec4(place, 0.0));
 }

@@ -143,7 +143,7 @@ BUMPS = Check(test_textured.test_light_on_a_leaning_normal, x=0.3, y=0.0, scale=
 WINDOW = Check(test_display.test_window_and_files_show_the_same, size=(33, 70), look=1)
 PLASTIC, GOLD = (values("cook-torrance SMITH", material) for material in ("plastic", "gold"))
 STUDIO = Check(comparison_with_mitsuba)
-LIT = Check(test_lit_film.test_a_film_is_shown_with_the_light_of_photons)
+LIT = Check(test_lit_film.test_a_film_is_shown_with_the_light_of_photons, software=True)
 ITEMS = Check(test_adaptive_sampling.test_items_are_samples_of_their_pixels)
 STANDARD_ERROR = Check(test_convergence.test_standard_error_is_true, sampler="texture")
 FURNACE = Check(test_furnace.test_closed_furnace, albedo=test_furnace.ALBEDOS[0], estimator="bsdf", kind="rectangles")
@@ -421,16 +421,37 @@ MUTATIONS = [
     Mutation(
         "photons without a share in the error",
         "film/with_light.frag",
-        ".rgb * max(film.count - 1.0, 0.0)",
-        ".rgb * 0.0",
+        "* max(film.count - 1.0, 0.0)",
+        "* 0.0",
         LIT,
     ),
     Mutation(
         "photons that count for one more sample in one of two streams",
         "film/with_light.frag",
-        "rgb + light * odd",
-        "rgb",
+        "mod(film.count, 2.0) / max(film.count, 1.0) - mod",
+        "-mod",
         LIT,
+    ),
+    Mutation(
+        "photons of two passes that have one more in one half",
+        "film/with_light.frag",
+        " - mod(passes, 2.0) / passes",
+        "",
+        LIT,
+    ),
+    Mutation(
+        "photons on the next pixel",
+        "film/splat.vert",
+        "2.0 * (pixel + 0.5)",
+        "2.0 * (pixel + vec2(1.5, 0.5))",
+        Check(test_light_tracing.test_a_gpu_adds_up_as_the_process_does, size=(7, 5)),
+    ),
+    Mutation(
+        "photons that are not finite among the others",
+        "film/splat.vert",
+        "pixel = vec2(0.0, u_size.y - 1.0);",
+        "",
+        Check(test_light_tracing.test_a_gpu_adds_up_as_the_process_does, size=(7, 5)),
     ),
     Mutation(
         "the first item of a pixel taken for all",

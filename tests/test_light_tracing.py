@@ -16,13 +16,16 @@ from scene_builders import lambert, rectangle
 from shaders.test_camera import through
 
 from fragtracer import guiding, light_tracing
-from fragtracer.errors import FilmError
+from fragtracer.errors import DeviceError, FilmError
 from fragtracer.films import SavedFilm, merge
+from fragtracer.gpu.context import nearest_texture
 from fragtracer.gpu.specialise import Level
 from fragtracer.io.toml import load
+from fragtracer.light_tracing import sums
 from fragtracer.light_tracing.decision import Measurement
-from fragtracer.light_tracing.tracer import PHOTONS
+from fragtracer.light_tracing.tracer import PHOTONS, LightTracer
 from fragtracer.packing import pack
+from fragtracer.packing.targets import targets_of
 from fragtracer.renderer import Renderer
 from fragtracer.scene import (
     Camera,
@@ -268,7 +271,12 @@ def test_standard_error_is_true(ctx: Any) -> None:
     assert np.mean(said) / scatter.mean() == pytest.approx(1, abs=0.2)
 
 
-def test_a_picture_goes_on_with_the_same_bits(ctx: Any, tmp_path: Path) -> None:
+@pytest.mark.parametrize("software", [True, False])
+def test_a_picture_goes_on_with_the_same_bits(
+    ctx: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, software: bool
+) -> None:
+    """Whether the process or the GPU adds photons up."""
+    monkeypatch.setattr(sums, "is_software", lambda _: software)
     scene, film = load("three-spheres"), tmp_path / "film.npz"
     settings = {"light_tracing": "on", "adaptive": "off", "rays": 16}
     with Renderer(scene, (64, 48), context=ctx, **settings) as renderer:
@@ -289,14 +297,63 @@ def test_a_picture_goes_on_with_the_same_bits(ctx: Any, tmp_path: Path) -> None:
         renderer.resume(film)
 
 
+@pytest.mark.parametrize("size", [(7, 5), (5, 7)])
+def test_a_gpu_adds_up_as_the_process_does(ctx: Any, size: tuple[int, int]) -> None:
+    """Each photon to its pixel and half, and none that is unseen, not finite or cut short."""
+    rng, height = np.random.default_rng(3), size[1]
+    both = sums.ProcessSums(size), sums.GpuSums(ctx, size)
+    for half in (0, 1, 1):
+        splats, places = rng.random((2, 40, 30, 4), np.float32)
+        splats[..., 3] = rng.choice([0, 1, -1], (40, 30), p=[0.3, 0.6, 0.1])
+        splats[splats[..., 3] < 0, :3] = np.nan
+        places[..., :2] = rng.integers(0, size, (40, 30, 2))
+        drawn = [nearest_texture(ctx, (30, 40), 4, texels.tobytes()) for texels in (splats, places)]
+        for each in both:
+            each.add((drawn[0], drawn[1]), half)
+    assert both[1].non_finite == both[0].non_finite > 300
+    found = [each.read(0, height) for each in both]
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-6)
+    for each in both:
+        np.testing.assert_array_equal(each.read(1, 2), each.read(0, height)[:, 1:3])
+    nothing, splats[3, 4] = np.zeros_like(splats), (0.0, 0.0, 0.0, -2.0)
+    for each in both:
+        drawn[0].write(splats.tobytes())
+        with pytest.raises(DeviceError, match="fewer bounces"):
+            each.add((drawn[0], drawn[1]), 0)
+        each.clear()
+        assert each.non_finite == 0
+        assert not each.read(0, height).any()
+        each.write(found[0], 5)
+        drawn[0].write(nothing.tobytes())
+        each.add((drawn[0], drawn[1]), 0)
+        np.testing.assert_allclose(each.read(0, height), found[0], rtol=1e-6)
+        assert each.non_finite == 5
+        each.release()
+    for texture in drawn:
+        texture.release()
+
+
+def test_each_pixel_of_a_large_picture_has_photons(ctx: Any) -> None:
+    """Of more than can be numbered in float32."""
+    size = 8192, 8192
+    packed = pack(sunlit(), RenderSettings(), *size)
+    tracer = LightTracer(ctx)
+    tracer.load(packed, targets_of(packed, sunlit()), size, Level.NOTHING)
+    found = sums.Splats.read(tracer.trace(0), size[1])
+    high = found.row < size[1] // 2
+    assert (high & (found.column % 2 == 1)).sum() > 100
+    assert (high & (found.column % 2 == 0)).sum() > 100
+    tracer.release()
+
+
 def test_an_odd_number_of_passes_has_no_difference_of_its_own(ctx: Any) -> None:
     """As where the window shows a picture."""
     light = light_tracing.LightTracing(ctx)
     packed = pack(spheres(), RenderSettings(), 2, 1)
     light.load(packed, spheres(), (2, 1), 0.5, Level.NOTHING)
-    each = np.full((3, 2), 7.0 * PHOTONS)  # that a pass brings
+    each = np.full((1, 2, 3), 7.0 * PHOTONS)  # that a pass brings
     state = {"photons_per_sample": 0.5, "light_passes": 3, "light_non_finite": 0}
-    light.restore(state, {"light.halves": np.stack([2 * each, each]), "light.squares": each})
+    light.restore(state, {"light.sums": np.stack([2 * each, each, each])})
     radiance, difference, _ = light.light(0, 1)
     np.testing.assert_allclose(radiance, 7.0)
     np.testing.assert_allclose(difference, 0.0, atol=1e-12)

@@ -13,6 +13,7 @@ from rendering import Planter
 READERS = (
     "gpu.tracer",
     "gpu.accumulation",
+    "gpu.splats",
     "light_tracing.tracer",
     "probe",
     "apps.viewer.display",

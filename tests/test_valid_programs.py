@@ -87,7 +87,7 @@ def settings_of(values: Mapping[str, list[int | str]]) -> Iterator[dict[str, int
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_other_programs_are_valid(tmp_path: Path, language: str) -> None:
-    """Those that show the image, with each value of each of their features, of maps, of the film; the vertex shader."""
+    """Those that show the image, with each value of each of their features, maps, the film; vertex shaders."""
     shown = sorted(path.relative_to(SHADERS).as_posix() for path in SHADERS.glob("display/*.frag"))
     assert {"display/display.frag", "display/bloom.frag", "display/meter.frag"} <= set(shown)
     for program in shown:
@@ -100,7 +100,8 @@ def test_other_programs_are_valid(tmp_path: Path, language: str) -> None:
     ]
     assert len(others) > 1
     validate(tmp_path, [compose(path, {}, SHADERS, language=language).text for path in others])
-    validate(tmp_path, [compose("fullscreen.vert", {}, SHADERS, language=language).text], "vert")
+    of_vertices = [path.relative_to(SHADERS).as_posix() for path in SHADERS.rglob("*.vert")]
+    validate(tmp_path, [compose(path, {}, SHADERS, language=language).text for path in of_vertices], "vert")
     tops = {path.relative_to(SHADERS).as_posix() for path in SHADERS.rglob("*.frag")}
     assert tops == {*shown, *others, *PROGRAMS}, "some program is in no test"
 

@@ -227,9 +227,9 @@ class Renderer:
         assert self.can_go_on
         with self._current():
             state, arrays = self._film.state()
-        if self._light is not None:
-            light_state, light_arrays = self._light.state()
-            state, arrays = state | light_state, arrays | light_arrays
+            if self._light is not None:
+                light_state, light_arrays = self._light.state()
+                state, arrays = state | light_state, arrays | light_arrays
         ranges = ((self.first_sample, self.first_sample + self.spp),)
         state |= {"next_look": self._next_look}
         SavedFilm(self.origin(), self.driver, ranges, self.metadata(), state, arrays).write(Path(path))
@@ -262,8 +262,8 @@ class Renderer:
             )
         with self._current():
             self._film.restore(film.state, film.arrays)
-        if self._light is not None:
-            self._light.restore(film.state, film.arrays)
+            if self._light is not None:
+                self._light.restore(film.state, film.arrays)
         self._next_look = film.state["next_look"]
 
     def block(self, window: Window, spp: int) -> Pixels:
@@ -591,7 +591,7 @@ class Renderer:
     def _read(self) -> Pixels:
         with self._current():
             pixels = self._film.read()
-        return pixels if self._light is None else self._light.added_to(pixels)
+            return pixels if self._light is None else self._light.added_to(pixels)
 
     def _current(self) -> AbstractContextManager[Any]:
         """Several renderers may live at once: each makes its own context current while it works."""

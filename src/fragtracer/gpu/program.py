@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A fragment shader on the full-screen triangle."""
+"""A fragment shader on the full-screen triangle, or on points."""
 
 import re
 from collections.abc import Callable, Mapping
@@ -16,40 +16,32 @@ _UNIFORM = re.compile(r"\buniform\s+(?:highp\s+)?\w+\s+(\w+)")
 _TABLE = re.compile(r"^U?TEXELS(?:_3D)?\((\d+)\)\s+(\w+)", re.MULTILINE)  # of shaders/core/texels.glsl
 
 
-class FullscreenProgram:
-    """Compiles ``fragment`` (a path below ``root``) and draws it over the bound framebuffer.
-
-    ``defines``, ``generated`` and ``optional`` are those of :func:`compose`; ``text_pass`` changes the text, line by
-    line, before it goes to the driver.
-
-    Raises
-    ------
-    ShaderError
-        If the driver rejects the source; its messages carry ``file:line`` of the shader files.
-    """
+class _Program:
+    """A vertex shader and a fragment shader, whose vertices have no attributes but their numbers."""
 
     def __init__(
         self,
         ctx: moderngl.Context,
         root: Path,
+        vertex: str,
         fragment: str,
         defines: Mapping[str, int | str] | None = None,
         generated: Mapping[str, str] | None = None,
         text_pass: Callable[[str], str] | None = None,
         optional: Mapping[str, int | str] | None = None,
     ) -> None:
-        vertex = compose("fullscreen.vert", {}, root)
+        vertex_text = compose(vertex, {}, root).text
         self._ctx, self._has_images = ctx, has_images(ctx)
         language = "330 core, images" if self._has_images else "330 core"
         source = compose(fragment, defines or {}, root, generated, language, optional)
         text = source.text if text_pass is None else text_pass(source.text)
         try:
-            self._program = ctx.program(vertex_shader=vertex.text, fragment_shader=text)
+            self._program = ctx.program(vertex_shader=vertex_text, fragment_shader=text)
         except moderngl.Error as error:
             raise ShaderError(f"the driver rejects {fragment}:\n{source.translate(str(error)).strip()}") from None
         self._tables = {name: int(unit) for unit, name in _TABLE.findall(source.text)}
-        self._declared = frozenset(_UNIFORM.findall(source.text)) | self._tables.keys()
-        self._triangle = ctx.vertex_array(self._program, [])
+        self._declared = frozenset(_UNIFORM.findall(vertex_text + source.text)) | self._tables.keys()
+        self._vertices = ctx.vertex_array(self._program, [])
 
     def set(self, uniforms: Mapping[str, Any]) -> None:
         """Set uniforms by name; those that the compiler found unused are passed over.
@@ -80,11 +72,47 @@ class FullscreenProgram:
         else:
             texture.use(unit)
 
-    def draw(self) -> None:
-        self._triangle.render(moderngl.TRIANGLES, vertices=3)
+    def _draw(self, mode: int, count: int) -> None:
+        self._vertices.render(mode, vertices=count)
         if self._has_images:
             self._ctx.memory_barrier()
 
     def release(self) -> None:
-        self._triangle.release()
+        self._vertices.release()
         self._program.release()
+
+
+class FullscreenProgram(_Program):
+    """Compiles ``fragment`` (a path below ``root``) and draws it over the bound framebuffer.
+
+    ``defines``, ``generated`` and ``optional`` are those of :func:`compose`; ``text_pass`` changes the text, line by
+    line, before it goes to the driver.
+
+    Raises
+    ------
+    ShaderError
+        If the driver rejects the source; its messages carry ``file:line`` of the shader files.
+    """
+
+    def __init__(self, ctx: moderngl.Context, root: Path, fragment: str, *args: Any, **options: Any) -> None:
+        super().__init__(ctx, root, "fullscreen.vert", fragment, *args, **options)
+
+    def draw(self) -> None:
+        self._draw(moderngl.TRIANGLES, 3)
+
+
+class PointsProgram(_Program):
+    """Compiles ``vertex`` and ``fragment`` (paths below ``root``), and draws points of a pixel each.
+
+    Raises :class:`ShaderError` as :class:`FullscreenProgram` does.
+    """
+
+    def add(self, count: int) -> None:
+        """Draw ``count`` points, and add their colors to those of the bound framebuffer, one after the other."""
+        self._ctx.enable(moderngl.BLEND)
+        self._ctx.blend_func = moderngl.ONE, moderngl.ONE
+        try:
+            self._draw(moderngl.POINTS, count)
+        finally:
+            self._ctx.disable(moderngl.BLEND)
+            self._ctx.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA  # as it was

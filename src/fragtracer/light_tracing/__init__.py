@@ -3,5 +3,6 @@
 
 from fragtracer.light_tracing.decision import Decision, Decisions, decide, decide_both, impossible
 from fragtracer.light_tracing.picture import LightTracing
+from fragtracer.light_tracing.tracer import PHOTONS
 
-__all__ = ["Decision", "Decisions", "LightTracing", "decide", "decide_both", "impossible"]
+__all__ = ["PHOTONS", "Decision", "Decisions", "LightTracing", "decide", "decide_both", "impossible"]

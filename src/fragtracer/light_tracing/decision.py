@@ -15,7 +15,8 @@ from fragtracer.gpu.context import is_software
 from fragtracer.gpu.film import Film
 from fragtracer.gpu.specialise import Level
 from fragtracer.gpu.tracer import Tracer, TracerProgram
-from fragtracer.light_tracing.tracer import PHOTONS, LightTracer, Sums
+from fragtracer.light_tracing.sums import ProcessSums
+from fragtracer.light_tracing.tracer import PHOTONS, LightTracer
 from fragtracer.packing import PackedScene, pack
 from fragtracer.packing.digest import program_digest
 from fragtracer.packing.interiors import is_closed
@@ -218,17 +219,17 @@ def _measured(
     light = LightTracer(ctx)
     try:
         light.load(packed, targets, size, Level.KINDS)
-        sums = Sums.none(size)
+        sums = ProcessSums(size)
         for number in range(_PASSES):
-            sums.add(light.trace(number))
+            sums.add(light.trace(number), 0)
     finally:
         light.release()
-    if not sums.squares.any():
+    radiance, _, squares = sums.read(0, size[1])
+    if not squares.any():
         return 1.0, 0.0
     photons = PHOTONS * _PASSES
-    traced = sums.halves.sum(axis=0).T.reshape(size[1], size[0], 3) / photons
-    # Of one photon for each pixel.
-    noise = sums.squares.mean(axis=0).reshape(size[1], size[0]) / photons / (size[0] * size[1])
+    traced = radiance / photons
+    noise = squares.mean(axis=2) / photons / (size[0] * size[1])  # of one photon for each pixel
     films = [Film(ctx, *size) for _ in range(2)]
     tracer = Tracer(ctx, packed, TracerProgram(defines=Decision(True, "").defines, level=Level.KINDS))
     try:

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.gpu.specialise import Level
-from fragtracer.light_tracing.tracer import PHOTONS, LightTracer, Sums
+from fragtracer.light_tracing.sums import Sums, sums_of
+from fragtracer.light_tracing.tracer import PHOTONS, LightTracer
 from fragtracer.packing import PackedScene
 from fragtracer.packing.targets import targets_of
 from fragtracer.sampling.pixels import Pixels
@@ -25,11 +26,12 @@ class LightTracing:
     """
 
     def __init__(self, ctx: Any) -> None:
-        self._size = (0, 0)
+        self._ctx, self._size = ctx, (0, 0)
         self._tracer = LightTracer(ctx)
+        self._sums: Sums | None = None
         self._has_targets = False
         self._per_sample = 0.0
-        self.clear()
+        self.passes = 0  # of photons
 
     def load(
         self,
@@ -43,8 +45,12 @@ class LightTracing:
         """Take over ``scene`` as it is ``packed``, for a picture of ``size`` with so many photons for a sample of a
         path; forgets all of them.
 
-        Raises :class:`ShaderError` if the program does not compile.
+        Raises :class:`ShaderError` if the program does not compile, and :class:`DeviceError` if the GPU has no memory
+        for the photons.
         """
+        if self._sums is None or size != self._size:
+            self._release_sums()
+            self._sums = sums_of(self._ctx, size)
         self._size, self._per_sample = size, per_sample
         targets = targets_of(packed, scene)
         self._has_targets = len(targets) > 0
@@ -54,7 +60,8 @@ class LightTracing:
 
     def clear(self, seed: int | None = None) -> None:
         """Forget all photons; trace others from now on if there is another ``seed``."""
-        self._sums = Sums.none(self._size)
+        self._held.clear()
+        self.passes = 0
         if seed is not None and self._has_targets:
             self._tracer.seed(seed)
 
@@ -83,24 +90,31 @@ class LightTracing:
         Raises :class:`DeviceError` if the driver ended their ways before their time.
         """
         if self._tracer.is_aimed:
-            self._sums.add(self._tracer.trace(self.passes))
+            self._held.add(self._tracer.trace(self.passes), self.passes % 2)
+            self.passes += 1
         else:
             self._tracer.aim()
 
+    def sums(self, top: int, rows: int) -> Floats:
+        """In some rows, the sums of the radiance of photons, of passes with even numbers and with odd ones, and of its
+        squares; (3, rows, width, 3), row 0 at the top."""
+        return self._held.read(top, rows)
+
     @property
-    def passes(self) -> int:
-        """How many passes of photons there are."""
-        return self._sums.passes
+    def textures(self) -> tuple[Any, ...]:
+        """These sums where they are textures, row 0 at the bottom; empty where they are not."""
+        return self._held.textures
+
+    @property
+    def _held(self) -> Sums:
+        assert self._sums is not None
+        return self._sums
 
     def light(self, top: int, rows: int) -> tuple[Floats, Floats, Floats]:
         """In some rows, the light of the photons, half the difference of that of both halves of them, and the variance
         of the light, as of independent photons; each (rows, width, 3), row 0 at the top."""
-        count, width = max(1, self.passes), self._size[0]
-        part = slice(top * width, (top + rows) * width)
-        even, odd, squares = (
-            sums[:, part].T.reshape(rows, width, 3) / (count * PHOTONS)
-            for sums in (*self._sums.halves, self._sums.squares)
-        )
+        count = max(1, self.passes)
+        even, odd, squares = self.sums(top, rows) / (count * PHOTONS)
         light = even + odd
         return light, even - odd - light * (count % 2) / count, squares / (count * PHOTONS)
 
@@ -119,25 +133,29 @@ class LightTracing:
 
     def state(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
         """All that :meth:`restore` needs to go on with the same bits."""
-        arrays = {"light.halves": self._sums.halves, "light.squares": self._sums.squares}
-        counts = {"light_passes": self.passes, "light_non_finite": self._sums.non_finite}
-        return {**counts, "photons_per_sample": self._per_sample}, arrays
+        counts = {"light_passes": self.passes, "light_non_finite": self.non_finite}
+        return {**counts, "photons_per_sample": self._per_sample}, {"light.sums": self.sums(0, self._size[1])}
 
     def restore(self, state: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> None:
         """Go on from what :meth:`state` has returned for a picture of this size; raises KeyError where it is not."""
-        halves, squares = (np.array(arrays[f"light.{name}"]) for name in ("halves", "squares"))
-        self._per_sample = state["photons_per_sample"]
-        self._sums = Sums(halves, squares, state["light_passes"], state["light_non_finite"])
+        self._held.write(np.asarray(arrays["light.sums"]), state["light_non_finite"])
+        self._per_sample, self.passes = state["photons_per_sample"], state["light_passes"]
 
     @property
     def non_finite(self) -> int:
         """How many photons were NaN or infinite; they are left out."""
-        return self._sums.non_finite
+        return self._held.non_finite
 
     @property
     def gpu_bytes(self) -> int:
         """Size of what is held on the GPU, without the program."""
-        return self._tracer.gpu_bytes if self._has_targets else 0
+        return self._held.gpu_bytes + (self._tracer.gpu_bytes if self._has_targets else 0)
 
     def release(self) -> None:
         self._tracer.release()
+        self._release_sums()
+
+    def _release_sums(self) -> None:
+        if self._sums is not None:
+            self._sums.release()
+        self._sums = None

@@ -1,72 +1,31 @@
 # SPDX-License-Identifier: MIT
-"""The light that shaders/light_tracing.frag sends to pixels, summed up."""
+"""Photons, which shaders/light_tracing.frag sends to pixels."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fragtracer.errors import DeviceError
-from fragtracer.gpu.context import skips_branches
+from fragtracer.gpu.context import nearest_texture, skips_branches
 from fragtracer.gpu.outputs import drawing_to
 from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.gpu.specialise import Level, specialise
 from fragtracer.gpu.textures import UNITS, SceneTextures, folded_textures
 from fragtracer.gpu.tracer import upload_random_texture
+from fragtracer.light_tracing.sums import Drawn, Splats
 from fragtracer.packing import PackedScene
 from fragtracer.packing.targets import Targets
 from fragtracer.resources import folder
 
 Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 # Photons of a pass. All draws have the same size, for llvmpipe compiles a program anew for textures of another.
 _SIZE = (512, 128)
 PHOTONS = _SIZE[0] * _SIZE[1]
 _TARGETS_UNIT = UNITS["u_film_mean"]  # there is no film here
 _PILOT = (2**30, 2**30 + 1)  # the numbers of the passes that say to which targets photons go
-_NOT_FINITE, _CUT = -2, -3  # in the place of the pixel
-
-
-@dataclass(frozen=True)
-class Splats:
-    """Photons that are seen: the ``pixel`` (n,) of each, row by row from the top, and its ``radiance`` (3, n) there.
-    ``photon`` (n,) are their numbers in the pass; ``non_finite`` more are left out, being NaN or infinite."""
-
-    pixel: Ints
-    radiance: NDArray[np.float32]
-    photon: Ints
-    non_finite: int
-
-
-@dataclass(eq=False)
-class Sums:
-    """Of the radiance of photons, of each pixel, row by row from the top: ``halves`` (2, 3, pixels) of passes with even
-    and odd numbers, and ``squares`` (3, pixels); the number of ``passes``, and that of photons left out since they were
-    ``non_finite``."""
-
-    halves: Floats
-    squares: Floats
-    passes: int = 0
-    non_finite: int = 0
-
-    @staticmethod
-    def none(size: tuple[int, int]) -> "Sums":
-        """Of a picture of ``size``, (width, height)."""
-        pixels = size[0] * size[1]
-        return Sums(np.zeros((2, 3, pixels)), np.zeros((3, pixels)))
-
-    def add(self, splats: Splats) -> None:
-        """Add the splats of the next pass."""
-        radiance = splats.radiance.astype(np.float64)
-        for sums, values in ((self.halves[self.passes % 2], radiance), (self.squares, radiance**2)):
-            for channel in range(3):
-                np.add.at(sums[channel], splats.pixel, values[channel])
-        self.passes += 1
-        self.non_finite += splats.non_finite
 
 
 class LightTracer:
@@ -80,7 +39,7 @@ class LightTracer:
         self._table: Any = None
         self._aiming: Iterator[None] | None = None
         self._random = upload_random_texture(ctx)
-        self._found = [ctx.texture(_SIZE, 4, dtype="f4") for _ in range(2)]
+        self._drawn: Drawn = (nearest_texture(ctx, _SIZE), nearest_texture(ctx, _SIZE))
 
     def load(
         self, packed: PackedScene, targets: Targets, size: tuple[int, int], level: Level, root: Path | None = None
@@ -136,9 +95,8 @@ class LightTracer:
         self._aim_by(targets, targets.weights())
         seen = np.zeros(len(targets))
         for number in _PILOT:
-            found = self._trace(number)
-            aimed = _texels(self._found[1])[found.photon, 0].astype(np.int64)
-            seen += np.bincount(aimed, np.square(found.radiance.mean(axis=0, dtype=np.float64)), len(targets))
+            found = Splats.read(self._draw(number), self._size[1])
+            seen += np.bincount(found.target, np.square(found.radiance.mean(axis=0, dtype=np.float64)), len(targets))
             yield
         self._aim_by(targets, targets.weights(seen))
         self._program.set({"u_seed": self._seed})
@@ -149,32 +107,21 @@ class LightTracer:
         table = {"u_targets": (targets.texels(weights),)}
         self._table = folded_textures(self._ctx, table, table)["u_targets"]
 
-    def trace(self, number: int) -> Splats:
-        """Pass ``number``, of :data:`PHOTONS` photons, after those of :meth:`aim`.
-
-        Raises :class:`DeviceError` if the driver ended their ways before their time.
-        """
+    def trace(self, number: int) -> Drawn:
+        """Pass ``number``, of :data:`PHOTONS` photons, after those of :meth:`aim`; until the next one."""
         while not self.is_aimed:
             self.aim()
-        return self._trace(number)
+        return self._draw(number)
 
-    def _trace(self, number: int) -> Splats:
+    def _draw(self, number: int) -> Drawn:
         assert self._program is not None
-        with drawing_to(self._ctx, self._found):
+        with drawing_to(self._ctx, self._drawn):
             self._program.use("u_random_texture", self._random, UNITS["u_random_texture"])
             self._textures.use(self._program)
             self._program.use("u_targets", self._table, _TARGETS_UNIT)
             self._program.set({"u_photon_pass": number})
             self._program.draw()
-        splat = _texels(self._found[0])
-        place = splat[:, 3]
-        if (place == _CUT).any():
-            raise DeviceError("the driver ended the ways of photons early; render with fewer bounces")
-        there = np.flatnonzero(place >= 0)
-        width, height = self._size
-        row, column = np.divmod(place[there].astype(np.int64), width)
-        radiance = np.ascontiguousarray(splat[there, :3].T)
-        return Splats((height - 1 - row) * width + column, radiance, there, int((place == _NOT_FINITE).sum()))
+        return self._drawn
 
     @property
     def gpu_bytes(self) -> int:
@@ -184,13 +131,8 @@ class LightTracer:
         return 16 * int(points + 2 * PHOTONS + table) + self._textures.gpu_bytes
 
     def release(self) -> None:
-        for texture in (*self._found, self._random, *([self._table] if self._table else ())):
+        for texture in (*self._drawn, self._random, *([self._table] if self._table else ())):
             texture.release()
         self._textures.release()
         if self._program is not None:
             self._program.release()
-
-
-def _texels(texture: Any) -> NDArray[np.float32]:
-    """(n, 4), row by row."""
-    return np.frombuffer(texture.read(), np.float32).reshape(-1, 4)

@@ -11,7 +11,7 @@ from fragtracer.gpu.context import nearest_texture
 from fragtracer.gpu.film import read_pixels
 from fragtracer.gpu.outputs import Outputs
 from fragtracer.gpu.program import FullscreenProgram
-from fragtracer.light_tracing import LightTracing
+from fragtracer.light_tracing import PHOTONS, LightTracing
 from fragtracer.resources import folder
 from fragtracer.sampling.pixels import Pixels
 
@@ -22,7 +22,7 @@ _UNITS = {
     for unit, name in enumerate(
         (
             *("u_film_mean", "u_film_variance", "u_film_half_difference"),
-            *("u_light", "u_light_difference", "u_light_variance"),
+            *("u_light_even", "u_light_odd", "u_light_squares"),
         )
     )
 }
@@ -60,9 +60,9 @@ class LitFilm:
         """Show ``film`` with the light of ``light``, until :meth:`end`."""
         self.end()
         self._film, self._light = film, light
-        self._uploaded, self._uploads_at = -1, 0.0  # passes of photons, and when there may be more
+        self._passes, self._uploads_at = -1, 0.0  # passes of photons in the textures, and when there may be more
         self._shown: object = None  # the version of the film that the sums are of
-        self._of_photons = [nearest_texture(self._ctx, film.size, 3) for _ in range(3)]
+        self._uploaded = () if light.textures else tuple(nearest_texture(self._ctx, film.size, 3) for _ in range(3))
         self._sums = [nearest_texture(self._ctx, film.size) for _ in range(3)]
         self._outputs = Outputs(self._ctx, self._sums)
 
@@ -72,7 +72,7 @@ class LitFilm:
             return
         self._film = None
         self._outputs.release()
-        for texture in (*self._of_photons, *self._sums):
+        for texture in (*self._uploaded, *self._sums):
             texture.release()
 
     @property
@@ -85,14 +85,14 @@ class LitFilm:
 
     @property
     def textures(self) -> tuple[Any, ...]:
-        self._upload()
+        self._take_photons()
         if self._of_paths.version != self._shown:
             self._add(0, self.size[1])
             self._shown = self._of_paths.version
         return tuple(self._sums)
 
     def read_rows(self, bottom: int, rows: int) -> Pixels:
-        self._upload()
+        self._take_photons()
         self._add(bottom, rows)
         return read_pixels(self._outputs, bottom, rows)
 
@@ -104,30 +104,35 @@ class LitFilm:
     def _add(self, bottom: int, rows: int) -> None:
         """Add the light of the photons to some rows of the film."""
         before = self._ctx.detect_framebuffer()
-        for unit, texture in enumerate((*self._of_paths.textures, *self._of_photons)):
+        for unit, texture in enumerate((*self._of_paths.textures, *(self._light.textures or self._uploaded))):
             texture.use(unit)
         self._outputs.use()
         self._outputs.restrict(bottom, rows)
+        self._program.set({"u_light_passes": self._passes, "u_light_photons": float(PHOTONS)})
         self._program.draw()
         before.use()
 
-    def _upload(self) -> None:
-        """Take over the light of the photons, unless that was a moment ago."""
+    def _take_photons(self) -> None:
+        """Take over the light of the photons; where that is an upload, unless there was one a moment ago."""
         passes, now = self._light.passes, time.perf_counter()
-        if passes == self._uploaded or now < self._uploads_at:
+        if passes == self._passes or now < self._uploads_at:
+            return
+        self._passes, self._shown = passes, None
+        if not self._uploaded:
             return
         width, height = self.size
         for bottom in range(0, height, _BAND):
             rows = min(_BAND, height - bottom)
-            for texture, image in zip(self._of_photons, self._light.light(height - bottom - rows, rows), strict=True):
+            for texture, image in zip(self._uploaded, self._light.sums(height - bottom - rows, rows), strict=True):
                 texture.write(np.ascontiguousarray(image[::-1], np.float32), (0, bottom, width, rows))
-        self._uploaded, self._shown = passes, None
         self._uploads_at = now + (time.perf_counter() - now) / _UPLOADS
 
     @property
     def gpu_bytes(self) -> int:
         """Size of its textures."""
-        return 0 if self._film is None else 3 * (12 + 16) * self.size[0] * self.size[1]
+        if self._film is None:
+            return 0
+        return 3 * (16 + (12 if self._uploaded else 0)) * self.size[0] * self.size[1]
 
     def release(self) -> None:
         self.end()
