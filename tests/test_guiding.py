@@ -126,9 +126,15 @@ def test_same_seed_same_bits(ctx: Any) -> None:
     np.testing.assert_array_equal(*images)
 
 
+def decide_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    """And as software renderers do: GPUs learn nothing for pictures as small as those of tests."""
+    monkeypatch.setattr("fragtracer.guiding.decision.cached", lambda kind, key, make: make())
+    monkeypatch.setattr("fragtracer.guiding.decision.is_software", lambda _: True)
+
+
 def test_guiding_pays_for_caustics(ctx: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """The measurement says so, and the picture too: half of the variance at least."""
-    monkeypatch.setattr("fragtracer.guiding.decision.cached", lambda kind, key, make: make())
+    decide_anew(monkeypatch)
     scene, settings = load("three-spheres"), {"size": (64, 36), "seeds": range(8), "spp": 256}
     with Renderer(scene, (64, 36), context=ctx, spp=8192, light_tracing="off") as renderer:
         assert renderer.metadata()["guiding_decision"].startswith("on: the variance falls by")
@@ -142,7 +148,7 @@ def test_guiding_pays_for_caustics(ctx: Any, monkeypatch: pytest.MonkeyPatch) ->
 
 def measured(ctx: Any, monkeypatch: pytest.MonkeyPatch, name: str) -> tuple[float, float]:
     """By what the variance of a scene is said to fall, and the time of a sample to rise, where that pays."""
-    monkeypatch.setattr("fragtracer.guiding.decision.cached", lambda kind, key, make: make())
+    decide_anew(monkeypatch)
     with Renderer(load(name), (96, 54), context=ctx, spp=8192, light_tracing="off") as renderer:
         said = renderer.metadata()["guiding_decision"]
     found = re.fullmatch(r"on: the variance falls by (\S+), the time of a sample rises by (\S+)", said)

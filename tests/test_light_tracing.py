@@ -19,6 +19,7 @@ from fragtracer import guiding, light_tracing
 from fragtracer.errors import DeviceError, FilmError
 from fragtracer.films import SavedFilm, merge
 from fragtracer.gpu.context import nearest_texture
+from fragtracer.gpu.outputs import Outputs
 from fragtracer.gpu.specialise import Level
 from fragtracer.io.toml import load
 from fragtracer.light_tracing import sums
@@ -316,10 +317,13 @@ def test_a_gpu_adds_up_as_the_process_does(ctx: Any, size: tuple[int, int]) -> N
     for each in both:
         np.testing.assert_array_equal(each.read(1, 2), each.read(0, height)[:, 1:3])
     nothing, splats[3, 4] = np.zeros_like(splats), (0.0, 0.0, 0.0, -2.0)
+    others = Outputs(ctx, [nearest_texture(ctx, size)])
     for each in both:
         drawn[0].write(splats.tobytes())
         with pytest.raises(DeviceError, match="fewer bounces"):
             each.add((drawn[0], drawn[1]), 0)
+        others.use()
+        others.restrict(1, 2)  # what is drawn there, and no more
         each.clear()
         assert each.non_finite == 0
         assert not each.read(0, height).any()
@@ -363,6 +367,8 @@ def test_an_odd_number_of_passes_has_no_difference_of_its_own(ctx: Any) -> None:
 def test_it_is_used_where_it_pays(ctx: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """The measurement says so, and the pictures too: a third of the variance at most."""
     monkeypatch.setattr("fragtracer.light_tracing.decision.cached", lambda kind, key, make: make())
+    for module in ("guiding", "light_tracing"):  # as software renderers: GPUs measure nothing for so small pictures
+        monkeypatch.setattr(f"fragtracer.{module}.decision.is_software", lambda _: True)
     scene, size = load("three-spheres"), (64, 36)
     with Renderer(scene, size, context=ctx, spp=8192, guiding="off") as renderer:
         assert renderer.metadata()["light_tracing_decision"].startswith("on: the variance falls by")
@@ -393,7 +399,7 @@ def test_there_are_more_photons_where_they_have_the_error() -> None:
 
 
 def test_a_gpu_learns_for_more_samples_and_sends_fewer_photons(ctx: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    """It has traced many samples by then, and the processor adds photons up."""
+    """It has traced many samples by then, and photons cost more of them there."""
     scene, settings = spheres(), RenderSettings(width=256, height=256, spp=2048)
     more = replace(settings, spp=4 * settings.spp, guiding="off")
     found = {}

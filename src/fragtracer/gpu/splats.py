@@ -48,6 +48,7 @@ class SplatSums:
         """Set all sums to 0."""
         before = self._ctx.detect_framebuffer()
         for half in self._halves:
+            half.use()  # or clearing keeps to the rows that the framebuffer in use is restricted to
             half.clear()
         before.use()
 

@@ -31,9 +31,8 @@ Floats = NDArray[np.float64]
 _VERSION = 6  # of the measurement
 _MEASURED = 1 / 8  # photons for a sample, for which the variances are told
 _PHOTONS = (1 / 8, 1 / 4)  # for a sample, of which there may be; twice as many where samples are placed adaptively
-# Of a photon over a sample of a path, the second in scenes of meshes. On a GPU (an H200) the processor is what is slow,
-# which adds photons up.
-_PHOTON_COST, _PHOTON_COST_OF_GPUS = (5.0, 3.0), (20.0, 3.0)
+# Of a photon over a sample of a path, the second in scenes of meshes; of GPUs by those of an H200.
+_PHOTON_COST, _PHOTON_COST_OF_GPUS = (5.0, 3.0), (8.0, 3.0)
 # By how much adaptive sampling lowers the variance of paths, which place their samples by it, and not that of photons;
 # the second in scenes of meshes. Such samples cost more than others.
 _ADAPTIVE_GAIN = (3.0, 2.0)
