@@ -81,7 +81,7 @@ unlit materials follow our own rules, which a Mitsuba plugin (`reference/plugins
 `tests/test_reference_meshes.py` compares each of them on its own.
 
 The driver is Mesa's llvmpipe here, which reads tables from images; that the textures of other drivers give the same
-pictures is tested with softpipe (`tests/test_gpu.py`), and `doctor` and 588 tests passed once with those on zink, Mesa's
+pictures is tested with softpipe (`tests/test_gpu.py`); `doctor` and 588 tests passed once with those on zink, Mesa's
 OpenGL over Vulkan (lavapipe, Mesa 22.3). An NVIDIA driver was asked twice: by `fragtracer doctor`, whose 55 checks it
 passed, and by 2,087 tests, of which 21 failed, and, when that was mended, by 2,588, of which three failed. What they
 show is in [performance.md](performance.md#on-a-gpu). Apple's, Intel's and AMD's drivers were never asked; `fragtracer
