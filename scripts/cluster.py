@@ -164,7 +164,8 @@ def planning_seconds() -> float:
     mean[..., 3], variance[..., 3] = 32, 0
     film = Pixels(mean, variance, np.sqrt(variance[..., :3] / 32).astype(np.float32))
     start = time.perf_counter()
-    Plan.by(1, Stages.none(PLANNED, PLANNED).with_stage(film, 32).deviation())
+    stages = Stages.none(PLANNED, PLANNED).with_stage(film, 32)
+    Plan.by(1, stages.deviation(stages.pixels()))
     return (time.perf_counter() - start) / PLANNED**2
 
 

@@ -74,7 +74,7 @@ def _simulated(stages: int, draw: Callable[[Floats], Pixels], height: int, width
         samples += count
         weighted += (pixels.mean[..., 0] - weighted) * count / samples
         finished = finished.with_stage(pixels, stage_weight(stage, stage_samples(stage)))
-        plan = Plan.by(stage + 1, finished.deviation())
+        plan = Plan.by(stage + 1, finished.deviation(finished.pixels()))
         count = (plan.items * plan.item_samples).reshape(height, width).astype(float)
     return finished.mean[..., 0], weighted
 
@@ -92,7 +92,7 @@ def test_bands_of_a_picture_give_what_the_whole_gives(monkeypatch: pytest.Monkey
         monkeypatch.setattr("fragtracer.sampling.pixels._BAND", rows)
         together = Stages.none(75, 21).with_stage(stages[0], 16.0).with_stage(stages[1], 96.0)
         shown = together.pixels()
-        found.append([*vars(together).values(), *vars(shown).values(), shown.standard_error(), together.deviation()])
+        found.append([*vars(together).values(), *vars(shown).values(), shown.standard_error(), together.deviation(shown)])
     for banded, whole in zip(*found, strict=True):
         np.testing.assert_array_equal(banded, whole)
 

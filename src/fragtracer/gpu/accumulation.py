@@ -423,7 +423,7 @@ class Accumulation:
         self._sampled, self._sampled_before = arrays["sampled"], arrays["sampled_before"]
         if self._stages is None:
             self._stages = self._stage_textures()
-        for _ in self._stages.show(_texels(self._finished)):
+        for _ in self._stages.show(_texels(self._finished.pixels())):
             pass
         self._lists = list(WorkList(arrays["list.pixels"], arrays["list.first"]).cut(self._stages.most_items))
 
@@ -475,11 +475,11 @@ def _planned(finished: Stages, pixels: Pixels, weight: float, stage: int) -> tup
     together = finished.with_stage(pixels, weight)
     height, width, _ = together.mean.shape
     block_order(width, height)  # remembered
-    return together, Plan.by(stage, together.deviation()), _texels(together)
+    shown = together.pixels()
+    return together, Plan.by(stage, together.deviation(shown)), _texels(shown)
 
 
-def _texels(stages: Stages) -> list[Floats]:
-    shown = stages.pixels()
+def _texels(shown: Pixels) -> list[Floats]:
     half_difference = np.pad(shown.half_difference, [(0, 0), (0, 0), (0, 1)])
     return [np.ascontiguousarray(image[::-1]) for image in (shown.mean, shown.variance, half_difference)]
 

@@ -56,18 +56,21 @@ class ItemList:
     image of ``image_height`` pixels."""
 
     def __init__(self, ctx: moderngl.Context, image_height: int, window: Window, most: int) -> None:
-        self._ctx, self._image_height, self._window = ctx, image_height, window
+        self._ctx = ctx
         self.film = Film(ctx, _LIST_WIDTH, _rows(most))
+        y, x = np.ogrid[: window.height, : window.width]
+        place = (image_height - 1 - window.top - y) << 16 | x + window.left
+        self._places = place.ravel().astype(np.uint32)  # of the pixels of the window in the image
 
     def trace(self, tracer: Tracer, work: WorkList, stage: int, rays: int, budget: float | None) -> Iterator[float]:
         """Sample the items, ``rays`` times each; yields the share that is done."""
-        y, x = np.divmod(work.pixels, self._window.width)
-        width, rows = _LIST_WIDTH, _rows(len(x))
+        items = len(work.pixels)
+        width, rows = _LIST_WIDTH, _rows(items)
         texels = np.zeros((rows * width, 2), np.uint32)
-        texels[: len(x), 0] = (self._image_height - 1 - self._window.top - y) << 16 | x + self._window.left
+        texels[:items, 0] = self._places[work.pixels]
         if work.numbers is not None:
-            texels[: len(x), 0] |= work.numbers
-        texels[: len(x), 1] = work.first
+            texels[:items, 0] |= work.numbers
+        texels[:items, 1] = work.first
         blocks = texels.reshape(rows // BLOCK, width // BLOCK, BLOCK, BLOCK, 2).swapaxes(1, 2)
         texture = nearest_texture(self._ctx, (width, rows), 2, np.ascontiguousarray(blocks).tobytes(), "u4")
         self.film.clear()
@@ -101,6 +104,7 @@ class StageTextures:
     ) -> None:
         width, height = window.width, window.height
         self._ctx, self._size, self._gather = ctx, (width, height), gather
+        self._texels = np.arange(width * height).reshape(height, width)[::-1].ravel()  # of the pixels of the window
         self.list = ItemList(ctx, image_height, window, most)
         self._owned: list[moderngl.Texture] = []
         try:
@@ -136,8 +140,9 @@ class StageTextures:
         width, height = self._size
         items = np.zeros((width * height, 2), np.uint32)
         first = np.flatnonzero(np.diff(work.pixels, prepend=-1))
-        items[work.pixels[first]] = np.stack([first, np.diff(first, append=len(work.pixels))], axis=1)
-        self._items.write(np.ascontiguousarray(items.reshape(height, width, 2)[::-1]).tobytes())
+        texels = self._texels[work.pixels[first]]
+        items[texels, 0], items[texels, 1] = first, np.diff(first, append=len(work.pixels))
+        self._items.write(items)
         picture, *_ = self.textures
         outputs = Outputs(self._ctx, [*film.back_textures, picture])
         read = (*film.textures, self._items, *self.list.film.textures, self._finished)

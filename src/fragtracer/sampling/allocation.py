@@ -124,11 +124,10 @@ class Stages:
         noise = np.concatenate([np.maximum(variance, 0), self.non_finite], axis=2)
         return Pixels(mean.astype(np.float32), noise.astype(np.float32), halves.astype(np.float32))
 
-    def deviation(self) -> Floats:
+    def deviation(self, pixels: Pixels) -> Floats:
         """Standard deviation of a sample of each pixel as stratification leaves it, relative to brightness, (height,
         width): to it the best numbers of samples are proportional. It is smooth, since a bright sample that one pixel
-        has met might as well have been met by its neighbours."""
-        pixels = self.pixels()
+        has met might as well have been met by its neighbours. ``pixels`` are those of :meth:`pixels`."""
         error = np.sqrt(color_sum(np.square(pixels.standard_error(), dtype=np.float64)) / 3)
         with np.errstate(divide="ignore", invalid="ignore"):
             found = error * (self.weight / np.sqrt(self.share))[..., 0] / bright(pixels.mean)
@@ -146,6 +145,7 @@ class Plan:
         self.item_samples = item_samples(stage)
         self.passes = stage_samples(stage) // self.item_samples
         self.items = items
+        self._more = items - 1.0
         # Low-discrepancy phases, so that neighbours do not get their items in the same pass.
         self._phase = np.arange(items.size) * ((5**0.5 - 1) / 2) % 1
 
@@ -168,7 +168,7 @@ class Plan:
         if number == 0:
             return np.zeros_like(self.items)
         share = (number - 1) / max(1, self.passes - 1)
-        return 1 + np.floor((self.items - 1) * share + self._phase).astype(np.int64)
+        return 1 + (self._more * share + self._phase).astype(np.int64)
 
 
 def _relative(deviation: Floats) -> Floats:
@@ -248,8 +248,9 @@ def work_list(items: Counts, sampled: Counts, item_samples: int, order: Counts) 
     in their ``order`` (pixels,)."""
     of_pixel = items[order]
     pixels = np.repeat(order, of_pixel)
-    number_of_pixel = np.arange(len(pixels)) - np.repeat(np.cumsum(of_pixel) - of_pixel, of_pixel)
-    return WorkList(pixels, sampled[pixels] + number_of_pixel * item_samples)
+    # The first sample of item number 0 of the list, were it of this pixel: its items count on from there.
+    begin = sampled[order] - (np.cumsum(of_pixel) - of_pixel) * item_samples
+    return WorkList(pixels, np.repeat(begin, of_pixel) + np.arange(0, len(pixels) * item_samples, item_samples))
 
 
 @lru_cache(maxsize=2)

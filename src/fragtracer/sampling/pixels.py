@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: MIT
 """What samples say of pixels: the mean, and how far it may be from the truth."""
 
+import os
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
@@ -75,17 +77,26 @@ class Pixels:
 def in_bands(
     function: Callable[..., Sequence[NDArray[Any]]], images: Sequence[NDArray[Any]], halo: int = 0
 ) -> list[NDArray[Any]]:
-    """The arrays that ``function`` makes of ``images``, all of the same height, a band of rows at a time. A row of them
-    may depend on ``halo`` rows of the images above and below it."""
+    """The arrays that ``function`` makes of ``images``, all of the same height, a band of rows at a time, and several
+    bands at once. A row of them may depend on ``halo`` rows of the images above and below it."""
     height = len(images[0])
-    made: list[NDArray[Any]] = []
-    for top in range(0, height, _BAND):
-        bottom = min(height, top + _BAND)
-        first = max(0, top - halo)
-        found = [part[top - first : bottom - first] for part in function(*(i[first : bottom + halo] for i in images))]
-        made = made or [np.empty((height, *part.shape[1:]), part.dtype) for part in found]
-        for whole, part in zip(made, found, strict=True):
-            whole[top:bottom] = part
+
+    def band(top: int) -> list[NDArray[Any]]:
+        first, bottom = max(0, top - halo), min(height, top + _BAND)
+        return [part[top - first : bottom - first] for part in function(*(i[first : bottom + halo] for i in images))]
+
+    first_band = band(0)
+    made = [np.empty((height, *part.shape[1:]), part.dtype) for part in first_band]
+
+    def fill(top: int, parts: Sequence[NDArray[Any]]) -> None:
+        for whole, part in zip(made, parts, strict=True):
+            whole[top : top + _BAND] = part
+
+    fill(0, first_band)
+    if height > _BAND:
+        with ThreadPoolExecutor(os.cpu_count()) as threads:
+            for _ in threads.map(lambda top: fill(top, band(top)), range(_BAND, height, _BAND)):
+                pass
     return made
 
 

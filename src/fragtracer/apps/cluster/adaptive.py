@@ -123,7 +123,7 @@ class AdaptiveSampling:
             assert self._start is not None
             self._finished = self._finished.with_stage(self._start, stage_weight(self._stage, self._in_stage))
             self._stage += 1
-            self._plan = Plan.by(self._stage, self._finished.deviation())
+            self._plan = Plan.by(self._stage, self._finished.deviation(self._finished.pixels()))
             self._passes = self._in_stage = 0
             self._start = None
         self._begin_step(*self._next_passes())
