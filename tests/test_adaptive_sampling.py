@@ -92,7 +92,9 @@ def test_bands_of_a_picture_give_what_the_whole_gives(monkeypatch: pytest.Monkey
         monkeypatch.setattr("fragtracer.sampling.pixels._BAND", rows)
         together = Stages.none(75, 21).with_stage(stages[0], 16.0).with_stage(stages[1], 96.0)
         shown = together.pixels()
-        found.append([*vars(together).values(), *vars(shown).values(), shown.standard_error(), together.deviation(shown)])
+        found.append(
+            [*vars(together).values(), *vars(shown).values(), shown.standard_error(), together.deviation(shown)]
+        )
     for banded, whole in zip(*found, strict=True):
         np.testing.assert_array_equal(banded, whole)
 
