@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Whether a scene is guided, and why."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from itertools import pairwise
 from typing import Any
@@ -27,7 +27,9 @@ _LEAST_BOUNCES = 2  # light that reaches a surface over another takes so many
 _RAY_COST = 1.5  # of a guided ray over another (docs/sampling.md)
 _MARGIN = 1.15  # by which the gain must exceed the cost: it is less for the rarest paths, which are not met
 _WIDTH = 96  # of the measurement
-_SAMPLES = (64, 256, 1024)  # of it in all, as long as guiding seems to pay, and not to pay so much that
+# Of it in all, as long as guiding seems to pay, and not to pay so clearly that no more are needed; the last only where
+# the picture has so many times as many samples.
+_SAMPLES, _LAST_PAYS = (64, 256, 1024), 16
 _CLEAR = 1.5  # times the gain that is wanted are expected
 
 
@@ -123,8 +125,13 @@ def measure(
     size = (_WIDTH, max(1, round(_WIDTH * settings.height / settings.width)))
     plain = pack(scene, settings, *size)
     packed, unguided = guide.applied(plain), guide.without_lobes().applied(plain)
-    key = f"{VERSION}-{program_digest(packed)}-{sorted(defines.items())}-{least:.2f}-{samples}"
-    found = cached("guiding-measurement", key, lambda: _measured(ctx, packed, unguided, size, defines, least, samples))
+    pixels = size[0] * size[1]
+    is_long = settings.spp * settings.width * settings.height >= _LAST_PAYS * _SAMPLES[-1] * pixels
+    counts = _SAMPLES if is_long else _SAMPLES[:-1]
+    key = f"{VERSION}-{program_digest(packed)}-{sorted(defines.items())}-{least:.2f}-{samples}-{counts}"
+    found = cached(
+        "guiding-measurement", key, lambda: _measured(ctx, packed, unguided, size, defines, least, samples, counts)
+    )
     return float(found["gain"]), _RAY_COST * float(found["rays"])
 
 
@@ -136,22 +143,23 @@ def _measured(
     defines: Mapping[str, int | str],
     least: float,
     samples: int,
+    counts: Sequence[int],
 ) -> dict[str, NDArray[np.float64]]:
     """The gain, and the mean number of rays of a guided path over that of another."""
     program = TracerProgram(defines={**defines, "GUIDING": "GUIDING_MEASURED"}, level=Level.KINDS)
     films = [Film(ctx, *size), Film(ctx, *size)]
     tracer = Tracer(ctx, unguided, program)
     try:
-        plain = _sampled(tracer, films[0], _SAMPLES[0])
+        plain = _sampled(tracer, films[0], counts[0])
         tracer.load(packed, program)
-        guided = _sampled(tracer, films[1], _SAMPLES[0])
+        guided = _sampled(tracer, films[1], counts[0])
         rays = guided.rays / plain.rays
         wanted = least * _RAY_COST * rays
         # What is not guided has the share that stratification leaves of its few samples, without the rarest.
         stratified = plain.left / max(guided.left, 1e-30)
         gain = found = guided.gain * stratified
-        for before, count in pairwise(_SAMPLES):
-            if gain < wanted or (before > _SAMPLES[0] and gain > _CLEAR * wanted):
+        for before, count in pairwise(counts):
+            if gain < wanted or (before > counts[0] and gain > _CLEAR * wanted):
                 break
             earlier, found = found, _sampled(tracer, films[1], count - before).gain * stratified
             steps = np.log(samples / (size[0] * size[1] * count)) / np.log(count / before)
