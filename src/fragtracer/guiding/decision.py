@@ -146,7 +146,7 @@ def _measured(
     counts: Sequence[int],
 ) -> dict[str, NDArray[np.float64]]:
     """The gain, and the mean number of rays of a guided path over that of another."""
-    program = TracerProgram(defines={**defines, "GUIDING": "GUIDING_MEASURED"}, level=Level.KINDS)
+    program = TracerProgram(defines={**defines, "GUIDING": "GUIDING_MEASURED"}, level=Level.SCENE)
     films = [Film(ctx, *size), Film(ctx, *size)]
     tracer = Tracer(ctx, unguided, program)
     try:

@@ -47,7 +47,7 @@ class PhotonTracer:
 
     def __init__(self, ctx: Any, packed: PackedScene) -> None:
         self._ctx = ctx
-        specialisation = specialise(packed, Level.KINDS)
+        specialisation = specialise(packed, Level.SCENE)
         self._program = FullscreenProgram(
             ctx,
             folder("shaders"),

@@ -28,7 +28,7 @@ from fragtracer.scene.interiors import has_media, solids
 
 Floats = NDArray[np.float64]
 
-_VERSION = 6  # of the measurement
+_VERSION = 7  # of the measurement
 _MEASURED = 1 / 8  # photons for a sample, for which the variances are told
 _PHOTONS = (1 / 8, 1 / 4)  # for a sample, of which there may be; twice as many where samples are placed adaptively
 # Of a photon over a sample of a path, the second in scenes of meshes; of GPUs by those of an H200.
@@ -217,7 +217,7 @@ def _measured(
     of the variance."""
     light = LightTracer(ctx)
     try:
-        light.load(packed, targets, size, Level.KINDS)
+        light.load(packed, targets, size, Level.SCENE)
         sums = ProcessSums(size)
         for number in range(_PASSES):
             sums.add(light.trace(number), 0)
@@ -230,7 +230,9 @@ def _measured(
     traced = radiance / photons
     noise = squares.mean(axis=2) / photons / (size[0] * size[1])  # of one photon for each pixel
     films = [Film(ctx, *size) for _ in range(2)]
-    tracer = Tracer(ctx, packed, TracerProgram(defines=Decision(True, "").defines, level=Level.KINDS))
+    tracer = Tracer(
+        ctx, packed, TracerProgram(defines=Decision(True, "").defines, level=Level.SCENE, kept=("u_first_traced",))
+    )
     try:
         gain, share = 1.0, 0.0
         for before, samples in pairwise((0, *_SAMPLES)):
