@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
+import moderngl
 import numpy as np
 import pytest
 from agreement import assert_agree
@@ -18,8 +19,9 @@ from shaders.test_camera import through
 from fragtracer import guiding, light_tracing
 from fragtracer.errors import DeviceError, FilmError
 from fragtracer.films import SavedFilm, merge
-from fragtracer.gpu.context import nearest_texture
+from fragtracer.gpu.context import max_size, nearest_texture
 from fragtracer.gpu.outputs import Outputs
+from fragtracer.gpu.program import PointsProgram
 from fragtracer.gpu.specialise import Level
 from fragtracer.io.toml import load
 from fragtracer.light_tracing import sums
@@ -333,8 +335,20 @@ def test_a_gpu_adds_up_as_the_process_does(ctx: Any, size: tuple[int, int]) -> N
         np.testing.assert_allclose(each.read(0, height), found[0], rtol=1e-6)
         assert each.non_finite == 5
         each.release()
+    others.release()
     for texture in drawn:
         texture.release()
+
+
+def test_the_process_adds_up_where_a_gpu_cannot(ctx: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither a driver that does not blend such textures, nor pictures that leave no room for another row."""
+    monkeypatch.setattr(sums, "is_software", lambda _: False)
+    for size, kind in (((4, 3), sums.GpuSums), ((4, max_size(ctx)), sums.ProcessSums)):
+        found = sums.sums_of(ctx, size)
+        assert isinstance(found, kind)
+        found.release()
+    monkeypatch.setattr(PointsProgram, "add", lambda self, count: self._draw(moderngl.POINTS, count))
+    assert isinstance(sums.sums_of(ctx, (4, 3)), sums.ProcessSums)
 
 
 def test_each_pixel_of_a_large_picture_has_photons(ctx: Any) -> None:

@@ -44,6 +44,18 @@ class SplatSums:
         """Whether a picture of ``size`` leaves room for another row."""
         return size[1] < max_size(ctx)
 
+    def works(self) -> bool:
+        """Whether the driver adds up in 32 bits, as not all old ones do; nothing may have been added yet."""
+        value = 1 + 2.0**-20
+        splats = np.array([(value, 0, 0, 1), (value, 0, 0, 1)], np.float32)
+        drawn = [nearest_texture(self._ctx, (2, 1), 4, texels.tobytes()) for texels in (splats, np.zeros_like(splats))]
+        self.add(drawn[0], drawn[1], 1)
+        found = self.read(0, 1)[:, 0, 0, 0]
+        self.clear()
+        for texture in drawn:
+            texture.release()
+        return found[0] == 0 and np.allclose(found[1:], (2 * value, 2 * value**2), rtol=1e-7, atol=0)
+
     def clear(self) -> None:
         """Set all sums to 0."""
         before = self._ctx.detect_framebuffer()

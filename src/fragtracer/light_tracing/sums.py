@@ -76,8 +76,13 @@ class Sums(Protocol):
 
 
 def sums_of(ctx: Any, size: tuple[int, int]) -> Sums:
-    """For a picture of ``size``, (width, height)."""
-    return ProcessSums(size) if is_software(ctx) or not SplatSums.fits(ctx, size) else GpuSums(ctx, size)
+    """For a picture of ``size``, (width, height); of the process, if the GPU cannot add up."""
+    if not is_software(ctx) and SplatSums.fits(ctx, size):
+        sums = GpuSums(ctx, size)
+        if sums.works():
+            return sums
+        sums.release()
+    return ProcessSums(size)
 
 
 class ProcessSums:
@@ -124,6 +129,10 @@ class GpuSums:
         self._height = size[1]
         self._sums = SplatSums(ctx, size)
         self.non_finite = 0
+
+    def works(self) -> bool:
+        """Whether the driver adds up as it should; nothing may have been added yet."""
+        return self._sums.works()
 
     def clear(self) -> None:
         self._sums.clear()
