@@ -27,6 +27,7 @@ import test_gradient_domain
 import test_guiding as test_guided_pictures
 import test_light_tracing
 import test_media
+import test_photon_sums
 import test_split_sum
 import test_textured
 from apps.viewer import test_display, test_lit_film
@@ -444,14 +445,14 @@ MUTATIONS = [
         "film/splat.vert",
         "2.0 * (pixel + 0.5)",
         "2.0 * (pixel + vec2(1.5, 0.5))",
-        Check(test_light_tracing.test_a_gpu_adds_up_as_the_process_does, size=(7, 5)),
+        Check(test_photon_sums.test_a_gpu_adds_up_as_the_process_does, size=(7, 5)),
     ),
     Mutation(
         "photons that are not finite among the others",
         "film/splat.vert",
         "pixel = vec2(0.0, u_size.y - 1.0);",
         "",
-        Check(test_light_tracing.test_a_gpu_adds_up_as_the_process_does, size=(7, 5)),
+        Check(test_photon_sums.test_a_gpu_adds_up_as_the_process_does, size=(7, 5)),
     ),
     Mutation(
         "the first item of a pixel taken for all",

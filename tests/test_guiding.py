@@ -16,7 +16,7 @@ from test_furnace import AMBIENT, EMISSION, INSIDE, furnace, glowing_shapes_apar
 
 from fragtracer import guiding
 from fragtracer.guiding import Decision, Guide, learn
-from fragtracer.guiding.decision import measure
+from fragtracer.guiding.decision import _Sampled, measure
 from fragtracer.guiding.lobes import LOBES, Lobes, fit
 from fragtracer.guiding.photons import Photons, PhotonTracer
 from fragtracer.io.toml import load
@@ -136,7 +136,7 @@ def test_guiding_pays_for_caustics(ctx: Any, monkeypatch: pytest.MonkeyPatch) ->
     """The measurement says so, and the picture too: half of the variance at least."""
     decide_anew(monkeypatch)
     scene, settings = load("three-spheres"), {"size": (64, 36), "seeds": range(8), "spp": 256}
-    with Renderer(scene, (64, 36), context=ctx, spp=8192, light_tracing="off") as renderer:
+    with Renderer(scene, (64, 36), context=ctx, spp=2**16, light_tracing="off") as renderer:
         assert renderer.metadata()["guiding_decision"].startswith("on: the variance falls by")
     variances = []
     for choice in ("on", "off"):
@@ -149,7 +149,7 @@ def test_guiding_pays_for_caustics(ctx: Any, monkeypatch: pytest.MonkeyPatch) ->
 def measured(ctx: Any, monkeypatch: pytest.MonkeyPatch, name: str) -> tuple[float, float]:
     """By what the variance of a scene is said to fall, and the time of a sample to rise, where that pays."""
     decide_anew(monkeypatch)
-    with Renderer(load(name), (96, 54), context=ctx, spp=8192, light_tracing="off") as renderer:
+    with Renderer(load(name), (96, 54), context=ctx, spp=2**14, light_tracing="off") as renderer:
         said = renderer.metadata()["guiding_decision"]
     found = re.fullmatch(r"on: the variance falls by (\S+), the time of a sample rises by (\S+)", said)
     assert found is not None
@@ -163,12 +163,31 @@ def test_what_guiding_does_not_find_counts(ctx: Any, monkeypatch: pytest.MonkeyP
     scene = load("caustic")
     guide = learn(ctx, scene)
     assert guide is not None
-    settings = replace(scene.render, width=96, height=54)
+    settings = replace(scene.render, width=96, height=54, spp=2**14)
     found = [measure(ctx, scene, replace(settings, seed=seed), guide, {}) for seed in range(5)]
     gain, cost = np.median(found, axis=0)
     assert 1.5 < gain < 5
     assert cost > 1.65  # a guided ray is taken to cost 1.5 of another
     assert gain > 1.15 * cost, "it pays"
+
+
+def test_a_short_picture_is_worth_a_short_measurement(ctx: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A sixteenth of its samples at most, but 256 of a pixel of the small picture."""
+    decide_anew(monkeypatch)
+    scene = load("three-spheres")
+    guide = learn(ctx, scene)
+    assert guide is not None
+    asked: list[int] = []
+
+    def sampled(tracer: Any, film: Any, samples: int) -> _Sampled:
+        asked.append(samples)
+        return _Sampled(gain=2.5, left=1.0, rays=1.0)  # more than the 1.7 that are needed, but not clearly
+
+    monkeypatch.setattr("fragtracer.guiding.decision._sampled", sampled)
+    for spp, samples in ((2**14, [64, 64, 192, 768]), (2**14 - 1, [64, 64, 192])):
+        measure(ctx, scene, replace(scene.render, width=96, height=54, spp=spp), guide, {})
+        assert asked == samples
+        asked.clear()
 
 
 def test_stratification_counts(ctx: Any, monkeypatch: pytest.MonkeyPatch) -> None:

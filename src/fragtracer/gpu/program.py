@@ -17,18 +17,27 @@ _TABLE = re.compile(r"^U?TEXELS(?:_3D)?\((\d+)\)\s+(\w+)", re.MULTILINE)  # of s
 
 
 class _Program:
-    """A vertex shader and a fragment shader, whose vertices have no attributes but their numbers."""
+    """Compiles ``fragment`` and ``vertex`` (paths below ``root``); vertices have no attributes but their numbers.
+
+    ``defines``, ``generated`` and ``optional`` are those of :func:`compose`; ``text_pass`` changes the text of the
+    fragment shader, line by line, before it goes to the driver.
+
+    Raises
+    ------
+    ShaderError
+        If the driver rejects the source; its messages carry ``file:line`` of the shader files.
+    """
 
     def __init__(
         self,
         ctx: moderngl.Context,
         root: Path,
-        vertex: str,
         fragment: str,
         defines: Mapping[str, int | str] | None = None,
         generated: Mapping[str, str] | None = None,
         text_pass: Callable[[str], str] | None = None,
         optional: Mapping[str, int | str] | None = None,
+        vertex: str = "fullscreen.vert",
     ) -> None:
         vertex_text = compose(vertex, {}, root).text
         self._ctx, self._has_images = ctx, has_images(ctx)
@@ -83,29 +92,14 @@ class _Program:
 
 
 class FullscreenProgram(_Program):
-    """Compiles ``fragment`` (a path below ``root``) and draws it over the bound framebuffer.
-
-    ``defines``, ``generated`` and ``optional`` are those of :func:`compose`; ``text_pass`` changes the text, line by
-    line, before it goes to the driver.
-
-    Raises
-    ------
-    ShaderError
-        If the driver rejects the source; its messages carry ``file:line`` of the shader files.
-    """
-
-    def __init__(self, ctx: moderngl.Context, root: Path, fragment: str, *args: Any, **options: Any) -> None:
-        super().__init__(ctx, root, "fullscreen.vert", fragment, *args, **options)
+    """Draws a fragment shader over the bound framebuffer."""
 
     def draw(self) -> None:
         self._draw(moderngl.TRIANGLES, 3)
 
 
 class PointsProgram(_Program):
-    """Compiles ``vertex`` and ``fragment`` (paths below ``root``), and draws points of a pixel each.
-
-    Raises :class:`ShaderError` as :class:`FullscreenProgram` does.
-    """
+    """Draws points of a pixel each, where its vertex shader has them."""
 
     def add(self, count: int) -> None:
         """Draw ``count`` points, and add their colors to those of the bound framebuffer, one after the other."""
@@ -115,4 +109,4 @@ class PointsProgram(_Program):
             self._draw(moderngl.POINTS, count)
         finally:
             self._ctx.disable(moderngl.BLEND)
-            self._ctx.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA  # as it was
+            self._ctx.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA  # moderngl's own

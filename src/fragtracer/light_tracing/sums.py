@@ -7,13 +7,11 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from fragtracer.errors import DeviceError
 from fragtracer.gpu.context import is_software
-from fragtracer.gpu.splats import SplatSums
+from fragtracer.gpu.splats import Drawn, GpuSums, ended_early
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
-Drawn = tuple[Any, Any]  # the textures of light_tracing.frag, with a pass of photons
 
 _NOT_FINITE, _ENDED = -1, -2  # in the place of whether a photon is seen
 
@@ -39,7 +37,7 @@ class Splats:
         splat, place = (np.frombuffer(texture.read(), np.float32).reshape(-1, 4) for texture in drawn)
         is_seen = splat[:, 3]
         if (is_seen == _ENDED).any():
-            raise _ended()
+            raise ended_early()
         there = np.flatnonzero(is_seen > 0)
         column, from_below, target = place[there, :3].T.astype(np.int64)
         radiance = np.ascontiguousarray(splat[there, :3].T)
@@ -77,7 +75,7 @@ class Sums(Protocol):
 
 def sums_of(ctx: Any, size: tuple[int, int]) -> Sums:
     """For a picture of ``size``, (width, height); of the process, if the GPU cannot add up."""
-    if not is_software(ctx) and SplatSums.fits(ctx, size):
+    if not is_software(ctx) and GpuSums.fits(ctx, size):
         sums = GpuSums(ctx, size)
         if sums.works():
             return sums
@@ -86,7 +84,7 @@ def sums_of(ctx: Any, size: tuple[int, int]) -> Sums:
 
 
 class ProcessSums:
-    """In float64."""
+    """:class:`Sums` in float64, by the process."""
 
     textures: tuple[Any, ...] = ()
     gpu_bytes = 0
@@ -120,47 +118,3 @@ class ProcessSums:
 
     def release(self) -> None:
         pass
-
-
-class GpuSums:
-    """In float32."""
-
-    def __init__(self, ctx: Any, size: tuple[int, int]) -> None:
-        self._height = size[1]
-        self._sums = SplatSums(ctx, size)
-        self.non_finite = 0
-
-    def works(self) -> bool:
-        """Whether the driver adds up as it should; nothing may have been added yet."""
-        return self._sums.works()
-
-    def clear(self) -> None:
-        self._sums.clear()
-        self.non_finite = 0
-
-    def add(self, drawn: Drawn, half: int) -> None:
-        self.non_finite, ended = self._sums.add(*drawn, half)
-        if ended:
-            raise _ended()
-
-    def read(self, top: int, rows: int) -> Floats:
-        return self._sums.read(self._height - top - rows, rows)[:, ::-1].astype(np.float64)
-
-    def write(self, sums: Floats, non_finite: int) -> None:
-        self._sums.write(sums[:, ::-1].astype(np.float32), non_finite)
-        self.non_finite = non_finite
-
-    @property
-    def textures(self) -> tuple[Any, ...]:
-        return self._sums.textures
-
-    @property
-    def gpu_bytes(self) -> int:
-        return self._sums.gpu_bytes
-
-    def release(self) -> None:
-        self._sums.release()
-
-
-def _ended() -> DeviceError:
-    return DeviceError("the driver ended the ways of photons early; render with fewer bounces")

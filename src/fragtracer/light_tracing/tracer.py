@@ -12,9 +12,10 @@ from fragtracer.gpu.context import nearest_texture, skips_branches
 from fragtracer.gpu.outputs import drawing_to
 from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.gpu.specialise import Level, specialise
+from fragtracer.gpu.splats import Drawn
 from fragtracer.gpu.textures import UNITS, SceneTextures, folded_textures
 from fragtracer.gpu.tracer import upload_random_texture
-from fragtracer.light_tracing.sums import Drawn, Splats
+from fragtracer.light_tracing.sums import Splats
 from fragtracer.packing import PackedScene
 from fragtracer.packing.targets import Targets
 from fragtracer.resources import folder
