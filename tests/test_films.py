@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fragtracer import guiding, light_tracing
 from fragtracer.archive import read_archive, write_archive
 from fragtracer.errors import FilmError, OutputError
 from fragtracer.films import SavedFilm, merge
@@ -105,6 +106,33 @@ def test_checkpoints_of_a_shorter_render_serve_a_longer_one(ctx, tmp_path) -> No
             np.testing.assert_array_equal(one, other)
 
 
+@pytest.mark.parametrize(("first", "then"), [(32, 256), (256, 32)])
+def test_a_film_goes_on_as_it_was_begun(ctx, tmp_path, monkeypatch, first, then) -> None:
+    """ "auto" may decide otherwise where more samples are asked for, or fewer, but not for those of one film."""
+
+    def decided(_, scene, settings):
+        is_many = settings.spp > 64 if settings.light_tracing == "auto" else settings.light_tracing == "on"
+        return light_tracing.Decision(is_many, "on: 7" if is_many else "off: 7", 0.25), guiding.Decision(None, "off: 7")
+
+    monkeypatch.setattr("fragtracer.renderer.decide_both", decided)
+    path = tmp_path / "film.npz"
+    with Renderer(load(SCENE), SIZE, context=ctx, spp=first) as renderer:
+        renderer.sample(24)
+        renderer.save(path)
+        renderer.sample(24)
+        expected = found(renderer)
+    with Renderer(load(SCENE), SIZE, context=ctx, spp=then) as renderer:
+        renderer.sample(2)
+        renderer.resume(path)
+        renderer.sample(24)
+        assert renderer.metadata()["light_tracing_decision"] == f"{'on' if first > 64 else 'off'}: as in the film"
+        for one, other in zip(found(renderer), expected, strict=True):
+            np.testing.assert_array_equal(one, other)
+        renderer.reset(load("furnace"))
+        with pytest.raises(FilmError, match="scene differs"):
+            renderer.resume(path)
+
+
 def test_it_stops_at_the_same_error(ctx, tmp_path) -> None:
     with Renderer(load(SCENE), SIZE, context=ctx, adaptive="off", **SETTINGS) as renderer:
         renderer.render(until=0.025)
@@ -187,6 +215,8 @@ def test_what_cannot_be_merged_is_named(ctx, parts, tmp_path) -> None:
         merge({"c": odd, "d": replace(odd, ranges=((70, 77),))})
     with pytest.raises(FilmError, match="b: is not of the same picture as a: bounces is 3 there, 2 here"):
         merge({"a": first, "b": replace(second, origin=dict(second.origin) | {"bounces": "3"})})
+    with pytest.raises(FilmError, match=r"guided is on there, off here \(--guiding on or off decides\)"):
+        merge({"a": first, "b": replace(second, origin=dict(second.origin) | {"guided": "on"})})
     with Renderer(load(SCENE), SIZE, context=ctx, adaptive="on", **SETTINGS) as renderer:
         renderer.sample(FIRST_STAGE + 16)
         renderer.save(tmp_path / "film.npz")

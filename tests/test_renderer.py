@@ -16,7 +16,7 @@ from fragtracer.gpu import tracer
 from fragtracer.gpu.film import Film
 from fragtracer.io.toml import load
 from fragtracer.packing import pack
-from fragtracer.renderer import Renderer, render
+from fragtracer.renderer import Renderer, expected_spp, render
 from fragtracer.scene import (
     Ambient,
     Camera,
@@ -27,6 +27,13 @@ from fragtracer.scene import (
     Scene,
     Sphere,
 )
+
+
+@pytest.mark.parametrize(
+    ("spp", "seconds", "expected"), [(None, 60, 16384), (64, 60, 64), (None, 0, 1), (None, 1e9, 2**24)]
+)
+def test_a_time_stands_for_samples(spp, seconds, expected):
+    assert expected_spp(RenderSettings(width=160, height=96), spp, seconds) == expected
 
 
 def test_several_on_one_context(ctx):

@@ -3,6 +3,7 @@
 
 import hashlib
 import io
+import logging
 import os
 import warnings
 from collections.abc import Callable, Mapping
@@ -19,6 +20,8 @@ from fragtracer.output import replacing
 
 Arrays = dict[str, NDArray[Any]]
 
+_log = logging.getLogger(__name__)
+
 LIMIT = 2 * 2**30  # bytes; beyond it, the files that were not used for longest go
 _DIGEST = 16  # bytes at the head of a file, of the key and of all that follows
 
@@ -28,7 +31,7 @@ def cache_folder() -> Path:
     return Path(os.environ.get("FRAGTRACER_CACHE") or platformdirs.user_cache_path("fragtracer", False))
 
 
-def cached(kind: str, key: str, make: Callable[[], Mapping[str, NDArray[Any]]]) -> Arrays:
+def cached(kind: str, key: str, make: Callable[[], Mapping[str, NDArray[Any]]], doing: str = "") -> Arrays:
     """What ``make`` returns, from the disk if it was made before.
 
     Parameters
@@ -40,6 +43,8 @@ def cached(kind: str, key: str, make: Callable[[], Mapping[str, NDArray[Any]]]) 
         it included; at most 64 letters, digits and hyphens (:func:`fragtracer.scene.content.content_digest`).
     make
         Computes the arrays, by name.
+    doing
+        What that is, for the log: "building a BVH".
 
     Notes
     -----
@@ -50,6 +55,8 @@ def cached(kind: str, key: str, make: Callable[[], Mapping[str, NDArray[Any]]]) 
     found = _read(path, key)
     if found is not None:
         return found
+    if doing:
+        _log.info(doing)
     made = dict(make())
     _write(path, key, made)
     return made

@@ -20,6 +20,8 @@ from fragtracer.scene.digest import scene_digests
 from fragtracer.shader_composer import shaders_digest
 
 NAME = "film.npz"  # of the checkpoint in a folder
+# In an origin, "on" or "off", which may be measured: by their names there the settings that decide.
+DECIDED = {"guided": "guiding", "light_traced": "light_tracing"}
 _FORMAT = 1
 _MOST_SAMPLES = 2**24  # that a count in float32 tells apart
 # Settings that only say how much is sampled, and how that is cut.
@@ -48,7 +50,8 @@ def differences(here: Mapping[str, str], there: Mapping[str, str]) -> str:
         if name == "shaders":
             found.append("the shaders are others")
         elif not name.startswith("scene."):
-            found.append(f"{name} is {there.get(name, 'unknown')} there, {here.get(name, 'unknown')} here")
+            mend = f" (--{DECIDED[name].replace('_', '-')} on or off decides)" if name in DECIDED else ""
+            found.append(f"{name} is {there.get(name, 'unknown')} there, {here.get(name, 'unknown')} here{mend}")
     return "; ".join(found)
 
 

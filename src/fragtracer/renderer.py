@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """From a scene to an image: progressive rendering with as many samples as asked for."""
 
+import logging
 import time
 import warnings
 from collections.abc import Callable, Iterable, Mapping
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from fragtracer import light_tracing
 from fragtracer.aov import AOVS, checked
 from fragtracer.errors import FilmError, FragtracerError
-from fragtracer.films import SavedFilm, origin_of
+from fragtracer.films import DECIDED, SavedFilm, origin_of
 from fragtracer.gpu.accumulation import Accumulation
 from fragtracer.gpu.context import create_context, describe, max_size
 from fragtracer.gpu.layers import LayerTextures
@@ -31,15 +32,25 @@ from fragtracer.sampling.allocation import StagePart, Window, least_gain
 from fragtracer.sampling.pixels import Pixels
 from fragtracer.scene import Camera, RenderSettings, Scene
 
+_log = logging.getLogger(__name__)
+
 PROGRAMS = {"path": "pathtracer.frag", "split-sum": "split_sum.frag"}
 _FIRST_LOOK = 16  # samples per pixel, at the error
 _LEAST_SAMPLES = 2**24  # of a picture for which a pilot of the gradient domain is asked: it takes 2^19 more at most
+_EXPECTED_RATE = 2**22  # samples a second, as of two cores on scenes of some shapes
 _MOST_RAYS = 64  # of a pass that no window waits for: lanes that wait for the longest paths wait for less of the time
 
 
 def pass_rays(rays: int, spp: int) -> int:
     """Samples per pixel of the pass after ``spp``, where no window waits for it: a multiple of the setting ``rays``."""
     return rays * max(1, min(spp // 4, _MOST_RAYS) // rays)
+
+
+def expected_spp(settings: RenderSettings, spp: int | None, seconds: float) -> int:
+    """The setting ``spp`` for a picture that is sampled for some ``seconds``, and ends at ``spp`` samples per pixel, if
+    given: by it is judged what is worth learning before."""
+    expected = round(_EXPECTED_RATE * seconds / (settings.width * settings.height))
+    return max(1, min(expected, 2**24 if spp is None else spp))
 
 
 @dataclass(frozen=True)
@@ -54,6 +65,9 @@ class Progress:
 
 class Renderer:
     """Renders ``scene`` progressively on its own OpenGL context; use it in a ``with`` block.
+
+    What takes long before the first sample is told to the logger "fragtracer", at the level INFO. Whether that pays is
+    judged by the setting ``spp``, whatever is sampled in the end.
 
     Parameters
     ----------
@@ -130,6 +144,7 @@ class Renderer:
                 self.context, *size, self._adaptive, self._parts, window, self._least_gain, self._gradient_domain[0]
             )
             self._light: LightTracing | None = None
+            _log.info("compiling")
             self._tracer = Tracer(self.context, self._packed(), self._program())
             self._film.warm_up(self._tracer)
             self._load_light()
@@ -237,6 +252,8 @@ class Renderer:
     def resume(self, path: str | Path) -> None:
         """Go on from what :meth:`save` has written, with the bits of a render that was not interrupted.
 
+        What "auto" has decided for the film, which may have been meant to have fewer samples, stays as it is.
+
         Raises
         ------
         FilmError
@@ -250,6 +267,9 @@ class Renderer:
         film = SavedFilm.read(Path(path))
         if "cluster" in film.state:
             raise FilmError(f"{path}: this film was rendered on a cluster; go on with --cluster")
+        film.check(self.origin() | {name: film.origin[name] for name in DECIDED if name in film.origin}, path)
+        with self._current():
+            self._decide_as(film)
         film.check(self.origin(), path)
         if "merged" in film.state:
             raise FilmError(f"{path}: this film is merged of several; render more samples with --first-sample")
@@ -304,8 +324,9 @@ class Renderer:
     def origin(self) -> dict[str, str]:
         """What decides over the samples (:func:`fragtracer.films.origin_of`)."""
         more: dict[str, object] = {"program": self._program().name, "defines": self._defines}
-        more |= {"guided": self._decision().reason.partition(":")[0], "light_parts": self._has_parts}
-        more |= {"light_traced": self._light_decision().is_on}
+        more |= {"light_parts": self._has_parts}
+        decisions = {"guided": self._decision().guide is not None, "light_traced": self._light_decision().is_on}
+        more |= {name: "on" if decisions[name] else "off" for name in DECIDED}
         return origin_of(self.scene, self.settings, self._shaders, **more)
 
     @property
@@ -543,6 +564,25 @@ class Renderer:
             decisions = decide_both(self.context, self.scene, settings)
         self._decided = self.scene, settings, decisions
         return decisions
+
+    def _decide_as(self, film: SavedFilm) -> None:
+        """Guide paths and trace light as ``film`` does, if that is left to "auto"."""
+        settings, here = decides(self.settings), self.origin()
+        there = {name: film.origin[name] for name in DECIDED if name in film.origin}
+        if there == {name: here[name] for name in there}:
+            return
+        chosen: dict[str, Any] = {
+            DECIDED[name]: choice
+            for name, choice in there.items()
+            if choice in ("on", "off") and getattr(settings, DECIDED[name]) == "auto"
+        }
+        traced, guided = decide_both(self.context, self.scene, replace(settings, **chosen))
+        traced = replace(traced, reason=f"{'on' if traced.is_on else 'off'}: as in the film")
+        guided = replace(guided, reason=f"{'on' if guided.guide else 'off'}: as in the film")
+        self._decided = self.scene, settings, (traced, guided)
+        self._tracer.load(self._packed(), self._program())
+        self._load_light()
+        self._film.gradient_domain, _ = self._gradient_domain
 
     def _program(self) -> TracerProgram:
         name = self._name or PROGRAMS[self.settings.integrator]

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """The command as a user runs it: in a process of its own where that matters, else in the one of the tests."""
 
+import io
+import logging
 import os
 import re
 import signal
@@ -16,6 +18,7 @@ from command import TINY, status_of
 import fragtracer as ft
 from fragtracer.apps import cli
 from fragtracer.apps.cli.info import contents
+from fragtracer.apps.cli.preparation import preparing
 from fragtracer.errors import OutputError
 from fragtracer.films import SavedFilm
 from fragtracer.gpu import context as contexts
@@ -110,6 +113,32 @@ def test_time_stops_early(run, tmp_path):
     done = run("render", "furnace", "-o", tmp_path / "f.exr", "--size", "64x64", "--time", 0.5, "--spp", 2**24)
     assert done.returncode == 0, done.stderr
     assert int(read_metadata(tmp_path / "f.exr")["spp"]) < 2**24
+
+
+def test_for_a_short_time_nothing_is_learned(run, tmp_path):
+    output = tmp_path / "f.exr"
+    done = run("render", "caustic", "-o", output, "--size", "320x180", "--time", 0.01)
+    assert done.returncode == 0, done.stderr
+    for decision in ("guiding_decision", "light_tracing_decision"):
+        assert "takes less time" in read_metadata(output)[decision]
+
+
+def test_a_terminal_shows_what_a_picture_waits_for(monkeypatch):
+    class Terminal(io.StringIO):
+        def isatty(self):
+            return True
+
+    shown = {}
+    for stream in (Terminal(), io.StringIO()):
+        monkeypatch.setattr(sys, "stderr", stream)
+        with preparing():
+            logging.getLogger("fragtracer.guiding").info("tracing photons for path guiding")
+            during = stream.getvalue()
+        shown[stream.isatty()] = during
+        logging.getLogger("fragtracer.guiding").info("not shown any more")
+        assert "any more" not in stream.getvalue()
+    assert "tracing photons for path guiding …" in shown[True]
+    assert shown[False] == ""
 
 
 def test_no_memory_left_is_a_sentence(monkeypatch, capsys):

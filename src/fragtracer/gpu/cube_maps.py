@@ -49,7 +49,7 @@ def environment_maps(ctx: moderngl.Context, pixels: Floats, sizes: MapSizes = Ma
         layout of shaders/texture/cube.glsl, (rows, columns, 3) float32, row 0 the lowest.
     """
     key = content_digest(pixels, repr(_VERSION), repr(sizes))
-    return cached("environment", key, lambda: _environment_maps(ctx, pixels, sizes))
+    return cached("environment", key, lambda: _environment_maps(ctx, pixels, sizes), "filtering the environment")
 
 
 def brdf_map(ctx: moderngl.Context, geometry: str, sizes: MapSizes = MapSizes()) -> Floats:
@@ -58,7 +58,8 @@ def brdf_map(ctx: moderngl.Context, geometry: str, sizes: MapSizes = MapSizes())
     ``geometry`` is a geometry term of bsdf/ggx.glsl, without its prefix.
     """
     key = content_digest(repr(_VERSION), repr(sizes), geometry)
-    return cached("brdf", key, lambda: {"map": _brdf_map(ctx, geometry, sizes)})["map"]
+    found = cached("brdf", key, lambda: {"map": _brdf_map(ctx, geometry, sizes)}, "integrating the BRDF")
+    return found["map"]
 
 
 def stacked(levels: list[Floats]) -> Floats:

@@ -130,7 +130,10 @@ def measure(
     counts = _SAMPLES if is_long else _SAMPLES[:-1]
     key = f"{VERSION}-{program_digest(packed)}-{sorted(defines.items())}-{least:.2f}-{samples}-{counts}"
     found = cached(
-        "guiding-measurement", key, lambda: _measured(ctx, packed, unguided, size, defines, least, samples, counts)
+        "guiding-measurement",
+        key,
+        lambda: _measured(ctx, packed, unguided, size, defines, least, samples, counts),
+        "measuring what path guiding is worth",
     )
     return float(found["gain"]), _RAY_COST * float(found["rays"])
 

@@ -77,7 +77,7 @@ def learn(ctx: Any, scene: Scene) -> Guide | None:
         lobes = None if found is None else fit(found)
         return {} if lobes is None else {name: np.asarray(value) for name, value in vars(lobes).items()}
 
-    arrays = cached("guiding", f"{VERSION}-{program_digest(packed)}", make)
+    arrays = cached("guiding", f"{VERSION}-{program_digest(packed)}", make, "tracing photons for path guiding")
     if not arrays:
         return None
     return Guide(Lobes(**arrays | {"edge": float(arrays["edge"])}), packed.origin)  # type: ignore[arg-type]

@@ -200,7 +200,12 @@ def measure(ctx: Any, scene: Scene, settings: RenderSettings) -> Measurement:
         return Measurement(1.0, 0.0, photon_cost)
     key = f"{_VERSION}-{program_digest(packed)}-{size}-{photon_cost:g}"
     least = _MARGIN * (1.05 + photon_cost * _MEASURED)
-    found = cached("light-tracing", key, lambda: {"found": np.asarray(_measured(ctx, packed, targets, size, least))})
+    found = cached(
+        "light-tracing",
+        key,
+        lambda: {"found": np.asarray(_measured(ctx, packed, targets, size, least))},
+        "measuring what light tracing is worth",
+    )
     gain, share = found["found"].tolist()
     return Measurement(gain, share, photon_cost)
 

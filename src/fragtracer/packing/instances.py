@@ -159,7 +159,7 @@ def _topology(geometry: Geometry) -> Bvh:
         bvh = build(triangle_bounds(positions[geometry.triangles]))
         return {"children": bvh.children, "depth": np.array(bvh.depth)}
 
-    arrays = cached("bvh", f"{_BVH_VERSION}-{geometry.digest}", make)
+    arrays = cached("bvh", f"{_BVH_VERSION}-{geometry.digest}", make, "building a BVH")
     return Bvh(arrays["children"], int(arrays["depth"]))
 
 

@@ -51,12 +51,14 @@ def contents(scene: "Scene") -> Iterator[str]:
 
 def _print_guiding(scene: "Scene") -> None:
     """Whether light of a picture of ``scene`` would be traced from the lights, and its paths be guided, and why."""
+    from fragtracer.apps.cli.preparation import preparing
     from fragtracer.gpu.context import create_context
     from fragtracer.light_tracing import decide_both
 
     try:
         with create_context() as context:
-            traced, guided = decide_both(context, scene, scene.render)
+            with preparing():
+                traced, guided = decide_both(context, scene, scene.render)
             print(_line("light tracing", traced.reason))
             print(_line("guiding", guided.reason))
     except FragtracerError as error:

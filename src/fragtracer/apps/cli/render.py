@@ -17,7 +17,7 @@ Output = Annotated[
     Path, typer.Option("--output", "-o", help="Image: .exr, .hdr, .npy (radiance), .png; film: .mp4, .webm.")
 ]
 Spp = Annotated[int | None, typer.Option(min=1, max=2**24, help="Samples per pixel.  [default: the scene's]")]
-Time = Annotated[float | None, typer.Option(min=0.0, metavar="SECONDS", help="Stop after this time.")]
+Time = Annotated[float | None, typer.Option(min=0.0, metavar="SECONDS", help="Stop after sampling for this time.")]
 Until = Annotated[
     float | None, typer.Option(min=0.0, metavar="PERCENT", help="Stop at this mean relative standard error.")
 ]
@@ -114,10 +114,11 @@ def render(
     from fragtracer.apps.cli import video
     from fragtracer.apps.cli.keeping import Keeping
     from fragtracer.apps.cli.picture import Picture
+    from fragtracer.apps.cli.preparation import preparing
     from fragtracer.display.look import Look
     from fragtracer.io.images import check_writable
     from fragtracer.io.toml import load
-    from fragtracer.renderer import Renderer
+    from fragtracer.renderer import Renderer, expected_spp
 
     moves = any(option is not None for option in (frames, path, turntable, fps))
     moves |= output.suffix.lower() in video.SUFFIXES
@@ -155,6 +156,8 @@ def render(
     if picture.is_for_denoiser and lit.render.gradient_domain == "auto":
         lit = options.with_settings(lit, gradient_domain="off")  # denoisers take pixels to be independent
     limits = {"spp": spp, "seconds": time, "until": _share(until), "worst": _share(worst)}
+    if time is not None:
+        lit = options.with_settings(lit, spp=expected_spp(lit.render, spp, time))
     keeping = None if checkpoint is None else Keeping(checkpoint, 60.0 if every is None else every, resume)
     if cluster is None and block is not None:
         raise FragtracerError("--block is the size of a task of --cluster ADDRESS; leave it out without")
@@ -184,8 +187,12 @@ def render(
             _check_parts(lit.render, picture, first_sample)
             choices = {"light_tracing": light_tracing, "gradient_domain": gradient_domain}
             lit = options.with_settings(lit, **{name: "off" for name, choice in choices.items() if choice is None})
-        with Renderer(lit, first_sample=first_sample or 0, aovs=picture.aovs) as renderer:
-            finished = _sample(renderer, limits, keeping and keeping.begin(renderer))
+        with preparing():
+            renderer = Renderer(lit, first_sample=first_sample or 0, aovs=picture.aovs)
+        with renderer:
+            with preparing():
+                keeper = keeping and keeping.begin(renderer)
+            finished = _sample(renderer, limits, keeper)
             picture.write(renderer, output)
             _report(renderer, output, finished, denoise)
     if not finished:
@@ -215,12 +222,15 @@ def _check_parts(settings: Any, picture: Any, first_sample: int) -> None:
 def _render_frames(scene: Any, frames: Any, limits: dict[str, Any], picture: Any, keeping: Any) -> bool:
     """Render the frames that are not finished; False if interrupted."""
     from fragtracer.apps.cli.frames import digest_of, is_finished
+    from fragtracer.apps.cli.preparation import preparing
     from fragtracer.renderer import Renderer
 
     files = frames.files
     picture.check(files[min(files)])
     files[min(files)].parent.mkdir(exist_ok=True)
-    with Renderer(scene, moves=True, aovs=picture.aovs) as renderer:
+    with preparing():
+        renderer = Renderer(scene, moves=True, aovs=picture.aovs)
+    with renderer:
         done = 0
         for number, moved in frames.scenes.items():
             renderer.reset(moved, seed=moved.render.seed)

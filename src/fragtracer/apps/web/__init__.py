@@ -27,7 +27,7 @@ from fragtracer.denoise import denoise as denoised
 from fragtracer.display.look import Look
 from fragtracer.errors import FragtracerError, SceneError
 from fragtracer.output import check_writable, replacing
-from fragtracer.renderer import Renderer
+from fragtracer.renderer import Renderer, expected_spp
 from fragtracer.scene import RenderSettings, Scene
 
 if TYPE_CHECKING:
@@ -151,8 +151,9 @@ def page(
     packed_for_page(scene, settings)  # refused here, not after the work
     if denoise:
         check_installed()
-    with Renderer(scene, (width, height)) as renderer:
-        image = _rendered(renderer, spp or settings.spp, seconds, denoise)
+    spp = spp or settings.spp
+    with Renderer(scene, (width, height), spp=expected_spp(settings, spp, seconds)) as renderer:
+        image = _rendered(renderer, spp, seconds, denoise)
     look = replace(look, exposure=look.stops(image))
     poster = _picture(image, look)
     style = Template(_text("page.css")).substitute(width=width, height=height)
@@ -206,7 +207,9 @@ def _turntable(scene: Scene, fallback: tuple[int, int, int], look: Look, seconds
     """Pictures from all around the target, the first that of the camera, each further to its left."""
     width, height, count = fallback
     pictures = []
-    with Renderer(scene, (width, height), specialised=False) as renderer:
+    settings = replace(scene.render, width=width, height=height)
+    spp = expected_spp(settings, settings.spp, seconds / count)
+    with Renderer(scene, (width, height), specialised=False, spp=spp) as renderer:
         for camera in turntable(scene.camera, count).keys.values():
             renderer.reset(replace(scene, camera=camera))
             image = _rendered(renderer, scene.render.spp, seconds / count, denoise)
