@@ -110,7 +110,7 @@ def test_photons_do_not_depend_on_the_view(ctx: Any, monkeypatch: pytest.MonkeyP
     scene = load("three-spheres")
     guide = learn(ctx, scene)
     other = replace(scene, camera=Camera((9.0, 8.0, -7.0), (0.0, 0.0, 0.0)), render=replace(scene.render, seed=3))
-    monkeypatch.setattr("fragtracer.guiding.guide.cached", lambda kind, key, make: make())
+    monkeypatch.setattr("fragtracer.guiding.guide.cached", lambda kind, key, make, doing: make())
     again = learn(ctx, other)
     assert guide is not None
     assert again is not None
@@ -128,7 +128,7 @@ def test_same_seed_same_bits(ctx: Any) -> None:
 
 def decide_anew(monkeypatch: pytest.MonkeyPatch) -> None:
     """And as software renderers do: GPUs learn nothing for pictures as small as those of tests."""
-    monkeypatch.setattr("fragtracer.guiding.decision.cached", lambda kind, key, make: make())
+    monkeypatch.setattr("fragtracer.guiding.decision.cached", lambda kind, key, make, doing: make())
     monkeypatch.setattr("fragtracer.guiding.decision.is_software", lambda _: True)
 
 
@@ -159,7 +159,7 @@ def measured(ctx: Any, monkeypatch: pytest.MonkeyPatch, name: str) -> tuple[floa
 def test_what_guiding_does_not_find_counts(ctx: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """64 samples say that it divides the variance of caustic by 17, and 256 by 11, but the more there are, the less it
     does; and guided paths go through the glass and are longer. Single seeds say 3.0 to 6.5."""
-    monkeypatch.setattr("fragtracer.guiding.decision.cached", lambda kind, key, make: make())
+    monkeypatch.setattr("fragtracer.guiding.decision.cached", lambda kind, key, make, doing: make())
     scene = load("caustic")
     guide = learn(ctx, scene)
     assert guide is not None
@@ -253,7 +253,7 @@ def test_photons_bring_what_mirrors_reflect(ctx: Any) -> None:
 
 def test_too_few_photons_teach_nothing(ctx: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """One or two, of which a lobe has no width."""
-    monkeypatch.setattr("fragtracer.guiding.guide.cached", lambda kind, key, make: make())
+    monkeypatch.setattr("fragtracer.guiding.guide.cached", lambda kind, key, make, doing: make())
     receiver = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
     source = receiver + np.array([0.0, 1.0, 0.0])
     found = Photons(receiver, source, np.ones(2), np.array([0, 1]), np.array([0, 2]), np.ones(2))
@@ -278,7 +278,7 @@ def test_a_large_sky_is_made_smaller_to_learn_from(ctx: Any, monkeypatch: pytest
         return []
 
     monkeypatch.setattr("fragtracer.guiding.guide.targets_of", no_targets)
-    monkeypatch.setattr("fragtracer.guiding.guide.cached", lambda kind, key, make: make())
+    monkeypatch.setattr("fragtracer.guiding.guide.cached", lambda kind, key, make, doing: make())
     sky = Environment(image=Panorama(np.ones((2, 4096, 3), np.float32)))
     assert learn(ctx, replace(load("three-spheres"), environment=sky)) is None
     assert sizes == [(2048, 1)]
@@ -303,3 +303,10 @@ def test_matte_scenes_trace_no_photons(ctx: Any, monkeypatch: pytest.MonkeyPatch
     scene = Scene(Camera(), {"chalk": lambert(0.5)}, spheres=[Sphere((0.0, 0.0, 0.0), 1.0, "chalk")])
     with Renderer(scene, (8, 8), context=ctx) as renderer:
         assert "narrowly" in renderer.metadata()["guiding_decision"]
+
+
+@pytest.mark.parametrize(
+    ("size", "measured"), [((640, 360), (96, 54)), ((1080, 1920), (54, 96)), ((10, 4000), (1, 96)), ((1, 1), (96, 96))]
+)
+def test_what_is_measured_is_small(size, measured):
+    assert guiding.measured_size(RenderSettings(width=size[0], height=size[1])) == measured

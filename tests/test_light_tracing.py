@@ -294,7 +294,7 @@ def test_a_picture_goes_on_with_the_same_bits(
 
 def test_it_is_used_where_it_pays(ctx: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """The measurement says so, and the pictures too: a third of the variance at most."""
-    monkeypatch.setattr("fragtracer.light_tracing.decision.cached", lambda kind, key, make: make())
+    monkeypatch.setattr("fragtracer.light_tracing.decision.cached", lambda kind, key, make, doing: make())
     for module in ("guiding", "light_tracing"):  # as software renderers: GPUs measure nothing for so small pictures
         monkeypatch.setattr(f"fragtracer.{module}.decision.is_software", lambda _: True)
     scene, size = load("three-spheres"), (64, 36)

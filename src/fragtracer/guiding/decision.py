@@ -26,7 +26,7 @@ _LEAST_SAMPLES, _LEAST_SAMPLES_OF_GPUS = 2**24, (2**29, 2**27)
 _LEAST_BOUNCES = 2  # light that reaches a surface over another takes so many
 _RAY_COST = 1.5  # of a guided ray over another (docs/sampling.md)
 _MARGIN = 1.15  # by which the gain must exceed the cost: it is less for the rarest paths, which are not met
-_WIDTH = 96  # of the measurement
+_SIDE = 96  # of the measurement, the longer one
 # Of it in all, as long as guiding seems to pay, and not to pay so clearly that no more are needed; the last only where
 # the picture has so many times as many samples.
 _SAMPLES, _LAST_PAYS = (64, 256, 1024), 16
@@ -93,6 +93,12 @@ def has_enough_samples(ctx: Any, scene: Scene, settings: RenderSettings) -> bool
     return settings.spp * settings.width * settings.height >= least
 
 
+def measured_size(settings: RenderSettings) -> tuple[int, int]:
+    """Of the small picture in whose place that with ``settings`` is measured."""
+    longer = max(settings.width, settings.height)
+    return max(1, round(_SIDE * settings.width / longer)), max(1, round(_SIDE * settings.height / longer))
+
+
 def decides(settings: RenderSettings) -> RenderSettings:
     """``settings`` without what makes no difference to the decision."""
     return replace(settings, seed=0, rays=1)
@@ -122,7 +128,7 @@ def measure(
     number of samples, it is taken to fall on in the same way. The cost is told by the length of the paths, since times
     are not the same twice.
     """
-    size = (_WIDTH, max(1, round(_WIDTH * settings.height / settings.width)))
+    size = measured_size(settings)
     plain = pack(scene, settings, *size)
     packed, unguided = guide.applied(plain), guide.without_lobes().applied(plain)
     pixels = size[0] * size[1]

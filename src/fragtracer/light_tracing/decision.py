@@ -38,7 +38,6 @@ _PHOTON_COST, _PHOTON_COST_OF_GPUS = (5.0, 3.0), (8.0, 3.0)
 _ADAPTIVE_GAIN = (3.0, 2.0)
 _ADAPTIVE_COST = 2.0
 _MARGIN = 1.05  # by which the gain must exceed that: few samples show too little of it
-_WIDTH = 96  # of the measurement
 _SAMPLES = (64, 256)  # of it in all, the second where light tracing seems to pay
 _PASSES = 4
 _NOWHERE = 2**31 - 1  # a first shape that light is traced from, so that none is
@@ -193,7 +192,7 @@ def _light_places(scene: Scene) -> Iterator[ArrayLike]:
 
 def measure(ctx: Any, scene: Scene, settings: RenderSettings) -> Measurement:
     """What light tracing is worth in ``scene``, by the variances of a small picture."""
-    size = (_WIDTH, max(1, round(_WIDTH * settings.height / settings.width)))
+    size = guiding.measured_size(settings)
     packed = pack(scene, settings, *size)
     targets, photon_cost = targets_of(packed, scene), _photon_cost(ctx, scene)
     if not len(targets):
