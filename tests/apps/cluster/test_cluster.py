@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from agreement import ROUNDING
 from command import status_of
 
 from fragtracer.apps import cluster
@@ -306,6 +307,15 @@ def test_an_interrupted_render_goes_on(ctx, client, expected, tmp_path) -> None:
     for spp, block, words in ((SPP, 2 * BLOCK, "--block is 32 there, 64 here"), (140, BLOCK, "beyond --spp 140")):
         with pytest.raises(FragtracerError, match=words):
             cluster.render(scene(), client, spp=spp, block=block, begin=again)
+    # Blocks that ended with the samples are followed by others, twice; only rounding tells.
+    for spp in (SPP + 6, SPP + BLOCK):
+        longer = cluster.render(scene(), client, spp=spp, block=BLOCK, begin=again)
+        assert (longer.pixels.mean[..., 3] == spp).all()
+    at_once = cluster.render(scene(), client, spp=SPP + BLOCK, block=BLOCK)
+    np.testing.assert_allclose(longer.pixels.mean, at_once.pixels.mean, rtol=ROUNDING)
+    cluster.render(scene(), client, spp=SPP + BLOCK + 1, block=BLOCK, begin=again)
+    with pytest.raises(FragtracerError, match="an odd number of them"):
+        cluster.render(scene(), client, spp=SPP + 2 * BLOCK, block=BLOCK, begin=again)
     film = SavedFilm.read(tmp_path / "film.npz")
     with pytest.raises(FragtracerError, match="is the checkpoint of a cluster"):
         merge({"a": film, "b": film})

@@ -29,6 +29,9 @@ def test_every_sample_is_cut_once(monkeypatch) -> None:
     assert [Cut(40, 20, 256).spp_of(number) for number in range(4)] == [32, 96, 256, 256]
     assert [Cut(40, 20, 32, 40).spp_of(number) for number in range(2)] == [32, 8]
     assert Cut(40, 20, spp=10).rounds == 1
+    cut = Cut(40, 20, 256, 700, ends=(384, 200, 64))
+    spans = [(0, 32), (32, 64), (64, 128), (128, 200), (200, 384), (384, 640), (640, 700)]
+    assert [cut.span(number) for number in range(cut.rounds)] == spans
 
 
 def test_halves_are_all_of_a_task() -> None:

@@ -2,6 +2,7 @@
 """One picture on its way: whether it is sampled adaptively, its checkpoints, and what its file says."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -99,11 +100,18 @@ class Render:
         film.check(self.origin, path)
         if film.state["block"] != cut.samples and "blocks" in film.state:
             raise FilmError(f"{path}: --block is {film.state['block']} there, {cut.samples} here")
-        self._gain = film.state["gain"]
-        sampling = (EvenSampling if "blocks" in film.state else AdaptiveSampling)(cut, self._until)
-        if not sampling.restore(film.state, film.arrays):
-            raise FilmError(f"{path}: this film has samples beyond --spp {cut.spp}, or a last block that is shorter")
-        self.sampling = sampling
+        # Blocks as of a render with --spp from the start, or else with one more where the film was to end.
+        ends, end = tuple(film.state.get("ends", ())), film.state["spp"]
+        cuts = [replace(cut, ends=ends)]
+        if end is not None and end % 2 == 0 and "blocks" in film.state:
+            cuts.append(replace(cut, ends=(*ends, end)))
+        for cut in cuts:
+            sampling = (EvenSampling if "blocks" in film.state else AdaptiveSampling)(cut, self._until)
+            if sampling.restore(film.state, film.arrays):
+                self.cut, self.sampling, self._gain = cut, sampling, film.state["gain"]
+                return
+        more = f"samples beyond --spp {cut.spp}, or an odd number of them, which no others can follow"
+        raise FilmError(f"{path}: this film has {more}")
 
     def metadata(self) -> dict[str, str]:
         """For the file, without what is in its pixels."""

@@ -237,16 +237,18 @@ class EvenSampling:
         }
         nodes |= {f"{block.tile}.0.{block.step}": pixels for block, pixels in self._beyond().items()}
         arrays = {f"{place}.{name}": image for place, node in nodes.items() for name, image in vars(node).items()}
-        cut = {"block": self._cut.samples, "spp": self._cut.spp}
+        cut = {"block": self._cut.samples, "spp": self._cut.spp, "ends": self._cut.ends}
         return cut | {"blocks": blocks, "parts": parts, "round": self._round}, arrays
 
     def restore(self, state: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> bool:
         """Go on from what :meth:`state` has returned for a picture of this size in blocks of as many samples; False
         if not all of its blocks are of this cut."""
-        before, tiles = replace(self._cut, spp=state["spp"]), self._cut.tiles
+        before = replace(self._cut, spp=state["spp"], ends=tuple(state.get("ends", ())))
+        tiles = self._cut.tiles
         blocks = [Task(step, tile, tiles[tile]) for step, tile in state["blocks"]]
         parts = [Task(step, tile, Window(*corners)) for step, tile, *corners in state["parts"]]
-        if any(self._cut.spp_of(task.step) != before.spp_of(task.step) for task in blocks + parts):
+        steps = {task.step for task in blocks + parts}
+        if any(self._cut.span(step) != before.span(step) for step in steps):
             return False
         self._authors = dict.fromkeys(blocks + parts, "")
         self._round = state["round"]

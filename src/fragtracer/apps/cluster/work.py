@@ -131,12 +131,14 @@ def pixels_digest(pixels: Pixels) -> str:
 class Cut:
     """An image of ``width`` x ``height`` pixels in tiles, of ``spp`` samples of each pixel, or without end. The samples
     of a tile come in blocks, which grow as stages do (:mod:`fragtracer.sampling.allocation`) until they have
-    ``samples`` of each pixel; so the whole picture is there early."""
+    ``samples`` of each pixel; so the whole picture is there early. Blocks end as well at the numbers of samples
+    ``ends``, which are even, at which it was to end before."""
 
     width: int
     height: int
     samples: int = BLOCK
     spp: int | None = None
+    ends: tuple[int, ...] = ()
 
     @cached_property
     def tiles(self) -> list[Window]:
@@ -165,15 +167,39 @@ class Cut:
 
     def first(self, number: int) -> int:
         """The number of the first sample of a block."""
+        if number in self._more:
+            return self._more[number]
+        return self._first(number - sum(other < number for other in self._more))
+
+    @cached_property
+    def _more(self) -> dict[int, int]:
+        """The numbers of the blocks that begin at one of the ``ends``, where none would else, and of their first
+        samples."""
+        more: dict[int, int] = {}
+        number = 0
+        for end in sorted(set(self.ends)):
+            while self._first(number) < end:
+                number += 1
+            if self._first(number) != end:
+                more[number + len(more)] = end
+        return more
+
+    def _first(self, number: int) -> int:
+        """Where there are no ``ends``."""
         growing = 0
         while stage_samples(growing) < self.samples and growing < number:
             growing += 1
         return samples_before(growing) + (number - growing) * max(self.samples, FIRST_STAGE)
 
+    def span(self, number: int) -> tuple[int, int]:
+        """The numbers of the first sample of a block, and of the one behind the last."""
+        end = self.first(number + 1)
+        return self.first(number), end if self.spp is None else min(end, self.spp)
+
     def spp_of(self, number: int) -> int:
         """Samples of each pixel in a block."""
-        end = self.first(number + 1)
-        return (end if self.spp is None else min(end, self.spp)) - self.first(number)
+        first, end = self.span(number)
+        return end - first
 
 
 def empty(height: int, width: int) -> Pixels:
