@@ -9,7 +9,8 @@ from mesh_shapes import ball, geometry
 from test_light_tracing import FLOOR, LAMP, LENS, MATERIALS, meshes, shapes
 
 from fragtracer.packing import pack
-from fragtracer.packing.targets import targets_of
+from fragtracer.packing.targets import targets_of, too_many
+from fragtracer.renderer import Renderer
 from fragtracer.scene import Mesh, Part, RenderSettings, Scene, Sphere
 
 
@@ -35,6 +36,19 @@ def test_targets_have_the_area_of_their_shapes() -> None:
     table = targets.texels(np.arange(1.0, len(targets) + 1))
     probability = table[1::2, 0].view(np.float32) * targets.area
     assert probability.sum() == pytest.approx(1, rel=1e-5)
+
+
+def test_too_many_targets_are_none(ctx, monkeypatch) -> None:
+    """Copies count, since each is sent photons of its own; what is matte does not."""
+    scene = meshes()
+    count = len(targets_of(pack(scene, RenderSettings(), 8, 8), replace(scene, planes=[])))
+    monkeypatch.setattr("fragtracer.packing.targets._MOST", count)
+    assert not too_many(scene)
+    monkeypatch.setattr("fragtracer.packing.targets._MOST", count - 1)
+    with Renderer(scene, (8, 8), context=ctx, guiding="on", light_tracing="on") as renderer:
+        for name in ("guiding_decision", "light_tracing_decision"):
+            expected = f"off: {count} triangles may scatter light narrowly, more than {count - 1}"
+            assert renderer.metadata()[name] == expected
 
 
 @pytest.mark.parametrize("count", [5, 600])

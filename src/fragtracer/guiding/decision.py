@@ -17,7 +17,7 @@ from fragtracer.gpu.tracer import Tracer, TracerProgram
 from fragtracer.guiding.guide import VERSION, Guide, learn
 from fragtracer.packing import PackedScene, pack
 from fragtracer.packing.digest import program_digest
-from fragtracer.packing.targets import may_be_narrow
+from fragtracer.packing.targets import may_be_narrow, too_many
 from fragtracer.scene import RenderSettings, Scene
 
 # Samples of a picture; to trace them takes about as long as to learn. A GPU (an H200) traces more meanwhile, 2^22 to
@@ -73,6 +73,8 @@ def decide(
     nothing = Decision(None, "off: no surface reflects light narrowly onto another")
     if not any(may_be_narrow(material) for material in scene.materials.values()):
         return nothing
+    if reason := too_many(scene):
+        return Decision(None, f"off: {reason}")
     if settings.guiding == "auto" and not has_enough_samples(ctx, scene, settings):
         return Decision(None, f"off: to trace the {settings.spp} samples per pixel takes less time than to learn")
     guide = learn(ctx, scene)

@@ -21,7 +21,7 @@ from fragtracer.packing import PackedScene, pack
 from fragtracer.packing.digest import program_digest
 from fragtracer.packing.interiors import is_closed
 from fragtracer.packing.mirrors import camera_is_in_mirror
-from fragtracer.packing.targets import Targets, may_be_narrow, targets_of
+from fragtracer.packing.targets import Targets, may_be_narrow, targets_of, too_many
 from fragtracer.sampling.pixels import bright
 from fragtracer.scene import SHAPES, Plane, RenderSettings, Scene, Sphere
 from fragtracer.scene.interiors import has_media, solids
@@ -152,6 +152,8 @@ def impossible(scene: Scene, settings: RenderSettings) -> str:
         return "there is a medium"
     if _has_open_fronts(scene):
         return "a surface that is met from its front alone is not closed: light passes it one way only"
+    if reason := too_many(scene):
+        return reason
     if camera_is_in_mirror(scene):
         return "the camera is inside of a mirror"
     inside = list(solids(scene))

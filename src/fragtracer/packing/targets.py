@@ -26,6 +26,7 @@ _CELLS = (16, 8)  # into which shapes that are no triangles of meshes are divide
 _MOST_DIVIDED = 512  # with more of them, none is
 _PIECES = 16  # of all meshes together
 _EVEN = 0.2  # of the photons are spread by area
+_MOST = 2**21  # triangles that are targets: they take 400 MB, and some seconds to list
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,10 +89,27 @@ def may_be_narrow(material: Material) -> bool:
     return not material.unlit and max(*material.specular_f0, *material.specular_f90) > 0 and not is_rough
 
 
+def too_many(scene: Scene) -> str:
+    """Why :func:`targets_of` ``scene`` would be too many; empty if they are not."""
+    narrow = _narrow(scene)
+    parts = ((mesh, part) for mesh in scene.meshes for part in mesh.parts)
+    count = sum(
+        len(part.geometry.triangles) * len(mesh.instances)
+        for mesh, part in parts
+        if not narrow.isdisjoint(scene.blended(mesh.material_of(part)))
+    )
+    return f"{count} triangles may scatter light narrowly, more than {_MOST}" if count > _MOST else ""
+
+
+def _narrow(scene: Scene) -> set[str]:
+    """The names of the materials that may scatter narrowly."""
+    return {name for name, material in scene.materials.items() if may_be_narrow(material)}
+
+
 def targets_of(packed: PackedScene, scene: Scene, reach: float = 0.0) -> Targets:
     """The shapes of ``scene``, as it is ``packed``, that may scatter narrowly, without those that have no area; planes
     as far as they ``reach``, in metres."""
-    narrow = {name for name, material in scene.materials.items() if may_be_narrow(material)}
+    narrow = _narrow(scene)
     names = enumerate(matte_names(scene)[1])
     materials = [i for i, name in names if name in scene.materials and not narrow.isdisjoint(scene.blended(name))]
     found, first = [], 0
