@@ -98,15 +98,18 @@ class Render:
         if "cluster" not in film.state:
             raise FilmError(f"{path}: this film was not rendered on a cluster; go on without --cluster")
         film.check(self.origin, path)
-        if film.state["block"] != cut.samples and "blocks" in film.state:
-            raise FilmError(f"{path}: --block is {film.state['block']} there, {cut.samples} here")
-        # Blocks as of a render with --spp from the start, or else with one more where the film was to end.
-        ends, end = tuple(film.state.get("ends", ())), film.state["spp"]
-        cuts = [replace(cut, ends=ends)]
-        if end is not None and end % 2 == 0 and "blocks" in film.state:
-            cuts.append(replace(cut, ends=(*ends, end)))
+        kind = EvenSampling if "blocks" in film.state else AdaptiveSampling
+        cuts = [cut]
+        if kind is EvenSampling:
+            if film.state["block"] != cut.samples:
+                raise FilmError(f"{path}: --block is {film.state['block']} there, {cut.samples} here")
+            # With the blocks that it has, or, if that cuts one of them, with one more where it was to end.
+            ends, end = tuple(film.state.get("ends", ())), film.state["spp"]
+            cuts = [replace(cut, ends=ends)]
+            if end is not None and end % 2 == 0:
+                cuts.append(replace(cut, ends=(*ends, end)))
         for cut in cuts:
-            sampling = (EvenSampling if "blocks" in film.state else AdaptiveSampling)(cut, self._until)
+            sampling = kind(cut, self._until)
             if sampling.restore(film.state, film.arrays):
                 self.cut, self.sampling, self._gain = cut, sampling, film.state["gain"]
                 return
