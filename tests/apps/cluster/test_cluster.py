@@ -274,6 +274,12 @@ def test_until_stops_at_the_same_round(client) -> None:
     assert BLOCK < counts[0] < 1000
 
 
+@pytest.mark.parametrize("adaptive", ["off", "auto", "on"])
+def test_after_no_time_each_pixel_has_samples(client, adaptive) -> None:
+    picture = cluster.render(scene(adaptive), client, seconds=0.0, block=BLOCK)
+    assert picture.pixels.mean[..., 3].min() >= BLOCK
+
+
 @pytest.mark.parametrize("adaptive", ["off", "on"])
 def test_an_interruption_keeps_what_came_back(client, adaptive) -> None:
     def report(state) -> None:

@@ -49,6 +49,10 @@ class AdaptiveSampling:
         self.is_done = False
         self._begin_step(*self._next_passes())
 
+    @property
+    def is_everywhere(self) -> bool:
+        return self._spp > 0 or not self._missing
+
     def next(self) -> Task | None:
         task = self._due.popleft() if self._due else None
         self._left -= self.cost(task) if task else 0

@@ -71,8 +71,8 @@ class Dispatcher:
         self._agreed: dict[Render, dict[str, str]] = {}  # what all workers of a picture say of its origin
 
     def run(self, renders: Iterator[Render], seconds: float | None, report: Callable[[Progress], None]) -> bool:
-        """Render until all is done, or time is over, in which case the result is False. ``report`` hears the samples
-        per pixel of all pictures together.
+        """Render until all is done, or there were samples for some ``seconds``, and are some of each pixel, in which
+        case the result is False. ``report`` hears the samples per pixel of all pictures together.
 
         Raises
         ------
@@ -80,6 +80,7 @@ class Dispatcher:
             If the work cannot be done: versions differ, no worker is left, the scheduler is gone.
         """
         start = time.perf_counter()
+        first: float | None = None  # when there were samples
         self._upcoming = iter(renders)
         self._next_render = next(self._upcoming, None)
         if self._next_render is not None:
@@ -87,11 +88,13 @@ class Dispatcher:
             self._begin_next()
         try:
             while self._renders or self._next_render is not None:
-                elapsed = time.perf_counter() - start
+                now = time.perf_counter()
                 spp = sum(render.spp for render in (*self._finished, *self._renders))
+                first = now if first is None and spp else first
                 error = next(iter(self._renders)).sampling.error if self._renders else None
-                report(Progress(spp, elapsed, error, len(self.workers.alive)))
-                if seconds is not None and elapsed >= seconds:
+                report(Progress(spp, now - start, error, len(self.workers.alive)))
+                is_over = seconds is not None and first is not None and now - first >= seconds
+                if is_over and all(render.sampling.is_everywhere for render in self._renders):
                     return False
                 if self.workers.glance():
                     self._hurry()

@@ -25,6 +25,10 @@ class Sampling(Protocol):
     is_done: bool
     samples: int  # that are there
 
+    @property
+    def is_everywhere(self) -> bool:
+        """Whether each pixel has samples."""
+
     def next(self) -> Task | None:
         """What is to be rendered, if anything is before more comes back."""
 
@@ -62,6 +66,7 @@ class PilotSampling:
 
     error: float | None = None
     samples = 0
+    is_everywhere = False
 
     def __init__(self, cut: Cut) -> None:
         self._cut = cut
@@ -120,6 +125,10 @@ class EvenSampling:
         self.samples = 0
         self.error: float | None = None
         self.is_done = False
+
+    @property
+    def is_everywhere(self) -> bool:
+        return all(tree.numbers for tree in self._trees.values())
 
     def _all(self) -> Iterator[Task]:
         """The first block of each tile, then the second of each, and so on, so that the whole picture is there
