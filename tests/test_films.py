@@ -110,7 +110,7 @@ def test_checkpoints_of_a_shorter_render_serve_a_longer_one(ctx, tmp_path) -> No
 def test_a_film_goes_on_as_it_was_begun(ctx, tmp_path, monkeypatch, first, then) -> None:
     """ "auto" may decide otherwise where more samples are asked for, or fewer, but not for those of one film."""
 
-    def decided(_, scene, settings):
+    def decided(_, scene, settings, pictures):
         is_many = settings.spp > 64 if settings.light_tracing == "auto" else settings.light_tracing == "on"
         return light_tracing.Decision(is_many, "on: 7" if is_many else "off: 7", 0.25), guiding.Decision(None, "off: 7")
 

@@ -62,7 +62,7 @@ def any_lobes() -> Guide:
 
 def guide_by_any(monkeypatch: pytest.MonkeyPatch) -> None:
     """Have renderers guide by :func:`any_lobes`."""
-    monkeypatch.setattr("fragtracer.guiding.decide", lambda *_: Decision(any_lobes(), "on"))
+    monkeypatch.setattr("fragtracer.guiding.decide", lambda *_, **__: Decision(any_lobes(), "on"))
 
 
 @pytest.mark.parametrize("estimator", ["bsdf", "mis"])

@@ -337,7 +337,10 @@ def test_a_gpu_learns_for_more_samples_and_sends_fewer_photons(ctx: Any, monkeyp
         found[is_software] = light_tracing.decision.measure(ctx, scene, more)
     for decision in light_tracing.decide_both(ctx, scene, settings):
         assert decision.reason.startswith("off: to trace the 2048 samples per pixel takes less time than to ")
-    assert not light_tracing.decide_both(ctx, scene, more)[0].reason.startswith("off: to trace")
+    one = replace(settings, guiding="off")
+    for enough in ((more, 1), (one, 4)):
+        assert not light_tracing.decide_both(ctx, scene, *enough)[0].reason.startswith("off: to trace")
+    assert light_tracing.decide_both(ctx, scene, one, 3)[0].reason.startswith("off: to trace")
     photons = [replace(one, share=0.5).promise(scene, more, guiding.Decision(None, ""))[0] for one in found.values()]
     assert photons == [1 / 2, 1 / 4]
 

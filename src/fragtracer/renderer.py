@@ -95,6 +95,8 @@ class Renderer:
     moves
         Whether :meth:`reset` will be given other cameras, which then do not compile. Coordinates, and whether paths are
         guided, are decided by the first.
+    pictures
+        How many pictures that then are: something is learned for all of them once.
     settings
         Any field of :class:`RenderSettings` to change for this render, as ``bounces=2``.
 
@@ -118,6 +120,7 @@ class Renderer:
         aovs: Iterable[str] = (),
         first_sample: int = 0,
         moves: bool = False,
+        pictures: int = 1,
         **settings: Any,
     ) -> None:
         self._has_parts = any(AOVS[name].is_light for name in checked(aovs))
@@ -131,7 +134,7 @@ class Renderer:
         self._level = picture_level(self.context, moves) if specialised else Level.NOTHING
         self._defines, self._name, self._shaders = dict(defines or {}), program, shaders
         self._decided: tuple[Scene, RenderSettings, Decisions] | None = None
-        self._moves = moves
+        self._moves, self._pictures = moves, pictures
         self._space: Space | None = None
         self.first_sample = first_sample
         width, height = self.settings.width, self.settings.height
@@ -559,9 +562,10 @@ class Renderer:
         else:
             reason = "off: this is another program" if self._name is not None or self._defines else ""
         if reason:
-            decisions = light_tracing.Decision(False, reason), decide(self.context, self.scene, settings)
+            guided = decide(self.context, self.scene, settings, pictures=self._pictures)
+            decisions = light_tracing.Decision(False, reason), guided
         else:
-            decisions = decide_both(self.context, self.scene, settings)
+            decisions = decide_both(self.context, self.scene, settings, self._pictures)
         self._decided = self.scene, settings, decisions
         return decisions
 
@@ -576,7 +580,7 @@ class Renderer:
             for name, choice in there.items()
             if choice in ("on", "off") and getattr(settings, DECIDED[name]) == "auto"
         }
-        traced, guided = decide_both(self.context, self.scene, replace(settings, **chosen))
+        traced, guided = decide_both(self.context, self.scene, replace(settings, **chosen), self._pictures)
         traced = replace(traced, reason=f"{'on' if traced.is_on else 'off'}: as in the film")
         guided = replace(guided, reason=f"{'on' if guided.guide else 'off'}: as in the film")
         self._decided = self.scene, settings, (traced, guided)

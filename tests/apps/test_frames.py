@@ -10,6 +10,7 @@ import OpenEXR
 import pytest
 from command import TINY, status_of
 
+from fragtracer import light_tracing
 from fragtracer.camera_path import turntable
 from fragtracer.gpu import tracer
 from fragtracer.io.images import read_image, read_metadata, write_image
@@ -56,6 +57,20 @@ def test_frames_are_those_of_their_cameras_and_seeds(tmp_path, monkeypatch, comp
         assert file.read_bytes() == content
     assert status_of(monkeypatch, *command, "--frames", "3", "--spp", 5) == 0  # of another picture
     assert read_metadata(files[2])["spp"] == "5"
+
+
+def test_it_is_learned_for_all_frames(tmp_path, monkeypatch):
+    """Also where some are asked for, so that the others fit."""
+    asked = []
+
+    def decided(*arguments):
+        asked.append(arguments[-1])
+        return light_tracing.decide_both(*arguments)
+
+    monkeypatch.setattr("fragtracer.renderer.decide_both", decided)
+    command = [*COMMAND, "--turntable", 8, "--frames", "2-3", "-o", tmp_path / "a.#.hdr"]
+    assert status_of(monkeypatch, *command) == 0
+    assert set(asked) == {8}
 
 
 def test_frames_have_layers_and_motion(tmp_path, monkeypatch):

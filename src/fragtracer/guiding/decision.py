@@ -60,9 +60,11 @@ def decide(
     defines: Mapping[str, int | str] | None = None,
     least: float = _MARGIN,
     samples: int = _LEAST_SAMPLES,
+    pictures: int = 1,
 ) -> Decision:
     """Whether and how ``scene`` is guided with ``settings``, by photons traced on ``ctx`` if need be; ``defines`` are
-    those of the program that is guided, and ``least`` is what it must be worth in a picture of so many ``samples``."""
+    those of the program that is guided, and ``least`` is what it must be worth in a picture of so many ``samples``. It
+    is learned once for so many ``pictures``."""
     least = max(least, _MARGIN)
     if settings.guiding == "off":
         return Decision(None, "off: as asked for")
@@ -75,7 +77,7 @@ def decide(
         return nothing
     if reason := too_many(scene):
         return Decision(None, f"off: {reason}")
-    if settings.guiding == "auto" and not has_enough_samples(ctx, scene, settings):
+    if settings.guiding == "auto" and not has_enough_samples(ctx, scene, settings, pictures):
         return Decision(None, f"off: to trace the {settings.spp} samples per pixel takes less time than to learn")
     guide = learn(ctx, scene)
     if guide is None:
@@ -89,10 +91,10 @@ def decide(
     return Decision(guide, reason, gain, cost)
 
 
-def has_enough_samples(ctx: Any, scene: Scene, settings: RenderSettings) -> bool:
-    """Whether to trace the samples of a picture takes longer than to learn where its light comes from."""
+def has_enough_samples(ctx: Any, scene: Scene, settings: RenderSettings, pictures: int = 1) -> bool:
+    """Whether to trace the samples of so many ``pictures`` takes longer than to learn where their light comes from."""
     least = _LEAST_SAMPLES if is_software(ctx) else _LEAST_SAMPLES_OF_GPUS[bool(scene.meshes)]
-    return settings.spp * settings.width * settings.height >= least
+    return settings.spp * settings.width * settings.height * pictures >= least
 
 
 def measured_size(settings: RenderSettings) -> tuple[int, int]:

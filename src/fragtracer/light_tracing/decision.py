@@ -92,10 +92,10 @@ _NOT_GUIDED = guiding.Decision(None, "")
 
 def decide(ctx: Any, scene: Scene, settings: RenderSettings) -> Decision:
     """Whether some light of ``scene`` is traced from the lights with ``settings``, measured on ``ctx`` if need be."""
-    return _decide(ctx, scene, settings)[0]
+    return _decide(ctx, scene, settings, 1)[0]
 
 
-def _decide(ctx: Any, scene: Scene, settings: RenderSettings) -> tuple[Decision, Measurement | None]:
+def _decide(ctx: Any, scene: Scene, settings: RenderSettings, pictures: int) -> tuple[Decision, Measurement | None]:
     """The decision, if paths are not guided, and the measurement where there is one."""
     if settings.light_tracing == "off":
         return Decision(False, "off: as asked for"), None
@@ -104,7 +104,7 @@ def _decide(ctx: Any, scene: Scene, settings: RenderSettings) -> tuple[Decision,
     if settings.light_tracing == "on":
         photons, *_ = Measurement(1.0, 0.0, _photon_cost(ctx, scene)).promise(scene, settings, _NOT_GUIDED)
         return Decision(True, "on: as asked for", photons), None
-    if not guiding.has_enough_samples(ctx, scene, settings):
+    if not guiding.has_enough_samples(ctx, scene, settings, pictures):
         reason = f"off: to trace the {settings.spp} samples per pixel takes less time than to measure"
         return Decision(False, reason), None
     found = measure(ctx, scene, settings)
@@ -120,12 +120,13 @@ def _on(photons: float, gain: float, cost: float) -> Decision:
     return Decision(True, reason, photons, gain / cost)
 
 
-def decide_both(ctx: Any, scene: Scene, settings: RenderSettings) -> Decisions:
+def decide_both(ctx: Any, scene: Scene, settings: RenderSettings, pictures: int = 1) -> Decisions:
     """Whether some light is traced from the lights, and whether paths are guided; where both may be chosen, which of
-    light tracing and guiding alone promises more in the picture: what guiding does not find comes with its samples."""
+    light tracing and guiding alone promises more in the picture: what guiding does not find comes with its samples.
+    Decided once for so many ``pictures``."""
     settings = guiding.decides(settings)
-    traced, found = _decide(ctx, scene, settings)
-    guided = guiding.decide(ctx, scene, settings, traced.defines)
+    traced, found = _decide(ctx, scene, settings, pictures)
+    guided = guiding.decide(ctx, scene, settings, traced.defines, pictures=pictures)
     if traced.is_on and found is not None:
         planned = _on(*found.promise(scene, settings, guided))
         if settings.guiding == "auto":

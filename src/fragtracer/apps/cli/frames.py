@@ -26,10 +26,12 @@ _SEEDS = 2**32
 
 @dataclass(frozen=True)
 class Frames:
-    """The ``scenes`` of the frames that are asked for, by number, the cameras of the frames before them, and the
-    ``files`` that they go to; a ``film`` of ``fps`` frames a second is made of them if its name is given."""
+    """The ``scenes`` of the frames that are asked for, by number, of ``count`` in all, the cameras of the frames before
+    them, and the ``files`` that they go to; a ``film`` of ``fps`` frames a second is made of them if its name is
+    given."""
 
     scenes: Mapping[int, Scene]
+    count: int
     previous_cameras: Mapping[int, Camera]
     files: Mapping[int, Path]
     film: Path | None
@@ -63,7 +65,7 @@ def frames_of(
     seeds = {number: (scene.render.seed + number) % _SEEDS for number in numbers}
     scenes = {n: replace(s, render=replace(s.render, seed=seeds[n])) for n, s in scenes.items()}
     previous = {number: _camera(moving, max(number - 1, moving.frames[0])) for number in numbers}
-    return Frames(scenes, previous, files, film, Fraction(fps or 24).limit_denominator(1001))
+    return Frames(scenes, len(moving.frames), previous, files, film, Fraction(fps or 24).limit_denominator(1001))
 
 
 def digest_of(renderer: Renderer, *more: Any) -> str:

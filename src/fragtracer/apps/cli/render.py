@@ -229,7 +229,7 @@ def _render_frames(scene: Any, frames: Any, limits: dict[str, Any], picture: Any
     picture.check(files[min(files)])
     files[min(files)].parent.mkdir(exist_ok=True)
     with preparing():
-        renderer = Renderer(scene, moves=True, aovs=picture.aovs)
+        renderer = Renderer(scene, moves=True, pictures=frames.count, aovs=picture.aovs)
     with renderer:
         done = 0
         for number, moved in frames.scenes.items():
