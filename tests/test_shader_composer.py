@@ -195,13 +195,17 @@ def test_lines_that_are_no_places_stay(tmp_path: Path) -> None:
     assert source.translate(log) == log
 
 
-def test_error_of_this_driver_has_its_place(ctx: moderngl.Context) -> None:
+@pytest.mark.parametrize("name", ["main.frag", "main.vert"])
+def test_error_of_this_driver_has_its_place(ctx: moderngl.Context, name: str) -> None:
+    result = "gl_Position" if name == "main.vert" else "color"
     generated = {
-        "main.frag": 'out vec4 color;\n#include "inner.glsl"\nvoid main() { color = vec4(inner()); }',
+        "main.frag": "out vec4 color;\n\nvoid main() { color = vec4(0.0); }",
+        "main.vert": "\n\n\nvoid main() { gl_Position = vec4(0.0); }",
         "inner.glsl": "// A function.\n\nfloat inner() {\n    return nonsense;\n}",
     }
-    with pytest.raises(ShaderError, match=r"the driver rejects main\.frag:[\s\S]*inner\.glsl:4\b.*nonsense"):
-        FullscreenProgram(ctx, SHADERS, "main.frag", generated=generated)
+    generated[name] = f'out vec4 color;\n#include "inner.glsl"\nvoid main() {{ {result} = vec4(inner()); }}'
+    with pytest.raises(ShaderError, match=rf"the driver rejects {name}:[\s\S]*inner\.glsl:4\b.*nonsense"):
+        FullscreenProgram(ctx, SHADERS, "main.frag", generated=generated, vertex="main.vert")
 
 
 PROGRAMS = sorted(

@@ -39,17 +39,21 @@ class _Program:
         optional: Mapping[str, int | str] | None = None,
         vertex: str = "fullscreen.vert",
     ) -> None:
-        vertex_text = compose(vertex, {}, root).text
+        vertices = compose(vertex, {}, root, generated)
         self._ctx, self._has_images = ctx, has_images(ctx)
         language = "330 core, images" if self._has_images else "330 core"
         source = compose(fragment, defines or {}, root, generated, language, optional)
         text = source.text if text_pass is None else text_pass(source.text)
         try:
-            self._program = ctx.program(vertex_shader=vertex_text, fragment_shader=text)
+            self._program = ctx.program(vertex_shader=vertices.text, fragment_shader=text)
         except moderngl.Error as error:
-            raise ShaderError(f"the driver rejects {fragment}:\n{source.translate(str(error)).strip()}") from None
+            log = str(error)
+            name, rejected = (
+                (vertex, vertices) if "\nvertex_shader\n" in log else (fragment, source)
+            )  # as moderngl says
+            raise ShaderError(f"the driver rejects {name}:\n{rejected.translate(log).strip()}") from None
         self._tables = {name: int(unit) for unit, name in _TABLE.findall(source.text)}
-        self._declared = frozenset(_UNIFORM.findall(vertex_text + source.text)) | self._tables.keys()
+        self._declared = frozenset(_UNIFORM.findall(vertices.text + source.text)) | self._tables.keys()
         self._vertices = ctx.vertex_array(self._program, [])
 
     def set(self, uniforms: Mapping[str, Any]) -> None:
