@@ -32,6 +32,7 @@ def export_html(
     denoise: Annotated[bool, typer.Option("--denoise", help="Denoise the poster, by Open Image Denoise.")] = False,
 ) -> None:
     """Write SCENE into one HTML file that shows a poster at once, and then traces the scene live in a browser."""
+    from fragtracer.apps.cli.preparation import preparing
     from fragtracer.apps.web import SUFFIXES
     from fragtracer.apps.web import export_html as export
     from fragtracer.io.toml import load
@@ -39,7 +40,9 @@ def export_html(
 
     check_writable(output, SUFFIXES)
     stops, limit, pictures = options.parse_exposure(exposure), _bytes(size_limit), _turntable(fallback)
-    made = export(load(scene), output, options.parse_size(size), spp, time, stops, tonemap, limit, pictures, denoise)
+    pixels = options.parse_size(size)
+    with preparing():
+        made = export(load(scene), output, pixels, spp, time, stops, tonemap, limit, pictures, denoise)
     for note in made.notes:
         print(f"{output}: to keep it small, {note}")
     print(f"{output}: {output.stat().st_size / 1e3:,.0f} kB")

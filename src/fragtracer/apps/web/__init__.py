@@ -6,6 +6,7 @@ import hashlib
 import html
 import io
 import json
+import logging
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from importlib.resources import files
@@ -32,6 +33,8 @@ from fragtracer.scene import RenderSettings, Scene
 
 if TYPE_CHECKING:
     from fragtracer.apps.web.notebook import Widget
+
+_log = logging.getLogger(__name__)
 
 SUFFIXES = (".html", ".htm")
 POSTER_SECONDS = 30.0
@@ -153,6 +156,7 @@ def page(
         check_installed()
     spp = spp or settings.spp
     with Renderer(scene, (width, height), spp=expected_spp(settings, spp, seconds)) as renderer:
+        _log.info("rendering the poster")
         image = _rendered(renderer, spp, seconds, denoise)
     look = replace(look, exposure=look.stops(image))
     poster = _picture(image, look)
@@ -210,7 +214,8 @@ def _turntable(scene: Scene, fallback: tuple[int, int, int], look: Look, seconds
     settings = replace(scene.render, width=width, height=height)
     spp = expected_spp(settings, settings.spp, seconds / count)
     with Renderer(scene, (width, height), specialised=False, spp=spp) as renderer:
-        for camera in turntable(scene.camera, count).keys.values():
+        for number, camera in turntable(scene.camera, count).keys.items():
+            _log.info("rendering picture %d of %d", number, count)
             renderer.reset(replace(scene, camera=camera))
             image = _rendered(renderer, scene.render.spp, seconds / count, denoise)
             pictures.append(_base64(_picture(image, look)))
