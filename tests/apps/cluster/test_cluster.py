@@ -379,11 +379,18 @@ def test_the_command_renders_the_same_bits_with_one_worker(expected, tmp_path, m
 
 def test_frames_are_rendered_once(client, tmp_path, monkeypatch, capsys) -> None:
     """With the bits of one machine, and again where one is missing."""
+
+    def learned_for() -> list[int]:
+        from fragtracer.apps.cluster import worker
+
+        return [kept.renderer._pictures for kept in worker._kept.values()]
+
     command = ["render", "three-spheres-ambient", "--size", "40x24", "--bounces", 2, "--spp", 70, "--adaptive"]
     command += ["--seed", 5, "--turntable", 2, "-o"]
     on_cluster = [*command, tmp_path / "a.#.exr", "--cluster", client.scheduler.address]
     assert status_of(monkeypatch, *on_cluster, "--checkpoint", tmp_path / "kept", "--frames", 2) == 0
     assert "frames were finished before" not in capsys.readouterr().out
+    assert [2] in client.run(learned_for).values()
     assert status_of(monkeypatch, *command, tmp_path / "b.#.exr") == 0
     assert status_of(monkeypatch, *on_cluster) == 0
     assert "1 of 2 frames were finished before" in capsys.readouterr().out

@@ -103,6 +103,7 @@ def render_frames(
                 progress=report,
                 block=block,
                 begin=begin,
+                count=frames.count,
             )
         except KeyboardInterrupt:
             print("interrupted; the same command renders the frames that are not finished", file=sys.stderr)

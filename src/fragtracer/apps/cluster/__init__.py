@@ -125,10 +125,12 @@ def render_frames(
     block: int = BLOCK,
     patience: float = _PATIENCE,
     begin: Callable[[Any, int], Any] | None = None,
+    count: int | None = None,
 ) -> None:
     """Render ``frames`` of ``scene``, which differ from it in the camera and the seed, by number; the end of one and
-    the beginning of the next at a time. ``write`` is called with each when it is done, ``begin`` as in :func:`render`,
-    with the number; what it returns is asked to ``remove`` the checkpoint when the frame is written.
+    the beginning of the next at a time. Workers learn once, for ``count`` frames, or for these. ``write`` is called
+    with each when it is done, ``begin`` as in :func:`render`, with the number; what it returns is asked to ``remove``
+    the checkpoint when the frame is written.
 
     Raises
     ------
@@ -141,13 +143,13 @@ def render_frames(
     from fragtracer.apps.cluster.picture import Render
 
     check(scene, block)
-    spp = _limit(scene, spp, None, until)
+    spp, count = _limit(scene, spp, None, until), count or len(frames)
     numbers: dict[Render, int] = {}
     keepers: dict[Render, Any] = {}
 
     def renders() -> Iterator[Render]:
         for number, moved in frames.items():
-            one = Render(moved, block, spp, until, Frame(moved.camera, moved.render.seed))
+            one = Render(moved, block, spp, until, Frame(moved.camera, moved.render.seed, count))
             numbers[one] = number
             yield one
 
@@ -161,7 +163,7 @@ def render_frames(
         if one in keepers:
             keepers.pop(one).remove()
 
-    content, key = _packed(scene, "moves")
+    content, key = _packed(scene, "moves", str(count))
     dispatcher = Dispatcher(client, content, key, patience, begun, finish)
     try:
         dispatcher.run(renders(), None, progress or (lambda _: None))

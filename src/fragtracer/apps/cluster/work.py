@@ -30,10 +30,11 @@ _GRID = 4  # pixels, a side of what is shaded together, which no cut should part
 
 @dataclass(frozen=True)
 class Frame:
-    """What a picture has of its own, where others are of the same scene."""
+    """What a picture has of its own, where ``count`` in all are of the same scene."""
 
     camera: Camera
     seed: int
+    count: int = 1
 
 
 @dataclass(frozen=True)

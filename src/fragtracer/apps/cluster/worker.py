@@ -48,7 +48,7 @@ def _render_part(scene: bytes, key: str, frame: Frame | None, part: Part, worker
     if key not in _kept:
         _close()
         loaded = loads(scene)
-        renderer = Renderer(loaded, moves=frame is not None)
+        renderer = Renderer(loaded, moves=frame is not None, pictures=1 if frame is None else frame.count)
         _kept[key] = _Kept(renderer, None, renderer.origin())
     kept = _kept[key]
     if frame is not None and frame != kept.frame:
