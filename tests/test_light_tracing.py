@@ -21,6 +21,8 @@ from fragtracer.films import SavedFilm, merge
 from fragtracer.io.toml import load
 from fragtracer.light_tracing import sums
 from fragtracer.light_tracing.decision import Measurement
+from fragtracer.light_tracing.tracer import PHOTONS
+from fragtracer.packing.targets import Targets, targets_of
 from fragtracer.renderer import Renderer
 from fragtracer.scene import (
     Camera,
@@ -350,7 +352,39 @@ def test_a_measurement_promises_what_it_has_found() -> None:
     settings, nothing = RenderSettings(adaptive="off"), guiding.Decision(None, "")
     photons, gain, cost = Measurement(3.0, 0.1, 5.0).promise(spheres(), settings, nothing)
     assert (photons, gain) == (1 / 8, pytest.approx(3.0))
-    assert cost == pytest.approx(1.05 + 5 / 8)
+    pair = 2 * PHOTONS / (640 * 480 * 256)  # of passes that aim the others
+    assert cost == pytest.approx(1.05 + 5 * (1 / 8 + pair))
+
+
+def test_a_small_picture_has_two_passes_of_photons() -> None:
+    """And as many that aim them, which cost more there than its samples."""
+    settings = RenderSettings(width=64, height=64, spp=16, adaptive="off")
+    _, gain, cost = Measurement(3.0, 0.1, 5.0).promise(spheres(), settings, guiding.Decision(None, ""))
+    pair = 2 * PHOTONS / (64 * 64 * 16)
+    assert gain == pytest.approx(3.0 / (0.9 + 0.1 / 8 / pair))
+    assert cost == pytest.approx(1.05 + 5 * 2 * pair)
+
+
+def test_targets_stay_while_the_camera_moves(ctx: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    listed = []
+
+    def targets(*arguments: Any) -> Targets:
+        listed.append(arguments)
+        return targets_of(*arguments)
+
+    monkeypatch.setattr("fragtracer.light_tracing.picture.targets_of", targets)
+    scene, settings = meshes(), {"light_tracing": "on", "guiding": "off"}
+    moved = replace(scene, camera=replace(scene.camera, position=(0.4, 1.6, 4.0)))
+    other = replace(moved, materials={**moved.materials, "gold": MATERIALS["floor"]})
+    images = []
+    with Renderer(scene, (16, 12), context=ctx, moves=True, **settings) as renderer:
+        for shown, count in ((scene, 1), (moved, 1), (other, 2), (moved, 3)):
+            renderer.reset(shown)
+            renderer.sample(4)
+            images.append(renderer.image())
+            assert len(listed) == count
+    np.testing.assert_array_equal(images[1], images[3])
+    assert (images[1] != images[2]).any()
 
 
 GLASS = Material(model="dielectric", ior=1.5)

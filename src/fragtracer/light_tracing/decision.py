@@ -40,6 +40,7 @@ _ADAPTIVE_COST = 2.0
 _MARGIN = 1.05  # by which the gain must exceed that: few samples show too little of it
 _SAMPLES = (64, 256)  # of it in all, the second where light tracing seems to pay
 _PASSES = 4
+_PAIR = 2 * PHOTONS  # of a picture, at least, after as many that aim them
 _NOWHERE = 2**31 - 1  # a first shape that light is traced from, so that none is
 
 
@@ -78,10 +79,12 @@ class Measurement:
         is_adaptive, has_meshes = settings.adaptive != "off", bool(scene.meshes)
         adaptive_gain = _ADAPTIVE_GAIN[has_meshes] if is_adaptive else 1.0
         photon = self.photon_cost / (_ADAPTIVE_COST if is_adaptive else 1.0)
+        pair = _PAIR / (settings.spp * settings.width * settings.height)
 
         def of(photons: float) -> tuple[float, float, float]:
-            left = (1 - self.share) / guided.gain + self.share * adaptive_gain * _MEASURED / photons
-            return photons, self.gain / left, 1.05 * guided.cost + photon * photons
+            sent = max(photons, pair)
+            left = (1 - self.share) / guided.gain + self.share * adaptive_gain * _MEASURED / sent
+            return photons, self.gain / left, 1.05 * guided.cost + photon * (sent + pair)
 
         return max((of(2 * n if is_adaptive else n) for n in _PHOTONS), key=lambda found: found[1] / found[2])
 

@@ -9,10 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.gpu.specialise import Level
+from fragtracer.guiding import same_light
 from fragtracer.light_tracing.sums import Sums, sums_of
 from fragtracer.light_tracing.tracer import PHOTONS, LightTracer
 from fragtracer.packing import PackedScene
-from fragtracer.packing.targets import targets_of
+from fragtracer.packing.records import Words
+from fragtracer.packing.targets import Targets, targets_of
 from fragtracer.sampling.pixels import Pixels
 from fragtracer.scene import Scene
 
@@ -29,6 +31,7 @@ class LightTracing:
         self._ctx, self._size = ctx, (0, 0)
         self._tracer = LightTracer(ctx)
         self._sums: Sums | None = None
+        self._known: tuple[Scene, tuple[Words, ...], Targets] | None = None  # with its shapes
         self._has_targets = False
         self._per_sample = 0.0
         self.passes = 0  # of photons
@@ -52,11 +55,21 @@ class LightTracing:
             self._release_sums()
             self._sums = sums_of(self._ctx, size)
         self._size, self._per_sample = size, per_sample
-        targets = targets_of(packed, scene)
+        targets = self._targets(packed, scene)
         self._has_targets = len(targets) > 0
         if self._has_targets:
             self._tracer.load(packed, targets, self._size, level, root)
         self.clear()
+
+    def _targets(self, packed: PackedScene, scene: Scene) -> Targets:
+        """Those of the last scene, if at most its camera has moved."""
+        shapes = tuple(packed.tables["u_shapes"])
+        if self._known is not None:
+            before, known, targets = self._known
+            if same_light(scene, before) and len(shapes) == len(known) and all(map(np.array_equal, shapes, known)):
+                return targets
+        self._known = scene, shapes, targets_of(packed, scene)
+        return self._known[2]
 
     def clear(self, seed: int | None = None) -> None:
         """Forget all photons; trace others from now on if there is another ``seed``."""
