@@ -108,7 +108,7 @@ def test_checkpoints_of_a_shorter_render_serve_a_longer_one(ctx, tmp_path) -> No
 
 @pytest.mark.parametrize(("first", "then"), [(32, 256), (256, 32)])
 def test_a_film_goes_on_as_it_was_begun(ctx, tmp_path, monkeypatch, first, then) -> None:
-    """ "auto" may decide otherwise where more samples are asked for, or fewer, but not for those of one film."""
+    """Of more samples, or of fewer, something else may be decided, but not within one film."""
 
     def decided(_, scene, settings, pictures):
         is_many = settings.spp > 64 if settings.light_tracing == "auto" else settings.light_tracing == "on"

@@ -328,8 +328,10 @@ class Renderer:
         """What decides over the samples (:func:`fragtracer.films.origin_of`)."""
         more: dict[str, object] = {"program": self._program().name, "defines": self._defines}
         more |= {"light_parts": self._has_parts}
-        decisions = {"guided": self._decision().guide is not None, "light_traced": self._light_decision().is_on}
-        more |= {name: "on" if decisions[name] else "off" for name in DECIDED}
+        more |= {
+            "guided": _said(self._decision().guide is not None),
+            "light_traced": _said(self._light_decision().is_on),
+        }
         return origin_of(self.scene, self.settings, self._shaders, **more)
 
     @property
@@ -581,8 +583,8 @@ class Renderer:
             if choice in ("on", "off") and getattr(settings, DECIDED[name]) == "auto"
         }
         traced, guided = decide_both(self.context, self.scene, replace(settings, **chosen), self._pictures)
-        traced = replace(traced, reason=f"{'on' if traced.is_on else 'off'}: as in the film")
-        guided = replace(guided, reason=f"{'on' if guided.guide else 'off'}: as in the film")
+        traced = replace(traced, reason=f"{_said(traced.is_on)}: as in the film")
+        guided = replace(guided, reason=f"{_said(guided.guide is not None)}: as in the film")
         self._decided = self.scene, settings, (traced, guided)
         self._tracer.load(self._packed(), self._program())
         self._load_light()
@@ -658,6 +660,10 @@ class Renderer:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+
+def _said(is_on: bool) -> str:
+    return "on" if is_on else "off"
 
 
 def render(

@@ -48,9 +48,8 @@ class _Program:
             self._program = ctx.program(vertex_shader=vertices.text, fragment_shader=text)
         except moderngl.Error as error:
             log = str(error)
-            name, rejected = (
-                (vertex, vertices) if "\nvertex_shader\n" in log else (fragment, source)
-            )  # as moderngl says
+            is_of_vertices = "\nvertex_shader\n" in log  # as moderngl says
+            name, rejected = (vertex, vertices) if is_of_vertices else (fragment, source)
             raise ShaderError(f"the driver rejects {name}:\n{rejected.translate(log).strip()}") from None
         self._tables = {name: int(unit) for unit, name in _TABLE.findall(source.text)}
         self._declared = frozenset(_UNIFORM.findall(vertices.text + source.text)) | self._tables.keys()
