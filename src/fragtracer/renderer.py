@@ -265,15 +265,19 @@ class Renderer:
         Warns
         -----
         UserWarning
-            If another driver has rendered it: the bits may differ then.
+            If another driver has rendered it: the bits may differ then. If a new render would be guided or traced from
+            its lights, and the film is not.
         """
         film = SavedFilm.read(Path(path))
         if "cluster" in film.state:
             raise FilmError(f"{path}: this film was rendered on a cluster; go on with --cluster")
         film.check(self.origin() | {name: film.origin[name] for name in DECIDED if name in film.origin}, path)
         with self._current():
-            self._decide_as(film)
+            left_out = self._decide_as(film)
         film.check(self.origin(), path)
+        if left_out:
+            begun_anew = "a new render of so many samples would be less noisy"
+            warnings.warn(f"{path}: goes on without {left_out}, as it was begun; {begun_anew}", stacklevel=2)
         if "merged" in film.state:
             raise FilmError(f"{path}: this film is merged of several; render more samples with --first-sample")
         ((first, _),) = film.ranges
@@ -571,12 +575,13 @@ class Renderer:
         self._decided = self.scene, settings, decisions
         return decisions
 
-    def _decide_as(self, film: SavedFilm) -> None:
-        """Guide paths and trace light as ``film`` does, if that is left to "auto"."""
+    def _decide_as(self, film: SavedFilm) -> str:
+        """Guide paths and trace light as ``film`` does, if that is left to "auto"; what would be done here, and is not
+        done there."""
         settings, here = decides(self.settings), self.origin()
         there = {name: film.origin[name] for name in DECIDED if name in film.origin}
         if there == {name: here[name] for name in there}:
-            return
+            return ""
         chosen: dict[str, Any] = {
             DECIDED[name]: choice
             for name, choice in there.items()
@@ -589,6 +594,8 @@ class Renderer:
         self._tracer.load(self._packed(), self._program())
         self._load_light()
         self._film.gradient_domain, _ = self._gradient_domain
+        left_out = (DECIDED[name].replace("_", " ") for name in there if here[name] == "on" and there[name] == "off")
+        return " and ".join(left_out)
 
     def _program(self) -> TracerProgram:
         name = self._name or PROGRAMS[self.settings.integrator]
