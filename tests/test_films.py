@@ -115,7 +115,7 @@ def test_a_film_goes_on_as_it_was_begun(ctx, tmp_path, monkeypatch, first, then)
         is_many = settings.spp > 64 if settings.light_tracing == "auto" else settings.light_tracing == "on"
         return light_tracing.Decision(is_many, "on: 7" if is_many else "off: 7", 0.25), guiding.Decision(None, "off: 7")
 
-    monkeypatch.setattr("fragtracer.renderer.decide_both", decided)
+    monkeypatch.setattr("fragtracer.decisions.decide_both", decided)
     path = tmp_path / "film.npz"
     with Renderer(load(SCENE), SIZE, context=ctx, spp=first) as renderer:
         renderer.sample(24)

@@ -28,6 +28,7 @@ LAYERS = [
     {"gpu"},  # 4
     {"guiding", "layers", "probe"},  # 4
     {"light_tracing"},  # 4
+    {"decisions"},  # 4
     {"renderer", "reference"},  # 5
     {"apps.compare"},  # 6
     {"apps.bench", "apps.cluster", "apps.doctor", "apps.viewer", "apps.web"},  # 6

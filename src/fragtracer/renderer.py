@@ -14,8 +14,8 @@ from typing import Any, Literal, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from fragtracer import light_tracing
 from fragtracer.aov import AOVS, checked
+from fragtracer.decisions import Decider, gradient_domain, in_origin
 from fragtracer.errors import FilmError, FragtracerError
 from fragtracer.films import DECIDED, SavedFilm, origin_of
 from fragtracer.gpu.accumulation import Accumulation
@@ -23,9 +23,8 @@ from fragtracer.gpu.context import create_context, describe, max_size
 from fragtracer.gpu.layers import LayerTextures
 from fragtracer.gpu.specialise import MOST_LISTED, Level
 from fragtracer.gpu.tracer import Tracer, TracerProgram, picture_level
-from fragtracer.guiding import Decision, decide, decides, same_light
 from fragtracer.layers import PARTS, FirstSurface, Picture, light
-from fragtracer.light_tracing import Decisions, LightTracing, decide_both
+from fragtracer.light_tracing import Decisions, LightTracing
 from fragtracer.packing import PackedScene, matte_names, pack
 from fragtracer.packing.space import Space
 from fragtracer.sampling.allocation import StagePart, Window, least_gain
@@ -36,7 +35,6 @@ _log = logging.getLogger(__name__)
 
 PROGRAMS = {"path": "pathtracer.frag", "split-sum": "split_sum.frag"}
 _FIRST_LOOK = 16  # samples per pixel, at the error
-_LEAST_SAMPLES = 2**24  # of a picture for which a pilot of the gradient domain is asked: it takes 2^19 more at most
 _EXPECTED_RATE = 2**22  # samples a second, as of two cores on scenes of some shapes
 _MOST_RAYS = 64  # of a pass that no window waits for: lanes that wait for the longest paths wait for less of the time
 
@@ -133,10 +131,10 @@ class Renderer:
         self._most_listed = MOST_LISTED["default"]
         self._level = picture_level(self.context, moves) if specialised else Level.NOTHING
         self._defines, self._name, self._shaders = dict(defines or {}), program, shaders
-        self._decided: tuple[Scene, RenderSettings, Decisions] | None = None
-        self._moves, self._pictures = moves, pictures
+        self._moves = moves
         self._space: Space | None = None
         self.first_sample = first_sample
+        self._decider = Decider(self.context, self._untraced, moves, pictures)
         width, height = self.settings.width, self.settings.height
         window = Window(0, 0, width, height, first_sample) if first_sample else None
         self._check_window(window)
@@ -271,18 +269,22 @@ class Renderer:
         film = SavedFilm.read(Path(path))
         if "cluster" in film.state:
             raise FilmError(f"{path}: this film was rendered on a cluster; go on with --cluster")
-        film.check(self.origin() | {name: film.origin[name] for name in DECIDED if name in film.origin}, path)
-        with self._current():
-            left_out = self._decide_as(film)
-        film.check(self.origin(), path)
-        if left_out:
-            begun_anew = "a new render of so many samples would be less noisy"
-            warnings.warn(f"{path}: goes on without {left_out}, as it was begun; {begun_anew}", stacklevel=2)
+        decided = {name: film.origin[name] for name in DECIDED if name in film.origin}
+        film.check(self.origin() | decided, path)
         if "merged" in film.state:
             raise FilmError(f"{path}: this film is merged of several; render more samples with --first-sample")
         ((first, _),) = film.ranges
         if first != self.first_sample:
             raise FilmError(f"{path}: its first sample is {first} there, {self.first_sample} here")
+        with self._current():
+            left_out = self._decider.decide_as(film.origin, self.scene, self.settings)
+            self._tracer.load(self._packed(), self._program())
+            self._load_light()
+            self._film.gradient_domain, _ = self._gradient_domain
+        film.check(self.origin(), path)
+        if left_out:
+            begun_anew = "a new render of so many samples would be less noisy"
+            warnings.warn(f"{path}: goes on without {left_out}, as it was begun; {begun_anew}", stacklevel=2)
         if film.driver != self.driver:
             warnings.warn(
                 f"{path}: was rendered by {film.driver}, and goes on with {self.driver}; bits may differ", stacklevel=2
@@ -332,11 +334,7 @@ class Renderer:
         """What decides over the samples (:func:`fragtracer.films.origin_of`)."""
         more: dict[str, object] = {"program": self._program().name, "defines": self._defines}
         more |= {"light_parts": self._has_parts}
-        more |= {
-            "guided": _said(self._decision().guide is not None),
-            "light_traced": _said(self._light_decision().is_on),
-        }
-        return origin_of(self.scene, self.settings, self._shaders, **more)
+        return origin_of(self.scene, self.settings, self._shaders, **more, **in_origin(self._decisions()))
 
     @property
     def driver(self) -> str:
@@ -506,8 +504,9 @@ class Renderer:
         adaptive = self._film.decision if traces_paths else f"off: the integrator is {self.settings.integrator}"
         if self._has_parts:
             adaptive = "off: the parts of the light are sampled evenly"
-        counts |= {"guiding_decision": self._decision().reason, "adaptive_decision": adaptive}
-        counts |= {"light_tracing_decision": self._light_decision().reason}
+        traced, guided = self._decisions()
+        counts |= {"guiding_decision": guided.reason, "adaptive_decision": adaptive}
+        counts |= {"light_tracing_decision": traced.reason}
         counts |= {"gradient_domain_decision": self._gradient_domain[1] or self._film.gradient_decision}
         return made_by | settings | counts | {"gl_renderer": describe(self.context)["GL renderer"]}
 
@@ -528,11 +527,11 @@ class Renderer:
         packed = pack(self.scene, settings, settings.width, settings.height, self._most_listed, self._space)
         if self._moves:
             self._space = self._space or packed.space  # the first, so that a picture does not depend on others
-        return self._decision().applied(packed) if self._name is None else packed
+        return self._decisions()[1].applied(packed) if self._name is None else packed
 
     def _load_light(self) -> None:
         """Trace light of the scene from its lights, or no longer."""
-        decision = self._light_decision()
+        decision, _ = self._decisions()
         if not decision.is_on:
             if self._light is not None:
                 self._light.release()
@@ -544,58 +543,9 @@ class Renderer:
         self._light.load(self._packed(), self.scene, size, decision.photons, self._level, self._shaders)
         self._light.warm_up()
 
-    def _light_decision(self) -> light_tracing.Decision:
-        """Whether some light is traced from the lights."""
-        return self._decisions()[0]
-
-    def _decision(self) -> Decision:
-        """Whether this scene is guided."""
-        return self._decisions()[1]
-
     def _decisions(self) -> Decisions:
-        """Decided anew only where something that matters has changed; of pictures of a moving camera, by the first."""
-        settings = decides(self.settings)
-        if self._decided is not None:
-            scene, known, decisions = self._decided
-            is_seen_alike = self._moves or settings.light_tracing == "off" or scene.camera == self.scene.camera
-            if known == settings and is_seen_alike and same_light(scene, self.scene):
-                # A camera that has moved may be inside of glass, where no photon is seen.
-                if decisions[0].is_on and (reason := light_tracing.impossible(self.scene, settings)):
-                    return light_tracing.Decision(False, f"off: {reason}"), decisions[1]
-                return decisions
-        if self._has_parts or self.first_sample:
-            reason = "off: layers of light and parts of the samples are of paths alone"
-        else:
-            reason = "off: this is another program" if self._name is not None or self._defines else ""
-        if reason:
-            guided = decide(self.context, self.scene, settings, pictures=self._pictures)
-            decisions = light_tracing.Decision(False, reason), guided
-        else:
-            decisions = decide_both(self.context, self.scene, settings, self._pictures)
-        self._decided = self.scene, settings, decisions
-        return decisions
-
-    def _decide_as(self, film: SavedFilm) -> str:
-        """Guide paths and trace light as ``film`` does, if that is left to "auto"; what would be done here, and is not
-        done there."""
-        settings, here = decides(self.settings), self.origin()
-        there = {name: film.origin[name] for name in DECIDED if name in film.origin}
-        if there == {name: here[name] for name in there}:
-            return ""
-        chosen: dict[str, Any] = {
-            DECIDED[name]: choice
-            for name, choice in there.items()
-            if choice in ("on", "off") and getattr(settings, DECIDED[name]) == "auto"
-        }
-        traced, guided = decide_both(self.context, self.scene, replace(settings, **chosen), self._pictures)
-        traced = replace(traced, reason=f"{_said(traced.is_on)}: as in the film")
-        guided = replace(guided, reason=f"{_said(guided.guide is not None)}: as in the film")
-        self._decided = self.scene, settings, (traced, guided)
-        self._tracer.load(self._packed(), self._program())
-        self._load_light()
-        self._film.gradient_domain, _ = self._gradient_domain
-        left_out = (DECIDED[name].replace("_", " ") for name in there if here[name] == "on" and there[name] == "off")
-        return " and ".join(left_out)
+        """Whether some light is traced from the lights, and whether paths are guided."""
+        return self._decider.decide(self.scene, self.settings)
 
     def _program(self) -> TracerProgram:
         name = self._name or PROGRAMS[self.settings.integrator]
@@ -606,7 +556,7 @@ class Renderer:
                     f"the integrator {self.settings.integrator} knows no parts of the light; use path"
                 )
             defines = {**defines, "FILM_LIGHT": "FILM_LIGHT_PARTS"}
-        defines = {**self._light_decision().defines, **defines}
+        defines = {**self._decisions()[0].defines, **defines}
         return TracerProgram(name, defines, self._level, root=self._shaders)
 
     @property
@@ -617,25 +567,21 @@ class Renderer:
     @property
     def _gradient_domain(self) -> tuple[Literal["auto", "on", "off"], str]:
         """Whether the picture may be made from differences, and why not, where that needs no pilot."""
-        settings = self.settings
-        if settings.gradient_domain == "off":
-            return "off", "off: as asked for"
+        height, impossible = 2 * self.settings.height, ""
         if self._program().name != PROGRAMS["path"]:
-            return "off", f"off: the integrator is {settings.integrator}"
+            impossible = f"the integrator is {self.settings.integrator}"
+        elif self._has_parts or self.first_sample:
+            impossible = "layers of light and parts of the samples are of single pixels"
+        elif height > max_size(self.context):
+            impossible = f"the GPU holds no texture of twice the height, {height} pixels"
+        return gradient_domain(self.settings, self._decisions(), impossible)
+
+    @property
+    def _untraced(self) -> str:
+        """Why no light can be traced from the lights; empty if it can."""
         if self._has_parts or self.first_sample:
-            return "off", "off: layers of light and parts of the samples are of single pixels"
-        if 2 * settings.height > max_size(self.context):
-            return (
-                "off",
-                f"off: the GPU holds no texture of twice the height, {2 * settings.height} pixels",
-            )
-        if settings.gradient_domain == "auto" and settings.adaptive == "on":
-            return "off", "off: adaptive sampling was asked for"
-        if settings.gradient_domain == "auto" and settings.spp * settings.width * settings.height < _LEAST_SAMPLES:
-            return "off", f"off: the {settings.spp} samples per pixel are too few for a pilot to pay"
-        if settings.gradient_domain == "auto" and (self._light_decision().is_on or self._decision().guide):
-            return "off", "off: light is traced from the lights, or guided: what is left of it is rare and bright"
-        return settings.gradient_domain, ""
+            return "layers of light and parts of the samples are of paths alone"
+        return "this is another program" if self._name is not None or self._defines else ""
 
     @property
     def _least_gain(self) -> float:
@@ -667,10 +613,6 @@ class Renderer:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
-
-
-def _said(is_on: bool) -> str:
-    return "on" if is_on else "off"
 
 
 def render(

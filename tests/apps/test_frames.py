@@ -67,7 +67,7 @@ def test_it_is_learned_for_all_frames(tmp_path, monkeypatch):
         asked.append(arguments[-1])
         return light_tracing.decide_both(*arguments)
 
-    monkeypatch.setattr("fragtracer.renderer.decide_both", decided)
+    monkeypatch.setattr("fragtracer.decisions.decide_both", decided)
     command = [*COMMAND, "--turntable", 8, "--frames", "2-3", "-o", tmp_path / "a.#.hdr"]
     assert status_of(monkeypatch, *command) == 0
     assert set(asked) == {8}

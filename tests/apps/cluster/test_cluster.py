@@ -383,7 +383,7 @@ def test_frames_are_rendered_once(client, tmp_path, monkeypatch, capsys) -> None
     def learned_for() -> list[int]:
         from fragtracer.apps.cluster import worker
 
-        return [kept.renderer._pictures for kept in worker._kept.values()]
+        return [kept.renderer._decider.pictures for kept in worker._kept.values()]
 
     command = ["render", "three-spheres-ambient", "--size", "40x24", "--bounces", 2, "--spp", 70, "--adaptive"]
     command += ["--seed", 5, "--turntable", 2, "-o"]

@@ -15,9 +15,10 @@ from fragtracer import light_tracing
 from fragtracer.apps.viewer.dynamic_resolution import DynamicResolution
 from fragtracer.apps.viewer.live import LiveRenderer
 from fragtracer.apps.viewer.refiner import Refiner
+from fragtracer.decisions import Decided
 from fragtracer.errors import ShaderError
 from fragtracer.gpu import textures, tracer
-from fragtracer.guiding import Decision, decides
+from fragtracer.guiding import Decision
 from fragtracer.io.toml import load
 from fragtracer.renderer import Renderer
 from fragtracer.sampling.allocation import FIRST_STAGE
@@ -320,7 +321,7 @@ def test_a_room_goes_on_beyond_the_first_stage(ctx: moderngl.Context) -> None:
 def learned(refiner: Refiner, scene: Scene) -> LiveRenderer:
     """The renderer of ``refiner``, as if it had been learned that light tracing pays."""
     decisions = light_tracing.Decision(True, "on: as learned", 0.5), Decision(None, "off: as learned")
-    refiner.renderer.learn(scene, decides(scene.render), decisions)
+    refiner.renderer.learn(Decided(scene, scene.render, decisions))
     return refiner.renderer
 
 

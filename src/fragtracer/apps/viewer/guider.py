@@ -13,6 +13,7 @@ import threading
 from contextlib import suppress
 from dataclasses import replace
 
+from fragtracer.decisions import Decided
 from fragtracer.guiding import same_light
 from fragtracer.light_tracing import Decisions, decide_both
 from fragtracer.scene import RenderSettings, Scene
@@ -46,12 +47,12 @@ class Guider:
         self._thread = threading.Thread(target=self._talk, args=(self._process, self._asked), daemon=True)
         self._thread.start()
 
-    def take(self) -> tuple[Scene, RenderSettings, Decisions] | None:
-        """What has been decided since the last call, and about what."""
+    def take(self) -> Decided | None:
+        """What has been decided since the last call."""
         if self._thread is None or self._thread.is_alive() or self._asked is None:
             return None
         self._thread = None
-        return None if self._answer is None else (*self._asked, self._answer)
+        return None if self._answer is None else Decided(*self._asked, self._answer)
 
     def _talk(self, process: "subprocess.Popen[bytes]", wanted: Wanted) -> None:
         with suppress(OSError, pickle.UnpicklingError, EOFError):

@@ -8,11 +8,11 @@ from typing import Any, Literal
 
 from fragtracer import guiding, light_tracing
 from fragtracer.apps.viewer.lit_film import LitFilm, ShownFilm
+from fragtracer.decisions import Decided
 from fragtracer.gpu.accumulation import Accumulation
 from fragtracer.gpu.film import Film
 from fragtracer.gpu.specialise import Level
 from fragtracer.gpu.tracer import TracerProgram
-from fragtracer.guiding import decides, same_light
 from fragtracer.light_tracing import Decisions, LightTracing
 from fragtracer.packing import PackedScene, pack, view_uniforms
 from fragtracer.packing.lights import LightKind
@@ -63,7 +63,7 @@ class LiveRenderer(Renderer):
         self.pass_seconds = 0.0  # that the last whole pass took
         self._is_specialised = False
         self._is_guided = False
-        self._learned: tuple[Scene, RenderSettings, Decisions] | None = None
+        self._learned: Decided | None = None
         self._traceable: tuple[Scene, bool] | None = None  # the last answer of may_trace_light()
         self._lights: LightTracing | None = None  # kept while the picture is of paths alone
         self._lit: LitFilm | None = None
@@ -132,9 +132,9 @@ class LiveRenderer(Renderer):
             packed = guided.applied(packed)
         return Plan(scene, settings, packed, self._program_of(settings, view, traced), traced)
 
-    def learn(self, scene: Scene, settings: RenderSettings, decisions: Decisions) -> None:
-        """Plan with ``decisions`` from now on, wherever there is the same light as in ``scene``."""
-        self._learned, self._traceable = (scene, settings, decisions), None
+    def learn(self, decided: Decided) -> None:
+        """Plan as ``decided`` from now on, wherever there is the same light as in its scene."""
+        self._learned, self._traceable = decided, None
 
     def may_trace_light(self, scene: Scene) -> bool:
         """Whether some light of ``scene`` is traced from the lights in a picture that rests."""
@@ -274,21 +274,13 @@ class LiveRenderer(Renderer):
         return self._decisions_for(self.scene, self.traces_light)
 
     def _decisions_for(self, scene: Scene, rests: bool) -> Decisions:
-        traced, guided = self._learned_for(scene)
-        if traced.is_on and (reason := light_tracing.impossible(scene, decides(scene.render))):
-            return light_tracing.Decision(False, f"off: {reason}"), guided
+        learned = self._learned and self._learned.for_picture(scene, scene.render)
+        reason = "off: nothing is learned yet"
+        traced, guided = learned or (light_tracing.Decision(False, reason), guiding.Decision(None, reason))
         if traced.is_on and not rests:
             reason = "off: light is traced from the lights once the picture rests"
             return light_tracing.Decision(False, reason), guiding.Decision(None, reason)
         return traced, guided
-
-    def _learned_for(self, scene: Scene) -> Decisions:
-        if self._learned is not None:
-            known, settings, decisions = self._learned
-            if settings == decides(scene.render) and same_light(known, scene):
-                return decisions
-        reason = "off: nothing is learned yet"
-        return light_tracing.Decision(False, reason), guiding.Decision(None, reason)
 
     def _program(self) -> TracerProgram:
         return self._program_of(self.settings, "", self._decisions()[0])

@@ -210,8 +210,8 @@ class Refiner:
         """Have the shown scene learned when it rests, and guide by what was learned."""
         if self._guider is None or self._view or self.is_preparing:
             return
-        if (learned := self._guider.take()) is not None:
-            self.renderer.learn(*learned)
+        if (decided := self._guider.take()) is not None:
+            self.renderer.learn(decided)
             if "u_guiding" in self.renderer.plan(self._scene).packed.tables:
                 self._guides, self._specialising = True, None
         elif now - self._edited_at > _LEARN_AFTER:
