@@ -113,6 +113,14 @@ def blocks_of_the_random_texture_differ(ctx: Any) -> None:
         texture.release()
 
 
+def pixels_and_vertices_are_stratified_together(ctx: Any) -> None:
+    texture = upload_random_texture(ctx)
+    try:
+        test_sampler.test_mean_converges_without_floor(ctx, texture, "camera and vertex")
+    finally:
+        texture.release()
+
+
 def closest_hit(storage: str, culled: bool = False) -> Check:
     return Check(test_intersect.test_closest_hit, storage=storage, scale=1.0, culled=culled)
 
@@ -958,6 +966,13 @@ MUTATIONS = [
         "uint(dimension), block)",
         "uint(dimension), 0u)",
         Check(blocks_of_the_random_texture_differ),
+    ),
+    Mutation(
+        "points of each dimension in an order of their own",
+        "sampler/texture.glsl",
+        "^ group)",
+        "^ uint(dimension))",
+        Check(pixels_and_vertices_are_stratified_together),
     ),
     Mutation(
         "rows of the guide table swapped",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""random_texture.py: each layer is a scrambled Sobol set with all of its stratification."""
+"""random_texture.py: scrambled nets with all of their stratification, alone and beside each other."""
 
 from itertools import product
 
@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
-from fragtracer.packing.random_texture import BITS, LAYERS, WIDTH, _sobol_points, random_texture
+from fragtracer.packing.random_texture import BITS, GROUP, LAYERS, WIDTH, _points, random_texture
 
 POINTS = WIDTH * WIDTH
 LEVELS = POINTS.bit_length() - 1
@@ -29,11 +29,18 @@ def box_counts(points: NDArray[np.integer], bits: tuple[int, ...]) -> NDArray[np
     return np.sort(np.bincount(box, minlength=1 << sum(bits)))
 
 
-def test_sobol_points_are_those_of_scipy() -> None:
-    """Which lists them in the order of the Gray code."""
+def test_pairs_are_sobol_points() -> None:
+    """As scipy has them, which lists them in the order of the Gray code; in other orders of each aligned block."""
     index = np.arange(POINTS)
-    expected = qmc.Sobol(4, scramble=False, bits=BITS).random(POINTS)
-    np.testing.assert_array_equal(_sobol_points()[index ^ (index >> 1)] / 2**BITS, expected)
+    sobol = np.empty((POINTS, 2))
+    sobol[index ^ (index >> 1)] = qmc.Sobol(2, scramble=False, bits=BITS).random(POINTS)
+    pairs = _points().reshape(POINTS, -1, 2).transpose(1, 0, 2) / 2**BITS
+    np.testing.assert_array_equal(pairs[0], sobol)
+    for pair in pairs:
+        number = np.lexsort(pair.T)[np.argsort(np.lexsort(sobol.T))]  # where each point of Sobol's stands
+        np.testing.assert_array_equal(pair[number], sobol)
+        for level in range(LEVELS + 1):
+            assert (number[: 1 << level] < 1 << level).all()
 
 
 def test_format() -> None:
@@ -66,18 +73,33 @@ def test_every_aligned_block_is_stratified(layers: NDArray[np.int64], level: int
 def test_scrambling_keeps_the_net(layers: NDArray[np.int64], level: int) -> None:
     """Boxes of every shape hold as many points as those of the plain Sobol sequence: scrambling permutes boxes."""
     shapes = [bits for bits in product(range(level + 1), repeat=4) if sum(bits) == level]
-    plain = _sobol_points()[: 1 << level].astype(np.int64)
-    for layer in layers[:: 5 if level > 6 else 1]:
+    plain = _points()[: 1 << level].astype(np.int64)
+    for number in range(0, LAYERS, 5 if level > 6 else 1):
+        within = slice(4 * (number % GROUP), 4 * (number % GROUP) + 4)
         for bits in shapes:
-            np.testing.assert_array_equal(box_counts(layer[: 1 << level], bits), box_counts(plain, bits))
+            found = box_counts(layers[number, : 1 << level], bits)
+            np.testing.assert_array_equal(found, box_counts(plain[:, within], bits))
 
 
-def test_first_two_coordinates_are_a_net(layers: NDArray[np.int64]) -> None:
-    """A (0, m, 2)-net: one point in every box of area 1 / n."""
+@pytest.mark.parametrize("level", [4, 6, 12])
+def test_scrambling_keeps_the_net_of_a_group(layers: NDArray[np.int64], level: int) -> None:
+    """Boxes over a pair of coordinates of one layer and one of the next."""
+    shapes = [bits for bits in product(range(0, level + 1, 2), repeat=4) if sum(bits) == level]
+    plain = _points()[: 1 << level].astype(np.int64)
+    for first in range(0, LAYERS, GROUP):
+        group = np.concatenate(layers[first : first + GROUP], axis=1)[: 1 << level]
+        for pairs in ([0, 1, 4, 5], [4, 5, 8, 9], [2, 3, 14, 15]):
+            for bits in shapes:
+                np.testing.assert_array_equal(box_counts(group[:, pairs], bits), box_counts(plain[:, pairs], bits))
+
+
+@pytest.mark.parametrize("pair", [0, 2])
+def test_pairs_are_nets(layers: NDArray[np.int64], pair: int) -> None:
+    """(0, m, 2)-nets: one point in every box of area 1 / n."""
     for level in (4, 6, 12):
         for b in range(level + 1):
             for layer in layers:
-                assert (box_counts(layer[: 1 << level, :2], (b, level - b)) == 1).all()
+                assert (box_counts(layer[: 1 << level, pair : pair + 2], (b, level - b)) == 1).all()
 
 
 def test_mean(layers: NDArray[np.int64]) -> None:

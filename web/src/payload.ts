@@ -81,7 +81,7 @@ export interface Header extends Stored {
   pick: string; // takes the place of the outputs and main() of `fragment`
   display: string;
   software?: Stored; // if it differs
-  random: { state: string; increment: string; directions: number[][]; bits: number; width: number; layers: number };
+  random: { state: string; increment: string; directions: number[][]; bits: number; width: number; layers: number; group: number };
   camera: Camera;
   origin: Vector;
 }

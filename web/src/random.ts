@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The random-vector texture (src/fragtracer/packing/random_texture.py), bit for bit, so that its megabyte need not be
-// sent: Owen-scrambled Sobol points, scrambled by the numbers of numpy's PCG64.
+// sent: Owen-scrambled nets, scrambled by the numbers of numpy's PCG64.
 import type { Header } from "./payload";
 
 const MULTIPLIER = 0x2360ed051fc65da44385df649fccf645n;
@@ -40,21 +40,19 @@ class Pcg64 {
 
 // RGBA texels of all layers, each coordinate plus one.
 export function randomTexture(recipe: Header["random"]): Float32Array {
-  const { directions, bits, width, layers } = recipe;
+  const { directions, bits, width, layers, group } = recipe;
   const count = width * width;
   const pointBits = Math.log2(count);
   const random = new Pcg64(BigInt(recipe.state), BigInt(recipe.increment));
-  const sobol = new Uint32Array(count * 4);
-  for (let i = 0; i < count; i++)
-    for (let dimension = 0; dimension < 4; dimension++)
-      for (let bit = 0; bit < pointBits; bit++)
-        if ((i >>> bit) & 1) sobol[4 * i + dimension] ^= directions[dimension][bit];
+  const point = (index: number, dimension: number) =>
+    directions[dimension].reduce((sum, direction, bit) => ((index >>> bit) & 1 ? sum ^ direction : sum), 0);
   const index = Uint32Array.from({ length: count }, (_, i) => i);
   const result = new Float32Array(layers * count * 4);
   const points = new Uint32Array(count * 4);
+  let order: Uint32Array = index;
   for (let layer = 0; layer < layers; layer++) {
-    const order = scrambled(index, 1, pointBits, pointBits, random);
-    for (let i = 0; i < count; i++) points.set(sobol.subarray(4 * order[i], 4 * order[i] + 4), 4 * i);
+    if (layer % group === 0) order = scrambled(index, 1, pointBits, pointBits, random);
+    for (let i = 0; i < points.length; i++) points[i] = point(order[i >>> 2], 4 * (layer % group) + (i & 3));
     const shuffled = scrambled(points, 4, bits, pointBits, random);
     const first = layer * count * 4;
     for (let i = 0; i < shuffled.length; i++) result[first + i] = 1 + shuffled[i] / 2 ** bits;

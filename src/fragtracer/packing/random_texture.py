@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: MIT
 """The random-vector 3D texture: every random number of the path tracer, made once on the CPU.
 
-Each layer is an independent Owen-scrambled Sobol set of four dimensions (Owen 1998, Scrambling
-Sobol' and Niederreiter-Xing Points), its points put in an independent nested-uniform random order,
-so that the layers, used side by side for the dimensions of one path, are not correlated although
-each keeps the stratification of its aligned power-of-two blocks (Burley 2020, Practical Hash-based
-Owen Scrambling, section 5). Counterpart in the shader: sampler/texture.glsl.
+GROUP layers hold a point set of 4 GROUP dimensions, for the camera and the first vertices of a path together, or for
+the next. It consists of pairs of coordinates. Each pair is the first two dimensions of the Sobol sequence, a (0,
+2)-sequence in base 2, with its points in an order of its own, a linear map of the digits of their index that keeps
+aligned power-of-two blocks: so the pairs, side by side, may be spread evenly over all of their dimensions too. Each
+coordinate is Owen-scrambled (Owen 1998, Scrambling Sobol' and Niederreiter-Xing Points), and the points of a group are
+put in a nested-uniform random order, so that groups are not correlated although each keeps its stratification (Burley
+2020, Practical Hash-based Owen Scrambling, section 5). Counterpart in the shader: sampler/texture.glsl.
 """
 
 from typing import Any
@@ -15,12 +17,28 @@ from numpy.typing import NDArray
 
 WIDTH = 64
 LAYERS = 16
+GROUP = 4
 BITS = 23
 
 _POINT_BITS = (WIDTH * WIDTH).bit_length() - 1
-# Joe and Kuo 2008, Constructing Sobol Sequences with Better Two-Dimensional Projections: degree,
-# polynomial and initial numbers of dimensions 2 to 4; dimension 1 is van der Corput's.
-_POLYNOMIALS = ((1, 0, (1,)), (2, 1, (1, 3)), (3, 1, (1, 3, 1)))
+# Direction numbers of a pair, one for each bit of the point index: of van der Corput's sequence, and of the second
+# dimension of Sobol 1967, where each adds, without carry, the one before, shifted by a digit.
+_SECOND = [1]
+for _ in range(_POINT_BITS - 1):
+    _SECOND.append(_SECOND[-1] << 1 ^ _SECOND[-1])
+PAIR = [[m << BITS - 1 - i for i, m in enumerate(row)] for row in ([1] * _POINT_BITS, _SECOND)]
+# The order of each pair: by the digits of the index, the lowest first, what each adds to it, without carry. Found by
+# scripts/point_set.py.
+_ORDERS = (
+    (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048),
+    (1, 2, 4, 10, 19, 32, 94, 171, 302, 575, 1954, 2403),
+    (1, 2, 6, 15, 28, 33, 94, 238, 463, 899, 1577, 3091),
+    (1, 3, 5, 11, 26, 49, 96, 206, 452, 712, 1664, 3515),
+    (1, 3, 7, 12, 27, 38, 92, 194, 416, 643, 1662, 2616),
+    (1, 2, 5, 9, 25, 59, 69, 136, 337, 688, 1733, 3122),
+    (1, 2, 7, 15, 24, 53, 127, 131, 505, 541, 1810, 2214),
+    (1, 2, 7, 12, 17, 34, 114, 174, 507, 857, 1722, 3542),
+)
 
 
 def random_texture(seed: int = 0) -> NDArray[np.float32]:
@@ -37,11 +55,13 @@ def random_texture(seed: int = 0) -> NDArray[np.float32]:
         Coordinates plus one, in [1, 2): the mantissa of each float holds its 23 binary digits.
     """
     rng = np.random.default_rng(seed)
-    sobol = _sobol_points()
+    points = _points()
     texture = np.empty((LAYERS, WIDTH * WIDTH, 4), np.float32)
-    for layer in texture:
+    for first in range(0, LAYERS, GROUP):
         order = _scramble(np.arange(WIDTH * WIDTH, dtype=np.uint32)[:, None], _POINT_BITS, rng)[:, 0]
-        layer[:] = 1 + _scramble(sobol[order], BITS, rng) / np.float32(1 << BITS)
+        for layer in range(GROUP):
+            coordinates = points[order, 4 * layer : 4 * layer + 4]
+            texture[first + layer] = 1 + _scramble(coordinates, BITS, rng) / np.float32(1 << BITS)
     return texture.reshape(LAYERS, WIDTH, WIDTH, 4)
 
 
@@ -52,36 +72,35 @@ def recipe() -> dict[str, Any]:
     return {
         "state": str(state["state"]),
         "increment": str(state["inc"]),
-        "directions": [_directions(dimension) for dimension in range(4)],
+        "directions": _directions(),
         "bits": BITS,
         "width": WIDTH,
         "layers": LAYERS,
+        "group": GROUP,
     }
 
 
-def _sobol_points() -> NDArray[np.uint32]:
-    """The first WIDTH² points of the four-dimensional Sobol sequence, (WIDTH², 4), in BITS bits."""
+def _points() -> NDArray[np.uint32]:
+    """The points of a group before scrambling, (WIDTH², 4 GROUP), in BITS bits."""
     index = np.arange(WIDTH * WIDTH, dtype=np.uint32)
-    points = np.zeros((WIDTH * WIDTH, 4), np.uint32)
-    for dimension in range(4):
-        for bit, direction in enumerate(_directions(dimension)):
+    points = np.zeros((WIDTH * WIDTH, 4 * GROUP), np.uint32)
+    for dimension, directions in enumerate(_directions()):
+        for bit, direction in enumerate(directions):
             points[:, dimension] ^= (index >> bit & 1) * np.uint32(direction)
     return points
 
 
-def _directions(dimension: int) -> list[int]:
-    """Direction numbers of one dimension, one for each bit of the point index."""
-    if dimension == 0:
-        return [1 << (BITS - 1 - i) for i in range(_POINT_BITS)]
-    degree, polynomial, initial = _POLYNOMIALS[dimension - 1]
-    m = list(initial)
-    for i in range(degree, _POINT_BITS):
-        value = m[i - degree] ^ (m[i - degree] << degree)
-        for k in range(1, degree):
-            if polynomial >> (degree - 1 - k) & 1:
-                value ^= m[i - k] << k
-        m.append(value)
-    return [m[i] << (BITS - 1 - i) for i in range(_POINT_BITS)]
+def _directions() -> list[list[int]]:
+    """Direction numbers of each dimension, one for each bit of the point index."""
+    return [[_sum(directions, digits) for digits in order] for order in _ORDERS for directions in PAIR]
+
+
+def _sum(directions: list[int], digits: int) -> int:
+    """Those of the ``digits`` that are 1, without carry."""
+    found = 0
+    for bit, direction in enumerate(directions):
+        found ^= direction * (digits >> bit & 1)
+    return found
 
 
 def _scramble(values: NDArray[np.uint32], bits: int, rng: np.random.Generator) -> NDArray[np.uint32]:
