@@ -192,11 +192,11 @@ def test_what_is_seen_to_emit_is_part_of_the_picture(ctx: moderngl.Context, name
     """Also through smooth surfaces, by the same paths, so that nothing is left where nothing else is seen; and the mean
     of more samples is the same as of other ones."""
     with Renderer(load(name), SIZE, context=ctx, adaptive="off", guiding="off") as renderer:
-        renderer.sample(4)
+        renderer.sample(16)
         image, seen, clean = (renderer.image(), *map(renderer.aov, DENOISING[2:4]))
         assert (image - seen).min() > -1e-5 * image.max()
         np.testing.assert_allclose(clean.mean(), seen.mean(), rtol=0.2, atol=1e-6)
-        renderer.sample(60)
+        renderer.sample(48)
         np.testing.assert_array_equal(renderer.aov("denoising_emission"), clean)
 
 

@@ -69,7 +69,7 @@ def with_estimators(cases: Iterable[T], small: Callable[[T], bool]) -> list[tupl
 @pytest.mark.parametrize(("estimator", "ball"), with_estimators(BALLS, lambda ball: ball[1] < 0.1))
 def test_floor_under_a_spherical_light(ctx, estimator, ball):
     form = sphere_form(*ball)
-    image = rendered(ctx, floor_under(lights=[Light(*ball, radiance=RADIANCE)]), 256, estimator=estimator)
+    image = rendered(ctx, floor_under(lights=[Light(*ball, radiance=RADIANCE)]), 512, estimator=estimator)
     assert_mean(image, floor_radiance(np.multiply(RADIANCE, form)), 0.02 if estimator == "bsdf" else 0.002, LIFT)
 
 

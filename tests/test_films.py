@@ -138,15 +138,15 @@ def test_a_film_goes_on_as_it_was_begun(ctx, tmp_path, monkeypatch, first, then)
 
 def test_it_stops_at_the_same_error(ctx, tmp_path) -> None:
     with Renderer(load(SCENE), SIZE, context=ctx, adaptive="off", **SETTINGS) as renderer:
-        renderer.render(until=0.025)
+        renderer.render(until=0.015)
         spp, image = renderer.spp, renderer.image()
         assert spp > 64
         renderer.reset()
-        renderer.render(48, until=0.025)
+        renderer.render(48, until=0.015)
         renderer.save(tmp_path / "film.npz")
         renderer.reset()
         renderer.resume(tmp_path / "film.npz")
-        renderer.render(until=0.025)
+        renderer.render(until=0.015)
         assert renderer.spp == spp
         np.testing.assert_array_equal(renderer.image(), image)
 

@@ -52,7 +52,7 @@ SPP, SPP_OF_MESHES = 1024, 256
 OTHER_SPP = {
     "caustic": 2048,
     "cornell-box": 2048,
-    "five-lights": 2048,
+    "five-lights": 4096,
     "furnace": 256,
     "knot": 1024,
     "light-size-0": 256,

@@ -111,7 +111,7 @@ def test_light_of_gltf_arrives(ctx, tmp_path: Path, kind: str, irradiance: float
             {"translation": [0, 0, 2 * scale], **light},
         ],
     }
-    image = rendered(ctx, load(made.write(tmp_path / "x.glb")), 4, (4, 4), bounces=1)
+    image = rendered(ctx, load(made.write(tmp_path / "x.glb")), 64, (4, 4), bounces=1)
     np.testing.assert_allclose(
         image, np.full((4, 4, 3), np.multiply((1, 0.5, 0.25), irradiance * 0.5 / np.pi)), rtol=1e-3
     )

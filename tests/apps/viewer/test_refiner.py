@@ -374,7 +374,8 @@ def test_a_broken_file_of_photons_leaves_all_light_to_paths(make: Make, monkeypa
 
 
 def test_photons_bring_the_light_that_a_resting_picture_lacks(make: Make) -> None:
-    scene = load("caustic")
+    scene = load("caustic")  # with a larger lamp, which paths meet through glass so often that their error is known
+    scene = replace(scene, lights=[replace(light, radius=1.0) for light in scene.lights])
     refiner = make(scene)
     renderer = learned(refiner, scene)
     until(refiner, lambda: renderer.traces_light)
