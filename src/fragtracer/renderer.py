@@ -269,8 +269,8 @@ class Renderer:
         film = SavedFilm.read(Path(path))
         if "cluster" in film.state:
             raise FilmError(f"{path}: this film was rendered on a cluster; go on with --cluster")
-        decided = {name: film.origin[name] for name in DECIDED if name in film.origin}
-        film.check(self.origin() | decided, path)
+        here, decided = self.origin(), {name: film.origin[name] for name in DECIDED if name in film.origin}
+        film.check(here | decided, path)
         if "merged" in film.state:
             raise FilmError(f"{path}: this film is merged of several; render more samples with --first-sample")
         ((first, _),) = film.ranges
@@ -278,9 +278,10 @@ class Renderer:
             raise FilmError(f"{path}: its first sample is {first} there, {self.first_sample} here")
         with self._current():
             left_out = self._decider.decide_as(film.origin, self.scene, self.settings)
-            self._tracer.load(self._packed(), self._program())
-            self._load_light()
-            self._film.gradient_domain, _ = self._gradient_domain
+            if self.origin() != here:
+                self._tracer.load(self._packed(), self._program())
+                self._load_light()
+                self._film.gradient_domain, _ = self._gradient_domain
         film.check(self.origin(), path)
         if left_out:
             begun_anew = "a new render of so many samples would be less noisy"
