@@ -5,11 +5,11 @@
 
 A pair is the first two dimensions of the Sobol sequence, its points in the order U n, where n are the digits of the
 index, and U an upper triangular matrix over GF(2) whose diagonal is 1. The matrices are drawn at random, one pair after
-another, the best of some, and then changed digit by digit, as long as that lowers the sum of the errors of two and
-three pairs together: of the root mean square error of digitally shifted nets over functions of a Sobolev space, which
-has the kernel 1/6 - 2^(floor(log2 x) - 1) (Dick and Pillichshammer 2005, Multivariate Integration in Weighted Hilbert
-Spaces Based on Walsh Functions and Weighted Sobolev Spaces), what those of one pair are of which is left out. Each is
-relative to that of independent points, and the mean of nets of 16 to 2048 points.
+another, the best of some, and then changed digit by digit, as long as that lowers the sum of the errors of two and of
+three pairs together. Such an error is the mean square one of digitally shifted nets over functions of a Sobolev space,
+which has the kernel 1/6 - 2^(floor(log2 x) - 1) for each dimension (Dick and Pillichshammer 2005, Multivariate
+Integration in Weighted Hilbert Spaces Based on Walsh Functions and Weighted Sobolev Spaces), without the functions of
+fewer pairs; relative to that of independent points, and the mean of nets of 16 to 2048 points.
 """
 
 from itertools import combinations

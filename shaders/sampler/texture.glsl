@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The random-vector texture: w * h points in each layer, whose coordinates RANDOM_GROUP layers have together: an
-// Owen-scrambled net, made and shuffled by packing/random_texture.py. Layers repeat over dimensions and points over
-// the image; what makes each use its own are hashes:
+// The random-vector texture: each RANDOM_GROUP layers hold w * h points, four coordinates a layer, of an Owen-scrambled
+// net, made and shuffled by packing/random_texture.py. Layers repeat over dimensions and points over the image; what
+// makes each use its own are hashes:
 // - of (pixel, group of dimensions, block of w * h samples), XORed with the point index, which permutes the aligned
 //   power-of-two blocks of a sequence;
 // - of (pixel, dimension, block), XORed with the bits of the coordinates (a random digital shift: Owen 2003, Variance

@@ -176,7 +176,7 @@ def test_flags_agree() -> None:
 
 def test_sizes_agree() -> None:
     sampler = constants(read("sampler/texture.glsl"), "RANDOM_")
-    assert (sampler["WIDTH"], sampler["LAYERS"]) == (random_texture.WIDTH, random_texture.LAYERS)
+    assert sampler == {name: getattr(random_texture, name) for name in ("WIDTH", "LAYERS", "GROUP")}
     assert bvh.tree.WIDTH == 4  # node_intersect() of shape/bvh.glsl
     (alpha_delta,) = re.findall(r"^const float ALPHA_DELTA = (\S+);", read("bsdf/ggx.glsl"), re.MULTILINE)
     assert float(alpha_delta) == materials.ALPHA_DELTA
