@@ -54,11 +54,12 @@ float flat_intersect(Flat f, Ray ray) {
     vec3 down = cross(f.normal, edge_u);
     vec3 u_row = across / dot(across, edge_u);
     vec3 v_row = down / dot(down, edge_v);
-    float distance = plane_intersect(f.normal, dot(f.normal, f.a), ray);
-    vec3 p = ray.origin + distance * ray.direction;
-    vec2 uv = vec2(dot(u_row, p) - dot(u_row, f.a), dot(v_row, p) - dot(v_row, f.a));
+    vec3 from_a = ray.origin - f.a;
+    float distance = -dot(f.normal, from_a) / dot(f.normal, ray.direction);
+    vec3 p = from_a + distance * ray.direction;
+    vec2 uv = vec2(dot(u_row, p), dot(v_row, p));
     bool is_met = flat_contains(f.kind, uv) && ((f.kind & SHAPE_CULLED) == 0u || dot(f.normal, ray.direction) < 0.0);
-    return is_met ? distance : INFINITE_DISTANCE;
+    return is_met && distance > 0.0 ? distance : INFINITE_DISTANCE;
 }
 
 // Coordinates of a point on a shape of this kind, uniform over its area.

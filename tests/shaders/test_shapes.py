@@ -213,3 +213,23 @@ def test_flat_shape(ctx: moderngl.Context, kind: str, way: str) -> None:
     from_front = (direction * normal).sum(1) < 0
     seen = flat_distance(ctx, kind, way, corner, far_u, far_v, origin, direction, culled=True)
     np.testing.assert_array_equal(seen, np.where(from_front, t, MISS).astype(np.float32))
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_flat_shape_far_from_the_origin(ctx: moderngl.Context, way: str) -> None:
+    """The distance is as exact as near the origin of the coordinates: float32 rounds ray and shape alone."""
+    rng = np.random.default_rng(5)
+    corner, u, v = flat_shapes(rng, right=True)
+    corner, far_u, far_v = rounded(corner + 1e3, corner + 1e3 + u, corner + 1e3 + v)
+    u, v = far_u - corner, far_v - corner
+    normal = unit(np.cross(u, v))
+    slant = unit(normal + rng.normal(size=(COUNT, 3)))
+    target = corner + rng.uniform(0.1, 0.9, (COUNT, 1)) * u + rng.uniform(0.1, 0.9, (COUNT, 1)) * v
+    origin, direction = rounded(target + rng.uniform(0.1, 2, (COUNT, 1)) * slant, -slant)
+    t = flat_distance(ctx, "rectangle", way, corner, far_u, far_v, origin, direction)
+    slope = -(normal * direction).sum(1)
+    expected = (normal * (origin - corner)).sum(1) / slope
+    reach = np.linalg.norm(origin - corner, axis=1) + np.linalg.norm(u, axis=1) + np.linalg.norm(v, axis=1)
+    steep = (slope > 0.1) & (expected > 0.01)
+    assert steep.mean() > 0.5
+    assert (np.abs(t - expected) <= 1e-6 * reach / slope)[steep].all()

@@ -332,7 +332,7 @@ def test_light_is_traced_from_the_lights_while_the_picture_rests(make: Make, com
     until(refiner, lambda: refiner.renderer.spp >= 80)
     renderer = learned(refiner, scene)
     until(refiner, lambda: renderer.traces_light)
-    assert renderer.spp == 0, "the samples of before are of all light"
+    assert renderer.spp < 80, "it begins anew: the samples of before are of all light"
     until(refiner, lambda: renderer.spp > 8)
     assert 0 < refiner.held_weight < 1, "they fade out slowly"
     until(refiner, lambda: refiner.held is None)
