@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The OpenGL context that the tests share."""
 
+import copy
 import os
 from collections.abc import Iterator
 
@@ -32,6 +33,13 @@ def _cache_of_the_tests(tmp_path_factory: pytest.TempPathFactory) -> Iterator[No
         patch.setenv("LP_NATIVE_VECTOR_WIDTH", os.environ.get("LP_NATIVE_VECTOR_WIDTH", "256"))
         patch.delenv("PYTHONDONTWRITEBYTECODE", raising=False)  # processes that tests start need not all compile Python
         yield
+
+
+@pytest.fixture(autouse=True)
+def _same_numbers_in_any_order(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each test of a module with random numbers, ``RNG``, has the same ones, whichever tests its process had before."""
+    if hasattr(request.module, "RNG"):
+        monkeypatch.setattr(request.module, "RNG", copy.deepcopy(request.module.RNG))
 
 
 @pytest.fixture(autouse=True)
