@@ -4,7 +4,7 @@
 That both have the same fields in the same places is what tests/packing/test_records.py says.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -56,7 +56,6 @@ STORAGES = {
     "listed": (10**6, 12, Level.NOTHING),
     "listed, many": (10**6, 1100, Level.NOTHING),  # more than a row of the texture
     "compiled in": (10**6, 12, Level.SCENE),
-    "compiled in, many": (10**6, 1100, Level.SCENE),
     "bvh": (0, 12, Level.NOTHING),
     "bvh, many": (0, 1100, Level.NOTHING),
     "bvh, compiled in": (0, 12, Level.SCENE),
@@ -77,30 +76,36 @@ def read(
     load = f"{record} r = {snake(record)}_load(int(row));"
     if record == "Node":
         load = "Node r = node_of(shape_texel(int(row), 0), shape_texel(int(row), 1), shape_texel(int(row), 2));"
+    # Each value has an output, a whole number two, since a float has 24 bits; where there are more than a probe has
+    # outputs, further rows of the same program have the next ones.
+    values: list[tuple[str, int, str]] = []
+    for name, kind in RECORDS[record]:
+        size = SIZES[kind]
+        if kind in WHOLE:
+            vector, cast = (f"uvec{size}(r.{name})", f"vec{size}") if size > 1 else (f"uint(r.{name})", "float")
+            values += [
+                (f"low {name}", size, f"{cast}({vector} & 0xffffu)"),
+                (f"high {name}", size, f"{cast}({vector} >> 16u)"),
+            ]
+        else:
+            values.append((name, size, f"r.{name}"))
+    parts = -(-len(values) // MOST_OUTPUTS)
+    body = [load]
+    for n, (_, size, value) in enumerate(values):
+        padding = ", 0.0" * (4 - size)
+        body.append(f"if (int(part) == {n // MOST_OUTPUTS}) out{n % MOST_OUTPUTS} = vec4({value}{padding});")
+    outputs = {f"out{n}": 4 for n in range(min(len(values), MOST_OUTPUTS))}
+    inputs = {"row": np.tile(np.asarray(rows), parts), "part": np.repeat(np.arange(parts), len(rows))}
+    shown = scene_probe(ctx, packed, SCENE, "\n".join(body), inputs, outputs, level)
+    found: Table = {}
+    for n, (name, size, _) in enumerate(values):
+        part = shown[f"out{n % MOST_OUTPUTS}"].reshape(parts, len(rows), 4)[n // MOST_OUTPUTS]
+        found[name] = part[:, 0] if size == 1 else part[:, :size]
     table: Table = {}
-    for fields in batched(RECORDS[record], MOST_OUTPUTS // 2):
-        outputs: dict[str, int] = {}
-        body = [load]
-        for name, kind in fields:
-            size, whole = SIZES[kind], kind in WHOLE
-            vector = f"uvec{size}(r.{name})" if size > 1 else f"uint(r.{name})"
-            if not whole:
-                outputs |= {f"of_{name}": size}
-                body.append(f"of_{name} = r.{name};")
-            else:  # in halves, as a float has 24 bits
-                outputs |= {f"low_{name}": size, f"high_{name}": size}
-                cast = "float" if size == 1 else f"vec{size}"
-                body.append(f"low_{name} = {cast}({vector} & 0xffffu); high_{name} = {cast}({vector} >> 16u);")
-        found = scene_probe(ctx, packed, SCENE, "\n".join(body), {"row": np.asarray(rows)}, outputs, level)
-        for name, kind in fields:
-            value = found[f"high_{name}"] * 65536 + found[f"low_{name}"] if kind in WHOLE else found[f"of_{name}"]
-            table[name] = np.where(value >= 2**31, value - 2**32, value) if kind == "int" else value
+    for name, kind in RECORDS[record]:
+        value = found[f"high {name}"] * 65536 + found[f"low {name}"] if kind in WHOLE else found[name]
+        table[name] = np.where(value >= 2**31, value - 2**32, value) if kind == "int" else value
     return table
-
-
-def batched(fields: Sequence[tuple[str, str]], size: int) -> Iterator[Sequence[tuple[str, str]]]:
-    for start in range(0, len(fields), size):
-        yield fields[start : start + size]
 
 
 def decoded(record: str, words: Words) -> Table:

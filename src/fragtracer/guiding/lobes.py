@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Lobes fitted to photons in the cells of two nested grids, as shaders/guiding/lobes.glsl reads them."""
 
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -18,6 +19,8 @@ _EDGES = (1, 2, 4, 8, 16)  # cells along an edge of a coarse one
 _PHOTONS = 25  # that a fine cell should have, where a surface passes through it
 _LEAST = 3  # of a lobe
 _INHERITED = 0.3  # of the flux of the coarse cell goes to a fine one that has no photons for a lobe
+_OF_GRID = 1 << 15  # photons, at least, that say where it lies
+_AT_ONCE = 1 << 20  # distances between cells, which bounds the memory
 _OUTLIERS = 0.05  # of the flux at either end of each axis, which the grid leaves out
 _GAIN = 3.0  # by which a lobe counts more than the same irradiance from all around: it has more of the variance
 
@@ -40,27 +43,32 @@ class Lobes:
 
 def fit(photons: Photons) -> Lobes | None:
     """Lobes of ``photons``, or None where they are too few for any."""
-    low, edge, size = _grid(photons)
-    place = np.clip((photons.receiver - low) / edge, 0, size - 1e-6)
+    receiver, source = np.ascontiguousarray(photons.receiver.T), np.ascontiguousarray(photons.source.T)
+    low, edge, size = _grid(receiver, photons.flux)
+    place = np.clip((receiver - low[:, None]) / edge, 0, size[:, None] - 1e-6)
     index = np.floor(place).astype(np.int64)
-    coarse = (index[:, 2] * size[1] + index[:, 1]) * size[0] + index[:, 0]
+    coarse = (index[2] * size[1] + index[1]) * size[0] + index[0]
     total = int(size.prod())
     count = np.bincount(coarse, minlength=total)
     edges = np.select([count >= _PHOTONS * e * e for e in _EDGES[::-1]], _EDGES[::-1], 1)
     first = np.cumsum(edges**3) - edges**3
     own = edges[coarse]
-    fine = np.floor((place - index) * own[:, None]).astype(np.int64)
-    cell = first[coarse] + (fine[:, 2] * own + fine[:, 1]) * own + fine[:, 0]
+    fine = np.floor((place - index) * own).astype(np.int64)
+    cell = first[coarse] + (fine[2] * own + fine[1]) * own + fine[0]
     parent = np.repeat(np.arange(total), edges**3)
 
+    direction = source - receiver
+    direction /= np.sqrt(np.square(direction).sum(axis=0))
+    vectors = receiver, source, direction
     with ThreadPoolExecutor(2) as threads:
-        made = [threads.submit(_lobes_of, photons, *cells) for cells in ((coarse, total), (cell, len(parent)))]
+        levels = (coarse, total), (cell, len(parent))
+        made = [threads.submit(_lobes_of, vectors, photons.group, photons.flux, *cells) for cells in levels]
         above, (points, widths, flux) = (m.result() for m in made)
     there = np.flatnonzero(above[2].any(axis=1))
     if not len(there):
         return None
     middle = np.stack(np.unravel_index(np.arange(total), size[::-1])[::-1], axis=1)
-    nearest = there[[int(np.square(middle[there] - m).sum(axis=1).argmin()) for m in middle]]
+    nearest = there[_nearest(middle, middle[there])]
     parent_flux = (above[2] / edges[:, None] ** 2)[nearest[parent]]
     # What a cell has no photons for, it takes from the coarse cell.
     lacks = flux <= 0
@@ -83,85 +91,124 @@ def fit(photons: Photons) -> Lobes | None:
     return Lobes(low, edge, size, first, edges, points, widths, ratios)
 
 
-def _lobes_of(photons: Photons, cell: Ints, cells: int) -> tuple[Floats, Floats, Floats]:
-    """Points (cells, LOBES, 3), widths and flux (cells, LOBES) of the lobes of ``photons`` whose cells are given."""
-    direction = photons.source - photons.receiver
-    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
-    found, lobe, count = np.unique(_lobe_of(cell, photons.group, photons.flux), return_inverse=True, return_counts=True)
-    points, widths, flux = np.zeros((cells * LOBES, 3)), np.zeros(cells * LOBES), np.zeros(cells * LOBES)
-    points[found] = _points(lobe, photons.receiver, photons.source, direction, photons.flux, len(found))
-    widths[found] = _widths(lobe, photons.receiver, direction, photons.flux, points[found])
-    flux[found] = np.where(count < _LEAST, 0, np.bincount(lobe, photons.flux))
-    return points.reshape(cells, LOBES, 3), widths.reshape(cells, LOBES), flux.reshape(cells, LOBES)
+def _lobes_of(
+    vectors: Sequence[Floats], group: Ints, flux: Floats, cell: Ints, cells: int
+) -> tuple[Floats, Floats, Floats]:
+    """Points (cells, LOBES, 3), widths and flux (cells, LOBES) of the lobes of photons, whose receivers, sources and
+    directions (3, n), groups, flux and cells (n,) are given."""
+    order, found, first = _by_lobe(cell, group, flux)
+    receiver, source, direction = (np.take(v, order, axis=1) for v in vectors)
+    flux = np.take(flux, order)
+    points, widths, brought = np.zeros((cells * LOBES, 3)), np.zeros(cells * LOBES), np.zeros(cells * LOBES)
+    aims = _points(receiver, source, direction, flux, first)
+    points[found] = aims.T
+    widths[found] = _widths(receiver, direction, flux, aims, first)
+    brought[found] = np.where(_counts(first, len(order)) < _LEAST, 0, np.add.reduceat(flux, first))
+    return points.reshape(cells, LOBES, 3), widths.reshape(cells, LOBES), brought.reshape(cells, LOBES)
 
 
-def _grid(photons: Photons) -> tuple[Floats, float, Ints]:
-    """Lower corner, edge of a coarse cell and number of cells."""
+def _grid(receiver: Floats, flux: Floats) -> tuple[Floats, float, Ints]:
+    """Lower corner, edge of a coarse cell and number of cells, of receivers (3, n)."""
+    some = slice(None, None, max(1, len(flux) // _OF_GRID))
     low, high = np.empty(3), np.empty(3)
-    for axis in range(3):
-        order = np.argsort(photons.receiver[:, axis])
-        share = np.cumsum(photons.flux[order])
+    for axis, values in enumerate(receiver[:, some]):
+        order = np.argsort(values)
+        share = np.cumsum(flux[some][order])
         ends = np.searchsorted(share, share[-1] * np.array([_OUTLIERS, 1 - _OUTLIERS]))
-        low[axis], high[axis] = photons.receiver[order[ends], axis]
+        low[axis], high[axis] = values[order[ends]]
     edge = max(float((high - low).max()), 1e-30) / (_COARSE - 1)
     size = np.floor((high - low) / edge).astype(np.int64) + 1
     return (low + high - size * edge) / 2, edge, size
 
 
-def _lobe_of(cell: Ints, group: Ints, flux: Floats) -> Ints:
-    """The lobe (n,) of each photon: one for each of the groups of its cell that bring most flux, the last for all
-    others."""
+def _by_lobe(cell: Ints, group: Ints, flux: Floats) -> tuple[Ints, Ints, Ints]:
+    """Photons (n,) in the order of lobes, which lobes have any, and the place (lobes,) of the first photon of each: one
+    lobe for each of the groups of a cell that bring most flux, the last for all others."""
     groups = int(group.max()) + 1
-    found, inverse = np.unique(cell * groups + group, return_inverse=True)
-    order = np.lexsort((-np.bincount(inverse, flux), found // groups))
-    cells = (found // groups)[order]
-    rank = np.empty(len(found), np.int64)
-    rank[order] = np.arange(len(found)) - np.searchsorted(cells, cells)
-    lobe: Ints = cell * LOBES + np.minimum(rank, LOBES - 1)[inverse]
-    return lobe
+    order, pair = _sorted(cell * groups + group)
+    first = _firsts(pair)
+    count, cells = _counts(first, len(order)), pair[first] // groups
+    by_flux = np.lexsort((-np.add.reduceat(flux[order], first), cells))
+    rank = np.empty(len(first), np.int64)
+    rank[by_flux] = np.arange(len(first)) - np.searchsorted(cells, cells)
+    lobe = cells * LOBES + np.minimum(rank, LOBES - 1)
+    # The runs of photons of a cell and group, in the order of the lobes.
+    runs = np.argsort(lobe, kind="stable")
+    lobe, count = lobe[runs], count[runs]
+    start = np.cumsum(count) - count
+    order = order[np.repeat(first[runs] - start, count) + np.arange(len(order))]
+    of_lobe = _firsts(lobe)
+    return order, lobe[of_lobe], start[of_lobe]
 
 
-def _points(lobe: Ints, receiver: Floats, source: Floats, direction: Floats, flux: Floats, count: int) -> Floats:
-    """The point (count, 3) that the photons of each lobe seem to come from: least squares of the angles, which the last
+def _sorted(keys: Ints) -> tuple[Ints, Ints]:
+    """The order of ``keys`` (n,), of at most 42 bits where there are 2^20, and the keys in it; equal ones stay in their
+    order. To sort keys with their places in the lowest bits is several times as fast as ``argsort``."""
+    bits = len(keys).bit_length()
+    both = np.sort(keys << bits | np.arange(len(keys)))
+    return both & ((1 << bits) - 1), both >> bits
+
+
+def _nearest(points: Ints, others: Ints) -> Ints:
+    """Which of ``others`` (m, 3) is nearest to each of ``points`` (n, 3)."""
+    squares = np.square(others).sum(axis=1)
+    parts = np.array_split(points, -(-len(points) * len(others) // _AT_ONCE))
+    return np.concatenate([(squares - 2 * part @ others.T).argmin(axis=1) for part in parts])
+
+
+def _firsts(values: Ints) -> Ints:
+    """The places where a run of equal ``values`` begins."""
+    return np.flatnonzero(np.diff(values, prepend=values[0] - 1))
+
+
+def _counts(first: Ints, total: int) -> Ints:
+    """How many there are in each of the runs that begin at these places."""
+    return np.diff(first, append=total)
+
+
+def _points(receiver: Floats, source: Floats, direction: Floats, flux: Floats, first: Ints) -> Floats:
+    """The point (3, lobes) that the photons of each lobe seem to come from: least squares of the angles, which the last
     estimate of the distance weighs; drawn a little to the mean of the sources, and no nearer to the receivers than a
-    fifth of the way."""
+    fifth of the way. Vectors are (3, n), in the order of the lobes."""
 
     def sums(values: Floats) -> Floats:
-        return np.bincount(lobe, values, count).astype(np.float64)
+        return np.add.reduceat(values, first, axis=-1)
 
+    count = _counts(first, len(flux))
     total = np.maximum(sums(flux), 1e-30)
-    mean: Floats = np.stack([sums(flux * source[:, i]) for i in range(3)], axis=1) / total[:, None]
-    middle = np.stack([sums(flux * receiver[:, i]) for i in range(3)], axis=1) / total[:, None]
+    mean, middle = sums(flux * source) / total, sums(flux * receiver) / total
+    across = receiver - (direction * receiver).sum(axis=0) * direction
     points = mean
     for _ in range(2):
-        weight = flux / np.maximum(np.square(points[lobe] - receiver).sum(axis=1), 1e-12)
-        along = np.einsum("ij,ij->i", direction, receiver)
-        normal, right = np.empty((count, 3, 3)), np.empty((count, 3))
+        weight = flux / np.maximum(np.square(np.repeat(points, count, axis=1) - receiver).sum(axis=0), 1e-12)
+        weights, right = sums(weight), sums(weight * across)
+        normal = np.empty((len(first), 3, 3))
         for i in range(3):
-            right[:, i] = sums(weight * (receiver[:, i] - along * direction[:, i]))
+            weighted = weight * direction[i]
             for j in range(i, 3):
-                value = sums(weight * (float(i == j) - direction[:, i] * direction[:, j]))
-                normal[:, i, j] = normal[:, j, i] = value
-        hold = 3e-2 * sums(weight) + 1e-30
-        held = (right + hold[:, None] * mean)[..., None]
-        points = np.asarray(np.linalg.solve(normal + hold[:, None, None] * np.eye(3), held)[..., 0], np.float64)
+                normal[:, i, j] = normal[:, j, i] = float(i == j) * weights - sums(weighted * direction[j])
+        hold = 3e-2 * weights + 1e-30
+        held = (right + hold * mean).T[..., None]
+        points = np.asarray(np.linalg.solve(normal + hold[:, None, None] * np.eye(3), held)[..., 0], np.float64).T
         off = points - mean
-        most = 0.8 * np.linalg.norm(mean - middle, axis=1)
-        points = mean + off * np.minimum(1, most / np.maximum(np.linalg.norm(off, axis=1), 1e-30))[:, None]
+        most = 0.8 * np.linalg.norm(mean - middle, axis=0)
+        points = mean + off * np.minimum(1, most / np.maximum(np.linalg.norm(off, axis=0), 1e-30))
     return points
 
 
-def _widths(lobe: Ints, receiver: Floats, direction: Floats, flux: Floats, points: Floats) -> Floats:
+def _widths(receiver: Floats, direction: Floats, flux: Floats, points: Floats, first: Ints) -> Floats:
     """Half of the flux of each lobe passes its point within this distance, which is how GGX's alpha is defined."""
-    to_point = points[lobe] - receiver
-    distance = np.linalg.norm(to_point, axis=1)
-    cosine = np.einsum("ij,ij->i", to_point, direction) / np.maximum(distance, 1e-30)
+    count = _counts(first, len(flux))
+    to_point = np.repeat(points, count, axis=1) - receiver
+    distance = np.sqrt(np.square(to_point).sum(axis=0))
+    cosine = (to_point * direction).sum(axis=0) / np.maximum(distance, 1e-30)
     off = np.sqrt(np.maximum(0, 1 - cosine**2)) / np.maximum(cosine, 0.05) * distance
     # By lobe, then by distance: floats that are not negative are in the order of their bits.
-    order = np.argsort(lobe << 32 | off.astype(np.float32).view(np.uint32))
+    bits = off.astype(np.float32).view(np.uint32) >> np.uint32(8)
+    order, _ = _sorted(np.repeat(np.arange(len(first)), count) << 23 | bits)
     share = np.cumsum(flux[order])
-    total = np.bincount(lobe, flux, len(points))
+    total = np.add.reduceat(flux, first)
     before = np.cumsum(total) - total
     middle = np.minimum(np.searchsorted(share, before + total / 2), len(off) - 1)
-    widths: Floats = off[order][middle]
+    widths: Floats = off[order[middle]]
     return widths
