@@ -216,9 +216,11 @@ def test_planted_error_is_found(ctx, monkeypatch, tmp_path, file, text, replacem
         check(ctx)
 
 
-def test_cracks_between_shapes_are_found(ctx, monkeypatch):
+@pytest.mark.parametrize(("offset", "triangles"), [((30.0, 0.0, 0.0), False), ((100.0, 50.0, 0.0), True)])
+def test_cracks_between_shapes_are_found(ctx, monkeypatch, offset, triangles):
     """The planted error: shapes end where they should, to the last bit, and so neighbours do not meet; or, where a
     GPU rounds so that they do, end earlier by as much as they should later."""
+    assert_black_inside(ctx, 64, "mis", rotation(), offset, triangles)
     monkeypatch.setattr("fragtracer.packing.shapes.GROWTH", 0.0 if is_software(ctx) else -GROWTH)
     with pytest.raises(AssertionError):
-        test_closed_box_stays_black_inside(ctx, "mis", rotation(), (30.0, 0.0, 0.0), False)
+        assert_black_inside(ctx, 64, "mis", rotation(), offset, triangles)

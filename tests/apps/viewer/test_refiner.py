@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fragtracer import light_tracing
 from fragtracer.apps.viewer.dynamic_resolution import DynamicResolution
-from fragtracer.apps.viewer.live import LiveRenderer
+from fragtracer.apps.viewer.live import LiveRenderer, Plan
 from fragtracer.apps.viewer.refiner import Refiner
 from fragtracer.decisions import Decided
 from fragtracer.errors import ShaderError
@@ -325,14 +325,23 @@ def learned(refiner: Refiner, scene: Scene) -> LiveRenderer:
     return refiner.renderer
 
 
-def test_light_is_traced_from_the_lights_while_the_picture_rests(make: Make, compiled: list[str]) -> None:
+def test_light_is_traced_from_the_lights_while_the_picture_rests(
+    make: Make, compiled: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     scene = load("caustic")
     refiner = make(scene)
     until(refiner, lambda: refiner.renderer.is_specialised)
     until(refiner, lambda: refiner.renderer.spp >= 80)
     renderer = learned(refiner, scene)
+    adopt, left = renderer.adopt, list[int]()
+
+    def adopting(plan: Plan) -> None:
+        adopt(plan)
+        left.append(renderer.spp)
+
+    monkeypatch.setattr(renderer, "adopt", adopting)
     until(refiner, lambda: renderer.traces_light)
-    assert renderer.spp < 80, "it begins anew: the samples of before are of all light"
+    assert left == [0], "the samples of before are of all light"
     until(refiner, lambda: renderer.spp > 8)
     assert 0 < refiner.held_weight < 1, "they fade out slowly"
     until(refiner, lambda: refiner.held is None)
