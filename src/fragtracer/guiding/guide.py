@@ -18,7 +18,7 @@ from fragtracer.scene import Camera, RenderSettings, Scene
 
 Floats = NDArray[np.float64]
 
-VERSION = 15  # of what is done with photons, for the files kept on disk
+VERSION = 16  # of what is done with photons, for the files kept on disk
 _PILOT = 4  # draws of photons, which find out which targets pass light on
 _DRAWS = 16
 _MOST_LISTED = 8  # shapes that every photon is tested against

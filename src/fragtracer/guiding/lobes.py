@@ -19,7 +19,6 @@ _EDGES = (1, 2, 4, 8, 16)  # cells along an edge of a coarse one
 _PHOTONS = 25  # that a fine cell should have, where a surface passes through it
 _LEAST = 3  # of a lobe
 _INHERITED = 0.3  # of the flux of the coarse cell goes to a fine one that has no photons for a lobe
-_OF_GRID = 1 << 15  # photons, at least, that say where it lies
 _AT_ONCE = 1 << 20  # distances between cells, which bounds the memory
 _OUTLIERS = 0.05  # of the flux at either end of each axis, which the grid leaves out
 _GAIN = 3.0  # by which a lobe counts more than the same irradiance from all around: it has more of the variance
@@ -109,11 +108,10 @@ def _lobes_of(
 
 def _grid(receiver: Floats, flux: Floats) -> tuple[Floats, float, Ints]:
     """Lower corner, edge of a coarse cell and number of cells, of receivers (3, n)."""
-    some = slice(None, None, max(1, len(flux) // _OF_GRID))
     low, high = np.empty(3), np.empty(3)
-    for axis, values in enumerate(receiver[:, some]):
-        order = np.argsort(values)
-        share = np.cumsum(flux[some][order])
+    for axis, values in enumerate(receiver):
+        order, _ = _sorted(_bits(values - values.min()))
+        share = np.cumsum(np.take(flux, order))
         ends = np.searchsorted(share, share[-1] * np.array([_OUTLIERS, 1 - _OUTLIERS]))
         low[axis], high[axis] = values[order[ends]]
     edge = max(float((high - low).max()), 1e-30) / (_COARSE - 1)
@@ -154,6 +152,11 @@ def _nearest(points: Ints, others: Ints) -> Ints:
     squares = np.square(others).sum(axis=1)
     parts = np.array_split(points, -(-len(points) * len(others) // _AT_ONCE))
     return np.concatenate([(squares - 2 * part @ others.T).argmin(axis=1) for part in parts])
+
+
+def _bits(values: Floats) -> Ints:
+    """Of ``values`` that are not negative, as float32: they have the same order."""
+    return values.astype(np.float32).view(np.uint32).astype(np.int64)
 
 
 def _firsts(values: Ints) -> Ints:
@@ -203,9 +206,7 @@ def _widths(receiver: Floats, direction: Floats, flux: Floats, points: Floats, f
     distance = np.sqrt(np.square(to_point).sum(axis=0))
     cosine = (to_point * direction).sum(axis=0) / np.maximum(distance, 1e-30)
     off = np.sqrt(np.maximum(0, 1 - cosine**2)) / np.maximum(cosine, 0.05) * distance
-    # By lobe, then by distance: floats that are not negative are in the order of their bits.
-    bits = off.astype(np.float32).view(np.uint32) >> np.uint32(8)
-    order, _ = _sorted(np.repeat(np.arange(len(first)), count) << 23 | bits)
+    order, _ = _sorted(np.repeat(np.arange(len(first)), count) << 23 | _bits(off) >> 8)  # by lobe, then by distance
     share = np.cumsum(flux[order])
     total = np.add.reduceat(flux, first)
     before = np.cumsum(total) - total
