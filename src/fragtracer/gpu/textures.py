@@ -93,7 +93,9 @@ class SceneTextures(_BoundTextures):
         if texture is None or before is None or _shape(before) != _shape(table) or before[0].dtype != table[0].dtype:
             self._forget(name)
             before, texture = None, self._made(name, table)
-        if isinstance(texture, moderngl.Texture):
+        if isinstance(texture, moderngl.TextureArray):
+            texture.write(table[0].data)
+        else:
             row = 0
             for i, part in enumerate(table):
                 if before is None or part is not before[i]:
@@ -108,7 +110,7 @@ class SceneTextures(_BoundTextures):
         try:
             if table[0].ndim == 4:
                 layers, height, width, _ = table[0].shape
-                texture: Texture = self._ctx.texture_array((width, height, layers), 4, table[0].data, dtype=kind)
+                texture: Texture = self._ctx.texture_array((width, height, layers), 4, dtype=kind)
             else:
                 width, height = _shape(table)
                 if height > (most := int(self._ctx.info["GL_MAX_TEXTURE_SIZE"])):
