@@ -5,6 +5,7 @@ line numbers to the file that a person edits."""
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 from fragtracer.errors import ShaderError
@@ -136,13 +137,24 @@ def _expand(
         return []
     done.add(path)
     lines: list[tuple[str, str]] = []
-    source = generated[path] if path in generated else _read(path, root, stack)
+    for piece, include in _pieces(path, generated[path] if path in generated else _read(path, root, stack)):
+        lines += piece
+        if include:
+            lines += _expand(include, root, generated, done, (*stack, path))
+    return lines
+
+
+@lru_cache(1024)
+def _pieces(path: str, source: str) -> list[tuple[list[tuple[str, str]], str]]:
+    """The lines of a file from one include to the next, each with its place, and the path of that include, or ""."""
+    pieces: list[tuple[list[tuple[str, str]], str]] = [([], "")]
     for number, line in enumerate(source.splitlines(), 1):
         if "#" in line and (include := _INCLUDE.match(line)):
-            lines += _expand(include[1], root, generated, done, (*stack, path))
+            pieces[-1] = pieces[-1][0], include[1]
+            pieces.append(([], ""))
         else:
-            lines.append((f"{path}:{number}", line))
-    return lines
+            pieces[-1][0].append((f"{path}:{number}", line))
+    return pieces
 
 
 def _read(path: str, root: Path, stack: tuple[str, ...]) -> str:

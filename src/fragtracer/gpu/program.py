@@ -12,7 +12,7 @@ from fragtracer.errors import ShaderError
 from fragtracer.gpu.context import has_images
 from fragtracer.shader_composer import compose
 
-_UNIFORM = re.compile(r"\buniform\s+(?:highp\s+)?\w+\s+(\w+)")
+_UNIFORM = re.compile(r"^uniform\s+(?:highp\s+)?\w+\s+(\w+)", re.MULTILINE)
 _TABLE = re.compile(r"^U?TEXELS(?:_3D)?\((\d+)\)\s+(\w+)", re.MULTILINE)  # of shaders/core/texels.glsl
 
 

@@ -34,6 +34,10 @@ _LOOP = re.compile(
 )
 _LOAD = re.compile(r"^(\w+) (\w+)_load\(int index\) \{$")
 _RETURN = re.compile(r"^    return (\w+)_of\((.*)\);$")
+# Lines that may be one of these.
+_CHANGES = re.compile(
+    r"^(?:uniform |\w+ \w+_load\(|    return \w+_(?:of|read)\(| *for \(int i = 0; i < u_).*$", re.MULTILINE
+)
 
 
 class Level(Enum):
@@ -63,12 +67,15 @@ class Specialisation:
 
     def apply(self, text: str) -> str:
         """The text of a program with the constants in it, line by line."""
-        lines, load = [], ""
-        for line in text.splitlines():
-            if found := _LOAD.match(line):
+        load = ""
+
+        def changed(line: re.Match[str]) -> str:
+            nonlocal load
+            if found := _LOAD.match(line[0]):
                 load = found[2]
-            lines.append(self._line(line, load))
-        return "\n".join(lines) + "\n"
+            return self._line(line[0], load)
+
+        return _CHANGES.sub(changed, text)
 
     def _line(self, line: str, load: str) -> str:
         if line.startswith("uniform") and (uniform := _UNIFORM.match(line)) and uniform[2] in self.constants:

@@ -10,6 +10,7 @@ put in a nested-uniform random order, so that groups are not correlated although
 2020, Practical Hash-based Owen Scrambling, section 5). Counterpart in the shader: sampler/texture.glsl.
 """
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -41,8 +42,9 @@ _ORDERS = (
 )
 
 
+@cache
 def random_texture(seed: int = 0) -> NDArray[np.float32]:
-    """Points for the sampler texture.
+    """Points for the sampler texture, read-only.
 
     Parameters
     ----------
@@ -62,6 +64,7 @@ def random_texture(seed: int = 0) -> NDArray[np.float32]:
         for layer in range(GROUP):
             coordinates = points[order, 4 * layer : 4 * layer + 4]
             texture[first + layer] = 1 + _scramble(coordinates, BITS, rng) / np.float32(1 << BITS)
+    texture.flags.writeable = False
     return texture.reshape(LAYERS, WIDTH, WIDTH, 4)
 
 
