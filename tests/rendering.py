@@ -3,6 +3,7 @@
 
 import shutil
 from collections.abc import Iterable
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from fragtracer.gpu import tracer
 from fragtracer.gpu.context import is_software
 from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.gpu.specialise import MOST_LISTED
@@ -37,13 +39,22 @@ def batches(
     seeds: Iterable[int],
     size: tuple[int, int] = (32, 32),
     specialised: bool = True,
+    shared: bool = False,
     **settings: Any,
 ) -> Image:
     """Independent images, one for each seed, (seeds, height, width, 3); without guiding, adaptive sampling and light
-    tracing, unless they are asked for."""
+    tracing, unless they are asked for.
+
+    ``shared``: by a renderer with nothing compiled in, which may have rendered other scenes before. Where samples are
+    few and only values differ between tests, this takes less time.
+    """
     images = []
-    settings = {"rays": min(spp, CHUNK), "specialised": specialised} | PLAIN | settings
-    with Renderer(scene, size, context=ctx, **settings) as renderer:
+    settings = {"rays": min(spp, CHUNK), "specialised": specialised and not shared} | PLAIN | settings
+    with (
+        nullcontext(_shared(ctx, scene, size, settings))
+        if shared
+        else Renderer(scene, size, context=ctx, **settings) as renderer
+    ):
         for seed in seeds:
             renderer.reset(seed=seed)
             renderer.sample(spp)
@@ -52,6 +63,22 @@ def batches(
     assert np.isfinite(images).all()
     assert np.min(images) >= 0
     return np.stack(images)
+
+
+_renderers: dict[str, Renderer] = {}  # the last ones used, the newest last
+
+
+def _shared(ctx: moderngl.Context, scene: Scene, size: tuple[int, int], settings: dict[str, Any]) -> Renderer:
+    """One of the last renderers with these settings, or a new one."""
+    made_of = id(ctx), tracer.folder("shaders"), MOST_LISTED, size, scene.render, sorted(settings.items())
+    key = repr(made_of)
+    if (renderer := _renderers.pop(key, None)) is None:
+        renderer = Renderer(scene, size, context=ctx, **settings)
+    renderer.reset(scene)
+    _renderers[key] = renderer
+    if len(_renderers) > 8:
+        _renderers.pop(next(iter(_renderers))).close()
+    return renderer
 
 
 def assert_same(ctx: moderngl.Context, a: Image, b: Image) -> None:

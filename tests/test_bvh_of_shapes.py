@@ -151,7 +151,7 @@ def assert_closest_hits(
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_hundred_thousand_shapes(ctx: moderngl.Context, kind: str) -> None:
     """They render, rays meet what float64 says that they meet first of all, and not one of them is missed."""
-    scene = assert_closest_hits(ctx, kind, 100_000, ray_count=200)
+    scene = assert_closest_hits(ctx, kind, 100_000, ray_count=100)
     with Renderer(scene, (8, 8), context=ctx, bounces=1) as renderer:
         renderer.sample(2)
         image = renderer.image()

@@ -69,7 +69,7 @@ def with_estimators(cases: Iterable[T], small: Callable[[T], bool]) -> list[tupl
 @pytest.mark.parametrize(("estimator", "ball"), with_estimators(BALLS, lambda ball: ball[1] < 0.1))
 def test_floor_under_a_spherical_light(ctx, estimator, ball):
     form = sphere_form(*ball)
-    image = rendered(ctx, floor_under(lights=[Light(*ball, radiance=RADIANCE)]), 512, estimator=estimator)
+    image = rendered(ctx, floor_under(lights=[Light(*ball, radiance=RADIANCE)]), 512, estimator=estimator, shared=True)
     assert_mean(image, floor_radiance(np.multiply(RADIANCE, form)), 0.02 if estimator == "bsdf" else 0.002, LIFT)
 
 
@@ -106,7 +106,7 @@ def test_floor_under_a_flat_light(ctx, estimator, name, shape):
     if shape == "triangles":
         vertices, lamps = vertices[:3], {"triangles": triangles_of(lamp)[:1]}
     form = polygon_form(vertices)
-    image = rendered(ctx, floor_under(**lamps), 2048 if estimator == "bsdf" else 256, estimator=estimator)
+    image = rendered(ctx, floor_under(**lamps), 2048 if estimator == "bsdf" else 256, estimator=estimator, shared=True)
     assert_mean(image, floor_radiance(np.multiply(RADIANCE, form)), 0.02 if estimator == "bsdf" else 0.01, LIFT)
 
 
@@ -143,7 +143,13 @@ DISKS = {
 
 @pytest.mark.parametrize(("estimator", "name"), with_estimators(DISKS, lambda name: name == "stamp"))
 def test_floor_under_a_disk(ctx, estimator, name):
-    image = rendered(ctx, floor_under(disks=[DISKS[name]]), 1024 if estimator == "bsdf" else 256, estimator=estimator)
+    image = rendered(
+        ctx,
+        floor_under(disks=[DISKS[name]]),
+        1024 if estimator == "bsdf" else 256,
+        estimator=estimator,
+        shared=True,
+    )
     expected = floor_radiance(np.multiply(RADIANCE, disk_form(DISKS[name])))
     assert_mean(image, expected, 0.02 if estimator == "bsdf" else 0.01, LIFT)
 
@@ -180,7 +186,7 @@ def spot_irradiance(spot: SpotLight) -> NDArray[np.float64]:
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 def test_floor_under_a_spot_light(ctx, name, estimator):
     """Without noise, whatever the estimator: light that no ray can meet."""
-    image = rendered(ctx, floor_under(spot_lights=[SPOTS[name]]), 8, estimator=estimator)
+    image = rendered(ctx, floor_under(spot_lights=[SPOTS[name]]), 8, estimator=estimator, shared=True)
     irradiance = spot_irradiance(SPOTS[name])
     assert (irradiance[0] > 0) == (name not in ("beyond the outer cone", "facing away"))
     np.testing.assert_allclose(image, np.broadcast_to(floor_radiance(irradiance), image.shape), rtol=5 * LIFT)
@@ -190,7 +196,7 @@ def test_floor_under_a_spot_light(ctx, name, estimator):
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 def test_floor_under_a_directional_light(ctx, direction, estimator):
     light = DirectionalLight(direction, RADIANCE)
-    image = rendered(ctx, floor_under(directional_lights=[light]), 8, estimator=estimator)
+    image = rendered(ctx, floor_under(directional_lights=[light]), 8, estimator=estimator, shared=True)
     irradiance = np.multiply(RADIANCE, max(0.0, -direction[1] / np.linalg.norm(direction)))
     np.testing.assert_allclose(image, np.broadcast_to(floor_radiance(irradiance), image.shape), rtol=LIFT)
 
@@ -206,7 +212,7 @@ def test_lights_that_no_ray_meets_cast_shadows(ctx, estimator):
         ({"directional_lights": [sun]}, near, True),
         ({"directional_lights": [sun]}, far, True),
     ):
-        image = rendered(ctx, floor_under(**lights, spheres=[blocker]), 8, bounces=1, estimator=estimator)
+        image = rendered(ctx, floor_under(**lights, spheres=[blocker]), 8, bounces=1, estimator=estimator, shared=True)
         assert image.any() != is_dark
 
 
@@ -252,7 +258,7 @@ def test_floor_under_a_point_light(ctx, position, estimator):
     power = (10.0, 20.0, 5.0)
     distance = np.linalg.norm(position)
     irradiance = np.multiply(power, position[1] / distance) / (4 * np.pi * distance**2)
-    image = rendered(ctx, floor_under(lights=[Light(position, power=power)]), 8, estimator=estimator)
+    image = rendered(ctx, floor_under(lights=[Light(position, power=power)]), 8, estimator=estimator, shared=True)
     np.testing.assert_allclose(image, np.broadcast_to(floor_radiance(irradiance), image.shape), rtol=LIFT)
 
 
@@ -281,7 +287,7 @@ def test_power_does_not_depend_on_radius(ctx, estimator, radius):
     """A ball of power P above a floor at distance d gives it P / (4 pi d²), however large the ball."""
     power, height = (10.0, 20.0, 5.0), 1.2
     scene = floor_under(lights=[Light((0.0, height, 0.0), radius, power=power)])
-    image = rendered(ctx, scene, 256, estimator=estimator)
+    image = rendered(ctx, scene, 256, estimator=estimator, shared=True)
     expected = floor_radiance(np.divide(power, 4 * np.pi * height**2))
     assert_mean(image, expected, 0.05 if estimator == "bsdf" and radius else 0.002, LIFT)
 
@@ -292,7 +298,7 @@ def test_a_lamp_lights_only_what_is_before_it(ctx, estimator):
     lamp = replace(RECTANGLES["overhead"], edge_u=(0.0, 0.0, 1.0), edge_v=(1.0, 0.0, 0.0))
     below = {"lights": [Light((0.0, -2.0, 0.0), 1.0, radiance=RADIANCE)]}
     for lights in ({"rectangles": [lamp]}, {"triangles": triangles_of(lamp)}, below):
-        assert not rendered(ctx, floor_under(**lights), 64, bounces=1, estimator=estimator).any()
+        assert not rendered(ctx, floor_under(**lights), 64, bounces=1, estimator=estimator, shared=True).any()
 
 
 def _check_floor(ctx, estimator: str, **light: Any) -> None:

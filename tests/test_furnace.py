@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Images whose every pixel is known in closed form."""
 
+import itertools
 from dataclasses import replace
 from typing import Any
 
@@ -66,6 +67,12 @@ def after_bounces(albedo: Vector, bounces: int) -> NDArray[np.float64]:
     return np.sum([np.multiply(EMISSION, np.power(albedo, k)) for k in range(bounces + 1)], axis=0)
 
 
+def each_kind_with(*estimators: str) -> list[tuple[Vector, str, str]]:
+    """Flat shapes of each kind with each of the estimators, under the albedos in turns."""
+    pairs = itertools.product(estimators, ("rectangles", "triangles", "disks"))
+    return [(albedo, *pair) for albedo, pair in zip(itertools.cycle(ALBEDOS), pairs, strict=False)]
+
+
 def glowing_shapes_apart(albedo: Vector, kind: str = "rectangles") -> Scene:
     """A floor, a wall and two spheres that emit (1 - albedo) of the ambient light: all that is seen from anywhere is as
     bright. None touches another, since light sampling has no finite variance where two emitters meet."""
@@ -82,9 +89,7 @@ def glowing_shapes_apart(albedo: Vector, kind: str = "rectangles") -> Scene:
     )
 
 
-@pytest.mark.parametrize("kind", ["rectangles", "triangles", "disks"])
-@pytest.mark.parametrize("estimator", ["bsdf", "mis"])
-@pytest.mark.parametrize("albedo", ALBEDOS)
+@pytest.mark.parametrize(("albedo", "estimator", "kind"), each_kind_with("bsdf", "mis"))
 def test_closed_furnace(ctx, albedo, estimator, kind):
     """Le / (1 - albedo), with russian roulette and as many bounces as it takes."""
     spp, adaptive = (256, "on") if estimator == "mis" else (128, "off")
@@ -126,7 +131,9 @@ def test_furnace_has_no_noise_without_light_sampling(ctx, monkeypatch, bounces, 
 
 
 def _check_without_noise(ctx, bounces, kind):
-    image = rendered(ctx, furnace(ALBEDOS[1], kind), 16, bounces=bounces, estimator="bsdf", russian_roulette=False)
+    image = rendered(
+        ctx, furnace(ALBEDOS[1], kind), 16, bounces=bounces, estimator="bsdf", russian_roulette=False, shared=True
+    )
     np.testing.assert_allclose(image, np.broadcast_to(after_bounces(ALBEDOS[1], bounces), image.shape), rtol=ROUNDING)
 
 
@@ -141,17 +148,15 @@ def test_convex_object_in_ambient_light(ctx, albedo, estimator):
         spheres=[Sphere((0.0, 0.0, 0.0), 1.0, "ball")],
         ambient=Ambient(ambient),
     )
-    image = rendered(ctx, scene, 64, bounces=3, estimator=estimator)
+    image = rendered(ctx, scene, 64, bounces=3, estimator=estimator, shared=True)
     expected = np.broadcast_to(np.multiply(albedo, ambient), image.shape)
     np.testing.assert_allclose(image, expected, rtol=ROUNDING)
 
 
-@pytest.mark.parametrize("kind", ["rectangles", "triangles", "disks"])
-@pytest.mark.parametrize("estimator", ESTIMATORS)
-@pytest.mark.parametrize("albedo", ALBEDOS)
+@pytest.mark.parametrize(("albedo", "estimator", "kind"), each_kind_with(*ESTIMATORS))
 def test_objects_that_glow_enough_vanish_in_ambient_light(ctx, albedo, estimator, kind):
     """Light from emitters, from the ambient light and from bounces together."""
-    image = rendered(ctx, glowing_shapes_apart(albedo, kind), 512, bounces=1000, estimator=estimator)
+    image = rendered(ctx, glowing_shapes_apart(albedo, kind), 512, bounces=1000, estimator=estimator, shared=True)
     assert_mean(image, AMBIENT, 0.003)
 
 
@@ -178,7 +183,7 @@ def test_mirror_scales_the_emitter_it_shows(ctx, kind, estimator, degrees):
     )
     expected = np.multiply(RADIANCE, np.add(f0, np.subtract(1, f0) * (1 - np.cos(tilt)) ** 5))
     for bounces in (1, 4):
-        image = rendered(ctx, scene, 8, bounces=bounces, estimator=estimator)
+        image = rendered(ctx, scene, 8, bounces=bounces, estimator=estimator, shared=True)
         np.testing.assert_allclose(image, np.broadcast_to(expected, image.shape), rtol=ROUNDING)
 
 
@@ -200,7 +205,7 @@ SEEN = {
 def test_emission_is_seen_exactly(ctx, name, estimator):
     scene = Scene(LOOKING, {"lamp": lambert(0.0, RADIANCE)}, **SEEN[name])
     for bounces in (0, 3):
-        image = rendered(ctx, scene, 5, bounces=bounces, estimator=estimator)
+        image = rendered(ctx, scene, 5, bounces=bounces, estimator=estimator, shared=True)
         np.testing.assert_array_equal(image, np.broadcast_to(np.float32(RADIANCE), image.shape))
 
 
@@ -219,8 +224,13 @@ UNSEEN = {
 }
 
 
-@pytest.mark.parametrize("name", UNSEEN)
-@pytest.mark.parametrize("estimator", ESTIMATORS)
+@pytest.mark.parametrize(
+    ("estimator", "name"),
+    [
+        *(("mis", name) for name in UNSEEN),
+        *itertools.product(("nee", "bsdf"), ("the back of a rectangle", "the inside of a sphere", "a point light")),
+    ],
+)
 def test_black_where_there_is_nothing(ctx, name, estimator):
     scene = Scene(LOOKING, {"lamp": lambert(0.0, RADIANCE), "black": lambert(0.0)}, **UNSEEN[name])
     assert not rendered(ctx, scene, 16, bounces=5, estimator=estimator).any()

@@ -90,7 +90,11 @@ def glass() -> Scene:
 def mirrors() -> Scene:
     """The floor under a golden ball, above all in mirrors: a sphere, a polished wall, both sides of flat ones; and one
     more mirror than are asked for photons."""
-    materials = {**MATERIALS, "polished": Material(albedo=(0.3, 0.3, 0.4), roughness=0.0, specular=1.0)}
+    materials = {
+        **MATERIALS,
+        "mirror": Material(metal="copper", roughness=0.0),
+        "polished": Material(albedo=(0.3, 0.3, 0.4), roughness=0.0, specular=1.0),
+    }
     return Scene(
         Camera((0.3, 0.9, 3.6), (0.1, 0.5, 0.0), fov_degrees=40.0, aperture_radius=0.05),
         materials,

@@ -265,7 +265,7 @@ def test_light_on_a_leaning_normal(ctx: moderngl.Context, x: float, y: float, sc
         # Chiang et al. 2019, equation 3: the shadow terminator's factor, below 1 where the normal leans to the light.
         g = min(1.0, flat / (cosine / np.linalg.norm(normal)))
         expected = 0.5 / np.pi * 1e5 / (4 * np.pi) / np.dot(place, place) * cosine * (g + g * g - g**3)
-        found = rendered(ctx, lit, 4, (2, 2), bounces=1, specialised=False)  # one program for all places
+        found = rendered(ctx, lit, 4, (2, 2), bounces=1, shared=True)
         np.testing.assert_allclose(found, expected, rtol=1e-4)
 
 
