@@ -10,6 +10,7 @@ from mesh_shapes import ball, mesh_scene, smooth
 from rendering import list_at_most, rendered
 from scene_builders import everything, lambert, rectangle
 from small_pictures import SCENES, SIZE, SPP, picture
+from textured_scenes import mesh, texture
 
 import fragtracer
 from fragtracer.gpu import tracer
@@ -20,9 +21,14 @@ from fragtracer.renderer import Renderer, expected_spp, render
 from fragtracer.scene import (
     Ambient,
     Camera,
+    Density,
     Disk,
+    Environment,
+    Geometry,
     Light,
     Material,
+    Medium,
+    Panorama,
     RenderSettings,
     Scene,
     Sphere,
@@ -179,6 +185,42 @@ def test_no_edit_compiles(ctx, compiled, monkeypatch, most_listed):
             assert len(compiled) == number
         renderer.reset(scene)
         assert len(compiled) == 3  # the first program was kept
+
+
+def contents(seed: int) -> Scene:
+    """Arrays of all kinds, of the same sizes with each ``seed``."""
+    rng = np.random.default_rng(seed)
+    points, triangles = ball(12, 6)
+    uvs, colors = rng.random((len(points), 2)), rng.random((len(points), 3))
+    normals = (0.5 + 0.4 * rng.random((4, 4, 3))).astype(np.float32)
+    mapped = Material(
+        albedo_texture=texture(rng.integers(0, 256, (4, 4, 3), np.uint8)), normal_texture=texture(normals)
+    )
+    smoke = Medium(extinction=3.0, albedo=0.8, density=Density(rng.random((3, 4, 5))), bounds=((-1,) * 3, (1,) * 3))
+    return Scene(
+        Camera((0.0, 1.0, 4.0), (0.0, 0.3, 0.0), fov_degrees=40.0),
+        {"mapped": mapped, "cloud": Material(model="null", interior="smoke")},
+        spheres=[Sphere((0.9, 0.4, 0.0), 0.5, "cloud")],
+        media={"smoke": smoke},
+        meshes=[mesh(Geometry((0.6 + 0.1 * seed) * points, triangles, uvs=uvs, colors=colors), "mapped")],
+        environment=Environment(image=Panorama(rng.random((8, 16, 3), np.float32))),
+    )
+
+
+def test_what_is_new_is_seen_where_all_is_as_large_as_before(ctx):
+    """Images, normals, vertices, densities and the environment: each has the picture of a renderer of its own."""
+    settings = {"bounces": 3, "specialised": False, "adaptive": "off"}
+    first, second = (contents(seed) for seed in range(2))
+    images = []
+    with Renderer(first, SIZE, context=ctx, **settings) as renderer:
+        for scene in (second, first):
+            renderer.reset(scene)
+            renderer.sample(4)
+            images.append(renderer.image())
+    assert (images[0] != images[1]).mean() > 0.9
+    with Renderer(second, SIZE, context=ctx, **settings) as fresh:
+        fresh.sample(4)
+        np.testing.assert_array_equal(images[0], fresh.image())
 
 
 def test_edited_values_show_where_they_are_compiled_in(ctx, compiled):

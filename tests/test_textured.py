@@ -13,8 +13,7 @@ from scene_builders import lambert
 from scipy import stats
 from textured_scenes import facing, mesh, quad, texture, under_sheets
 
-from fragtracer.renderer import Renderer
-from fragtracer.scene import PLAIN, Light, Material, Rectangle, Scene, Sphere
+from fragtracer.scene import Light, Material, Rectangle, Scene, Sphere
 
 Floats = NDArray[np.floating]
 ALPHA = 1e-3  # of a test as a whole
@@ -39,20 +38,6 @@ def test_colours_of_vertices_multiply(ctx: moderngl.Context) -> None:
     material = Material(albedo=0.5, specular=0.0)
     image = rendered(ctx, facing({"m": material}, mesh(geometry, "m")), 4, (4, 4))
     np.testing.assert_allclose(image, np.broadcast_to((0.25, 0.125, 0.5), (4, 4, 3)), rtol=1e-5)
-
-
-@pytest.mark.parametrize("dtype", [np.uint8, np.float32])
-def test_an_image_takes_the_place_of_another_of_its_size(ctx: moderngl.Context, dtype: type) -> None:
-    """In a renderer that goes on with an edited scene."""
-    first, second = (255 * np.random.default_rng(3).integers(0, 2, (2, 4, 4, 3))).astype(dtype)
-    scenes = [
-        facing({"m": Material(unlit=True, albedo_texture=texture(pixels))}, mesh(quad(), "m"))
-        for pixels in (first, second)
-    ]
-    with Renderer(scenes[0], (4, 4), context=ctx, **PLAIN) as renderer:
-        for scene, pixels in zip([*scenes, scenes[0]], (first, second, first), strict=True):
-            renderer.reset(scene)
-            np.testing.assert_array_equal(renderer.render(4) > 0, pixels > 0)
 
 
 @pytest.mark.parametrize(
