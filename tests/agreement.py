@@ -41,9 +41,9 @@ def assert_mean(images: ArrayLike, expected: ArrayLike, resolution: float, round
     target = np.broadcast_to(np.asarray(expected, np.float64), 3)
     error = values.std(0, ddof=1) / np.sqrt(len(values))
     tolerance = critical(3, len(values) - 1) * error + rounding * np.abs(target)
-    assert (tolerance <= resolution * np.abs(target)).all(), f"too noisy: {tolerance} of {target}"
     difference = values.mean(0) - target
     assert (np.abs(difference) <= tolerance).all(), f"{values.mean(0)}, not {target} ± {tolerance}"
+    assert (tolerance <= resolution * np.abs(target)).all(), f"too noisy: {tolerance} of {target}"
 
 
 def assert_agree(a: ArrayLike, b: ArrayLike, resolution: float, blocks: tuple[int, int] = (4, 4)) -> None:

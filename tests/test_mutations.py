@@ -43,5 +43,6 @@ def test_a_mutation_is_found(
         monkeypatch.setenv("FRAGTRACER_CACHE", str(tmp_path / "cache"))
         readers = (*READERS, "gpu.cube_maps", "guiding.photons")
     Planter(monkeypatch, tmp_path, readers)(mutation.file, mutation.text, mutation.replacement)
-    with pytest.raises(AssertionError):
+    with pytest.raises(AssertionError) as found:
         check()
+    assert "too noisy" not in str(found.value), "noise is no difference"
