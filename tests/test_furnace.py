@@ -156,7 +156,7 @@ def test_convex_object_in_ambient_light(ctx, albedo, estimator):
 @pytest.mark.parametrize(("albedo", "estimator", "kind"), each_kind_with(*ESTIMATORS))
 def test_objects_that_glow_enough_vanish_in_ambient_light(ctx, albedo, estimator, kind):
     """Light from emitters, from the ambient light and from bounces together."""
-    image = rendered(ctx, glowing_shapes_apart(albedo, kind), 512, bounces=1000, estimator=estimator, shared=True)
+    image = rendered(ctx, glowing_shapes_apart(albedo, kind), 512, bounces=1000, estimator=estimator)
     assert_mean(image, AMBIENT, 0.003)
 
 
