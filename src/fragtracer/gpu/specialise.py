@@ -34,7 +34,7 @@ _LOOP = re.compile(
 )
 _LOAD = re.compile(r"^(\w+) (\w+)_load\(int index\) \{$")
 _RETURN = re.compile(r"^    return (\w+)_of\((.*)\);$")
-# Lines that may be one of these.
+# How lines begin that the patterns above match.
 _CHANGES = re.compile(
     r"^(?:uniform |\w+ \w+_load\(|    return \w+_(?:of|read)\(| *for \(int i = 0; i < u_).*$", re.MULTILINE
 )
@@ -69,11 +69,12 @@ class Specialisation:
         """The text of a program with the constants in it, line by line."""
         load = ""
 
-        def changed(line: re.Match[str]) -> str:
+        def changed(match: re.Match[str]) -> str:
             nonlocal load
-            if found := _LOAD.match(line[0]):
+            line = match[0]
+            if found := _LOAD.match(line):
                 load = found[2]
-            return self._line(line[0], load)
+            return self._line(line, load)
 
         return _CHANGES.sub(changed, text)
 
