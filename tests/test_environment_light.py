@@ -216,7 +216,6 @@ def test_black_and_switched_off_environments_give_nothing(ctx):
 
 
 MUTATIONS = {
-    "sine forgotten": ("weight * u_environment_density / sin_theta", "weight * u_environment_density"),
     "rotation left out of the density": ("vec3(c * wi.x - s * wi.z, wi.y, s * wi.x + c * wi.z)", "wi"),
     "turned the wrong way": ("vec3(c * local.x + s * local.z, local.y, c * local.z - s * local.x)", "local"),
     "texels not spread": ("+ 0.5 + square_to_tent(u);", "+ 0.5 + 0.2 * square_to_tent(u);"),

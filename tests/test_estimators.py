@@ -180,14 +180,6 @@ def _compare(ctx, name: str, changed: dict, unchanged: dict) -> None:
 # Errors that the comparisons above must find: file, text, what stands there instead, and two settings
 # that should agree.
 PLANTED = {
-    "lights met by chance count in full": (
-        *("integrator/direct.glsl", "power_heuristic(bsdf_pdf, float(u_light_samples) * light_pdf)", "1.0"),
-        *("three-spheres", {}, {"estimator": "nee"}),
-    ),
-    "roulette without compensation": (
-        *("integrator/path.glsl", "path.throughput /= survival;", "path.throughput /= 1.0;"),
-        *("cornell-box", {"russian_roulette_depth": 1}, {"russian_roulette": False}),
-    ),
     "density of the diffuse lobe 3 % too high": (
         *("bsdf/cook_torrance.glsl", "square_to_cosine_hemisphere_pdf(wi));"),
         "1.03 * square_to_cosine_hemisphere_pdf(wi));",

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from agreement import ROUNDING, assert_agree, assert_mean
 from numpy.typing import NDArray
-from rendering import ESTIMATORS, Planter, batches, list_at_most, rendered
+from rendering import ESTIMATORS, batches, list_at_most, rendered
 from scene_builders import Vector, box, lambert, rectangle, stare, triangles_of
 
 from fragtracer.scene import (
@@ -127,10 +127,6 @@ def test_roulette_keeps_the_mean_at_every_vertex(ctx, bounces):
 def test_furnace_has_no_noise_without_light_sampling(ctx, monkeypatch, bounces, kind, most_listed):
     """Every path of cosine sampling brings the same: any leak or wrong weight shows in a single one."""
     list_at_most(monkeypatch, most_listed)
-    _check_without_noise(ctx, bounces, kind)
-
-
-def _check_without_noise(ctx, bounces, kind):
     image = rendered(
         ctx, furnace(ALBEDOS[1], kind), 16, bounces=bounces, estimator="bsdf", russian_roulette=False, shared=True
     )
@@ -234,27 +230,3 @@ UNSEEN = {
 def test_black_where_there_is_nothing(ctx, name, estimator):
     scene = Scene(LOOKING, {"lamp": lambert(0.0, RADIANCE), "black": lambert(0.0)}, **UNSEEN[name])
     assert not rendered(ctx, scene, 16, bounces=5, estimator=estimator).any()
-
-
-# Errors that the tests above must find: file, text, what stands there instead, and one of their cases.
-PLANTED = {
-    "roulette without compensation": (
-        *("integrator/path.glsl", "path.throughput /= survival;", "path.throughput /= 1.0;"),
-        lambda ctx: test_closed_furnace(ctx, ALBEDOS[0], "mis", "rectangles"),
-    ),
-    "one bounce too few": (
-        *("integrator/path.glsl", "path.depth < u_bounces &&", "path.depth < u_bounces - 1 &&"),
-        lambda ctx: _check_without_noise(ctx, 4, "rectangles"),
-    ),
-    "emission from behind": (
-        *("integrator/path.glsl", "surface.light >= 0 && cos_theta > 0.0", "surface.light >= 0"),
-        lambda ctx: test_black_where_there_is_nothing(ctx, "the back of a rectangle", "mis"),
-    ),
-}
-
-
-@pytest.mark.parametrize(("file", "text", "replacement", "check"), PLANTED.values(), ids=PLANTED)
-def test_planted_error_is_found(ctx, monkeypatch, tmp_path, file, text, replacement, check):
-    Planter(monkeypatch, tmp_path)(file, text, replacement)
-    with pytest.raises(AssertionError):
-        check(ctx)

@@ -179,16 +179,21 @@ def light_of(ctx: Any, scene: Scene, spp: int, seeds: int, **settings: Any) -> t
     """The light that is left to light tracing, as the path tracer finds it and as photons bring it, (seeds, height,
     width, 3): pictures of the same paths, from which those are taken that leave that light out."""
     settings = {"bounces": 5, "adaptive": "off", "guiding": "off", "rays": 64} | settings
-    found = []
-    for choice, defines in (("off", {}), ("on", {}), ("off", {"FILM_LIGHT": "FILM_LIGHT_UNTRACED"})):
-        pictures = []
-        with Renderer(scene, SIZE, context=ctx, defines=defines, light_tracing=choice, **settings) as renderer:
-            for seed in range(seeds):
-                renderer.reset(seed=seed)
-                renderer.sample(spp)
-                pictures.append(renderer.image().astype(np.float64))
-        found.append(np.stack(pictures))
-    by_all, by_both, rest = found
+    by_all, by_both, rest = [], [], []
+    with Renderer(scene, SIZE, context=ctx, light_tracing="off", **settings) as renderer:
+        for seed in range(seeds):
+            renderer.reset(seed=seed)
+            renderer.sample(spp)
+            by_all.append(renderer.image())
+    with Renderer(scene, SIZE, context=ctx, light_tracing="on", **settings) as renderer:
+        for seed in range(seeds):
+            renderer.reset(seed=seed)
+            renderer.sample(spp)
+            by_both.append(renderer.image())
+            with pytest.MonkeyPatch.context() as patch:
+                patch.setattr(renderer, "_light", None)
+                rest.append(renderer.image())
+    by_all, by_both, rest = (np.stack(images).astype(np.float64) for images in (by_all, by_both, rest))
     return by_all - rest, by_both - rest
 
 
@@ -205,16 +210,12 @@ def test_photons_bring_what_paths_leave_out(ctx: Any, make: Callable[[], Scene],
     assert_agree(by_photons, by_paths, resolution, (2, 3))
 
 
-@pytest.mark.parametrize("estimator", ["nee", "bsdf"])
-def test_estimators_leave_out_the_same_light(ctx: Any, estimator: str) -> None:
-    """Among lights that rays meet; each finds what the others do."""
-    by_paths, by_photons = light_of(ctx, spheres(), 8192, 4, estimator=estimator)
-    assert_agree(by_photons, by_paths, 0.05, (2, 3))
-
-
-@pytest.mark.parametrize("pixel_filter", ["tent", "gaussian"])
-def test_filters(ctx: Any, pixel_filter: str) -> None:
-    by_paths, by_photons = light_of(ctx, spheres(), 8192, 4, pixel_filter=pixel_filter)
+@pytest.mark.parametrize(
+    "settings", [{"estimator": "nee", "pixel_filter": "tent"}, {"estimator": "bsdf", "pixel_filter": "gaussian"}]
+)
+def test_estimators_and_filters(ctx: Any, settings: dict[str, str]) -> None:
+    """Each estimator finds, and leaves out, what the others do, in pixels of any kind."""
+    by_paths, by_photons = light_of(ctx, spheres(), 8192, 4, **settings)
     assert_agree(by_photons, by_paths, 0.05, (2, 3))
 
 
@@ -436,7 +437,7 @@ GLASS = Material(model="dielectric", ior=1.5)
     ],
 )
 def test_what_decides_is_said(ctx: Any, scene: Scene, settings: dict[str, Any], reason: str) -> None:
-    with Renderer(scene, (8, 8), context=ctx, guiding="off", **settings) as renderer:
+    with Renderer(scene, (8, 8), context=ctx, specialised=False, guiding="off", **settings) as renderer:
         assert reason in renderer.metadata()["light_tracing_decision"]
 
 

@@ -21,6 +21,7 @@ def until(refiner: Refiner, condition: Callable[[], bool], seconds: float = 120.
     while not condition():
         assert time.perf_counter() - start < seconds
         refiner.frame()
+        time.sleep(0.01)  # leaves the processor to what learns
 
 
 def test_picture_goes_on_and_is_then_guided_or_traced_from_its_lights(ctx: moderngl.Context) -> None:

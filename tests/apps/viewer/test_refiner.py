@@ -83,6 +83,7 @@ def until(refiner: Refiner, condition: Callable[[], bool], seconds: float = 120.
     while not condition():
         assert time.perf_counter() - start < seconds
         refiner.frame()
+        time.sleep(0.01)  # leaves the processor to what compiles and learns
 
 
 def everything() -> Scene:
