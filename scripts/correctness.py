@@ -90,7 +90,7 @@ doctor` asks a driver first what these tests ask.
 Mitsuba is not the only evidence. The parts of the shader library are tested alone (`tests/shaders/`), `integrator/`
 and `display/` by pictures; there are closed forms (`tests/test_furnace.py`, `tests/test_direct_light.py`) and a test
 that the error converges to 65,536 samples per pixel without a floor (`tests/test_convergence.py`). The tests are
-tested too: `tests/test_mutations.py` plants each of the errors of `tests/mutations.py`, one at a time, at least one in
+tested too: `tests/test_mutations.py` plants each of the errors of `tests/mutations/`, one at a time, at least one in
 every file of GLSL, and requires that the test which it names passes without it and fails with it; `make mutate` plants
 random errors and lists those that no test finds. Of its 200 (seed 1, judged at commits 09e70e9, 92e4bab and 3b15303)
 162 were found (six of them planted by hand, by tests that the script did not run or that came since), 23 change

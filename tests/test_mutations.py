@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: MIT
-"""The check that each error of tests/mutations.py names fails with it, and passes without it: here, if it is no case of
+"""The check that each error of tests/mutations names fails with it, and passes without it: here, if it is no case of
 the suite by itself."""
 
 from pathlib import Path
 
 import moderngl
 import pytest
-from mutations import MUTATIONS, Mutation
+from mutations import MUTATIONS
+from mutations.mutation import Mutation
 from rendering import Planter
 
 # The modules that read the shaders, but for those of the viewer's glare and meter, and those whose results are kept.
