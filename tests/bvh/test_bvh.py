@@ -160,6 +160,7 @@ def test_rays_have_less_to_do_than_with_median_splits_of_the_same_width(name: st
 
 def test_a_tree_that_would_be_too_deep_is_balanced(monkeypatch: pytest.MonkeyPatch) -> None:
     boxes = boxes_of(SHAPES["spiral"])
+    monkeypatch.setattr("fragtracer.bvh.cluster.SWEPT", 1)
     depth = build(boxes).depth
     assert depth > 20
     monkeypatch.setattr("fragtracer.bvh.tree.MAX_DEPTH", depth - 1)

@@ -215,10 +215,11 @@ def test_listed_shapes_and_those_of_the_bvh_are_met_alike(ctx: moderngl.Context,
 @pytest.mark.parametrize("level", [Level.NOTHING, Level.SCENE], ids=["uniforms", "compiled in"])
 @pytest.mark.parametrize(("count", "waiting"), [(9, 1), (24, 6), (36, 10), (48, 14), (60, 18)])
 def test_nothing_is_lost_on_the_way_through_deep_trees(
-    ctx: moderngl.Context, count: int, waiting: int, level: Level
+    ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch, count: int, waiting: int, level: Level
 ) -> None:
     """Spheres in a row, each a third larger than the one before, of which a ray along it meets all; the registers of
     the stack hold from 4 to 16 groups, and memory holds more."""
+    monkeypatch.setattr("fragtracer.bvh.cluster.SWEPT", 1)  # no tree that is made top down is so deep
     balls = tuple(Sphere((1.3**i, 0.0, 0.0), 0.3 * 1.3**i, "m") for i in range(count))
     scene = Scene(camera=Camera((0.0, 0.0, 1.3**count), (0.0, 0.0, 0.0)), materials={"m": Material()}, spheres=balls)
     packed = pack(scene, scene.render, 64, 64, 0)

@@ -1,18 +1,22 @@
 # SPDX-License-Identifier: MIT
 """Pairs primitives into a binary tree by their bounds, bottom up (Meister and Bittner 2018, Parallel Locally-Ordered
-Clustering for Bounding Volume Hierarchy Construction).
+Clustering for Bounding Volume Hierarchy Construction), and the last few thousand top down (sweep.py), which makes a
+better tree and takes longer.
 
 Primitives are sorted along a Z-curve; each looks for the one nearby with which its bounds have the least
-surface area; two that choose each other become one; and so on until one is left. Every step is
+surface area; two that choose each other become one; and so on. Every step is
 done for all primitives at once, in pieces that fit the cache.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fragtracer.bvh.sweep import sweep
+
 Bounds = NDArray[np.float32]  # (6, n): the lower corner, and the upper one negated, so that a union is a minimum
 Indices = NDArray[np.int32]
 
+SWEPT = 4096  # so many are left to sweep()
 RADIUS = 16  # how far along the curve a primitive looks, to both sides
 _PIECE = 4096
 _CODE_BITS = 5  # of a pair's distance along the curve and its phase, in place of the last bits of its area
@@ -35,7 +39,7 @@ def cluster(bounds: Bounds) -> tuple[Indices, list[tuple[Indices, Indices]]]:
     ids = np.arange(bounds.shape[1], dtype=np.int32)
     made = bounds.shape[1]
     rounds = []
-    while len(ids) > 1:
+    while len(ids) > SWEPT:
         partner = _nearest(bounds)
         place = np.arange(len(ids))
         left = np.flatnonzero((partner[partner] == place) & (place < partner))
@@ -48,7 +52,8 @@ def cluster(bounds: Bounds) -> tuple[Indices, list[tuple[Indices, Indices]]]:
         kept[right] = False
         kept = np.flatnonzero(kept)
         bounds, ids = bounds.take(kept, axis=1), ids[kept]
-    return order, rounds
+    numbers = np.concatenate([ids, np.arange(made, made + len(ids) - 1, dtype=np.int32)])
+    return order, rounds + [(numbers[left], numbers[right]) for left, right in sweep(bounds)]
 
 
 def _curve_order(bounds: Bounds) -> Indices:

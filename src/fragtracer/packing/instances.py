@@ -19,7 +19,7 @@ from fragtracer.scene import Geometry, Mesh
 Floats = NDArray[np.float64]
 Texels = NDArray[np.float32]
 
-_BVH_VERSION = 7  # of fragtracer.bvh, for the files kept on disk
+_BVH_VERSION = 8  # of fragtracer.bvh, for the files kept on disk
 _BVHS_KEPT = 64  # in memory
 # Instances of a geometry have a BLAS each while they add fewer triangles than this: rays then need no matrix.
 MOST_REPEATED = 100_000
