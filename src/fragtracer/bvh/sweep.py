@@ -37,7 +37,8 @@ def sweep(bounds: NDArray[np.float32]) -> list[tuple[Numbers, Numbers]]:
                 costs[axis] = _areas_up_to(ordered, node) * before
                 costs[axis, :-1] += _areas_up_to(ordered[:, ::-1], node[-1] - node[::-1])[-2::-1] * behind[:-1]
         costs[:, behind == 0] = np.inf
-        # Of places that cost the same, that nearest to the middle: equal boxes are split in halves.
+        # Of places that cost the same, that nearest to the middle: equal boxes are split in halves. The key holds how
+        # far off a place is, its axis, and its number.
         least = np.minimum.reduceat(costs.min(axis=0), begins)
         off = np.where(costs <= least[node] * (1 + 1e-9), np.abs(before - behind), 2 * count)
         key = (3 * off + np.arange(3)[:, None]) * len(node) + np.arange(len(node))
