@@ -346,7 +346,8 @@ class Renderer:
     def reset(self, scene: Scene | None = None, **settings: Any) -> None:
         """Forget all samples; go on with ``scene``, if given, and with any settings that are.
 
-        The size stays. Another ``seed`` never compiles, other values may.
+        The size stays, and so do settings that are not given: those of ``scene`` itself are not taken over. Another
+        ``seed`` never compiles, other values may.
         """
         if not {"width", "height"}.isdisjoint(settings):
             raise ValueError("a renderer keeps its size; make another one")
