@@ -179,21 +179,20 @@ def light_of(ctx: Any, scene: Scene, spp: int, seeds: int, **settings: Any) -> t
     """The light that is left to light tracing, as the path tracer finds it and as photons bring it, (seeds, height,
     width, 3): pictures of the same paths, from which those are taken that leave that light out."""
     settings = {"bounces": 5, "adaptive": "off", "guiding": "off", "rays": 64} | settings
-    by_all, by_both, rest = [], [], []
-    with Renderer(scene, SIZE, context=ctx, light_tracing="off", **settings) as renderer:
+    found = []
+    with (
+        Renderer(scene, SIZE, context=ctx, light_tracing="off", **settings) as whole,
+        Renderer(scene, SIZE, context=ctx, light_tracing="on", **settings) as parted,
+    ):
         for seed in range(seeds):
-            renderer.reset(seed=seed)
-            renderer.sample(spp)
-            by_all.append(renderer.image())
-    with Renderer(scene, SIZE, context=ctx, light_tracing="on", **settings) as renderer:
-        for seed in range(seeds):
-            renderer.reset(seed=seed)
-            renderer.sample(spp)
-            by_both.append(renderer.image())
+            for renderer in (whole, parted):
+                renderer.reset(seed=seed)
+                renderer.sample(spp)
+            images = [whole.image(), parted.image()]
             with pytest.MonkeyPatch.context() as patch:
-                patch.setattr(renderer, "_light", None)
-                rest.append(renderer.image())
-    by_all, by_both, rest = (np.stack(images).astype(np.float64) for images in (by_all, by_both, rest))
+                patch.setattr(parted, "_light", None)  # leaves what its paths have found
+                found.append([*images, parted.image()])
+    by_all, by_both, rest = np.swapaxes(np.array(found, np.float64), 0, 1)
     return by_all - rest, by_both - rest
 
 

@@ -4,8 +4,8 @@ Clustering for Bounding Volume Hierarchy Construction), and the last few thousan
 better tree and takes longer.
 
 Primitives are sorted along a Z-curve; each looks for the one nearby with which its bounds have the least
-surface area; two that choose each other become one; and so on. Every step is
-done for all primitives at once, in pieces that fit the cache.
+surface area; two that choose each other become one; and so on. Every step is done for all primitives at once, in pieces
+that fit the cache.
 """
 
 import numpy as np

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Splits primitives into a binary tree, top down, where that costs least by the surface area heuristic (MacDonald and
-Booth 1990, Heuristics for Ray Tracing Using Space Subdivision): of all places along all three axes.
+Booth 1990, Heuristics for Ray Tracing Using Space Subdivision): of all places between their centres along all three
+axes (Wald, Boulos and Shirley 2007, Ray Tracing Deformable Scenes Using Dynamic Bounding Volume Hierarchies).
 
 All nodes of a level are split at once.
 """
@@ -15,10 +16,10 @@ MOST_LEVELS = 48  # below, in halves
 
 
 def sweep(bounds: NDArray[np.float32]) -> list[tuple[Numbers, Numbers]]:
-    """Split primitives with these ``bounds`` (6, n).
+    """Split primitives with the ``bounds`` (6, n) float32: lower corners, and upper ones negated; n > 0.
 
-    Returns the left and right members of the pairs of each level, the lowest first. Primitives have their own numbers,
-    pairs those from n on in the order of the result; the last one holds all.
+    Returns the left and right members, int64, of the pairs of each level, the lowest first. Primitives have their own
+    numbers, pairs those from n on in the order of the result; the last one holds all.
     """
     count = bounds.shape[1]
     boxes = bounds.astype(np.float64)
