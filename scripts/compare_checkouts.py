@@ -44,7 +44,7 @@ class Worker:
         settings = {"scene": scene, "size": options.size, "bounces": options.bounces}
         self._process = subprocess.Popen(
             [sys.executable, __file__, "--worker", json.dumps(settings)],
-            env=os.environ | {"PYTHONPATH": str(checkout / "src")},
+            env=os.environ | {"PYTHONPATH": os.pathsep.join([str(checkout / "src"), os.environ.get("PYTHONPATH", "")])},
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fragtracer.io.toml import load
 from fragtracer.reference import render
 from fragtracer.scene import Ambient, Camera, Light, Material, Plane, RenderSettings, Scene, Sphere
 
@@ -64,3 +65,11 @@ def test_scalar_variant_renders_the_same_scene(mi):
     slow = render.render_reference(SCENE, (6, 4), 256, variant="scalar_rgb")[0]
     assert slow.mean() == pytest.approx(fast.mean(), rel=0.05)
     assert mi.variant() == "llvm_ad_rgb"
+
+
+@pytest.mark.parametrize("name", ["mirror", "grille", "glass"])
+def test_scalar_variant_renders_bundled_scenes(mi, name):
+    """Its numbers are Python's, whose divisions by 0 are errors."""
+    picture = render.render_reference(load(name), (16, 12), 4, variant="scalar_rgb")
+    assert np.isfinite(picture).all()
+    assert picture.mean() > 0

@@ -103,9 +103,10 @@ def media(scene: Scene) -> dict[str, Medium]:
 
 def medium_tree(medium: Medium, file: Path) -> Tree:
     """The plugin of a medium; a grid is written to ``file``. The extinction coefficient in 1/m is a colour, which must
-    not exceed 1, and its scale."""
+    not exceed 1, and its scale. A colour that is not extinguished at all has a millionth of the greatest coefficient:
+    for one of 0 Mitsuba's ``volpath`` finds NaN, and its ``volpathmis`` too little light (3.9)."""
     scale = max(*medium.sigma_t, 1e-30)
-    color = [s / scale for s in medium.sigma_t]
+    color = [max(s / scale, 1e-6) for s in medium.sigma_t]
     tree: Tree = {"albedo": rgb(medium.single_albedo), "scale": scale, "phase": {"type": "hg", "g": float(medium.g)}}
     if medium.density is None or medium.bounds is None:
         return {"type": "homogeneous", "sigma_t": rgb(color), **tree}

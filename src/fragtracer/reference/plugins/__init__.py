@@ -18,6 +18,9 @@ materials by a weight; ``fragtracer_rough_pane`` (rough_pane.py), a thin dielect
 ``fragtracer_unlit`` (unlit.py), the emitter of an unlit material; ``fragtracer_spot`` (spot.py), a spot
 light; ``fragtracer_sphere_light`` (sphere_light.py), the emitter of a sphere; and ``fragtracer_path``
 (path.py), the integrator, which needs a variant that is not scalar.
+
+In scalar variants numbers and masks are Python's: ``x / 0`` is an error there, ``x * dr.rcp(0)`` is infinite, and ``~``
+of a mask is an integer.
 """
 
 from functools import lru_cache

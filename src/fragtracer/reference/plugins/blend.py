@@ -25,7 +25,7 @@ def blend_class(mi: Any, dr: Any) -> type:
         def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
             weight = self._weight_at(si, active)
             second = sample1 < weight
-            rest = dr.select(second, sample1, sample1 - weight) / dr.select(second, weight, 1 - weight)
+            rest = dr.select(second, sample1, sample1 - weight) * dr.rcp(dr.select(second, weight, 1 - weight))
             (bs_0, value_0), (bs_1, value_1) = (
                 part.sample(ctx, si, rest, sample2, active & chosen)
                 for part, chosen in zip(self.parts, (sample1 >= weight, second), strict=True)

@@ -54,7 +54,7 @@ def plain_class(mi: Any, dr: Any) -> type:
             bs.eta = mi.Float(1)
             bs.sampled_type = dr.select(specular, mi.UInt32(self.specular_type), mi.UInt32(self.diffuse_type))
             bs.sampled_component = dr.select(specular, mi.UInt32(self.specular_index), mi.UInt32(0))
-            return bs, dr.select(valid, value / pdf, 0)
+            return bs, dr.select(valid, value * dr.rcp(pdf), 0)
 
         def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
             viewer, side = self._to_front(si.wi)

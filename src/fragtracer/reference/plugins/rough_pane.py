@@ -37,7 +37,7 @@ def rough_pane_class(mi: Any, dr: Any) -> type:
             bs.pdf, bs.eta = pdf, mi.Float(1)
             bs.sampled_component = dr.select(reflects, mi.UInt32(0), mi.UInt32(1))
             bs.sampled_type = dr.select(reflects, *map(mi.UInt32, self.types))
-            return bs, dr.select(valid & (pdf > 0), value / pdf, 0)
+            return bs, dr.select(valid & (pdf > 0), value * dr.rcp(pdf), 0)
 
         def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
             viewer, light = (mi.Vector3f(w.x, w.y, dr.abs(w.z)) for w in (si.wi, wo))
@@ -45,7 +45,7 @@ def rough_pane_class(mi: Any, dr: Any) -> type:
             reflects = si.wi.z * wo.z > 0
             reflected = self._reflectance(dr.dot(viewer, half))
             chance = dr.select(reflects, reflected, 1 - reflected)
-            visible = facets.smith_g1(viewer, half) / (4 * viewer.z)
+            visible = facets.smith_g1(viewer, half) * dr.rcp(4 * viewer.z)
             pdf = dr.select(active & (si.wi.z * wo.z != 0), chance * facets.eval(half) * visible, 0)
             value = dr.select(reflects, mi.Color3f(1), self.color) * (pdf * facets.smith_g1(light, half))
             return value, pdf

@@ -61,7 +61,7 @@ def surface_class(mi: Any, dr: Any) -> type:
             wo = frame.to_local(si.to_world(si.wi))
             local, value, pdf, specular = lobes.sample(wo, choice, sample2)
             wi = si.to_local(frame.to_world(local))
-            valid = active & ~transmitted & (wo.z > 0) & (local.z > 0) & (pdf > 0)
+            valid = active & (sample1 < opacity) & (wo.z > 0) & (local.z > 0) & (pdf > 0)
             bs = mi.BSDFSample3f(dr.select(transmitted, -si.wi, wi))
             bs.pdf = dr.select(transmitted, 1 - opacity, dr.select(valid, pdf * opacity, 0))
             bs.eta = mi.Float(1)
@@ -71,7 +71,7 @@ def surface_class(mi: Any, dr: Any) -> type:
             for index, kind in enumerate(self.types):
                 chosen = bs.sampled_component == index
                 bs.sampled_type = dr.select(chosen, mi.UInt32(kind), bs.sampled_type)
-            weight = dr.select(valid, value * _shadowing(front, local) / pdf, 0)
+            weight = dr.select(valid, value * (_shadowing(front, local) * dr.rcp(pdf)), 0)
             return bs, dr.select(active & transmitted, mi.Color3f(1), weight)
 
         def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:

@@ -30,7 +30,7 @@ def smith_g1_over_cos(c: Any, alpha: Any) -> Any:
     import drjit as dr
 
     alpha2 = dr.square(alpha)
-    return 2 / (c + dr.sqrt(dr.fma(1 - alpha2, dr.square(c), alpha2)))
+    return 2 * dr.rcp(c + dr.sqrt(dr.fma(1 - alpha2, dr.square(c), alpha2)))
 
 
 def smith_g2_over_cosines(c: Any, d: Any, alpha_c: Any, alpha_d: Any) -> Any:
@@ -42,12 +42,14 @@ def smith_g2_over_cosines(c: Any, d: Any, alpha_c: Any, alpha_d: Any) -> Any:
         alpha2 = dr.square(alpha)
         return dr.sqrt(alpha2 + (1 - alpha2) * dr.square(cosine))
 
-    return 2 / (c * root(d, alpha_d) + d * root(c, alpha_c))
+    return 2 * dr.rcp(c * root(d, alpha_d) + d * root(c, alpha_c))
 
 
 def schlick_g1_over_cos(c: Any, k: Any) -> Any:
     """G1(c) / c of Schlick's approximation at cosine ``c``, finite at c = 0 (Schlick 1994, eq. 19)."""
-    return 1 / (c * (1 - k) + k)
+    import drjit as dr
+
+    return dr.rcp(c * (1 - k) + k)
 
 
 def schlick_k(geometry: str, alpha: Any) -> Any:
