@@ -4,11 +4,13 @@
 import subprocess
 import sys
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from fragtracer.errors import OutputError
+from fragtracer.io.toml import load
 from fragtracer.reference.export import export_mitsuba
 from fragtracer.reference.materials import exact_bsdf
 from fragtracer.reference.meshes import MeshAttributes
@@ -203,6 +205,16 @@ def test_the_file_says_what_each_material_became(tmp_path):
 def test_other_geometry_terms_are_named(tmp_path):
     scene = Scene(materials={"metal": Material(metal="iron")}, render=RenderSettings(geometry="karis"))
     assert "in place of karis" in export_mitsuba(scene, tmp_path)[0]
+
+
+@pytest.mark.parametrize("name", ["glass", "wax"])
+def test_media_have_finite_radiance(mi, tmp_path, name):
+    """Where a colour is not extinguished, and far from lights that are spheres."""
+    scene = load(name)
+    export_mitsuba(replace(scene, render=replace(scene.render, width=64, height=36)), tmp_path)
+    picture = np.array(mi.render(mi.load_file(str(tmp_path / "scene.xml")), spp=64, seed=1))
+    assert np.isfinite(picture).all()
+    assert picture.mean() > 0.05
 
 
 def test_the_plugin_needs_no_fragtracer(mi, tmp_path):

@@ -25,8 +25,9 @@ Where the two renderers differ:
 - Mitsuba's gaussian filter is cut off at 4 standard deviations and lowered to 0 there; ours is not.
 - Media that scatter need Mitsuba's own ``volpathmis``, whose channels are weighed against each other; ours
   (plugins/path.py) knows those that absorb. It has a bias with roulette: a grey cube of 4 mean free paths and an
-  albedo of 0.8 is 0.3 % darker than without, so there is none. And one with a ``rectangle`` as the boundary of a
-  medium: that cube is 0.6 % brighter than a random walk in numpy, so such a rectangle is two triangles.
+  albedo of 0.8 is 0.3 % darker than without, so there is none. One with a ``rectangle`` as the boundary of a
+  medium: that cube is 0.6 % brighter than a random walk in numpy, so such a rectangle is two triangles. And it finds
+  NaN where Mitsuba rounds the cone of a sphere to 0: without our plugins the integrator is ``volpath``.
 - Path choices (``rays``, ``light_samples``, ``estimator``, ``sampler``) have no counterpart: they
   change the noise, not the mean.
 """
@@ -103,7 +104,7 @@ def scene_tree(scene: Scene, folder: Path, plugins: bool = True) -> Tree:
 
     inside = fillings(scene)
     found = _shapes(scene, folder, smooth=not plugins)
-    tree: Tree = {"type": "scene", "integrator": _integrator(scene), "sensor": _sensor(scene)}
+    tree: Tree = {"type": "scene", "integrator": _integrator(scene, plugins), "sensor": _sensor(scene)}
     media = dielectrics.media(scene)
     tree |= {key: dielectrics.medium_tree(medium, folder / f"{key}.vol") for key, medium in media.items()}
     tree["sensor"] |= _medium(scene, media, "medium", dielectrics.of_camera(scene))
@@ -163,13 +164,13 @@ def _material_key(number: int, attributes: MeshAttributes) -> str:
     return "_".join(["material", str(number), *filter(None, [attributes.key])])
 
 
-def _integrator(scene: Scene) -> Tree:
+def _integrator(scene: Scene, plugins: bool) -> Tree:
     settings, hidden = scene.render, hides_emitters(scene)
     has_roulette = settings.russian_roulette and not has_media(scene)
     rr_depth = settings.russian_roulette_depth if has_roulette else NEVER
     null = any(map(has_null_transmission, scene.materials.values()))
     kind = "volpath" if null or dielectrics.media(scene) else "path"
-    kind = "volpathmis" if has_media(scene) else kind
+    kind = "volpathmis" if has_media(scene) and plugins else kind
     return {"type": kind, "max_depth": settings.bounces + 1, "rr_depth": rr_depth, "hide_emitters": hidden}
 
 
@@ -245,7 +246,7 @@ def to_mitsuba(scene: Scene, folder: Path | None = None, plugins: bool = True, e
 
     ``folder`` is for the triangles, which Mitsuba reads when it loads the dictionary; left out, it is a
     temporary one that lasts as long as the process. ``plugins`` is as for :func:`scene_tree`. Unless it is to be
-    ``exact``, integrator and emitters of spheres are Mitsuba's own, which are faster.
+    ``exact``, integrator and emitters of spheres are Mitsuba's own, which are faster, where no medium scatters.
     """
     import mitsuba as mi
 
@@ -259,9 +260,10 @@ def to_mitsuba(scene: Scene, folder: Path | None = None, plugins: bool = True, e
         return mi.ScalarTransform4f(value) if isinstance(value, np.ndarray) else value
 
     tree = scene_tree(scene, folder or _temporary_folder(), plugins)
-    if not exact:
+    scatters = has_media(scene)  # whose integrator is Mitsuba's own, and needs our emitters
+    if not exact and not scatters:
         tree = _with_own_emitters(tree)
-    elif plugins and not has_media(scene) and not str(mi.variant()).startswith("scalar"):
+    elif exact and plugins and not scatters and not str(mi.variant()).startswith("scalar"):
         own = tree["integrator"]
         null = any(map(has_null_transmission, scene.materials.values()))
         media = any(key.startswith("medium_") for key in tree)
