@@ -26,6 +26,7 @@ from fragtracer.scene import (
     Mesh,
     Part,
     Placement,
+    Plane,
     Rectangle,
     RenderSettings,
     Scene,
@@ -169,6 +170,22 @@ def test_a_smooth_ball_is_lit_like_a_sphere(ctx: moderngl.Context) -> None:
     error = [np.abs(x - true)[true > 0].mean() / true.mean() for x in (rounded, flat)]
     assert error[0] < 0.05
     assert error[0] < 0.6 * error[1]
+
+
+def test_a_smooth_mesh_leaves_flat_surfaces_as_they_are(ctx: moderngl.Context) -> None:
+    """Up to the horizon, with one out of view: how much a floor reflects there says how it is seen."""
+    floor = Material(model="conductor", metal="gold", roughness=0.0)
+    scene = mesh_scene(
+        smooth(ball(8, 4)),
+        materials={"mesh": Material(), "floor": floor},
+        planes=(Plane((0.0, -2.0, 0.0), (0.0, 1.0, 0.0), "floor"),),
+        ambient=Ambient(1.0),
+        camera=Camera((0.0, 0.0, -5.0), (0.0, 0.0, -6.0), fov_degrees=1.0),
+        render=RenderSettings(bounces=1),
+    )
+    without = rendered(ctx, replace(scene, meshes=()), 4, (4, 64))
+    np.testing.assert_allclose(rendered(ctx, scene, 4, (4, 64)), without, rtol=1e-5)
+    assert without[-1, :, 2].max() < 0.98
 
 
 def test_no_light_leaks_through_a_smooth_wall(ctx: moderngl.Context) -> None:

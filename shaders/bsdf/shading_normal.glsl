@@ -7,10 +7,10 @@ uniform int u_has_shading_normals;  // 0: every shading normal is the geometric 
 
 const float SHADING_NORMAL_LEAST_COSINE = 0.01;
 
-// The shading normal, bent towards wo where it looks away from it: near an outline the surface is seen, and is lit.
-vec3 shading_normal_bend(vec3 normal, vec3 wo) {
-    float cos_theta = dot(normal, wo);
-    return cos_theta < SHADING_NORMAL_LEAST_COSINE ? normalize(normal + (SHADING_NORMAL_LEAST_COSINE - cos_theta) * wo) : normal;
+// How much of wo, where it is more than 0, bends the shading normal towards wo, from which it looks away: near an outline the
+// surface is seen, and is lit. `geometric` is the normal of the surface itself on the side of wo, and is enough.
+float shading_normal_bend(vec3 normal, vec3 geometric, vec3 wo) {
+    return min(SHADING_NORMAL_LEAST_COSINE, dot(geometric, wo)) - dot(normal, wo);
 }
 
 // Factor of what is scattered to wi, local to the shading normal: 0 where wi is reflected by one normal and transmitted by

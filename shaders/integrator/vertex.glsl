@@ -42,8 +42,9 @@ Vertex vertex_at(Surface surface, Material material, vec3 direction, uint seed) 
     vertex.origin = ray_offset_origin(surface.position, normal - direction, surface.extent);
     vertex.behind = ray_offset_origin(surface.position, direction - normal, surface.extent);
     vec3 shading_normal = side * material_shading_normal(surface);
-    vertex.is_bent = u_has_shading_normals != 0 && dot(shading_normal, -direction) < SHADING_NORMAL_LEAST_COSINE;
-    if (u_has_shading_normals != 0) shading_normal = shading_normal_bend(shading_normal, -direction);
+    float bend = u_has_shading_normals != 0 ? shading_normal_bend(shading_normal, normal, -direction) : 0.0;
+    vertex.is_bent = bend > 0.0;
+    if (vertex.is_bent) shading_normal = normalize(shading_normal - bend * direction);
     vertex.frame = frame_from_normal(shading_normal);
     vertex.bsdf = material_bsdf(material, side > 0.0);
     if (u_facets_are_isotropic == 0) {

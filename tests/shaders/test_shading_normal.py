@@ -17,9 +17,13 @@ def dot(a: Floats, b: Floats) -> Floats:
     return (a.astype(np.float64) * b).sum(-1)
 
 
-def bent(ctx: moderngl.Context, normal: Floats, wo: Floats) -> Floats:
-    inputs = {"normal": normal, "wo": wo}
-    return probe(ctx, SHADING_NORMAL, "bent = shading_normal_bend(normal, wo);", inputs, {"bent": 3})["bent"]
+def bent(ctx: moderngl.Context, normal: Floats, geometric: Floats, wo: Floats) -> Floats:
+    inputs = {"normal": normal, "geometric": geometric, "wo": wo}
+    body = """
+    float bend = shading_normal_bend(normal, geometric, wo);
+    bent = bend > 0.0 ? normalize(normal + bend * wo) : normal;
+    """
+    return probe(ctx, SHADING_NORMAL, body, inputs, {"bent": 3})["bent"]
 
 
 def test_shading_normal_bends_to_the_viewer(ctx: moderngl.Context) -> None:
@@ -29,7 +33,7 @@ def test_shading_normal_bends_to_the_viewer(ctx: moderngl.Context) -> None:
     wo[: COUNT // 2] -= normal[: COUNT // 2] * (dot(normal, wo) + rng.uniform(-0.03, 0.05, COUNT))[: COUNT // 2, None]
     wo /= np.linalg.norm(wo, axis=1, keepdims=True)
     normal[0], wo[0] = (0, 0, 1), (0, 0, -1)
-    found, cosine = bent(ctx, normal, wo), dot(normal, wo)
+    found, cosine = bent(ctx, normal, wo, wo), dot(normal, wo)
     faces = cosine >= 0.01 + 1e-6
     np.testing.assert_array_equal(found[faces], normal[faces])
     assert faces.mean() > 0.2
@@ -43,6 +47,23 @@ def test_shading_normal_bends_to_the_viewer(ctx: moderngl.Context) -> None:
     assert (dot(found, wo)[away] >= 0.0099).all()
     np.testing.assert_allclose(np.linalg.norm(found, axis=1), 1, atol=1e-6)
     np.testing.assert_allclose(found[0], (0, 0, -1), atol=1e-6)
+
+
+def test_a_surface_that_is_seen_at_a_grazing_angle_is_enough(ctx: moderngl.Context) -> None:
+    """A flat one stays as it is, and another normal is bent to the cosine of the surface."""
+    rng = np.random.default_rng(3)
+    geometric, across = upper_directions(rng, COUNT), random_directions(rng, COUNT)
+    across -= dot(geometric, across)[:, None] * geometric
+    cosine = rng.uniform(0, 0.01, COUNT)
+    across *= np.sqrt((1 - cosine**2) / np.square(across).sum(axis=1))[:, None]
+    wo = (cosine[:, None] * geometric + across).astype(np.float32)
+    inputs = {"normal": geometric, "geometric": geometric, "wo": wo}
+    bend = probe(ctx, SHADING_NORMAL, "bend = shading_normal_bend(normal, geometric, wo);", inputs, {"bend": 1})["bend"]
+    assert not bend.any()
+    away = ((geometric - 0.1 * wo) / np.sqrt(1.01 - 0.2 * cosine)[:, None]).astype(np.float32)
+    least = dot(geometric, wo)
+    expected = least / np.sqrt(1 - dot(away, wo) ** 2 + least**2)
+    np.testing.assert_allclose(dot(bent(ctx, away, geometric, wo), wo), expected, atol=1e-6)
 
 
 def terminator(ctx: moderngl.Context, geometric: Floats, wi: Floats) -> Floats:

@@ -19,7 +19,8 @@ from typing import Any
 from .models import Parameters, lobes_of
 
 _SPECULAR_RANGE = (0.1, 0.9)
-_LEAST_COSINE = 0.01  # of the shading normal and the viewer: where it is less, the normal bends to the viewer
+# The shading normal bends to the viewer where the cosine between them is less than this, and than that of the surface.
+_LEAST_COSINE = 0.01
 
 
 def surface_class(mi: Any, dr: Any) -> type:
@@ -151,9 +152,9 @@ def surface_class(mi: Any, dr: Any) -> type:
                 normal = self._mapped(normal, si, active)
             side = dr.select(si.wi.z < 0, mi.Float(-1), mi.Float(1))
             normal, viewer = normal * side, si.to_world(si.wi)
-            cosine = dr.dot(normal, viewer)
-            bent = dr.normalize(normal + dr.maximum(_LEAST_COSINE - cosine, 0) * viewer)
-            frame = mi.Frame3f(dr.select(cosine < _LEAST_COSINE, bent, normal))
+            cosine, least = dr.dot(normal, viewer), dr.minimum(_LEAST_COSINE, dr.abs(si.wi.z))
+            bent = dr.normalize(normal + dr.maximum(least - cosine, 0) * viewer)
+            frame = mi.Frame3f(dr.select(cosine < least, bent, normal))
             return frame, frame.to_local(mi.Vector3f(si.n) * side)
 
         def _mapped(self, normal: Any, si: Any, active: Any) -> Any:
