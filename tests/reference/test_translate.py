@@ -245,6 +245,10 @@ def test_blends(mi):
     assert [tree["material_0"]["bsdf_1"]["ext_ior"], of_water["bsdf_1"]["ext_ior"]] == [1.0, 1.33]
     assert of_water["bsdf_0"]["bsdf"]["type"] == "diffuse"
     assert to_mitsuba(scene, plugins=False)["material_0"]["type"] == "blendbsdf"
+    # Of the other part nothing but how it scatters counts.
+    coated = {"red": materials["red"], "ice": Material(alpha_mode="blend", opacity=0.4, double_sided=False)}
+    tree = to_mitsuba(Scene(materials=coated))
+    assert tree["material_0"]["bsdf_1"] == to_mitsuba(Scene(materials={"ice": Material()}))["material_0"]
     veiled = {**materials, "red": replace(materials["red"], alpha_mode="blend")}
     with pytest.raises(FragtracerError, match="blend out"):
         to_mitsuba(replace(scene, materials=veiled))

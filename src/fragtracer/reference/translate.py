@@ -36,6 +36,7 @@ import atexit
 import shutil
 import tempfile
 from collections.abc import Collection
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -93,7 +94,8 @@ def scene_tree(scene: Scene, folder: Path, plugins: bool = True) -> Tree:
 
     def bsdf(name: str, attributes: MeshAttributes, around: str = "") -> Tree:
         """Of a surface of the material ``name``, which lies in the dielectric ``around``."""
-        parts = [scene.materials[n] for n in scene.blended(name)]
+        own, *others = (scene.materials[n] for n in scene.blended(name))
+        parts = [own, *(replace(other, alpha_mode="opaque", double_sided=True) for other in others)]
         trees = [
             dielectrics.dielectric_bsdf(part, scene.materials[around])
             if around and part.is_dielectric
