@@ -78,6 +78,7 @@ OTHER_SPP = {
     "dielectric": 4096,
     "eon": 512,
     "half-vector": 512,
+    "lights behind a pane": 1024,
     "thin-dielectric": 4096,
 }
 
@@ -112,6 +113,14 @@ DISKS_AND_LIGHTS = {
     "a spot light": replace(BALLS, spot_lights=[SPOT]),
     "a spot light with a hard edge": replace(BALLS, spot_lights=[replace(SPOT, inner_degrees=24.0)]),
     "a directional light": replace(BALLS, directional_lights=[SUN]),
+    "lights behind a pane": replace(
+        BALLS,
+        materials=BALLS.materials | {"pane": Material(model="thin-dielectric", transmittance=(0.5, 0.8, 0.9))},
+        disks=[Disk((0.0, 1.4, 0.2), (-0.2, -1.0, 0.1), 0.9, "pane")],
+        lights=[LAMP_ABOVE, Light((0.5, 3.0, 1.0), 0.0, power=200.0)],
+        spot_lights=[SPOT],
+        directional_lights=[SUN],
+    ),
 }
 
 

@@ -53,6 +53,14 @@ vec4 bsdf_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
 // Whether a sample goes on in the direction of the path, as if there was no surface.
 bool bsdf_is_null(BsdfSample s) { return HAS_EXACT_FRESNEL == 1 && (s.event & EVENT_NULL) != 0; }
 
+// What of light that arrives at |cos_theta| passes the surface as if there was none.
+vec3 bsdf_null_transmittance(Bsdf b, float cos_theta) {
+#if HAS_EXACT_FRESNEL
+    if (b.model == BSDF_THIN_DIELECTRIC) return thin_dielectric_null_transmittance(b, cos_theta);
+#endif
+    return vec3(0.0);
+}
+
 // Whether bsdf_eval() may be above 0 where wi.z < 0.
 bool bsdf_transmits(Bsdf b) {
     return HAS_EXACT_FRESNEL == 1 && (b.model == BSDF_DIELECTRIC || b.model == BSDF_THIN_DIELECTRIC);

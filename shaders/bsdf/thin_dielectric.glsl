@@ -15,6 +15,11 @@ float thin_dielectric_reflectance(Bsdf b, float cos_theta) {
     return 2.0 * fresnel / (1.0 + fresnel);
 }
 
+// What goes straight on.
+vec3 thin_dielectric_null_transmittance(Bsdf b, float cos_theta) {
+    return dielectric_is_smooth(b) ? (1.0 - thin_dielectric_reflectance(b, cos_theta)) * b.transmittance : vec3(0.0);
+}
+
 // f |cos_i| in rgb and the density in a, without delta lobes: facets reflect, and what they transmit has the directions of
 // the reflected lobe, mirrored in the surface (Khronos Group 2021, KHR_materials_transmission).
 vec4 thin_dielectric_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {

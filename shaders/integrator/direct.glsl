@@ -17,6 +17,10 @@
 #define ESTIMATOR ESTIMATOR_MIS
 #endif
 
+#ifndef HAS_LIT_PANES
+#define HAS_LIT_PANES 0  // 1: there are smooth panes, and lights without extent, which no path meets through them
+#endif
+
 uniform int u_light_samples;  // at each vertex
 uniform vec3 u_ambient_radiance;
 
@@ -62,24 +66,39 @@ bool direct_is_occluded(Vertex vertex, Ray ray, float distance, int light_primit
 }
 
 // What is left of light that arrives along a ray from `distance`, where the ray begins `inside` of some dielectrics; it
-// passes boundaries of media.
-vec3 direct_transmittance(Vertex vertex, Ray ray, float distance, ivec4 inside, int light_primitive, vec2 u) {
-#if HAS_MEDIA
+// passes boundaries of media, and smooth panes if it is that of a `delta` light: that of others paths meet through them.
+vec3 direct_transmittance(Vertex vertex, Ray ray, float distance, ivec4 inside, int light_primitive, bool delta, vec2 u) {
+#if HAS_MEDIA || HAS_LIT_PANES
     uint seed = direct_seed(vertex, u);
     vec3 transmittance = vec3(1.0);
+    bool passes_panes = HAS_LIT_PANES == 1 && delta;
     bool goes_on;
     do {
-        Hit hit = closest_hit_before(ray, distance, light_primitive, seed, u_has_null == 0);
+        Hit hit = closest_hit_before(ray, distance, light_primitive, seed, u_has_null == 0 && !passes_panes);
         goes_on = hit.primitive != NO_PRIMITIVE;
-        Medium medium = medium_load(interior_of(inside));
-        transmittance *= medium_transmittance(medium, ray, goes_on ? hit.distance : distance, hash_uint(~seed));
+        float way = goes_on ? hit.distance : distance;
+#if HAS_MEDIA
+        transmittance *= medium_transmittance(medium_load(interior_of(inside)), ray, way, hash_uint(~seed));
+#else
+        transmittance *= interior_transmittance(inside, way);
+#endif
         if (goes_on) {
             Surface surface = surface_at(ray, hit);
             material_choose(surface, seed);
-            Material material = material_load(surface.material);
-            bool is_entered = dot(surface.normal, ray.direction) < 0.0;
-            if (!interior_bounds_medium(material)) transmittance = vec3(0.0);
-            inside = is_entered ? interior_with(inside, material.record + 1) : interior_without(inside, material.record + 1);
+            Material material = HAS_LIT_PANES == 1 ? material_at(surface) : material_load(surface.material);
+            float cos_theta = dot(surface.normal, ray.direction);
+            bool is_entered = cos_theta < 0.0;
+            if (interior_bounds_medium(material)) {
+                int interior = material.record + 1;
+                inside = is_entered ? interior_with(inside, interior) : interior_without(inside, interior);
+            } else {
+#if HAS_LIT_PANES
+                Bsdf bsdf = material_bsdf(material, is_entered);
+                transmittance *= passes_panes ? bsdf_null_transmittance(bsdf, abs(cos_theta)) : vec3(0.0);
+#else
+                transmittance = vec3(0.0);
+#endif
+            }
             vec3 beyond = ray.direction + (is_entered ? -surface.normal : surface.normal);
             vec3 origin = ray_offset_origin(surface.position, beyond, surface.extent);
             distance = max(0.0, distance - dot(origin - ray.origin, ray.direction));
@@ -150,7 +169,7 @@ vec3 direct_sample(Vertex vertex, bool is_wanted, vec2 u) {
     if (!is_wanted || max_component(radiance) <= 0.0) return vec3(0.0);
     Ray ray = Ray(vertex_origin(vertex, wi), light.wi);
     ivec4 inside = interior_behind_vertex(vertex, wi);
-    radiance *= direct_transmittance(vertex, ray, light.distance, inside, light.primitive, u);
+    radiance *= direct_transmittance(vertex, ray, light.distance, inside, light.primitive, light.delta, u);
 #if FILM_LIGHT == FILM_LIGHT_PARTS
     direct_diffuse += radiance * vertex_diffuse_share(vertex, wi);
 #endif
@@ -166,7 +185,7 @@ vec3 direct_ambient_sample(Vertex vertex, vec2 u) {
 #if HAS_MEDIA
     if (vertex.in_medium) {
         Ray way = Ray(vertex.origin, frame_to_world(vertex.frame, phase_sample(vertex.g, vertex.wo, u)));
-        vec3 scattered = u_ambient_radiance * direct_transmittance(vertex, way, INFINITE_DISTANCE, vertex.inside, NO_PRIMITIVE, u);
+        vec3 scattered = u_ambient_radiance * direct_transmittance(vertex, way, INFINITE_DISTANCE, vertex.inside, NO_PRIMITIVE, false, u);
 #if FILM_LIGHT == FILM_LIGHT_PARTS
         direct_diffuse += scattered;
 #endif
@@ -180,7 +199,7 @@ vec3 direct_ambient_sample(Vertex vertex, vec2 u) {
     Ray ray = Ray(vertex_origin(vertex, wi), frame_to_world(vertex.frame, wi));
     float factor = vertex_shading_factor(vertex, wi);
     ivec4 inside = interior_behind_vertex(vertex, wi);
-    vec3 radiance = u_ambient_radiance * direct_transmittance(vertex, ray, INFINITE_DISTANCE, inside, NO_PRIMITIVE, u);
+    vec3 radiance = u_ambient_radiance * direct_transmittance(vertex, ray, INFINITE_DISTANCE, inside, NO_PRIMITIVE, false, u);
     vec3 scattered = bsdf_eval(vertex.bsdf, vertex.wo, wi) * radiance * factor / density;
 #if FILM_LIGHT == FILM_LIGHT_PARTS
     direct_diffuse += scattered * vertex_diffuse_share(vertex, wi);

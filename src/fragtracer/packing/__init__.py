@@ -157,6 +157,7 @@ def pack(
     features = {**settings_features(settings, environment.hidden), **surfaces.features, **lights.features}
     features["HAS_ENVIRONMENT"] = int(environment.tables is not None)
     features["HAS_MEDIA"] = int(bool(media.rows["Medium"]))
+    features["HAS_LIT_PANES"] = int(_has_lit_panes(scene))
     features |= bvh.features if bvh else {"HAS_MESHES": 0, "HAS_INSTANCES": 0}
     rounds = 4 + len(listed) + (bvh.usual_rounds if bvh else 0)
     tree_rounds = MOST_DEPTH if local.tree else 0
@@ -245,6 +246,12 @@ def _scene_words(
         first += texel_count(record) * len(words[name])
     words["Grid"] = words_of_rows(kinds["Grid"], media.placed(first)["Grid"])
     return words, offsets
+
+
+def _has_lit_panes(scene: Scene) -> bool:
+    """Whether lights without extent may shine through panes."""
+    lights = [*scene.spot_lights, *scene.directional_lights, *(light for light in scene.lights if light.radius == 0)]
+    return bool(lights) and any(material.is_pane for material in scene.materials.values())
 
 
 def _snake(name: str) -> str:
