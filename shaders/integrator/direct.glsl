@@ -17,11 +17,8 @@
 #define ESTIMATOR ESTIMATOR_MIS
 #endif
 
-#ifndef HAS_LIT_PANES
-#define HAS_LIT_PANES 0  // 1: there are smooth panes, and lights without extent, which no path meets through them
-#endif
-
 uniform int u_light_samples;  // at each vertex
+uniform int u_has_lit_panes;  // 1: there are panes, and delta lights, which no path meets through them
 uniform vec3 u_ambient_radiance;
 
 #if FILM_LIGHT == FILM_LIGHT_PARTS
@@ -65,13 +62,12 @@ bool direct_is_occluded(Vertex vertex, Ray ray, float distance, int light_primit
     return is_occluded(ray, distance, light_primitive, direct_seed(vertex, u));
 }
 
-// What is left of light that arrives along a ray from `distance`, where the ray begins `inside` of some dielectrics; it
-// passes boundaries of media, and smooth panes if it is that of a `delta` light: that of others paths meet through them.
-vec3 direct_transmittance(Vertex vertex, Ray ray, float distance, ivec4 inside, int light_primitive, bool delta, vec2 u) {
-#if HAS_MEDIA || HAS_LIT_PANES
+#if HAS_MEDIA || HAS_EXACT_FRESNEL
+// As direct_transmittance(), from surface to surface.
+vec3 direct_transmittance_in_steps(Vertex vertex, Ray ray, float distance, ivec4 inside, int light_primitive, bool delta, vec2 u) {
     uint seed = direct_seed(vertex, u);
     vec3 transmittance = vec3(1.0);
-    bool passes_panes = HAS_LIT_PANES == 1 && delta;
+    bool passes_panes = u_has_lit_panes != 0 && delta;
     bool goes_on;
     do {
         Hit hit = closest_hit_before(ray, distance, light_primitive, seed, u_has_null == 0 && !passes_panes);
@@ -85,19 +81,16 @@ vec3 direct_transmittance(Vertex vertex, Ray ray, float distance, ivec4 inside, 
         if (goes_on) {
             Surface surface = surface_at(ray, hit);
             material_choose(surface, seed);
-            Material material = HAS_LIT_PANES == 1 ? material_at(surface) : material_load(surface.material);
+            Material material = u_has_lit_panes != 0 ? material_at(surface) : material_load(surface.material);
             float cos_theta = dot(surface.normal, ray.direction);
             bool is_entered = cos_theta < 0.0;
             if (interior_bounds_medium(material)) {
                 int interior = material.record + 1;
                 inside = is_entered ? interior_with(inside, interior) : interior_without(inside, interior);
             } else {
-#if HAS_LIT_PANES
-                Bsdf bsdf = material_bsdf(material, is_entered);
-                transmittance *= passes_panes ? bsdf_null_transmittance(bsdf, abs(cos_theta)) : vec3(0.0);
-#else
-                transmittance = vec3(0.0);
-#endif
+                vec3 passed = vec3(0.0);
+                if (passes_panes) passed = bsdf_null_transmittance(material_bsdf(material, is_entered), abs(cos_theta));
+                transmittance *= passed;
             }
             vec3 beyond = ray.direction + (is_entered ? -surface.normal : surface.normal);
             vec3 origin = ray_offset_origin(surface.position, beyond, surface.extent);
@@ -109,7 +102,20 @@ vec3 direct_transmittance(Vertex vertex, Ray ray, float distance, ivec4 inside, 
     } while (goes_on);
     if (goes_on) traversal_was_cut = true;
     return transmittance;
+}
+#endif
+
+// What is left of light that arrives along a ray from `distance`, where the ray begins `inside` of some dielectrics; it
+// passes boundaries of media, and smooth panes if it is that of a `delta` light: that of others paths meet through them.
+vec3 direct_transmittance(Vertex vertex, Ray ray, float distance, ivec4 inside, int light_primitive, bool delta, vec2 u) {
+#if HAS_MEDIA
+    return direct_transmittance_in_steps(vertex, ray, distance, inside, light_primitive, delta, u);
 #else
+#if HAS_EXACT_FRESNEL
+    if (u_has_lit_panes != 0 && delta) {
+        return direct_transmittance_in_steps(vertex, ray, distance, inside, light_primitive, delta, u);
+    }
+#endif
     return direct_is_occluded(vertex, ray, distance, light_primitive, u) ? vec3(0.0) : interior_transmittance(inside, distance);
 #endif
 }

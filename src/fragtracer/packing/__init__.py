@@ -152,12 +152,12 @@ def pack(
         **media.flags,
         **attribute_flags,
         "u_bvh_shapes": uniforms.pop("u_bvh_shapes"),
+        "u_has_lit_panes": int(_has_lit_panes(scene)),
         "u_is_open": int(is_open(np.concatenate(walls), space.low - origin, space.high - origin)),
     }
     features = {**settings_features(settings, environment.hidden), **surfaces.features, **lights.features}
     features["HAS_ENVIRONMENT"] = int(environment.tables is not None)
     features["HAS_MEDIA"] = int(bool(media.rows["Medium"]))
-    features["HAS_LIT_PANES"] = int(_has_lit_panes(scene))
     features |= bvh.features if bvh else {"HAS_MESHES": 0, "HAS_INSTANCES": 0}
     rounds = 4 + len(listed) + (bvh.usual_rounds if bvh else 0)
     tree_rounds = MOST_DEPTH if local.tree else 0
