@@ -17,6 +17,10 @@ from fragtracer.resources import folder
 
 _PATH = "integrator/path.glsl"
 _DIRECT = "integrator/direct.glsl"
+_TRANSMITTANCE = (
+    "vec3 direct_transmittance(Vertex vertex, Ray ray, float distance, ivec4 inside, int light_primitive, bool delta, "
+    "vec2 u) {\n"
+)
 
 
 @dataclass(frozen=True)
@@ -37,8 +41,8 @@ COUNT_WORK = (
     ),
     Edit(
         _DIRECT,
-        "ivec4 inside, int light_primitive, vec2 u) {\n",
-        "ivec4 inside, int light_primitive, vec2 u) {\n    sample_work.y += 1.0;\n",
+        _TRANSMITTANCE,
+        _TRANSMITTANCE + "    sample_work.y += 1.0;\n",
     ),
     Edit(
         _PATH,
