@@ -7,8 +7,8 @@ uniform int u_has_shading_normals;  // 0: every shading normal is the geometric 
 
 const float SHADING_NORMAL_LEAST_COSINE = 0.01;
 
-// How much of wo, where it is more than 0, bends the shading normal towards wo, from which it looks away: near an outline the
-// surface is seen, and is lit. `geometric` is the normal of the surface itself on the side of wo, and is enough.
+// How much of wo is added to the shading normal, if it is more than 0, to bend it towards wo where it looks away from it: near
+// an outline the surface is seen, and is lit. `geometric`, the normal of the surface itself on the side of wo, is not bent.
 float shading_normal_bend(vec3 normal, vec3 geometric, vec3 wo) {
     return min(SHADING_NORMAL_LEAST_COSINE, dot(geometric, wo)) - dot(normal, wo);
 }
