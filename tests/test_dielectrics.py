@@ -141,6 +141,35 @@ def test_panes_pass_light_one_by_one(ctx):
     assert_mean(rendered(ctx, scene, 1024, **PATHS), everything, 0.01)
 
 
+SLANTED = (0.6, -0.8, 0.0)
+DELTA_LIGHTS = {
+    "directional": {"directional_lights": (DirectionalLight(SLANTED, (1.0, 1.0, 1.0)),)},
+    "spot": {"spot_lights": (SpotLight((-750.0, 1000.0, 0.0), SLANTED, (1e6, 1e6, 1e6), 10.0, 20.0),)},
+    "point": {"lights": (Light((-750.0, 1000.0, 0.0), power=1e7),)},
+}
+
+
+@pytest.mark.parametrize(("kind", "estimator"), [*zip(DELTA_LIGHTS, ESTIMATORS, strict=True)])
+def test_lights_without_extent_shine_through_panes(ctx, kind, estimator):
+    """From afar at 36.9 degrees on matte ground, through two of a colour; also where there is smoke between them, and
+    beside light tracing, which leaves that light alone."""
+    pane = Material(model="thin-dielectric", ior=1.5, transmittance=OTHER)
+    materials = {"floor": lambert(0.5), "pane": pane}
+    panes = [Rectangle((-9.0, y, -9.0), (0.0, 0.0, 18.0), (18.0, 0.0, 0.0), "pane") for y in (1.0, 1.5)]
+    floor = Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), "floor")
+    scene = Scene(stare((0.0, 0.0, 0.0), (0.1, 0.6, 0.0)), materials, planes=[floor], **DELTA_LIGHTS[kind])
+    smoke = {"smoke": Material(model="null", interior="smoke")}
+    smoky = {"media": {"smoke": Medium(extinction=COLOR)}, "spheres": [Sphere((-0.94, 1.25, 0.0), 0.2, "smoke")]}
+    inside = np.sqrt(1 - 0.36 / 1.5**2)
+    fresnel = (((0.8 - 1.5 * inside) / (0.8 + 1.5 * inside)) ** 2 + ((1.2 - inside) / (1.2 + inside)) ** 2) / 2
+    passed = (1 - 2 * fresnel / (1 + fresnel)) * np.array(OTHER)
+    settings = {"bounces": 1, "estimator": estimator, "light_tracing": "on" if estimator == "mis" else "off"}
+    for bare in [scene, replace(scene, materials=materials | smoke, **smoky)][: 1 + (kind == "spot")]:
+        without, behind = (rendered(ctx, s, 4, **settings) for s in (bare, replace(bare, rectangles=panes)))
+        np.testing.assert_allclose(behind, without * passed**2, rtol=2e-3)
+        assert without.min() > 0.01
+
+
 @pytest.mark.parametrize("model", ["thin-dielectric", "dielectric"])
 def test_a_texture_colours_what_passes(ctx, model):
     """And the colour of a vertex; a solid without contrast is a filter in the way."""
@@ -294,35 +323,6 @@ MISTAKES = {
     "": "material.water.priority: shapes of 'glass' and 'water' may overlap, and both have the priority 0; give the "
     "one that fills what is common to both a higher priority",
 }
-
-
-SLANTED = (0.6, -0.8, 0.0)
-DELTA_LIGHTS = {
-    "directional": {"directional_lights": (DirectionalLight(SLANTED, (1.0, 1.0, 1.0)),)},
-    "spot": {"spot_lights": (SpotLight((-750.0, 1000.0, 0.0), SLANTED, (1e6, 1e6, 1e6), 10.0, 20.0),)},
-    "point": {"lights": (Light((-750.0, 1000.0, 0.0), power=1e7),)},
-}
-
-
-@pytest.mark.parametrize(("kind", "estimator"), [*zip(DELTA_LIGHTS, ESTIMATORS, strict=True)])
-def test_lights_without_extent_shine_through_panes(ctx, kind, estimator):
-    """From afar at 36.9 degrees on matte ground, through two of a colour; also where there is smoke between them, and
-    beside light tracing, which leaves that light alone."""
-    pane = Material(model="thin-dielectric", ior=1.5, transmittance=OTHER)
-    materials = {"floor": lambert(0.5), "pane": pane}
-    panes = [Rectangle((-9.0, y, -9.0), (0.0, 0.0, 18.0), (18.0, 0.0, 0.0), "pane") for y in (1.0, 1.5)]
-    floor = Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), "floor")
-    scene = Scene(stare((0.0, 0.0, 0.0), (0.1, 0.6, 0.0)), materials, planes=[floor], **DELTA_LIGHTS[kind])
-    smoke = {"smoke": Material(model="null", interior="smoke")}
-    smoky = {"media": {"smoke": Medium(extinction=COLOR)}, "spheres": [Sphere((-0.94, 1.25, 0.0), 0.2, "smoke")]}
-    inside = np.sqrt(1 - 0.36 / 1.5**2)
-    fresnel = (((0.8 - 1.5 * inside) / (0.8 + 1.5 * inside)) ** 2 + ((1.2 - inside) / (1.2 + inside)) ** 2) / 2
-    passed = (1 - 2 * fresnel / (1 + fresnel)) * np.array(OTHER)
-    settings = {"bounces": 1, "estimator": estimator, "light_tracing": "on" if estimator == "mis" else "off"}
-    for bare in [scene, replace(scene, materials=materials | smoke, **smoky)][: 1 + (kind == "spot")]:
-        without, behind = (rendered(ctx, s, 4, **settings) for s in (bare, replace(bare, rectangles=panes)))
-        np.testing.assert_allclose(behind, without * passed**2, rtol=2e-3)
-        assert without.min() > 0.01
 
 
 @pytest.mark.parametrize("text", MISTAKES)

@@ -14,8 +14,12 @@ from fragtracer.scene import Camera, Material, RenderSettings, Scene, Sphere
 
 SIZE, BATCHES = (32, 24), 16
 ROULETTE = {"russian_roulette": True, "russian_roulette_depth": 1}
-CASES = [("three-spheres", ROULETTE, 1024), ("leaves", {"bounces": 1}, 256), ("grille", ROULETTE, 512)]
-CASES += [("glass", {"bounces": 8}, 1024)]
+CASES = [
+    ("three-spheres", ROULETTE, 1024),
+    ("leaves", {"bounces": 1}, 256),
+    ("grille", ROULETTE, 512),
+    ("glass", {"bounces": 8}, 1024),
+]
 
 
 def with_settings(name: str, **settings: object) -> Scene:

@@ -21,6 +21,7 @@ from fragtracer.packing.interiors import camera_interiors, interior_flags
 from fragtracer.packing.light_tree import MOST_DEPTH
 from fragtracer.packing.lights import LIGHT_RECORDS, emissions_of, local_lights, pack_lights
 from fragtracer.packing.materials import (
+    ALPHA_DELTA,
     PackedMaterials,
     material_names,
     mean_emission,
@@ -249,9 +250,9 @@ def _scene_words(
 
 
 def _has_lit_panes(scene: Scene) -> bool:
-    """Whether lights without extent may shine through panes."""
+    """Whether lights without extent may shine through smooth panes."""
     lights = [*scene.spot_lights, *scene.directional_lights, *(light for light in scene.lights if light.radius == 0)]
-    return bool(lights) and any(material.is_pane for material in scene.materials.values())
+    return bool(lights) and any(m.is_pane and m.alpha < ALPHA_DELTA for m in scene.materials.values())
 
 
 def _snake(name: str) -> str:

@@ -25,7 +25,7 @@ Where the two renderers differ:
 - Mitsuba's gaussian filter is cut off at 4 standard deviations and lowered to 0 there; ours is not.
 - Media that scatter need Mitsuba's own ``volpathmis``, whose channels are weighed against each other; ours
   (plugins/path.py) knows those that absorb. It has a bias with roulette: a grey cube of 4 mean free paths and an
-  albedo of 0.8 is 0.3 % darker than without, so there is none. One with a ``rectangle`` as the boundary of a
+  albedo of 0.8 is 0.3 % darker than without, so there is none. Another with a ``rectangle`` as the boundary of a
   medium: that cube is 0.6 % brighter than a random walk in numpy, so such a rectangle is two triangles. And it finds
   NaN where Mitsuba rounds the cone of a sphere to 0: without our plugins the integrator is ``volpath``.
 - Path choices (``rays``, ``light_samples``, ``estimator``, ``sampler``) have no counterpart: they
@@ -262,7 +262,7 @@ def to_mitsuba(scene: Scene, folder: Path | None = None, plugins: bool = True, e
         return mi.ScalarTransform4f(value) if isinstance(value, np.ndarray) else value
 
     tree = scene_tree(scene, folder or _temporary_folder(), plugins)
-    scatters = has_media(scene)  # whose integrator is Mitsuba's own, and needs our emitters
+    scatters = has_media(scene)  # by Mitsuba's own integrator, which needs our emitters
     if not exact and not scatters:
         tree = _with_own_emitters(tree)
     elif exact and plugins and not scatters and not str(mi.variant()).startswith("scalar"):
