@@ -81,7 +81,8 @@ vec3 direct_transmittance_in_steps(Vertex vertex, Ray ray, float distance, ivec4
         if (goes_on) {
             Surface surface = surface_at(ray, hit);
             material_choose(surface, seed);
-            Material material = u_has_lit_panes != 0 ? material_at(surface) : material_load(surface.material);
+            Material material = material_load(surface.material);
+            if (passes_panes) material = material_at(surface);
             float cos_theta = dot(surface.normal, ray.direction);
             bool is_entered = cos_theta < 0.0;
             if (interior_bounds_medium(material)) {
