@@ -187,6 +187,8 @@ LOOKING = Camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0), fov_degrees=10.0)
 SCREEN = rectangle((0.0, 0.0, 0.0), (4.0, 0.0, 0.0), (0.0, 4.0, 0.0), "lamp")
 SEEN = {
     "sphere": {"spheres": [Sphere((0.0, 0.0, 0.0), 1.0, "lamp")]},
+    "pane": {"spheres": [Sphere((0.0, 0.0, 0.0), 1.0, "pane")]},  # into which nothing is emitted
+    "glass": {"spheres": [Sphere((0.0, 0.0, 0.0), 1.0, "glass")]},
     "rectangle": {"rectangles": [SCREEN]},
     "triangles": {"triangles": triangles_of(SCREEN)},
     "disk": {"disks": [disk_of(SCREEN)]},
@@ -196,10 +198,17 @@ SEEN = {
 }
 
 
+LAMPS = {
+    "lamp": lambert(0.0, RADIANCE),
+    "pane": Material(model="rough-thin-dielectric", emission=RADIANCE),
+    "glass": Material(model="dielectric", emission=RADIANCE),
+}
+
+
 @pytest.mark.parametrize("name", SEEN)
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 def test_emission_is_seen_exactly(ctx, name, estimator):
-    scene = Scene(LOOKING, {"lamp": lambert(0.0, RADIANCE)}, **SEEN[name])
+    scene = Scene(LOOKING, LAMPS, **SEEN[name])
     for bounces in (0, 3):
         image = rendered(ctx, scene, 5, bounces=bounces, estimator=estimator, shared=True)
         np.testing.assert_array_equal(image, np.broadcast_to(np.float32(RADIANCE), image.shape))

@@ -173,7 +173,9 @@ vec3 direct_sample(Vertex vertex, bool is_wanted, vec2 u) {
     LightSample light = light_sample(vertex.origin, u);
     vec3 wi = frame_to_local(vertex.frame, light.wi);
     vec3 radiance = direct_unoccluded(vertex, light, wi);
-    if (!is_wanted || max_component(radiance) <= 0.0) return vec3(0.0);
+    // Nothing that emits lights itself: it is convex. Where it transmits, rounding would have a sphere do so.
+    bool is_lit = light.primitive != vertex.primitive || light.primitive < 0;
+    if (!is_wanted || !is_lit || max_component(radiance) <= 0.0) return vec3(0.0);
     Ray ray = Ray(vertex_origin(vertex, wi), light.wi);
     ivec4 inside = interior_behind_vertex(vertex, wi);
     radiance *= direct_transmittance(vertex, ray, light.distance, inside, light.primitive, light.delta, u);

@@ -22,6 +22,7 @@ struct Vertex {
     ivec4 inside;    // the dielectrics that the side of wo lies in (integrator/interior.glsl)
     ivec4 beyond;    // and the other one
     uint seed;       // of stochastic alpha, for the rays to lights
+    int primitive;   // the record of the shape that it lies on
     bool is_bent;    // whether the normal was bent towards wo (bsdf/shading_normal.glsl)
 #if GUIDING
     Guide guide;     // set by vertex_guide()
@@ -60,6 +61,7 @@ Vertex vertex_at(Surface surface, Material material, vec3 direction, uint seed) 
     vertex.inside = ivec4(0);
     vertex.beyond = ivec4(0);
     vertex.seed = seed;
+    vertex.primitive = surface.primitive;
 #if HAS_MEDIA
     vertex.in_medium = false;
     vertex.g = 0.0;
@@ -71,6 +73,7 @@ Vertex vertex_at(Surface surface, Material material, vec3 direction, uint seed) 
 // Makes it a point of a medium, where a ray arrives that is `inside` of some dielectrics.
 void vertex_set_medium(inout Vertex vertex, Ray ray, float distance, ivec4 inside, float g) {
     vertex.in_medium = true;
+    vertex.primitive = NO_PRIMITIVE;
     vertex.is_bent = false;
     vertex.g = g;
     vertex.origin = ray.origin + distance * ray.direction;

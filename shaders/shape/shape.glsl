@@ -73,6 +73,7 @@ Surface surface_at(Ray ray, Hit hit) {
     surface.tangent = vec4(0.0);
     surface.color = vec4(1.0);
     surface.light_density = 0.0;
+    surface.primitive = hit.primitive;
     surface.material = 0;
     surface.light = -1;
     if (u_plane_count > 0 && kind == KIND_PLANE) plane_set_surface(surface, plane_of(t0, t1));

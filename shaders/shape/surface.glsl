@@ -7,6 +7,7 @@ struct Surface {
     vec3 normal;          // unit, geometric: out of a sphere, by the right hand on flat shapes
     vec3 shading_normal;  // unit, on the side of `normal`
     float extent;         // the largest coordinate behind `position`, for ray_offset_origin
+    int primitive;        // the record of its shape
     int material;
     int light;            // number of the light that this shape is, or -1
     float light_density;  // of the mesh light: per area, of a sample of it
