@@ -315,6 +315,7 @@ model = "dielectric"
 """
 MISTAKES = {
     "ior = 0": "material.glass.ior: must be at least 1, got 0",
+    "unlit = true": "material.glass: unlit shows the albedo, which means nothing to model = 'dielectric'",
     "metallic = 1": "material.glass: metallic means nothing to model = 'dielectric'; leave it out; its keys are "
     "roughness, anisotropy, anisotropy_rotation_degrees, ior, transmittance, attenuation_color, "
     "attenuation_distance, abbe_number, priority, interior",

@@ -33,6 +33,7 @@ from fragtracer.scene import (
     Plane,
     RenderSettings,
     Scene,
+    Sphere,
     Texture,
 )
 
@@ -140,7 +141,17 @@ CASES: dict[str, Callable[[], Scene]] = {
         globe(),
         **NO_OTHER_LIGHT,
     ),
-    "unlit": lambda: scene(Material(albedo=0.9, unlit=True, albedo_texture=Texture(PICTURE)), globe()),
+    "unlit plastic": lambda: scene(
+        Material(model="plastic", albedo=0.9, nonlinear=False, unlit=True, albedo_texture=Texture(PICTURE)),
+        globe(),
+        CROWD[::5],
+    ),
+    "textures without coordinates": lambda: scene(
+        Material(albedo_texture=Texture(PICTURE), emission=0.5, emission_texture=Texture(PICTURE)),
+        Geometry(globe().positions, globe().triangles, globe().normals),
+        CROWD[::5],
+        spheres=[Sphere((0.0, 0.2, 0.5), 0.7, "m")],
+    ),
     "an alpha mask": lambda: scene(Material(albedo=0.9, albedo_texture=ALPHA_PICTURE, alpha_mode="mask"), globe()),
     "an alpha blend": lambda: scene(
         Material(albedo=0.9, albedo_texture=ALPHA_PICTURE, alpha_mode="blend", opacity=0.8), globe()

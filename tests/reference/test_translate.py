@@ -12,8 +12,11 @@ from fragtracer.reference.translate import NEVER, to_mitsuba
 from fragtracer.scene import (
     Ambient,
     Camera,
+    Geometry,
     Light,
     Material,
+    Mesh,
+    Part,
     Plane,
     Rectangle,
     RenderSettings,
@@ -274,7 +277,23 @@ def test_anisotropic_facets_are_turned_as_ours(mi):
     for refused in (
         Scene(materials=brushed(), rectangles=[wall]),
         Scene(materials=brushed(anisotropy_rotation_degrees=30.0)),
+        Scene(materials={"worn": Material(anisotropy=0.5, double_sided=False)}),
     ):
         with pytest.raises(FragtracerError, match="--plugin"):
             to_mitsuba(refused)
-        assert to_mitsuba(refused, plugins=False)["material_0"]["bsdf"]["type"] == "roughconductor"
+        kind = "principled" if "worn" in refused.materials else "roughconductor"
+        tree = to_mitsuba(refused, plugins=False)["material_0"]
+        assert tree.get("bsdf", tree)["type"] == kind
+
+
+def test_what_mitsubas_plastic_cannot_show(mi):
+    """Its base has no colours of vertices. Without our plugins it has alpha, and an unlit one reflects nothing."""
+    quad = Geometry([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], colors=[[1.0, 0.5, 0.2]] * 3)
+    plastic = Material(model="plastic", alpha_mode="blend", opacity=0.4, double_sided=False)
+    for material in (replace(plastic, alpha_mode="opaque", double_sided=True), plastic):
+        with pytest.raises(FragtracerError, match="colours of vertices"):
+            to_mitsuba(Scene(materials={"m": material}, meshes=[Mesh([Part(quad, "m")])]))
+    nearest = to_mitsuba(Scene(materials={"m": plastic, "flat": replace(plastic, unlit=True)}), plugins=False)
+    assert [nearest["material_0"][key] for key in ("type", "opacity")] == ["mask", 0.4]
+    assert nearest["material_0"]["bsdf"]["type"] == "plastic"
+    assert nearest["material_1"]["bsdf"]["type"] == "diffuse"

@@ -153,7 +153,7 @@ def _apart(scene: Scene, materials: Mapping[str, Material]) -> tuple[list[Materi
         other = materials[material.blend] if material.blend is not None else material
         if name not in on_meshes or (name in on_shapes and (material.textures or other.textures)):
             of_shapes[name] = len(packed)
-            packed.append(_without_textures(material))
+            packed.append(material.without_textures())
         else:
             of_shapes[name] = of_meshes[name]
     return packed, of_shapes, of_meshes
@@ -167,16 +167,12 @@ def _with_others(
     others: dict[int, int] = {}
     for number, material in enumerate(list(packed)):
         if material.blend is not None:
-            other = materials[material.blend] if number in of_meshes else _without_textures(materials[material.blend])
+            other = materials[material.blend]
+            other = other if number in of_meshes else other.without_textures()
             others[number] = len(packed)
             names.append(material.blend)
             packed.append(replace(other, emission=material.emission, emission_texture=material.emission_texture))
     return others
-
-
-def _without_textures(material: Material) -> Material:
-    none: dict[str, Any] = {f"{name}_texture": None for name in material.textures}
-    return replace(material, **none) if none else material
 
 
 def _model(material: Material, specular: bool) -> BsdfModel:

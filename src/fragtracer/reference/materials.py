@@ -2,7 +2,6 @@
 """Translates materials to our own Mitsuba plugins, and what emits to Mitsuba's area lights."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,8 @@ from fragtracer.reference.plugins import BLEND, NAME, SURFACE, UNLIT
 from fragtracer.reference.shapes import Tree, rgb
 from fragtracer.reference.textures import TextureFolder
 from fragtracer.scene import Image, Material, RenderSettings, Texture
-from fragtracer.scene.material import DEFAULT_MODEL
+from fragtracer.scene.fields import Triple
+from fragtracer.scene.material import DEFAULT_MODEL, MODELS
 
 _WHITE = Image([[1.0]], "linear")
 
@@ -32,7 +32,9 @@ def lambert(material: Material) -> Tree:
 def is_plain(material: Material, attributes: MeshAttributes) -> bool:
     """Whether the material is of the default model, uniform, opaque, double-sided and without shading normals."""
     return material.model == DEFAULT_MODEL and not (
-        has_images(material) or attributes != MeshAttributes(uv=attributes.uv) or has_null_transmission(material)
+        has_images(material)
+        or attributes != MeshAttributes(uv=attributes.uv, bare=attributes.bare)
+        or has_null_transmission(material)
     )
 
 
@@ -67,25 +69,29 @@ def geometry_term(settings: RenderSettings) -> str:
 
 def exact_bsdf(material: Material, geometry: str, attributes: MeshAttributes, textures: TextureFolder) -> Tree:
     """The same material: Mitsuba's ``diffuse`` where that is exact, our plugins elsewhere."""
+    if material.unlit:
+        black = _unlit_as_lambert(material, (0.0, 0.0, 0.0))
+        return surface(black, geometry, attributes, textures) if has_null_transmission(material) else lambert(black)
     if material.anisotropy and (
-        material.anisotropy_rotation_degrees % 90 or has_images(material) or attributes.shading or attributes.tangent
+        material.anisotropy_rotation_degrees % 90
+        or not (is_own_plugin(material) or is_plain(material, attributes))
+        or (has_images(material) or attributes.shading or attributes.tangent)
     ):
         raise FragtracerError(
-            "Mitsuba shows a material with anisotropy exactly only in quarters of a turn, and without textures, "
-            "normals and tangents of vertices; leave these out, or export the scene without --plugin"
+            "Mitsuba shows a material with anisotropy exactly only in quarters of a turn, opaque, from both sides, and "
+            "without textures and attributes of vertices; leave these out, or export the scene without --plugin"
         )
-    if material.unlit:
-        black = replace(material, model=DEFAULT_MODEL, albedo=(0.0, 0.0, 0.0), metal=None, metallic=0.0, specular=0.0)
-        return surface(black, geometry, attributes, textures) if has_null_transmission(material) else lambert(black)
     if is_own_plugin(material):
         if material.dispersion:
             raise FragtracerError(
                 "Mitsuba's RGB variants know no wavelengths, and no dispersion; leave abbe_number out"
             )
-        if attributes.shading or has_images(material) or material.alpha_mode != "opaque" or not material.double_sided:
+        is_colored = attributes.color and "albedo" in MODELS[material.model]
+        is_seen_through = material.alpha_mode != "opaque" or not material.double_sided
+        if attributes.shading or is_colored or has_images(material) or is_seen_through:
             raise FragtracerError(
-                f"Mitsuba shows a material of model = {material.model!r} exactly only without textures, normals of "
-                "vertices and alpha; leave these out, or export the scene without --plugin"
+                f"Mitsuba shows a material of model = {material.model!r} exactly only without textures, normals and "
+                "colours of vertices, and alpha; leave these out, or export the scene without --plugin"
             )
         return own_plugin(material)
     if not is_plain(material, attributes):
@@ -102,6 +108,12 @@ def exact_bsdf(material: Material, geometry: str, attributes: MeshAttributes, te
         "diffuse_factor": material.diffuse_factor,
         **{name: width for name, width in facets(material).items() if name.startswith("alpha_")},
     }
+
+
+def _unlit_as_lambert(material: Material, albedo: Triple) -> Material:
+    """A Lambert material of another albedo where the unlit ``material`` is met, whatever its model is."""
+    met = {name: getattr(material, name) for name in ("opacity", "alpha_mode", "alpha_cutoff", "double_sided")}
+    return Material(albedo=albedo, specular=0.0, albedo_texture=material.albedo_texture, **met)
 
 
 def blended_bsdf(
@@ -169,7 +181,8 @@ def emitter_of(material: Material, attributes: MeshAttributes, textures: Texture
     Mitsuba's own ``area`` light, the nearest to an unlit material, emits from the front only.
     """
     if material.unlit and exact:
-        return surface(material, "smith", attributes, textures) | {"type": UNLIT}
+        shown = _unlit_as_lambert(material, material.base_color)
+        return surface(shown, "smith", attributes, textures) | {"type": UNLIT}
     if material.unlit:
         color, texture = material.base_color, material.albedo_texture
         return {"type": "area", "radiance": textures.nearest(texture, "color", color) if texture else rgb(color)}

@@ -21,14 +21,16 @@ _FORWARD = 1e-5  # of the largest coordinate
 
 @dataclass(frozen=True)
 class MeshAttributes:
-    """The vertex attributes that a material and its blend read, and which set of texture coordinates is Mitsuba's
-    ``uv``: that of its emission, which Mitsuba's own emitter looks up."""
+    """The vertex attributes that a material and its blend read; which set of texture coordinates is Mitsuba's ``uv``:
+    that of its emission, which Mitsuba's own emitter looks up; and whether its textures are left out, since the shape
+    has no texture coordinates."""
 
     shading: bool = False
     tangent: bool = False
     color: bool = False
     alpha: bool = False
     uv: int = 0
+    bare: bool = False
 
     @classmethod
     def of(cls, geometry: Geometry, blended: Sequence[Material]) -> "MeshAttributes":
@@ -47,7 +49,7 @@ class MeshAttributes:
     @property
     def key(self) -> str:
         """A name for them, empty where there are none."""
-        letters = "".join(n[0] for n in ("shading", "tangent", "color", "alpha") if getattr(self, n))
+        letters = "".join(n[0] for n in ("shading", "tangent", "color", "alpha", "bare") if getattr(self, n))
         return letters + ("1" if self.uv else "")
 
     def set_of(self, coordinates: int) -> str:
@@ -59,6 +61,19 @@ def with_needed_tangents(geometry: Geometry, blended: Sequence[Material]) -> Geo
     """The geometry with the tangents that a normal map needs, the first of those ``blended``."""
     maps = [part.normal_texture for part in blended if part.normal_texture]
     return with_tangents(geometry, maps[0].coordinates) if maps else geometry
+
+
+def with_needed_coordinates(geometry: Geometry, blended: Sequence[Material]) -> Geometry:
+    """The geometry with texture coordinates of 0, as ours has them, where textures look for some and there are none:
+    Mitsuba would take the barycentric ones."""
+    needed = {texture.coordinates for material in blended for texture in material.textures.values()}
+    sets = [geometry.uvs, geometry.uvs_1]
+    if all(sets[i] is not None for i in needed):
+        return geometry
+    none = np.zeros((len(geometry.positions), 2))
+    uvs, uvs_1 = (none if i in needed and values is None else values for i, values in enumerate(sets))
+    attributes = (geometry.normals, uvs, uvs_1, geometry.tangents, geometry.colors)
+    return Geometry(geometry.positions, geometry.triangles, *attributes)
 
 
 def world_mesh(

@@ -19,6 +19,7 @@ from fragtracer.reference.plugins import DELTA_ALPHA, NAME, SURFACE, UNLIT
 from fragtracer.reference.shapes import Tree, rgb
 from fragtracer.reference.textures import TextureFolder
 from fragtracer.scene import Material
+from fragtracer.scene.material import MODELS
 
 
 def nearest_bsdf(material: Material, geometry: str, attributes: MeshAttributes, textures: TextureFolder) -> Tree:
@@ -27,19 +28,21 @@ def nearest_bsdf(material: Material, geometry: str, attributes: MeshAttributes, 
     Rough dielectrics become ``principled``, since ``roughplastic`` loses light as it gets rougher: at
     alpha = 1 its base is less than half as bright as ours.
     """
-    if is_rough_pane(material):
-        return nearest_rough_pane(material)
-    if is_own_plugin(material):
-        return own_plugin(material)
     if material.unlit:
-        inner = {"type": "diffuse", "reflectance": rgb((0, 0, 0))}
+        inner: Tree = {"type": "diffuse", "reflectance": rgb((0, 0, 0))}
+    elif is_rough_pane(material):
+        inner = nearest_rough_pane(material)
+    elif is_own_plugin(material):
+        own = own_plugin(material)
+        inner = own.get("bsdf", own)
     elif is_textured(material, attributes):
         inner = _textured(material, attributes, textures)
     elif is_lambert(material):
         inner = lambert(material)["bsdf"]
     else:
         inner = _untextured(material)
-    tree: Tree = {"type": "twosided", "bsdf": inner} if material.double_sided else inner
+    is_passed = material.is_dielectric and not material.unlit
+    tree = {"type": "twosided", "bsdf": inner} if material.double_sided and not is_passed else inner
     if material.alpha_mode == "opaque":
         return tree
     opacity: Any = float(material.opacity)
@@ -134,9 +137,10 @@ def note(material: Material, geometry: str, plugin: bool, attributes: MeshAttrib
             "scattered less, facets of one width"
         )
     if is_own_plugin(material):
-        but = "textures, tangents and normals" if material.anisotropy else "textures and normals"
+        lost = ["tangents"] * (material.anisotropy > 0) + ["colours"] * ("albedo" in MODELS[material.model])
         tree = own_plugin(material)
-        return f"{tree.get('bsdf', tree)['type']}, the same but for {but} of vertices"
+        same = f"{tree.get('bsdf', tree)['type']}, the same but for textures and {' and '.join([*lost, 'normals'])}"
+        return "; ".join([f"{same} of vertices", *_holes(material)])
     if plugin and not is_plain(material, attributes):
         return f"{SURFACE}, the same"
     if not (plugin or is_plain(material, attributes)) and (
@@ -165,16 +169,18 @@ def note(material: Material, geometry: str, plugin: bool, attributes: MeshAttrib
     return f"{' and '.join(kinds)}, nearly the same: {'; '.join(differs)}"
 
 
+def _holes(material: Material) -> list[str]:
+    found = ["edges of holes by unfiltered opacity"] if material.alpha_mode == "mask" else []
+    return found + ["shadows of holes need the integrator volpath, which is set"] * (material.alpha_mode != "opaque")
+
+
 def _textured_note(material: Material, geometry: str) -> str:
     differs = ["a base without the factor of the half vector"]
     if material.diffuse_factor == "interface":
         differs = ["a base brighter towards grazing"]
     if material.normal_texture:
         differs.append("a normal map whose green is inverted where the image is mirrored")
-    if material.alpha_mode == "mask":
-        differs.append("edges of holes by unfiltered opacity")
-    if material.alpha_mode != "opaque":
-        differs.append("shadows of holes need the integrator volpath, which is set")
+    differs += _holes(material)
     if geometry != "smith":
         differs.append(f"Smith's uncorrelated geometry term in place of {geometry}")
     return f"principled, nearly the same: {'; '.join(differs)}"

@@ -53,12 +53,12 @@ from fragtracer.reference.materials import (
     geometry_term,
     has_null_transmission,
 )
-from fragtracer.reference.meshes import MeshAttributes, with_needed_tangents, world_mesh
+from fragtracer.reference.meshes import MeshAttributes, with_needed_coordinates, with_needed_tangents, world_mesh
 from fragtracer.reference.nearest import nearest_bsdf
-from fragtracer.reference.plugins import PATH, SPHERE_LIGHT
+from fragtracer.reference.plugins import PATH, SPHERE_LIGHT, UNLIT
 from fragtracer.reference.shapes import Tree, rgb
 from fragtracer.reference.textures import TextureFolder
-from fragtracer.scene import LIGHTS, SHAPES, RenderSettings, Scene
+from fragtracer.scene import LIGHTS, SHAPES, Material, RenderSettings, Scene
 from fragtracer.scene.interiors import fillings, halves, has_media
 
 NEVER = 1_000_000  # a depth that no path reaches
@@ -94,7 +94,7 @@ def scene_tree(scene: Scene, folder: Path, plugins: bool = True) -> Tree:
 
     def bsdf(name: str, attributes: MeshAttributes, around: str = "") -> Tree:
         """Of a surface of the material ``name``, which lies in the dielectric ``around``."""
-        own, *others = (scene.materials[n] for n in scene.blended(name))
+        own, *others = (_seen(scene, n, attributes) for n in scene.blended(name))
         parts = [own, *(replace(other, alpha_mode="opaque", double_sided=True) for other in others)]
         trees = [
             dielectrics.dielectric_bsdf(part, scene.materials[around])
@@ -118,7 +118,8 @@ def scene_tree(scene: Scene, folder: Path, plugins: bool = True) -> Tree:
         tree[keys[name, attributes]] = bsdf(name, attributes)
     for key, (shape, name, attributes) in found.items():
         tree[key] = {**shape, "bsdf": {"type": "ref", "id": keys[name, attributes]}}
-        material, around = scene.materials[name], surroundings.get(_solid_name(key, inside.get(name, name)), "")
+        material = _seen(scene, name, attributes)
+        around = surroundings.get(_solid_name(key, inside.get(name, name)), "")
         if around:
             tree[key]["bsdf"] = bsdf(name, attributes, around)
         if name in inside:
@@ -135,6 +136,8 @@ def scene_tree(scene: Scene, folder: Path, plugins: bool = True) -> Tree:
             )
         if emitter:
             tree[key]["emitter"] = lights.sphere_light(shape, emitter) if plugins else emitter
+        if emitter and emitter["type"] == UNLIT:
+            tree[key]["emitter"]["of"] = key
     for kind in LIGHTS:
         for i, light in enumerate(getattr(scene, kind)):
             tree[f"{kind.removesuffix('s')}_{i}"] = lights.emitter(light, plugins)
@@ -142,6 +145,12 @@ def scene_tree(scene: Scene, folder: Path, plugins: bool = True) -> Tree:
     if scene.environment is None and max(scene.ambient.radiance) > 0:
         tree["ambient"] = {"type": "constant", "radiance": rgb(scene.ambient.radiance)}
     return tree
+
+
+def _seen(scene: Scene, name: str, attributes: MeshAttributes) -> Material:
+    """The material ``name`` on a surface of these attributes."""
+    material = scene.materials[name]
+    return material.without_textures() if attributes.bare else material
 
 
 def _has_tangents(scene: Scene, name: str, key: str) -> bool:
@@ -214,12 +223,16 @@ def _film(settings: RenderSettings) -> Tree:
 
 def _shapes(scene: Scene, folder: Path, smooth: bool) -> dict[str, tuple[Tree, str, MeshAttributes]]:
     """Every shape by its key, with the name of its material and the attributes that this reads."""
-    plain = MeshAttributes()
     inside = fillings(scene)
+
+    def bare(name: str) -> MeshAttributes:
+        """Of a shape that is no mesh."""
+        return MeshAttributes(bare=any(scene.materials[n].textures for n in scene.blended(name)))
+
     has_medium = {name for name, solid in inside.items() if scene.materials[solid].interior is not None}
     around_media = [r for r in scene.rectangles if r.material in has_medium]
     found = {
-        f"{kind.removesuffix('s')}_{i}": (shapes.shape(scene, shape), shape.material, plain)
+        f"{kind.removesuffix('s')}_{i}": (shapes.shape(scene, shape), shape.material, bare(shape.material))
         for kind in SHAPES
         for i, shape in enumerate(getattr(scene, kind))
         if kind != "triangles" and shape not in around_media
@@ -228,12 +241,12 @@ def _shapes(scene: Scene, folder: Path, smooth: bool) -> dict[str, tuple[Tree, s
     flats += [(r.material, vertices) for r in around_media for vertices in halves(r)]
     for i, name in enumerate(dict.fromkeys(name for name, _ in flats)):
         vertices = [vertices for material, vertices in flats if material == name]
-        found[f"triangles_{i}"] = (shapes.triangle_mesh(folder / f"triangles_{i}.ply", vertices), name, plain)
+        found[f"triangles_{i}"] = (shapes.triangle_mesh(folder / f"triangles_{i}.ply", vertices), name, bare(name))
     for i, mesh in enumerate(scene.meshes):
         for (j, part), (k, placement) in product(enumerate(mesh.parts), enumerate(mesh.instances)):
             name, key = mesh.material_of(part), f"mesh_{i}_{j}_{k}"
             material, blended = scene.materials[name], [scene.materials[n] for n in scene.blended(name)]
-            geometry = with_needed_tangents(part.geometry, blended)
+            geometry = with_needed_coordinates(with_needed_tangents(part.geometry, blended), blended)
             attributes = MeshAttributes.of(geometry, blended)
             matrix = placement.matrix @ np.asarray(part.matrix)
             if len(geometry.triangles):

@@ -2,7 +2,8 @@
 """Materials."""
 
 import math
-from typing import Annotated, Final, Literal
+from dataclasses import replace
+from typing import Annotated, Any, Final, Literal
 
 from pydantic import Field
 from pydantic.dataclasses import dataclass
@@ -194,6 +195,9 @@ class Material:
                 keys = ", ".join(MODELS[self.model])
                 raise ValueError(f"{given} means nothing to model = {self.model!r}; leave it out; its keys are {keys}")
 
+        if self.unlit and "albedo" not in MODELS[self.model]:
+            raise ValueError(f"unlit shows the albedo, which means nothing to model = {self.model!r}; leave unlit out")
+
     def _check_blend(self) -> None:
         if self.blend is not None and self.unlit:
             raise ValueError("unlit scatters nothing, which cannot be blended; leave blend or unlit out")
@@ -315,6 +319,11 @@ class Material:
         """Its textures by the name of the parameter, of :data:`TEXTURED`."""
         values = vars(self)
         return {name: values[field] for name, field in _TEXTURE_FIELDS.items() if values[field] is not None}
+
+    def without_textures(self) -> "Material":
+        """The same, as it is on a shape without texture coordinates."""
+        none: dict[str, Any] = {_TEXTURE_FIELDS[name]: None for name in self.textures}
+        return replace(self, **none) if none else self
 
     @property
     def is_emissive(self) -> bool:

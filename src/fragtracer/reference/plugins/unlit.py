@@ -3,7 +3,8 @@
 
 Its parameters: ``albedo`` (three numbers), the children ``albedo_texture`` and ``alpha_texture`` with their sets
 of coordinates, ``opacity``, ``alpha_mode``, ``alpha_cutoff``, ``double_sided``, ``has_color`` and ``has_alpha``, all as
-those of ``fragtracer_surface``, which has the opacity.
+those of ``fragtracer_surface``, which has the opacity; and ``of``, the name of its shape: of emitters that are equal
+Mitsuba makes one, which no two shapes can have.
 """
 
 from typing import Any
@@ -19,7 +20,7 @@ def unlit_class(mi: Any, dr: Any) -> type:
     class Unlit(mi.Emitter):  # type: ignore[misc]
         def __init__(self, props: Any) -> None:
             super().__init__(props)
-            self.surface = surface(props)
+            self.surface, self.of = surface(props), str(props["of"])
             self.m_flags = mi.EmitterFlags.Surface | mi.EmitterFlags.SpatiallyVarying
 
         def eval(self, si: Any, active: Any = True) -> Any:
@@ -34,6 +35,6 @@ def unlit_class(mi: Any, dr: Any) -> type:
             return mi.Float(0)
 
         def to_string(self) -> str:
-            return f"FragtracerUnlit[{self.surface}]"
+            return f"FragtracerUnlit[of={self.of}, {self.surface}]"
 
     return Unlit

@@ -65,6 +65,7 @@ def with_model(material: Material, model: str) -> Material:
     made = {name: getattr(default, name) for name in {*keys, *textured} if name not in MODELS[model] or name in _UNLIKE}
     made |= {"metal": material.metal if material.metal in METAL_INDEX else "gold"} if model == "conductor" else {}
     made |= {"double_sided": True} if model in (*SOLIDS, *PANES) else {}
+    made |= {} if "albedo" in MODELS[model] else {"unlit": False}
     return replace(material, **{"model": model, **made})
 
 
@@ -116,7 +117,8 @@ def _surface(material: Material) -> dict[str, object]:
     if material.normal_texture is not None:
         new["normal_scale"] = widgets.number("Normal scale", material.normal_scale, 0.01, -10.0, 10.0, "%.2f")
     new["double_sided"] = widgets.check("Double-sided", material.double_sided)
-    new["unlit"] = widgets.check("Unlit", material.unlit)
+    if "albedo" in MODELS[material.model]:
+        new["unlit"] = widgets.check("Unlit", material.unlit)
     return new
 
 
