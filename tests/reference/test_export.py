@@ -20,12 +20,14 @@ from fragtracer.reference.textures import TextureFolder
 from fragtracer.scene import (
     Ambient,
     Camera,
+    Density,
     DirectionalLight,
     Disk,
     Geometry,
     Image,
     Light,
     Material,
+    Medium,
     Mesh,
     Part,
     Placement,
@@ -215,6 +217,22 @@ def test_media_have_finite_radiance(mi, tmp_path, name):
     picture = np.array(mi.render(mi.load_file(str(tmp_path / "scene.xml")), spp=64, seed=1))
     assert np.isfinite(picture).all()
     assert picture.mean() > 0.05
+
+
+def test_a_grid_of_densities_is_written_beside_the_scene(mi, tmp_path):
+    smoke = Medium(extinction=3.0, density=Density([[[0.0, 2.0]]]), bounds=((-1.0,) * 3, (1.0,) * 3))
+    scene = Scene(
+        Camera((0.0, 0.0, 5.0), (0.0, 0.0, 0.0), fov_degrees=25.0),
+        {"cloud": Material(model="null", interior="smoke")},
+        media={"smoke": smoke},
+        spheres=[Sphere((0.0, 0.0, 0.0), 1.0, "cloud")],
+        ambient=Ambient(1.0),
+        render=RenderSettings(width=16, height=16),
+    )
+    export_mitsuba(scene, tmp_path, plugin=True)
+    expected = render_reference(scene, spp=1024)[0]
+    assert 0.2 < expected.min() < 0.8
+    assert load_and_render(mi, tmp_path, 1024).mean() == pytest.approx(expected.mean(), rel=0.01)
 
 
 def test_the_plugin_needs_no_fragtracer(mi, tmp_path):

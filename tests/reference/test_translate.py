@@ -7,14 +7,19 @@ import numpy as np
 import pytest
 
 from fragtracer.errors import FragtracerError
+from fragtracer.io.images import read_image
 from fragtracer.reference.render import render_reference
 from fragtracer.reference.translate import NEVER, to_mitsuba
 from fragtracer.scene import (
     Ambient,
     Camera,
+    DirectionalLight,
+    Environment,
+    Fog,
     Geometry,
     Light,
     Material,
+    Medium,
     Mesh,
     Part,
     Plane,
@@ -297,3 +302,29 @@ def test_what_mitsubas_plastic_cannot_show(mi):
     assert [nearest["material_0"][key] for key in ("type", "opacity")] == ["mask", 0.4]
     assert nearest["material_0"]["bsdf"]["type"] == "plastic"
     assert nearest["material_1"]["bsdf"]["type"] == "diffuse"
+
+
+def test_what_mitsubas_media_cannot_show(mi):
+    lamp = {"lamp": Material(emission=1.0, alpha_mode="blend", opacity=0.5)}
+    foggy = Scene(materials=lamp, media={"fog": Medium()}, fog=Fog("fog"))
+    with pytest.raises(FragtracerError, match="'lamp' emits and has alpha"):
+        to_mitsuba(foggy)
+    to_mitsuba(foggy, plugins=False)
+    to_mitsuba(replace(foggy, fog=None, media={}))
+
+
+def test_light_from_afar_does_not_pass_fog(mi):
+    """But in colours that are not extinguished at all."""
+    afar = {
+        "directional_lights": [DirectionalLight((0.0, -1.0, 0.0), 1.0)],
+        "environment": Environment(radiance=1.0, tint=(0.5, 1.0, 1.0)),
+        "ambient": Ambient(1.0),
+    }
+    for extinction, kept in (((1.0, 2.0, 1.0), None), ((1.0, 0.0, 1.0), [0.0, 1.0, 0.0])):
+        tree = to_mitsuba(Scene(media={"fog": Medium(extinction=extinction)}, fog=Fog("fog"), **afar))
+        assert ("environment" in tree, "directional_light_0" in tree) == ((kept is not None),) * 2
+        if kept:
+            assert tree["directional_light_0"]["irradiance"]["value"] == kept
+            np.testing.assert_allclose(read_image(tree["environment"]["filename"])[0, 0], np.multiply(kept, 2))
+        else:
+            assert "ambient" not in tree

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fragtracer.packing.interiors import dielectrics
 from fragtracer.packing.records import ROW, Words
 from fragtracer.scene import Density, Material, Medium, Scene
-from fragtracer.scene.interiors import has_media
+from fragtracer.scene.interiors import has_media, passed_by_fog
 from fragtracer.scene.medium import Box
 
 Floats = NDArray[np.float64]
@@ -132,12 +132,8 @@ def _rows(texels: int) -> int:
 
 
 def _warn_of_light_from_afar(scene: Scene) -> None:
-    """Nothing passes a fog without an end."""
-    if scene.fog is None:
-        return
-    fog = scene.media[scene.fog.medium]
     is_lit = scene.environment is not None or scene.directional_lights or max(scene.ambient.radiance) > 0
-    if is_lit and min(fog.sigma_t) > 0 and fog.density is None:
+    if is_lit and max(passed_by_fog(scene)) == 0:
         warnings.warn(
             "no light from infinitely far away arrives through [fog], which has no end: environment, ambient and "
             "directional lights are dark in it; make the medium the interior of a large sphere of model null instead",

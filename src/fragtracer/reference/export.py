@@ -30,6 +30,7 @@ _TAGS = {
     **dict.fromkeys(("path", "volpath", "volpathmis"), "integrator"),
     **dict.fromkeys((*dielectrics.KINDS, "null"), "bsdf"),
     **dict.fromkeys(("homogeneous", "heterogeneous"), "medium"),
+    "gridvolume": "volume",
     "hg": "phase",
     "independent": "sampler",
     "hdrfilm": "film",

@@ -59,7 +59,7 @@ from fragtracer.reference.plugins import PATH, SPHERE_LIGHT, UNLIT
 from fragtracer.reference.shapes import Tree, rgb
 from fragtracer.reference.textures import TextureFolder
 from fragtracer.scene import LIGHTS, SHAPES, Material, RenderSettings, Scene
-from fragtracer.scene.interiors import fillings, halves, has_media
+from fragtracer.scene.interiors import fillings, halves, has_media, passed_by_fog
 
 NEVER = 1_000_000  # a depth that no path reaches
 
@@ -89,6 +89,7 @@ def scene_tree(scene: Scene, folder: Path, plugins: bool = True) -> Tree:
     FragtracerError
         If Mitsuba cannot show a material.
     """
+    scene = _as_fog_lets_it(scene)
     numbers = {name: i for i, name in enumerate(scene.materials)}
     textures = TextureFolder(folder)
 
@@ -104,6 +105,12 @@ def scene_tree(scene: Scene, folder: Path, plugins: bool = True) -> Tree:
         ]
         return trees[0] if len(parts) == 1 else blended_bsdf(parts[0], trees, attributes, textures, plugins)
 
+    holes = [n for n, m in scene.materials.items() if m.is_emissive and m.alpha_mode != "opaque"]
+    if plugins and holes and has_media(scene):
+        raise FragtracerError(
+            f"Mitsuba finds too much light where {holes[0]!r} emits and has alpha, and a medium scatters; leave its "
+            "alpha_mode or its emission out, or export the scene without --plugin"
+        )
     inside = fillings(scene)
     found = _shapes(scene, folder, smooth=not plugins)
     tree: Tree = {"type": "scene", "integrator": _integrator(scene, plugins), "sensor": _sensor(scene)}
@@ -145,6 +152,22 @@ def scene_tree(scene: Scene, folder: Path, plugins: bool = True) -> Tree:
     if scene.environment is None and max(scene.ambient.radiance) > 0:
         tree["ambient"] = {"type": "constant", "radiance": rgb(scene.ambient.radiance)}
     return tree
+
+
+def _as_fog_lets_it(scene: Scene) -> Scene:
+    """The scene without what fog keeps of light from infinitely far away, of which in Mitsuba some arrives, since fog
+    ends where the scene does."""
+    passed = np.array(passed_by_fog(scene))
+    if passed.all():
+        return scene
+    environment, directional = scene.environment, []
+    if environment is not None:
+        environment = replace(environment, tint=tuple(passed * environment.tint)) if passed.any() else None
+    for light in scene.directional_lights:
+        if (passed * light.irradiance).any():
+            directional.append(replace(light, irradiance=tuple(passed * light.irradiance)))
+    ambient = replace(scene.ambient, radiance=tuple(passed * scene.ambient.radiance))
+    return replace(scene, environment=environment, directional_lights=tuple(directional), ambient=ambient)
 
 
 def _seen(scene: Scene, name: str, attributes: MeshAttributes) -> Material:

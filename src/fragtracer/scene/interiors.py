@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fragtracer.scene.fields import Triple
 from fragtracer.scene.material import Material
 from fragtracer.scene.mesh import Geometry
 from fragtracer.scene.shapes import Plane, Rectangle, Sphere
@@ -130,6 +131,15 @@ def has_media(scene: "Scene") -> bool:
     """Whether there is a medium anywhere."""
     inside = any(scene.materials[solid.material].interior is not None for solid in solids(scene))
     return inside or scene.fog is not None
+
+
+def passed_by_fog(scene: "Scene") -> Triple:
+    """1 for each colour in which light from infinitely far away arrives, 0 where fog, which has no end, keeps it."""
+    fog = scene.media[scene.fog.medium] if scene.fog else None
+    if fog is None or fog.density is not None:
+        return (1.0, 1.0, 1.0)
+    r, g, b = (float(extinction == 0) for extinction in fog.sigma_t)
+    return (r, g, b)
 
 
 def _overlapping(found: list[Solid]) -> Iterator[tuple[Solid, Solid]]:
