@@ -187,6 +187,13 @@ MEDIA = {
     "wax under a rough surface": clouded(
         Material(model="dielectric", roughness=0.6, interior="smog"), ambient=Ambient(0.5)
     ),
+    "an emitter of opacity 0.5 in fog": clouded(
+        Material(),
+        Medium(extinction=(0.5, 1.0, 0.7), albedo=0.9),
+        disks=[replace(LAMP, material="veil")],
+        spheres=BALLS.spheres,
+        fog=Fog("smog"),
+    ),
 }
 
 LEVEL = 0.01 / (len(CASES) + len(DISKS_AND_LIGHTS) + len(BSDFS) + len(MEDIA))

@@ -304,15 +304,6 @@ def test_what_mitsubas_plastic_cannot_show(mi):
     assert nearest["material_1"]["bsdf"]["type"] == "diffuse"
 
 
-def test_what_mitsubas_media_cannot_show(mi):
-    lamp = {"lamp": Material(emission=1.0, alpha_mode="blend", opacity=0.5)}
-    foggy = Scene(materials=lamp, media={"fog": Medium()}, fog=Fog("fog"))
-    with pytest.raises(FragtracerError, match="'lamp' emits and has alpha"):
-        to_mitsuba(foggy)
-    to_mitsuba(foggy, plugins=False)
-    to_mitsuba(replace(foggy, fog=None, media={}))
-
-
 def test_light_from_afar_does_not_pass_fog(mi):
     """But in colours that are not extinguished at all."""
     afar = {

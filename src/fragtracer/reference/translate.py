@@ -26,8 +26,9 @@ Where the two renderers differ:
 - Media that scatter need Mitsuba's own ``volpathmis``, whose channels are weighed against each other; ours
   (plugins/path.py) knows those that absorb. It has a bias with roulette: a grey cube of 4 mean free paths and an
   albedo of 0.8 is 0.3 % darker than without, so there is none. Another with a ``rectangle`` as the boundary of a
-  medium: that cube is 0.6 % brighter than a random walk in numpy, so such a rectangle is two triangles. And it finds
-  NaN where Mitsuba rounds the cone of a sphere to 0: without our plugins the integrator is ``volpath``.
+  medium: that cube is 0.6 % brighter than a random walk in numpy, so such a rectangle is two triangles. It finds
+  NaN where Mitsuba rounds the cone of a sphere to 0: without our plugins the integrator is ``volpath``. And it finds
+  up to 17 % too much light where an emitter with alpha is in fog beside another one: ``volpath``, too.
 - Path choices (``rays``, ``light_samples``, ``estimator``, ``sampler``) have no counterpart: they
   change the noise, not the mean.
 """
@@ -62,6 +63,7 @@ from fragtracer.scene import LIGHTS, SHAPES, Material, RenderSettings, Scene
 from fragtracer.scene.interiors import fillings, halves, has_media, passed_by_fog
 
 NEVER = 1_000_000  # a depth that no path reaches
+Found = dict[str, tuple[Tree, str, MeshAttributes]]  # shapes by their keys, with their materials and what these read
 
 
 def scene_tree(scene: Scene, folder: Path, plugins: bool = True) -> Tree:
@@ -105,15 +107,9 @@ def scene_tree(scene: Scene, folder: Path, plugins: bool = True) -> Tree:
         ]
         return trees[0] if len(parts) == 1 else blended_bsdf(parts[0], trees, attributes, textures, plugins)
 
-    holes = [n for n, m in scene.materials.items() if m.is_emissive and m.alpha_mode != "opaque"]
-    if plugins and holes and has_media(scene):
-        raise FragtracerError(
-            f"Mitsuba finds too much light where {holes[0]!r} emits and has alpha, and a medium scatters; leave its "
-            "alpha_mode or its emission out, or export the scene without --plugin"
-        )
     inside = fillings(scene)
     found = _shapes(scene, folder, smooth=not plugins)
-    tree: Tree = {"type": "scene", "integrator": _integrator(scene, plugins), "sensor": _sensor(scene)}
+    tree: Tree = {"type": "scene", "integrator": _integrator(scene, found, plugins), "sensor": _sensor(scene)}
     media = dielectrics.media(scene)
     tree |= {key: dielectrics.medium_tree(medium, folder / f"{key}.vol") for key, medium in media.items()}
     tree["sensor"] |= _medium(scene, media, "medium", dielectrics.of_camera(scene))
@@ -198,13 +194,15 @@ def _material_key(number: int, attributes: MeshAttributes) -> str:
     return "_".join(["material", str(number), *filter(None, [attributes.key])])
 
 
-def _integrator(scene: Scene, plugins: bool) -> Tree:
+def _integrator(scene: Scene, found: Found, plugins: bool) -> Tree:
     settings, hidden = scene.render, hides_emitters(scene)
     has_roulette = settings.russian_roulette and not has_media(scene)
     rr_depth = settings.russian_roulette_depth if has_roulette else NEVER
     null = any(map(has_null_transmission, scene.materials.values()))
     kind = "volpath" if null or dielectrics.media(scene) else "path"
-    kind = "volpathmis" if has_media(scene) and plugins else kind
+    used = (scene.materials[name] for _, name, _ in found.values())
+    has_holes = any(material.is_emissive and has_null_transmission(material) for material in used)
+    kind = "volpathmis" if has_media(scene) and plugins and not has_holes else kind
     return {"type": kind, "max_depth": settings.bounces + 1, "rr_depth": rr_depth, "hide_emitters": hidden}
 
 
@@ -244,7 +242,7 @@ def _film(settings: RenderSettings) -> Tree:
     }
 
 
-def _shapes(scene: Scene, folder: Path, smooth: bool) -> dict[str, tuple[Tree, str, MeshAttributes]]:
+def _shapes(scene: Scene, folder: Path, smooth: bool) -> Found:
     """Every shape by its key, with the name of its material and the attributes that this reads."""
     inside = fillings(scene)
 
