@@ -50,6 +50,7 @@ SIZE, BATCHES = (48, 36), 16
 SPP, SPP_OF_MESHES = 1024, 256
 # More where the noise would hide a difference of 1 %, fewer where that many already show it.
 OTHER_SPP = {
+    "behind an emitter of opacity 0.5 in fog": 2048,
     "caustic": 2048,
     "cornell-box": 2048,
     "five-lights": 4096,
@@ -187,11 +188,12 @@ MEDIA = {
     "wax under a rough surface": clouded(
         Material(model="dielectric", roughness=0.6, interior="smog"), ambient=Ambient(0.5)
     ),
-    "an emitter of opacity 0.5 in fog": clouded(
+    "behind an emitter of opacity 0.5 in fog": clouded(
         Material(),
-        Medium(extinction=(0.5, 1.0, 0.7), albedo=0.9),
-        disks=[replace(LAMP, material="veil")],
+        Medium(extinction=(0.1, 0.2, 0.15), albedo=0.9),
+        disks=[replace(LAMP, material="veil", normal=(0.2, 1.0, -0.1))],
         spheres=BALLS.spheres,
+        lights=[replace(LAMP_ABOVE, position=(0.0, 3.0, -2.0))],
         fog=Fog("smog"),
     ),
 }

@@ -28,7 +28,7 @@ Where the two renderers differ:
   albedo of 0.8 is 0.3 % darker than without, so there is none. Another with a ``rectangle`` as the boundary of a
   medium: that cube is 0.6 % brighter than a random walk in numpy, so such a rectangle is two triangles. It finds
   NaN where Mitsuba rounds the cone of a sphere to 0: without our plugins the integrator is ``volpath``. And it finds
-  up to 17 % too much light where an emitter with alpha is in fog beside another one: ``volpath``, too.
+  up to 17 % too much light where another light shines through the back of an emitter with alpha: ``volpath``, too.
 - Path choices (``rays``, ``light_samples``, ``estimator``, ``sampler``) have no counterpart: they
   change the noise, not the mean.
 """
