@@ -375,6 +375,7 @@ def test_a_broken_file_of_photons_leaves_all_light_to_paths(make: Make, monkeypa
     monkeypatch.setattr(light_tracing.LightTracing, "load", broken)
     scene = load("caustic")
     refiner = make(scene)
+    until(refiner, lambda: refiner.renderer.is_specialised)
     renderer = learned(refiner, scene)
     used = renderer._tracer._key
     until(refiner, lambda: not refiner._traces)
