@@ -28,6 +28,7 @@ from fragtracer.scene import (
     Medium,
     Mesh,
     Part,
+    Plane,
     Rectangle,
     Scene,
     Sphere,
@@ -269,6 +270,16 @@ def test_a_boundary_in_glass_bends_no_light(ctx):
         scene = Scene(camera, materials, white, spheres=spheres, ambient=Ambient((0.5, 1.0, 4.0)))
         image = rendered(ctx, scene, 32, **PATHS)
         np.testing.assert_allclose(image, np.broadcast_to((0.5, 1.0, 4.0), image.shape), rtol=10 * ROUNDING)
+
+
+def test_the_boundary_of_nothing_casts_no_shadow(ctx):
+    """On a floor in the sun, of which each sample is the same."""
+    materials = {"floor": lambert(0.5), "nothing": Material(model="null")}
+    floor, ball = Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), "floor"), Sphere((0.0, 0.5, 0.0), 0.4, "nothing")
+    sun = DirectionalLight((0.0, -1.0, 0.0), 1.0)
+    camera = Camera((0.0, 2.0, 0.5), (0.0, 0.0, 0.0), fov_degrees=30.0)
+    scene = Scene(camera, materials, planes=[floor], spheres=[ball], directional_lights=[sun])
+    np.testing.assert_allclose(rendered(ctx, scene, 4, bounces=1), 0.5 / np.pi, rtol=10 * ROUNDING)
 
 
 def lumps() -> tuple[Medium, float]:

@@ -30,7 +30,7 @@ def dielectric_bsdf(material: Material, around: Material | None) -> Tree:
     tree["specular_transmittance"] = rgb(material.transmittance)
     if material.is_pane:
         return {"type": "thindielectric", **tree}
-    if material.alpha < DELTA_ALPHA:
+    if material.alpha < DELTA_ALPHA or tree["int_ior"] == tree["ext_ior"]:  # which roughdielectric refuses
         return {"type": "dielectric", **tree}
     return {"type": "roughdielectric", **facets(material), **tree}
 

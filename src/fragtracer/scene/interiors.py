@@ -128,9 +128,9 @@ def has_interiors(materials: dict[str, Material], found: list[Solid]) -> bool:
 
 
 def has_media(scene: "Scene") -> bool:
-    """Whether there is a medium anywhere."""
-    inside = any(scene.materials[solid.material].interior is not None for solid in solids(scene))
-    return inside or scene.fog is not None
+    """Whether there is a medium anywhere, or the boundary of one, which all rays pass."""
+    inside = (scene.materials[solid.material] for solid in solids(scene))
+    return scene.fog is not None or any(m.interior is not None or m.model == "null" for m in inside)
 
 
 def passed_by_fog(scene: "Scene") -> Triple:

@@ -11,6 +11,8 @@ from typing import Any
 
 from .records import empty_direction_sample
 
+_ROUNDING = 1e-5  # relative, of the distance from the centre of a point on the sphere
+
 
 def sphere_light_class(mi: Any, dr: Any) -> type:
     """The plugin's class for the active variant of Mitsuba ``mi`` with Dr.Jit ``dr``."""
@@ -26,7 +28,7 @@ def sphere_light_class(mi: Any, dr: Any) -> type:
             return dr.select(active & (si.wi.z > 0), self.radiance, 0)
 
         def sample_direction(self, it: Any, sample: Any, active: Any = True) -> Any:
-            """A direction of the cone, all alike; from inside there is none."""
+            """A direction of the cone, all alike; from inside there is none, nor from its own surface."""
             towards = self.center - it.p
             distance = dr.norm(towards)
             one_minus_cos_max = dr.maximum(self._one_minus_cos_max(it.p), 1e-30)
@@ -40,7 +42,7 @@ def sphere_light_class(mi: Any, dr: Any) -> type:
             ds.dist = distance * cosine - dr.safe_sqrt((self.radius - nearest) * (self.radius + nearest))
             ds.n = dr.normalize(it.p + ds.dist * ds.d - self.center)
             ds.p, ds.time = self.center + self.radius * ds.n, it.time
-            outside = active & (distance > self.radius)
+            outside = active & (distance > self.radius * (1 + _ROUNDING))
             ds.pdf = dr.select(outside, 1 / (2 * math.pi * one_minus_cos_max), 0)
             return ds, dr.select(outside, self.radiance * (2 * math.pi * one_minus_cos_max), 0)
 
