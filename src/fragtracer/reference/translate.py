@@ -28,8 +28,8 @@ Where the two renderers differ:
   albedo of 0.8 is 0.3 % darker than without, so there is none. Another with a ``rectangle`` as the boundary of a
   medium: that cube is 0.6 % brighter than a random walk in numpy, so such a rectangle is two triangles. It finds
   NaN where Mitsuba rounds the cone of a sphere to 0: without our plugins the integrator is ``volpath``. And it finds
-  too much light through surfaces that pass some as it is, 0.1 % through coloured panes, up to 17 % through the back of an
-  emitter with alpha: where there are such, ``volpath``, too.
+  too much light through surfaces that pass some as it is, 0.1 % through coloured panes, up to 17 % through the back of
+  an emitter with alpha: where there are such, ``volpath``, too.
 - Path choices (``rays``, ``light_samples``, ``estimator``, ``sampler``) have no counterpart: they
   change the noise, not the mean.
 """
