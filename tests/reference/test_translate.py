@@ -2,6 +2,7 @@
 """Scenes in Mitsuba: what is where, which way it faces, and radiances that are known in closed form."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ import pytest
 from fragtracer.errors import FragtracerError
 from fragtracer.io.images import read_image
 from fragtracer.reference.render import render_reference
-from fragtracer.reference.translate import NEVER, to_mitsuba
+from fragtracer.reference.translate import NEVER, scene_tree, to_mitsuba
 from fragtracer.scene import (
     Ambient,
     Camera,
@@ -319,3 +320,11 @@ def test_light_from_afar_does_not_pass_fog(mi):
             np.testing.assert_allclose(read_image(tree["environment"]["filename"])[0, 0], np.multiply(kept, 2))
         else:
             assert "ambient" not in tree
+
+
+def test_the_integrator_is_one_that_knows_what_rays_pass():
+    glow, pane = Material(model="null", emission=1.0), Material(model="thin-dielectric")
+    for materials, kind in (([glow], "volpath"), ([pane], "volpath"), ([Material(model="null")], "volpathmis")):
+        named = {f"m{i}": material for i, material in enumerate(materials)}
+        scene = Scene(materials=named, spheres=[Sphere((0.0, 0.0, 0.0), 1.0, name) for name in named])
+        assert scene_tree(scene, Path())["integrator"]["type"] == kind

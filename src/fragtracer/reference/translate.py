@@ -200,7 +200,7 @@ def _integrator(scene: Scene, found: Found, plugins: bool) -> Tree:
     has_roulette = settings.russian_roulette and not has_media(scene)
     rr_depth = settings.russian_roulette_depth if has_roulette else NEVER
     null = any(map(has_null_transmission, scene.materials.values()))
-    kind = "volpath" if null or dielectrics.media(scene) else "path"
+    kind = "volpath" if null or dielectrics.media(scene) or has_media(scene) else "path"
     used = (scene.materials[name] for _, name, _ in found.values())
     has_holes = any(has_null_transmission(m) or (m.is_emissive and m.model == "null") for m in used)
     kind = "volpathmis" if has_media(scene) and plugins and not has_holes else kind
