@@ -116,3 +116,16 @@ def test_no_point_of_a_convex_shape_is_in_its_own_shadow(mi, name):
             bright = np.array(si.is_valid()) & (cosine > 1e-3) & (np.abs(view) > 1e-3)
             assert bright.sum() > 1000
             np.testing.assert_allclose(found[bright], 0.5 * cosine[bright], rtol=1e-3)
+
+
+def test_a_sphere_does_not_light_itself(mi):
+    """From outside; a point on it is rounded to either side."""
+    glow = Sphere((3.0, 1.0, -2.0), 0.4, "glow")
+    scene = Scene(materials={"glow": Material(emission=1.0)}, spheres=[glow])
+    world = mi.load_dict(to_mitsuba(scene))
+    normals = np.random.default_rng(0).normal(size=(4096, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    for scale in (1.0, 1.0001):
+        si = floor_points(mi, glow.center + scale * glow.radius * normals)
+        sample, _ = world.emitters()[0].sample_direction(si, mi.Point2f(0.3, 0.6))
+        assert ((sample.pdf.numpy() > 0) == (scale > 1)).all()
