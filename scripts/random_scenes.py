@@ -122,8 +122,9 @@ class RandomScene:
         moved = {"offset": self.point((-2, -2), (2, 2)), "rotation": self.number(-3, 3)}
         return replace(made, scale=self.point((0.3, -4), (4, 4)), **moved)
 
-    def medium(self) -> str:
-        made = Medium(extinction=self.color(0.2, 2.5), albedo=self.color(0.3, 1.0), g=self.number(-0.7, 0.8))
+    def medium(self, most: float = 2.5) -> str:
+        """The name of a new medium, its greatest extinction at ``most`` 1/m."""
+        made = Medium(extinction=self.color(0.1 * most, most), albedo=self.color(0.3, 1.0), g=self.number(-0.7, 0.8))
         if self.chance(0.4):
             shape = self.rng.integers(1, 6, 3)
             density = Density(self.rng.uniform(0.0, 2.0, shape) * (self.rng.random(shape) < 0.7))
@@ -180,8 +181,10 @@ class RandomScene:
     def mesh(self, models: list[str], places: list[Placement] | None = None) -> Mesh:
         """A ball, a box or a sheet, without ``places`` anywhere; of attributes some that Mitsuba can show there."""
         name = self.material(models)
-        material = self.materials[name]
-        is_varied = material.model in _VARIED and not material.anisotropy
+        # Tangents of meshes are Mitsuba's own, one for each triangle.
+        material = replace(self.materials[name], anisotropy=0.0, anisotropy_rotation_degrees=0.0)
+        self.materials[name] = material
+        is_varied = material.model in _VARIED
         solids = [ball(*self.rng.integers((5, 4), (16, 9))), box()]
         points, triangles, normals, uvs = self.pick(*solids, *([] if material.is_solid else [sheet()] * 2))
         given: dict[str, Any] = {}
@@ -261,7 +264,7 @@ class RandomScene:
             spheres.append(Sphere(center, self.number(0.15, 0.5), self.material(_SURFACES)))
         self.blend()
         environment = self.environment() if self.chance(0.75) else None
-        fog = Fog(self.medium()) if environment is None and self.chance(0.3) else None
+        fog = Fog(self.medium(0.3)) if environment is None and self.chance(0.3) else None
         return Scene(
             Camera(
                 self.point((-2.5, 0.8, 2.8), (2.5, 2.4, 4.5)),
