@@ -201,7 +201,7 @@ def _integrator(scene: Scene, found: Found, plugins: bool) -> Tree:
     rr_depth = settings.russian_roulette_depth if has_roulette else NEVER
     null = any(map(has_null_transmission, scene.materials.values()))
     kind = "volpath" if null or dielectrics.media(scene) or has_media(scene) else "path"
-    used = (scene.materials[name] for _, name, _ in found.values())
+    used = (scene.materials[n] for _, name, _ in found.values() for n in scene.blended(name))
     has_holes = any(has_null_transmission(m) or (m.is_emissive and m.model == "null") for m in used)
     kind = "volpathmis" if has_media(scene) and plugins and not has_holes else kind
     return {"type": kind, "max_depth": settings.bounces + 1, "rr_depth": rr_depth, "hide_emitters": hidden}

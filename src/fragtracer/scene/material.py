@@ -96,8 +96,8 @@ class Material:
 
     ``opacity``, times the alpha of the albedo texture and of the vertex colours, is ignored if ``alpha_mode`` is
     "opaque", thresholded at ``alpha_cutoff`` if "mask", and the probability of a hit if "blend" (stochastic
-    alpha). A surface that is not ``double_sided`` is back-face culled, for all rays. ``unlit`` emits the albedo as
-    radiance and scatters nothing.
+    alpha). A surface that is not ``double_sided`` is back-face culled, for all rays. ``unlit``, of a model that
+    has an albedo, emits that as radiance and scatters nothing.
 
     ``blend`` names another material, with which this one is blended, as by Mitsuba's ``blendbsdf``: ``blend_weight`` is
     the weight of the other one, from 0, this material alone, to 1, the other one. The other one says how the surface
@@ -194,7 +194,6 @@ class Material:
             if given:
                 keys = ", ".join(MODELS[self.model])
                 raise ValueError(f"{given} means nothing to model = {self.model!r}; leave it out; its keys are {keys}")
-
         if self.unlit and "albedo" not in MODELS[self.model]:
             raise ValueError(f"unlit shows the albedo, which means nothing to model = {self.model!r}; leave unlit out")
 
