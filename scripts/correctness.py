@@ -87,6 +87,18 @@ passed, and by 2,087 tests, of which 21 failed, and, when that was mended, by 2,
 show is in [performance.md](performance.md#on-a-gpu). Apple's, Intel's and AMD's drivers were never asked; `fragtracer
 doctor` asks a driver first what these tests ask.
 
+**Random scenes** put together what neither bundled scenes nor tests do:
+
+```
+python scripts/random_scenes.py --seeds 400 520
+```
+
+draws materials of all models, textured, with alpha, blended, on meshes of all attributes or none and on spheres, dielectrics
+and media within each other, lights of all kinds, environments and fog, and judges each scene as `compare` does (48 x 36
+pixels, 1024 samples; 2026-11-27). Of these 120, 100 agree, 14 are too noisy to say, 2 Mitsuba cannot show, and 4 differ.
+Three of those agree with other random numbers and four times the samples; the fourth had the shadow of a pane, which light
+of a small lamp passes: paths met it so rarely that its error was not known. Rays to lights pass panes since, and it agrees.
+
 Mitsuba is not the only evidence. The parts of the shader library are tested alone (`tests/shaders/`), `integrator/`
 and `display/` by pictures; there are closed forms (`tests/test_furnace.py`, `tests/test_direct_light.py`) and a test
 that the error converges to 65,536 samples per pixel without a floor (`tests/test_convergence.py`). The tests are

@@ -41,6 +41,7 @@ void main() {
     float flux = 1.0 / target.density;
     int turn = 0;
     bool is_received = false;
+    bool is_straight = true;  // whether rays to the light that it is from pass all that is behind it
     bool goes_on;
     // One place to trace rays, whatever they are for: drivers inline it, and compile it as often.
     do {
@@ -72,8 +73,11 @@ void main() {
 
         // What is no delta is guided, and may scatter narrowly all the same: of the photons that it does, half go on.
         vec3 any_direction = square_to_cosine_hemisphere(u.zw);
-        bool receives = !is_first && max_component(bsdf_eval(vertex.bsdf, vertex.wo, any_direction)) > 0.0;
+        bool receives = !is_first && !is_straight && max_component(bsdf_eval(vertex.bsdf, vertex.wo, any_direction)) > 0.0;
         BsdfSample scattered = bsdf_sample(vertex.bsdf, vertex.wo, u.zw);
+        // Where the environment shines through a pane they do, too, but do not know where there is one.
+        if (is_first) is_straight = light.primitive != PRIMITIVE_AROUND;
+        is_straight = is_straight && direct_passes(vertex, scattered);
         bool is_narrow = bsdf_is_delta(scattered) || scattered.pdf > FOCUS * INVERSE_PI * abs(scattered.wi.z);
         flux *= receives && is_narrow ? 2.0 : 1.0;
         is_received = goes_on && receives && (!is_narrow || survival < 0.5);

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from agreement import ROUNDING, assert_mean
-from rendering import ESTIMATORS, rendered
+from agreement import ROUNDING, assert_agree, assert_mean
+from rendering import ESTIMATORS, batches, rendered
 from scene_builders import lambert, stare
 
 from fragtracer.errors import SceneError
@@ -19,6 +19,8 @@ from fragtracer.scene import (
     Ambient,
     Camera,
     DirectionalLight,
+    Disk,
+    Environment,
     Geometry,
     Image,
     Light,
@@ -141,6 +143,27 @@ def test_panes_pass_light_one_by_one(ctx):
     assert_mean(rendered(ctx, scene, 1024, **PATHS), everything, 0.01)
 
 
+PANES = [Disk((0.0, y, 0.0), (0.0, 1.0, 0.0), 1e4, "pane") for y in (1.0, 1.5)]
+MATT = Scene(
+    stare((0.0, 0.0, 0.0), (0.1, 0.6, 0.0)),
+    {
+        "floor": lambert(0.5),
+        "glow": lambert(0.0, 1.0),
+        "pane": Material(model="thin-dielectric", ior=1.5, transmittance=OTHER),
+    },
+    planes=[Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), "floor")],
+)
+
+
+def pane_transmittance(cosine: Any) -> Any:
+    """Of light that meets a pane of MATT, (..., 1), at angles of this cosine, (...)."""
+    inside = np.sqrt(1 - (1 - cosine**2) / 1.5**2)
+    across = (cosine - 1.5 * inside) / (cosine + 1.5 * inside)
+    along = (1.5 * cosine - inside) / (1.5 * cosine + inside)
+    fresnel = (across**2 + along**2) / 2
+    return (1 - 2 * fresnel / (1 + fresnel))[..., None] * np.array(OTHER)
+
+
 SLANTED = (0.6, -0.8, 0.0)
 DELTA_LIGHTS = {
     "directional": {"directional_lights": (DirectionalLight(SLANTED, (1.0, 1.0, 1.0)),)},
@@ -151,23 +174,57 @@ DELTA_LIGHTS = {
 
 @pytest.mark.parametrize(("kind", "estimator"), [*zip(DELTA_LIGHTS, ESTIMATORS, strict=True)])
 def test_lights_without_extent_shine_through_panes(ctx, kind, estimator):
-    """From afar at 36.9 degrees on matte ground, through two of a colour; also where there is smoke between them, and
-    beside light tracing, which leaves that light alone."""
-    pane = Material(model="thin-dielectric", ior=1.5, transmittance=OTHER)
-    materials = {"floor": lambert(0.5), "pane": pane}
-    panes = [Rectangle((-9.0, y, -9.0), (0.0, 0.0, 18.0), (18.0, 0.0, 0.0), "pane") for y in (1.0, 1.5)]
-    floor = Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), "floor")
-    scene = Scene(stare((0.0, 0.0, 0.0), (0.1, 0.6, 0.0)), materials, planes=[floor], **DELTA_LIGHTS[kind])
+    """From afar at 36.9 degrees, through two of a colour; also where there is smoke between them, and beside light
+    tracing, which leaves that light alone."""
+    scene = replace(MATT, **DELTA_LIGHTS[kind])
     smoke = {"smoke": Material(model="null", interior="smoke")}
     smoky = {"media": {"smoke": Medium(extinction=COLOR)}, "spheres": [Sphere((-0.94, 1.25, 0.0), 0.2, "smoke")]}
-    inside = np.sqrt(1 - 0.36 / 1.5**2)
-    fresnel = (((0.8 - 1.5 * inside) / (0.8 + 1.5 * inside)) ** 2 + ((1.2 - inside) / (1.2 + inside)) ** 2) / 2
-    passed = (1 - 2 * fresnel / (1 + fresnel)) * np.array(OTHER)
     settings = {"bounces": 1, "estimator": estimator, "light_tracing": "on" if estimator == "mis" else "off"}
-    for bare in [scene, replace(scene, materials=materials | smoke, **smoky)][: 1 + (kind == "spot")]:
-        without, behind = (rendered(ctx, s, 4, **settings) for s in (bare, replace(bare, rectangles=panes)))
-        np.testing.assert_allclose(behind, without * passed**2, rtol=2e-3)
+    for bare in [scene, replace(scene, materials=scene.materials | smoke, **smoky)][: 1 + (kind == "spot")]:
+        without, behind = (rendered(ctx, s, 4, **settings) for s in (bare, replace(bare, disks=PANES)))
+        np.testing.assert_allclose(behind, without * pane_transmittance(np.array(0.8)) ** 2, rtol=2e-3)
         assert without.min() > 0.01
+
+
+def polygon(radius: float, y: float, corners: int = 24) -> Geometry:
+    """A regular one as large as a disk of that radius, horizontal, its front below."""
+    turns = 2 * np.pi * np.arange(corners) / corners
+    radius *= np.sqrt(turns[1] / np.sin(turns[1]))
+    rim = np.stack([radius * np.cos(turns), np.full(corners, y), radius * np.sin(turns)], axis=1)
+    return Geometry(rim, [(0, i, i + 1) for i in range(1, corners - 1)])
+
+
+# Of radiance 1, above the origin, with the half angle of the cone that they fill.
+WIDE_LIGHTS = {
+    "ambient": ({"ambient": Ambient(1.0)}, 90.0),
+    "environment": ({"environment": Environment(radiance=1.0)}, 90.0),
+    "sphere": ({"spheres": [Sphere((0.0, 4.0, 0.0), 2.0, "glow")]}, 30.0),
+    "disk": ({"disks": [Disk((0.0, 3.0, 0.0), (0.0, -1.0, 0.0), np.sqrt(27.0), "glow")]}, 60.0),
+    "mesh": ({"meshes": [Mesh((Part(polygon(3.0, 3.0), "glow"),))]}, 45.0),
+}
+
+
+@pytest.mark.parametrize("kind", WIDE_LIGHTS)
+def test_lights_of_extent_shine_through_panes(ctx, kind):
+    """Each estimator counts them once: that of lights passes both panes, and paths are weighed against it."""
+    lights, half_angle = WIDE_LIGHTS[kind]
+    scene = replace(MATT, **lights | {"disks": [*PANES, *lights.get("disks", [])]})
+    angles = np.radians(half_angle) * (np.arange(4096) + 0.5) / 4096
+    weights = 0.5 * np.sin(2 * angles)[:, None] * np.radians(half_angle) / 4096
+    expected = (weights * pane_transmittance(np.cos(angles)) ** 2).sum(axis=0)
+    for estimator in ESTIMATORS:
+        assert_mean(rendered(ctx, scene, 256, bounces=1, estimator=estimator), expected, 0.01, 2 * ROUNDING)
+
+
+def test_light_passes_a_pane_by_its_shading_normal(ctx):
+    """As paths do that meet it."""
+    corners = [(-9.0, 1.0, 9.0), (9.0, 1.0, 9.0), (9.0, 1.0, -9.0), (-9.0, 1.0, -9.0)]
+    normals = np.tile((0.0, 0.6, 0.8), (4, 1))
+    pane = Mesh((Part(Geometry(corners, [(0, 1, 2), (0, 2, 3)], normals=normals), "pane"),))
+    lamp = Disk((0.0, 2.0, 0.0), (0.0, -1.0, 0.0), 2.0, "glow")
+    scene = replace(MATT, meshes=[pane], disks=[lamp])
+    images = {name: batches(ctx, scene, 256, range(4), (16, 16), bounces=1, estimator=name) for name in ("nee", "bsdf")}
+    assert_agree(images["nee"], images["bsdf"], 0.01, (1, 1))
 
 
 @pytest.mark.parametrize("model", ["thin-dielectric", "dielectric"])

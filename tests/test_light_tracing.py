@@ -175,6 +175,19 @@ def sunlit() -> Scene:
     return Scene(LENS, MATERIALS, planes=[FLOOR], spheres=balls, environment=sky)
 
 
+def windows() -> Scene:
+    """Gold behind panes: one from which light is traced on, and an infinite one, from which none is."""
+    materials = {**MATERIALS, "pane": Material(model="thin-dielectric", ior=1.8, transmittance=(0.5, 0.7, 0.9))}
+    return Scene(
+        LENS,
+        materials,
+        planes=[FLOOR, Plane((-1.6, 0.0, 0.0), (1.0, 0.0, 0.2), "pane")],
+        rectangles=[rectangle((1.0, 1.8, 0.6), (2.0, 0.0, 0.0), (0.0, 0.3, 2.0), "pane")],
+        spheres=[Sphere((-0.5, 0.5, 0.0), 0.5, "gold"), Sphere((0.7, 0.4, 0.2), 0.4, "gold")],
+        lights=[Light((-3.0, 2.0, 1.5), power=100.0), Light((1.3, 3.4, 1.0), 0.8, power=200.0)],
+    )
+
+
 def light_of(ctx: Any, scene: Scene, spp: int, seeds: int, **settings: Any) -> tuple[Pictures, Pictures]:
     """The light that is left to light tracing, as the path tracer finds it and as photons bring it, (seeds, height,
     width, 3): pictures of the same paths, from which those are taken that leave that light out."""
@@ -200,7 +213,7 @@ def light_of(ctx: Any, scene: Scene, spp: int, seeds: int, **settings: Any) -> t
     ("make", "spp", "resolution"),
     [
         *((spheres, 8192, 0.05), (mirrors, 8192, 0.05), (rough_mirror, 8192, 0.05), (glass, 8192, 0.06)),
-        *((shapes, 8192, 0.05), (meshes, 2048, 0.05), (sunlit, 4096, 0.1)),
+        *((shapes, 8192, 0.05), (meshes, 2048, 0.05), (sunlit, 4096, 0.1), (windows, 4096, 0.1)),
     ],
 )
 def test_photons_bring_what_paths_leave_out(ctx: Any, make: Callable[[], Scene], spp: int, resolution: float) -> None:

@@ -18,7 +18,7 @@
 #endif
 
 uniform int u_light_samples;  // at each vertex
-uniform int u_has_lit_panes;  // 1: there are panes, and delta lights, which no path meets through them
+uniform int u_has_panes;      // 1: some surface is a smooth pane
 uniform vec3 u_ambient_radiance;
 
 #if FILM_LIGHT == FILM_LIGHT_PARTS
@@ -27,6 +27,7 @@ vec3 direct_diffuse;  // what of the light that direct_light() has returned is s
 
 #if FILM_LIGHT == FILM_LIGHT_UNTRACED
 vec3 direct_traced = vec3(0.0);  // what of narrowly scattered light direct_light() leaves to light tracing
+bool direct_is_traced;           // whether light is traced from all panes that the last ray has passed
 #endif
 
 // Weight of a sample of the lights of density light_pdf, against BSDF sampling of density bsdf_pdf.
@@ -62,15 +63,29 @@ bool direct_is_occluded(Vertex vertex, Ray ray, float distance, int light_primit
     return is_occluded(ray, distance, light_primitive, direct_seed(vertex, u));
 }
 
+// Whether rays to lights pass the surface of the vertex as the sample `s` does, in which case a path that goes on behind it
+// is weighed by the vertex before.
+bool direct_passes(Vertex vertex, BsdfSample s) {
+    return u_has_panes != 0 && vertex.bsdf.model == BSDF_THIN_DIELECTRIC && bsdf_is_null(s);
+}
+
 #if HAS_MEDIA || HAS_EXACT_FRESNEL
+// What a surface lets pass of a ray that has met it, which goes on as if there was none.
+vec3 direct_pane_transmittance(Surface surface, Hit hit, vec3 direction, uint seed) {
+    Vertex pane = vertex_at(surface, material_at(surface), direction, seed);
+#if FILM_LIGHT == FILM_LIGHT_UNTRACED
+    direct_is_traced = direct_is_traced && light_traced_from(hit) && !pane.is_bent;
+#endif
+    return bsdf_null_transmittance(pane.bsdf, pane.wo.z) * vertex_shading_factor(pane, -pane.wo);
+}
+
 // As direct_transmittance(), from surface to surface.
-vec3 direct_transmittance_in_steps(Vertex vertex, Ray ray, float distance, ivec4 inside, int light_primitive, bool delta, vec2 u) {
+vec3 direct_transmittance_in_steps(Vertex vertex, Ray ray, float distance, ivec4 inside, int light_primitive, vec2 u) {
     uint seed = direct_seed(vertex, u);
     vec3 transmittance = vec3(1.0);
-    bool passes_panes = u_has_lit_panes != 0 && delta;
     bool goes_on;
     do {
-        Hit hit = closest_hit_before(ray, distance, light_primitive, seed, u_has_null == 0 && !passes_panes);
+        Hit hit = closest_hit_before(ray, distance, light_primitive, seed, u_has_null == 0 && u_has_panes == 0);
         goes_on = hit.primitive != NO_PRIMITIVE;
         float way = goes_on ? hit.distance : distance;
 #if HAS_MEDIA
@@ -82,16 +97,12 @@ vec3 direct_transmittance_in_steps(Vertex vertex, Ray ray, float distance, ivec4
             Surface surface = surface_at(ray, hit);
             material_choose(surface, seed);
             Material material = material_load(surface.material);
-            if (passes_panes) material = material_at(surface);
-            float cos_theta = dot(surface.normal, ray.direction);
-            bool is_entered = cos_theta < 0.0;
+            bool is_entered = dot(surface.normal, ray.direction) < 0.0;
             if (interior_bounds_medium(material)) {
                 int interior = material.record + 1;
                 inside = is_entered ? interior_with(inside, interior) : interior_without(inside, interior);
             } else {
-                vec3 passed = vec3(0.0);
-                if (passes_panes) passed = bsdf_null_transmittance(material_bsdf(material, is_entered), abs(cos_theta));
-                transmittance *= passed;
+                transmittance *= u_has_panes != 0 ? direct_pane_transmittance(surface, hit, ray.direction, seed) : vec3(0.0);
             }
             vec3 beyond = ray.direction + (is_entered ? -surface.normal : surface.normal);
             vec3 origin = ray_offset_origin(surface.position, beyond, surface.extent);
@@ -107,15 +118,16 @@ vec3 direct_transmittance_in_steps(Vertex vertex, Ray ray, float distance, ivec4
 #endif
 
 // What is left of light that arrives along a ray from `distance`, where the ray begins `inside` of some dielectrics; it
-// passes boundaries of media, and smooth panes if it is that of a `delta` light: that of others paths meet through them.
-vec3 direct_transmittance(Vertex vertex, Ray ray, float distance, ivec4 inside, int light_primitive, bool delta, vec2 u) {
+// passes boundaries of media and smooth panes.
+vec3 direct_transmittance(Vertex vertex, Ray ray, float distance, ivec4 inside, int light_primitive, vec2 u) {
+#if FILM_LIGHT == FILM_LIGHT_UNTRACED
+    direct_is_traced = true;
+#endif
 #if HAS_MEDIA
-    return direct_transmittance_in_steps(vertex, ray, distance, inside, light_primitive, delta, u);
+    return direct_transmittance_in_steps(vertex, ray, distance, inside, light_primitive, u);
 #else
 #if HAS_EXACT_FRESNEL
-    if (u_has_lit_panes != 0 && delta) {
-        return direct_transmittance_in_steps(vertex, ray, distance, inside, light_primitive, delta, u);
-    }
+    if (u_has_panes != 0) return direct_transmittance_in_steps(vertex, ray, distance, inside, light_primitive, u);
 #endif
     return direct_is_occluded(vertex, ray, distance, light_primitive, u) ? vec3(0.0) : interior_transmittance(inside, distance);
 #endif
@@ -178,12 +190,12 @@ vec3 direct_sample(Vertex vertex, bool is_wanted, vec2 u) {
     if (!is_wanted || !is_lit || max_component(radiance) <= 0.0) return vec3(0.0);
     Ray ray = Ray(vertex_origin(vertex, wi), light.wi);
     ivec4 inside = interior_behind_vertex(vertex, wi);
-    radiance *= direct_transmittance(vertex, ray, light.distance, inside, light.primitive, light.delta, u);
+    radiance *= direct_transmittance(vertex, ray, light.distance, inside, light.primitive, u);
 #if FILM_LIGHT == FILM_LIGHT_PARTS
     direct_diffuse += radiance * vertex_diffuse_share(vertex, wi);
 #endif
 #if FILM_LIGHT == FILM_LIGHT_UNTRACED
-    if (light_traced_is_wanted(light)) radiance *= 1.0 - direct_traced * vertex_narrow_share(vertex, wi);
+    if (light_traced_is_wanted(light) && direct_is_traced) radiance *= 1.0 - direct_traced * vertex_narrow_share(vertex, wi);
 #endif
     return radiance;
 }
@@ -194,7 +206,7 @@ vec3 direct_ambient_sample(Vertex vertex, vec2 u) {
 #if HAS_MEDIA
     if (vertex.in_medium) {
         Ray way = Ray(vertex.origin, frame_to_world(vertex.frame, phase_sample(vertex.g, vertex.wo, u)));
-        vec3 scattered = u_ambient_radiance * direct_transmittance(vertex, way, INFINITE_DISTANCE, vertex.inside, NO_PRIMITIVE, false, u);
+        vec3 scattered = u_ambient_radiance * direct_transmittance(vertex, way, INFINITE_DISTANCE, vertex.inside, NO_PRIMITIVE, u);
 #if FILM_LIGHT == FILM_LIGHT_PARTS
         direct_diffuse += scattered;
 #endif
@@ -208,7 +220,7 @@ vec3 direct_ambient_sample(Vertex vertex, vec2 u) {
     Ray ray = Ray(vertex_origin(vertex, wi), frame_to_world(vertex.frame, wi));
     float factor = vertex_shading_factor(vertex, wi);
     ivec4 inside = interior_behind_vertex(vertex, wi);
-    vec3 radiance = u_ambient_radiance * direct_transmittance(vertex, ray, INFINITE_DISTANCE, inside, NO_PRIMITIVE, false, u);
+    vec3 radiance = u_ambient_radiance * direct_transmittance(vertex, ray, INFINITE_DISTANCE, inside, NO_PRIMITIVE, u);
     vec3 scattered = bsdf_eval(vertex.bsdf, vertex.wo, wi) * radiance * factor / density;
 #if FILM_LIGHT == FILM_LIGHT_PARTS
     direct_diffuse += scattered * vertex_diffuse_share(vertex, wi);

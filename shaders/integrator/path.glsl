@@ -32,8 +32,8 @@ struct Path {
     uint seed;        // of stochastic alpha and of blends, another for each path
     ivec4 inside;     // the dielectrics that the ray is in (integrator/interior.glsl)
     int band;         // the colour that dispersion has left of it, or BAND_NONE
-#if HAS_MEDIA
-    vec3 start;       // where light was scattered last, before boundaries of media were passed
+#if HAS_MEDIA || HAS_EXACT_FRESNEL
+    vec3 start;       // where light was scattered last, before boundaries of media or panes were passed
     float way;        // distance from there to the origin of the ray
 #endif
 #if FILM_LIGHT == FILM_LIGHT_UNTRACED
@@ -49,7 +49,7 @@ struct Path {
 Path path_begin(ivec2 pixel, vec4 u) {
     Ray ray = camera_ray(pixel, u);
     return Path(ray, vec3(1.0), 1.0, vec3(0.0), 0, 0, 0.0, true, false, 0.0, hash_pcg4d(floatBitsToUint(u)).x, u_camera_interiors, BAND_NONE
-#if HAS_MEDIA
+#if HAS_MEDIA || HAS_EXACT_FRESNEL
         , ray.origin, 0.0
 #endif
 #if FILM_LIGHT == FILM_LIGHT_UNTRACED
@@ -158,11 +158,11 @@ void path_trace(inout Film film, ivec2 pixel, ivec2 numbers, int count) {
         bool escapes = !is_hit && !flight.scatters;
         if (escapes) path_receive(path, path_escaped_radiance(path));
         is_hit = is_hit && !flight.scatters;
-        bool is_passed = is_hit && interior_bounds_medium(material);
+#endif
+#if HAS_MEDIA || HAS_EXACT_FRESNEL
         vec3 start = path.start;
         float way = path.way + hit.distance;
 #else
-        const bool is_passed = false;
         vec3 start = path.ray.origin;
         float way = hit.distance;
 #endif
@@ -253,7 +253,11 @@ void path_trace(inout Film film, ivec2 pixel, ivec2 numbers, int count) {
         path.eta_scale *= square(scattered.eta);
         path.inside = interior_behind_vertex(vertex, scattered.wi);
         path.depth = scattered.pdf > 0.0 ? path.depth + 1 : u_bounces + 1;
+        bool is_passed = direct_passes(vertex, scattered);
 #if HAS_MEDIA
+        is_passed = is_passed || (is_hit && interior_bounds_medium(material));
+#endif
+#if HAS_MEDIA || HAS_EXACT_FRESNEL
         path.start = is_passed ? path.start : path.ray.origin;
         path.way = is_passed ? distance(path.start, path.ray.origin) : 0.0;
 #endif

@@ -147,6 +147,20 @@ MUTATIONS = [
         Check(test_dielectrics.test_panes_pass_light_one_by_one),
     ),
     Mutation(
+        "light behind a pane not weighed against the rays to it",
+        "integrator/direct.glsl",
+        "return u_has_panes != 0 && vertex.bsdf.model == BSDF_THIN_DIELECTRIC && bsdf_is_null(s);",
+        "return false;",
+        Check(test_dielectrics.test_lights_of_extent_shine_through_panes, kind="disk"),
+    ),
+    Mutation(
+        "light traced from a pane though no photon begins there",
+        "integrator/direct.glsl",
+        "direct_is_traced && light_traced_from(hit)",
+        "direct_is_traced",
+        traced(test_light_tracing.windows, 4096, 0.1),
+    ),
+    Mutation(
         "a colour not weighed by its chance",
         "integrator/interior.glsl",
         "return vec3(band == 0 ? 3.0 : 0.0, band == 1 ? 3.0 : 0.0, band == 2 ? 3.0 : 0.0);",

@@ -153,7 +153,7 @@ def pack(
         **media.flags,
         **attribute_flags,
         "u_bvh_shapes": uniforms.pop("u_bvh_shapes"),
-        "u_has_lit_panes": int(_has_lit_panes(scene)),
+        "u_has_panes": int(any(m.is_pane and m.alpha < ALPHA_DELTA for m in scene.materials.values())),
         "u_is_open": int(is_open(np.concatenate(walls), space.low - origin, space.high - origin)),
     }
     features = {**settings_features(settings, environment.hidden), **surfaces.features, **lights.features}
@@ -247,12 +247,6 @@ def _scene_words(
         first += texel_count(record) * len(words[name])
     words["Grid"] = words_of_rows(kinds["Grid"], media.placed(first)["Grid"])
     return words, offsets
-
-
-def _has_lit_panes(scene: Scene) -> bool:
-    """Whether lights without extent may shine through smooth panes."""
-    lights = [*scene.spot_lights, *scene.directional_lights, *(light for light in scene.lights if light.radius == 0)]
-    return bool(lights) and any(m.is_pane and m.alpha < ALPHA_DELTA for m in scene.materials.values())
 
 
 def _snake(name: str) -> str:
