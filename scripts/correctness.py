@@ -72,15 +72,16 @@ batch. fragtracer draws the points of a gaussian pixel filter by its density, Mi
 sky two pixels from a lit sphere fragtracer has its first such point after some ten thousand samples. So the rows of
 pixel filters are of a scene without black background.
 
-For the same reason the comparison is of paths without guiding and light tracing: in the dark far floor of three-spheres
-guided paths find 0.1 % more light, reflected by the spheres, which unguided ones, fragtracer's own and Mitsuba's, do not
-meet once in sixteen batches. Guided pictures are compared with unguided ones, and the light of photons with what paths
-find of the same light, where both find it (`tests/test_guiding.py`, `tests/test_light_tracing.py`). Light tracing is part
-of the comparison where the scene file says `light_tracing = "on"`. So mirror agrees with Mitsuba (`compare --size 96x54
---spp 65536`, 2026-11-25: none of 483 tests finds a difference; one of 0.062 % of the picture's mean would have been found
-with a probability of 95 %); with few samples it does not (160 x 90 pixels, the number that `compare` chooses: +0.9 % on a
-ball that shows light from the mirrors), since paths, Mitsuba's and fragtracer's, meet too little of that light to know how
-much they miss. Paths of 12 times 4,096 samples have what photons have there to 0.2 %, their standard error.
+For the same reason the comparison is of paths without guiding and light tracing: in the dark far floor of
+three-spheres guided paths find 0.1 % more light, reflected by the spheres, which unguided ones, fragtracer's own and
+Mitsuba's, do not meet once in sixteen batches. Guided pictures are compared with unguided ones, and the light of
+photons with what paths find of the same light, where both find it (`tests/test_guiding.py`,
+`tests/test_light_tracing.py`). Light tracing is part of the comparison where the scene file says `light_tracing =
+"on"`. So mirror agrees with Mitsuba (`compare --size 96x54 --spp 65536`, 2026-11-25: none of 483 tests finds a
+difference; one of 0.062 % of the picture's mean would have been found with a probability of 95 %); with few samples
+it does not (160 x 90 pixels, the number that `compare` chooses: +0.9 % on a ball that shows light from the mirrors),
+since paths, Mitsuba's and fragtracer's, meet too little of that light to know how much they miss. Paths of 12 times
+4,096 samples have what photons have there to 0.2 %, their standard error.
 
 Of meshes, intersection, light sampling and texture filtering are Mitsuba's own. Shading normals, normal maps, alpha and
 unlit materials follow our own rules, which a Mitsuba plugin (`reference/plugins/surface.py`) implements a second time.
@@ -99,11 +100,12 @@ doctor` asks a driver first what these tests ask.
 python scripts/random_scenes.py --seeds 400 520
 ```
 
-draws materials of all models, textured, with alpha, blended, on meshes of all attributes or none and on spheres, dielectrics
-and media within each other, lights of all kinds, environments and fog, and judges each scene as `compare` does (48 x 36
-pixels, 1024 samples; 2026-11-27). Of these 120, 100 agree, 14 are too noisy to say, 2 Mitsuba cannot show, and 4 differ.
-Three of those agree with other random numbers and four times the samples; the fourth had the shadow of a pane, which light
-of a small lamp passes: paths met it so rarely that its error was not known. Rays to lights pass panes since, and it agrees.
+draws materials of all models, textured, with alpha, blended, on meshes of all attributes or none and on spheres,
+dielectrics and media within each other, lights of all kinds, environments and fog, and judges each scene as `compare`
+does (48 x 36 pixels, 1024 samples; 2026-11-27). Of these 120, 100 agree, 14 are too noisy to say, 2 Mitsuba cannot
+show, and 4 differ. Three of those agree with other random numbers and four times the samples; the fourth had the
+shadow of a pane, which light of a small lamp passes: paths met it so rarely that its error was not known. Rays to
+lights pass panes since, and it agrees.
 
 Mitsuba is not the only evidence. The parts of the shader library are tested alone (`tests/shaders/`), `integrator/`
 and `display/` by pictures; there are closed forms (`tests/test_furnace.py`, `tests/test_direct_light.py`) and a test
