@@ -18,8 +18,7 @@ from fragtracer.resources import folder
 _PATH = "integrator/path.glsl"
 _DIRECT = "integrator/direct.glsl"
 _TRANSMITTANCE = (
-    "vec3 direct_transmittance(Vertex vertex, Ray ray, float distance, ivec4 inside, int light_primitive, bool delta, "
-    "vec2 u) {\n"
+    "vec3 direct_transmittance(Vertex vertex, Ray ray, float distance, ivec4 inside, int light_primitive, vec2 u) {\n"
 )
 
 
