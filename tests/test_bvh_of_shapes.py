@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Shapes of every kind in the BVH: many of them, of any size, anywhere, and single-sided."""
+"""Shapes of every kind in the BVH, and spheres in a grid: many of them, of any size, anywhere, and single-sided."""
 
 from dataclasses import replace
 from typing import Any
@@ -129,7 +129,7 @@ def assert_closest_hits(
     """Of rays through :func:`many` shapes, which are returned."""
     scene, places = many(kind, count, scale, shift)
     packed = pack(scene, scene.render, 8, 8)
-    assert packed.uniforms["u_bvh_root"] >= 0
+    assert (packed.uniforms["u_bvh_root"] >= 0) != (packed.flags["u_has_sphere_grid"] == 1)
     origin, direction = rays(scene, scale, shift, ray_count)
     local = (origin - packed.origin).astype(np.float32)
     direction = direction.astype(np.float32).astype(np.float64)
@@ -160,10 +160,15 @@ def test_a_hundred_thousand_shapes(ctx: moderngl.Context, kind: str) -> None:
 
 
 @pytest.mark.parametrize(("scale", "shift"), [(1e-3, 0.0), (1.0, 1e4), (1e3, 0.0), (1e3, -1e7), (1e6, 0.0)])
-@pytest.mark.parametrize("kind", KINDS)
-def test_any_size_and_place(ctx: moderngl.Context, kind: str, scale: float, shift: float) -> None:
+@pytest.mark.parametrize(("kind", "in_grid"), [("spheres", True), *((kind, False) for kind in KINDS)])
+def test_any_size_and_place(
+    ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch, kind: str, in_grid: bool, scale: float, shift: float
+) -> None:
     """Far from the origin as well, since a scene is packed about its own middle."""
-    assert_closest_hits(ctx, kind, 500, scale, shift, 2000)
+    if not in_grid:
+        monkeypatch.setattr("fragtracer.packing.pack_sphere_grid", lambda *_: None)
+    scene = assert_closest_hits(ctx, kind, 500, scale, shift, 2000)
+    assert pack(scene, scene.render, 8, 8).flags["u_has_sphere_grid"] == in_grid
 
 
 SINGLE = Material(unlit=True, albedo=1.0, double_sided=False)

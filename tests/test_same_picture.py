@@ -121,12 +121,16 @@ def test_crossing_from_the_list_to_the_bvh(ctx, monkeypatch):
             list_at_most(monkeypatch, 10)
 
 
-def test_many_shapes(ctx, monkeypatch):
-    """600 spheres, some of which shine."""
+@pytest.mark.parametrize("in_grid", [False, True], ids=["bvh", "grid"])
+def test_many_shapes(ctx, monkeypatch, in_grid):
+    """600 spheres, some of which shine: too many for a grid of the others, or not."""
     rng = np.random.default_rng(5)
     materials = {"ball": Material(albedo=(0.7, 0.4, 0.2), roughness=0.4), "lamp": lambert(0.0, 2.0)}
-    balls = [Sphere(rng.uniform(-1, 1, 3), 0.06, "lamp" if i % 50 == 0 else "ball") for i in range(600)]
+    balls = [
+        Sphere(rng.uniform(-1, 1, 3), 0.06, "lamp" if i % (100 if in_grid else 50) == 0 else "ball") for i in range(600)
+    ]
     scene = Scene(Camera((0.0, 0.0, 4.0)), materials, spheres=balls, ambient=Ambient(0.3))
+    assert pack(scene, scene.render, 8, 8).flags["u_has_sphere_grid"] == in_grid
     images = []
     for most_listed in (0, 10**6):
         list_at_most(monkeypatch, most_listed)

@@ -14,6 +14,9 @@ const uint SHAPE_CULLED = 1u;  // flag of a shape or an instance: only its front
 
 int shape_object(uint kind) { return int((kind & 0xffffffu) >> 1u); }
 
+// A driver may end a loop before its time (llvmpipe of Mesa 22.3 does after 65,535 rounds of all loops in a draw).
+bool traversal_was_cut = false;
+
 uniform int u_bvh_root;      // its record; -1: there is no BVH
 uniform int u_bvh_stack;     // groups that lie on the stack of the traversal at once, at most
 uniform int u_bvh_shapes;    // BVH_... of shape/: the kinds of its leaves besides triangles of meshes

@@ -48,9 +48,6 @@ Node bvh_root_load(int index) {
     return bvh_root_of(shape_texel(index, 0), shape_texel(index, 1), shape_texel(index, 2));
 }
 
-// A driver may end a loop before its time (llvmpipe of Mesa 22.3 does after 65,535 rounds of all loops in a draw).
-bool traversal_was_cut = false;
-
 // Updates `hit` by the shapes of the BVH but `ignored`; with `any` some nearer hit will do.
 void bvh_intersect(inout Hit hit, Ray ray, int ignored, bool any) {
     if (u_bvh_root < 0 || (any && hit.primitive != NO_PRIMITIVE)) return;

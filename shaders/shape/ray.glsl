@@ -31,6 +31,11 @@ bool ray_meets_ball(Ray ray, float max_distance, vec3 center, float radius) {
     return dot(perpendicular, perpendicular) <= radius * radius && middle > -radius && middle < max_distance + radius;
 }
 
+// Of a direction; finite and not 0 for all: a ray within the plane of a side must not make NaN.
+vec3 ray_inverse(vec3 direction) {
+    return 1.0 / mix(direction, vec3(1e-20), lessThan(abs(direction), vec3(1e-20)));
+}
+
 // A ray as nodes and triangles want it. Distances are in units of `direction`, which need not be a unit.
 struct BvhRay {
     vec3 origin;
@@ -42,7 +47,5 @@ struct BvhRay {
 
 BvhRay bvh_ray(vec3 origin, vec3 direction) {
     Frame frame = frame_from_normal(normalize(direction));
-    // Finite and not 0 for all: a ray within the plane of a side must not make NaN.
-    vec3 finite = mix(direction, vec3(1e-20), lessThan(abs(direction), vec3(1e-20)));
-    return BvhRay(origin, direction, 1.0 / finite, frame.tangent, frame.bitangent, direction / dot(direction, direction));
+    return BvhRay(origin, direction, ray_inverse(direction), frame.tangent, frame.bitangent, direction / dot(direction, direction));
 }

@@ -6,7 +6,8 @@
 
 const uint KIND_SPHERE = 4u;
 const int BVH_SPHERES = 1;   // flag of u_bvh_shapes
-uniform int u_sphere_count;  // of the short list
+uniform int u_sphere_count;     // of the short list
+uniform int u_has_sphere_grid;  // 1: spheres are in a grid (shape/sphere_grid.glsl)
 
 struct Sphere {
     vec3 center;
@@ -23,7 +24,7 @@ Sphere sphere_load(int record) {
 }
 
 // Whether the scene has any.
-bool sphere_is_used() { return u_sphere_count > 0 || (u_bvh_shapes & BVH_SPHERES) != 0; }
+bool sphere_is_used() { return u_sphere_count > 0 || u_has_sphere_grid != 0 || (u_bvh_shapes & BVH_SPHERES) != 0; }
 
 // Distance to the sphere along a unit direction, INFINITE_DISTANCE where it misses; `is_front` says whether the
 // nearest point is met from outside. The discriminant comes from the perpendicular distance to the centre, which survives

@@ -104,7 +104,8 @@ class Specialisation:
     @property
     def _selects_shapes(self) -> bool:
         assert self.listed is not None
-        return 0 < len(self.listed) <= _MOST_SELECTED and self.constants.get("u_bvh_root") == -1
+        is_all = self.constants.get("u_bvh_root") == -1 and self.constants.get("u_has_sphere_grid") == 0
+        return is_all and 0 < len(self.listed) <= _MOST_SELECTED
 
     def _shape_texel(self, listed: Words) -> str:
         """The result of shape_texel() where the short list is all there is."""

@@ -88,7 +88,8 @@ class Tracer:
             self._load_maps(packed.environment)
         self._max_rays = max(1, _MAX_ROUNDS // packed.path_rounds)
         features = packed.features
-        may_go_on = 1 in (features["HAS_ALPHA"], features["HAS_MEDIA"], packed.flags["u_has_panes"])
+        flags = (packed.flags["u_has_panes"], packed.flags["u_has_sphere_grid"])
+        may_go_on = 1 in (features["HAS_ALPHA"], features["HAS_MEDIA"], *flags)
         has_long_loops = packed.uniforms["u_bvh_root"] >= 0 or may_go_on
         self._is_limited = has_long_loops and self._is_software
         self.set(packed.all_uniforms)

@@ -31,10 +31,12 @@ from fragtracer.packing.materials import (
 from fragtracer.packing.media import PackedMedia, pack_media
 from fragtracer.packing.mirrors import mirror_uniforms
 from fragtracer.packing.openness import is_open, walls_of
-from fragtracer.packing.records import MATERIAL_RECORDS, MEDIUM_RECORDS, Words, texel_count, words_of_rows
+from fragtracer.packing.records import MATERIAL_RECORDS, MEDIUM_RECORDS, ROW, Words, texel_count, words_of_rows
 from fragtracer.packing.settings import needs_maps, settings_features, settings_uniforms
 from fragtracer.packing.shapes import CULLED, Shapes, finite_shapes, object_names, plane_records, shape_records
 from fragtracer.packing.space import Space, space_of
+from fragtracer.packing.sphere_grid import NO_UNIFORMS as NO_SPHERE_GRID
+from fragtracer.packing.sphere_grid import pack_sphere_grid
 from fragtracer.scene import Material, Mesh, RenderSettings, Scene
 from fragtracer.scene.tangents import with_tangents
 
@@ -93,9 +95,9 @@ def pack(
     """Pack ``scene`` for an image of ``width`` x ``height`` pixels rendered with ``settings``.
 
     Where there are at most ``most_listed`` shapes besides planes and meshes, every ray is tested against each, without
-    a BVH. ``space`` are the coordinates of an earlier packing, kept while they serve: nothing but
-    :attr:`PackedScene.movable` changes while the camera moves, and meshes are not packed again when something beside
-    them is edited.
+    a BVH; more of them, if there are no meshes, may be in a grid (:mod:`.sphere_grid`). ``space`` are the coordinates
+    of an earlier packing, kept while they serve: nothing but :attr:`PackedScene.movable` changes while the camera
+    moves, and meshes are not packed again when something beside them is edited.
     """
     space = space_of(scene, space)
     origin, extent = space.origin, space.extent
@@ -108,11 +110,21 @@ def pack(
     light_of = local.of_shapes(len(shapes))
     records = shape_records(shapes, materials, surfaces.of_shapes, light_of, origin, extent, shape_objects)
     planes = plane_records(scene.planes, materials, surfaces.of_shapes, origin, plane_objects)
-    is_listed = len(shapes) <= most_listed
-    listed = np.concatenate([planes, records.words]) if is_listed else planes
-    first = rows_of(len(listed))
-    bvh = _bvh(scene, surfaces, _NO_SHAPES if is_listed else records, first, origin, extent)
-    primitives = len(planes) + np.arange(len(shapes)) if is_listed else bvh.shape_records if bvh else np.zeros(0, int)
+    grid = None if len(shapes) <= most_listed or scene.meshes else pack_sphere_grid(records, extent)
+    in_bvh = len(shapes) > most_listed and grid is None
+    in_list = np.arange(0 if in_bvh else len(shapes))
+    in_grid = grid.members if grid else in_list[:0]
+    in_list = np.setdiff1d(in_list, in_grid)
+    listed = np.concatenate([planes, records.words[in_list]])
+    spheres_in_list = int((in_list < records.counts["sphere"]).sum())
+    with_grid = np.concatenate([listed, records.words[in_grid]])
+    bvh = _bvh(scene, surfaces, records if in_bvh else _NO_SHAPES, rows_of(len(with_grid)), origin, extent)
+    if in_bvh:
+        assert bvh is not None
+        primitives = bvh.shape_records
+    else:
+        primitives = np.empty(len(shapes), np.int64)
+        primitives[np.concatenate([in_list, in_grid])] = len(planes) + np.arange(len(shapes))
     environment = pack_environment(scene.environment, extent, compensates(settings))
     mesh_power = bvh.mesh_power if bvh else 0.0
     lights = pack_lights(scene, local, primitives, origin, extent, mesh_power, environment.lights)
@@ -120,10 +132,12 @@ def pack(
     media = pack_media(scene, origin)
 
     scene_records, offsets = _scene_words(surfaces.words, lights.records, media)
+    scene_parts = [np.concatenate([words.reshape(-1, 4) for words in scene_records.values()]), *media.voxels]
+    first_of_grid = ROW * sum(-(-len(part) // ROW) for part in scene_parts)
     attributes, attribute_flags = _attributes(bvh)
     tables: dict[str, Table] = {
-        "u_scene": (np.concatenate([words.reshape(-1, 4) for words in scene_records.values()]), *media.voxels),
-        "u_shapes": _parts(listed, bvh),
+        "u_scene": (*scene_parts, grid.texels) if grid else tuple(scene_parts),
+        "u_shapes": _parts(with_grid, bvh),
         "u_byte_texels": (surfaces.atlas.bytes,),
         "u_float_texels": (surfaces.atlas.floats,),
     }
@@ -134,7 +148,9 @@ def pack(
     uniforms: dict[str, Any] = {
         "u_plane_count": len(planes),
         "u_first_traced": len(planes),
-        **{f"u_{noun}_count": count if is_listed else 0 for noun, count in records.counts.items()},
+        "u_sphere_count": spheres_in_list,
+        "u_flat_count": len(in_list) - spheres_in_list,
+        **(grid.uniforms(len(listed), first_of_grid) if grid else NO_SPHERE_GRID),
         **_NO_BVH,
         **(bvh.uniforms if bvh else {}),
         **offsets,
@@ -153,6 +169,7 @@ def pack(
         **media.flags,
         **attribute_flags,
         "u_bvh_shapes": uniforms.pop("u_bvh_shapes"),
+        "u_has_sphere_grid": int(grid is not None),
         "u_has_panes": int(any(m.is_pane and m.alpha < ALPHA_DELTA for m in scene.materials.values())),
         "u_is_open": int(is_open(np.concatenate(walls), space.low - origin, space.high - origin)),
     }
@@ -160,7 +177,7 @@ def pack(
     features["HAS_ENVIRONMENT"] = int(environment.tables is not None)
     features["HAS_MEDIA"] = int(bool(media.rows["Medium"]))
     features |= bvh.features if bvh else {"HAS_MESHES": 0, "HAS_INSTANCES": 0}
-    rounds = 4 + len(listed) + (bvh.usual_rounds if bvh else 0)
+    rounds = 4 + len(listed) + (bvh.usual_rounds if bvh else 0) + (grid.usual_rounds if grid else 0)
     tree_rounds = MOST_DEPTH if local.tree else 0
     sample_rounds = 1 + rounds + 24 + tree_rounds + (environment.tables.levels if environment.tables else 0)
     vertex_rounds = 1 + rounds + tree_rounds + sample_rounds * (settings.light_samples + 1)
