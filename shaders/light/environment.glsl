@@ -34,6 +34,12 @@ vec4 environment_node(int index) {
     return texel_read(u_environment_tree, storage_place(index));
 }
 
+// What is `x` of the way from the left to the right; gradients have one column.
+vec4 environment_between(int left, int right, int row, float x) {
+    vec4 found = environment_texel(left, row);
+    return u_environment_size.x > 1 ? mix(found, environment_texel(right, row), x) : found;
+}
+
 // At a place in texels from the upper left corner, at most one texel off the map in x.
 vec4 environment_bilinear(vec2 place) {
     vec2 corner = floor(place - 0.5);
@@ -41,13 +47,13 @@ vec4 environment_bilinear(vec2 place) {
     ivec2 last = u_environment_size - 1;
     int left = int(corner.x);
     int right = left + 1;
+    if (u_environment_size.x == 1) left = 0;
     left += left < 0 ? u_environment_size.x : left > last.x ? -u_environment_size.x : 0;
     right -= right > last.x ? u_environment_size.x : 0;
     int upper = max(int(corner.y), 0);
     int lower = min(int(corner.y) + 1, last.y);
-    vec4 above = mix(environment_texel(left, upper), environment_texel(right, upper), f.x);
-    vec4 below = mix(environment_texel(left, lower), environment_texel(right, lower), f.x);
-    return mix(above, below, f.y);
+    vec4 above = environment_between(left, right, upper, f.x);
+    return u_environment_size.y > 1 ? mix(above, environment_between(left, right, lower, f.x), f.y) : above;
 }
 
 float environment_density(float weight, float sin_theta) {
