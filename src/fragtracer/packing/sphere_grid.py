@@ -20,7 +20,8 @@ _MOST_BESIDE = 8  # shapes, which every ray is tested against
 _LARGEST = 4.0  # radii of the median sphere
 _MOST_STEPS = 3.0  # of those through a BVH, which take about so many times as long (docs/performance.md)
 _MOST_ENTRIES = 2**20  # of all cells: 16 MB
-_CELLS = 2.0 ** np.arange(2, 9)  # along the longest edge, as many as are tried,
+_CELLS = 2.0 ** np.arange(2, 9)  # along the longest edge, as many as are tried, up to
+_MOST_CELLS = 3.0  # times the root of the number of spheres, which is that of a square field,
 _NEAR = 2.0 ** (np.array([-3, -2, -1, 1, 2, 3]) / 6)  # and then these times the best of them
 _GROWTH = 8 * GROWTH  # of spheres, relative to the scene: rays know to that whether they are in a cell
 _NOWHERE = 1e15  # where the sphere of an empty cell is
@@ -82,7 +83,7 @@ def pack_sphere_grid(shapes: Shapes, extent: float) -> SphereGrid | None:
     if len(members) < _LEAST or len(shapes) - len(members) > _MOST_BESIDE:
         return None
     centers, radii = values[members, 0, :3], values[members, 1, 0]
-    tried = [_cells(centers, radii, extent, cells) for cells in _CELLS]
+    tried = [_cells(centers, radii, extent, n) for n in _CELLS if n <= _MOST_CELLS * np.sqrt(len(members))]
     best = min(filter(None, tried), key=lambda cells: cells.steps, default=None)
     if best is None:
         return None
