@@ -140,7 +140,7 @@ def _cells(centers: Floats, radii: Floats, extent: float, longest: float) -> _Ce
     """So many cells along the ``longest`` edge of the grid over spheres (n, 3), (n,); None where they hold too much."""
     reach = radii[:, None] + _GROWTH * extent
     low, high = (centers - reach).min(axis=0), (centers + reach).max(axis=0)
-    size = np.maximum(1, np.ceil((high - low) / (high - low).max() * longest - 1e-9)).astype(np.int64)
+    size = np.maximum(1, np.rint((high - low) / (high - low).max() * longest)).astype(np.int64)
     edges = (high - low) / size
     first, last = (
         np.clip(np.floor((at - low) / edges).astype(np.int64), 0, size - 1) for at in (centers - reach, centers + reach)
