@@ -269,6 +269,19 @@ def test_photons_come_from_an_even_sky(ctx: Any) -> None:
     assert learn(ctx, scene) is not None
 
 
+def test_a_lamp_behind_a_pane_teaches_nothing(ctx: Any) -> None:
+    """Rays to it pass the pane. Those to a sky do not know where there is one."""
+    pane = rectangle((0.0, 1.0, 0.0), (0.0, 0.0, 2.0), (2.0, 0.0, 0.0), "pane")
+    floor = rectangle((0.0, 0.0, 0.0), (0.0, 0.0, 4.0), (4.0, 0.0, 0.0), "floor")
+    scene = Scene(
+        materials={"pane": Material(model="thin-dielectric"), "floor": lambert(0.5)},
+        rectangles=[pane, floor],
+        lights=[Light((0.0, 3.0, 0.0), 0.2, power=100.0)],
+    )
+    assert learn(ctx, scene) is None
+    assert learn(ctx, replace(scene, lights=(), environment=Environment(radiance=1.0))) is not None
+
+
 def test_a_large_sky_is_made_smaller_to_learn_from(ctx: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     sizes = []
 

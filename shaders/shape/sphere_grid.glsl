@@ -26,7 +26,7 @@ void sphere_grid_intersect(inout Hit hit, Ray ray, bool any) {
     float enters = max(max(nearest.x, nearest.y), max(nearest.z, 0.0));
     if (!(enters <= min(min(farthest.x, farthest.y), min(farthest.z, hit.distance)))) return;
 
-    ivec3 place = ivec3(floor((enters * ray.direction - to_low) / u_sphere_grid_cell));
+    ivec3 place = ivec3(floor((enters * ray.direction - to_low) * (1.0 / u_sphere_grid_cell)));
     place = clamp(place, ivec3(0), u_sphere_grid_size - 1);
     ivec3 ahead = ivec3(greaterThan(inverse, vec3(0.0)));
     vec3 way = abs(u_sphere_grid_cell * inverse);  // from one side of a cell to the next
