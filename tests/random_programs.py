@@ -120,7 +120,7 @@ def program_of(
 ) -> Program:
     """As :class:`fragtracer.gpu.tracer.Tracer` makes it of a scene."""
     asked = {key: value for key, value in packed.features.items() if key in features_of(name)} | defines
-    kinds = packed.flags if level is not Level.NOTHING else {}
+    kinds = packed.flags if level is not Level.NOTHING else specialise(packed, level).constants
     # Of counts it matters whether loops are unrolled at all, and whether records are chosen by comparisons.
     counts = {key: len(words) for key, words in packed.scene_records.items()} | {"listed": len(packed.listed)}
     counts = {key: (count > 0) + (count > 8) for key, count in counts.items()}

@@ -28,6 +28,9 @@ _BALL_GROWTH = 1e-3  # by which balls are larger, for the sake of rounding
 # With more records than these a texture is read faster than a value chosen by comparisons.
 _MOST_SELECTED = 8
 
+# Flags of what hardly any scene has, and much of a program is for, which takes time to compile and to run.
+_RARE = ("u_has_sphere_grid", "u_has_panes")
+
 _UNIFORM = re.compile(r"^uniform\s+(?:highp\s+)?(\w+)\s+(\w+)\s*;")
 _LOOP = re.compile(
     r"^(\s*)for \(int i = 0; i < (u_\w+_count); i\+\+\) (\w+)\((.*?)\b(\w+)_load\(first \+ i\), first \+ i(.*)\);$"
@@ -41,8 +44,8 @@ _CHANGES = re.compile(
 
 
 class Level(Enum):
-    """How much of a scene is compiled in: nothing; which kinds of things there are; all values but those that change
-    while the camera moves; all values."""
+    """How much of a scene is compiled in: nothing but :data:`_RARE`; which kinds of things there are; all values but
+    those that change while the camera moves; all values."""
 
     NOTHING = 0
     KINDS = 1
@@ -52,7 +55,7 @@ class Level(Enum):
 
 @dataclass(frozen=True, eq=False)
 class Specialisation:
-    """The constants of a program, equal to another with the same; none for :attr:`Level.NOTHING`."""
+    """The constants of a program, equal to another with the same."""
 
     constants: Mapping[str, object]
     listed: Words | None = None  # the short list of shapes
@@ -122,7 +125,7 @@ def specialise(
     """What of ``packed`` is compiled in at a level; what is named in ``kept``, uniforms or "bvh_root", is not. If the
     driver ``skips_branches`` (:func:`.skips_branches`), long lists of shapes stand below conditions."""
     if level is Level.NOTHING:
-        return Specialisation({})
+        return Specialisation({name: packed.flags[name] for name in _RARE})
     if level is Level.KINDS:
         return Specialisation(dict(packed.flags))
     constants = {**packed.uniforms, **packed.flags, **(packed.movable if level is Level.VIEW else {})}
