@@ -526,7 +526,9 @@ class Renderer:
 
     def _packed(self) -> PackedScene:
         settings = self.settings
-        packed = pack(self.scene, settings, settings.width, settings.height, self._most_listed, self._space)
+        size = (settings.width, settings.height)
+        # A program with nothing compiled in serves all scenes: more spheres are no reason to compile another one.
+        packed = pack(self.scene, settings, *size, self._most_listed, self._space, self._level is not Level.NOTHING)
         if self._moves:
             self._space = self._space or packed.space  # the first, so that a picture does not depend on others
         return self._decisions()[1].applied(packed) if self._name is None else packed
