@@ -75,7 +75,9 @@ def pack_sphere_grid(shapes: Shapes, extent: float) -> SphereGrid | None:
     words = shapes.words
     values = words.view(np.float32).astype(np.float64)
     kinds, lights = words[:, 0, 3], words[:, 1, _word("light")]
-    may_be = (kinds >> 24 == Kind.SPHERE) & (kinds & CULLED == 0) & (lights == 0)
+    # The sign of a radius must not get lost.
+    is_large = values[:, 1, 0] >= np.finfo(np.float32).tiny
+    may_be = (kinds >> 24 == Kind.SPHERE) & (kinds & CULLED == 0) & (lights == 0) & is_large
     if may_be.sum() < _LEAST:
         return None
     may_be &= values[:, 1, 0] <= _LARGEST * np.median(values[may_be, 1, 0])

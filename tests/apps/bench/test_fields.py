@@ -73,7 +73,7 @@ def test_lights_of_every_field_give_the_same_light() -> None:
     assert means[0] == pytest.approx(means[1], rel=0.1)
 
 
-def test_rows_of_shapes_with_the_step_to_the_bvh(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rows_of_shapes_with_the_step_from_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(shapes, "COUNTS", (10, 300, 1000))
     monkeypatch.setenv("FRAGTRACER_CACHE", before := os.environ["FRAGTRACER_CACHE"])
     table = _run(shapes.BENCHMARK)
@@ -87,7 +87,9 @@ def test_rows_of_shapes_with_the_step_to_the_bvh(monkeypatch: pytest.MonkeyPatch
             assert {row["traversal"] for row in rows} == {"BVH"}
         else:
             assert counts == sorted({10, 300, 1000, threshold, threshold + 1})
-            assert [row["traversal"] == "BVH" for row in rows] == [count > threshold for count in counts]
+            structure = "grid" if kind == "spheres" else "BVH"
+            expected = ["one by one" if count <= threshold else structure for count in counts]
+            assert [row["traversal"] for row in rows] == expected
             (step,) = (row for row in rows if "step" in row)
             assert step["count"] == threshold + 1
         assert "±" in str(rows[-1]["growth"])
