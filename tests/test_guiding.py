@@ -15,7 +15,7 @@ from scene_builders import box, lambert, rectangle
 from test_furnace import AMBIENT, EMISSION, INSIDE, furnace, glowing_shapes_apart
 
 from fragtracer import guiding
-from fragtracer.guiding import Decision, Guide, learn
+from fragtracer.guiding import Decision, Guide, guide, learn
 from fragtracer.guiding.decision import _Sampled, measure
 from fragtracer.guiding.lobes import LOBES, Lobes, fit
 from fragtracer.guiding.photons import Photons, PhotonTracer
@@ -226,7 +226,6 @@ def test_photons_bring_what_mirrors_reflect(ctx: Any) -> None:
         photons = tracer.trace(targets, weights, range(4))
     finally:
         tracer.release()
-    np.testing.assert_allclose(photons.receiver[:, 1] + packed.origin[1], height, atol=1e-4)
 
     def reflected(places: NDArray[np.float64], area: float, distance: float = lamp[1]) -> float:
         """Of a flat mirror at a ``distance`` from the lamp, by points (n, 3) spread evenly over it."""
@@ -242,13 +241,17 @@ def test_photons_bring_what_mirrors_reflect(ctx: Any) -> None:
         0.5 * reflected(square + np.array([-0.5, 0.0, 1.0]), 1.0),
         reflected(np.stack([np.full_like(u, -10.0), 5.0 + 0.9 * u, 10.0 * v - 5.0], axis=1), 9.0, 10.2),
     ]
-    x, y, z = (photons.source + packed.origin).T
-    is_wall = x < -9.9
-    is_counted = (photons.group % 2 == 0) & (~is_wall | ((y > 5.0) & (y < 5.9) & (np.abs(z) < 5.0)))
-    which = np.select([is_wall, z < -1.4, x > 0.4], [3, 1, 0], 2)
-    found, variance = (np.bincount(which, photons.flux**power * is_counted) for power in (1, 2))
-    assert (np.abs(found - wanted) < 4 * np.sqrt(variance) + 3e-4 * found).all()
-    assert [len(np.unique(photons.group[is_counted & (which == i)])) for i in range(4)] == [1, 1, 2, 1]
+    learned = guide._photons(ctx, packed, targets)  # of a pilot and of what is sent by it
+    assert learned is not None
+    for found in (photons, learned):
+        np.testing.assert_allclose(found.receiver[:, 1] + packed.origin[1], height, atol=1e-4)
+        x, y, z = (found.source + packed.origin).T
+        is_wall = x < -9.9
+        is_counted = (found.group % 2 == 0) & (~is_wall | ((y > 5.0) & (y < 5.9) & (np.abs(z) < 5.0)))
+        which = np.select([is_wall, z < -1.4, x > 0.4], [3, 1, 0], 2)
+        flux, variance = (np.bincount(which, found.flux**power * is_counted) for power in (1, 2))
+        assert (np.abs(flux - wanted) < 4 * np.sqrt(variance) + 3e-4 * flux).all()
+        assert [len(np.unique(found.group[is_counted & (which == i)])) for i in range(4)] == [1, 1, 2, 1]
 
 
 def test_too_few_photons_teach_nothing(ctx: Any, monkeypatch: pytest.MonkeyPatch) -> None:

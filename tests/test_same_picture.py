@@ -5,9 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from mesh_shapes import ball
 from rendering import list_at_most, rendered
 from scene_builders import everything, lambert
 from small_pictures import SCENES, SIZE, SPP, picture
+from textured_scenes import mesh
 
 from fragtracer.gpu import tracer
 from fragtracer.gpu.specialise import Level
@@ -15,7 +17,7 @@ from fragtracer.gpu.tracer import TracerProgram
 from fragtracer.io.toml import load
 from fragtracer.packing import pack
 from fragtracer.renderer import Renderer
-from fragtracer.scene import Ambient, Camera, Material, Scene, Sphere
+from fragtracer.scene import Ambient, Camera, Geometry, Material, Scene, Sphere
 
 
 @pytest.mark.parametrize("sampler", ["texture", "hash"])
@@ -123,13 +125,15 @@ def test_crossing_from_the_list_to_the_bvh(ctx, monkeypatch):
 
 @pytest.mark.parametrize("in_grid", [False, True], ids=["bvh", "grid"])
 def test_many_shapes(ctx, monkeypatch, in_grid):
-    """600 spheres, some of which shine: too many for a grid of the others, or not."""
+    """600 spheres and a mesh. Some spheres shine: too many for a grid of the others, or not."""
     rng = np.random.default_rng(5)
     materials = {"ball": Material(albedo=(0.7, 0.4, 0.2), roughness=0.4), "lamp": lambert(0.0, 2.0)}
     balls = [
         Sphere(rng.uniform(-1, 1, 3), 0.06, "lamp" if i % (100 if in_grid else 50) == 0 else "ball") for i in range(600)
     ]
-    scene = Scene(Camera((0.0, 0.0, 4.0)), materials, spheres=balls, ambient=Ambient(0.3))
+    points, triangles = ball()
+    middle = mesh(Geometry(0.5 * points, triangles), "ball")
+    scene = Scene(Camera((0.0, 0.0, 4.0)), materials, spheres=balls, meshes=[middle], ambient=Ambient(0.3))
     assert pack(scene, scene.render, 8, 8).flags["u_has_sphere_grid"] == in_grid
     images = []
     for most_listed in (0, 10**6):

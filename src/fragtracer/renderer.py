@@ -22,7 +22,7 @@ from fragtracer.gpu.accumulation import Accumulation
 from fragtracer.gpu.context import create_context, describe, max_size
 from fragtracer.gpu.layers import LayerTextures
 from fragtracer.gpu.specialise import MOST_LISTED, Level
-from fragtracer.gpu.tracer import Tracer, TracerProgram, picture_level
+from fragtracer.gpu.tracer import Tracer, TracerProgram, most_outside_grid, picture_level
 from fragtracer.layers import PARTS, FirstSurface, Picture, light
 from fragtracer.light_tracing import Decisions, LightTracing
 from fragtracer.packing import PackedScene, matte_names, pack
@@ -524,11 +524,13 @@ class Renderer:
         Image.fromarray(np.uint8(np.rint(255 * Look("auto").show(self.image())))).save(data, "png")
         return data.getvalue()
 
+    def _pack(self, scene: Scene, settings: RenderSettings, level: Level) -> PackedScene:
+        outside_grid = most_outside_grid(self.context, level)
+        return pack(scene, settings, settings.width, settings.height, self._most_listed, self._space, outside_grid)
+
     def _packed(self) -> PackedScene:
         settings = self.settings
-        size = (settings.width, settings.height)
-        # A program with nothing compiled in serves all scenes: more spheres are no reason to compile another one.
-        packed = pack(self.scene, settings, *size, self._most_listed, self._space, self._level is not Level.NOTHING)
+        packed = self._pack(self.scene, settings, self._level)
         if self._moves:
             self._space = self._space or packed.space  # the first, so that a picture does not depend on others
         return self._decisions()[1].applied(packed) if self._name is None else packed

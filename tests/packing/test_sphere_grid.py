@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: MIT
 """Which spheres are in a grid, and in which of its cells."""
 
+import moderngl
 import numpy as np
 import pytest
 from scene_builders import lambert
 
+from fragtracer.gpu import tracer
+from fragtracer.gpu.specialise import Level
 from fragtracer.io.toml import load
 from fragtracer.packing import PackedScene, pack
 from fragtracer.packing.shapes import Shapes, shape_records
@@ -83,7 +86,21 @@ def test_where_there_is_none() -> None:
     assert packed(balls=BALLS[:32]).flags["u_has_sphere_grid"] == 1
 
 
-@pytest.mark.parametrize("name", ["weekend", "sphere-field"])
+@pytest.mark.parametrize("name", ["weekend", "sphere-field", "roughness-grid", "spheres-49"])
 def test_fields_of_spheres_are_in_grids(name: str) -> None:
+    """Of 49 spheres where that is asked for; meshes are in a BVH beside it."""
     scene = load(name)
-    assert pack(scene, scene.render, 8, 8, 64).flags["u_has_sphere_grid"] == 1
+    assert pack(scene, scene.render, 8, 8, 64).flags["u_has_sphere_grid"] == (len(scene.spheres) > 64)
+    found = pack(scene, scene.render, 8, 8, 64, most_outside_grid=31)
+    assert found.flags["u_has_sphere_grid"] == 1
+    assert (found.uniforms["u_bvh_root"] >= 0) == bool(scene.meshes)
+
+
+@pytest.mark.parametrize("skips", [False, True])
+def test_where_every_branch_is_executed_fewer_spheres_are_in_a_grid(
+    ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch, skips: bool
+) -> None:
+    monkeypatch.setattr(tracer, "is_software", lambda _: True)
+    monkeypatch.setattr(tracer, "skips_branches", lambda _: skips)
+    assert tracer.most_outside_grid(ctx, Level.SCENE) == (64 if skips else 31)
+    assert tracer.most_outside_grid(ctx, Level.NOTHING) > 10**9

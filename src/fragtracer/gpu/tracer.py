@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The path tracing program with its scene, on a film: passes cut into bands of bounded duration."""
 
+import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,7 +15,7 @@ from fragtracer.gpu.context import is_software, skips_branches
 from fragtracer.gpu.cube_maps import MapSizes, brdf_map, environment_maps
 from fragtracer.gpu.film import Film
 from fragtracer.gpu.program import FullscreenProgram
-from fragtracer.gpu.specialise import Level, Specialisation, specialise
+from fragtracer.gpu.specialise import MOST_LISTED, Level, Specialisation, specialise
 from fragtracer.gpu.textures import UNITS, MapTextures, SceneTextures
 from fragtracer.gpu.timer import DrawTimer
 from fragtracer.packing import PackedScene
@@ -50,6 +51,14 @@ def picture_level(ctx: moderngl.Context, moves: bool = False) -> Level:
     """How much of a scene is compiled into the program of a picture: not the camera where it ``moves``, nor on GPUs,
     whose drivers take seconds for a program."""
     return Level.VIEW if is_software(ctx) and not moves else Level.SCENE
+
+
+def most_outside_grid(ctx: moderngl.Context, level: Level) -> int:
+    """Of how many shapes none are in a grid: of any number if nothing is compiled in, so that a program serves all."""
+    if level is Level.NOTHING:
+        return sys.maxsize
+    executes_branches = is_software(ctx) and not skips_branches(ctx)
+    return MOST_LISTED["grid" if executes_branches else "default"]
 
 
 class Tracer:

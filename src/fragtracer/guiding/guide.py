@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fragtracer.cache import cached
 from fragtracer.guiding.lobes import LOBES, Lobes, fit
-from fragtracer.guiding.photons import Photons, PhotonTracer
+from fragtracer.guiding.photons import Photons, PhotonTracer, joined
 from fragtracer.packing import PackedScene, pack
 from fragtracer.packing.digest import program_digest
 from fragtracer.packing.space import space_of
@@ -18,9 +18,10 @@ from fragtracer.scene import Camera, RenderSettings, Scene
 
 Floats = NDArray[np.float64]
 
-VERSION = 16  # of what is done with photons, for the files kept on disk
-_PILOT = 4  # draws of photons, which find out which targets pass light on
-_DRAWS = 16
+VERSION = 17  # of what is done with photons, for the files kept on disk
+_DRAWS = 16  # of photons
+_PILOT = 4  # of them, which find out which targets pass light on
+_PILOT_WEIGHT = 1 / 8  # of what these bring: by area they are up to five times as noisy (docs/sampling.md)
 _MOST_LISTED = 8  # shapes that every photon is tested against
 _MOST_WIDTH = 1024  # texels of an environment: lobes are no finer
 
@@ -88,11 +89,14 @@ def _photons(ctx: Any, packed: PackedScene, targets: Targets) -> Photons | None:
     tracer = PhotonTracer(ctx, packed)
     try:
         pilot = tracer.trace(targets, targets.weights(), range(_PILOT))
+        if not len(pilot):
+            return None
         squares = np.bincount(pilot.target, np.square(pilot.flux), len(targets)).astype(np.float64)
-        found = tracer.trace(targets, targets.weights(squares), range(_PILOT, _PILOT + _DRAWS)) if len(pilot) else pilot
+        rest = tracer.trace(targets, targets.weights(squares), range(_PILOT, _DRAWS))
     finally:
         tracer.release()
-    return found if len(found) else None
+    # Weights that followed from the pilot would bias what it brings.
+    return joined((pilot, _PILOT_WEIGHT), (rest, 1 - _PILOT_WEIGHT))
 
 
 def _texels(lobes: Lobes, move: Floats) -> NDArray[np.uint32]:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Photons of a scene, traced by shaders/photons.frag."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -40,6 +40,13 @@ class Photons:
 
     def __len__(self) -> int:
         return len(self.flux)
+
+
+def joined(*parts: tuple[Photons, float]) -> Photons:
+    """The photons of several estimates of the same light, each with the weight that it has in their mean."""
+    weighed = [replace(photons, flux=weight * photons.flux) for photons, weight in parts]
+    names = [field.name for field in fields(Photons)]
+    return Photons(**{name: np.concatenate([getattr(photons, name) for photons in weighed]) for name in names})
 
 
 class PhotonTracer:

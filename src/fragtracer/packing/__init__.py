@@ -91,12 +91,12 @@ def pack(
     height: int,
     most_listed: int = 0,
     space: Space | None = None,
-    grids: bool = True,
+    most_outside_grid: int | None = None,
 ) -> PackedScene:
     """Pack ``scene`` for an image of ``width`` x ``height`` pixels rendered with ``settings``.
 
     Where there are at most ``most_listed`` shapes besides planes and meshes, every ray is tested against each, without
-    a BVH; more of them, if there are no meshes and ``grids`` are allowed, may be in a grid (:mod:`.sphere_grid`).
+    a BVH. More than ``most_outside_grid`` of them, by default more than that, may be in a grid (:mod:`.sphere_grid`).
     ``space`` are the coordinates of an earlier packing, kept while they serve: nothing but
     :attr:`PackedScene.movable` changes while the camera moves, and meshes are not packed again when something beside
     them is edited.
@@ -112,8 +112,8 @@ def pack(
     light_of = local.of_shapes(len(shapes))
     records = shape_records(shapes, materials, surfaces.of_shapes, light_of, origin, extent, shape_objects)
     planes = plane_records(scene.planes, materials, surfaces.of_shapes, origin, plane_objects)
-    may_be_in_grid = grids and len(shapes) > most_listed and not scene.meshes
-    grid = pack_sphere_grid(records, extent) if may_be_in_grid else None
+    outside_grid = most_listed if most_outside_grid is None else most_outside_grid
+    grid = pack_sphere_grid(records, extent) if len(shapes) > outside_grid else None
     in_bvh = len(shapes) > most_listed and grid is None
     in_list = np.arange(0 if in_bvh else len(shapes))
     in_grid = grid.members if grid else in_list[:0]

@@ -16,7 +16,6 @@ from fragtracer.apps.bench.sphere_field import sphere_field
 from fragtracer.apps.bench.statistics import Estimate
 from fragtracer.apps.bench.tables import Table
 from fragtracer.errors import FragtracerError
-from fragtracer.gpu.specialise import MOST_LISTED
 from fragtracer.reference.variant import find_llvm
 from fragtracer.renderer import Renderer
 from fragtracer.scene import RenderSettings, Scene
@@ -78,7 +77,7 @@ def test_rows_of_shapes_with_the_step_from_one_by_one(monkeypatch: pytest.Monkey
     monkeypatch.setenv("FRAGTRACER_CACHE", before := os.environ["FRAGTRACER_CACHE"])
     table = _run(shapes.BENCHMARK)
     assert os.environ["FRAGTRACER_CACHE"] == before
-    threshold = MOST_LISTED["default"]
+    most = shapes.most_listed()
     for kind in KINDS:
         rows = [row for row in table.rows if row["shapes"] == kind]
         counts = [row["count"] for row in rows]
@@ -86,6 +85,7 @@ def test_rows_of_shapes_with_the_step_from_one_by_one(monkeypatch: pytest.Monkey
             assert counts == [10, 300, 1000]
             assert {row["traversal"] for row in rows} == {"BVH"}
         else:
+            threshold = most[kind]
             assert counts == sorted({10, 300, 1000, threshold, threshold + 1})
             structure = "grid" if kind == "spheres" else "BVH"
             expected = ["one by one" if count <= threshold else structure for count in counts]

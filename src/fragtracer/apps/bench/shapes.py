@@ -4,7 +4,7 @@ before its first picture."""
 
 import os
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from tempfile import TemporaryDirectory
@@ -20,7 +20,9 @@ from fragtracer.apps.bench.statistics import Estimate, median, write_growth
 from fragtracer.apps.bench.tables import Column, Plot, Row, Table
 from fragtracer.apps.bench.work import count_work
 from fragtracer.bvh import build
-from fragtracer.gpu.specialise import MOST_LISTED
+from fragtracer.gpu.context import create_context
+from fragtracer.gpu.specialise import MOST_LISTED, Level
+from fragtracer.gpu.tracer import most_outside_grid
 from fragtracer.packing import pack
 from fragtracer.scene import PLAIN, RenderSettings, Scene
 
@@ -67,24 +69,31 @@ def table(plan: Plan) -> Table:
 
 
 def run(plan: Plan, result: Table, progress: Progress) -> None:
-    threshold = MOST_LISTED["default"]
-    points = [(kind, counts) for kind in KINDS for counts in _counts(kind, threshold)]
+    most = most_listed()
+    points = [(kind, counts) for kind in KINDS for counts in _counts(kind, most)]
     names = [f"{' and '.join(f'{count:,}' for count in counts)} {kind}" for kind, counts in points]
     for place, part in steps(progress, names):
         kind, counts = points[place]
-        result.rows += _rows(kind, counts, threshold, plan, part)
+        result.rows += _rows(kind, counts, most, plan, part)
         in_structure = [row for row in result.rows if row["shapes"] == kind and row["traversal"] != _ONE_BY_ONE]
         write_growth(in_structure, "count", "ns")
         if len(counts) > 1:
-            result.notes.append(_verdict(kind, threshold, result.rows[-1]))
+            result.notes.append(_verdict(kind, most[kind], result.rows[-1]))
 
 
-def _counts(kind: Kind, threshold: int) -> list[tuple[int, ...]]:
-    """The numbers of shapes, both sides of the threshold together: they are measured in turns. Triangles of a mesh are
-    always in a BVH."""
-    if kind == "mesh triangles":
+def most_listed() -> dict[Kind, int]:
+    """How many shapes of each kind are tested one by one at most; none of the triangles of a mesh."""
+    context = create_context()
+    outside_grid = most_outside_grid(context, Level.SCENE)
+    context.release()
+    return {"spheres": outside_grid, "rectangles": MOST_LISTED["default"]}
+
+
+def _counts(kind: Kind, most: Mapping[Kind, int]) -> list[tuple[int, ...]]:
+    """The numbers of shapes, both sides of the threshold together: they are measured in turns."""
+    if kind not in most:
         return [(count,) for count in COUNTS]
-    step = (threshold, threshold + 1)
+    step = (most[kind], most[kind] + 1)
     return sorted([*((count,) for count in COUNTS if count not in step), step])
 
 
@@ -102,14 +111,14 @@ def _bounces(plan: Plan) -> int:
     return (plan.bounces or (_BOUNCES,))[0]
 
 
-def _rows(kind: Kind, counts: tuple[int, ...], threshold: int, plan: Plan, part: Progress) -> list[Row]:
+def _rows(kind: Kind, counts: tuple[int, ...], most: Mapping[Kind, int], plan: Plan, part: Progress) -> list[Row]:
     """A row for each number; the last of several has the ratio to the first."""
     rows: list[Row] = []
     with ExitStack() as stack:
         renderers = []
         for count in counts:
             part(0.0, "first picture")
-            renderer, cells = _prepared(kind, count, plan, stack)
+            renderer, cells = _prepared(kind, count, most, plan, stack)
             renderers.append(renderer)
             rows.append({"shapes": kind, "count": count} | cells)
         nanoseconds = _nanoseconds_per_ray(renderers, plan, part)
@@ -120,7 +129,7 @@ def _rows(kind: Kind, counts: tuple[int, ...], threshold: int, plan: Plan, part:
     return rows
 
 
-def _prepared(kind: Kind, count: int, plan: Plan, stack: ExitStack) -> tuple["_Counted", Row]:
+def _prepared(kind: Kind, count: int, most: Mapping[Kind, int], plan: Plan, stack: ExitStack) -> tuple["_Counted", Row]:
     """A renderer, and what it took until its first picture."""
     width, height = plan.size or _SIZE
     start = time.perf_counter()
@@ -130,13 +139,13 @@ def _prepared(kind: Kind, count: int, plan: Plan, stack: ExitStack) -> tuple["_C
     with _empty_cache():
         renderer = stack.enter_context(Ours(field.scene, **PLAIN))
     row["first"] = round(renderer.first_picture, 3)
-    row["traversal"] = _traversal(field.scene)
+    row["traversal"] = _traversal(field.scene, most["spheres"])
     return _Counted(renderer, width * height * count_work(field.scene, 4).rays), row
 
 
-def _traversal(scene: Scene) -> str:
+def _traversal(scene: Scene, outside_grid: int) -> str:
     """How rays find shapes."""
-    packed = pack(scene, scene.render, *_SIZE, MOST_LISTED["default"])
+    packed = pack(scene, scene.render, *_SIZE, MOST_LISTED["default"], most_outside_grid=outside_grid)
     if packed.flags["u_has_sphere_grid"]:
         return "grid"
     return "BVH" if packed.uniforms["u_bvh_root"] >= 0 else _ONE_BY_ONE

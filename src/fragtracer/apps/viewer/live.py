@@ -14,7 +14,7 @@ from fragtracer.gpu.film import Film
 from fragtracer.gpu.specialise import Level
 from fragtracer.gpu.tracer import TracerProgram
 from fragtracer.light_tracing import Decisions, LightTracing
-from fragtracer.packing import PackedScene, pack, view_uniforms
+from fragtracer.packing import PackedScene, view_uniforms
 from fragtracer.packing.lights import LightKind
 from fragtracer.packing.space import Space
 from fragtracer.renderer import PROGRAMS, Renderer
@@ -124,7 +124,7 @@ class LiveRenderer(Renderer):
         """
         width, height = self.size
         settings = replace(scene.render, width=width, height=height)
-        packed = pack(scene, settings, width, height, self._most_listed, self._space)
+        packed = self._pack(scene, settings, _LEAST)
         traced, guided = self._decisions_for(scene, rests)
         if view:
             traced = light_tracing.Decision(False, "off: the view is no light")
@@ -262,7 +262,7 @@ class LiveRenderer(Renderer):
         return self.settings.adaptive if self._traces_paths else "off"
 
     def _packed(self) -> PackedScene:
-        packed = pack(self.scene, self.settings, *self.size, self._most_listed, self._space)
+        packed = self._pack(self.scene, self.settings, _LEAST)
         self._space, self._features = packed.space, packed.features
         return packed
 
