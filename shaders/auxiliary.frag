@@ -25,12 +25,12 @@ vec3 auxiliary_value(Ray ray, uint seed) {
     if (hit.primitive == NO_PRIMITIVE) return vec3(0.0);
     Surface surface = surface_at(ray, hit);
     material_choose(surface, seed);
+    Material material = material_at(surface);
 #if AUXILIARY == AUXILIARY_NORMALS
-    return 0.5 + 0.5 * material_shading_normal(surface);
+    return 0.5 + 0.5 * surface.mapped_normal;
 #elif AUXILIARY == AUXILIARY_DEPTH
     return vec3(hit.distance);
 #else
-    Material material = material_at(surface);
     return material_is_unlit(material) ? material.emission : material.diffuse + material.f0;
 #endif
 }

@@ -69,9 +69,10 @@ void layers_add(inout Film film, ivec2 pixel, uint index, Ray ray, uint seed) {
     Surface surface = surface_at(ray, hit);
     material_choose(surface, seed);
     bool is_front = dot(surface.normal, ray.direction) < 0.0;
-    film_add(film, is_hit ? layers_albedo(material_at(surface), is_front) : vec3(0.0));
+    Material material = material_at(surface);
+    film_add(film, is_hit ? layers_albedo(material, is_front) : vec3(0.0));
     float share = 1.0 / film.count;
-    layers[0].xyz += ((is_hit ? material_shading_normal(surface) : vec3(0.0)) - layers[0].xyz) * share;
+    layers[0].xyz += ((is_hit ? surface.mapped_normal : vec3(0.0)) - layers[0].xyz) * share;
     vec4 point = is_hit ? vec4(surface.position, 1.0) : vec4(ray.direction, 0.0);
     layers[2].xy += (layers_motion(point) - layers[2].xy) * share;
     if (!is_hit) return;
@@ -130,7 +131,7 @@ void layers_add(inout Film film, ivec2 pixel, uint index, Ray ray, uint seed) {
             && (depth < u_bounces || interior_may_pass(material));
         if (is_hit && !goes_on) {
             albedo = throughput * eta_scale * layers_albedo(material, cos_theta > 0.0);
-            normal = material_shading_normal(surface);
+            normal = surface.mapped_normal;
         }
         throughput *= s.weight * vertex_shading_factor(vertex, s.wi);
         eta_scale *= square(s.eta);

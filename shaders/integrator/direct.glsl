@@ -72,7 +72,8 @@ bool direct_passes(Vertex vertex, BsdfSample s) {
 #if HAS_MEDIA || HAS_EXACT_FRESNEL
 // What a surface lets pass of a ray that has met it, which goes on as if there was none.
 vec3 direct_pane_transmittance(Surface surface, Hit hit, vec3 direction, uint seed) {
-    Vertex pane = vertex_at(surface, material_at(surface), direction, seed);
+    Material material = material_at(surface);
+    Vertex pane = vertex_at(surface, material, direction, seed);
 #if FILM_LIGHT == FILM_LIGHT_UNTRACED
     direct_is_traced = direct_is_traced && light_traced_from(hit) && !pane.is_bent;
 #endif

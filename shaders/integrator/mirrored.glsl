@@ -91,7 +91,8 @@ MirroredView mirrored_view(vec3 point, int index, vec2 lens, vec2 u, uint seed) 
         is_seen = is_seen && dot(normal, ray.direction) < 0.0 && dot(normal, view.leaves) < 0.0;
         if (!is_sphere && !is_plane) is_seen = is_seen && flat_intersect(flat_shape, ray) < INFINITE_DISTANCE;
         Surface surface = surface_at(ray, Hit(view.camera.distance, record, vec2(0.0), -1));
-        Vertex vertex = vertex_at(surface, material_at(surface), ray.direction, seed);
+        Material material = material_at(surface);
+        Vertex vertex = vertex_at(surface, material, ray.direction, seed);
         view.origin = vertex.origin;
         if (alpha > 0.0) {
             vec3 wi = frame_to_local(vertex.frame, -view.leaves);

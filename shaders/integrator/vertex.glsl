@@ -33,7 +33,7 @@ struct Vertex {
 #endif
 };
 
-// Of a surface that a ray has met.
+// Of a surface that a ray has met, and the material there.
 Vertex vertex_at(Surface surface, Material material, vec3 direction, uint seed) {
     Vertex vertex;
     float side = dot(surface.normal, direction) > 0.0 ? -1.0 : 1.0;
@@ -42,7 +42,7 @@ Vertex vertex_at(Surface surface, Material material, vec3 direction, uint seed) 
     // rounded to beyond that one would stay there.
     vertex.origin = ray_offset_origin(surface.position, normal - direction, surface.extent);
     vertex.behind = ray_offset_origin(surface.position, direction - normal, surface.extent);
-    vec3 shading_normal = side * material_shading_normal(surface);
+    vec3 shading_normal = side * surface.mapped_normal;
     float bend = u_has_shading_normals != 0 ? shading_normal_bend(shading_normal, normal, -direction) : 0.0;
     vertex.is_bent = bend > 0.0;
     if (vertex.is_bent) shading_normal = normalize(shading_normal - bend * direction);

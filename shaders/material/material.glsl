@@ -62,23 +62,66 @@ Bsdf material_bsdf(Material material, bool is_front) {
     return b;
 }
 
-// The material where its values vary; scene/material.py says the same.
-Material material_with_maps(Material material, Maps maps, vec4 uv, vec3 color) {
-    vec3 albedo = maps.albedo * color;
+#if HAS_TEXTURES
+// What the textures of a material are, those of occlusion, anisotropy and blends apart.
+int material_uses(Maps maps) {
+    int uses = 0;
+    if (textures_change(TEXTURE_ALBEDO) && maps.albedo_texture >= 0) uses |= TEXTURE_ALBEDO;
+    if (textures_change(TEXTURE_ROUGHNESS) && maps.roughness_texture >= 0) uses |= TEXTURE_ROUGHNESS;
+    if (textures_change(TEXTURE_METALLIC) && maps.metallic_texture >= 0) uses |= TEXTURE_METALLIC;
+    if (textures_change(TEXTURE_NORMAL) && maps.normal_texture >= 0) uses |= TEXTURE_NORMAL;
+    if (textures_change(TEXTURE_EMISSION) && maps.emission_texture >= 0) uses |= TEXTURE_EMISSION;
+    return uses;
+}
+
+int material_texture(Maps maps, int use) {
+    if (use == TEXTURE_ALBEDO) return maps.albedo_texture;
+    if (use == TEXTURE_ROUGHNESS) return maps.roughness_texture;
+    if (use == TEXTURE_METALLIC) return maps.metallic_texture;
+    return use == TEXTURE_NORMAL ? maps.normal_texture : maps.emission_texture;
+}
+#endif
+
+// The interpolated normal of a surface with what a normal map makes of it, whose value is `local`; on the side of the
+// surface's front. The tangent is made perpendicular to the normal; the bitangent is cross(normal, tangent) times the sign
+// in w (glTF 2.0, sections 3.7.2.1 and 3.9.3). Without a tangent nothing changes.
+vec3 material_mapped_normal(Surface surface, vec3 local) {
+    vec3 normal = surface.shading_normal;
+    vec3 along = surface.tangent.xyz - normal * dot(normal, surface.tangent.xyz);
+    float size = length(along);
+    if (size <= 0.0) return normal;
+    along /= size;
+    vec3 mapped = local.x * along + local.y * surface.tangent.w * cross(normal, along) + local.z * normal;
+    return length(mapped) > 0.0 ? normalize(mapped) : normal;
+}
+
+// The material where its values vary, and the normal of the surface; scene/material.py says the same.
+Material material_with_maps(Material material, inout Surface surface) {
+    Maps maps = maps_load(surface.material);
+    vec3 albedo = maps.albedo * surface.color.rgb;
     float metallic = maps.metallic;
 #if HAS_TEXTURES
-    if (textures_change(TEXTURE_ALBEDO) && maps.albedo_texture >= 0) {
-        albedo *= texture_value(texture_load(maps.albedo_texture), uv).rgb;
-    }
-    if (textures_change(TEXTURE_METALLIC) && maps.metallic_texture >= 0) {
-        metallic *= texture_channel(texture_load(maps.metallic_texture), uv);
-    }
-    if (textures_change(TEXTURE_ROUGHNESS) && maps.roughness_texture >= 0) {
-        Texture t = texture_load(maps.roughness_texture);
-        vec4 value = texture_value(t, uv);
-        material.alpha = square(clamp(maps.roughness * texture_pick(t.channel, value), 0.0, 1.0));
-        if (maps.metallic_channel >= 0) metallic *= texture_pick(maps.metallic_channel, value);
-    }
+    // One texture a turn: drivers compile the reading of it once, and those that execute every branch read one where no
+    // lane has any.
+    int uses = material_uses(maps);
+    do {
+        int use = uses & -uses;
+        uses -= use;
+        Texture t = texture_load(max(0, material_texture(maps, use)));
+        vec4 value = texture_value(t, surface.uv);
+        if (use == TEXTURE_ALBEDO) albedo *= value.rgb;
+        if (use == TEXTURE_METALLIC) metallic *= texture_pick(t.channel, value);
+        if (use == TEXTURE_ROUGHNESS) {
+            material.alpha = square(clamp(maps.roughness * texture_pick(t.channel, value), 0.0, 1.0));
+            if (maps.metallic_channel >= 0) metallic *= texture_pick(maps.metallic_channel, value);
+        }
+        if (use == TEXTURE_EMISSION && !material_is_unlit(material)) material.emission *= value.rgb;
+        if (use == TEXTURE_NORMAL) {
+            vec3 local = 2.0 * value.xyz - 1.0;
+            local.xy *= maps.normal_scale;
+            surface.mapped_normal = material_mapped_normal(surface, local);
+        }
+    } while (uses != 0);
 #endif
     albedo = clamp(albedo, 0.0, 1.0);
     metallic = clamp(metallic, 0.0, 1.0);
@@ -88,11 +131,6 @@ Material material_with_maps(Material material, Maps maps, vec4 uv, vec3 color) {
         // A metal reflects white at grazing angles, unless it is all but black (scene/reflectance.py).
         float grazing = min(1.0, 50.0 * max_component(albedo));
         material.f90 = (1.0 - metallic) * maps.dielectric_f90 + metallic * grazing;
-#if HAS_TEXTURES
-        if (textures_change(TEXTURE_EMISSION) && maps.emission_texture >= 0) {
-            material.emission *= texture_value(texture_load(maps.emission_texture), uv).rgb;
-        }
-#endif
     } else {
         material.emission = albedo;
     }
@@ -114,9 +152,10 @@ void material_choose(inout Surface surface, uint seed) {
     if (hash_to_unit(hash_uint(seed ^ 0xb5297a4du)) < weight) surface.material = blend.other;
 }
 
-Material material_at(Surface surface) {
+// Of a surface, whose mapped normal it sets.
+Material material_at(inout Surface surface) {
     Material material = material_load(surface.material);
-    if (material_is_mapped(material)) material = material_with_maps(material, maps_load(surface.material), surface.uv, surface.color.rgb);
+    if (material_is_mapped(material)) material = material_with_maps(material, surface);
     return material;
 }
 
@@ -160,26 +199,4 @@ vec3 material_tangent(Surface surface, Anisotropy anisotropy) {
     Frame frame = frame_from_tangent(normal, has_tangent ? surface.tangent.xyz : level);
     float handed = has_tangent ? surface.tangent.w : 1.0;
     return anisotropy.cosine * frame.tangent + anisotropy.sine * handed * frame.bitangent;
-}
-
-// The interpolated normal, with what a normal map makes of it; on the side of the surface's front. The tangent is made
-// perpendicular to the normal; the bitangent is cross(normal, tangent) times the sign in w (glTF 2.0, sections 3.7.2.1
-// and 3.9.3). Without a tangent nothing changes.
-vec3 material_shading_normal(Surface surface) {
-    vec3 normal = surface.shading_normal;
-#if HAS_TEXTURES
-    if (!textures_change(TEXTURE_NORMAL)) return normal;
-    vec3 along = surface.tangent.xyz - normal * dot(normal, surface.tangent.xyz);
-    float size = length(along);
-    if (size <= 0.0) return normal;
-    Maps maps = maps_load(surface.material);
-    if (maps.normal_texture < 0) return normal;
-    along /= size;
-    vec3 local = 2.0 * texture_value(texture_load(maps.normal_texture), surface.uv).xyz - 1.0;
-    local.xy *= maps.normal_scale;
-    vec3 mapped = local.x * along + local.y * surface.tangent.w * cross(normal, along) + local.z * normal;
-    return length(mapped) > 0.0 ? normalize(mapped) : normal;
-#else
-    return normal;
-#endif
 }

@@ -86,5 +86,6 @@ Surface surface_at(Ray ray, Hit hit) {
     float side = dot(surface.shading_normal, surface.normal);
     surface.shading_normal = side > 0.0 ? surface.shading_normal : (side < 0.0 ? -surface.shading_normal : surface.normal);
 #endif
+    surface.mapped_normal = surface.shading_normal;
     return surface;
 }

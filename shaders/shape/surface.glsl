@@ -6,6 +6,7 @@ struct Surface {
     vec3 position;        // put back onto the surface, free of the error of the distance
     vec3 normal;          // unit, geometric: out of a sphere, by the right hand on flat shapes
     vec3 shading_normal;  // unit, on the side of `normal`
+    vec3 mapped_normal;   // that with the normal map of the material (material_at())
     float extent;         // the largest coordinate behind `position`, for ray_offset_origin
     int primitive;        // the record of its shape
     int material;

@@ -175,7 +175,7 @@ def test_mapped_normal(ctx: moderngl.Context, scale: float, sign: float) -> None
     found = material_probe(
         ctx,
         packed_materials([Material(normal_texture=Texture(image, filter="nearest"), normal_scale=scale)]),
-        "value = material_shading_normal(surface);",
+        "material_at(surface); value = surface.mapped_normal;",
         {"index": np.zeros(count), "normal": normal, "uv": uv, "tangent": tangents},
         {"value": 3},
     )["value"]
@@ -192,7 +192,7 @@ def test_without_a_tangent_or_a_map_the_normal_stays(ctx: moderngl.Context) -> N
     found = material_probe(
         ctx,
         packed_materials([mapped, Material()]),
-        "value = material_shading_normal(surface);",
+        "material_at(surface); value = surface.mapped_normal;",
         {"index": [0, 0, 0, 1], "tangent": [(1, 0, 0, 1), (0, 0, 0, 0), (0, 0, 1, 1), (1, 0, 0, 1)]},
         {"value": 3},
     )["value"]

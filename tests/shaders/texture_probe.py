@@ -37,7 +37,7 @@ def material_probe(
     body = f"""
         Surface surface;
         surface.material = int(index); surface.uv = uv; surface.color = color;
-        surface.shading_normal = surface.normal = normal; surface.tangent = tangent;
+        surface.mapped_normal = surface.shading_normal = surface.normal = normal; surface.tangent = tangent;
         {body}"""
     inputs = nothing | {"normal": np.broadcast_to((0, 0, 1), (rows, 3))} | dict(inputs)
     return scene_probe(ctx, packed, ["material/visibility.glsl"], body, inputs, outputs)
