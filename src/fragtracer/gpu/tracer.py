@@ -54,7 +54,10 @@ def picture_level(ctx: moderngl.Context, moves: bool = False) -> Level:
 
 
 def most_outside_grid(ctx: moderngl.Context, level: Level) -> int:
-    """Of how many shapes none are in a grid: of any number if nothing is compiled in, so that a program serves all."""
+    """How many shapes a scene may have before its spheres are in a grid.
+
+    Any number, if nothing is compiled in: such a program serves all scenes, and has no grid.
+    """
     if level is Level.NOTHING:
         return sys.maxsize
     executes_branches = is_software(ctx) and not skips_branches(ctx)
