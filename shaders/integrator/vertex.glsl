@@ -33,7 +33,7 @@ struct Vertex {
 #endif
 };
 
-// Of a surface that a ray has met, and the material there.
+// Of a surface that a ray has met, and the material there: material_at() has set the mapped normal.
 Vertex vertex_at(Surface surface, Material material, vec3 direction, uint seed) {
     Vertex vertex;
     float side = dot(surface.normal, direction) > 0.0 ? -1.0 : 1.0;
