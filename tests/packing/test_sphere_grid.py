@@ -97,10 +97,9 @@ def test_fields_of_spheres_are_in_grids(name: str) -> None:
 
 
 @pytest.mark.parametrize("skips", [False, True])
-def test_where_every_branch_is_executed_fewer_spheres_are_in_a_grid(
+def test_where_no_list_is_a_tree_of_balls_fewer_spheres_are_in_a_grid(
     ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch, skips: bool
 ) -> None:
-    monkeypatch.setattr(tracer, "is_software", lambda _: True)
     monkeypatch.setattr(tracer, "skips_branches", lambda _: skips)
     assert tracer.most_outside_grid(ctx, Level.SCENE) == (64 if skips else 31)
     assert tracer.most_outside_grid(ctx, Level.NOTHING) > 10**9

@@ -21,7 +21,7 @@ from fragtracer.packing.shapes import LISTED, balls_of
 
 # With more shapes than these a BVH is faster than testing all of them (docs/performance.md, "What limits us" and "On a
 # GPU"). How long browsers take to compile longer programs for a GPU was not measured.
-# A grid is faster with fewer spheres where the driver executes every branch.
+# A grid is faster with fewer spheres, but where their list is a tree of balls.
 MOST_LISTED = {"default": 64, "page": 8, "grid": 31}
 # More shapes of a kind than these stand in a tree of balls, which a driver that skips branches is faster with.
 _MOST_IN_A_ROW = 16

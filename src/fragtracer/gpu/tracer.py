@@ -60,8 +60,7 @@ def most_outside_grid(ctx: moderngl.Context, level: Level) -> int:
     """
     if level is Level.NOTHING:
         return sys.maxsize
-    executes_branches = is_software(ctx) and not skips_branches(ctx)
-    return MOST_LISTED["grid" if executes_branches else "default"]
+    return MOST_LISTED["default" if skips_branches(ctx) else "grid"]
 
 
 class Tracer:

@@ -31,7 +31,7 @@ def doctor(
     for finding in examine(context):
         findings.append(finding)
         mark = "[green]passed[/]" if finding.passed else "[bold red]FAILED[/]"
-        console.print(f"{mark}  {finding.check:14}{finding.subject:32}", end="")
+        console.print(f"{mark}  {finding.check:14}{finding.subject:37}", end="")
         console.print(finding.detail, markup=False)
         if not finding.passed:
             console.print(f"        which means: {finding.meaning}")
