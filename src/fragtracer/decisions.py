@@ -96,6 +96,12 @@ def in_origin(decisions: Decisions) -> dict[str, str]:
     return {"guided": _said(guided.guide is not None), "light_traced": _said(traced.is_on)}
 
 
+def noise_is_rare(decisions: Decisions) -> bool:
+    """Whether what noise there is comes of rare, bright samples: of light that is neither traced nor guided to."""
+    traced, guided = decisions
+    return traced.is_on or guided.guide is not None
+
+
 def gradient_domain(
     settings: RenderSettings, decisions: Decisions, impossible: str
 ) -> tuple[Literal["auto", "on", "off"], str]:
@@ -106,12 +112,11 @@ def gradient_domain(
     if impossible:
         return "off", f"off: {impossible}"
     if settings.gradient_domain == "auto":
-        traced, guided = decisions
         if settings.adaptive == "on":
             return "off", "off: adaptive sampling was asked for"
         if settings.spp * settings.width * settings.height < _LEAST_SAMPLES:
             return "off", f"off: the {settings.spp} samples per pixel are too few for a pilot to pay"
-        if traced.is_on or guided.guide is not None:
+        if noise_is_rare(decisions):
             return "off", "off: light is traced from the lights, or guided: what is left of it is rare and bright"
     return settings.gradient_domain, ""
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.aov import AOVS, checked
-from fragtracer.decisions import Decider, gradient_domain, in_origin
+from fragtracer.decisions import Decider, gradient_domain, in_origin, noise_is_rare
 from fragtracer.errors import FilmError, FragtracerError
 from fragtracer.films import DECIDED, SavedFilm, origin_of
 from fragtracer.gpu.accumulation import Accumulation
@@ -141,9 +141,8 @@ class Renderer:
         with self._current():
             size = width, height
             self._parts = LayerTextures(self.context, size, len(PARTS)) if self._has_parts else None
-            self._film = Accumulation(
-                self.context, *size, self._adaptive, self._parts, window, self._least_gain, self._gradient_domain[0]
-            )
+            self._film = Accumulation(self.context, *size, self._adaptive, self._parts, window)
+            self._choose_sampling()
             self._light: LightTracing | None = None
             _log.info("compiling")
             self._tracer = Tracer(self.context, self._packed(), self._program())
@@ -281,7 +280,7 @@ class Renderer:
             if self.origin() != here:
                 self._tracer.load(self._packed(), self._program())
                 self._load_light()
-                self._film.gradient_domain, _ = self._gradient_domain
+                self._choose_sampling()
         film.check(self.origin(), path)
         if left_out:
             begun_anew = "a new render of so many samples would be less noisy"
@@ -360,8 +359,7 @@ class Renderer:
                     self._load_light()
             if self._light is not None:
                 self._light.clear(self.settings.seed)
-            self._film.adaptive, self._film.least_gain = self._adaptive, self._least_gain
-            self._film.gradient_domain, _ = self._gradient_domain
+            self._choose_sampling()
             self._film.clear()
         self._first_surface.forget()
         self._last_error, self._next_look = None, _FIRST_LOOK
@@ -570,6 +568,13 @@ class Renderer:
         is_path = self._program().name == PROGRAMS["path"]
         return self.settings.adaptive if is_path and not self._has_parts else "off"
 
+    def _choose_sampling(self) -> None:
+        """Where the samples of the next picture go, by scene and settings."""
+        film = self._film
+        film.adaptive, film.least_gain = self._adaptive, least_gain(bool(self.scene.meshes))
+        film.gradient_domain, _ = self._gradient_domain
+        film.is_rare = noise_is_rare(self._decisions())
+
     @property
     def _gradient_domain(self) -> tuple[Literal["auto", "on", "off"], str]:
         """Whether the picture may be made from differences, and why not, where that needs no pilot."""
@@ -588,10 +593,6 @@ class Renderer:
         if self._has_parts or self.first_sample:
             return "layers of light and parts of the samples are of paths alone"
         return "this is another program" if self._name is not None or self._defines else ""
-
-    @property
-    def _least_gain(self) -> float:
-        return least_gain(bool(self.scene.meshes))
 
     def _read(self) -> Pixels:
         with self._current():

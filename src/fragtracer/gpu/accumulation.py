@@ -55,12 +55,12 @@ _UNITS = {
 class Accumulation:
     """Samples of an image of ``width`` x ``height`` pixels.
 
-    If ``adaptive`` is "off", every pixel has as many. If it is "on", the samples of later stages go where the error is
-    (:mod:`fragtracer.sampling.allocation`), and if it is "auto", they do where a pilot, whose samples are not in the
-    picture, finds that it gains ``least_gain``. ``layers`` are drawn besides, without adaptive sampling. A ``window``
-    of the image can be sampled alone, evenly and without layers. ``gradient_domain`` says in the same way whether the
-    picture is made from differences of neighbours (:mod:`fragtracer.sampling.gradients`), without layers and windows;
-    where both pay, what promises more. Raises :class:`DeviceError` if the GPU cannot hold it.
+    If :attr:`adaptive` is "off", every pixel has as many. If it is "on", the samples of later stages go where the error
+    is (:mod:`fragtracer.sampling.allocation`), and if it is "auto", they do where a pilot, whose samples are not in the
+    picture, finds that it gains :attr:`least_gain`. :attr:`gradient_domain` says in the same way whether the picture is
+    made from differences of neighbours (:mod:`fragtracer.sampling.gradients`), without layers and windows; where both
+    pay, what promises more. ``layers`` are drawn besides, without adaptive sampling. A ``window`` of the image can be
+    sampled alone, evenly and without layers. Raises :class:`DeviceError` if the GPU cannot hold it.
     """
 
     def __init__(
@@ -71,12 +71,13 @@ class Accumulation:
         adaptive: Literal["auto", "on", "off"],
         layers: LayerTextures | None = None,
         window: Window | None = None,
-        least_gain: float = LEAST_GAIN,
-        gradient_domain: Literal["auto", "on", "off"] = "off",
     ) -> None:
-        assert window is None or (adaptive == gradient_domain == "off" and layers is None)
+        assert window is None or (adaptive == "off" and layers is None)
         self.size = (width, height) if window is None else (window.width, window.height)
-        self.adaptive, self.least_gain, self.gradient_domain = adaptive, least_gain, gradient_domain
+        self.adaptive = adaptive
+        self.gradient_domain: Literal["auto", "on", "off"] = "off"
+        self.least_gain = LEAST_GAIN
+        self.is_rare = False  # whether what noise there is comes of rare, bright samples, which a short pilot may miss
         self._ctx = ctx
         self._film = Film(ctx, *self.size, layers)
         self._work = None if window is None else work_texture(ctx, height, window)
@@ -211,22 +212,26 @@ class Accumulation:
         asks_gradients = self.gradient_domain != "off" and found is None and self.adaptive != "on"
         pilot: Pilot | None = None
         if (asks_adaptive or asks_gradients) and tiles_of(*self.size):
-            pilot = Pilot.of((yield from self._pilot(tracer, budget)), *self.size)
+            pilot = Pilot.of((yield from self._pilot(tracer, budget, asks_adaptive)), *self.size)
         if asks_adaptive:
             gain = pilot.gain() if pilot else 1.0
         if asks_gradients:
             found = gradients.UNKNOWN
             if pilot is not None:
-                work = gradients.pilot_list(pilot.tiles)
+                work = gradients.pilot_list(pilot.first.pixels)
                 items = yield from self._sampled_list(tracer, work, SAMPLES, budget)
                 found = gradients.pilot_gradients(items, pilot)
         self._gain, self._gradients = gain, found
 
-    def _pilot(self, tracer: Tracer, budget: float | None) -> Generator[float, None, Pixels]:
+    def _pilot(self, tracer: Tracer, budget: float | None, asks_adaptive: bool) -> Generator[float, None, Pixels]:
         """The items of :meth:`Pilot.of`."""
-        survey = yield from self._sampled_list(tracer, survey_list(*self.size), SURVEY_SAMPLES, budget)
-        items = yield from self._sampled_list(tracer, pilot_list(Tiles.by(survey, *self.size)), SAMPLES, budget)
-        parts = zip(vars(survey).values(), vars(items).values(), strict=True)
+        found = [(yield from self._sampled_list(tracer, survey_list(*self.size), SURVEY_SAMPLES, budget))]
+        first, every = Tiles.by(found[0], *self.size)
+        found.append((yield from self._sampled_list(tracer, pilot_list(first.pixels), SAMPLES, budget)))
+        if asks_adaptive and Pilot(first, found[1], first).asks_for_more(self.least_gain, self.is_rare, *self.size):
+            others = pilot_list(every.pixels[len(first.pixels) :])
+            found.append((yield from self._sampled_list(tracer, others, SAMPLES, budget)))
+        parts = zip(*(vars(pixels).values() for pixels in found), strict=True)
         return Pixels(*(np.concatenate(part) for part in parts))
 
     def _sampled_list(
@@ -243,7 +248,7 @@ class Accumulation:
 
     def pilot(self, tracer: Tracer) -> Pixels:
         """The items of :meth:`Pilot.of`, for an image that has tiles."""
-        steps = self._pilot(tracer, None)
+        steps = self._pilot(tracer, None, True)
         while True:
             try:
                 next(steps)

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.sampling.allocation import FIRST_STAGE, WorkList
-from fragtracer.sampling.pilot import Pilot, Tiles
+from fragtracer.sampling.pilot import TILE, Pilot, twice
 from fragtracer.sampling.pixels import Pixels, around
 
 Floats = NDArray[np.float64]
@@ -30,7 +30,6 @@ ALIGNED, SHIFTED = 0x8000, 0x80008000
 LEAST_GAIN = 1.2  # in squared error, at which the pilot says that differences pay (docs/sampling.md)
 _DARK = 0.7  # of the brightness of a pixel and those around it: below, it is seen as a dark dot
 _MOST_DARK = 3e-4  # of the pixels that may be such dots (docs/sampling.md)
-_PILOT_SHARE = 4  # of the tiles of a pilot, one in so many is sampled again
 _DECORRELATIONS = (0.05, 0.1, 0.2, 0.4, 0.8)
 _NEIGHBOURS = 5  # pixels, a side of the square around one
 _SMOOTH = 0.1065  # of a pixel's variance for each neighbour in a row: a Gaussian of half a pixel
@@ -182,20 +181,20 @@ def film_weights(variance: NDArray[np.floating[Any]], decorrelation: float) -> W
     return Weights.of(variance.mean(axis=2, dtype=np.float64)[::-1], decorrelation)
 
 
-def pilot_list(tiles: Tiles) -> WorkList:
-    """Items whose samples say whether differences pay: two of each pixel of some of a pilot's tiles, one for each
-    tiling of the image."""
-    pixels = tiles.every(_PILOT_SHARE).pixels.reshape(-1)
-    numbers = np.repeat(np.array([ALIGNED, SHIFTED], np.uint32), len(pixels))
-    return WorkList(np.tile(pixels, 2), np.zeros(2 * len(pixels), np.int64), numbers)
+def pilot_list(tiles: NDArray[np.int64]) -> WorkList:
+    """Items whose samples say whether differences pay: two of each pixel of the first of a pilot's tiles, (tiles,
+    TILE²), one for each tiling of the image."""
+    pixels = twice(tiles)
+    numbers = np.repeat(np.array([ALIGNED, SHIFTED], np.uint32), TILE**2)
+    return WorkList(pixels, np.zeros_like(pixels), np.resize(numbers, len(pixels)))
 
 
 def pilot_gradients(items: Pixels, pilot: Pilot) -> Gradients:
     """What the samples of :func:`pilot_list` say, (items, 1), by their half-differences, which are linear in the
     samples as the picture is; with weights from those of ``pilot``. What stratification gains is taken off, since point
     sets of half the size are less well stratified (docs/sampling.md)."""
-    tiles = pilot.tiles.every(_PILOT_SHARE)
-    of_tiles = pilot.tiles.tiled(pilot.items.variance)[0, ::_PILOT_SHARE, ..., :3].mean(axis=-1, dtype=np.float64)
+    tiles = pilot.first
+    of_tiles = pilot.tiles.tiled(pilot.items.variance)[0, : len(tiles.pixels), ..., :3].mean(axis=-1, dtype=np.float64)
     half_difference = tiles.tiled(items.half_difference).astype(np.float64)
     brightness = tiles.bright(tiles.tiled(items.mean).mean(axis=0))
 

@@ -106,7 +106,8 @@ def flaw(part: Part, pixels: Pixels) -> str:
         case StagePart():
             shape, expected = part.items.shape, part.sampled + part.rays * part.items
         case PilotSamples(width, height):
-            expected = pilot_samples(width, height)
+            short, long = pilot_samples(width, height)
+            expected = short if len(pixels.mean) == len(short) else long
             shape = expected.shape
     if [image.shape for image in vars(pixels).values()] != [(*shape, n) for n in (4, 4, 3)]:
         return "returned a block of another size"

@@ -201,7 +201,7 @@ class LiveRenderer(Renderer):
         """Restart at another size, with at most ``light_samples``, where no light is traced from the lights; returns
         the previous samples, which the caller releases."""
         assert self._light is None
-        film = Accumulation(self.context, *size, self._film.adaptive, least_gain=self._film.least_gain)
+        film = Accumulation(self.context, *size, self._film.adaptive)
         before, self._film = self._film, film
         self.settings = replace(self.settings, width=size[0], height=size[1])
         self._light_samples = light_samples
