@@ -196,8 +196,7 @@ class Pilot:
         error ``is_rare``, since others may have it.
 
         What a wrong decision loses is taken to be the ratio of both, and the logarithm of the gain to be normally
-        distributed, with the deviation that the jackknife tells (Efron and Stein 1981, The Jackknife Estimate of
-        Variance). The picture is taken to have :data:`_PICTURE` times the samples of the first stage.
+        distributed. The picture is taken to have :data:`_PICTURE` times the samples of the first stage.
         """
         others = _drawn(tiles_of(width, height)) - len(self.tiles.weights)
         if not others:
@@ -209,8 +208,9 @@ class Pilot:
         return expected_loss(abs(distance), self.deviation()) > cost
 
     def deviation(self) -> float:
-        """Of the logarithm of the gain, by tiles that are left out, where those next to each other were drawn by about
-        the same chance."""
+        """The standard deviation of the logarithm of the gain, for an even number of tiles: by leaving each out for the
+        next one, which was drawn by about the same chance (Jones 1974, Jackknife Estimation of Functions of Stratum
+        Means)."""
         gains = []
         for tile in range(len(self.tiles.weights)):
             weights = self.tiles.weights.copy()
