@@ -142,12 +142,12 @@ class Renderer:
             size = width, height
             self._parts = LayerTextures(self.context, size, len(PARTS)) if self._has_parts else None
             self._film = Accumulation(self.context, *size, self._adaptive, self._parts, window)
-            self._choose_sampling()
             self._light: LightTracing | None = None
             _log.info("compiling")
             self._tracer = Tracer(self.context, self._packed(), self._program())
             self._film.warm_up(self._tracer)
             self._load_light()
+            self._choose_sampling()
         self._last_error: float | None = None
         self._next_look = _FIRST_LOOK
         self._first_surface = FirstSurface(self.context, self._tracer, self._level, self._shaders)
