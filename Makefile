@@ -26,7 +26,7 @@ test: ## run all tests; make test ARGS="-k film" runs some
 CHECKED := tests/test_layers.py tests/test_shader_composer.py tests/test_specialise.py tests/packing tests/bvh \
 	tests/shaders/test_conventions.py tests/shaders/test_fresnel.py tests/shaders/test_ggx.py tests/shaders/test_shapes.py \
 	tests/shaders/test_warp.py tests/test_renderer.py tests/files/test_scene_file.py tests/files/test_gltf_scene.py \
-	tests/apps/viewer/test_session.py \
+	tests/apps/viewer/test_session.py tests/apps/viewer/test_refiner.py::test_what_was_removed_leaves_no_trace \
 	$(addprefix tests/test_furnace.py::test_, furnace_has_no_noise_without_light_sampling convex_object_in_ambient_light \
 	objects_that_glow_enough_vanish_in_ambient_light black_where_there_is_nothing)
 
