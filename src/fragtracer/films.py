@@ -22,7 +22,7 @@ from fragtracer.shader_composer import shaders_digest
 NAME = "film.npz"  # of the checkpoint in a folder
 # In an origin, "on" or "off", which may be measured: by their names there the settings that decide.
 DECIDED = {"guided": "guiding", "light_traced": "light_tracing"}
-_FORMAT = 1
+_FORMAT = 2
 _MOST_SAMPLES = 2**24  # that a count in float32 tells apart
 # Settings that only say how much is sampled, and how that is cut.
 _AMOUNTS = ("spp", "rays", "width", "height")

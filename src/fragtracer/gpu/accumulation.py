@@ -105,6 +105,7 @@ class Accumulation:
         self._passes = 0  # of the plan that are drawn
         self._in_pass = 0  # samples of an item of the next one that are
         self._lists: list[WorkList] = []  # of the pass that is being drawn
+        self._item_rays = 0  # samples of an item of theirs
         self._finished = Stages.none(height, width)
         self._sampled = np.zeros(width * height, np.int64)  # samples of each pixel in this stage
         self._sampled_before = self._sampled.copy()
@@ -259,20 +260,22 @@ class Accumulation:
         """The film of a part of a stage with more samples, beside the one that is held here; the same bits as if it
         were the whole picture that is sampled."""
         window = part.window
-        most = max(1, min(int(part.items.sum()), _MOST_PART_ITEMS))
+        most = max(1, min(max(int(items.sum()) for items, _ in part.work), _MOST_PART_ITEMS))
         stages = StageTextures(self._ctx, self.size[1], window, most, self._gather)
         try:
             film = Film(self._ctx, window.width, window.height)
             try:
                 if part.film is not None:
                     film.write(part.film, 0)
-                items, sampled = (counts.ravel().astype(np.int64) for counts in (part.items, part.sampled))
-                work = work_list(items, sampled, part.rays, block_order(window.width, window.height))
-                for some in work.cut(stages.most_items):
-                    for _ in stages.list.trace(tracer, some, part.stage, part.rays, None):
-                        pass
-                    for _ in stages.gather(film, some, 1.0):
-                        pass
+                sampled, order = part.sampled.ravel().astype(np.int64), block_order(window.width, window.height)
+                for counts, rays in part.work:
+                    items = counts.ravel().astype(np.int64)
+                    for some in work_list(items, sampled, rays, order).cut(stages.most_items):
+                        for _ in stages.list.trace(tracer, some, part.stage, rays, None):
+                            pass
+                        for _ in stages.gather(film, some, 1.0):
+                            pass
+                    sampled += rays * items
                 return film.read()
             finally:
                 film.release()
@@ -327,11 +330,11 @@ class Accumulation:
         self._weights = gradients.film_weights(variance, self._gradients.decorrelation)
 
     def _begin_pass(self, plan: Plan, rays: int) -> None:
-        """The next pass of the plan, or a part of it, of fewer ``rays`` for each item."""
+        """The next pass of the plan, or a part of it, of fewer ``rays`` per pixel, in the mean."""
         assert self._stages is not None
         self.pass_rays = rays
-        items = plan.items_of_pass(self._passes)
-        work = work_list(items, self._sampled, rays, block_order(*self.size))
+        ((items, self._item_rays),) = plan.work(self._passes, 1, rays)
+        work = work_list(items, self._sampled, self._item_rays, block_order(*self.size))
         self._lists = list(work.cut(self._stages.most_items))
 
     def _draw(self, tracer: Tracer, budget: float | None) -> Iterator[float]:
@@ -341,11 +344,11 @@ class Accumulation:
         lists = len(self._lists)
         for done in range(lists):
             work = self._lists[0]
-            for share in self._stages.list.trace(tracer, work, self._film.stage, self.pass_rays, budget):
+            for share in self._stages.list.trace(tracer, work, self._film.stage, self._item_rays, budget):
                 yield (done + share) / lists
             for _ in self._stages.gather(self._film, work, weight):
                 yield (done + 1) / lists
-            self._sampled += self.pass_rays * np.bincount(work.pixels, minlength=len(self._sampled))
+            self._sampled += self._item_rays * np.bincount(work.pixels, minlength=len(self._sampled))
             del self._lists[0]
 
     def read(self) -> Pixels:
@@ -396,7 +399,9 @@ class Accumulation:
             arrays |= {f"finished.{field.name}": getattr(self._finished, field.name) for field in fields(Stages)}
         if self._plan is not None:
             state |= {"stage": self._film.stage, "passes": self._passes, "pass_rays": self.pass_rays}
-            arrays |= {"plan.items": self._plan.items, "sampled": self._sampled, "sampled_before": self._sampled_before}
+            state["item_rays"] = self._item_rays
+            arrays |= {"plan.first": self._plan.first, "plan.items": self._plan.items}
+            arrays |= {"sampled": self._sampled, "sampled_before": self._sampled_before}
             for name in ("pixels", "first"):
                 parts = [getattr(work, name) for work in self._lists]
                 arrays[f"list.{name}"] = np.concatenate([np.zeros(0, np.int64), *parts])
@@ -424,7 +429,8 @@ class Accumulation:
             return
         self._film.write(film, 0)
         self._film.stage, self._passes, self.pass_rays = state["stage"], state["passes"], state["pass_rays"]
-        self._plan = Plan(self._film.stage, arrays["plan.items"])
+        self._item_rays = state["item_rays"]
+        self._plan = Plan(self._film.stage, arrays["plan.first"], arrays["plan.items"])
         self._sampled, self._sampled_before = arrays["sampled"], arrays["sampled_before"]
         if self._stages is None:
             self._stages = self._stage_textures()

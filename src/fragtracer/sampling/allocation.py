@@ -27,6 +27,7 @@ _GROWTH = 4  # of the samples there are, by each later stage (docs/sampling.md)
 _FIRST_WEIGHT = 0.5  # of a sample of the first stage, which no plan has placed (docs/sampling.md)
 ITEM_SAMPLES = 16  # of an item of work in the first stages
 _MOST_ITEM_SAMPLES = 64  # in later ones, where they cost less: lanes wait for the longest path of an item
+_FIRST_ITEMS = 2  # per pixel, in the mean, of the first pass of a stage, in the place of one as large as all of them
 MOST_STAGES = 31  # that have streams of random numbers of their own (shaders/sampler/stream.glsl)
 # In squared error, at which the pilot says that adaptive sampling pays; and with meshes, where rays that go apart cost
 # more (docs/sampling.md).
@@ -135,40 +136,56 @@ class Stages:
 
 
 class Plan:
-    """Where the samples of a stage go: ``items`` (pixels,) of ``item_samples`` samples of one pixel each.
+    """Where the samples of a stage go.
 
-    Passes have as many items as there are pixels, nearly; the first has one of each pixel, so that every pixel has its
-    share of an unfinished stage.
+    A pass has ``item_samples`` samples per pixel, in the mean. The first has ``first`` (pixels,) short items of each
+    pixel, one at least, so that every pixel has its share of an unfinished stage. The passes after it have together
+    ``items`` (pixels,) of ``item_samples`` samples, each of them nearly as many as there are pixels.
     """
 
-    def __init__(self, stage: int, items: Counts) -> None:
+    def __init__(self, stage: int, first: Counts, items: Counts) -> None:
         self.item_samples = item_samples(stage)
         self.passes = stage_samples(stage) // self.item_samples
-        self.items = items
-        self._more = items - 1.0
+        self.first, self.items = first, items
         # Low-discrepancy phases, so that neighbours do not get their items in the same pass.
         self._phase = np.arange(items.size) * ((5**0.5 - 1) / 2) % 1
 
     @staticmethod
     def by(stage: int, deviation: Floats) -> "Plan":
         """The plan for a ``deviation`` (height, width) as :meth:`Stages.deviation` has it."""
+        relative = _relative(deviation.ravel())
         passes = stage_samples(stage) // item_samples(stage)
-        least = -(-passes // _LEAST_SHARE)
-        rest = (passes - least) * deviation.size
-        wanted = np.minimum(_relative(deviation.ravel()) * (passes - least), _MOST_SHARE * passes)
-        edges = np.floor(np.concatenate([[0.0], np.cumsum(wanted)]) * (rest / wanted.sum()) + 0.5).astype(np.int64)
-        return Plan(stage, least + np.diff(edges))
+        return Plan(stage, _placed(relative, _FIRST_ITEMS), _placed(relative, passes - 1))
 
-    def items_of_pass(self, number: int) -> Counts:
-        """Items of each pixel, (pixels,), in pass ``number``, from 0."""
-        return self.items_before(number + 1) - self.items_before(number)
+    def work(self, number: int, passes: int, rays: int) -> list[tuple[Counts, int]]:
+        """Items of each pixel, (pixels,), and how many samples an item has, in so many passes from ``number`` on: whole
+        ones, whose ``rays`` are ``item_samples``, or a shorter one."""
+        found = []
+        if number == 0:
+            short, rest = divmod(rays, _FIRST_ITEMS)
+            found.append((np.ones_like(self.first), rays) if rest else (self.first, short))
+        if number + passes > 1:
+            found.append((self._items_before(number + passes) - self._items_before(max(1, number)), rays))
+        return found
 
-    def items_before(self, number: int) -> Counts:
-        """Items of each pixel, (pixels,), in all passes before."""
+    def sampled_before(self, number: int) -> Counts:
+        """Samples of each pixel, (pixels,), in all passes before, which were whole."""
         if number == 0:
             return np.zeros_like(self.items)
-        share = (number - 1) / max(1, self.passes - 1)
-        return 1 + (self._more * share + self._phase).astype(np.int64)
+        return self.first * (self.item_samples // _FIRST_ITEMS) + self._items_before(number) * self.item_samples
+
+    def _items_before(self, number: int) -> Counts:
+        """Of those after the first pass."""
+        return (self.items * ((number - 1) / (self.passes - 1)) + self._phase).astype(np.int64)
+
+
+def _placed(relative: Floats, mean: int) -> Counts:
+    """So many items per pixel in the mean, by what each wants, over the mean of that."""
+    least = -(-mean // _LEAST_SHARE)
+    wanted = np.minimum(relative * (mean - least), _MOST_SHARE * mean)
+    scale = (mean - least) * relative.size / wanted.sum()
+    edges = np.floor(np.concatenate([[0.0], np.cumsum(wanted)]) * scale + 0.5).astype(np.int64)
+    return np.asarray(least + np.diff(edges))
 
 
 def _relative(deviation: Floats) -> Floats:
@@ -211,15 +228,20 @@ class Window:
 
 @dataclass(frozen=True)
 class StagePart:
-    """What the pixels of a window get in a stage after the first: ``items`` (height, width) of ``rays`` samples each,
-    where they have had ``sampled`` (height, width) samples of the stage, which are in ``film``; without one, none."""
+    """What the pixels of a window get in a stage after the first, where they have had ``sampled`` (height, width)
+    samples of it, which are in ``film``; without one, none. ``work`` has the items of each pixel, (height, width), and
+    how many samples an item has, one kind after the other (:meth:`Plan.work`)."""
 
     window: Window
     stage: int
     film: Pixels | None
     sampled: NDArray[np.int32]
-    items: NDArray[np.int32]
-    rays: int = ITEM_SAMPLES
+    work: tuple[tuple[NDArray[np.int32], int], ...]
+
+    @property
+    def samples(self) -> NDArray[np.int32]:
+        """Of each pixel of the stage, (height, width), once the work is done."""
+        return self.sampled + sum(rays * items for items, rays in self.work)
 
 
 @dataclass(frozen=True)

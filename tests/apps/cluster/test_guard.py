@@ -41,7 +41,7 @@ def test_scenes_are(name) -> None:
 
 def test_tasks_are() -> None:
     items = np.ones((2, 3), np.int32)
-    part = StagePart(Window(0, 0, 3, 2), 1, empty(2, 3), items, items)
+    part = StagePart(Window(0, 0, 3, 2), 1, empty(2, 3), items, ((items, 4), (items, 16)))
     task = (render_part, "key", Frame(load("three-spheres").camera, 7), part)
     buffers: list[pickle.PickleBuffer] = []
     for content, kept in (
@@ -50,7 +50,7 @@ def test_tasks_are() -> None:
     ):
         function, key, frame, found = guard.loads(content, buffers=kept)
         assert (function, key, frame, found.window) == (*task[:3], part.window)
-        np.testing.assert_array_equal(found.items, items)
+        np.testing.assert_array_equal(found.samples, part.samples)
         np.testing.assert_array_equal(found.film.mean, part.film.mean)
     assert guard.loads(pickle.dumps(versions)) is versions
 

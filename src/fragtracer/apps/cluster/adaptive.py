@@ -66,11 +66,12 @@ class AdaptiveSampling:
         if self._plan is None:
             return Block(task.window, FIRST_STAGE)
         start = None if self._start is None else crop(self._start, task.window)
-        sampled, items = (counts[at(task.window)].astype(np.int32) for counts in (self._sampled, self._items))
-        return StagePart(task.window, self._stage, start, sampled, items, self._rays)
+        sampled = self._sampled[at(task.window)].astype(np.int32)
+        work = tuple((items[at(task.window)].astype(np.int32), rays) for items, rays in self._work)
+        return StagePart(task.window, self._stage, start, sampled, work)
 
     def cost(self, task: Task) -> int:
-        return self._rays * int(self._items[at(task.window)].sum())
+        return sum(rays * int(items[at(task.window)].sum()) for items, rays in self._work)
 
     @property
     def left(self) -> float:
@@ -133,7 +134,7 @@ class AdaptiveSampling:
         self._begin_step(*self._next_passes())
 
     def _next_passes(self) -> tuple[int, int]:
-        """How many passes the next step has, and the samples of an item; no passes where there is a shorter one."""
+        """How many passes the next step has, and samples per pixel of each; no passes where there is a shorter one."""
         if self._plan is None:
             return FIRST_STAGE // ITEM_SAMPLES, ITEM_SAMPLES
         passes, rays = self._plan.passes - self._passes, self._plan.item_samples
@@ -149,18 +150,18 @@ class AdaptiveSampling:
         self._more_passes, self._rays = passes, rays
         height, width = self._cut.height, self._cut.width
         if self._plan is None:
-            self._items = np.full((height, width), passes)
+            self._work = [(np.full((height, width), passes), rays)]
             self._sampled: Counts = np.zeros((height, width), np.int64)
         else:
-            before = self._plan.items_before(self._passes)
-            items = self._plan.items_before(self._passes + max(1, passes)) - before
-            self._items, self._sampled = (n.reshape(height, width) for n in (items, self._plan.item_samples * before))
+            work = self._plan.work(self._passes, max(1, passes), rays)
+            self._work = [(items.reshape(height, width), samples) for items, samples in work]
+            self._sampled = self._plan.sampled_before(self._passes).reshape(height, width)
         start = self._start
         self._film = empty(height, width) if start is None else Pixels(*(i.copy() for i in vars(start).values()))
         self._weight = np.full((height, width, 1), float(self._in_stage))  # of this stage in the picture
         self._authors: dict[Task, str] = {}  # of the tasks of this step that are there
         self._missing = height * width  # pixels
-        self._left = rays * int(self._items.sum())
+        self._left = sum(samples * int(items.sum()) for items, samples in self._work)
         self._step += 1
         self._due = deque(self._cut.tasks(self._step))
 
@@ -200,7 +201,7 @@ class AdaptiveSampling:
         arrays = {f"film.{name}": image for name, image in vars(self._film).items()}
         arrays |= {f"finished.{field.name}": getattr(self._finished, field.name) for field in fields(Stages)}
         if self._plan is not None:
-            arrays["plan.items"] = self._plan.items
+            arrays |= {"plan.first": self._plan.first, "plan.items": self._plan.items}
         return state, arrays
 
     def restore(self, state: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> bool:
@@ -211,7 +212,7 @@ class AdaptiveSampling:
         self._stage, self._passes, self._in_stage = (state[name] for name in ("stage", "passes", "in_stage"))
         self._next_look = state["next_look"]
         self._finished = Stages(*(arrays[f"finished.{field.name}"] for field in fields(Stages)))
-        self._plan = Plan(self._stage, arrays["plan.items"]) if self._stage else None
+        self._plan = Plan(self._stage, arrays["plan.first"], arrays["plan.items"]) if self._stage else None
         film = Pixels(*(arrays[f"film.{field.name}"] for field in fields(Pixels)))
         if self._spp:
             self._film = self._start = film

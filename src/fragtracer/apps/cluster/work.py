@@ -104,7 +104,7 @@ def flaw(part: Part, pixels: Pixels) -> str:
         case Block(window, spp):
             shape, expected = (window.height, window.width), spp
         case StagePart():
-            shape, expected = part.items.shape, part.sampled + part.rays * part.items
+            shape, expected = part.sampled.shape, part.samples
         case PilotSamples(width, height):
             short, long = pilot_samples(width, height)
             expected = short if len(pixels.mean) == len(short) else long
@@ -121,7 +121,7 @@ def sent_bytes(part: Part) -> int:
     if not isinstance(part, StagePart):
         return 0
     film = () if part.film is None else vars(part.film).values()
-    return sum(values.nbytes for values in (part.sampled, part.items, *film))
+    return sum(values.nbytes for values in (part.sampled, *(items for items, _ in part.work), *film))
 
 
 def pixels_digest(pixels: Pixels) -> str:
