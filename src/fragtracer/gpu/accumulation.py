@@ -113,7 +113,8 @@ class Accumulation:
     def bands(self, tracer: Tracer, rays: int, most: int | None, budget: float | None = None) -> Iterator[float]:
         """Draw a pass, as :meth:`Tracer.bands` does; one that was abandoned within a stage goes on where it was.
 
-        It has ``rays`` samples per pixel, or as many as its stage has planned, but no more than ``most``, if given.
+        It has ``rays`` samples per pixel, of each tiling where the picture is made from differences, or as many as its
+        stage has planned, but no more than ``most``, if given.
         """
         if self._stage_is_full:
             if self._plan is None:
@@ -126,7 +127,7 @@ class Accumulation:
         if self._plan is None:
             rays = min(rays, FIRST_STAGE - self._in_stage) if self._has_choice else rays
             film, work, texels = self._drawn
-            each = max(1, min(rays // texels, most // texels, tracer.max_rays))
+            each = max(1, min(rays, most // texels, tracer.max_rays))
             self.pass_rays = texels * each
             sampled = self._sampled
             try:

@@ -70,6 +70,8 @@ def test_markdown_leaves_out_what_never_changes() -> None:
     assert "| 5 | 60.0 ±5 % |  |" in text
     assert "measured on paper" in text
     assert "processor abacus" in text
+    assert "ended early" not in text
+    assert "ended early" in to_markdown(replace(_results(60.0), complete=False))
 
 
 def test_report_is_one_page_that_needs_nothing_else() -> None:

@@ -40,7 +40,7 @@ def run_suite(names: Sequence[str], plan: Plan, progress: Progress) -> Results:
     """Run the benchmarks of those names.
 
     Ctrl-C, or a :class:`FragtracerError` after the first row, ends it early: ``complete`` is false,
-    ``failure`` the message, and all finished rows are kept.
+    ``failure`` the message, and all finished rows are kept. A benchmark without any has no table.
     """
     results = Results(describe_machine(), plan.describe(), complete=False)
     try:
@@ -60,4 +60,5 @@ def run_suite(names: Sequence[str], plan: Plan, progress: Progress) -> Results:
         if not any(table.rows for table in results.tables):
             raise
         results.failure = str(error)
+    results.tables = [table for table in results.tables if table.rows]
     return results

@@ -7,14 +7,15 @@ from rich.table import Table as RichTable
 from fragtracer.apps.bench.statistics import Estimate
 from fragtracer.apps.bench.tables import Column, Results, Table, show
 
+_ENDED_EARLY = "ended early: the rows that were finished are kept"
+
 
 def print_results(results: Results, console: Console) -> None:
-    """Every table that has rows, and what must be known to read it."""
+    """Every table, and what must be known to read it."""
     for table in results.tables:
-        if table.rows:
-            _print_table(table, console)
+        _print_table(table, console)
     if not results.complete:
-        console.print("ended early: the rows that were finished are kept")
+        console.print(_ENDED_EARLY)
 
 
 def _print_table(table: Table, console: Console) -> None:
@@ -41,6 +42,7 @@ def to_markdown(results: Results) -> str:
         parts.append("\n".join(lines))
         parts += ["  \n".join(table.notes)] if table.notes else []
     machine = "; ".join(f"{name} {value}" for name, value in results.machine.items())
+    parts += [] if results.complete else [_ENDED_EARLY]
     return "\n\n".join([*parts, f"Measured on: {machine}."]) + "\n"
 
 
