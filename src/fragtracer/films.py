@@ -81,7 +81,8 @@ class SavedFilm:
         """Raises :class:`FilmError` if it is missing, damaged or of another format."""
         header, arrays = read_archive(path)
         if header.pop("format", None) != _FORMAT:
-            raise FilmError(f"{path}: this film has a format that this version of fragtracer does not know")
+            mend = "go on with the version that has made it, or render it anew"
+            raise FilmError(f"{path}: this film has a format that this version of fragtracer does not know; {mend}")
         try:
             ranges = tuple((int(first), int(end)) for first, end in header.pop("ranges"))
             film = SavedFilm(ranges=ranges, arrays=arrays, **header)

@@ -103,7 +103,7 @@ class Accumulation:
         self._plan: Plan | None = None  # of this stage; without one, each pixel has as many samples
         self._has_short_pass = False  # whether a pass had fewer samples than the plan has
         self._passes = 0  # of the plan that are drawn
-        self._in_pass = 0  # samples of an item of the next one that are
+        self._in_pass = 0  # samples per pixel, in the mean, of the next one that are
         self._lists: list[WorkList] = []  # of the pass that is being drawn
         self._item_rays = 0  # samples of an item of theirs
         self._finished = Stages.none(height, width)
