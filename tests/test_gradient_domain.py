@@ -13,12 +13,13 @@ from fragtracer.errors import FilmError
 from fragtracer.films import SavedFilm, merge
 from fragtracer.io.toml import load
 from fragtracer.renderer import Renderer
-from fragtracer.sampling.gradients import Weights, reconstruct
+from fragtracer.sampling.gradients import GradientPilot, Weights, reconstruct
 from fragtracer.scene import RenderSettings
 
 Floats = NDArray[np.float64]
 
 EVEN = {"adaptive": "off", "guiding": "off", "light_tracing": "off"}
+found_by = GradientPilot.found
 
 
 def test_the_picture_is_the_nearest_one() -> None:
@@ -58,10 +59,12 @@ def test_reconstruction_has_no_bias() -> None:
     np.testing.assert_allclose(reconstruct(one + 2 * three, other + 2 * four, weights), separate, atol=1e-12)
 
 
-def test_differences_lower_the_error(ctx: Any) -> None:
-    """By 30 % at least in the Cornell box with few samples; the mean stays the same, and the standard error is true."""
+def test_differences_lower_the_error(ctx: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By 30 % at least in the Cornell box with few samples, as pilots say; the mean stays the same, and the standard
+    error is true."""
     scene, size, seeds = load("cornell-box"), (128, 128), 8
-    found = {}
+    found, promised = {}, []
+    monkeypatch.setattr(GradientPilot, "found", lambda pilot: promised.append(told := found_by(pilot)) or told)
     for choice in ("on", "off"):
         images, errors = [], []
         with Renderer(scene, size, context=ctx, gradient_domain=choice, bounces=4, **EVEN) as renderer:
@@ -77,6 +80,8 @@ def test_differences_lower_the_error(ctx: Any) -> None:
     weight = relative_weight(mean)
     on, off = (float((images.var(axis=0, ddof=1) * weight).mean()) for images, _ in (found["on"], found["off"]))
     assert on < 0.7 * off
+    assert len(promised) == seeds
+    assert np.mean([gradients.gain for gradients in promised]) == pytest.approx(off / on, rel=0.15)
     for images, errors in found.values():
         true, said = np.sqrt(images.var(axis=0, ddof=1).mean()), np.sqrt((errors**2).mean())
         assert said == pytest.approx(true, rel=0.2)
@@ -85,6 +90,26 @@ def test_differences_lower_the_error(ctx: Any) -> None:
     score = np.abs(tiles[0].mean(axis=0) - tiles[1].mean(axis=0)) / np.sqrt(spread)
     # Student's t with 7 degrees of freedom at least: 1e-2 over 192 comparisons (Šidák).
     assert score.max() < 8.7
+
+
+@pytest.mark.parametrize("goes_on", [False, True])
+def test_a_pilot_goes_on_where_its_first_tiles_leave_too_much_open(
+    ctx: Any, monkeypatch: pytest.MonkeyPatch, goes_on: bool
+) -> None:
+    """The first tiles have the same samples then."""
+    pilots: list[GradientPilot] = []
+    monkeypatch.setattr(GradientPilot, "found", lambda pilot: pilots.append(pilot) or found_by(pilot))
+    monkeypatch.setattr(GradientPilot, "asks_for_more", lambda pilot, *_: pilots.append(pilot) or goes_on)
+    with Renderer(load("cornell-box"), (160, 112), context=ctx, gradient_domain="on", bounces=2, **EVEN) as renderer:
+        renderer.sample(34)
+    first, pilot = pilots
+    assert (len(first.tiles.weights), len(pilot.tiles.weights)) == (16, 18 if goes_on else 16)
+    np.testing.assert_array_equal(pilot.items.mean[: len(first.items.mean)], first.items.mean)
+    np.testing.assert_array_equal(pilot.tiles.pixels[:16], first.tiles.pixels)
+    monkeypatch.undo()
+    for least, asks in ((1.02, True), (0.25, False)):
+        monkeypatch.setattr("fragtracer.sampling.gradients.LEAST_GAIN", least * pilot.found().gain)
+        assert pilot.asks_for_more(8 * 160, 8 * 112) == asks
 
 
 def test_it_is_used_where_it_pays(ctx: Any) -> None:

@@ -124,7 +124,7 @@ def test_the_rate_is_that_of_stratified_samples() -> None:
     halves = pilot.items.half_difference.reshape(-1, 2, TILE**2, 3).copy()
     halves[:, 1] = -0.5 * halves[:, 0]
     items = Pixels(pilot.items.mean, pilot.items.variance, halves.reshape(-1, 1, 3))
-    assert Pilot(pilot.tiles, items, pilot.first).rate == pytest.approx(0.2, abs=0.01)
+    assert Pilot(pilot.tiles, items, pilot.drawn).rate == pytest.approx(0.2, abs=0.01)
 
 
 def spotted(seed: int) -> Floats:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """A picture in progress: passes of samples, everywhere alike or where the error is."""
 
-from collections.abc import Generator, Iterator, Mapping
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import fields
 from typing import Any, Literal, cast
@@ -33,7 +33,7 @@ from fragtracer.sampling.allocation import (
     stage_weight,
     work_list,
 )
-from fragtracer.sampling.gradients import Gradients, Weights
+from fragtracer.sampling.gradients import GradientPilot, Gradients, Weights
 from fragtracer.sampling.pilot import SAMPLES, STREAM, SURVEY_SAMPLES, Pilot, Tiles, pilot_list, survey_list, tiles_of
 from fragtracer.sampling.pixels import Floats, Pixels
 
@@ -173,7 +173,8 @@ class Accumulation:
         """Whether the picture is made from differences, once that is known."""
         if self._gradients is None or self.gradient_domain == "on":
             return self._gradients is not None
-        return self._gradients.pays and (self._stays_even or self._gradients.gain > (self._gain or 0.0))
+        above_least = self._gradients.gain / gradients.LEAST_GAIN
+        return self._gradients.pays and (self._stays_even or above_least > (self._gain or 0.0) / self.least_gain)
 
     @property
     def shares_numbers(self) -> bool:
@@ -220,21 +221,29 @@ class Accumulation:
         if asks_gradients:
             found = gradients.UNKNOWN
             if pilot is not None:
-                work = gradients.pilot_list(pilot.first.pixels)
-                items = yield from self._sampled_list(tracer, work, SAMPLES, budget)
-                found = gradients.pilot_gradients(items, pilot)
+                found = yield from self._gradient_pilot(tracer, budget, pilot)
         self._gain, self._gradients = gain, found
 
     def _pilot(self, tracer: Tracer, budget: float | None, asks_adaptive: bool) -> Generator[float, None, Pixels]:
         """The items of :meth:`Pilot.of`."""
         found = [(yield from self._sampled_list(tracer, survey_list(*self.size), SURVEY_SAMPLES, budget))]
-        first, every = Tiles.by(found[0], *self.size)
+        first, every = drawn = Tiles.by(found[0], *self.size)
         found.append((yield from self._sampled_list(tracer, pilot_list(first.pixels), SAMPLES, budget)))
-        if asks_adaptive and Pilot(first, found[1], first).asks_for_more(self.least_gain, self.is_rare, *self.size):
+        if asks_adaptive and Pilot(first, found[1], drawn).asks_for_more(self.least_gain, self.is_rare, *self.size):
             others = pilot_list(every.pixels[len(first.pixels) :])
             found.append((yield from self._sampled_list(tracer, others, SAMPLES, budget)))
-        parts = zip(*(vars(pixels).values() for pixels in found), strict=True)
-        return Pixels(*(np.concatenate(part) for part in parts))
+        return _joined(found)
+
+    def _gradient_pilot(self, tracer: Tracer, budget: float | None, pilot: Pilot) -> Generator[float, None, Gradients]:
+        first, every = pilot.drawn
+        variance = self._film.read().variance[..., :3]
+        items = yield from self._sampled_list(tracer, gradients.pilot_list(first.pixels), SAMPLES, budget)
+        found = GradientPilot(items, first, variance, pilot.rate)
+        if found.asks_for_more(*self.size):
+            work = gradients.pilot_list(every.pixels[len(first.pixels) :])
+            others = yield from self._sampled_list(tracer, work, SAMPLES, budget)
+            found = GradientPilot(_joined([items, others]), every, variance, pilot.rate)
+        return found.found()
 
     def _sampled_list(
         self, tracer: Tracer, work: WorkList, rays: int, budget: float | None
@@ -489,6 +498,12 @@ def _planned(finished: Stages, pixels: Pixels, weight: float, stage: int) -> tup
     block_order(width, height)  # remembered
     shown = together.pixels()
     return together, Plan.by(stage, together.deviation(shown)), _texels(shown)
+
+
+def _joined(items: Sequence[Pixels]) -> Pixels:
+    """Items (items, 1), one after the other."""
+    parts = zip(*(vars(some).values() for some in items), strict=True)
+    return Pixels(*(np.concatenate(part) for part in parts))
 
 
 def _texels(shown: Pixels) -> list[Floats]:

@@ -12,15 +12,15 @@ the samples, and its weights come from others; so it is unbiased. docs/sampling.
 
 import os
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.sampling.allocation import FIRST_STAGE, WorkList
-from fragtracer.sampling.pilot import TILE, Pilot, twice
+from fragtracer.sampling.pilot import TILE, Tiles, others_pay, twice
 from fragtracer.sampling.pixels import Pixels, around
 
 Floats = NDArray[np.float64]
@@ -40,7 +40,7 @@ _ROUNDING = 1e-6  # relative, of a running mean in float32
 
 @dataclass(frozen=True)
 class Gradients:
-    """What a pilot says of differences: they divide the mean squared relative error by ``gain`` at equal samples, where
+    """What a pilot says of differences: they divide the mean squared relative error of 128 samples by ``gain``, where
     neighbours are taken to have a correlation of 1 - ``decorrelation``. The share ``dark`` of the pixels comes out much
     darker than they and the pixels around them are: beside rare bright samples, of which differences take as much away
     there as they put elsewhere."""
@@ -181,40 +181,68 @@ def film_weights(variance: NDArray[np.floating[Any]], decorrelation: float) -> W
     return Weights.of(variance.mean(axis=2, dtype=np.float64)[::-1], decorrelation)
 
 
-def pilot_list(tiles: NDArray[np.int64]) -> WorkList:
-    """Items whose samples say whether differences pay: two of each pixel of the first of a pilot's tiles, (tiles,
-    TILE²), one for each tiling of the image."""
-    pixels = twice(tiles)
+def pilot_list(pixels: NDArray[np.int64]) -> WorkList:
+    """Items whose samples say whether differences pay: two of each pixel of a pilot's tiles, (tiles, TILE²), one for
+    each tiling of the image."""
+    items = twice(pixels)
     numbers = np.repeat(np.array([ALIGNED, SHIFTED], np.uint32), TILE**2)
-    return WorkList(pixels, np.zeros_like(pixels), np.resize(numbers, len(pixels)))
+    return WorkList(items, np.zeros_like(items), np.resize(numbers, len(items)))
 
 
-def pilot_gradients(items: Pixels, pilot: Pilot) -> Gradients:
-    """What the samples of :func:`pilot_list` say, (items, 1), by their half-differences, which are linear in the
-    samples as the picture is; with weights from those of ``pilot``. What stratification gains is taken off, since point
-    sets of half the size are less well stratified (docs/sampling.md)."""
-    tiles = pilot.first
-    of_tiles = pilot.tiles.tiled(pilot.items.variance)[0, : len(tiles.pixels), ..., :3].mean(axis=-1, dtype=np.float64)
-    half_difference = tiles.tiled(items.half_difference).astype(np.float64)
-    brightness = tiles.bright(tiles.tiled(items.mean).mean(axis=0))
+@dataclass(frozen=True)
+class GradientPilot:
+    """What the samples of :func:`pilot_list` say: ``items`` (items, 1) of ``tiles``, by their half-differences, which
+    are linear in the samples as the picture is. The weights are those of a picture, from the ``variance`` (height,
+    width, 3) of single samples of its first stage, row 0 at the top. Point sets of half the size are less well
+    stratified; what that loses is the ``rate`` of :class:`.Pilot`."""
 
-    def error(halves: Floats) -> float:
-        """Of (tiles, rows, columns, channels)."""
-        return float(tiles.mean(np.square(halves / brightness[..., None]).mean(axis=-1))) + _ROUNDING**2
+    items: Pixels
+    tiles: Tiles
+    variance: NDArray[np.float32]
+    rate: float
 
-    plain = error(half_difference.mean(axis=0))
-    aligned, shifted = np.moveaxis(half_difference, -1, 1)
-    found = []
-    for decorrelation in _DECORRELATIONS:
-        made = reconstruct(aligned, shifted, Weights.of(of_tiles, decorrelation))
-        found.append(Gradients(plain / error(np.moveaxis(made, 0, -1)) * pilot.rate**2, decorrelation))
-    best = max(found, key=lambda gradients: gradients.gain)
-    single = tiles.tiled(items.mean)[..., :3].mean(axis=-1, dtype=np.float64)
-    made = reconstruct(single[:1], single[1:], Weights.of(of_tiles, best.decorrelation))[0]
-    before = single.mean(axis=0)
-    expected = np.minimum(before, [around(tile, _NEIGHBOURS) for tile in before])
-    is_dark = (made < _DARK * expected) & (before >= brightness)
-    return replace(best, dark=float(tiles.mean(is_dark.astype(np.float64))))
+    def found(self) -> Gradients:
+        """The best decorrelation, and what comes of it."""
+        gains = self._gains(self.tiles)
+        best = int(gains.argmax())
+        return Gradients(float(gains[best]), _DECORRELATIONS[best], self._dark(_DECORRELATIONS[best]))
+
+    def asks_for_more(self, width: int, height: int) -> bool:
+        """Whether samples of the other tiles, too, would be worth more than they cost in a picture of that size."""
+        return others_pay(lambda tiles: float(self._gains(tiles).max()), LEAST_GAIN, self.tiles, width, height)
+
+    def _gains(self, tiles: Tiles) -> Floats:
+        """By decorrelation, with these weights of the tiles."""
+        plain, *made = np.average(self._errors, axis=1, weights=tiles.weights)
+        return np.asarray(plain / np.array(made) * self.rate)
+
+    @cached_property
+    def _errors(self) -> Floats:
+        """The mean squared relative errors of each tile, (1 + decorrelations, tiles): of single pixels, and of what is
+        made of their differences."""
+        halves = self.tiles.tiled(self.items.half_difference).astype(np.float64)
+        aligned, shifted = np.moveaxis(halves, -1, 1)
+        made = [reconstruct(aligned, shifted, self._weights(one)) for one in _DECORRELATIONS]
+        pictures = np.stack([halves.mean(axis=0), *(np.moveaxis(channels, 0, -1) for channels in made)])
+        squares = np.square(pictures / self._brightness[..., None])
+        return np.asarray(squares.mean(axis=(2, 3, 4)) + _ROUNDING**2)
+
+    def _dark(self, decorrelation: float) -> float:
+        """The share of dark dots in what is made of the tiles themselves."""
+        single = self.tiles.tiled(self.items.mean)[..., :3].mean(axis=-1, dtype=np.float64)
+        made = reconstruct(single[:1], single[1:], self._weights(decorrelation))[0]
+        before = single.mean(axis=0)
+        expected = np.minimum(before, [around(tile, _NEIGHBOURS) for tile in before])
+        is_dark = (made < _DARK * expected) & (before >= self._brightness)
+        return float(self.tiles.mean(is_dark.astype(np.float64)))
+
+    def _weights(self, decorrelation: float) -> Weights:
+        of_pixels = self.variance.mean(axis=2).reshape(-1, 1, 1)[self.tiles.pixels.ravel()]
+        return Weights.of(self.tiles.tiled(of_pixels)[0, ..., 0].astype(np.float64), decorrelation)
+
+    @cached_property
+    def _brightness(self) -> Floats:
+        return self.tiles.bright(self.tiles.tiled(self.items.mean).mean(axis=0))
 
 
 def decision(choice: str, found: Gradients | None, is_on: bool) -> str:

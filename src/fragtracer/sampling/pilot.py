@@ -9,6 +9,7 @@ much open.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -118,6 +119,19 @@ class Tiles:
         brightness = color[..., :3].mean(axis=-1, dtype=np.float64)
         return np.asarray(np.maximum(brightness, np.maximum(DARK * self.mean(brightness), 1e-30)))
 
+    def deviation(self, found: Callable[["Tiles"], float]) -> float:
+        """The standard deviation of what is found by the weights of an even number of tiles: by leaving each out for
+        the next one, which was drawn by about the same chance (Jones 1974, Jackknife Estimation of Functions of Stratum
+        Means)."""
+        without = []
+        for tile in range(len(self.weights)):
+            weights = self.weights.copy()
+            weights[tile ^ 1] += weights[tile]
+            weights[tile] = 0
+            without.append(found(replace(self, weights=weights)))
+        one, other = np.reshape(without, (-1, 2)).T
+        return float(np.sqrt(((one - other) ** 2 / 4).sum()))
+
 
 def _systematic(chance: Floats, rng: np.random.Generator) -> NDArray[np.bool_]:
     """Which are drawn by systematic sampling: at equal distances along the sum of the chances, from a place that is
@@ -156,11 +170,12 @@ def twice(pixels: Counts) -> Counts:
 
 @dataclass(frozen=True)
 class Pilot:
-    """What a pilot has found: ``items`` (items, 1), those of :func:`pilot_list`; of the ``first`` tiles, or all."""
+    """What a pilot has found: ``items`` (items, 1), those of :func:`pilot_list`, of ``tiles``: the first of those that
+    were ``drawn``, or all, which are given in this order."""
 
     tiles: Tiles
     items: Pixels
-    first: Tiles
+    drawn: tuple[Tiles, Tiles]
 
     @staticmethod
     def of(samples: Pixels, width: int, height: int) -> "Pilot":
@@ -171,8 +186,8 @@ class Pilot:
             Pixels(*(values[part] for values in vars(samples).values()))
             for part in (slice(surveyed), slice(surveyed, None))
         )
-        first, every = Tiles.by(survey, width, height)
-        return Pilot(first if len(items.mean) == 2 * first.pixels.size else every, items, first)
+        first, every = drawn = Tiles.by(survey, width, height)
+        return Pilot(first if len(items.mean) == 2 * first.pixels.size else every, items, drawn)
 
     def gain(self) -> float:
         """By how much adaptive sampling lowers the mean squared relative error at equal samples.
@@ -193,32 +208,13 @@ class Pilot:
     def asks_for_more(self, least_gain: float, is_rare: bool, width: int, height: int) -> bool:
         """Whether samples of the other tiles, too, would be worth more than they cost in a picture of that size, where
         all that matters is whether the gain is ``least_gain``. That these tiles have found less means nothing where the
-        error ``is_rare``, since others may have it.
-
-        What a wrong decision loses is taken to be the ratio of both, and the logarithm of the gain to be normally
-        distributed. The picture is taken to have :data:`_PICTURE` times the samples of the first stage.
-        """
-        others = _drawn(tiles_of(width, height)) - len(self.tiles.weights)
-        if not others:
-            return False
-        distance = math.log(self.gain() / least_gain)
-        if is_rare and distance < 0:
-            return True
-        cost = 2 * SAMPLES * others * TILE**2 / (_PICTURE * FIRST_STAGE * width * height)
-        return expected_loss(abs(distance), self.deviation()) > cost
+        error ``is_rare``, since others may have it."""
+        asks = others_pay(self._gain, least_gain, self.tiles, width, height)
+        return asks or (is_rare and self.gain() < least_gain and others(self.tiles, width, height) > 0)
 
     def deviation(self) -> float:
-        """The standard deviation of the logarithm of the gain, for an even number of tiles: by leaving each out for the
-        next one, which was drawn by about the same chance (Jones 1974, Jackknife Estimation of Functions of Stratum
-        Means)."""
-        gains = []
-        for tile in range(len(self.tiles.weights)):
-            weights = self.tiles.weights.copy()
-            weights[tile ^ 1] += weights[tile]
-            weights[tile] = 0
-            gains.append(math.log(self._gain(replace(self.tiles, weights=weights))))
-        one, other = np.reshape(gains, (-1, 2)).T
-        return float(np.sqrt(((one - other) ** 2 / 4).sum()))
+        """The standard deviation of the logarithm of the gain."""
+        return self.tiles.deviation(lambda tiles: math.log(self._gain(tiles)))
 
     @cached_property
     def rate(self) -> float:
@@ -254,6 +250,27 @@ class Pilot:
     @cached_property
     def _brightness(self) -> Floats:
         return self.tiles.bright(self.tiles.tiled(self.items.mean).mean(axis=0))
+
+
+def others(tiles: Tiles, width: int, height: int) -> int:
+    """How many more are drawn of an image than these."""
+    return _drawn(tiles_of(width, height)) - len(tiles.weights)
+
+
+def others_pay(gain: Callable[[Tiles], float], least_gain: float, tiles: Tiles, width: int, height: int) -> bool:
+    """Whether 2 x :data:`SAMPLES` samples of each pixel of the other tiles, too, would be worth more than they cost in
+    a picture of that size, where all that matters is whether a ``gain``, which these tell by their weights, is
+    ``least_gain``.
+
+    What a wrong decision loses is taken to be the ratio of both, and the logarithm of the gain to be normally
+    distributed. The picture is taken to have :data:`_PICTURE` times the samples of the first stage.
+    """
+    left = others(tiles, width, height)
+    if not left:
+        return False
+    cost = 2 * SAMPLES * left * TILE**2 / (_PICTURE * FIRST_STAGE * width * height)
+    distance = abs(math.log(gain(tiles) / least_gain))
+    return expected_loss(distance, tiles.deviation(lambda some: math.log(gain(some)))) > cost
 
 
 def expected_loss(distance: float, deviation: float) -> float:
