@@ -28,24 +28,31 @@ const int BSDF_CONDUCTOR = 5;
 const int BSDF_PLASTIC = 6;
 const int BSDF_ROUGH_PLASTIC = 7;
 
+uniform int u_absent_models;  // bit m: no material is of model m, which needs no code
+
+// Whether some material is of a model.
+bool bsdf_is_present(int model) { return (u_absent_models >> model & 1) == 0; }
+
+bool bsdf_is(Bsdf b, int model) { return bsdf_is_present(model) && b.model == model; }
+
 // f |cos_i| in rgb and the density in a, both without delta lobes.
 vec4 bsdf_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
     vec4 result = vec4(0.0);
 #if HAS_DIFFUSE
-    if (b.model == BSDF_DIFFUSE) result = diffuse_eval_pdf(b, wo, wi);
+    if (bsdf_is(b, BSDF_DIFFUSE)) result = diffuse_eval_pdf(b, wo, wi);
 #endif
 #if HAS_COOK_TORRANCE
-    if (b.model == BSDF_COOK_TORRANCE) result = cook_torrance_eval_pdf(b, wo, wi);
+    if (bsdf_is(b, BSDF_COOK_TORRANCE)) result = cook_torrance_eval_pdf(b, wo, wi);
 #endif
 #if HAS_EON
-    if (b.model == BSDF_EON) result = eon_eval_pdf(b, wo, wi);
+    if (bsdf_is(b, BSDF_EON)) result = eon_eval_pdf(b, wo, wi);
 #endif
 #if HAS_EXACT_FRESNEL
-    if (b.model == BSDF_DIELECTRIC) result = dielectric_eval_pdf(b, wo, wi);
-    if (b.model == BSDF_THIN_DIELECTRIC && u_dielectrics_are_smooth == 0) result = thin_dielectric_eval_pdf(b, wo, wi);
-    if (b.model == BSDF_CONDUCTOR) result = conductor_eval_pdf(b, wo, wi);
-    if (b.model == BSDF_PLASTIC) result = plastic_eval_pdf(b, wo, wi);
-    if (b.model == BSDF_ROUGH_PLASTIC && u_plastics_are_smooth == 0) result = rough_plastic_eval_pdf(b, wo, wi);
+    if (bsdf_is(b, BSDF_DIELECTRIC)) result = dielectric_eval_pdf(b, wo, wi);
+    if (bsdf_is(b, BSDF_THIN_DIELECTRIC) && u_dielectrics_are_smooth == 0) result = thin_dielectric_eval_pdf(b, wo, wi);
+    if (bsdf_is(b, BSDF_CONDUCTOR)) result = conductor_eval_pdf(b, wo, wi);
+    if (bsdf_is(b, BSDF_PLASTIC)) result = plastic_eval_pdf(b, wo, wi);
+    if (bsdf_is(b, BSDF_ROUGH_PLASTIC)) result = rough_plastic_eval_pdf(b, wo, wi);
 #endif
     return result;
 }
@@ -56,14 +63,14 @@ bool bsdf_is_null(BsdfSample s) { return HAS_EXACT_FRESNEL == 1 && (s.event & EV
 // What of light that arrives at |cos_theta| passes the surface as if there was none.
 vec3 bsdf_null_transmittance(Bsdf b, float cos_theta) {
 #if HAS_EXACT_FRESNEL
-    if (b.model == BSDF_THIN_DIELECTRIC) return thin_dielectric_null_transmittance(b, cos_theta);
+    if (bsdf_is(b, BSDF_THIN_DIELECTRIC)) return thin_dielectric_null_transmittance(b, cos_theta);
 #endif
     return vec3(0.0);
 }
 
 // Whether bsdf_eval() may be above 0 where wi.z < 0.
 bool bsdf_transmits(Bsdf b) {
-    return HAS_EXACT_FRESNEL == 1 && (b.model == BSDF_DIELECTRIC || b.model == BSDF_THIN_DIELECTRIC);
+    return HAS_EXACT_FRESNEL == 1 && (bsdf_is(b, BSDF_DIELECTRIC) || bsdf_is(b, BSDF_THIN_DIELECTRIC));
 }
 
 vec3 bsdf_eval(Bsdf b, vec3 wo, vec3 wi) { return bsdf_eval_pdf(b, wo, wi).rgb; }
@@ -74,17 +81,17 @@ float bsdf_pdf(Bsdf b, vec3 wo, vec3 wi) { return bsdf_eval_pdf(b, wo, wi).a; }
 vec3 bsdf_diffuse(Bsdf b, vec3 wo, vec3 wi) {
     vec3 diffuse = vec3(0.0);
 #if HAS_DIFFUSE
-    if (b.model == BSDF_DIFFUSE) diffuse = bsdf_eval(b, wo, wi);
+    if (bsdf_is(b, BSDF_DIFFUSE)) diffuse = bsdf_eval(b, wo, wi);
 #endif
 #if HAS_COOK_TORRANCE
-    if (b.model == BSDF_COOK_TORRANCE) diffuse = cook_torrance_diffuse(b, wo, wi);
+    if (bsdf_is(b, BSDF_COOK_TORRANCE)) diffuse = cook_torrance_diffuse(b, wo, wi);
 #endif
 #if HAS_EON
-    if (b.model == BSDF_EON) diffuse = bsdf_eval(b, wo, wi);
+    if (bsdf_is(b, BSDF_EON)) diffuse = bsdf_eval(b, wo, wi);
 #endif
 #if HAS_EXACT_FRESNEL
-    if (b.model == BSDF_PLASTIC) diffuse = bsdf_eval(b, wo, wi);  // the coat is a mirror
-    if (b.model == BSDF_ROUGH_PLASTIC && u_plastics_are_smooth == 0) diffuse = rough_plastic_diffuse(b, wo, wi);
+    if (bsdf_is(b, BSDF_PLASTIC)) diffuse = bsdf_eval(b, wo, wi);  // the coat is a mirror
+    if (bsdf_is(b, BSDF_ROUGH_PLASTIC)) diffuse = rough_plastic_diffuse(b, wo, wi);
 #endif
     return diffuse;
 }
@@ -93,20 +100,20 @@ vec3 bsdf_diffuse(Bsdf b, vec3 wo, vec3 wi) {
 BsdfSample bsdf_sample(Bsdf b, vec3 wo, vec2 u) {
     BsdfSample s = bsdf_no_sample();
 #if HAS_DIFFUSE
-    if (b.model == BSDF_DIFFUSE) s = diffuse_sample(b, wo, u);
+    if (bsdf_is(b, BSDF_DIFFUSE)) s = diffuse_sample(b, wo, u);
 #endif
 #if HAS_COOK_TORRANCE
-    if (b.model == BSDF_COOK_TORRANCE) s = cook_torrance_sample(b, wo, u);
+    if (bsdf_is(b, BSDF_COOK_TORRANCE)) s = cook_torrance_sample(b, wo, u);
 #endif
 #if HAS_EON
-    if (b.model == BSDF_EON) s = eon_sample(b, wo, u);
+    if (bsdf_is(b, BSDF_EON)) s = eon_sample(b, wo, u);
 #endif
 #if HAS_EXACT_FRESNEL
-    if (b.model == BSDF_DIELECTRIC) s = dielectric_sample(b, wo, u);
-    if (b.model == BSDF_THIN_DIELECTRIC) s = thin_dielectric_sample(b, wo, u);
-    if (b.model == BSDF_CONDUCTOR) s = conductor_sample(b, wo, u);
-    if (b.model == BSDF_PLASTIC) s = plastic_sample(b, wo, u);
-    if (b.model == BSDF_ROUGH_PLASTIC && u_plastics_are_smooth == 0) s = rough_plastic_sample(b, wo, u);
+    if (bsdf_is(b, BSDF_DIELECTRIC)) s = dielectric_sample(b, wo, u);
+    if (bsdf_is(b, BSDF_THIN_DIELECTRIC)) s = thin_dielectric_sample(b, wo, u);
+    if (bsdf_is(b, BSDF_CONDUCTOR)) s = conductor_sample(b, wo, u);
+    if (bsdf_is(b, BSDF_PLASTIC)) s = plastic_sample(b, wo, u);
+    if (bsdf_is(b, BSDF_ROUGH_PLASTIC)) s = rough_plastic_sample(b, wo, u);
 #endif
     return s;
 }

@@ -8,7 +8,6 @@
 #include "core/math.glsl"
 #include "core/warp.glsl"
 
-uniform int u_plastics_are_smooth;  // 1: all are, and facets need no code
 
 // Of light from an angle, what the coat passes to the base, in y: a fit of packing/coats.py; in x what a smooth coat
 // reflects at about the angle to a visible facet.

@@ -30,25 +30,27 @@ Coat material_coat(Plastic plastic, float alpha) {
 Bsdf material_bsdf(Material material, bool is_front) {
     Bsdf b = bsdf_of(material.bsdf, material.diffuse, material.alpha, material.f0, material.f90);
 #if HAS_COOK_TORRANCE
-    if (u_without_half_vector == 0 && b.model == BSDF_COOK_TORRANCE) b.half_vector = material.record;
+    if (u_without_half_vector == 0 && bsdf_is(b, BSDF_COOK_TORRANCE)) b.half_vector = material.record;
 #endif
 #if HAS_EXACT_FRESNEL
-    Dielectric dielectric = dielectric_load(material.record);
-    b.eta = is_front || b.model == BSDF_THIN_DIELECTRIC ? dielectric.eta : 1.0 / dielectric.eta;
-    b.transmittance = dielectric.transmittance;
-    if (material_is_mapped(material) && (b.model == BSDF_DIELECTRIC || b.model == BSDF_THIN_DIELECTRIC)) {
-        b.transmittance = b.diffuse;  // with its texture, in the place of an albedo
-        b.diffuse = vec3(0.0);
+    if (bsdf_is_present(BSDF_DIELECTRIC) || bsdf_is_present(BSDF_THIN_DIELECTRIC)) {
+        Dielectric dielectric = dielectric_load(material.record);
+        b.eta = is_front || bsdf_is(b, BSDF_THIN_DIELECTRIC) ? dielectric.eta : 1.0 / dielectric.eta;
+        b.transmittance = dielectric.transmittance;
+        if (material_is_mapped(material) && (bsdf_is(b, BSDF_DIELECTRIC) || bsdf_is(b, BSDF_THIN_DIELECTRIC))) {
+            b.transmittance = b.diffuse;  // with its texture, in the place of an albedo
+            b.diffuse = vec3(0.0);
+        }
     }
-    if (b.model == BSDF_CONDUCTOR) {
+    if (bsdf_is(b, BSDF_CONDUCTOR)) {
         Conductor conductor = conductor_load(material.record);
         b.index = conductor.index;
         b.extinction = conductor.extinction;
     }
-    if (b.model == BSDF_PLASTIC || b.model == BSDF_ROUGH_PLASTIC) {
+    if (bsdf_is(b, BSDF_PLASTIC) || bsdf_is(b, BSDF_ROUGH_PLASTIC)) {
         Plastic plastic = plastic_load(material.record);
         b.eta = plastic.eta;
-        if (b.model == BSDF_ROUGH_PLASTIC && u_plastics_are_smooth == 0) {
+        if (bsdf_is(b, BSDF_ROUGH_PLASTIC)) {
             b.alpha = max(b.alpha, ALPHA_DELTA);
             Coat coat = material_coat(plastic, b.alpha);
             b.coat_facets = coat.facets;

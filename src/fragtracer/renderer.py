@@ -464,6 +464,11 @@ class Renderer:
         return self._film.spp
 
     @property
+    def pass_spp(self) -> int:
+        """Samples per pixel of the next pass of :meth:`render` that nothing limits, where all pixels have as many."""
+        return pass_rays(self.settings.rays, self.spp) * (2 if self._film.shares_numbers else 1)
+
+    @property
     def can_go_on(self) -> bool:
         """Whether more samples give the picture of a render that was asked for them at once: not after adaptive
         sampling was told to stop within a pass."""

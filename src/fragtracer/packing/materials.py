@@ -100,10 +100,10 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
     flags = {
         "u_has_maps": int(has_maps),
         "u_has_blends": int(bool(others)),
+        "u_absent_models": sum(1 << model for model in BsdfModel if model not in models),
         "u_dielectrics_are_smooth": int(not any(map(_is_rough_dielectric, packed))),
         "u_facets_are_isotropic": int(not is_anisotropic),
         "u_without_half_vector": int(not any(map(_has_half_vector, packed))),
-        "u_plastics_are_smooth": int(BsdfModel.ROUGH_PLASTIC not in models),
         "u_texture_uses": sum(_USES[name] for name in used),
         "u_has_float_texels": int(len(atlas.floats) > 0),
     }

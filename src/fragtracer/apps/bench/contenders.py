@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fragtracer.apps.bench.variants import Edit, edited_shaders
 from fragtracer.reference.render import ReferenceRenderer
-from fragtracer.renderer import Renderer, pass_rays
+from fragtracer.renderer import Renderer
 from fragtracer.scene import Scene
 
 Image = NDArray[np.float64]
@@ -67,7 +67,7 @@ class Ours:
 
     @property
     def step(self) -> int:
-        return pass_rays(self._renderer.settings.rays, self.spp)
+        return self._renderer.pass_spp
 
     def restart(self) -> None:
         """Forget the samples, and set the clock to 0."""
