@@ -8,7 +8,6 @@
 #include "core/math.glsl"
 #include "core/warp.glsl"
 
-
 // Of light from an angle, what the coat passes to the base, in y: a fit of packing/coats.py; in x what a smooth coat
 // reflects at about the angle to a visible facet.
 vec2 rough_plastic_interface(Bsdf b, float cos_theta) {

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from fragtracer.packing.materials import mean_emission
+from fragtracer.packing.records import BsdfModel
 from fragtracer.scene import Image, Material, Texture
 from fragtracer.scene.reflectance import METAL_F0
 
@@ -130,6 +131,25 @@ def test_each_map_at_its_own_coordinates(ctx: moderngl.Context) -> None:
     ]
     for name, attribute in (("diffuse", "diffuse_albedo"), ("f0", "specular_f0"), ("emission", "emission")):
         np.testing.assert_allclose(found[name], [getattr(m, attribute) for m in expected], atol=3e-5)
+
+
+@pytest.mark.parametrize(
+    ("materials", "models"),
+    [
+        ([Material(specular=0.0)], {BsdfModel.DIFFUSE}),
+        ([Material(specular=0.0), Material()], {BsdfModel.COOK_TORRANCE}),
+        ([Material(model="rough-plastic", roughness=0.0)], {BsdfModel.PLASTIC}),
+        ([Material(model="rough-plastic", roughness=0.3)], {BsdfModel.ROUGH_PLASTIC}),
+        (
+            [Material(specular=0.0), Material(model="conductor", metal="gold"), Material(model="thin-dielectric")],
+            {BsdfModel.DIFFUSE, BsdfModel.CONDUCTOR, BsdfModel.THIN_DIELECTRIC},
+        ),
+    ],
+    ids=["matte", "matte and plastic", "smooth coat", "rough coat", "three"],
+)
+def test_models_that_no_material_has_are_absent(materials: Sequence[Material], models: set[BsdfModel]) -> None:
+    absent = packed_materials(materials).flags["u_absent_models"]
+    assert {model for model in BsdfModel if not absent >> model & 1} == models
 
 
 @pytest.mark.parametrize("both", [True, False])

@@ -59,8 +59,8 @@ class Accumulation:
     is (:mod:`fragtracer.sampling.allocation`), and if it is "auto", they do where a pilot, whose samples are not in the
     picture, finds that it gains :attr:`least_gain`. :attr:`gradient_domain` says in the same way whether the picture is
     made from differences of neighbours (:mod:`fragtracer.sampling.gradients`), without layers and windows; where both
-    pay, what promises more. ``layers`` are drawn besides, without adaptive sampling. A ``window`` of the image can be
-    sampled alone, evenly and without layers. Raises :class:`DeviceError` if the GPU cannot hold it.
+    pay, what is farther above its least gain. ``layers`` are drawn besides, without adaptive sampling. A ``window`` of
+    the image can be sampled alone, evenly and without layers. Raises :class:`DeviceError` if the GPU cannot hold it.
     """
 
     def __init__(
