@@ -108,12 +108,34 @@ def reconstruct(aligned: Floats, shifted: Floats, weights: Weights) -> Floats:
         algorithm 12.1) as leave a thousandth. Each step is linear in what is given, and leaves a picture alone whose
         differences are the given ones: the result has no bias, however many steps there are.
     """
-    solve = partial(_reconstructed, weights=weights)
+    solve = partial(_reconstructed, weights=weights, shares=_Shares.of_weights(weights))
     with ThreadPoolExecutor(max(1, min(len(aligned), os.cpu_count() or 1))) as pool:
         return np.stack(list(pool.map(solve, aligned, shifted)))
 
 
-def _reconstructed(aligned: Floats, shifted: Floats, weights: Weights) -> Floats:
+@dataclass(frozen=True)
+class _Shares:
+    """The equations, divided by their ``diagonal`` (..., height, width): a pixel less its neighbours, each times its
+    share ``of`` it. By axis: the share that the second of two neighbours has of the first, and the other way round."""
+
+    diagonal: Floats
+    of: dict[int, tuple[Floats, Floats]]
+
+    @staticmethod
+    def of_weights(weights: Weights) -> "_Shares":
+        by_axis = {-1: weights.rows, -2: weights.columns}
+        diagonal = weights.pixels.copy()
+        for axis, of_pairs in by_axis.items():
+            for side in _sides(diagonal, axis):
+                side += of_pairs
+        of = {}
+        for axis, of_pairs in by_axis.items():
+            first, second = _sides(diagonal, axis)
+            of[axis] = of_pairs / first, of_pairs / second
+        return _Shares(diagonal, of)
+
+
+def _reconstructed(aligned: Floats, shifted: Floats, weights: Weights, shares: _Shares) -> Floats:
     """:func:`reconstruct` for one channel."""
     picture = (aligned + shifted) / 2
     missed = []
@@ -122,23 +144,23 @@ def _reconstructed(aligned: Floats, shifted: Floats, weights: Weights) -> Floats
         is_shifted = is_shifted if axis == -1 else is_shifted[:, None]
         found = np.where(is_shifted, np.diff(shifted, axis=axis), np.diff(aligned, axis=axis))
         missed.append(weight * (found - np.diff(picture, axis=axis)))
-    diagonal = weights.pixels.copy()
-    for of_pixels, axis in ((weights.rows, -1), (weights.columns, -2)):
-        for side in _sides(diagonal, axis):
-            side += of_pixels
-    residual = -_divergence(*missed) / diagonal
-    pixels, rows, columns = weights.pixels / diagonal, weights.rows, weights.columns
+    residual = -_divergence(*missed) / shares.diagonal
     centre, radius = (2 + weights.least) / 2, (2 - weights.least) / 2
     condition = np.sqrt(2 / weights.least)
     steps = int(np.ceil(np.log(2 / _REMAINDER) / np.log((condition + 1) / (condition - 1))))
-    rate, change = radius / centre, residual / centre
+    rate, change, product = radius / centre, residual / centre, np.empty_like(residual)
     for _ in range(steps):
         picture += change
-        curvature = _divergence(rows * np.diff(change, axis=-1), columns * np.diff(change, axis=-2))
-        residual -= pixels * change - curvature / diagonal
+        residual -= change
+        for axis, (of_second, of_first) in shares.of.items():
+            first, second = _sides(change, axis)
+            to_first, to_second = _sides(residual, axis)
+            buffer, _ = _sides(product, axis)
+            to_first += np.multiply(of_second, second, out=buffer)
+            to_second += np.multiply(of_first, first, out=buffer)
         before, rate = rate, 1 / (2 * centre / radius - rate)
         change *= rate * before
-        change += 2 * rate / radius * residual
+        change += np.multiply(residual, 2 * rate / radius, out=product)
     return picture
 
 
