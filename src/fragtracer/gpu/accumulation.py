@@ -171,6 +171,8 @@ class Accumulation:
     @property
     def _is_of_gradients(self) -> bool:
         """Whether the picture is made from differences, once that is known."""
+        if self._plan is not None:
+            return False
         if self._gradients is None or self.gradient_domain == "on":
             return self._gradients is not None
         above_least = self._gradients.gain / gradients.LEAST_GAIN
