@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import pytest
 from shaders.bsdf_models import MODELS
 from shaders.light_oracle import LIGHTS
 from shaders.scene_oracle import SHAPES
@@ -175,10 +176,12 @@ def random_program(rng: random.Random) -> Program:
     )
     settings = RenderSettings(**{name: rng.choice(values) for name, values in CHOICES.items()})
     settings = replace(settings, multiple_scattering=settings.geometry == "smith" and rng.random() < 0.5)
-    before, instances.MOST_REPEATED = instances.MOST_REPEATED, 0 if shared else 10
     hierarchy.pack_bvh.cache_clear()
-    packed = pack(scene, settings, 64, 48, rng.choice([0, 8, 64]))
-    instances.MOST_REPEATED = before
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(instances, "MOST_REPEATED", 0 if shared else 10)
+        # A sky is another texture, and no other program.
+        patch.setattr("fragtracer.scene.environment.sky_pixels", lambda *_: np.ones((8, 16, 3), np.float32))
+        packed = pack(scene, settings, 64, 48, rng.choice([0, 8, 64]))
     hierarchy.pack_bvh.cache_clear()
     name = rng.choice(["pathtracer.frag", "pathtracer.frag", *PROGRAMS])
     switches = {key: rng.choice(values) for key, values in PROGRAMS[name].items() if rng.random() < 0.8}

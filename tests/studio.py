@@ -54,7 +54,7 @@ def studio() -> Scene:
 
 @cache
 def reference() -> Rendering:
-    return render_reference(studio(), SIZE, SPP, BATCHES)
+    return render_reference(studio(), SIZE, SPP, BATCHES, is_timed=False)
 
 
 def comparison_with_mitsuba(ctx: Any) -> None:

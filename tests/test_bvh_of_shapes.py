@@ -143,15 +143,17 @@ def assert_closest_hits(
     found = np.where(found > 1e29, np.inf, found)
     # Edges grow by a millionth of the scene; a slanted shape is met so much the nearer.
     np.testing.assert_allclose(found[~unclear], expected[~unclear], rtol=2e-4, atol=2e-5 * scale)
-    if count >= 100_000:
+    if count >= 20_000:
         assert_none_is_missed(ctx, kind, packed, places)
     return scene
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_hundred_thousand_shapes(ctx: moderngl.Context, kind: str) -> None:
-    """They render, rays meet what float64 says that they meet first of all, and not one of them is missed."""
-    scene = assert_closest_hits(ctx, kind, 100_000, ray_count=100)
+    """They render, rays meet what float64 says that they meet first of all, and not one of them is missed: spheres,
+    which have a grid, and triangles, which have a BVH. A fifth of them of other kinds."""
+    count = 100_000 if kind in ("spheres", "triangles") else 20_000
+    scene = assert_closest_hits(ctx, kind, count, ray_count=100)
     with Renderer(scene, (8, 8), context=ctx, bounces=1) as renderer:
         renderer.sample(2)
         image = renderer.image()

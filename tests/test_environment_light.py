@@ -275,7 +275,7 @@ REFERENCE_SCENES = {
 def test_an_environment_agrees_with_the_reference(ctx, name):
     pytest.importorskip("mitsuba", reason="Mitsuba is not installed")
     scene, size, count, spp = REFERENCE_SCENES[name], (48, 36), 16, 1024
-    reference = render_reference(scene, size, spp, count)
+    reference = render_reference(scene, size, spp, count, is_timed=False)
     ours = render_ours(in_long_passes(scene), size, spp, count, context=ctx)
     verdict = judge(ours.pictures, reference.pictures, alpha=0.01 / len(REFERENCE_SCENES), non_finite=ours.non_finite)
     assert verdict.outcome != "disagreement", (verdict.differing, verdict.image.pair.relative_difference)

@@ -212,8 +212,8 @@ def light_of(ctx: Any, scene: Scene, spp: int, seeds: int, **settings: Any) -> t
 @pytest.mark.parametrize(
     ("make", "spp", "resolution"),
     [
-        *((spheres, 8192, 0.05), (mirrors, 8192, 0.05), (rough_mirror, 8192, 0.05), (glass, 8192, 0.06)),
-        *((shapes, 8192, 0.05), (meshes, 2048, 0.05), (sunlit, 4096, 0.1), (windows, 4096, 0.1)),
+        *((spheres, 4096, 0.05), (mirrors, 2048, 0.05), (rough_mirror, 5120, 0.05), (glass, 8192, 0.06)),
+        *((shapes, 3072, 0.05), (meshes, 2048, 0.05), (sunlit, 4096, 0.1), (windows, 4096, 0.1)),
     ],
 )
 def test_photons_bring_what_paths_leave_out(ctx: Any, make: Callable[[], Scene], spp: int, resolution: float) -> None:

@@ -43,7 +43,7 @@ MUTATIONS = [
         "film/work.glsl",
         "((pixel + shift) >> 1)",
         "(pixel >> 1)",
-        Check(test_gradient_domain.test_differences_lower_the_error),
+        Check(test_gradient_domain.fewer_boxes_have_less_error),
     ),
     Mutation(
         "light of photons counted for each sample of a pixel",

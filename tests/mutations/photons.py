@@ -147,6 +147,6 @@ MUTATIONS = [
         "guiding/measure.glsl",
         "    moments.rays += 1.0;\n",
         "",
-        Check(test_guided_pictures.test_what_guiding_does_not_find_counts),
+        Check(test_guided_pictures.test_guided_paths_are_longer),
     ),
 ]

@@ -5,10 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from agreement import assert_agree
 
 from fragtracer.io.toml import load
 from fragtracer.reference import render
-from fragtracer.scene import Ambient, Camera, Light, Material, Plane, RenderSettings, Scene, Sphere
+from fragtracer.scene import Ambient, Camera, Fog, Light, Material, Medium, Plane, RenderSettings, Scene, Sphere
 
 SCENE = Scene(
     Camera((0.0, 1.0, 4.0), (0.0, 0.5, 0.0)),
@@ -29,6 +30,28 @@ def test_batches_are_independent_estimates(mi):
     noise = [images[i] - images.mean(axis=0) for i in range(4)]
     assert all(np.abs(np.corrcoef(noise[0].ravel(), noise[i].ravel())[0, 1] + 1 / 3) < 0.2 for i in (1, 2, 3))
     assert images.mean(axis=(1, 2, 3)) == pytest.approx(np.full(4, images.mean()), rel=0.1)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"camera": replace(SCENE.camera, aperture_radius=0.2)},
+        {"media": {"haze": Medium(extinction=0.02)}, "fog": Fog("haze"), "ambient": Ambient(0.5)},
+    ],
+)
+def test_batches_side_by_side_are_those_that_follow_each_other(mi, monkeypatch, changes):
+    """Also through a lens and in fog; and there are fewer renderings of them."""
+    matt = {name: Material(albedo=0.5, specular=0.0) for name in SCENE.materials}
+    scene, found, passes = replace(SCENE, materials=matt, **changes), [], []
+    for most in (2**21, 12 * 8):
+        monkeypatch.setattr(render, "MAX_PATHS", most)
+        with render.ReferenceRenderer(scene) as renderer:
+            renderer.passes_of = 256
+            done = []
+            found.append(renderer.batches(8, 256, 3, done.append))
+            passes.append(done)
+    assert passes == [[8 * 256], [256] * 8]
+    assert_agree(*found, 0.02)
 
 
 def test_a_seed_gives_the_same_picture_again_and_another_one_does_not(mi):

@@ -56,7 +56,7 @@ def kind(delta: Delta) -> int:
 def test_samples_have_their_density(ctx: moderngl.Context, name: str, material: str) -> None:
     """Where it integrates to less than 1, the rest is samples below the surface, which are none, and a delta lobe,
     chosen as often as its pdf says."""
-    model, u, fits = MODELS[name], uniform_numbers(), {}
+    model, u, fits = MODELS[name], uniform_numbers(1 << 17), {}
     for parameters in model.materials[material]:
         for degrees in DEGREES:
             wo = direction(degrees)

@@ -73,11 +73,40 @@ def read(
     ctx: moderngl.Context, packed: PackedScene, record: str, rows: Sequence[int] | Floats, level: Level = Level.NOTHING
 ) -> Table:
     """All fields of some records of one kind, as the shader loads them; whole numbers exactly."""
-    load = f"{record} r = {snake(record)}_load(int(row));"
-    if record == "Node":
-        load = "Node r = node_of(shape_texel(int(row), 0), shape_texel(int(row), 1), shape_texel(int(row), 2));"
-    # Each value has an output, a whole number two, since a float has 24 bits; where there are more than a probe has
-    # outputs, further rows of the same program have the next ones.
+    return read_all(ctx, packed, {record: rows}, level)[record]
+
+
+def read_all(
+    ctx: moderngl.Context, packed: PackedScene, rows: Mapping[str, Sequence[int] | Floats], level: Level
+) -> dict[str, Table]:
+    """Those of several kinds, by one program."""
+    loads, columns = [], []
+    for number, (record, of_record) in enumerate(rows.items()):
+        load = f"{record} r = {snake(record)}_load(int(row));"
+        if record == "Node":
+            load = "Node r = node_of(shape_texel(int(row), 0), shape_texel(int(row), 1), shape_texel(int(row), 2));"
+        loads += [f"if (int(kind) == {number}) {{", load]
+        # Each value has an output, a whole number two, since a float has 24 bits; where there are more than a probe has
+        # outputs, further rows have the next ones.
+        values = values_of(record)
+        for n, (_, size, value) in enumerate(values):
+            padding = ", 0.0" * (4 - size)
+            loads.append(f"if (int(part) == {n // MOST_OUTPUTS}) out{n % MOST_OUTPUTS} = vec4({value}{padding});")
+        loads.append("}")
+        parts = -(-len(values) // MOST_OUTPUTS)
+        column = np.tile(np.asarray(of_record), parts), np.repeat(np.arange(parts), len(of_record))
+        columns.append(np.stack([*column, np.full(parts * len(of_record), number)]))
+    row, part, kind = np.concatenate(columns, axis=1)
+    outputs = {f"out{n}": 4 for n in range(MOST_OUTPUTS)}
+    shown = scene_probe(ctx, packed, SCENE, "\n".join(loads), {"row": row, "part": part, "kind": kind}, outputs, level)
+    return {
+        record: table_of(record, {name: values[kind == number] for name, values in shown.items()}, len(of_record))
+        for number, (record, of_record) in enumerate(rows.items())
+    }
+
+
+def values_of(record: str) -> list[tuple[str, int, str]]:
+    """The name, the size and the expression of each value that tells of the fields of a record."""
     values: list[tuple[str, int, str]] = []
     for name, kind in RECORDS[record]:
         size = SIZES[kind]
@@ -89,17 +118,14 @@ def read(
             ]
         else:
             values.append((name, size, f"r.{name}"))
-    parts = -(-len(values) // MOST_OUTPUTS)
-    body = [load]
-    for n, (_, size, value) in enumerate(values):
-        padding = ", 0.0" * (4 - size)
-        body.append(f"if (int(part) == {n // MOST_OUTPUTS}) out{n % MOST_OUTPUTS} = vec4({value}{padding});")
-    outputs = {f"out{n}": 4 for n in range(min(len(values), MOST_OUTPUTS))}
-    inputs = {"row": np.tile(np.asarray(rows), parts), "part": np.repeat(np.arange(parts), len(rows))}
-    shown = scene_probe(ctx, packed, SCENE, "\n".join(body), inputs, outputs, level)
+    return values
+
+
+def table_of(record: str, shown: Mapping[str, Floats], count: int) -> Table:
+    """The fields of so many records, from what was shown of them."""
     found: Table = {}
-    for n, (name, size, _) in enumerate(values):
-        part = shown[f"out{n % MOST_OUTPUTS}"].reshape(parts, len(rows), 4)[n // MOST_OUTPUTS]
+    for n, (name, size, _) in enumerate(values_of(record)):
+        part = shown[f"out{n % MOST_OUTPUTS}"].reshape(-1, count, 4)[n // MOST_OUTPUTS]
         found[name] = part[:, 0] if size == 1 else part[:, :size]
     table: Table = {}
     for name, kind in RECORDS[record]:
@@ -166,10 +192,12 @@ def test_every_field_is_read_as_packed(
     monkeypatch.setattr(instances, "MOST_REPEATED", 0)
     scene = full_scene()
     packed = pack(scene, scene.render, 64, 64, most_listed)
+    rows: dict[str, Any] = {}
+    exact: dict[str, list[Table]] = {}
     for record in SCENE_RECORDS:
         words = packed.scene_records[record]
         assert len(words), record
-        check(read(ctx, packed, record, np.arange(len(words)), level), decoded(record, words), record)
+        rows[record], exact[record] = np.arange(len(words)), [decoded(record, words)]
     numbers, words = shape_records(packed)
     flat = [kind for kind, _ in FLATS.values()]
     for kind in Kind:
@@ -177,13 +205,15 @@ def test_every_field_is_read_as_packed(
         record = "Flat" if kind in flat else kind.name.capitalize()
         assert record in SHAPE_RECORDS
         assert chosen.any(), kind
-        exact = decoded(record, words[chosen][:, : texel_count(RECORDS[record])])
-        check(read(ctx, packed, record, numbers[chosen], level), exact, record)
+        rows[record] = np.append(rows.get(record, []), numbers[chosen])
+        exact.setdefault(record, []).append(decoded(record, words[chosen][:, : texel_count(RECORDS[record])]))
     (table,) = packed.tables["u_mesh_lights"]
-    exact = {"MeshLight": decoded("MeshLight", table.reshape(-1, 1, 4))}
     assert len(table) == packed.uniforms["u_mesh_light_count"] > 0
-    check(read(ctx, packed, "MeshLight", np.arange(len(table)), level), exact["MeshLight"], "MeshLight")
-    assert {name for name, _ in MESH_LIGHT} == set(exact["MeshLight"])
+    rows["MeshLight"], exact["MeshLight"] = np.arange(len(table)), [decoded("MeshLight", table.reshape(-1, 1, 4))]
+    found = read_all(ctx, packed, rows, level)
+    assert set(found) == set(RECORDS)
+    for record, tables in exact.items():
+        check(found[record], {name: np.concatenate([t[name] for t in tables]) for name in tables[0]}, record)
 
 
 def check(found: Mapping[str, Floats], exact: Mapping[str, Floats], record: str) -> None:

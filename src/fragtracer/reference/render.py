@@ -7,16 +7,20 @@ from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fragtracer.reference.plugins import BESIDE
 from fragtracer.reference.translate import to_mitsuba
 from fragtracer.reference.variant import mitsuba_variant
 from fragtracer.scene import Scene
 
 MAX_PATHS = 2**21  # in flight at once; bounds the memory
+# Mitsuba compiles another kernel for less than 4 samples, for numbers that are no power of two, and for the second
+# rendering of some scenes.
+_WARM_UPS, _WARM_UP_SPP = 2, (4, 5)
 
 
 class ReferenceRenderer:
@@ -51,6 +55,7 @@ class ReferenceRenderer:
             folder = stack.enter_context(tempfile.TemporaryDirectory())
             tree = to_mitsuba(self.scene, Path(folder), exact=self._exact)
             tree["sensor"]["sampler"] = {"type": self._sampler, "sample_count": self.passes_of}
+            self._sensor = tree["sensor"]
             self._world = mi.load_dict(tree, parallel=False)
             self._stack = stack.pop_all()
         return self
@@ -61,13 +66,59 @@ class ReferenceRenderer:
         Samples of different seeds are independent. ``progress`` hears the number of samples per
         pixel of each pass when it is done.
         """
+        return self._sample(self._world.sensors()[0], spp, seed, progress)
+
+    def batches(
+        self, count: int, spp: int, seed: int, progress: Callable[[int], None] | None = None
+    ) -> NDArray[np.float64]:
+        """So many independent estimates as of :meth:`sample`, (count, height, width, 3).
+
+        Those of which ``MAX_PATHS`` allows several in flight are rendered side by side, which takes less time.
+        """
+        sensor, beside = self._beside(count, spp)
+        width, height = self.scene.render.width, self.scene.render.height
+
+        def report(samples: int) -> None:
+            if progress:
+                progress(beside * samples)
+
+        seeds = np.random.SeedSequence(seed).generate_state(count // beside).tolist()
+        films = np.stack([self._sample(sensor, spp, one, report, beside) for one in seeds])
+        return films.reshape(-1, height, beside, width, 3).swapaxes(1, 2).reshape(count, height, width, 3)
+
+    def warm_up(self, count: int, spp: int) -> None:
+        """Compile what :meth:`batches` needs."""
+        sensor, beside = self._beside(count, spp)
+        for seed in range(_WARM_UPS):
+            self._sample(sensor, min(spp, _WARM_UP_SPP[spp & (spp - 1) > 0]), seed, None, beside)
+
+    def _beside(self, count: int, spp: int) -> tuple[Any, int]:
+        """A sensor for batches of ``spp`` samples, and how many of the ``count`` batches its film has."""
         import mitsuba as mi
 
-        total = np.zeros((self.scene.render.height, self.scene.render.width, 3))
+        sensor, settings = self._world.sensors()[0], self.scene.render
+        is_possible = settings.pixel_filter == "box" and not self.variant.startswith("scalar")
+        most = MAX_PATHS // (settings.width * settings.height * spp) if is_possible else 1
+        beside = max(n for n in range(1, count + 1) if count % n == 0 and n <= max(1, most))
+        if beside == 1:
+            return sensor, 1
+        film = self._sensor["film"] | {"width": beside * settings.width}
+        tree = {"type": BESIDE, "count": beside, "sensor": sensor, "film": film, "sampler": self._sensor["sampler"]}
+        if (medium := sensor.get_medium()) is not None:
+            tree["medium"] = medium
+        return mi.load_dict(tree), beside
+
+    def _sample(
+        self, sensor: Any, spp: int, seed: int, progress: Callable[[int], None] | None, pictures: int = 1
+    ) -> NDArray[np.float64]:
+        """The film of ``sensor``, which has so many ``pictures``."""
+        import mitsuba as mi
+
+        total = np.zeros((self.scene.render.height, pictures * self.scene.render.width, 3))
         passes = _split(spp, self.passes_of)
         seeds = np.random.SeedSequence(seed).generate_state(len(passes)).tolist()
         for samples, pass_seed in zip(passes, seeds, strict=True):
-            total += np.array(mi.render(self._world, spp=samples, seed=pass_seed)) * (samples / spp)
+            total += np.array(mi.render(self._world, sensor=sensor, spp=samples, seed=pass_seed)) * (samples / spp)
             if progress:
                 progress(samples)
         return total
@@ -131,10 +182,8 @@ def render_reference(
         if progress:
             progress(done, spp)
 
-    seeds = np.random.SeedSequence(seed).generate_state(batches)
     with ReferenceRenderer(scene, size, variant) as renderer:
-        images = [renderer.sample(spp // batches, int(batch_seed), report) for batch_seed in seeds]
-    return np.array(images, np.float32)
+        return renderer.batches(batches, spp // batches, seed, report).astype(np.float32)
 
 
 def _split(samples: int, most: int) -> list[int]:

@@ -99,7 +99,7 @@ def test_a_missing_variant_is_an_error():
 
 def test_pictures_of_mitsuba_must_be_finite(monkeypatch):
     monkeypatch.setattr(
-        "fragtracer.reference.render.ReferenceRenderer.sample", lambda *_: np.full((8, 8, 3), np.nan), raising=True
+        "fragtracer.reference.render.ReferenceRenderer.batches", lambda *_: np.full((2, 8, 8, 3), np.nan)
     )
     with pytest.raises(FragtracerError, match="NaN"):
         render_reference(load("cornell-box"), (8, 8), 4, 2)

@@ -16,8 +16,9 @@ The plugins: ``fragtracer_cooktorrance`` (plain.py), a uniform material; ``fragt
 ``fragtracer_texture`` (texture.py), the image of one of those; ``fragtracer_blend`` (blend.py), two
 materials by a weight; ``fragtracer_rough_pane`` (rough_pane.py), a thin dielectric of facets;
 ``fragtracer_unlit`` (unlit.py), the emitter of an unlit material; ``fragtracer_spot`` (spot.py), a spot
-light; ``fragtracer_sphere_light`` (sphere_light.py), the emitter of a sphere; and ``fragtracer_path``
-(path.py), the integrator, which needs a variant that is not scalar.
+light; ``fragtracer_sphere_light`` (sphere_light.py), the emitter of a sphere; and, in variants that are not
+scalar, ``fragtracer_path`` (path.py), the integrator, and ``fragtracer_beside`` (beside.py), several pictures of one
+sensor.
 
 In scalar variants numbers and masks are Python's: ``x / 0`` is an error there, ``x * dr.rcp(0)`` is infinite, and ``~``
 of a mask is an integer.
@@ -27,6 +28,7 @@ from functools import lru_cache
 
 from .models.metallic_roughness import DELTA_ALPHA
 
+BESIDE = "fragtracer_beside"
 BLEND = "fragtracer_blend"
 NAME = "fragtracer_cooktorrance"
 PATH = "fragtracer_path"
@@ -38,6 +40,7 @@ TEXTURE = "fragtracer_texture"
 UNLIT = "fragtracer_unlit"
 
 __all__ = [
+    "BESIDE",
     "BLEND",
     "DELTA_ALPHA",
     "NAME",
@@ -64,6 +67,7 @@ def _register(variant: str) -> tuple[type, ...]:
     import drjit as dr
     import mitsuba as mi
 
+    from .beside import beside_class
     from .blend import blend_class
     from .path import path_class
     from .plain import plain_class
@@ -85,6 +89,7 @@ def _register(variant: str) -> tuple[type, ...]:
     mi.register_bsdf(BLEND, plugins[6])
     mi.register_bsdf(ROUGH_PANE, plugins[7])
     if dr.is_jit_v(mi.Float):
-        plugins += (path_class(mi, dr),)
-        mi.register_integrator(PATH, plugins[-1])
+        plugins += (path_class(mi, dr), beside_class(mi, dr))
+        mi.register_integrator(PATH, plugins[-2])
+        mi.register_sensor(BESIDE, plugins[-1])
     return plugins
