@@ -26,9 +26,13 @@ def ctx() -> Iterator[moderngl.Context]:
 
 @pytest.fixture(autouse=True, scope="session")
 def _cache_of_the_tests(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """The tests leave the user's cache alone, and find nothing there that an earlier run computed."""
+    """The tests leave the user's cache alone, and find nothing there that an earlier run computed. All processes of a
+    run share it."""
+    folder = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        folder = folder.parent
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("FRAGTRACER_CACHE", str(tmp_path_factory.mktemp("cache")))
+        patch.setenv("FRAGTRACER_CACHE", str(folder / "cache"))
         # The command asks for wider vectors where it can; here all processes have the same.
         patch.setenv("LP_NATIVE_VECTOR_WIDTH", os.environ.get("LP_NATIVE_VECTOR_WIDTH", "256"))
         patch.delenv("PYTHONDONTWRITEBYTECODE", raising=False)  # processes that tests start need not all compile Python

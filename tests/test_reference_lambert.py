@@ -22,8 +22,8 @@ pytestmark = pytest.mark.slow
 
 SIZE = (48, 32)
 SEEDS = 16
-SPP = {"three-spheres": 128, "cornell-box": 1152}  # of Mitsuba, of each seed
-OURS = {"three-spheres": 128, "cornell-box": 256}
+SPP = {"three-spheres": 128, "cornell-box": 960}  # of Mitsuba, of each seed
+OURS = {"three-spheres": 128, "cornell-box": 224}
 RESOLUTION = 0.005  # detectable bias of the image mean, at most
 
 
