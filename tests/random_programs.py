@@ -5,7 +5,8 @@ import functools
 import itertools
 import random
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,6 +18,7 @@ from shaders.scene_oracle import SHAPES
 
 from fragtracer.gpu.specialise import Level, Specialisation, specialise
 from fragtracer.packing import PackedScene, hierarchy, instances, pack
+from fragtracer.packing.environment import environment_tables
 from fragtracer.resources import folder
 from fragtracer.scene import (
     Ambient,
@@ -135,6 +137,15 @@ def shape_of(kind: str, material: str) -> Any:
     return SHAPES[kind](np.random.default_rng(1), np.zeros(3), 1.0, material)
 
 
+@contextmanager
+def plain_skies() -> Iterator[None]:
+    """A sky is another texture, and no other program: none is computed in the block, and none of it is kept."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("fragtracer.scene.environment.sky_pixels", lambda *_: np.ones((8, 16, 3), np.float32))
+        yield
+    environment_tables.cache_clear()
+
+
 def random_program(rng: random.Random) -> Program:
     """Of a scene with a few features out of all there are."""
     names = rng.sample(sorted(MATERIALS), rng.choice([1, 1, 2, 6]))
@@ -177,10 +188,8 @@ def random_program(rng: random.Random) -> Program:
     settings = RenderSettings(**{name: rng.choice(values) for name, values in CHOICES.items()})
     settings = replace(settings, multiple_scattering=settings.geometry == "smith" and rng.random() < 0.5)
     hierarchy.pack_bvh.cache_clear()
-    with pytest.MonkeyPatch.context() as patch:
+    with pytest.MonkeyPatch.context() as patch, plain_skies():
         patch.setattr(instances, "MOST_REPEATED", 0 if shared else 10)
-        # A sky is another texture, and no other program.
-        patch.setattr("fragtracer.scene.environment.sky_pixels", lambda *_: np.ones((8, 16, 3), np.float32))
         packed = pack(scene, settings, 64, 48, rng.choice([0, 8, 64]))
     hierarchy.pack_bvh.cache_clear()
     name = rng.choice(["pathtracer.frag", "pathtracer.frag", *PROGRAMS])

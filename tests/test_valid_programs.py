@@ -8,9 +8,8 @@ import sys
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
-import numpy as np
 import pytest
-from random_programs import PROGRAMS, covering_programs, features_of, program_of
+from random_programs import PROGRAMS, covering_programs, features_of, plain_skies, program_of
 
 from fragtracer.errors import ShaderError
 from fragtracer.gpu.specialise import Level
@@ -45,13 +44,12 @@ def test_programs_of_all_features_are_valid(tmp_path: Path) -> None:
         validate(tmp_path, (program.source(language) for program in covering_programs(300, together)))
 
 
-def test_programs_of_the_bundled_scenes_are_valid(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_programs_of_the_bundled_scenes_are_valid(tmp_path: Path) -> None:
     """In GLSL ES; the driver compiles those in GLSL 3.30 where the scenes are rendered."""
-    # A sky is another texture, and no other program.
-    monkeypatch.setattr("fragtracer.scene.environment.sky_pixels", lambda *_: np.ones((8, 16, 3), np.float32))
     scenes = [load(path.stem) for path in sorted(folder("scenes").glob("*.toml"))]
     assert len(scenes) >= 10
-    packed = [pack(scene, scene.render, 64, 48, most_listed) for scene in scenes for most_listed in (0, 64)]
+    with plain_skies():
+        packed = [pack(scene, scene.render, 64, 48, most_listed) for scene in scenes for most_listed in (0, 64)]
     programs = [program_of(p, level=level) for p in packed for level in Level]
     different = {tuple(sorted(program.traits.items())): program for program in programs}
     validate(tmp_path, (program.source("300 es") for program in different.values()))
