@@ -35,6 +35,9 @@ os.execv(sys.argv[3], sys.argv[3:])
 """
 
 
+PATIENCE = 240.0  # seconds, of a slow machine that compiles beside other tests
+
+
 class Chromium:
     """One browser with one page; use it in a ``with`` block."""
 
@@ -70,7 +73,7 @@ class Chromium:
         for domain in ("Page", "Runtime", "Log", "Network"):
             self.call(f"{domain}.enable")
 
-    def call(self, method: str, timeout: float = 60, **parameters: Any) -> dict[str, Any]:
+    def call(self, method: str, timeout: float = PATIENCE, **parameters: Any) -> dict[str, Any]:
         """Send a command and return its result."""
         self._number += 1
         message = {"id": self._number, "method": method, "params": parameters}
@@ -104,7 +107,7 @@ class Chromium:
         self.call("Page.navigate", url=path.resolve().as_uri())
         self.wait("document.readyState === 'complete'")
 
-    def run(self, expression: str, timeout: float = 60) -> Any:
+    def run(self, expression: str, timeout: float = PATIENCE) -> Any:
         """The value of an expression in the page, awaited if it is a promise."""
         found = self.call(
             "Runtime.evaluate", timeout, expression=expression, awaitPromise=True, returnByValue=True, userGesture=True
@@ -114,7 +117,7 @@ class Chromium:
             raise RuntimeError(details.get("exception", {}).get("description", details["text"]))
         return found["result"].get("value")
 
-    def wait(self, condition: str, timeout: float = 60) -> None:
+    def wait(self, condition: str, timeout: float = PATIENCE) -> None:
         """Until an expression is true."""
         end = time.monotonic() + timeout
         while not self.run(f"Boolean({condition})"):

@@ -36,7 +36,7 @@ def desktop(scene: Scene, spp: int = SPP, **settings) -> Pixels:
 
 
 def traced(browser: Chromium, spp: int = SPP) -> Pixels:
-    return pixels(browser.run(f"fragtracer.trace({WIDTH}, {HEIGHT}, {spp}, {SEED})", 60), WIDTH, HEIGHT)
+    return pixels(browser.run(f"fragtracer.trace({WIDTH}, {HEIGHT}, {spp}, {SEED})"), WIDTH, HEIGHT)
 
 
 def assert_same(found: Pixels, expected: Pixels, nearly_all: float = 0.99) -> None:
