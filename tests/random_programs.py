@@ -142,8 +142,10 @@ def plain_skies() -> Iterator[None]:
     """A sky is another texture, and no other program: none is computed in the block, and none of it is kept."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("fragtracer.scene.environment.sky_pixels", lambda *_: np.ones((8, 16, 3), np.float32))
-        yield
-    environment_tables.cache_clear()
+        try:
+            yield
+        finally:
+            environment_tables.cache_clear()
 
 
 def random_program(rng: random.Random) -> Program:

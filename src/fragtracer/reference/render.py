@@ -89,9 +89,10 @@ class ReferenceRenderer:
     def warm_up(self, count: int, spp: int) -> None:
         """Compile what :meth:`batches` needs."""
         sensor, beside = self._beside(count, spp)
-        samples = _split(spp, self.passes_of)[0]
+        alike = {min(samples, _WARM_UP_SPP[samples & (samples - 1) > 0]) for samples in _split(spp, self.passes_of)}
         for seed in range(_WARM_UPS):
-            self._sample(sensor, min(samples, _WARM_UP_SPP[samples & (samples - 1) > 0]), seed, None, beside)
+            for samples in alike:
+                self._sample(sensor, samples, seed, None, beside)
 
     def _beside(self, count: int, spp: int) -> tuple[Any, int]:
         """A sensor for batches of ``spp`` samples, and how many of the ``count`` batches its film has."""
