@@ -95,10 +95,10 @@ def test_facets_are_wider_along_the_tangent(ctx, name):
         directional_lights=[DirectionalLight(tuple(-LIGHT), (1.0, 1.0, 1.0))],
         **shapes,
     )
-    image = rendered(ctx, scene, 1, bounces=1)
+    image = rendered(ctx, scene, 1, bounces=1, shared=True)
     np.testing.assert_allclose(image, np.broadcast_to(radiance, image.shape), rtol=2e-3)
     plain = replace(GOLD, anisotropy_rotation_degrees=115.0)
-    other = rendered(ctx, replace(scene, materials={"gold": plain}), 1, bounces=1)
+    other = rendered(ctx, replace(scene, materials={"gold": plain}), 1, bounces=1, shared=True)
     assert abs(other.mean() / image.mean() - 1) > 0.02
 
 

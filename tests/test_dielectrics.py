@@ -127,7 +127,7 @@ def test_the_dielectric_of_higher_priority_is_there_where_two_overlap(ctx):
             for z, seen in ((3.0, expected), (-1.0, powers((COLOR, 0.5)))):
                 camera = stare((0.0, 0.0, -4.0), (0.0, 0.0, z))
                 scene = Scene(camera, materials, spheres=spheres[::order], ambient=Ambient(1.0))
-                image = rendered(ctx, scene, 4, bounces=1)
+                image = rendered(ctx, scene, 4, bounces=1, shared=True)
                 np.testing.assert_allclose(image, np.broadcast_to(seen, image.shape), rtol=2e-4)
 
 
@@ -355,7 +355,7 @@ def test_white_plastic_reflects_everything(ctx, ior):
     plastic = Material(model="plastic", albedo=1.0, ior=ior)
     view = Camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0), fov_degrees=30.0)
     scene = Scene(view, {"plastic": plastic}, spheres=[Sphere((0.0, 0.0, 0.0), 1.0, "plastic")], ambient=Ambient(1.0))
-    assert_mean(rendered(ctx, scene, 256, **PATHS), 1.0, 0.002)
+    assert_mean(rendered(ctx, scene, 256, shared=True, **PATHS), 1.0, 0.002)
 
 
 SPHERES = """

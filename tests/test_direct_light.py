@@ -79,7 +79,7 @@ def test_floor_under_a_light_that_the_horizon_cuts(ctx, estimator):
     half_angle = np.arcsin(1 / 1.5)
     form = half_angle - np.sin(half_angle) * np.cos(half_angle)
     light = Light((1.5, 0.0, 0.0), 1.0, radiance=RADIANCE)
-    image = rendered(ctx, floor_under(lights=[light]), 1024, estimator=estimator)
+    image = rendered(ctx, floor_under(lights=[light]), 1024, estimator=estimator, shared=True)
     assert_mean(image, floor_radiance(np.multiply(RADIANCE, form)), 0.005, LIFT)
 
 

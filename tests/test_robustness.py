@@ -40,11 +40,11 @@ def test_scale_does_not_show(ctx, name):
     a power of two; else numbers are rounded elsewhere, and a path or two in a million goes another way.
     Adaptive sampling would then place other samples."""
     scene = _evenly(load(name))
-    image = rendered(ctx, scene, 32, SIZE)
+    image = rendered(ctx, scene, 32, SIZE, shared=True)
     for factor in (2.0**-10, 2.0**10):
-        np.testing.assert_array_equal(rendered(ctx, scaled(scene, factor), 32, SIZE), image)
+        np.testing.assert_array_equal(rendered(ctx, scaled(scene, factor), 32, SIZE, shared=True), image)
     for factor in (1e-3, 1e3):
-        other = rendered(ctx, scaled(scene, factor), 32, SIZE)
+        other = rendered(ctx, scaled(scene, factor), 32, SIZE, shared=True)
         assert abs(other.mean(dtype=np.float64) / image.mean(dtype=np.float64) - 1) < 1e-4
         assert shares_beyond(image, other, 1e-4) < 0.02
         assert shares_beyond(image, other, 0.01) < 0.005
@@ -54,9 +54,9 @@ def test_scale_does_not_show(ctx, name):
 def test_place_does_not_show(ctx, name):
     """Ten kilometres from the origin float32 is a millimetre coarse; the picture stays as it is."""
     scene = _evenly(load(name))
-    image = rendered(ctx, scene, 32, SIZE)
+    image = rendered(ctx, scene, 32, SIZE, shared=True)
     for offset in ((1e4, 0.0, 0.0), (-1e4, 1e4, 1e4)):
-        other = rendered(ctx, moved(scene, offset), 32, SIZE)
+        other = rendered(ctx, moved(scene, offset), 32, SIZE, shared=True)
         assert shares_beyond(image, other, 1e-4) < 0.02
         assert shares_beyond(image, other, 0.01) < 0.005
 
@@ -75,7 +75,7 @@ def test_distance_of_a_sun_does_not_show(ctx, kind):
             shining = Material(albedo=0.0, specular=0.0, emission=1000.0)
             spheres = [*scene.spheres, Sphere(place, radius, "sun")]
             lit = replace(lit, lights=[], spheres=spheres, materials={**scene.materials, "sun": shining})
-        images.append(rendered(ctx, lit, 64, SIZE))
+        images.append(rendered(ctx, lit, 64, SIZE, shared=True))
     assert images[0].mean() == pytest.approx(images[1].mean(), rel=0.002)
     assert shares_beyond(*images, 0.05) < 0.02
 
@@ -168,7 +168,7 @@ def lit_from_the_eye(height: float) -> Scene:
 @pytest.mark.parametrize(("factor", "height"), [(1e-3, 1.0), (1e-3, 0.01), (1.0, 0.1), (1e3, 1.0), (1e3, 0.01)])
 def test_no_surface_shades_itself(ctx, factor, height):
     """Not one sample of 150,000 is dark, the floor's at grazing angles neither."""
-    image = rendered(ctx, scaled(lit_from_the_eye(height), factor), 1, (480, 320), bounces=1)
+    image = rendered(ctx, scaled(lit_from_the_eye(height), factor), 1, (480, 320), bounces=1, shared=True)
     assert image.min() > 0
 
 
