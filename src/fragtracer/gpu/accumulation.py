@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """A picture in progress: passes of samples, everywhere alike or where the error is."""
 
-from collections.abc import Generator, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import fields
 from typing import Any, Literal, cast
@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from fragtracer.errors import DeviceError
 from fragtracer.gpu.film import Film
 from fragtracer.gpu.layers import LayerTextures
+from fragtracer.gpu.pilots import PilotTracer
 from fragtracer.gpu.program import FullscreenProgram
 from fragtracer.gpu.tracer import Tracer
-from fragtracer.gpu.work import ItemList, StageTextures, Tilings, work_texture
+from fragtracer.gpu.work import StageTextures, Tilings, work_texture
 from fragtracer.resources import folder
 from fragtracer.sampling import gradients
 from fragtracer.sampling.allocation import (
@@ -33,8 +34,8 @@ from fragtracer.sampling.allocation import (
     stage_weight,
     work_list,
 )
-from fragtracer.sampling.gradients import GradientPilot, Gradients, Weights
-from fragtracer.sampling.pilot import SAMPLES, STREAM, SURVEY_SAMPLES, Pilot, Tiles, pilot_list, survey_list, tiles_of
+from fragtracer.sampling.gradients import Gradients, Weights
+from fragtracer.sampling.pilot import Pilot, tiles_of
 from fragtracer.sampling.pixels import Floats, Pixels
 
 _PLANNING_STEP = 0.005  # seconds after which one may do something else
@@ -215,53 +216,23 @@ class Accumulation:
         gain, found = self._gain, self._gradients
         asks_adaptive = self.adaptive == "auto" and gain is None and self.gradient_domain != "on"
         asks_gradients = self.gradient_domain != "off" and found is None and self.adaptive != "on"
-        pilot: Pilot | None = None
-        if (asks_adaptive or asks_gradients) and tiles_of(*self.size):
-            pilot = Pilot.of((yield from self._pilot(tracer, budget, asks_adaptive)), *self.size)
         if asks_adaptive:
-            gain = pilot.gain() if pilot else 1.0
+            gain = 1.0
         if asks_gradients:
             found = gradients.UNKNOWN
-            if pilot is not None:
-                found = yield from self._gradient_pilot(tracer, budget, pilot)
+        if (asks_adaptive or asks_gradients) and tiles_of(*self.size):
+            drawn = PilotTracer(self._ctx, self.size, tracer, budget)
+            tiles = drawn.tiles(self.least_gain, self.is_rare) if asks_adaptive else drawn.first_tiles()
+            pilot = Pilot.of((yield from tiles), *self.size)
+            if asks_adaptive:
+                gain = pilot.gain()
+            if asks_gradients:
+                found = yield from drawn.gradients(pilot, self._film.read().variance[..., :3])
         self._gain, self._gradients = gain, found
-
-    def _pilot(self, tracer: Tracer, budget: float | None, asks_adaptive: bool) -> Generator[float, None, Pixels]:
-        """The items of :meth:`Pilot.of`."""
-        found = [(yield from self._sampled_list(tracer, survey_list(*self.size), SURVEY_SAMPLES, budget))]
-        first, every = drawn = Tiles.by(found[0], *self.size)
-        found.append((yield from self._sampled_list(tracer, pilot_list(first.pixels), SAMPLES, budget)))
-        if asks_adaptive and Pilot(first, found[1], drawn).asks_for_more(self.least_gain, self.is_rare, *self.size):
-            others = pilot_list(every.pixels[len(first.pixels) :])
-            found.append((yield from self._sampled_list(tracer, others, SAMPLES, budget)))
-        return _joined(found)
-
-    def _gradient_pilot(self, tracer: Tracer, budget: float | None, pilot: Pilot) -> Generator[float, None, Gradients]:
-        first, every = pilot.drawn
-        variance = self._film.read().variance[..., :3]
-        items = yield from self._sampled_list(tracer, gradients.pilot_list(first.pixels), SAMPLES, budget)
-        found = GradientPilot(items, first, variance, pilot.rate)
-        if found.asks_for_more(*self.size):
-            work = gradients.pilot_list(every.pixels[len(first.pixels) :])
-            others = yield from self._sampled_list(tracer, work, SAMPLES, budget)
-            found = GradientPilot(_joined([items, others]), every, variance, pilot.rate)
-        return found.found()
-
-    def _sampled_list(
-        self, tracer: Tracer, work: WorkList, rays: int, budget: float | None
-    ) -> Generator[float, None, Pixels]:
-        """Samples of a list that are in no picture."""
-        items = ItemList(self._ctx, self.size[1], Window(0, 0, *self.size), len(work.pixels))
-        try:
-            for _ in items.trace(tracer, work, STREAM, rays, budget):
-                yield 0.0
-            return items.read(len(work.pixels))
-        finally:
-            items.release()
 
     def pilot(self, tracer: Tracer) -> Pixels:
         """The items of :meth:`Pilot.of`, for an image that has tiles."""
-        steps = self._pilot(tracer, None, True)
+        steps = PilotTracer(self._ctx, self.size, tracer).tiles(self.least_gain, self.is_rare)
         while True:
             try:
                 next(steps)
@@ -500,12 +471,6 @@ def _planned(finished: Stages, pixels: Pixels, weight: float, stage: int) -> tup
     block_order(width, height)  # remembered
     shown = together.pixels()
     return together, Plan.by(stage, together.deviation(shown)), _texels(shown)
-
-
-def _joined(items: Sequence[Pixels]) -> Pixels:
-    """Items (items, 1), one after the other."""
-    parts = zip(*(vars(some).values() for some in items), strict=True)
-    return Pixels(*(np.concatenate(part) for part in parts))
 
 
 def _texels(shown: Pixels) -> list[Floats]:
