@@ -18,8 +18,8 @@ from fragtracer.sampling.pixels import Floats, Pixels
 
 @dataclass(frozen=True, eq=False)
 class PilotTracer:
-    """Draws the pilots of an image of ``size`` (width, height) that has a tile, by ``tracer``. What draws yields
-    whenever ``budget`` seconds have passed, so that a window goes on meanwhile; without a budget, when it may."""
+    """Draws the pilots of an image of ``size`` (width, height), which has a tile at least. They yield after each draw,
+    which is meant to take ``budget`` seconds (:meth:`Tracer.bands`), so that a window goes on meanwhile."""
 
     ctx: moderngl.Context
     size: tuple[int, int]
