@@ -221,13 +221,13 @@ class Accumulation:
         if asks_gradients:
             found = gradients.UNKNOWN
         if (asks_adaptive or asks_gradients) and tiles_of(*self.size):
-            drawn = PilotTracer(self._ctx, self.size, tracer, budget)
-            tiles = drawn.tiles(self.least_gain, self.is_rare) if asks_adaptive else drawn.first_tiles()
+            pilots = PilotTracer(self._ctx, self.size, tracer, budget)
+            tiles = pilots.tiles(self.least_gain, self.is_rare) if asks_adaptive else pilots.first_tiles()
             pilot = Pilot.of((yield from tiles), *self.size)
             if asks_adaptive:
                 gain = pilot.gain()
             if asks_gradients:
-                found = yield from drawn.gradients(pilot, self._film.read().variance[..., :3])
+                found = yield from pilots.gradients(pilot, self._film.read().variance[..., :3])
         self._gain, self._gradients = gain, found
 
     def pilot(self, tracer: Tracer) -> Pixels:
