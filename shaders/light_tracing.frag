@@ -114,15 +114,17 @@ vec4 photon_trace(uint number, out vec3 place) {
     float cosine = dot(photon.surface.normal, light.wi);
     bool is_met = light_traced_is_wanted(light) && light.pdf > 0.0 && !material_is_unlit(photon.material);
     is_met = is_met && (cosine > 0.0 || (cosine < 0.0 && !target.is_culled));
-    Vertex vertex = photon_vertex(photon, light.wi, ivec4(0));
     // What has an inside is lit from outside: no light is within (light_tracing/decision.py).
     is_met = is_met && (cosine > 0.0 || photon.material.bsdf != BSDF_DIELECTRIC);
-    is_met = is_met && !is_occluded(Ray(vertex.origin, light.wi), light.distance, light.primitive, hash_uint(photon.seed));
+    vec3 away = light.wi + (cosine < 0.0 ? -photon.surface.normal : photon.surface.normal);
+    vec3 origin = ray_offset_origin(photon.surface.position, away, photon.surface.extent);
+    is_met = is_met && !is_occluded(Ray(origin, light.wi), light.distance, light.primitive, hash_uint(photon.seed));
     if (!is_met) return UNSEEN;
     photon.flux = light.radiance * (opacity * wanted * abs(cosine) / (light.pdf * target.density));
 
-    // The vertex that is seen, if any is, what it promises, and the sum of what all of them do.
+    // The vertex that is seen, if any is, what lies behind it, what it promises, and the sum of what all of them do.
     Photon seen = photon;
+    ivec4 seen_beyond = ivec4(0);
     float promised = 0.0, all_promised = 0.0;
     vec3 throughput = vec3(1.0);
     int turn = 0;
@@ -133,12 +135,13 @@ vec4 photon_trace(uint number, out vec3 place) {
         int band = interior_band(photon.material, photon.band, hash_to_unit(hash_uint(photon.seed ^ 0x68bc21ebu)));
         photon.flux *= interior_band_color(photon.band, band);
         photon.band = band;
-        vertex = photon_vertex(photon, photon.towards_light, photon.inside);
+        Vertex vertex = photon_vertex(photon, photon.towards_light, photon.inside);
 
         float promise = photon_promise(photon, vertex);
         all_promised += promise;
         if (promise > 0.0 && chosen * all_promised < promise) {
             seen = photon;
+            seen_beyond = vertex.beyond;
             promised = promise;
             chosen = chosen * all_promised / promise;
         } else if (promise > 0.0) {
@@ -156,8 +159,9 @@ vec4 photon_trace(uint number, out vec3 place) {
         if (bsdf_is_delta(s)) {
             value = s.weight * (square(s.eta) * vertex.wo.z / max(abs(s.wi.z), 1e-6));
         } else {
-            value = vertex_eval_pdf(from, wi).rgb / s.pdf;
-            narrow = vertex_narrow_share(from, wi);
+            value = vertex_eval_pdf(from, wi).rgb;
+            narrow = vertex_narrow_share(from, wi, value);
+            value /= s.pdf;
         }
         vec3 factor = photon_transfer(photon, from, value, wi) * abs(dot(photon.surface.normal, direction));
         if (!light_traced_from(photon.hit)) narrow = vec3(0.0);
@@ -187,7 +191,6 @@ vec4 photon_trace(uint number, out vec3 place) {
     if (promised <= 0.0) return UNSEEN;
 
     // Its views by the camera, which is inside of nothing.
-    vertex = photon_vertex(seen, seen.towards_light, seen.inside);
     MirroredView view;
     vec3 end;  // where the way to it ends
     vec3 radiance = vec3(0.0);
@@ -200,10 +203,11 @@ vec4 photon_trace(uint number, out vec3 place) {
         MirroredView here = mirrored_view(seen.surface.position, mirror, v.zw, u.xy, seen.seed);
         float cos_camera = dot(seen.surface.normal, here.leaves);
         bool is_behind = (cos_camera > 0.0) != (dot(seen.surface.normal, seen.towards_light) > 0.0);
-        ivec4 inside = is_behind ? vertex.beyond : vertex.inside;
+        ivec4 inside = is_behind ? seen_beyond : seen.inside;
         Vertex receiver = photon_vertex(seen, here.leaves, inside);
         vec3 wi = frame_to_local(receiver.frame, seen.towards_light);
-        vec3 value = vertex_eval_pdf(receiver, wi).rgb * (1.0 - vertex_narrow_share(receiver, wi));
+        vec3 value = vertex_eval_pdf(receiver, wi).rgb;
+        value *= 1.0 - vertex_narrow_share(receiver, wi, value);
         vec3 brings = seen.flux * photon_transfer(seen, receiver, value, wi) * here.reflectance;
         brings *= abs(cos_camera) * here.camera.weight;
         vec3 there = pixel_filter_pixel(here.camera.position, w.yz);

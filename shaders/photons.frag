@@ -65,7 +65,8 @@ void main() {
         if (is_first && target.is_culled) is_lit = is_lit && dot(surface.normal, light.wi) > 0.0;
         if (is_lit) is_lit = !direct_is_occluded(vertex, Ray(vertex.origin, light.wi), light.distance, light.primitive, u.xy);
         if (is_received) {
-            vec3 radiance = is_lit ? direct_unoccluded(vertex, light, frame_to_local(vertex.frame, light.wi)) : vec3(0.0);
+            vec3 wi = frame_to_local(vertex.frame, light.wi);
+            vec3 radiance = is_lit ? direct_unoccluded(vertex, light, wi, vertex_eval_pdf(vertex, wi)) : vec3(0.0);
             source.w = PI * luminance(hit.primitive == NO_PRIMITIVE ? u_ambient_radiance : radiance);
         }
         if (is_first) flux *= is_lit ? luminance(light.radiance) / light.pdf * abs(dot(surface.normal, light.wi)) : 0.0;

@@ -77,20 +77,21 @@ vec3 bsdf_eval(Bsdf b, vec3 wo, vec3 wi) { return bsdf_eval_pdf(b, wo, wi).rgb; 
 
 float bsdf_pdf(Bsdf b, vec3 wo, vec3 wi) { return bsdf_eval_pdf(b, wo, wi).a; }
 
-// What of bsdf_eval() is scattered by a diffuse part; towards a direction in which nothing is scattered, anything.
-vec3 bsdf_diffuse(Bsdf b, vec3 wo, vec3 wi) {
+// What of the `value` of bsdf_eval() is scattered by a diffuse part; towards a direction in which nothing is scattered,
+// anything.
+vec3 bsdf_diffuse(Bsdf b, vec3 wo, vec3 wi, vec3 value) {
     vec3 diffuse = vec3(0.0);
 #if HAS_DIFFUSE
-    if (bsdf_is(b, BSDF_DIFFUSE)) diffuse = bsdf_eval(b, wo, wi);
+    if (bsdf_is(b, BSDF_DIFFUSE)) diffuse = value;
 #endif
 #if HAS_COOK_TORRANCE
     if (bsdf_is(b, BSDF_COOK_TORRANCE)) diffuse = cook_torrance_diffuse(b, wo, wi);
 #endif
 #if HAS_EON
-    if (bsdf_is(b, BSDF_EON)) diffuse = bsdf_eval(b, wo, wi);
+    if (bsdf_is(b, BSDF_EON)) diffuse = value;
 #endif
 #if HAS_EXACT_FRESNEL
-    if (bsdf_is(b, BSDF_PLASTIC)) diffuse = bsdf_eval(b, wo, wi);  // the coat is a mirror
+    if (bsdf_is(b, BSDF_PLASTIC)) diffuse = value;  // the coat is a mirror
     if (bsdf_is(b, BSDF_ROUGH_PLASTIC)) diffuse = rough_plastic_diffuse(b, wo, wi);
 #endif
     return diffuse;

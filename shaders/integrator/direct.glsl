@@ -173,19 +173,19 @@ MediumSample direct_flight(Medium medium, Ray ray, float distance, vec3 throughp
 }
 #endif
 
-// Radiance scattered towards wo from one sample of the lights, if nothing occludes it.
-vec3 direct_unoccluded(Vertex vertex, LightSample light, vec3 wi) {
-    vec4 eval_pdf = vertex_eval_pdf(vertex, wi);
-    eval_pdf.rgb *= vertex_shading_factor(vertex, wi);
-    if (light.pdf <= 0.0 || max_component(eval_pdf.rgb) <= 0.0) return vec3(0.0);
+// Radiance scattered towards wo from one sample of the lights, if nothing occludes it; `eval_pdf` is vertex_eval_pdf().
+vec3 direct_unoccluded(Vertex vertex, LightSample light, vec3 wi, vec4 eval_pdf) {
+    vec3 value = eval_pdf.rgb * vertex_shading_factor(vertex, wi);
+    if (light.pdf <= 0.0 || max_component(value) <= 0.0) return vec3(0.0);
     float bsdf_pdf = vertex_bsdf_probability(vertex) * eval_pdf.a;
-    return eval_pdf.rgb * light.radiance * (direct_light_weight(light.pdf, bsdf_pdf, light.delta) / light.pdf);
+    return value * light.radiance * (direct_light_weight(light.pdf, bsdf_pdf, light.delta) / light.pdf);
 }
 
 vec3 direct_sample(Vertex vertex, bool is_wanted, vec2 u) {
     LightSample light = light_sample(vertex.origin, u);
     vec3 wi = frame_to_local(vertex.frame, light.wi);
-    vec3 radiance = direct_unoccluded(vertex, light, wi);
+    vec4 eval_pdf = vertex_eval_pdf(vertex, wi);
+    vec3 radiance = direct_unoccluded(vertex, light, wi, eval_pdf);
     // Nothing that emits lights itself: it is convex. Where it transmits, rounding would have a sphere do so.
     bool is_lit = light.primitive != vertex.primitive || light.primitive < 0;
     if (!is_wanted || !is_lit || max_component(radiance) <= 0.0) return vec3(0.0);
@@ -193,10 +193,11 @@ vec3 direct_sample(Vertex vertex, bool is_wanted, vec2 u) {
     ivec4 inside = interior_behind_vertex(vertex, wi);
     radiance *= direct_transmittance(vertex, ray, light.distance, inside, light.primitive, u);
 #if FILM_LIGHT == FILM_LIGHT_PARTS
-    direct_diffuse += radiance * vertex_diffuse_share(vertex, wi);
+    direct_diffuse += radiance * vertex_diffuse_share(vertex, wi, eval_pdf.rgb);
 #endif
 #if FILM_LIGHT == FILM_LIGHT_UNTRACED
-    if (light_traced_is_wanted(light) && direct_is_traced) radiance *= 1.0 - direct_traced * vertex_narrow_share(vertex, wi);
+    vec3 narrow = vertex_narrow_share(vertex, wi, eval_pdf.rgb);
+    if (light_traced_is_wanted(light) && direct_is_traced) radiance *= 1.0 - direct_traced * narrow;
 #endif
     return radiance;
 }
@@ -222,9 +223,10 @@ vec3 direct_ambient_sample(Vertex vertex, vec2 u) {
     float factor = vertex_shading_factor(vertex, wi);
     ivec4 inside = interior_behind_vertex(vertex, wi);
     vec3 radiance = u_ambient_radiance * direct_transmittance(vertex, ray, INFINITE_DISTANCE, inside, NO_PRIMITIVE, u);
-    vec3 scattered = bsdf_eval(vertex.bsdf, vertex.wo, wi) * radiance * factor / density;
+    vec3 value = bsdf_eval(vertex.bsdf, vertex.wo, wi);
+    vec3 scattered = value * radiance * factor / density;
 #if FILM_LIGHT == FILM_LIGHT_PARTS
-    direct_diffuse += scattered * vertex_diffuse_share(vertex, wi);
+    direct_diffuse += scattered * vertex_diffuse_share(vertex, wi, value);
 #endif
     return scattered;
 }

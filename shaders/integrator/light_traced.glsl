@@ -38,7 +38,8 @@ void light_traced_scatter(inout LightTraced traced, Vertex vertex, Hit hit, Bsdf
         traced.narrow = is_target && !vertex.is_bent ? traced.narrow : vec3(0.0);
         return;
     }
-    vec3 narrow = bsdf_is_delta(s) ? vec3(1.0) : vertex_narrow_share(vertex, s.wi);
+    vec3 narrow = vertex_narrow_share(vertex, s.wi, vertex_value(vertex, s));
+    if (bsdf_is_delta(s)) narrow = vec3(1.0);
     if (vertex.is_bent) traced.received = vec3(0.0);
     traced.earlier = traced.received;
     if (depth == 0 && passed == 0) traced.received = 1.0 - narrow;

@@ -96,7 +96,8 @@ MirroredView mirrored_view(vec3 point, int index, vec2 lens, vec2 u, uint seed) 
         view.origin = vertex.origin;
         if (alpha > 0.0) {
             vec3 wi = frame_to_local(vertex.frame, -view.leaves);
-            view.reflectance = vertex_eval_pdf(vertex, wi).rgb * vertex_narrow_share(vertex, wi);
+            vec3 value = vertex_eval_pdf(vertex, wi).rgb;
+            view.reflectance = value * vertex_narrow_share(vertex, wi, value);
             view.camera.weight *= vertex.wo.z / (square(after) * density);
         } else {
             BsdfSample s = bsdf_sample(vertex.bsdf, vertex.wo, u);

@@ -243,7 +243,8 @@ void path_trace(inout Film film, ivec2 pixel, ivec2 numbers, int count) {
         BsdfSample scattered = vertex_scatter(vertex, u.xy);
         moments_scatter(path.moments, path.radiance, vertex_odds(vertex, scattered));
 #if FILM_LIGHT == FILM_LIGHT_PARTS
-        if (path.depth == 0) path.diffuse = bsdf_is_delta(scattered) ? vec3(0.0) : vertex_diffuse_share(vertex, scattered.wi);
+        vec3 share = vertex_diffuse_share(vertex, scattered.wi, vertex_value(vertex, scattered));
+        if (path.depth == 0) path.diffuse = bsdf_is_delta(scattered) ? vec3(0.0) : share;
 #endif
 #if FILM_LIGHT == FILM_LIGHT_UNTRACED
         light_traced_scatter(path.traced, vertex, hit, scattered, path.depth, path.passed);

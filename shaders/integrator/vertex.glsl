@@ -94,18 +94,17 @@ vec4 vertex_eval_pdf(Vertex vertex, vec3 wi) {
     return bsdf_eval_pdf(vertex.bsdf, vertex.wo, wi);
 }
 
-// What the diffuse part of the BSDF is of it, towards wi; without delta lobes. Media scatter diffusely.
-vec3 vertex_diffuse_share(Vertex vertex, vec3 wi) {
+// What the diffuse part of the BSDF is of its `value` towards wi, f |cos_i| without delta lobes. Media scatter diffusely.
+vec3 vertex_diffuse_share(Vertex vertex, vec3 wi, vec3 value) {
 #if HAS_MEDIA
     if (vertex.in_medium) return vec3(1.0);
 #endif
-    vec3 all = bsdf_eval(vertex.bsdf, vertex.wo, wi);
-    return clamp(bsdf_diffuse(vertex.bsdf, vertex.wo, wi) / max(all, vec3(1e-30)), 0.0, 1.0);
+    return clamp(bsdf_diffuse(vertex.bsdf, vertex.wo, wi, value) / max(value, vec3(1e-30)), 0.0, 1.0);
 }
 
-// What of the BSDF is narrow, towards wi, without delta lobes, which all are.
-vec3 vertex_narrow_share(Vertex vertex, vec3 wi) {
-    return vertex.bsdf.alpha <= NARROW_WIDEST ? 1.0 - vertex_diffuse_share(vertex, wi) : vec3(0.0);
+// What of that `value` is narrow; delta lobes all are.
+vec3 vertex_narrow_share(Vertex vertex, vec3 wi, vec3 value) {
+    return vertex.bsdf.alpha <= NARROW_WIDEST ? 1.0 - vertex_diffuse_share(vertex, wi, value) : vec3(0.0);
 }
 
 // Where rays start whose local direction is wi.
@@ -166,5 +165,14 @@ BsdfSample vertex_scatter(Vertex vertex, vec2 u) {
     return guide_scatter(vertex.guide, vertex.frame, vertex.bsdf, vertex.wo, u);
 #else
     return bsdf_sample(vertex.bsdf, vertex.wo, u);
+#endif
+}
+
+// f |cos_i| towards a direction that vertex_scatter() gave, if it is of no delta lobe.
+vec3 vertex_value(Vertex vertex, BsdfSample s) {
+#if GUIDING
+    return vertex_eval_pdf(vertex, s.wi).rgb;
+#else
+    return s.weight * s.pdf;
 #endif
 }

@@ -93,7 +93,8 @@ ONE_BSDF_EVALUATION = (
         "            direct += direct_sample(vertex, is_wanted, u);\n",
         "            LightSample light = light_sample(vertex.origin, u);\n"
         "            vec3 wi = frame_to_local(vertex.frame, light.wi);\n"
-        "            if (i == 0) unoccluded = direct_unoccluded(vertex, light, wi);\n"
+        "            vec4 eval_pdf = vertex_eval_pdf(vertex, wi);\n"
+        "            if (i == 0) unoccluded = direct_unoccluded(vertex, light, wi, eval_pdf);\n"
         "            Ray ray = Ray(vertex_origin(vertex, wi), light.wi);\n"
         "            bool is_reached = is_wanted && light.pdf > 0.0;\n"
         "            if (is_reached && !direct_is_occluded(vertex, ray, light.distance, light.primitive, u)) {\n"
