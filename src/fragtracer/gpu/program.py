@@ -10,6 +10,7 @@ import moderngl
 
 from fragtracer.errors import ShaderError
 from fragtracer.gpu.context import has_images
+from fragtracer.gpu.reachable import reachable
 from fragtracer.shader_composer import compose
 
 _UNIFORM = re.compile(r"^uniform\s+(?:highp\s+)?\w+\s+(\w+)", re.MULTILINE)
@@ -43,7 +44,7 @@ class _Program:
         self._ctx, self._has_images = ctx, has_images(ctx)
         language = "330 core, images" if self._has_images else "330 core"
         source = compose(fragment, defines or {}, root, generated, language, optional)
-        text = source.text if text_pass is None else text_pass(source.text)
+        text = reachable(source.text if text_pass is None else text_pass(source.text))
         try:
             self._program = ctx.program(vertex_shader=vertices.text, fragment_shader=text)
         except moderngl.Error as error:
