@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 from hand import Hand
+from imgui_bundle import imgui
 
 import fragtracer as ft
 from fragtracer.apps.viewer.app import Viewer
@@ -28,6 +29,13 @@ def picture(viewer: Viewer) -> Any:
     left, bottom, width, height = viewer.screen.rectangle
     top = viewer.screen.window.pixels[1] - bottom - height
     return viewer.grab()[top : top + height, left : left + width] / 255.0
+
+
+def above_status_bar(viewer: Viewer) -> slice:
+    """The rows of the picture that the status bar, whose lines are as many as its text needs, does not cover."""
+    _, bottom, _, height = viewer.screen.rectangle
+    bar = imgui.internal.find_window_by_name("##status")
+    return slice(0, height + bottom - viewer.screen.window.pixels[1] + int(bar.pos.y))
 
 
 def refined(viewer: Viewer, hand: Hand, spp: int) -> None:

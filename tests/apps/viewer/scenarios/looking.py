@@ -6,7 +6,7 @@ import sys
 from dataclasses import replace
 
 import numpy as np
-from common import GOLD, opened, picture, refined
+from common import GOLD, above_status_bar, opened, picture, refined
 from hand import Hand
 
 from fragtracer.apps.viewer.display import DisplaySettings
@@ -26,10 +26,11 @@ def converges() -> None:
             viewer.session.display = replace(viewer.session.display, tone_curve=curve, exposure=0.5)
             viewer.frame()
             expected = Look(0.5, curve).show(image)
-            free = slice(0, height - 60)  # above the status bar
+            free = above_status_bar(viewer)
             assert np.abs(picture(viewer)[free] - expected[free]).max() < 1.6 / 255, curve
         viewer.session.display = DisplaySettings(bloom=True, bloom_strength=0.5, gamma=1.2)
         viewer.frame()
+        free = above_status_bar(viewer)
         expected = Look(bloom=0.5, gamma=1.2).show(image)
         assert np.abs(picture(viewer)[free] - expected[free]).max() < 1.6 / 255, "bloom"
     size = f"{width}x{height}"

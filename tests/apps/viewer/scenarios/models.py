@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from common import GOLD, opened, picture, refined
+from common import GOLD, above_status_bar, opened, picture, refined
 from hand import Hand
 from imgui_bundle import imgui
 from PIL import Image
@@ -74,7 +74,7 @@ def the_command_makes_the_picture(viewer: Viewer, hand: Hand) -> str:
     subprocess.run([sys.executable, "-m", *words], check=True, capture_output=True)
     with Image.open(words[words.index("-o") + 1]) as image:
         made = np.asarray(image) / 255.0
-    free = slice(0, len(made) - 60)  # above the status bar
+    free = above_status_bar(viewer)
     assert np.abs(picture(viewer)[free] - made[free]).mean() < 0.02, command
     viewer.session.max_samples = 0
     return command

@@ -70,6 +70,8 @@ def survives_sizes() -> None:
                 turns += 1
             assert width != 3840 or turns == 4, "a pass over so many pixels takes several turns of the loop"
         hand.until(lambda: viewer.renderer.spp >= 1, "samples")
+        status = imgui.internal.find_window_by_name("##status")
+        assert 0 < status.size.x < viewer.screen.rectangle[2], "the status bar ends where the panels begin"
         assert viewer.screen.context.error == "GL_NO_ERROR"
 
 

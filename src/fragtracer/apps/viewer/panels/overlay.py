@@ -21,17 +21,28 @@ _BARE = (
 
 
 def status(area: Area, figures: Figures, fps: float) -> None:
-    """One line at the lower edge of the picture."""
-    parts = [f"{figures.spp:,} spp", f"error {error_text(figures.relative_error)}", f"{fps:.0f} fps"]
-    parts.append(f"{figures.samples_per_second / 1e6:.1f} Msamples/s")
-    parts.append(f"{figures.full_size[0]} × {figures.full_size[1]}")
+    """One line at the lower edge of the picture, or several where it is narrow."""
+    plain = imgui.get_style_color_vec4(imgui.Col_.text)
+    parts = [
+        (plain, f"{figures.spp:,} spp"),
+        (plain, f"error {error_text(figures.relative_error)}"),
+        (plain, f"{fps:.0f} fps"),
+        (plain, f"{figures.samples_per_second / 1e6:.1f} Msamples/s"),
+        (plain, f"{figures.full_size[0]} × {figures.full_size[1]}"),
+        (MUTED, figures.state),
+    ]
+    if figures.non_finite:
+        parts.append((BAD, f"{figures.non_finite:,} samples not finite"))
+    gap, end = units(16), 0.0
+    room = area.width - units(20) - 2 * imgui.get_style().window_padding.x
     if _begin("status", area.x + units(10), area.y + area.height - units(10), 0.0, 1.0, 0.75):
-        imgui.text("   ".join(parts))
-        imgui.same_line(0, units(16))
-        imgui.text_colored(MUTED, figures.state)
-        if figures.non_finite:
-            imgui.same_line(0, units(16))
-            imgui.text_colored(BAD, f"{figures.non_finite:,} samples not finite")
+        for color, text in parts:
+            width = imgui.calc_text_size(text).x
+            fits = end > 0.0 and end + gap + width <= room
+            if fits:
+                imgui.same_line(0, gap)
+            end = width + (end + gap if fits else 0.0)
+            imgui.text_colored(color, text)
     imgui.end()
 
 
