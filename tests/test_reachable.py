@@ -17,6 +17,7 @@ from fragtracer.resources import folder
 
 SHADERS = folder("shaders")
 
+FIRST = "#if FEATURE >= A_FEW && !(FEATURE == 4) || defined(NEVER)"
 PROGRAM = """\
 #version 330 core
 #define A_FEW 3
@@ -72,11 +73,46 @@ def test_what_main_reaches_is_left() -> None:
 
 @pytest.mark.parametrize(
     "condition",
-    ["#if __VERSION__ > 300", "#if FEATURE % 2 == 1", "#ifdef A\n#endif\n#undef FEATURE\n#if 1", "#if f(1)"],
+    [
+        "#if __VERSION__ > 300",
+        "#if FEATURE % 2 == 1",
+        "#if FEATURE / 2 == 1",
+        "#ifdef A\n#endif\n#undef FEATURE\n#if 1",
+        "#if f(1)",
+        "#if !FEATURE == 0",
+        "#if 3 > FEATURE > 1",
+        "#if FEATURE (3)",
+        "#if (FEATURE == 3",
+        "#endif\n#if 1",
+        "#if 1\n#if 1",
+        "/* #if 0 */\n#if 1",
+        "void open() {\n#if 1",
+    ],
 )
 def test_what_is_not_understood_is_left_to_the_driver(condition: str) -> None:
-    text = PROGRAM.replace("#if FEATURE >= A_FEW && !(FEATURE == 4) || defined(NEVER)", condition)
+    text = PROGRAM.replace(FIRST, condition)
     assert reachable(text) == text
+
+
+@pytest.mark.parametrize(
+    ("condition", "holds"),
+    [
+        ("FEATURE == 3 && FEATURE != 4", True),
+        ("!(FEATURE < 3) && !NONE", True),
+        ("NONE || FEATURE <= 2", False),
+        ("defined(FEATURE) && defined NONE", True),
+        ("(FEATURE > 3 || NONE) && FEATURE", False),
+    ],
+)
+def test_conditions_hold_as_the_driver_says(ctx: moderngl.Context, condition: str, holds: bool) -> None:
+    text = f"#define FEATURE 3\n#define NONE 0\nout vec4 color;\n #  if {condition}  // one\n"
+    text += "float value() { return 1.0; }\n# else\nfloat value() { return 0.0; }\n#endif\n"
+    text += "void main() { color = vec4(value()); }\n"
+    assert ("return 1.0" in reachable(text)) == holds
+    assert ("return 0.0" in reachable(text)) != holds
+    compiled = FullscreenProgram(ctx, SHADERS, "main.frag", generated={"main.frag": text})
+    assert drawn(ctx, compiled) == [float(holds)] * 4
+    compiled.release()
 
 
 @pytest.mark.parametrize("name", SCENES)

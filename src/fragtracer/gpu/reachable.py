@@ -9,24 +9,34 @@ import re
 from collections.abc import Iterator
 from functools import lru_cache
 
-_DIRECTIVE = re.compile(r"#\s*(if|ifdef|ifndef|elif|else|endif|define|undef)\b\s*([^/\n]*)")
+_DIRECTIVE = re.compile(r"\s*#\s*(if|ifdef|ifndef|elif|else|endif|define|undef)\b\s*(.*?)\s*(?://.*)?$")
 _DEFINED = re.compile(r"\bdefined\s*(?:\(\s*(\w+)\s*\)|(\w+))")
 _NAME = re.compile(r"[A-Za-z_]\w*")
-_ARITHMETIC = re.compile(r"(?:\d+|and|or|not|[<>=!]=|[<>()+*-]|\s)+")
+_LOGIC = re.compile(r"(?:\d+|and|or|not|[<>=!]=|[<>()]|\s)+")
+# What means something else in Python: a negation that is compared, and comparisons of comparisons.
+_COMPARED = re.compile(r"!(?!=)\s*(?:\w+|\([^()]*\))\s*[<>=!]|(?:[<>=!]=|[<>](?!=))[^&|()<>=!]*[<>=!]")
 _FUNCTION = re.compile(r"^(?:(?:lowp|mediump|highp) )?\w+ (\w+)\([^;{}]*\)\s*\{", re.MULTILINE)
-_BLOCK = re.compile(r"//.*|[{}]")
+_BRACE = re.compile(r"//.*|[{}]")
 
 
 def reachable(text: str) -> str:
     """``text`` without the functions that ``main`` does not reach, and without what its conditions leave out.
 
-    Every line stays where it is, so that a driver's messages name the same ones. A condition that cannot be understood,
-    which the driver alone may know, leaves the text as it is.
+    Every line stays where it is, so that a driver's messages name the same ones. Where anything is not understood, as a
+    condition whose names the driver alone knows, the text is left as it is.
     """
     try:
-        text = "\n".join(_chosen(text.split("\n")))
-    except _UnknownConditionError:
+        return _of_reached("\n".join(_chosen(text.split("\n")))) if "/*" not in text else text
+    except _NotUnderstoodError:
         return text
+
+
+class _NotUnderstoodError(Exception):
+    """The text is of some other form than that of our shaders."""
+
+
+def _of_reached(text: str) -> str:
+    """The text without functions that are not reached; there are no conditions in it any more."""
     functions = list(_functions(text))
     ends = [0, *(end for _, _, end in functions)]
     between = [text[end:begin] for end, (_, begin, _) in zip(ends, functions, strict=False)]
@@ -45,10 +55,6 @@ def reachable(text: str) -> str:
     return "".join([*pieces, text[ends[-1] :]])
 
 
-class _UnknownConditionError(Exception):
-    """A condition is of names or operators that are not known."""
-
-
 def _chosen(lines: list[str]) -> Iterator[str]:
     """The lines that the preprocessor lets pass, those of its conditions and the others empty."""
     macros: dict[str, str] = {}
@@ -62,12 +68,12 @@ def _chosen(lines: list[str]) -> Iterator[str]:
     open_conditions: list[tuple[bool, bool]] = []  # whether lines pass here, and whether a branch has been taken yet
     passes = True
     for line in lines:
-        if line[:1] != "#" or not (found := _DIRECTIVE.match(line)):
+        if "#" not in line or not (found := _DIRECTIVE.match(line)):
             yield line if passes else ""
             continue
-        kind, rest = found[1], found[2].strip()
-        if kind == "undef":
-            raise _UnknownConditionError
+        kind, rest = found.groups()
+        if kind == "undef" or (kind in ("elif", "else", "endif") and not open_conditions):
+            raise _NotUnderstoodError
         if kind == "define":
             name = _NAME.match(rest)
             if passes and name:
@@ -85,6 +91,8 @@ def _chosen(lines: list[str]) -> Iterator[str]:
             passes = outside and not is_taken and (kind == "else" or value(rest))
             open_conditions.append((outside, is_taken or passes))
         yield ""
+    if open_conditions:
+        raise _NotUnderstoodError
 
 
 def _value(condition: str, macros: dict[str, str]) -> bool:
@@ -94,12 +102,17 @@ def _value(condition: str, macros: dict[str, str]) -> bool:
         if not (names := set(_NAME.findall(text))):
             break
         if not names <= macros.keys():
-            raise _UnknownConditionError
+            raise _NotUnderstoodError
         text = _NAME.sub(lambda found: macros[found[0]] or "0", text)
+    if _COMPARED.search(text):
+        raise _NotUnderstoodError
     text = re.sub(r"!(?!=)", " not ", text.replace("&&", " and ").replace("||", " or "))
-    if not _ARITHMETIC.fullmatch(text):
-        raise _UnknownConditionError
-    return bool(eval(text, {"__builtins__": {}}))  # of numbers and operators alone
+    if not _LOGIC.fullmatch(text):
+        raise _NotUnderstoodError
+    try:
+        return bool(eval(text, {"__builtins__": {}}))  # of numbers and operators alone
+    except (SyntaxError, TypeError):
+        raise _NotUnderstoodError from None
 
 
 def _functions(text: str) -> Iterator[tuple[str, int, int]]:
@@ -109,11 +122,13 @@ def _functions(text: str) -> Iterator[tuple[str, int, int]]:
         if found.start() < end:
             continue  # within the one before
         depth = 1
-        for mark in _BLOCK.finditer(text, found.end()):
+        for mark in _BRACE.finditer(text, found.end()):
             depth += {"{": 1, "}": -1}.get(mark[0], 0)
             if depth == 0:
-                end = mark.end()
                 break
+        else:
+            raise _NotUnderstoodError
+        end = mark.end()
         yield found[1], found.start(), end
 
 
