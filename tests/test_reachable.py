@@ -85,6 +85,8 @@ def test_what_main_reaches_is_left() -> None:
         "#if (FEATURE == 3",
         "#endif\n#if 1",
         "#if 1\n#if 1",
+        "#if 1\n#define LOOP for (;;) {",
+        "#if 1\n#define TWO_LINES \\\n    1",
         "/* #if 0 */\n#if 1",
         "void open() {\n#if 1",
     ],

@@ -17,6 +17,7 @@ _LOGIC = re.compile(r"(?:\d+|and|or|not|[<>=!]=|[<>()]|\s)+")
 _COMPARED = re.compile(r"!(?!=)\s*(?:\w+|\([^()]*\))\s*[<>=!]|(?:[<>=!]=|[<>](?!=))[^&|()<>=!]*[<>=!]")
 _FUNCTION = re.compile(r"^(?:(?:lowp|mediump|highp) )?\w+ (\w+)\([^;{}]*\)\s*\{", re.MULTILINE)
 _BRACE = re.compile(r"//.*|[{}]")
+_LONG_OR_BRACES = re.compile(r"\\$|[{}]")  # a directive that goes on in the next line, or a macro that opens a block
 
 
 def reachable(text: str) -> str:
@@ -72,7 +73,8 @@ def _chosen(lines: list[str]) -> Iterator[str]:
             yield line if passes else ""
             continue
         kind, rest = found.groups()
-        if kind == "undef" or (kind in ("elif", "else", "endif") and not open_conditions):
+        is_unmatched = kind in ("elif", "else", "endif") and not open_conditions
+        if kind == "undef" or is_unmatched or _LONG_OR_BRACES.search(line):
             raise _NotUnderstoodError
         if kind == "define":
             name = _NAME.match(rest)

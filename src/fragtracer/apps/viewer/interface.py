@@ -58,8 +58,8 @@ class Interface:
             area = layout.dock_panels(self._reset_layout)
             self._reset_layout = False
             self._docked(figures, times, compares)
-        overlay.status(area, figures, times.fps)
-        overlay.messages(area, self.session.toast, problem)
+        top_of_status = overlay.status(area, figures, times.fps)
+        overlay.messages(area, top_of_status, self.session.toast, problem)
         if self.help_shown:
             overlay.help_window(area)
         self._navigate(area, compares)

@@ -20,8 +20,8 @@ _BARE = (
 )
 
 
-def status(area: Area, figures: Figures, fps: float) -> None:
-    """One line at the lower edge of the picture, or several where it is narrow."""
+def status(area: Area, figures: Figures, fps: float) -> float:
+    """One line at the lower edge of the picture, or several where it is narrow. Returns where it begins."""
     plain = imgui.get_style_color_vec4(imgui.Col_.text)
     parts = [
         (plain, f"{figures.spp:,} spp"),
@@ -43,11 +43,13 @@ def status(area: Area, figures: Figures, fps: float) -> None:
                 imgui.same_line(0, gap)
             end = width + (end + gap if fits else 0.0)
             imgui.text_colored(color, text)
+    top = imgui.get_window_pos().y
     imgui.end()
+    return top
 
 
-def messages(area: Area, toast: str, problem: str) -> None:
-    """A message for some seconds, and a problem that stays until it is solved."""
+def messages(area: Area, bottom: float, toast: str, problem: str) -> None:
+    """A message for some seconds, which ends above ``bottom``, and a problem that stays until it is solved."""
     width = area.width - units(20)
     if problem:
         imgui.set_next_window_size_constraints(imgui.ImVec2(0, 0), imgui.ImVec2(width, area.height * 0.6))
@@ -57,7 +59,7 @@ def messages(area: Area, toast: str, problem: str) -> None:
             imgui.pop_text_wrap_pos()
         imgui.end()
     if toast:
-        if _begin("toast", area.x + area.width / 2, area.y + area.height - units(48), 0.5, 1.0, 0.8):
+        if _begin("toast", area.x + area.width / 2, bottom - units(8), 0.5, 1.0, 0.8):
             imgui.text(toast)
         imgui.end()
 
