@@ -70,8 +70,12 @@ def survives_sizes() -> None:
                 turns += 1
             assert width != 3840 or turns == 4, "a pass over so many pixels takes several turns of the loop"
         hand.until(lambda: viewer.renderer.spp >= 1, "samples")
-        status = imgui.internal.find_window_by_name("##status")
+        viewer.do("copy command")
+        hand.frames(4)
+        status, toast = (imgui.internal.find_window_by_name(f"##{name}") for name in ("status", "toast"))
         assert 0 < status.size.x < viewer.screen.rectangle[2], "the status bar ends where the panels begin"
+        assert 0 < toast.size.x < viewer.screen.rectangle[2], "so does a message"
+        assert toast.pos.y + toast.size.y <= status.pos.y, "above the status bar"
         assert viewer.screen.context.error == "GL_NO_ERROR"
 
 

@@ -50,18 +50,11 @@ def status(area: Area, figures: Figures, fps: float) -> float:
 
 def messages(area: Area, bottom: float, toast: str, problem: str) -> None:
     """A message for some seconds, which ends above ``bottom``, and a problem that stays until it is solved."""
-    width = area.width - units(20)
     if problem:
-        imgui.set_next_window_size_constraints(imgui.ImVec2(0, 0), imgui.ImVec2(width, area.height * 0.6))
-        if _begin("problem", area.x + units(10), area.y + units(10), 0.0, 0.0, 0.92):
-            imgui.push_text_wrap_pos(max(width - units(24), 80.0))
-            imgui.text_colored(BAD, problem)
-            imgui.pop_text_wrap_pos()
-        imgui.end()
+        _wrapped("problem", area, (area.x + units(10), area.y + units(10)), (0.0, 0.0), 0.92, problem, BAD)
     if toast:
-        if _begin("toast", area.x + area.width / 2, bottom - units(8), 0.5, 1.0, 0.8):
-            imgui.text(toast)
-        imgui.end()
+        plain = imgui.get_style_color_vec4(imgui.Col_.text)
+        _wrapped("toast", area, (area.x + area.width / 2, bottom - units(8)), (0.5, 1.0), 0.8, toast, plain)
 
 
 def help_window(area: Area) -> None:
@@ -77,6 +70,25 @@ def help_window(area: Area) -> None:
                 imgui.table_next_column()
                 imgui.text(f"   {how}")
             imgui.end_table()
+    imgui.end()
+
+
+def _wrapped(
+    name: str,
+    area: Area,
+    place: tuple[float, float],
+    pivot: tuple[float, float],
+    alpha: float,
+    text: str,
+    color: imgui.ImVec4,
+) -> None:
+    """A text no wider than the picture."""
+    width = area.width - units(20)
+    imgui.set_next_window_size_constraints(imgui.ImVec2(0, 0), imgui.ImVec2(width, area.height * 0.6))
+    if _begin(name, *place, *pivot, alpha):
+        imgui.push_text_wrap_pos(max(width - units(24), 80.0))
+        imgui.text_colored(color, text)
+        imgui.pop_text_wrap_pos()
     imgui.end()
 
 
