@@ -69,11 +69,16 @@ def _extinction(turbidity: float) -> Floats:
     return np.stack([molecules / _HEIGHTS[0], aerosols / _HEIGHTS[1], cross_section * _OZONE_COLUMN / _OZONE_HALF])
 
 
-def _density(radius: Floats) -> Floats:
-    """Of molecules, aerosols and ozone relative to where they are densest, (..., 3)."""
+def _densities(radius: Floats) -> tuple[Floats, Floats, Floats]:
+    """Of molecules, aerosols and ozone relative to where they are densest, each (...)."""
     height = np.maximum(radius - _GROUND, 0)
     ozone = np.maximum(0, 1 - np.abs(height - _OZONE_MIDDLE) / _OZONE_HALF)
-    return np.stack([np.exp(-height / _HEIGHTS[0]), np.exp(-height / _HEIGHTS[1]), ozone], axis=-1)
+    return np.exp(-height / _HEIGHTS[0]), np.exp(-height / _HEIGHTS[1]), ozone
+
+
+def _density(radius: Floats) -> Floats:
+    """All three of :func:`_densities`, (..., 3)."""
+    return np.stack(_densities(radius), axis=-1)
 
 
 def _path_length(radius: Floats, cosine: Floats) -> tuple[Floats, NDArray[np.bool_]]:
@@ -92,7 +97,7 @@ def _sunlight(radius: Floats, cosine: Floats, extinction: Floats) -> Floats:
     far, _ = _path_length(radius, np.maximum(cosine, horizon))
     t = far[..., None] * _NODES
     along = np.sqrt(radius[..., None] ** 2 + t**2 + 2 * t * (radius * np.maximum(cosine, horizon))[..., None])
-    columns = (_density(along) * (far[..., None] * _WEIGHTS)[..., None]).sum(axis=-2)
+    columns = far[..., None] * np.stack([density @ _WEIGHTS for density in _densities(along)], axis=-1)
     light: Floats = risen[..., None] * np.exp(-columns @ extinction)
     return light
 
