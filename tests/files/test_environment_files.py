@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command import status_of
 
 from fragtracer.errors import FragtracerError, OutputError, SceneError
 from fragtracer.io.images import read_image, write_image
@@ -94,13 +95,13 @@ def run(*arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
 
 
-def test_the_command_line_names_an_environment(picture, tmp_path):
+def test_the_command_line_names_an_environment(picture, monkeypatch, tmp_path):
     scene = tmp_path / "empty.toml"
     scene.write_text("[environment]\nradiance = 1\n")
 
     def sky(*options: str) -> np.ndarray:
-        done = run("render", str(scene), "-o", str(tmp_path / "b.npy"), "--size", "8x8", "--spp", "4", *options)
-        assert done.returncode == 0, done.stderr
+        given = ("-o", tmp_path / "b.npy", "--size", "8x8", "--spp", "4", *options)
+        assert status_of(monkeypatch, "render", scene, *given) == 0
         return read_image(tmp_path / "b.npy")
 
     assert (sky() == 1).all()
@@ -118,11 +119,11 @@ def test_a_picture_beside_another_light_is_named_as_the_file_names_it(picture, t
 
 
 @pytest.mark.parametrize(("option", "value"), [("strength", "1e39"), ("rotation", "nan"), ("rotation", "-inf")])
-def test_a_number_that_is_no_float32_is_refused_by_the_name_of_its_option(picture, option, value):
-    given = (f"--environment-{option}", value)
-    done = run("render", "furnace", "-o", "a.npy", "--environment", str(picture), *given)
-    assert done.returncode == 2
-    assert f"--environment-{option} {float(value):g}: give a finite number, at most 3.4e+38" in done.stderr
+def test_a_number_that_is_no_float32_is_refused_by_the_name_of_its_option(picture, monkeypatch, capsys, option, value):
+    given = ("--environment", picture, f"--environment-{option}", value)
+    assert status_of(monkeypatch, "render", "furnace", "-o", "a.npy", *given) == 2
+    expected = f"--environment-{option} {float(value):g}: give a finite number, at most 3.4e+38"
+    assert expected in capsys.readouterr().err
 
 
 def test_a_file_of_another_kind_is_no_exr(tmp_path):

@@ -3,6 +3,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import PIL.Image
@@ -76,7 +77,7 @@ def test_the_picture_is_the_same(ctx, tmp_path: Path, write) -> None:
         near = None if texture is None else replace(texture, filter="nearest")
         unlit[name] = replace(material, unlit=True, albedo_texture=near)
     camera = Camera((0, 0, 4), (0, 0, 0), fov_degrees=2 * np.degrees(np.arctan(0.25)))
-    image = rendered(ctx, Scene(camera, unlit, meshes=[mesh]), 16, (16, 16), bounces=0)
+    image = rendered(ctx, Scene(camera, unlit, meshes=[mesh]), 16, (16, 16), bounces=0, shared=True)
     shown = LINEAR[:, ::-1] if write is mirrored_gltf else LINEAR
     expected = shown.repeat(8, axis=0).repeat(8, axis=1)
     inside = np.ix_([1, 2, 3, 4, 5, 6, 9, 10, 11, 12, 13, 14], [1, 2, 3, 4, 5, 6, 9, 10, 11, 12, 13, 14])
@@ -111,7 +112,7 @@ def test_light_of_gltf_arrives(ctx, tmp_path: Path, kind: str, irradiance: float
             {"translation": [0, 0, 2 * scale], **light},
         ],
     }
-    image = rendered(ctx, load(made.write(tmp_path / "x.glb")), 64, (4, 4), bounces=1)
+    image = rendered(ctx, load(made.write(tmp_path / "x.glb")), 64, (4, 4), bounces=1, shared=True)
     np.testing.assert_allclose(
         image, np.full((4, 4, 3), np.multiply((1, 0.5, 0.25), irradiance * 0.5 / np.pi)), rtol=1e-3
     )
@@ -120,7 +121,8 @@ def test_light_of_gltf_arrives(ctx, tmp_path: Path, kind: str, irradiance: float
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 @pytest.mark.parametrize("is_double", [True, False])
 def test_both_sides_of_double_sided_surfaces_emit(ctx, tmp_path: Path, is_double: bool, estimator: str) -> None:
-    """A lamp between two walls, seen from either side, and the light on the walls."""
+    """A lamp between two walls, seen from either side, and the light on the walls; with both estimators together it is
+    compiled in."""
     glowing = {"emissiveFactor": [1, 0.5, 0.25], "doubleSided": is_double}
     plain = {"pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.5, 0.5, 1], "metallicFactor": 0}, "doubleSided": True}
     black = {"pbrMetallicRoughness": {"baseColorFactor": [0, 0, 0, 1], "metallicFactor": 0}}
@@ -135,9 +137,8 @@ def test_both_sides_of_double_sided_surfaces_emit(ctx, tmp_path: Path, is_double
 
     def seen(start: float, end: float) -> np.ndarray:
         camera = Camera((0.0, 0.0, start), (0.0, 0.0, end), fov_degrees=1.0)
-        return rendered(ctx, replace(scene, camera=camera), 1024, (4, 4), bounces=1, estimator=estimator).mean(
-            axis=(0, 1)
-        )
+        settings: dict[str, Any] = {"bounces": 1, "estimator": estimator, "shared": estimator != "mis"}
+        return rendered(ctx, replace(scene, camera=camera), 1024, (4, 4), **settings).mean(axis=(0, 1))
 
     # Of a square over the centre of another, both of side 2 and 1 apart (Howell, A Catalog of Radiation Heat Transfer
     # Configuration Factors, B-3, four times).

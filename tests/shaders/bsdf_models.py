@@ -153,14 +153,20 @@ def of_all_widths(materials: Mapping[str, Material]) -> dict[str, list[Material]
 
 
 def white_materials() -> list[Material]:
-    """What reflects the most: white bases under all interfaces that a scene can ask for, and metals."""
+    """What reflects the most: white bases under all interfaces that a scene can ask for, and metals; each channel of a
+    material is that of one of these."""
     reflectances = (0.0, 0.001, 0.01, 0.02, 0.04, 0.17, 0.5, 1.0)
     chosen = [scene.Material(albedo=WHITE, f0=f0, specular=s) for f0 in reflectances for s in (1.0, 0.3)]
     odd = ((0.04, 0.0, 0.0), (0.0, 1.0, 0.02), (0.2, 0.01, 0.001))
     chosen += [scene.Material(albedo=WHITE, f0=f0, metallic=metallic) for f0 in odd for metallic in (0.0, 0.5)]
     chosen += [scene.Material(albedo=(1.0, 0.5, 0.0), metallic=metallic) for metallic in (0.1, 0.5, 0.9, 1.0)]
     chosen += [scene.Material(albedo=WHITE, metallic=metallic) for metallic in (0.1, 0.5, 0.9, 1.0)]
-    return [Material(m.diffuse_albedo, 1.0, m.specular_f0, m.specular_f90) for m in chosen]
+    # A channel knows nothing of the others: three materials of which each is all of one channel are as good as one.
+    colors = [zip(m.diffuse_albedo, m.specular_f0, m.specular_f90, strict=True) for m in chosen]
+    channels = list(dict.fromkeys(channel for color in colors for channel in color))
+    channels += channels[-1:] * (-len(channels) % 3)
+    packed = [tuple(zip(*channels[i : i + 3], strict=True)) for i in range(0, len(channels), 3)]
+    return [Material(diffuse, 1.0, f0, f90) for diffuse, f0, f90 in packed]
 
 
 WIDTHS = [1e-3, 0.01, 0.03, 0.06, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0]

@@ -114,8 +114,10 @@ def assert_likely(p_values: Mapping[str, float]) -> None:
 def _count(s: Floats, t: Floats, cells: tuple[int, int]) -> Floats:
     """Samples in each cell, those outside the unit square left out."""
     inside = (s >= 0) & (s < 1)
-    column = np.minimum((t[inside] * cells[1]).astype(np.int64), cells[1] - 1)
-    row = (s[inside] * cells[0]).astype(np.int64)
+    if not inside.all():
+        s, t = s[inside], t[inside]
+    column = np.minimum((t * cells[1]).astype(np.int64), cells[1] - 1)
+    row = (s * cells[0]).astype(np.int64)
     return np.bincount(row * cells[1] + column, minlength=cells[0] * cells[1]).astype(np.float64)
 
 

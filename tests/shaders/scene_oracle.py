@@ -88,8 +88,8 @@ def bounds(
                 round_one = (shape.center, normal, shape.radius, origin, direction)
                 larger, smaller = (shape_oracle.disk(*round_one, e) for e in (doubt, -doubt))
             case Triangle():
-                sides = (shape.vertices, origin, direction)
-                larger, smaller = (shape_oracle.triangle(*sides, e) for e in (doubt, -doubt))
+                distance, margin = shape_oracle.triangle_margin(shape.vertices, origin, direction)
+                larger, smaller = (np.where(margin >= -e, distance, np.inf) for e in (doubt, -doubt))
         height = (origin - point) @ normal
         far = np.where(np.isfinite(larger), larger, 0)
         slack = (doubt + 1e-6 * far) / np.maximum(np.abs(direction @ normal), 1e-12)

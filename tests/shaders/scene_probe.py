@@ -16,12 +16,12 @@ from fragtracer.packing import PackedScene
 from fragtracer.packing.hierarchy import RECORDS_IN_ROW
 from fragtracer.packing.records import Words
 from fragtracer.packing.shapes import Kind
-from fragtracer.probe import probe
 from fragtracer.resources import folder
 from fragtracer.scene import Camera, Material, Scene
 from fragtracer.shader_composer import compose
 
 from . import Floats
+from .kept import kept_probe
 from .light_oracle import LIGHTS
 from .scene_oracle import SHAPES
 
@@ -55,7 +55,7 @@ def scene_probe(
     uniforms = {name: LAST_UNIT - i for i, name in enumerate(missing)}
     assert len(inputs) + len(textures) + len(missing) <= LAST_UNIT + 1
     try:
-        result = probe(
+        result = kept_probe(
             ctx,
             includes,
             body,
@@ -64,7 +64,7 @@ def scene_probe(
             {name: value for name, value in packed.features.items() if name in features},
             uniforms=uniforms | {name: value for name, value in packed.all_uniforms.items() if name in kinds},
             resources=textures,
-            text_pass=specialise(packed, level).apply,
+            constants=specialise(packed, level),
         )
     finally:
         for texture in textures.values():

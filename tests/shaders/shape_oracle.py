@@ -5,6 +5,8 @@ Rays need not be of unit length: distances are in units of their direction. ``gr
 larger by that many metres, to ask what a rounding error may see.
 """
 
+from functools import reduce
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -54,16 +56,22 @@ def disk(
 
 
 def triangle(vertices: ArrayLike, origin: Floats, direction: Floats, grow: float | Floats = 0.0) -> Floats:
-    """Inside where the point lies to the left of all three sides."""
+    distance, margin = triangle_margin(vertices, origin, direction)
+    return np.where(margin >= -np.asarray(grow), distance, np.inf)
+
+
+def triangle_margin(vertices: ArrayLike, origin: Floats, direction: Floats) -> tuple[Floats, Floats]:
+    """Distance to the plane, and how far to the left of all three sides the point there lies."""
     a, b, c = np.moveaxis(np.asarray(vertices, np.float64), -2, 0)
     normal = np.cross(b - a, c - a)
     distance = plane(a, normal, origin, direction)
     place = _at(origin, direction, distance)
-    inside = np.ones(distance.shape, bool)
+    margin = np.full(distance.shape, np.inf)
     for start, end in ((a, b), (b, c), (c, a)):
         inward = np.cross(normal, end - start)
-        inside &= _dot(place - start, inward) >= -grow * np.sqrt(_dot(inward, inward))
-    return np.where(inside, distance, np.inf)
+        inward /= np.sqrt(_dot(inward, inward))[..., None]
+        np.minimum(margin, _dot(place - start, inward), out=margin)
+    return distance, margin
 
 
 def _at(origin: Floats, direction: Floats, distance: Floats) -> Floats:
@@ -72,8 +80,9 @@ def _at(origin: Floats, direction: Floats, distance: Floats) -> Floats:
 
 def _first_positive(*roots: Floats) -> Floats:
     """The least of the roots above 0; those that are NaN do not count."""
-    return np.min([np.where(np.isfinite(r) & (r > 0), r, np.inf) for r in roots], axis=0)
+    return reduce(np.minimum, (np.where(np.isfinite(r) & (r > 0), r, np.inf) for r in roots))
 
 
 def _dot(a: Floats, b: Floats) -> Floats:
-    return (a * b).sum(-1)
+    product: Floats = np.einsum("...x,...x->...", a, b)
+    return product

@@ -15,6 +15,7 @@ FILES = sorted(p.relative_to(SHADERS).as_posix() for p in SHADERS.rglob("*") if 
 
 FUNCTION = re.compile(r"^(?:highp\s+)?(\w+)\s+(\w+)\([^()]*\)\s*\{", re.MULTILINE)
 IMAGE = re.compile(r"^(?:U?TEXELS(?:_3D)?|OUTPUT)\((\d+)\) (\w+);", re.MULTILINE)  # of core/texels.glsl
+NAME_OF_FILE = re.compile(r"\.(?:glsl|frag|vert)\b")
 CHOICE = re.compile(r"mix\(.*\b(?:float|vec\d)\((?:is_|has_|lessThan|greaterThan|equal|notEqual|not\b)")
 SNAKE_CASE = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
 PASCAL_CASE = re.compile(r"([A-Z][a-z0-9]+)+")
@@ -180,7 +181,10 @@ def test_sampler_with_density_passes() -> None:
 def planted() -> Iterator[tuple[str, str]]:
     """The file and the text that each literal planted error of the tests replaces."""
     for path in sorted(Path(__file__).parents[1].rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        source = path.read_text("utf-8")
+        if not NAME_OF_FILE.search(source):
+            continue
+        for node in ast.walk(ast.parse(source)):
             values = node.elts if isinstance(node, ast.Tuple) else node.args if isinstance(node, ast.Call) else []
             texts = [value.value if isinstance(value, ast.Constant) else None for value in values]
             for file, text, replacement in zip(texts, texts[1:], texts[2:], strict=False):

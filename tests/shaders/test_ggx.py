@@ -12,8 +12,11 @@ from .bsdf_models import ALPHAS, TERMS
 from .chi_square import assert_fits, fit, nodes
 from .directions import direction
 from .domains import VisibleNormals
+from .kept import kept_probe
 
 GGX = ["bsdf/ggx.glsl"]
+UNIFORMS = {"probe/seen.glsl": "uniform float u_alpha;\nuniform vec3 u_wo;\n"}
+SEEN = [*GGX, *UNIFORMS]
 DEGREES = [0, 45, 80, 89, 89.9]
 # Whole cells, each with an exact rule: the error of an integral is far below that of float32.
 CELLS, ORDER = (16, 16), (8, 12)
@@ -65,8 +68,9 @@ def test_no_geometry_term_masks_less_than_smith() -> None:
 
 
 def _pdf(ctx: moderngl.Context, alpha: float, wo: tuple[float, float, float], wh: np.ndarray) -> np.ndarray:
-    body = f"pdf = ggx_sample_vndf_pdf({alpha}, vec3{wo}, wh);"
-    return probe(ctx, GGX, body, {"wh": wh}, {"pdf": 1})["pdf"]
+    uniforms = {"u_alpha": alpha, "u_wo": wo}
+    body = "pdf = ggx_sample_vndf_pdf(u_alpha, u_wo, wh);"
+    return kept_probe(ctx, SEEN, body, {"wh": wh}, {"pdf": 1}, generated=UNIFORMS, uniforms=uniforms)["pdf"]
 
 
 @pytest.mark.parametrize("alpha", ALPHAS)
@@ -75,8 +79,9 @@ def test_visible_normals_have_their_density(ctx: moderngl.Context, alpha: float)
     fits = {}
     for degrees in DEGREES:
         wo = direction(degrees)
-        body = f"wh = ggx_sample_vndf({alpha}, vec3{wo}, u);"
-        wh = probe(ctx, GGX, body, {"u": u}, {"wh": 3})["wh"]
+        uniforms = {"u_alpha": alpha, "u_wo": wo}
+        body = "wh = ggx_sample_vndf(u_alpha, u_wo, u);"
+        wh = kept_probe(ctx, SEEN, body, {"u": u}, {"wh": 3}, generated=UNIFORMS, uniforms=uniforms)["wh"]
         fits[f"{degrees}°"] = fit(VisibleNormals(alpha, wo), wh, lambda wh, wo=wo: _pdf(ctx, alpha, wo, wh))
     assert_fits(fits)
 

@@ -122,8 +122,9 @@ def test_closest_hit(ctx: moderngl.Context, scale: float, shift: float, kind: st
     corners = vertices[:, None]
     normal = unit(np.cross(corners[..., 1, :] - corners[..., 0, :], corners[..., 2, :] - corners[..., 0, :]))
     # What is not known of the ray, along the triangle and along itself.
-    slack = doubt / np.maximum(np.abs((normal * direction).sum(-1)), 1e-9)
-    larger, smaller = (shape_oracle.triangle(corners, origin, direction, e) for e in (slack, -slack))
+    slack = doubt / np.maximum(np.abs(np.einsum("...x,...x->...", normal, direction)), 1e-9)
+    distance, margin = shape_oracle.triangle_margin(corners, origin, direction)
+    larger, smaller = (np.where(margin >= -e, distance, np.inf) for e in (slack, -slack))
     closest = (smaller + slack).min(axis=0)
     sure = np.isfinite(closest)
     assert (k[sure] >= 0).all()

@@ -14,6 +14,7 @@ from fragtracer.probe import probe
 
 from . import Floats
 from .chi_square import assert_uniform
+from .kept import kept_probe
 
 Integers = NDArray[np.integer]
 
@@ -46,7 +47,7 @@ def draw(
     """The numbers ``u`` and ``spare`` of each row, or what another ``body`` makes of it."""
     columns = np.broadcast_arrays(np.asarray(pixel)[..., 0], np.asarray(pixel)[..., 1], index, dimension)
     x, y, index, dimension = (np.ravel(c) for c in columns)
-    return probe(
+    return kept_probe(
         ctx,
         ["sampler/sampler.glsl"],
         body,

@@ -11,8 +11,10 @@ from . import shape_oracle
 from .chi_square import assert_fits, fit
 from .directions import direction
 from .domains import Cone
+from .kept import kept_probe
 
 INCLUDES = ["light/sphere.glsl"]
+UNIFORMS = {"probe/sphere.glsl": "uniform vec3 u_center;\nuniform vec3 u_origin;\n"}
 RADIUS = 0.3
 DISTANCES = [1.0001, 1.5, 10.0, 1e4]  # in radii
 WAYS = {"up": (0.0, 0.0, 1.0), "down": (0.0, 0.0, -1.0), "aslant": direction(60), "below": direction(170)}
@@ -31,8 +33,10 @@ def one_minus_cos(distance: float) -> float:
     return sin2 / (1 + np.sqrt(1 - sin2))
 
 
-@pytest.mark.parametrize("distance", DISTANCES)
-@pytest.mark.parametrize("way", WAYS)
+# Half of all combinations: the frame of a cone is one of its axis alone, whatever the distance.
+@pytest.mark.parametrize(
+    ("way", "distance"), [(w, d) for i, w in enumerate(WAYS) for j, d in enumerate(DISTANCES) if (i + j) % 2]
+)
 def test_directions_fill_the_cone(ctx: moderngl.Context, distance: float, way: str) -> None:
     u = np.random.default_rng(1).random((1 << 18, 2), np.float32)
     origin = np.float32([0.5, -0.25, 2.0])
@@ -42,9 +46,9 @@ def test_directions_fill_the_cone(ctx: moderngl.Context, distance: float, way: s
         center = (RADIUS * distance * np.array(WAYS[way])).astype(np.float32)
     axis = center.astype(np.float64) - origin
     exact = np.linalg.norm(axis) / np.float64(np.float32(RADIUS))
-    body = f"vec3 center = vec3{tuple(center.tolist())}; vec3 o = vec3{tuple(origin.tolist())};"
-    body += f"const float radius = {RADIUS};" + BODY
-    result = probe(ctx, INCLUDES, body, {"u": u}, OUTPUTS)
+    body = f"vec3 center = u_center; vec3 o = u_origin; const float radius = {RADIUS};" + BODY
+    uniforms = {"u_center": center, "u_origin": origin}
+    result = kept_probe(ctx, [*INCLUDES, *UNIFORMS], body, {"u": u}, OUTPUTS, generated=UNIFORMS, uniforms=uniforms)
     wi, reach, pdf = result["point"][:, :3].astype(np.float64), result["point"][:, 3], result["pdf"]
     assert np.abs(np.linalg.norm(wi, axis=1) - 1).max() < 5e-7
 
