@@ -29,6 +29,7 @@ from fragtracer.apps.bench.tables import Table
 from fragtracer.apps.bench.work import count_work
 from fragtracer.apps.cli.bench import NAMES
 from fragtracer.errors import FragtracerError
+from fragtracer.gpu.cube_maps import MapSizes
 from fragtracer.gpu.timer import DrawTimer
 from fragtracer.reference.variant import find_llvm
 from fragtracer.scene import Scene
@@ -135,9 +136,11 @@ def test_lambert_case_is_matte_and_keeps_its_light() -> None:
 @needs_mitsuba
 @pytest.mark.parametrize("reference", ["both", "own", "mitsuba"])
 def test_error_over_time(reference: Any) -> None:
-    plan = Plan(scenes=("cornell-box",), size=(32, 32), runs=1, seconds=0.5, reference=reference, sampler="independent")
+    plan = Plan(
+        scenes=("cornell-box",), size=(32, 32), runs=1, seconds=0.25, reference=reference, sampler="independent"
+    )
     rows = _run(convergence.BENCHMARK, plan).rows
-    assert [row["seconds"] for row in rows] == [0.5 / 16, 0.5 / 8, 0.5 / 4, 0.5 / 2, 0.5]
+    assert [row["seconds"] for row in rows] == [0.25 / 16, 0.25 / 8, 0.25 / 4, 0.25 / 2, 0.25]
     errors = [_value(row["fragtracer_error"]) for row in rows]
     spp = [_value(row["fragtracer_spp"]) for row in rows]
     assert spp == sorted(spp)
@@ -175,8 +178,9 @@ def test_scaling_has_a_curve_for_each_quantity() -> None:
     assert [row["exponent"] is not None for row in rows if row["quantity"] == "rays"] == [False, False, True]
 
 
-def test_environment_is_measured_empty_and_full_by_both_integrators() -> None:
+def test_environment_is_measured_empty_and_full_by_both_integrators(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("psutil")
+    monkeypatch.setattr("fragtracer.gpu.tracer._MAPS", MapSizes(prefiltered=32, samples=64, irradiance=16, brdf=64))
     rows = _run(environment.BENCHMARK, Plan(scenes=("overcast",), size=TINY, runs=1)).rows
     cases = [(row["objects"], row["integrator"]) for row in rows]
     assert cases[:2] == [(0, "path"), (0, "split-sum")]

@@ -9,7 +9,7 @@ from pathlib import Path
 
 CHECKOUT = Path(__file__).parents[3]
 SCRIPT = CHECKOUT / "scripts" / "compare_checkouts.py"
-QUICK = ("--scenes", "mirror,furnace", "--size", "16x9", "--runs", "3", "--seconds", "0.02")
+QUICK = ("--scenes", "mirror,furnace", "--size", "16x9", "--launches", "2", "--runs", "2", "--seconds", "0.02")
 
 
 def _run(*arguments: str) -> subprocess.CompletedProcess[str]:

@@ -16,11 +16,12 @@ from fragtracer.io.toml import load
 from fragtracer.scene import Ambient
 
 
-def until(refiner: Refiner, condition: Callable[[], bool], seconds: float = 120.0) -> None:
+def until(refiner: Refiner, condition: Callable[[], bool], limit: int | None = None, seconds: float = 120.0) -> None:
+    """Turn the loop until ``condition`` holds, with at most ``limit`` samples per pixel."""
     start = time.perf_counter()
     while not condition():
         assert time.perf_counter() - start < seconds
-        refiner.frame()
+        refiner.frame(limit)
         time.sleep(0.01)  # leaves the processor to what learns
 
 
@@ -40,7 +41,7 @@ def test_picture_goes_on_and_is_then_guided_or_traced_from_its_lights(ctx: moder
             samples.append(renderer.spp)
             return renderer.is_guided
 
-        until(refiner, is_guided)
+        until(refiner, is_guided, limit=256)
         assert renderer.metadata()["guiding_decision"].startswith("on: the variance falls")
         assert samples[0] == before
         assert (np.diff(samples) >= 0).all()
@@ -48,7 +49,7 @@ def test_picture_goes_on_and_is_then_guided_or_traced_from_its_lights(ctx: moder
         until(refiner, lambda: not refiner.is_moving)
         assert not renderer.is_guided
         refiner.change(both)
-        until(refiner, lambda: renderer.traces_light)
+        until(refiner, lambda: renderer.traces_light, limit=256)
         assert renderer.metadata()["light_tracing_decision"].startswith("on: the variance falls")
     finally:
         refiner.close()

@@ -78,11 +78,13 @@ def compiled(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     return found
 
 
-def until(refiner: Refiner, condition: Callable[[], bool], seconds: float = 120.0) -> None:
+def until(refiner: Refiner, condition: Callable[[], bool], limit: int | None = None, seconds: float = 120.0) -> None:
+    """Turn the loop until ``condition`` holds, with at most ``limit`` samples per pixel: what is drawn while another
+    process works takes time from it."""
     start = time.perf_counter()
     while not condition():
         assert time.perf_counter() - start < seconds
-        refiner.frame()
+        refiner.frame(limit)
         time.sleep(0.01)  # leaves the processor to what compiles and learns
 
 
@@ -168,7 +170,7 @@ def test_what_is_new_is_compiled_before_it_shows_and_then_known(make: Make, comp
     until(refiner, lambda: refiner.renderer.scene == scene)
     assert compiled == ["pathtracer.frag"]
     assert refiner._compiler._asked == 1, "the background process had it first"
-    until(refiner, lambda: refiner.renderer.is_specialised)
+    until(refiner, lambda: refiner.renderer.is_specialised, limit=1)
     assert compiled == ["pathtracer.frag"] * 2
     refiner.change(plain)
     assert not refiner.renderer.is_specialised, "the values of before are compiled in"
@@ -184,13 +186,13 @@ def test_a_driver_without_a_cache_compiles_what_is_new_at_once_and_the_rest_late
     scene = everything()
     refiner = make(replace(scene, spot_lights=()))
     monkeypatch.setattr("fragtracer.apps.viewer.refiner._SLOW", -1.0)
-    until(refiner, lambda: refiner.renderer.is_specialised)
+    until(refiner, lambda: refiner.renderer.is_specialised, limit=1)
     asked = refiner._compiler._asked
     refiner.change(scene)
     assert refiner.renderer.scene == scene
     assert refiner._compiler._asked == asked, "what nobody can load need not be compiled elsewhere"
     changed = refiner._changed_at
-    until(refiner, lambda: refiner.renderer.is_specialised)
+    until(refiner, lambda: refiner.renderer.is_specialised, limit=1)
     assert time.perf_counter() - changed > 3.0, "after 3 s without a change"
 
 
@@ -198,7 +200,7 @@ def test_specialised_program_follows_the_camera_its_lens_and_the_environment(mak
     environment = Environment(image=Panorama(np.tile(np.float32((0.2, 0.5, 0.9)), (8, 16, 1))))
     scene = replace(everything(), environment=environment, render=RenderSettings(light_samples=3))
     refiner = make(scene)
-    until(refiner, lambda: refiner.renderer.is_specialised)
+    until(refiner, lambda: refiner.renderer.is_specialised, limit=1)
     del compiled[:]
     camera = replace(scene.camera, position=(3.0, 2.0, 8.0), aperture_radius=0.2, focus_distance=5.0)
     refiner.look(camera)
@@ -254,7 +256,7 @@ def test_a_mesh_that_moves_keeps_the_program(make: Make) -> None:
     mesh = grid(9)
     scene = replace(everything(), meshes=(mesh,))
     refiner = make(scene)
-    until(refiner, lambda: refiner.renderer.is_specialised)
+    until(refiner, lambda: refiner.renderer.is_specialised, limit=1)
     moved = replace(mesh, instances=(Placement(translation=(0.05, 0.0, 0.0)),))
     refiner.change(replace(scene, meshes=(moved,)))
     assert refiner.renderer.is_specialised
@@ -331,8 +333,8 @@ def test_light_is_traced_from_the_lights_while_the_picture_rests(
 ) -> None:
     scene = load("caustic")
     refiner = make(scene)
-    until(refiner, lambda: refiner.renderer.is_specialised)
-    until(refiner, lambda: refiner.renderer.spp >= 80)
+    until(refiner, lambda: refiner.renderer.is_specialised, limit=80)
+    until(refiner, lambda: refiner.renderer.spp >= 80, limit=80)
     renderer = learned(refiner, scene)
     adopt, left = renderer.adopt, list[int]()
 
@@ -341,7 +343,7 @@ def test_light_is_traced_from_the_lights_while_the_picture_rests(
         left.append(renderer.spp)
 
     monkeypatch.setattr(renderer, "adopt", adopting)
-    until(refiner, lambda: renderer.traces_light)
+    until(refiner, lambda: renderer.traces_light, limit=80)
     assert left == [0], "the samples of before are of all light"
     until(refiner, lambda: renderer.spp > 8)
     assert 0 < refiner.held_weight < 1, "they fade out slowly"
@@ -375,7 +377,7 @@ def test_a_broken_file_of_photons_leaves_all_light_to_paths(make: Make, monkeypa
     monkeypatch.setattr(light_tracing.LightTracing, "load", broken)
     scene = load("caustic")
     refiner = make(scene)
-    until(refiner, lambda: refiner.renderer.is_specialised)
+    until(refiner, lambda: refiner.renderer.is_specialised, limit=1)
     renderer = learned(refiner, scene)
     used = renderer._tracer._key
     until(refiner, lambda: not refiner._traces)
@@ -389,7 +391,7 @@ def test_photons_bring_the_light_that_a_resting_picture_lacks(make: Make) -> Non
     scene = replace(scene, lights=[replace(light, radius=1.0) for light in scene.lights])
     refiner = make(scene)
     renderer = learned(refiner, scene)
-    until(refiner, lambda: renderer.traces_light)
+    until(refiner, lambda: renderer.traces_light, limit=1)
     until(refiner, lambda: renderer.spp >= 64)
     whole, paths = renderer._read(), renderer._film.read().mean[..., :3]
     with Renderer(scene, SIZE, light_tracing="off", guiding="off", spp=4096) as reference:

@@ -56,7 +56,7 @@ def command(*words: str, **environment: str) -> subprocess.CompletedProcess[str]
 
 def test_command_writes_screenshot_and_figures(display: str, tmp_path: Path) -> None:
     picture, figures = tmp_path / "window.png", tmp_path / "figures.json"
-    words = ("view", "mirror", "--size", "640x360", "--frames", "120", "--orbit")
+    words = ("view", "mirror", "--size", "640x360", "--frames", "40", "--orbit")
     places = {"DISPLAY": display, "XDG_CONFIG_HOME": str(tmp_path)}
     done = command(*words, "--screenshot", str(picture), "--stats", str(figures), **places)
     assert done.returncode == 0, done.stderr
@@ -65,7 +65,7 @@ def test_command_writes_screenshot_and_figures(display: str, tmp_path: Path) -> 
         assert image.size == (640, 360)
         assert len(image.getcolors(2**18) or range(2**18)) > 100
     found = json.loads(figures.read_text("utf-8"))
-    assert found["frame_milliseconds"]["frames"] == 120
+    assert found["frame_milliseconds"]["frames"] == 40
     assert 0 < found["frame_milliseconds"]["p50"] <= found["frame_milliseconds"]["p99"]
 
 

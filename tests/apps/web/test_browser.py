@@ -237,7 +237,9 @@ def test_where_nothing_can_be_traced_there_are_pictures(mesa, tmp_path):
     try:
         for fallback, kind in ((None, "a still picture"), ((24, 16, 4), "a series of pictures")):
             path = tmp_path / "page.html"
-            path.write_text(page(ft.load("three-spheres"), (48, 32), 1, fallback=fallback).text, encoding="utf-8")
+            path.write_text(
+                page(ft.load("three-spheres-ambient"), (48, 32), 1, fallback=fallback).text, encoding="utf-8"
+            )
             mesa.open(path)
             mesa.wait("note.textContent.includes('device')")
             assert mesa.run("note.textContent") == f"This is {kind}: {why}"

@@ -58,7 +58,7 @@ def test_a_site_of_two_scenes_asks_for_nothing(gallery, mesa: Chromium, monkeypa
     monkeypatch.setattr(gallery, "steps", lambda: steps)
     monkeypatch.setattr(gallery, "page", lambda *_, **__: made)
     site = tmp_path / "site"
-    gallery.make(tmp_path / "pages", site, ["cornell-box", "furnace"], 1.0)
+    gallery.make(tmp_path / "pages", site, ["cornell-box", "furnace"], 0.1)
     for path in site.rglob("*.html"):
         assert not re.search(r'<(script|link|img|iframe)\b[^>]*(src|href)="(https?:)?//', path.read_text())
     mesa.events.clear()

@@ -1,15 +1,22 @@
 # SPDX-License-Identifier: MIT
 """What the scenarios share: a viewer that is open, and what it shows."""
 
+import subprocess
+import sys
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
+import pytest
 from hand import Hand
 from imgui_bundle import imgui
 
 import fragtracer as ft
+from fragtracer.apps import cli
+from fragtracer.apps.viewer import compiler
 from fragtracer.apps.viewer.app import Viewer
 from fragtracer.apps.viewer.session import path_of
+from fragtracer.gpu import tracer
 
 GOLD = ("spheres", 1)
 
@@ -22,6 +29,27 @@ def opened(scene: str = "three-spheres", size: tuple[int, int] = (640, 400), gui
         viewer.refiner._guider = None
     viewer.frame()
     return viewer
+
+
+def make_maps(**sizes: int) -> None:
+    """Of these sizes for the split sum, in this process and in the one that compiles: its own take longer than all
+    else."""
+    chosen = tracer.MapSizes(**sizes)
+    patch = f"from fragtracer.gpu import tracer; tracer._MAPS = tracer.{chosen}"
+    code = f"{patch}; from {compiler.__name__} import main; main()"
+
+    def started(command: list[str], **options: Any) -> Any:
+        return subprocess.Popen([command[0], "-c", code], **options)
+
+    tracer._MAPS = chosen
+    compiler.subprocess = SimpleNamespace(Popen=started, PIPE=subprocess.PIPE, DEVNULL=subprocess.DEVNULL)  # type: ignore[assignment]
+
+
+def run_command(*words: str) -> None:
+    """``fragtracer`` and ``words``, in this process."""
+    sys.argv = ["fragtracer", *words]
+    with pytest.raises(SystemExit, match=r"^0$"):
+        cli.main()
 
 
 def picture(viewer: Viewer) -> Any:

@@ -5,11 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from common import opened, picture, refined
+from common import make_maps, opened, picture, refined
 from hand import Hand
 
 import fragtracer as ft
 from fragtracer.apps.compare.pictures import diverging, enlarged
+from fragtracer.apps.viewer import significance as pictures
 from fragtracer.apps.viewer.panels import difference
 from fragtracer.apps.viewer.panels import significance as panel
 
@@ -17,9 +18,11 @@ from fragtracer.apps.viewer.panels import significance as panel
 def compares_with_mitsuba() -> None:
     """Mitsuba's picture of the scene comes up beyond the wipe, and goes when the scene changes."""
     pytest.importorskip("mitsuba")
+    pictures._SLICES = 2  # a picture takes as many frames
     # Without guiding, whose paths find light that Mitsuba's do not meet in so few samples (docs/correctness.md).
-    with opened(size=(560, 340)) as viewer:
+    with opened(size=(460, 340)) as viewer:
         hand = Hand(viewer)
+        viewer.session.max_samples = 16  # leaves the processor to Mitsuba
         hand.key("m")
         assert viewer.wipe.is_on
         before = viewer.screen.frames
@@ -27,7 +30,7 @@ def compares_with_mitsuba() -> None:
             viewer.frame()
             assert not viewer.problem
         assert viewer.screen.frames > before + 10, "the window did not wait for Mitsuba"
-        refined(viewer, hand, 64)
+        refined(viewer, hand, 16)
         ours, both = viewer.renderer.image(), viewer.wipe.image
         assert both is not None
         assert abs(both.mean() / ours.mean() - 1) < 0.1
@@ -50,6 +53,8 @@ def compares_with_mitsuba() -> None:
 
 def compares_split_sum_with_the_truth() -> None:
     """The approximation left of the line, the path-traced picture right of it, then the map of its error."""
+    make_maps(prefiltered=64, samples=64, irradiance=16, brdf=64)
+    pictures._SLICES = 2
     with opened("overcast", (420, 260)) as viewer:
         hand = Hand(viewer)
         scene = viewer.session.document.scene

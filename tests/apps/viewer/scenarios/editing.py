@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from common import GOLD, opened, picture, refined, set_render, set_scene
+from common import GOLD, make_maps, opened, picture, refined, set_render, set_scene
 from hand import Hand
 
 import fragtracer as ft
@@ -124,6 +124,7 @@ def answers_while_a_sky_is_made() -> None:
         may_finish.wait()
         return np.tile(np.float32((0.2, 0.5, 0.5 + elevation)), (8, 16, 1))
 
+    make_maps(samples=512, brdf=64)
     environments.sky_pixels = held
     may_finish.set()
     with opened("sun-sky", (420, 260)) as viewer:

@@ -92,13 +92,13 @@ def saves_images() -> None:
 
 def is_lit_by_a_dropped_picture() -> None:
     """An .exr file dropped on the window becomes the environment; it is turned, undone and saved."""
-    with opened(size=(560, 340)) as viewer:
+    with opened(size=(420, 260)) as viewer:
         hand = Hand(viewer)
         ft.write_image("sky.exr", np.tile(np.float32((0.2, 0.5, 0.9)), (8, 16, 1)))
         viewer.screen.window.dropped.append("sky.exr")
         hand.until(lambda: viewer.renderer.scene.environment is not None, "the picture of it")
         assert not viewer.problem
-        refined(viewer, hand, 8)
+        refined(viewer, hand, 4)
         np.testing.assert_allclose(viewer.renderer.image()[0, 0], (0.2, 0.5, 0.9), rtol=1e-5)
         environment = viewer.session.document.scene.environment
         assert environment is not None
@@ -106,7 +106,7 @@ def is_lit_by_a_dropped_picture() -> None:
         scene = replace(viewer.session.document.scene, environment=turned)
         viewer.session.edit(replace(viewer.session.document, scene=scene), "turn")
         hand.until(lambda: viewer.renderer.scene.environment == turned, "the turned one")
-        refined(viewer, hand, 8)
+        refined(viewer, hand, 4)
         assert not viewer.renderer.image()[0, 0].any(), "hidden from the camera"
         Path("damaged.exr").write_bytes(Path("sky.exr").read_bytes()[:200])
         viewer.screen.window.dropped.append("damaged.exr")

@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Looking at a scene from everywhere until it is fine."""
 
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
-from common import GOLD, above_status_bar, opened, picture, refined
+from common import GOLD, above_status_bar, opened, picture, refined, run_command
 from hand import Hand
 
 from fragtracer.apps.viewer.display import DisplaySettings
@@ -17,7 +15,7 @@ from fragtracer.io.images import read_image
 
 def converges() -> None:
     """The picture is that of ``fragtracer render``, and is shown by the curves of display/tone.py."""
-    with opened(size=(480, 280), guides=True) as viewer:
+    with opened(size=(480, 280)) as viewer:
         hand = Hand(viewer)
         refined(viewer, hand, 64)
         width, height = viewer.renderer.size
@@ -34,8 +32,7 @@ def converges() -> None:
         expected = Look(bloom=0.5, gamma=1.2).show(image)
         assert np.abs(picture(viewer)[free] - expected[free]).max() < 1.6 / 255, "bloom"
     size = f"{width}x{height}"
-    command = ["-m", "fragtracer", "render", "three-spheres", "-o", "r.exr", "--size", size, "--spp", "64"]
-    subprocess.run([sys.executable, *command, "--seed", "7"], check=True)
+    run_command("render", "three-spheres", "-o", "r.exr", "--size", size, "--spp", "64", "--seed", "7")
     difference = image - read_image("r.exr")
     seen = error > 0
     z = difference[seen] / (np.sqrt(2) * error[seen])
@@ -76,7 +73,7 @@ def orbits() -> None:
 
 def stops_at_a_target_error() -> None:
     """Refining ends when the error is as small as was asked for, and not before."""
-    with opened("mirror", (560, 340), guides=True) as viewer:
+    with opened("mirror", (420, 260), guides=True) as viewer:
         hand = Hand(viewer)
         viewer.session.target_error = 0.05
         hand.until(lambda: viewer.is_done, "the target")
