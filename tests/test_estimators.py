@@ -48,8 +48,8 @@ def _reference(ctx, name: str) -> Image:
 @pytest.mark.parametrize(
     ("name", "changed"),
     [
-        *product(("three-spheres-ambient", "cornell-box"), SETTINGS),
-        *(("three-spheres", changed) for changed in ("nee", "bsdf", "adaptive sampling")),
+        *product(["three-spheres-ambient"], ("nee", "bsdf", "adaptive sampling")),
+        *product(["cornell-box"], (changed for changed in SETTINGS if changed not in ("nee", "adaptive sampling"))),
     ],
 )
 def test_settings_that_change_the_noise_alone(ctx, reference, name, changed):
@@ -114,7 +114,7 @@ def test_each_bounce_only_adds_light(ctx, name):
     scene = load(name)
     images = []
     settings = {"rays": 64, "guiding": "off", "adaptive": "off", "specialised": False}  # one program for all
-    with Renderer(scene, SIZE, context=ctx, **settings) as renderer:
+    with Renderer(scene, (24, 16), context=ctx, **settings) as renderer:
         for bounces in range(21):
             renderer.reset(bounces=bounces)
             renderer.sample(64)

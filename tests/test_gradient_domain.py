@@ -129,7 +129,7 @@ def test_it_is_used_where_it_pays(ctx: Any) -> None:
         ("weekend", alone | {"adaptive": "off"}, "off: at equal samples it divides the squared error by"),
         ("three-spheres", alone, "off: samples are placed adaptively"),
         ("fog", alone, "off: bright samples are so rare that differences would leave dark dots"),
-        ("five-lights", {"light_tracing": "on"}, "off: light is traced from the lights"),
+        ("five-lights", {"light_tracing": "on", "guiding": "off"}, "off: light is traced from the lights"),
     ):
         with Renderer(load(name), (128, 128), context=ctx, spp=2**10, **settings) as renderer:
             renderer.sample(40)

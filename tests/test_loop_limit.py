@@ -85,12 +85,12 @@ def hollow() -> Scene:
 
 
 def test_a_mesh_takes_every_sample_however_many_rounds_that_is(ctx, monkeypatch):
-    with Renderer(hollow(), (16, 16), context=ctx, rays=8) as renderer:
+    with Renderer(hollow(), (8, 8), context=ctx, rays=8) as renderer:
         renderer.sample(512)
         image = renderer.image()
     np.testing.assert_allclose(image, 0.5 * (1 - 0.8**21), rtol=1e-5)
     monkeypatch.setattr("fragtracer.gpu.tracer._MAX_ROUNDS", 10**9)
-    with Renderer(hollow(), (16, 16), context=ctx, rays=512) as renderer:
+    with Renderer(hollow(), (8, 8), context=ctx, rays=512) as renderer:
         renderer.sample(512)
         assert (renderer._tracer.max_rays < 512) == ends_loops(ctx)
         np.testing.assert_array_equal(renderer.image(), image)

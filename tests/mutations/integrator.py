@@ -23,7 +23,7 @@ MUTATIONS = [
         "integrator/escape.glsl",
         "radiance += rest * sun.radiance",
         "radiance += sun.radiance",
-        traced(test_light_tracing.sunlit, 4096, 0.1),
+        traced(test_light_tracing.sunlit, 768, 0.15),
     ),
     Mutation(
         "survival wrong by half a percent at one vertex",
@@ -158,7 +158,7 @@ MUTATIONS = [
         "integrator/direct.glsl",
         "direct_is_traced && light_traced_from(hit)",
         "direct_is_traced",
-        traced(test_light_tracing.windows, 1024, 0.2),
+        traced(test_light_tracing.windows, 768, 0.2),
     ),
     Mutation(
         "a colour not weighed by its chance",

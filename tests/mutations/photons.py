@@ -10,8 +10,8 @@ from shaders import test_guiding
 
 GUIDED = Check(test_guiding.test_directions_have_the_density_of_the_mixture, name="three-spheres")
 # With fewer samples than the suite takes where that many find the error.
-TRACED = traced(test_light_tracing.spheres, 2048, 0.15)
-MIRRORED = traced(test_light_tracing.mirrors, 1024, 0.2)
+TRACED = traced(test_light_tracing.spheres, 512, 0.15)
+MIRRORED = traced(test_light_tracing.mirrors, 256, 0.2)
 
 MUTATIONS = [
     Mutation(
@@ -40,7 +40,7 @@ MUTATIONS = [
         "integrator/mirrored.glsl",
         "vertex.wo.z / (square(after) * density)",
         "1.0 / (square(after) * density)",
-        TRACED,
+        traced(test_light_tracing.spheres, 1536, 0.05),
     ),
     Mutation(
         "places on rough spheres as dense as on their tangent planes",
@@ -82,7 +82,7 @@ MUTATIONS = [
         "light_tracing.frag",
         "(opacity * wanted * abs(cosine) /",
         "(opacity * abs(cosine) /",
-        traced(test_light_tracing.sunlit, 2048, 0.15),
+        traced(test_light_tracing.sunlit, 768, 0.15),
     ),
     Mutation(
         "probability of the lobes not divided out",
