@@ -25,7 +25,7 @@ LIGHT = [name for name, layer in AOVS.items() if layer.is_light]
 CENTRE = ("camera/camera.glsl", "+ pixel_filter_sample(u.xy)", "+ 0.0 * u.xy")
 
 
-@pytest.mark.parametrize("name", ["three-spheres-ambient", "glass", "mirror", "sun-sky", "wax"])
+@pytest.mark.parametrize("name", ["three-spheres-ambient", "glass", "sun-sky", "wax"])
 def test_parts_of_the_light_add_up(ctx: moderngl.Context, name: str) -> None:
     """To the picture itself, which is the one that it is without them."""
     with Renderer(load(name), SIZE, context=ctx, aovs=["diffuse"], guiding="off") as renderer:

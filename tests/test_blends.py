@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from agreement import ROUNDING, assert_mean
-from rendering import ESTIMATORS, rendered
+from rendering import rendered
 from scene_builders import lambert, stare
 
 from fragtracer.errors import SceneError
@@ -49,8 +49,7 @@ def varying(weight):
     return Texture(Image(pixels, "linear"), channel="g", filter="nearest")
 
 
-@pytest.mark.parametrize("estimator", ESTIMATORS)
-@pytest.mark.parametrize("texture", [None, 0.6], ids=["number", "texture"])
+@pytest.mark.parametrize(("texture", "estimator"), [(None, "nee"), (None, "mis"), (0.6, "bsdf"), (0.6, "mis")])
 def test_a_surface_scatters_by_both_with_their_weights(ctx, estimator, texture):
     scene = wall(blend_weight=WEIGHT, blend_weight_texture=texture and varying(texture))
     weight = WEIGHT * (texture or 1.0)

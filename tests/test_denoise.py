@@ -48,12 +48,11 @@ def test_the_error_falls(ctx: moderngl.Context) -> None:
     np.testing.assert_array_equal(image, before)
 
 
-@pytest.mark.parametrize("size", [(1, 1), (1, 7), (33, 2)])
-def test_sizes_of_all_kinds_and_brightnesses(size: tuple[int, int]) -> None:
+@pytest.mark.parametrize(("size", "radiance"), [((1, 1), 1e3), ((1, 7), 1e-3), ((33, 2), 0.0), ((33, 2), 1e3)])
+def test_sizes_of_all_kinds_and_brightnesses(size: tuple[int, int], radiance: float) -> None:
     """A picture without noise stays as it is, from dim to brighter than white."""
-    for radiance in (0.0, 1e-3, 1e3):
-        image = np.full((*size[::-1], 3), radiance)
-        np.testing.assert_allclose(denoise(image, image * 0 + 0.5, image * 0 + (0, 0, 1)), image, rtol=0.05, atol=1e-6)
+    image = np.full((*size[::-1], 3), radiance)
+    np.testing.assert_allclose(denoise(image, image * 0 + 0.5, image * 0 + (0, 0, 1)), image, rtol=0.05, atol=1e-6)
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.3])

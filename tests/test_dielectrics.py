@@ -66,7 +66,7 @@ def test_smooth_glass_vanishes_in_a_white_furnace(ctx, spheres):
     for z in (3.0, 0.8, 0.1):
         view = Camera((0.1, 0.0, z), (0.1, 0.1, -1.0), fov_degrees=40.0)
         scene = Scene(view, materials, spheres=shapes, ambient=Ambient((0.5, 1.0, 4.0)))
-        image = rendered(ctx, scene, 16, **PATHS)
+        image = rendered(ctx, scene, 16, shared=True, **PATHS)
         inside = 0 if z == 3.0 or (z == 0.1 and spheres == 2) else 1  # radiance in glass is n² of that in air
         expected = np.multiply((0.5, 1.0, 4.0), 2.25**inside)
         np.testing.assert_allclose(image, np.broadcast_to(expected, image.shape), rtol=3 * ROUNDING)
@@ -194,25 +194,25 @@ def polygon(radius: float, y: float, corners: int = 24) -> Geometry:
     return Geometry(rim, [(0, i, i + 1) for i in range(1, corners - 1)])
 
 
-# Of radiance 1, above the origin, with the half angle of the cone that they fill.
+# Of radiance 1, above the origin, with the half angle of the cone that they fill, and estimators beside "mis".
 WIDE_LIGHTS = {
-    "ambient": ({"ambient": Ambient(1.0)}, 90.0),
-    "environment": ({"environment": Environment(radiance=1.0)}, 90.0),
-    "sphere": ({"spheres": [Sphere((0.0, 4.0, 0.0), 2.0, "glow")]}, 30.0),
-    "disk": ({"disks": [Disk((0.0, 3.0, 0.0), (0.0, -1.0, 0.0), np.sqrt(27.0), "glow")]}, 60.0),
-    "mesh": ({"meshes": [Mesh((Part(polygon(3.0, 3.0), "glow"),))]}, 45.0),
+    "ambient": ({"ambient": Ambient(1.0)}, 90.0, ["bsdf"]),
+    "environment": ({"environment": Environment(radiance=1.0)}, 90.0, ["nee"]),
+    "sphere": ({"spheres": [Sphere((0.0, 4.0, 0.0), 2.0, "glow")]}, 30.0, ["bsdf"]),
+    "disk": ({"disks": [Disk((0.0, 3.0, 0.0), (0.0, -1.0, 0.0), np.sqrt(27.0), "glow")]}, 60.0, ["nee", "bsdf"]),
+    "mesh": ({"meshes": [Mesh((Part(polygon(3.0, 3.0), "glow"),))]}, 45.0, ["nee"]),
 }
 
 
 @pytest.mark.parametrize("kind", WIDE_LIGHTS)
 def test_lights_of_extent_shine_through_panes(ctx, kind):
     """Each estimator counts them once: that of lights passes both panes, and paths are weighed against it."""
-    lights, half_angle = WIDE_LIGHTS[kind]
+    lights, half_angle, estimators = WIDE_LIGHTS[kind]
     scene = replace(MATT, **lights | {"disks": [*PANES, *lights.get("disks", [])]})
     angles = np.radians(half_angle) * (np.arange(4096) + 0.5) / 4096
     weights = 0.5 * np.sin(2 * angles)[:, None] * np.radians(half_angle) / 4096
     expected = (weights * pane_transmittance(np.cos(angles)) ** 2).sum(axis=0)
-    for estimator in ESTIMATORS:
+    for estimator in (*estimators, "mis"):
         assert_mean(rendered(ctx, scene, 256, bounces=1, estimator=estimator), expected, 0.01, 2 * ROUNDING)
 
 

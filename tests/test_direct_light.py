@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from agreement import assert_mean
 from numpy.typing import NDArray
-from rendering import ESTIMATORS, Planter, rendered
+from rendering import CHUNK, ESTIMATORS, Image, Planter, rendered
 from scene_builders import Vector, lambert, rectangle, stare, triangles_of
 
 from fragtracer.packing import pack
@@ -26,9 +26,14 @@ RADIANCE = (3.0, 1.0, 0.2)
 
 
 def floor_under(**lights: Any) -> Scene:
-    materials = {"floor": lambert(FLOOR_ALBEDO), "lamp": lambert(0.0, RADIANCE)}
+    materials = {"floor": lambert(FLOOR_ALBEDO), "lamp": lambert(0.0, RADIANCE), "black": lambert(0.0)}
     floor = Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), "floor")
     return Scene(stare((0.0, 0.0, 0.0), EYE), materials, planes=[floor], **lights)
+
+
+def seen(ctx, spp: int, estimator: str, **lights: Any) -> Image:
+    """The floor under lights, by programs that all of these tests share."""
+    return rendered(ctx, floor_under(**lights), spp, estimator=estimator, rays=CHUNK, shared=True)
 
 
 def floor_radiance(irradiance: Any) -> NDArray[np.float64]:
@@ -69,7 +74,7 @@ def with_estimators(cases: Iterable[T], small: Callable[[T], bool]) -> list[tupl
 @pytest.mark.parametrize(("estimator", "ball"), with_estimators(BALLS, lambda ball: ball[1] < 0.1))
 def test_floor_under_a_spherical_light(ctx, estimator, ball):
     form = sphere_form(*ball)
-    image = rendered(ctx, floor_under(lights=[Light(*ball, radiance=RADIANCE)]), 512, estimator=estimator, shared=True)
+    image = seen(ctx, 512 if estimator == "bsdf" else 128, estimator, lights=[Light(*ball, radiance=RADIANCE)])
     assert_mean(image, floor_radiance(np.multiply(RADIANCE, form)), 0.02 if estimator == "bsdf" else 0.002, LIFT)
 
 
@@ -78,9 +83,28 @@ def test_floor_under_a_light_that_the_horizon_cuts(ctx, estimator):
     """A ball half of which is under the floor: the integral of the cosine over half a cone."""
     half_angle = np.arcsin(1 / 1.5)
     form = half_angle - np.sin(half_angle) * np.cos(half_angle)
-    light = Light((1.5, 0.0, 0.0), 1.0, radiance=RADIANCE)
-    image = rendered(ctx, floor_under(lights=[light]), 1024, estimator=estimator, shared=True)
+    image = seen(ctx, 1024, estimator, lights=[Light((1.5, 0.0, 0.0), 1.0, radiance=RADIANCE)])
     assert_mean(image, floor_radiance(np.multiply(RADIANCE, form)), 0.005, LIFT)
+
+
+@pytest.mark.parametrize(("estimator", "radius"), with_estimators((0.0, 1e-3, 0.1, 0.5, 0.9), lambda r: 0 < r < 0.1))
+def test_power_does_not_depend_on_radius(ctx, estimator, radius):
+    """A ball of power P above a floor at distance d gives it P / (4 pi d²), however large the ball."""
+    power, height = (10.0, 20.0, 5.0), 1.2
+    image = seen(ctx, 256, estimator, lights=[Light((0.0, height, 0.0), radius, power=power)])
+    expected = floor_radiance(np.divide(power, 4 * np.pi * height**2))
+    assert_mean(image, expected, 0.05 if estimator == "bsdf" and radius else 0.002, LIFT)
+
+
+@pytest.mark.parametrize("position", [(0.0, 1.0, 0.0), (0.0, 30.0, 0.0), (-2.0, 1.0, 1.0)])
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_floor_under_a_point_light(ctx, position, estimator):
+    """Without noise: power / (4 pi d²) cos theta. No estimator can meet a point by chance, so all sample it."""
+    power = (10.0, 20.0, 5.0)
+    distance = np.linalg.norm(position)
+    irradiance = np.multiply(power, position[1] / distance) / (4 * np.pi * distance**2)
+    image = seen(ctx, 8, estimator, lights=[Light(position, power=power)])
+    np.testing.assert_allclose(image, np.broadcast_to(floor_radiance(irradiance), image.shape), rtol=LIFT)
 
 
 RECTANGLES = {
@@ -98,15 +122,22 @@ def corners(r: Rectangle) -> list[Vector]:
     return [tuple(a), tuple(a + u), tuple(a + u + v), tuple(a + v)]
 
 
-@pytest.mark.parametrize("shape", ["rectangles", "triangles"])
-@pytest.mark.parametrize(("estimator", "name"), with_estimators(RECTANGLES, lambda name: name == "stamp"))
+def shape_of(estimator: str, name: str) -> str:
+    """Rectangles and triangles in turns: each estimator has both, and each place has both where lights are sampled."""
+    return ("rectangles", "triangles")[([*RECTANGLES].index(name) + (estimator == "mis")) % 2]
+
+
+@pytest.mark.parametrize(
+    ("estimator", "name", "shape"),
+    [(*case, shape_of(*case)) for case in with_estimators(RECTANGLES, lambda name: name == "stamp")],
+)
 def test_floor_under_a_flat_light(ctx, estimator, name, shape):
     lamp = RECTANGLES[name]
     vertices, lamps = corners(lamp), {"rectangles": [lamp]}
     if shape == "triangles":
         vertices, lamps = vertices[:3], {"triangles": triangles_of(lamp)[:1]}
     form = polygon_form(vertices)
-    image = rendered(ctx, floor_under(**lamps), 2048 if estimator == "bsdf" else 256, estimator=estimator, shared=True)
+    image = seen(ctx, 2048 if estimator == "bsdf" and form < 0.1 else 256, estimator, **lamps)
     assert_mean(image, floor_radiance(np.multiply(RADIANCE, form)), 0.02 if estimator == "bsdf" else 0.01, LIFT)
 
 
@@ -143,13 +174,7 @@ DISKS = {
 
 @pytest.mark.parametrize(("estimator", "name"), with_estimators(DISKS, lambda name: name == "stamp"))
 def test_floor_under_a_disk(ctx, estimator, name):
-    image = rendered(
-        ctx,
-        floor_under(disks=[DISKS[name]]),
-        1024 if estimator == "bsdf" else 256,
-        estimator=estimator,
-        shared=True,
-    )
+    image = seen(ctx, 256, estimator, disks=[DISKS[name]])
     expected = floor_radiance(np.multiply(RADIANCE, disk_form(DISKS[name])))
     assert_mean(image, expected, 0.02 if estimator == "bsdf" else 0.01, LIFT)
 
@@ -160,6 +185,15 @@ def test_the_two_forms_of_a_disk_agree_where_it_is_overhead():
     off = replace(disk, center=(1e-4, 1.0, 0.0))
     assert disk_form(off) == pytest.approx(straight, rel=1e-6)
     assert straight == pytest.approx(np.pi * 0.25 / 1.25)
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_a_lamp_lights_only_what_is_before_it(ctx, estimator):
+    """The floor under the back of a lamp, and the floor above the top of a sphere of light, stay black."""
+    lamp = replace(RECTANGLES["overhead"], edge_u=(0.0, 0.0, 1.0), edge_v=(1.0, 0.0, 0.0))
+    below = {"lights": [Light((0.0, -2.0, 0.0), 1.0, radiance=RADIANCE)]}
+    for lights in ({"rectangles": [lamp]}, {"triangles": triangles_of(lamp)}, below):
+        assert not seen(ctx, 64, estimator, **lights).any()
 
 
 SPOTS = {
@@ -186,7 +220,7 @@ def spot_irradiance(spot: SpotLight) -> NDArray[np.float64]:
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 def test_floor_under_a_spot_light(ctx, name, estimator):
     """Without noise, whatever the estimator: light that no ray can meet."""
-    image = rendered(ctx, floor_under(spot_lights=[SPOTS[name]]), 8, estimator=estimator, shared=True)
+    image = seen(ctx, 8, estimator, spot_lights=[SPOTS[name]])
     irradiance = spot_irradiance(SPOTS[name])
     assert (irradiance[0] > 0) == (name not in ("beyond the outer cone", "facing away"))
     np.testing.assert_allclose(image, np.broadcast_to(floor_radiance(irradiance), image.shape), rtol=5 * LIFT)
@@ -195,8 +229,7 @@ def test_floor_under_a_spot_light(ctx, name, estimator):
 @pytest.mark.parametrize("direction", [(0.0, -1.0, 0.0), (3.0, -4.0, 0.0), (-1.0, -0.02, 1.0), (0.0, 1.0, 0.0)])
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 def test_floor_under_a_directional_light(ctx, direction, estimator):
-    light = DirectionalLight(direction, RADIANCE)
-    image = rendered(ctx, floor_under(directional_lights=[light]), 8, estimator=estimator, shared=True)
+    image = seen(ctx, 8, estimator, directional_lights=[DirectionalLight(direction, RADIANCE)])
     irradiance = np.multiply(RADIANCE, max(0.0, -direction[1] / np.linalg.norm(direction)))
     np.testing.assert_allclose(image, np.broadcast_to(floor_radiance(irradiance), image.shape), rtol=LIFT)
 
@@ -205,15 +238,14 @@ def test_floor_under_a_directional_light(ctx, direction, estimator):
 def test_lights_that_no_ray_meets_cast_shadows(ctx, estimator):
     """Of all that is before them, however far away, and of nothing beyond a spot."""
     spot, sun = SpotLight((0.0, 2.0, 0.0), (0.0, -1.0, 0.0), RADIANCE), DirectionalLight((0.0, -1.0, 0.0), RADIANCE)
-    near, far = Sphere((0.0, 1.5, 0.0), 0.1, "floor"), Sphere((0.0, 50.0, 0.0), 1.0, "floor")
+    near, far = Sphere((0.0, 1.5, 0.0), 0.1, "black"), Sphere((0.0, 50.0, 0.0), 1.0, "black")
     for lights, blocker, is_dark in (
         ({"spot_lights": [spot]}, near, True),
         ({"spot_lights": [spot]}, far, False),
         ({"directional_lights": [sun]}, near, True),
         ({"directional_lights": [sun]}, far, True),
     ):
-        image = rendered(ctx, floor_under(**lights, spheres=[blocker]), 8, bounces=1, estimator=estimator, shared=True)
-        assert image.any() != is_dark
+        assert seen(ctx, 8, estimator, **lights, spheres=[blocker]).any() != is_dark
 
 
 def many_lights() -> tuple[Scene, NDArray[np.float64]]:
@@ -241,25 +273,13 @@ def many_lights() -> tuple[Scene, NDArray[np.float64]]:
     return scene, total + np.multiply(RADIANCE, form)
 
 
-@pytest.mark.parametrize("light_samples", [1, 5])
-@pytest.mark.parametrize("estimator", ["nee", "mis"])
+@pytest.mark.parametrize(("estimator", "light_samples"), [("nee", 5), ("mis", 1)])
 def test_floor_under_eighty_lights(ctx, light_samples, estimator):
     """Each is chosen as often as its probability says, by whatever search finds it."""
     scene, irradiance = many_lights()
     assert len(pack(scene, scene.render, 8, 8).scene_records["LightChoice"]) == 80
     image = rendered(ctx, scene, 1024, bounces=1, estimator=estimator, light_samples=light_samples)
     assert_mean(image, floor_radiance(irradiance), 0.01, LIFT)
-
-
-@pytest.mark.parametrize("position", [(0.0, 1.0, 0.0), (0.0, 30.0, 0.0), (-2.0, 1.0, 1.0)])
-@pytest.mark.parametrize("estimator", ESTIMATORS)
-def test_floor_under_a_point_light(ctx, position, estimator):
-    """Without noise: power / (4 pi d²) cos theta. No estimator can meet a point by chance, so all sample it."""
-    power = (10.0, 20.0, 5.0)
-    distance = np.linalg.norm(position)
-    irradiance = np.multiply(power, position[1] / distance) / (4 * np.pi * distance**2)
-    image = rendered(ctx, floor_under(lights=[Light(position, power=power)]), 8, estimator=estimator, shared=True)
-    np.testing.assert_allclose(image, np.broadcast_to(floor_radiance(irradiance), image.shape), rtol=LIFT)
 
 
 @pytest.mark.parametrize("light_samples", [1, 5])
@@ -280,25 +300,6 @@ def test_floor_under_many_lights(ctx, light_samples, estimator):
     by_point = np.multiply(power, point[1] / np.linalg.norm(point) ** 3 / (4 * np.pi))
     image = rendered(ctx, scene, 1024, estimator=estimator, light_samples=light_samples)
     assert_mean(image, floor_radiance(np.multiply(RADIANCE, form) + by_point), 0.01, LIFT)
-
-
-@pytest.mark.parametrize(("estimator", "radius"), with_estimators((0.0, 1e-3, 0.1, 0.5, 0.9), lambda r: 0 < r < 0.1))
-def test_power_does_not_depend_on_radius(ctx, estimator, radius):
-    """A ball of power P above a floor at distance d gives it P / (4 pi d²), however large the ball."""
-    power, height = (10.0, 20.0, 5.0), 1.2
-    scene = floor_under(lights=[Light((0.0, height, 0.0), radius, power=power)])
-    image = rendered(ctx, scene, 256, estimator=estimator, shared=True)
-    expected = floor_radiance(np.divide(power, 4 * np.pi * height**2))
-    assert_mean(image, expected, 0.05 if estimator == "bsdf" and radius else 0.002, LIFT)
-
-
-@pytest.mark.parametrize("estimator", ESTIMATORS)
-def test_a_lamp_lights_only_what_is_before_it(ctx, estimator):
-    """The floor under the back of a lamp, and the floor above the top of a sphere of light, stay black."""
-    lamp = replace(RECTANGLES["overhead"], edge_u=(0.0, 0.0, 1.0), edge_v=(1.0, 0.0, 0.0))
-    below = {"lights": [Light((0.0, -2.0, 0.0), 1.0, radiance=RADIANCE)]}
-    for lights in ({"rectangles": [lamp]}, {"triangles": triangles_of(lamp)}, below):
-        assert not rendered(ctx, floor_under(**lights), 64, bounces=1, estimator=estimator, shared=True).any()
 
 
 def _check_floor(ctx, estimator: str, **light: Any) -> None:

@@ -91,33 +91,33 @@ def glowing_shapes_apart(albedo: Vector, kind: str = "rectangles") -> Scene:
 
 @pytest.mark.parametrize(("albedo", "estimator", "kind"), each_kind_with("bsdf", "mis"))
 def test_closed_furnace(ctx, albedo, estimator, kind):
-    """Le / (1 - albedo), with russian roulette and as many bounces as it takes."""
-    spp, adaptive = (256, "on") if estimator == "mis" else (128, "off")
+    """Le / (1 - albedo), with russian roulette and as many bounces as it takes; once with adaptive sampling."""
+    spp, adaptive = (256, "on") if (estimator, kind) == ("mis", "rectangles") else (128, "off")
     image = rendered(ctx, furnace(albedo, kind), spp, bounces=1000, estimator=estimator, adaptive=adaptive)
     assert_mean(image, np.divide(EMISSION, np.subtract(1, albedo)), 0.01)
 
 
-@pytest.mark.parametrize("bounces", [1, 2, 5])
+@pytest.mark.parametrize("bounces", [1, 5])
 def test_furnace_after_few_bounces(ctx, bounces):
     image = rendered(ctx, furnace(ALBEDOS[0]), 1024, bounces=bounces, estimator="mis", russian_roulette=False)
     assert_mean(image, after_bounces(ALBEDOS[0], bounces), 0.0005)
 
 
-@pytest.mark.parametrize("bounces", [1, 2, 5])
+@pytest.mark.parametrize("bounces", [2, 5])
 def test_light_sampling_after_few_bounces(ctx, bounces):
     """It brings what BSDF sampling brings, which the other furnaces hold to its value."""
     settings: dict[str, Any] = {"bounces": bounces, "russian_roulette": False}
     scene = glowing_shapes_apart(ALBEDOS[0])
-    nee, bsdf = (batches(ctx, scene, 512, range(4), estimator=name, **settings) for name in ("nee", "bsdf"))
+    nee, bsdf = (batches(ctx, scene, 256, range(4), estimator=name, **settings) for name in ("nee", "bsdf"))
     assert_agree(nee, bsdf, 0.01)
 
 
-@pytest.mark.parametrize("bounces", [1, 2, 3, 4, 6])
+@pytest.mark.parametrize("bounces", [2, 4, 6])
 def test_roulette_keeps_the_mean_at_every_vertex(ctx, bounces):
-    """Of paths cut off after each number of bounces, resolved to 0.1 %: what the roulette does at one vertex shows in
-    the next."""
+    """Of paths cut off after some bounces, resolved to 0.1 %: what the roulette does at a vertex shows in all later
+    ones."""
     albedo = (0.9, 0.93, 0.96)
-    image = rendered(ctx, furnace(albedo), 256, (128, 96), bounces=bounces, estimator="bsdf", russian_roulette_depth=1)
+    image = rendered(ctx, furnace(albedo), 128, (128, 96), bounces=bounces, estimator="bsdf", russian_roulette_depth=1)
     assert_mean(image, after_bounces(albedo, bounces), 0.001)
 
 
@@ -149,10 +149,13 @@ def test_convex_object_in_ambient_light(ctx, albedo, estimator):
     np.testing.assert_allclose(image, expected, rtol=ROUNDING)
 
 
-@pytest.mark.parametrize(("albedo", "estimator", "kind"), each_kind_with(*ESTIMATORS))
+@pytest.mark.parametrize(
+    ("albedo", "estimator", "kind"), [*each_kind_with("nee", "mis"), (ALBEDOS[0], "bsdf", "rectangles")]
+)
 def test_objects_that_glow_enough_vanish_in_ambient_light(ctx, albedo, estimator, kind):
     """Light from emitters, from the ambient light and from bounces together."""
-    image = rendered(ctx, glowing_shapes_apart(albedo, kind), 512, bounces=1000, estimator=estimator)
+    spp = 512 if estimator == "nee" else 128
+    image = rendered(ctx, glowing_shapes_apart(albedo, kind), spp, bounces=1000, estimator=estimator)
     assert_mean(image, AMBIENT, 0.003)
 
 
@@ -205,10 +208,16 @@ LAMPS = {
 }
 
 
-@pytest.mark.parametrize("name", SEEN)
-@pytest.mark.parametrize("estimator", ESTIMATORS)
-def test_emission_is_seen_exactly(ctx, name, estimator):
-    scene = Scene(LOOKING, LAMPS, **SEEN[name])
+@pytest.mark.parametrize(
+    ("estimator", "name"),
+    [
+        *itertools.product(ESTIMATORS, [name for name in SEEN if name not in ("pane", "glass")]),
+        *(("mis", name) for name in ("pane", "glass")),
+    ],
+)
+def test_emission_is_seen_exactly(ctx, estimator, name):
+    lamp = name if name in LAMPS else "lamp"
+    scene = Scene(LOOKING, {lamp: LAMPS[lamp]}, **SEEN[name])
     for bounces in (0, 3):
         image = rendered(ctx, scene, 5, bounces=bounces, estimator=estimator, shared=True)
         np.testing.assert_array_equal(image, np.broadcast_to(np.float32(RADIANCE), image.shape))

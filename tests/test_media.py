@@ -76,15 +76,14 @@ def test_light_passes_a_medium_by_beers_law(ctx, albedo):
 @pytest.mark.parametrize("g", [-0.5, 0.8])
 def test_a_medium_that_absorbs_nothing_disappears_in_a_furnace(ctx, g):
     """Every path of a grey one, and coloured ones in the mean; also seen from within."""
-    for z in (3.0, 0.2):
+    for z, extinction in ((3.0 if g < 0 else 0.2, 3.0), (3.0 if g > 0 else 0.2, EXTINCTION)):
         camera = Camera((0.1, 0.0, z), (0.0, 0.0, -1.0), fov_degrees=20.0)
-        for extinction in (3.0, EXTINCTION):
-            medium = Medium(extinction=extinction, albedo=1.0, g=g)
-            image = rendered(ctx, cloud_scene(medium, camera=camera, ambient=Ambient((0.5, 1.0, 4.0))), 64, **PATHS)
-            if extinction == 3.0:
-                np.testing.assert_allclose(image, np.broadcast_to((0.5, 1.0, 4.0), image.shape), rtol=3 * ROUNDING)
-            else:
-                assert_mean(image, (0.5, 1.0, 4.0), 0.01)
+        medium = Medium(extinction=extinction, albedo=1.0, g=g)
+        image = rendered(ctx, cloud_scene(medium, camera=camera, ambient=Ambient((0.5, 1.0, 4.0))), 64, **PATHS)
+        if extinction == 3.0:
+            np.testing.assert_allclose(image, np.broadcast_to((0.5, 1.0, 4.0), image.shape), rtol=3 * ROUNDING)
+        else:
+            assert_mean(image, (0.5, 1.0, 4.0), 0.01)
 
 
 def test_white_wax_disappears_in_a_furnace(ctx):
@@ -208,7 +207,7 @@ def test_boundaries_of_media_have_no_index(ctx):
         spheres=[*around, Sphere((0.0, 0.0, 0.0), 2.5, "haze"), Sphere((0.0, 0.0, 0.0), 1.0, "glass")],
         ambient=Ambient(1.0),
     )
-    assert_mean(rendered(ctx, scene, 4096, bounces=1), 1 / 9, 0.02)
+    assert_mean(rendered(ctx, scene, 512, bounces=1), 1 / 9, 0.02)
 
 
 def lit_cloud() -> Scene:
