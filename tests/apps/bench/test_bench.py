@@ -21,7 +21,7 @@ from fragtracer.apps.bench import (
 )
 from fragtracer.apps.bench.cases import case, with_settings
 from fragtracer.apps.bench.contenders import Sampling
-from fragtracer.apps.bench.error import Reference
+from fragtracer.apps.bench.error import REFERENCE_SAMPLING, Reference
 from fragtracer.apps.bench.frames import frame_time
 from fragtracer.apps.bench.plan import Benchmark, Plan, Progress
 from fragtracer.apps.bench.statistics import Estimate
@@ -31,7 +31,7 @@ from fragtracer.apps.cli.bench import NAMES
 from fragtracer.errors import FragtracerError
 from fragtracer.gpu.cube_maps import MapSizes
 from fragtracer.gpu.timer import DrawTimer
-from fragtracer.reference.variant import find_llvm
+from fragtracer.reference.variant import find_llvm, mitsuba_variant
 from fragtracer.scene import Scene
 
 TINY = (16, 9)
@@ -131,6 +131,23 @@ def test_lambert_case_is_matte_and_keeps_its_light() -> None:
     assert all(max(*m.specular_f0, *m.specular_f90) == 0 for m in scene.materials.values())
     assert scene.lights == case("three-spheres").lights
     assert max(case("cornell-box-lambert").materials["lamp"].emission) > 0
+
+
+@needs_mitsuba
+@pytest.mark.parametrize("sampling", [REFERENCE_SAMPLING, Sampling("independent"), Sampling("multijitter")], ids=str)
+def test_numbers_of_the_reference_are_independent(sampling: Sampling) -> None:
+    """Of many dimensions, as those of long paths; those of multijitter are not."""
+    dimensions, pixels, share = 16, 1 << 15, 0.8
+    with mitsuba_variant("llvm_ad_rgb"):
+        import mitsuba as mi
+
+        sampler = mi.load_dict({"type": sampling.sampler, "sample_count": sampling.spp})
+        sampler.set_samples_per_wavefront(sampling.spp)
+        sampler.seed(0, sampling.spp * pixels)
+        below = np.all([np.array(sampler.next_1d()) < share for _ in range(dimensions)], axis=0)
+    expected = share**dimensions
+    off = abs(below.mean() - expected) / np.sqrt(expected * (1 - expected) / below.size)
+    assert (off < 4) == (sampling.sampler != "multijitter")
 
 
 @needs_mitsuba
