@@ -76,7 +76,7 @@ def floor_under(environment: Environment, **more: object) -> Scene:
     return Scene(**({"camera": camera, "materials": materials, "planes": [floor], "environment": environment} | more))
 
 
-# Each with a sampled light, and each estimator with some; a texel would be met by chance too seldom.
+# Each environment by "nee" or "mis", which sample it; a texel would be met by chance too seldom.
 CASES = {
     "nee": ("noise", "one texel where the ends meet", "constant"),
     "bsdf": ("noise", "gradient", "constant"),

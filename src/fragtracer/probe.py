@@ -119,9 +119,13 @@ def probe(
     ShaderError
         If the code does not compile.
     """
-    widths = {name: _column(values).shape[1] for name, values in inputs.items()}
-    with Probe(ctx, includes, body, widths, outputs, defines, generated, text_pass) as run:
+    with Probe(ctx, includes, body, widths_of(inputs), outputs, defines, generated, text_pass) as run:
         return run(inputs, uniforms, resources)
+
+
+def widths_of(inputs: Mapping[str, ArrayLike]) -> dict[str, int]:
+    """Those of columns, (n,) or (n, k), by name."""
+    return {name: _column(values).shape[1] for name, values in inputs.items()}
 
 
 def _column(values: ArrayLike) -> NDArray[np.float32]:

@@ -23,7 +23,7 @@ MUTATIONS = [
         "integrator/escape.glsl",
         "radiance += rest * sun.radiance",
         "radiance += sun.radiance",
-        traced(test_light_tracing.sunlit, 768, 0.15),
+        traced(test_light_tracing.sunlit, 1280, 0.1),
     ),
     Mutation(
         "survival wrong by half a percent at one vertex",

@@ -82,7 +82,7 @@ MUTATIONS = [
         "light_tracing.frag",
         "(opacity * wanted * abs(cosine) /",
         "(opacity * abs(cosine) /",
-        traced(test_light_tracing.sunlit, 768, 0.15),
+        traced(test_light_tracing.sunlit, 1280, 0.1),
     ),
     Mutation(
         "probability of the lobes not divided out",

@@ -50,8 +50,8 @@ def run(
         "Bsdf b = the_bsdf(); vec3 wo = u_wo;\n" + body,
         inputs,
         outputs,
-        {**model.features, **features},
-        {"probe/bsdf.glsl": glsl},
-        {f"u_{name}": value for name, value in values.items()} | {"u_wo": wo} | switches,
+        defines={**model.features, **features},
+        generated={"probe/bsdf.glsl": glsl},
+        uniforms={f"u_{name}": value for name, value in values.items()} | {"u_wo": wo} | switches,
     )
     return {name: values.astype(np.float64) for name, values in result.items()}

@@ -61,7 +61,7 @@ def scene_probe(
             body,
             inputs,
             outputs,
-            {name: value for name, value in packed.features.items() if name in features},
+            defines={name: value for name, value in packed.features.items() if name in features},
             uniforms=uniforms | {name: value for name, value in packed.all_uniforms.items() if name in kinds},
             resources=textures,
             constants=specialise(packed, level),

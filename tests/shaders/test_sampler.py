@@ -53,7 +53,7 @@ def draw(
         body,
         {"pixel": np.column_stack([x, y]), "index": index, "dimension": dimension},
         outputs or {"u": 4, "spare": 1},
-        {"SAMPLER": f"SAMPLER_{kind}"},
+        defines={"SAMPLER": f"SAMPLER_{kind}"},
         uniforms={"u_seed": seed},
         resources={"u_random_texture": texture} if kind == "TEXTURE" else None,
     )

@@ -136,16 +136,17 @@ def test_lambert_case_is_matte_and_keeps_its_light() -> None:
 @needs_mitsuba
 @pytest.mark.parametrize("sampling", [REFERENCE_SAMPLING, Sampling("independent"), Sampling("multijitter")], ids=str)
 def test_numbers_of_the_reference_are_independent(sampling: Sampling) -> None:
-    """Of many dimensions, as those of long paths; those of multijitter are not."""
-    dimensions, pixels, share = 16, 1 << 15, 0.8
+    """Of many dimensions, as those of long paths, drawn alone and in pairs; those of multijitter are not."""
+    draws, pixels, share = 6, 1 << 15, 0.8
     with mitsuba_variant("llvm_ad_rgb"):
         import mitsuba as mi
 
         sampler = mi.load_dict({"type": sampling.sampler, "sample_count": sampling.spp})
         sampler.set_samples_per_wavefront(sampling.spp)
         sampler.seed(0, sampling.spp * pixels)
-        below = np.all([np.array(sampler.next_1d()) < share for _ in range(dimensions)], axis=0)
-    expected = share**dimensions
+        numbers = [u for _ in range(draws) for u in (sampler.next_1d(), *sampler.next_2d())]
+        below = np.all([np.array(u) < share for u in numbers], axis=0)
+    expected = share ** (3 * draws)
     off = abs(below.mean() - expected) / np.sqrt(expected * (1 - expected) / below.size)
     assert (off < 4) == (sampling.sampler != "multijitter")
 

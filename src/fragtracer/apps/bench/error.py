@@ -17,7 +17,7 @@ from fragtracer.scene import Scene
 
 _REFERENCE_SEED = 1_000_003
 _TRIMMED = 0.01  # of the pixels
-# Of the stratified ones the only sampler of Mitsuba that has no bias (docs/performance.md).
+# The only sampler of Mitsuba that is stratified and has no bias (docs/performance.md).
 REFERENCE_SAMPLING = Sampling("orthogonal", 49)
 
 

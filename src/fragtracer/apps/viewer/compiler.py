@@ -25,6 +25,7 @@ from fragtracer.packing.targets import Targets
 Size = tuple[int, int]
 Request = tuple[PackedScene, TracerProgram, list[Size], Targets | None]
 _PATIENCE = 60.0  # seconds; then the window compiles by itself
+_COMMAND = (sys.executable, "-m", "fragtracer.apps.viewer.compiler")
 
 
 class BackgroundCompiler:
@@ -57,10 +58,7 @@ class BackgroundCompiler:
 
     def _start(self) -> None:
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "fragtracer.apps.viewer.compiler"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
+            _COMMAND, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
         )
         self._thread = threading.Thread(target=self._serve, args=(self._process,), daemon=True)
         self._thread.start()

@@ -14,6 +14,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import NoReturn
 
+sys.path.append(str(Path(__file__).parents[3]))  # what all tests share
+
 
 def play(scenario: str) -> None:
     module, name = scenario.split(".")

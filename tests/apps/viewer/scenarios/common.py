@@ -1,18 +1,16 @@
 # SPDX-License-Identifier: MIT
 """What the scenarios share: a viewer that is open, and what it shows."""
 
-import subprocess
 import sys
 from dataclasses import replace
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from command import status_of
 from hand import Hand
 from imgui_bundle import imgui
 
 import fragtracer as ft
-from fragtracer.apps import cli
 from fragtracer.apps.viewer import compiler
 from fragtracer.apps.viewer.app import Viewer
 from fragtracer.apps.viewer.session import path_of
@@ -36,20 +34,14 @@ def make_maps(**sizes: int) -> None:
     else."""
     chosen = tracer.MapSizes(**sizes)
     patch = f"from fragtracer.gpu import tracer; tracer._MAPS = tracer.{chosen}"
-    code = f"{patch}; from {compiler.__name__} import main; main()"
-
-    def started(command: list[str], **options: Any) -> Any:
-        return subprocess.Popen([command[0], "-c", code], **options)
-
     tracer._MAPS = chosen
-    compiler.subprocess = SimpleNamespace(Popen=started, PIPE=subprocess.PIPE, DEVNULL=subprocess.DEVNULL)  # type: ignore[assignment]
+    compiler._COMMAND = (sys.executable, "-c", f"{patch}; from {compiler.__name__} import main; main()")
 
 
 def run_command(*words: str) -> None:
     """``fragtracer`` and ``words``, in this process."""
-    sys.argv = ["fragtracer", *words]
-    with pytest.raises(SystemExit, match=r"^0$"):
-        cli.main()
+    with pytest.MonkeyPatch.context() as patch:
+        assert status_of(patch, *words) == 0
 
 
 def picture(viewer: Viewer) -> Any:
