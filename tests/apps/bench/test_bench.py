@@ -21,7 +21,7 @@ from fragtracer.apps.bench import (
 )
 from fragtracer.apps.bench.cases import case, with_settings
 from fragtracer.apps.bench.contenders import Sampling
-from fragtracer.apps.bench.error import REFERENCE_SAMPLING, Reference
+from fragtracer.apps.bench.error import REFERENCE_SAMPLINGS, Reference, make_reference
 from fragtracer.apps.bench.frames import frame_time
 from fragtracer.apps.bench.plan import Benchmark, Plan, Progress
 from fragtracer.apps.bench.statistics import Estimate
@@ -134,7 +134,7 @@ def test_lambert_case_is_matte_and_keeps_its_light() -> None:
 
 
 @needs_mitsuba
-@pytest.mark.parametrize("sampling", [REFERENCE_SAMPLING, Sampling("independent"), Sampling("multijitter")], ids=str)
+@pytest.mark.parametrize("sampling", [*REFERENCE_SAMPLINGS, Sampling("independent"), Sampling("multijitter")], ids=str)
 def test_numbers_of_the_reference_are_independent(sampling: Sampling) -> None:
     """Of many dimensions, as those of long paths, drawn alone and in pairs; those of multijitter are not."""
     draws, pixels, share = 6, 1 << 15, 0.8
@@ -149,6 +149,18 @@ def test_numbers_of_the_reference_are_independent(sampling: Sampling) -> None:
     expected = share ** (3 * draws)
     off = abs(below.mean() - expected) / np.sqrt(expected * (1 - expected) / below.size)
     assert (off < 4) == (sampling.sampler != "multijitter")
+
+
+def test_passes_of_the_reference_fit_into_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The longest that do, and the shortest where none does."""
+
+    def mitsuba(scene: Scene, seed: int, variant: str | None, sampling: Sampling) -> None:
+        raise InterruptedError(sampling.spp)
+
+    monkeypatch.setattr("fragtracer.apps.bench.error.Mitsuba", mitsuba)
+    for size, spp in (((512, 512), 49), ((1000, 1000), 25), ((1920, 1080), 9), ((3840, 2160), 9)):
+        with pytest.raises(InterruptedError, match=f"^{spp}$"):
+            make_reference(with_settings(case("cornell-box"), size), 1.0, "mitsuba")
 
 
 @needs_mitsuba

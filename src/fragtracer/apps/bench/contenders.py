@@ -17,6 +17,7 @@ from fragtracer.renderer import Renderer
 from fragtracer.scene import Scene
 
 Image = NDArray[np.float64]
+_MOST_PATHS = 2**25  # in flight at once, some 6 GB
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,10 @@ class Sampling:
 
     sampler: str = "independent"
     spp: int = 16
+
+    def fits(self, scene: Scene) -> bool:
+        """Whether the paths of a pass of ``scene`` are few enough for the memory."""
+        return self.spp * scene.render.width * scene.render.height <= _MOST_PATHS
 
     def __str__(self) -> str:
         return f"{self.sampler}, {self.spp} spp a pass"

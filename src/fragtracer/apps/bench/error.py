@@ -17,8 +17,8 @@ from fragtracer.scene import Scene
 
 _REFERENCE_SEED = 1_000_003
 _TRIMMED = 0.01  # of the pixels
-# The only sampler of Mitsuba that is stratified and has no bias (docs/performance.md).
-REFERENCE_SAMPLING = Sampling("orthogonal", 49)
+# By the only sampler of Mitsuba that is stratified and has no bias (docs/performance.md).
+REFERENCE_SAMPLINGS = [Sampling("orthogonal", spp) for spp in (49, 25, 9)]
 
 
 @dataclass(frozen=True)
@@ -62,8 +62,9 @@ def make_reference(
 ) -> Reference:
     """Sample each of the two images for ``seconds``, one by each renderer or two by one of them."""
     images = []
+    sampling = next((s for s in REFERENCE_SAMPLINGS if s.fits(scene)), REFERENCE_SAMPLINGS[-1])
     for seed, own in ((_REFERENCE_SEED, who != "mitsuba"), (_REFERENCE_SEED + 1, who == "own")):
-        with Ours(scene, seed) if own else Mitsuba(scene, seed, variant, REFERENCE_SAMPLING) as contender:
+        with Ours(scene, seed) if own else Mitsuba(scene, seed, variant, sampling) as contender:
             sample_for(contender, seconds)
             images.append(contender.image())
     return Reference(images[0], images[1])

@@ -15,16 +15,14 @@ _SIZES = {
     "orthogonal": (25, 49),
     "ldsampler": (16, 64),
 }
-_MOST_PATHS = 2**25  # in flight at once, some 6 GB
 
 
 def sampling_for(scene: Scene, plan: Plan, cost: Callable[[Mitsuba], float], say: Callable[[str], None]) -> Sampling:
     """The sampler and size of passes of the least ``cost``, a function that samples a warm Mitsuba on ``scene``; of the
     plan's sampler, if it names one. ``say`` hears what is tried."""
-    pixels = scene.render.width * scene.render.height
     names = tuple(_SIZES) if plan.sampler == "best" else (plan.sampler,)
     found = [Sampling(name, spp) for name in names for spp in _SIZES[name]]
-    candidates = [sampling for sampling in found if sampling.spp * pixels <= _MOST_PATHS] or found[:1]
+    candidates = [sampling for sampling in found if sampling.fits(scene)] or found[:1]
     if len(candidates) == 1 or plan.sampler != "best":
         return candidates[-1]
     costs = {}
