@@ -31,6 +31,7 @@ CHECKOUT = Path(__file__).parents[1]
 OUTPUT, KEPT = (CHECKOUT / "docs" / f"correctness.{suffix}" for suffix in ("md", "json"))
 SIZE, SPP, BATCHES, MARGIN = (320, 180), 512, 16, 0.005
 MOST_SPP = 32 * SPP
+FIRST_OF_EMITTERS = 8  # times SPP, of the first run where emitters alone are seen
 JUDGED, BLOCK_BIAS = 0.9, 0.01  # what the samples are spent for
 
 HEAD = """\
@@ -38,11 +39,13 @@ HEAD = """\
 
 Each row is a comparison by `fragtracer compare`: the same scene rendered by fragtracer and by Mitsuba, whose material
 is an independent implementation of the same formulas. Each makes {batches} independent batches of {size} pixels.
+A row of a scene "as it is" is that by `fragtracer compare SCENE --size {size_option} --spp SPP --seed SEED --margin
+{margin}`, with the numbers that stand in it.
 A difference counts however small it is and however dark the place: there is no allowance. The columns:
 
-- *spp*: samples per pixel of each renderer, in all. A first run with {spp}, which is thrown away, says how many are
-  needed for {judged} % of the regions that are not black to be judged and for the median block to detect
-  {block_bias} %; at most {most_spp} are spent.
+- *spp*: samples per pixel of each renderer, in all. A first run with {spp} ({most_first_spp} for 0 bounces), which
+  is thrown away, says how many are needed for {judged} % of the regions that are not black to be judged and for the
+  median block to detect {block_bias} %; at most {most_spp} are spent.
 - *seed*: of both renderers, another one in each row: rows are independent of each other. No two rows share an image.
 - *difference*: the relative difference of the image mean, in the colour where it is largest.
 - *detectable*: the smallest bias of the image mean that this run would have found with a probability of 95 %, in the
@@ -72,16 +75,18 @@ batch. fragtracer draws the points of a gaussian pixel filter by its density, Mi
 sky two pixels from a lit sphere fragtracer has its first such point after some ten thousand samples. So the rows of
 pixel filters are of a scene without black background.
 
-For the same reason the comparison is of paths without guiding and light tracing: in the dark far floor of
-three-spheres guided paths find 0.1 % more light, reflected by the spheres, which unguided ones, fragtracer's own and
-Mitsuba's, do not meet once in sixteen batches. Guided pictures are compared with unguided ones, and the light of
-photons with what paths find of the same light, where both find it (`tests/test_guiding.py`,
-`tests/test_light_tracing.py`). Light tracing is part of the comparison where the scene file says `light_tracing =
-"on"`. So mirror agrees with Mitsuba (`compare --size 96x54 --spp 65536`, 2026-11-25: none of 483 tests finds a
-difference; one of 0.062 % of the picture's mean would have been found with a probability of 95 %); with few samples
-it does not (160 x 90 pixels, the number that `compare` chooses: +0.9 % on a ball that shows light from the mirrors),
-since paths, Mitsuba's and fragtracer's, meet too little of that light to know how much they miss. Paths of 12 times
-4,096 samples have what photons have there to 0.2 %, their standard error.
+For the same reason the comparison is of paths alone, sampled evenly: `compare` and these rows leave guiding and the
+gradient domain off, and adaptive sampling and light tracing unless the scene file says `"on"`, which no bundled one
+does. In the dark far floor of three-spheres guided paths find 0.1 % more light, reflected by the spheres, which
+unguided ones, fragtracer's own and Mitsuba's, do not meet once in sixteen batches. What is on by default is held
+against such paths by tests: adaptive sampling (`tests/test_adaptive_sampling.py`), guiding (`tests/test_guiding.py`),
+light tracing, whose photons bring what paths find of the same light, where both find it
+(`tests/test_light_tracing.py`), and the gradient domain (`tests/test_gradient_domain.py`). A copy of mirror with
+`light_tracing = "on"` agrees with Mitsuba (`compare FILE --size 96x54 --spp 65536`, 2026-11-25: none of 483 tests
+finds a difference; one of 0.062 % of the picture's mean would have been found with a probability of 95 %); with few
+samples it does not (160 x 90 pixels, the 1024 samples of `compare`: +0.9 % on a ball that shows light from the
+mirrors), since paths, Mitsuba's and fragtracer's, meet too little of that light to know how much they miss. Paths of
+12 times 4,096 samples have what photons have there to 0.2 %, their standard error.
 
 Of meshes, intersection, light sampling and texture filtering are Mitsuba's own. Shading normals, normal maps, alpha and
 unlit materials follow our own rules, which a Mitsuba plugin (`reference/plugins/surface.py`) implements a second time.
@@ -256,8 +261,8 @@ def _with(name: str, **settings: object) -> Scene:
 def first_run(case: tuple[str, str, Scene], seed: int, commit: str) -> Row:
     """How many samples a row needs."""
     name, special, scene = case
-    # With emitters alone in view, all noise is at their edges, and samples are cheap.
-    spp = SPP * (8 if scene.render.bounces == 0 else 1)
+    # All noise is at the edges of the emitters then, and samples are cheap.
+    spp = SPP * (FIRST_OF_EMITTERS if scene.render.bounces == 0 else 1)
     factor = 1.2 * compare_scene(scene, SIZE, spp, BATCHES, seed, MARGIN).verdict.spp_factor_for(JUDGED, BLOCK_BIAS)
     return Row(name, special, commit, int(np.clip(factor * spp, spp, max(spp, MOST_SPP))))
 
@@ -308,7 +313,9 @@ def document(rows: list[Row], of_all: int, devices: Mapping[str, str]) -> str:
     facts = {
         "batches": BATCHES,
         "size": f"{SIZE[0]} x {SIZE[1]}",
+        "size_option": "x".join(map(str, SIZE)),
         "spp": SPP,
+        "most_first_spp": FIRST_OF_EMITTERS * SPP,
         "most_spp": MOST_SPP,
         "judged": f"{100 * JUDGED:g}",
         "block_bias": f"{100 * BLOCK_BIAS:g}",
@@ -339,13 +346,17 @@ def main() -> None:
     seeds = {key: 2 * (crc32(", ".join(key).encode()) % 1_000_000) for key in scenes}
     assert len(set(seeds.values())) == len(seeds)
 
-    def keep(row: Row) -> None:
-        rows[row.scene, row.special] = row
+    def write() -> None:
         known = [rows[key] for key in scenes if key in rows]
         KEPT.write_text(json.dumps({"devices": devices, "rows": [*map(asdict, known)]}, indent=1), encoding="utf-8")
         if devices:
             OUTPUT.write_text(document(known, len(scenes), devices), encoding="utf-8")
 
+    def keep(row: Row) -> None:
+        rows[row.scene, row.special] = row
+        write()
+
+    write()  # what stands above the table may be another text now
     for key, scene in scenes.items():
         if key not in rows and time.monotonic() < end:
             keep(first_run((*key, scene), seeds[key] + 1, commit))

@@ -14,7 +14,7 @@ import pytest
 from fragtracer import guiding, light_tracing
 from fragtracer.archive import read_archive, write_archive
 from fragtracer.errors import FilmError, OutputError
-from fragtracer.films import SavedFilm, merge
+from fragtracer.films import SavedFilm, merge, most_bytes
 from fragtracer.io.toml import load
 from fragtracer.renderer import Renderer
 from fragtracer.sampling.allocation import FIRST_STAGE, Window
@@ -30,6 +30,11 @@ ARRAYS = {"a": np.arange(12, dtype=np.float32).reshape(3, 4), "b": np.array([7],
 
 def found(renderer: Renderer) -> list[np.ndarray]:
     return [renderer.image(), renderer.standard_error(), renderer.samples()]
+
+
+def assert_is_no_larger_than_told(path: Path, renderer: Renderer) -> None:
+    size = sum(values.nbytes for values in SavedFilm.read(path).arrays.values())
+    assert size <= most_bytes(replace(renderer.settings, light_tracing="off"))
 
 
 @pytest.mark.parametrize(
@@ -53,6 +58,7 @@ def test_a_render_goes_on_with_the_same_bits(ctx, tmp_path, monkeypatch, choice)
                 renderer.render(SPP, progress=stop)
             assert renderer.spp <= end
             renderer.save(path)
+            assert_is_no_larger_than_told(path, renderer)
         with Renderer(load(SCENE), SIZE, context=ctx, rays=21 - rays, **choice, **SETTINGS) as renderer:
             renderer.sample(4)
             renderer.resume(path)
@@ -63,7 +69,7 @@ def test_a_render_goes_on_with_the_same_bits(ctx, tmp_path, monkeypatch, choice)
 
 def test_layers_of_light_are_kept(ctx, tmp_path) -> None:
     """And a render that has them does not go on from a film that has not, nor the other way about."""
-    path, settings = tmp_path / "film.npz", SETTINGS | {"adaptive": "off", "context": ctx}
+    path, settings = tmp_path / "film.npz", SETTINGS | {"adaptive": "off", "gradient_domain": "off", "context": ctx}
     layers = ("emission", "direct", "indirect", "diffuse", "specular")
     with Renderer(load(SCENE), SIZE, aovs=["diffuse"], **settings) as renderer:
         renderer.sample(12)
@@ -71,6 +77,7 @@ def test_layers_of_light_are_kept(ctx, tmp_path) -> None:
         renderer.reset()
         renderer.sample(5)
         renderer.save(path)
+        assert_is_no_larger_than_told(path, renderer)
         renderer.reset()
         renderer.resume(path)
         renderer.sample(7)

@@ -17,7 +17,7 @@ from shaders.test_camera import through
 
 from fragtracer import guiding, light_tracing
 from fragtracer.errors import FilmError
-from fragtracer.films import SavedFilm, merge
+from fragtracer.films import SavedFilm, merge, most_bytes
 from fragtracer.io.toml import load
 from fragtracer.light_tracing import sums
 from fragtracer.light_tracing.decision import Measurement
@@ -294,6 +294,7 @@ def test_a_picture_goes_on_with_the_same_bits(
     with Renderer(scene, (64, 48), context=ctx, **settings) as renderer:
         renderer.sample(128)
         renderer.save(film)
+        assert sum(values.nbytes for values in SavedFilm.read(film).arrays.values()) <= most_bytes(renderer.settings)
         renderer.sample(256)
         whole = renderer.image()
     with Renderer(scene, (64, 48), context=ctx, **settings) as renderer:

@@ -55,6 +55,18 @@ def differences(here: Mapping[str, str], there: Mapping[str, str]) -> str:
     return "; ".join(found)
 
 
+def most_bytes(settings: RenderSettings) -> int:
+    """What the arrays of a film of one picture take at most, by what its ``settings`` leave open."""
+    pixel = 124  # with layers of light
+    if settings.gradient_domain != "off":
+        pixel = 192
+    if settings.adaptive != "off":
+        pixel = 212  # within the first pass of a stage
+    if settings.light_tracing != "off":
+        pixel += 72
+    return pixel * settings.width * settings.height
+
+
 @dataclass(frozen=True)
 class SavedFilm:
     """A film as a file holds it.

@@ -2,7 +2,9 @@
 """Scene files: every scene survives a trip, and the bundled ones are what they say."""
 
 import dataclasses
+import re
 from pathlib import Path
+from typing import get_args
 
 import pytest
 from scene_builders import RED, SPHERE
@@ -30,7 +32,7 @@ from fragtracer.scene import (
     SpotLight,
     Triangle,
 )
-from fragtracer.scene.reflectance import DIELECTRIC_F0, METAL_F0
+from fragtracer.scene.reflectance import DIELECTRIC_F0, METAL_F0, METAL_INDEX
 
 BUNDLED = sorted(path.stem for path in folder("scenes").glob("*.toml"))
 TABLES = (Camera, RenderSettings, Ambient, Fog, Medium, Environment, Gradient, Sky)
@@ -143,6 +145,22 @@ def test_readme_lists_every_scene_and_key() -> None:
     keys = keys - {"image", "gradient", "sky"} | {*textures.KEYS, *meshes.KEYS} - {"instance"}
     assert "[[mesh.instance]]" in readme
     assert not {name for name in {*BUNDLED, *keys} if f"`{name}`" not in readme}
+
+
+def test_readme_has_defaults_and_names() -> None:
+    readme = (folder("scenes") / "README.md").read_text("utf-8")
+    _, _, text = readme.partition("**`[render]`.**")
+    rows = [line for line in text.splitlines() if line.startswith("| `")]
+    for field in dataclasses.fields(RenderSettings):
+        if isinstance(field.default, str):
+            [row] = [row for row in rows if f"`{field.name}`" in row.split("|")[1]]
+            told = re.findall(r'`"([\w-]+)"`', row)
+            assert (told, told[0]) == (list(get_args(field.type)), field.default)
+        else:
+            assert f"`{field.name} = {str(field.default).lower().removesuffix('.0')}`" in " ".join(text.split())
+    for names in (METAL_F0, METAL_INDEX):
+        assert f"| {', '.join(sorted(names))} |" in text
+    assert all(name in text for name in DIELECTRIC_F0)
 
 
 def test_every_field_has_words_for_what_it_takes() -> None:

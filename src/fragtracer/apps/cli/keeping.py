@@ -10,11 +10,9 @@ from pathlib import Path
 from typing import Protocol
 
 from fragtracer.errors import DeviceError, FilmError, OutputError
-from fragtracer.films import NAME
+from fragtracer.films import NAME, most_bytes
 from fragtracer.output import remove_parts
 from fragtracer.scene import RenderSettings
-
-_PIXEL = {"off": 128, "on": 200, "auto": 200}  # bytes of a film at most: with layers of light, or adaptive
 
 
 class Resumable(Protocol):
@@ -65,8 +63,7 @@ class Keeper:
             free = shutil.disk_usage(folder).free
         except OSError as error:
             raise OutputError(f"{folder}: cannot be the folder of a checkpoint: {error.strerror or error}") from error
-        settings = renderer.settings
-        needed = _PIXEL[settings.adaptive] * settings.width * settings.height
+        needed = most_bytes(renderer.settings)
         if free < needed:
             needs = f"a checkpoint takes up to {-(-needed // 10**6)} MB"
             raise OutputError(f"{folder}: {needs}, {free // 10**6} MB are free")
