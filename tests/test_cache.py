@@ -2,6 +2,7 @@
 """What is kept on disk is used, and is never trusted."""
 
 import os
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -83,6 +84,19 @@ def test_a_folder_that_cannot_be_written_only_warns(tmp_path: Path, monkeypatch:
     monkeypatch.setenv("FRAGTRACER_CACHE", str(tmp_path / "file" / "below"))
     with pytest.warns(UserWarning, match="nothing is kept"):
         check(cached("maps", "k1", Maker()))
+
+
+def test_files_that_others_delete_meanwhile_are_passed_over(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for key in ("k1", "k2"):
+        cached("maps", key, Maker())
+    monkeypatch.setattr(cache, "LIMIT", 1)
+    monkeypatch.setattr(
+        Path, "glob", lambda self, _: [folder / f"maps-{key}.arrays" for key in ("k0", "k1", "k2", "k3")]
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        cached("maps", "k3", Maker())
+    assert [file.stem for file in folder.iterdir()] == ["maps-k3"]
 
 
 def test_the_oldest_go_when_there_is_too_much(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

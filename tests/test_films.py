@@ -103,6 +103,8 @@ def test_checkpoints_of_a_shorter_render_serve_a_longer_one(ctx, tmp_path) -> No
         renderer.render(70, keep=keep)
         assert renderer.spp == 70
         assert not renderer.can_go_on
+        with pytest.raises(FilmError, match="ended within a pass"):
+            renderer.save(path)
     assert kept == [(16, False), (32, False), (48, False), (64, True)]
     with Renderer(load(SCENE), SIZE, **settings) as renderer:
         renderer.render(96)

@@ -16,8 +16,10 @@ from fragtracer.errors import DeviceError
 from fragtracer.gpu import context as contexts
 from fragtracer.gpu import textures, tracer
 from fragtracer.gpu.film import Film
+from fragtracer.gpu.work import StageTextures, Tilings, work_texture
 from fragtracer.io.toml import load
 from fragtracer.renderer import Renderer
+from fragtracer.sampling.allocation import Window
 from fragtracer.scene import PLAIN
 
 
@@ -189,6 +191,26 @@ def test_a_film_that_does_not_fit_leaves_nothing_behind(ctx: moderngl.Context, t
     assert scarce.error_was_taken
 
 
+@pytest.mark.parametrize("textures", range(11))
+def test_stages_that_do_not_fit_leave_nothing_behind(ctx: moderngl.Context, textures: int) -> None:
+    """The film of a list takes six textures, the pictures of the stages five."""
+    scarce: Any = Scarce(ctx, textures)
+    with pytest.raises(DeviceError, match="no memory for"):
+        StageTextures(scarce, 4, Window(0, 0, 8, 4), 32, None)  # type: ignore[arg-type]
+    assert all(isinstance(resource.mglo, moderngl.mgl.InvalidObject) for resource in scarce.living)
+    assert scarce.error_was_taken
+
+
+def test_lists_that_do_not_fit_leave_nothing_behind(ctx: moderngl.Context) -> None:
+    scarce: Any = Scarce(ctx, 6)
+    with pytest.raises(DeviceError, match="no memory for a list of 64 pixels"):
+        Tilings(scarce, 8, 4)
+    assert len(scarce.living) == 8
+    assert all(isinstance(resource.mglo, moderngl.mgl.InvalidObject) for resource in scarce.living)
+    with pytest.raises(DeviceError, match="no memory for a list of 32 pixels"):
+        work_texture(scarce, 4, Window(0, 0, 8, 4))
+
+
 @pytest.mark.parametrize("dtype", [np.float16, np.float32, np.uint32])
 @pytest.mark.parametrize("count", [1, 4096, 2 * 4096, 5 * 4096 + 3])
 def test_a_table_is_uploaded_whole(
@@ -205,6 +227,17 @@ def test_a_table_is_uploaded_whole(
     second = -(-count // 4096) * 4096
     np.testing.assert_array_equal(texels[second : second + 7], parts[1])
     texture.release()
+
+
+def test_a_table_may_have_other_parts_of_as_many_rows(ctx: moderngl.Context) -> None:
+    held = textures.SceneTextures(ctx)
+    parts = [np.full((n, 4), n, np.uint32) for n in (2 * 4096, 4096, 7)]
+    for table in (parts[:1], parts[1:], [parts[2], parts[1]]):
+        held.load({"u_scene": tuple(table)})
+        texels = np.frombuffer(held._textures["u_scene"].read(), np.uint32).reshape(-1, 4)
+        for place, part in zip((0, 4096), table, strict=False):
+            np.testing.assert_array_equal(texels[place : place + len(part)], part)
+    held.release()
 
 
 def test_pictures_on_a_gpu_take_another_camera_without_compiling(

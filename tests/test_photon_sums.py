@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """What photons bring is added up right, by the process or by a GPU."""
 
+import shutil
+from pathlib import Path
 from typing import Any
 
 import moderngl
@@ -9,7 +11,7 @@ import pytest
 from test_gpu import Scarce
 from test_light_tracing import spheres, sunlit
 
-from fragtracer.errors import DeviceError
+from fragtracer.errors import DeviceError, ShaderError
 from fragtracer.gpu.context import max_size, nearest_texture
 from fragtracer.gpu.outputs import Outputs
 from fragtracer.gpu.program import PointsProgram
@@ -20,6 +22,7 @@ from fragtracer.light_tracing.sums import ProcessSums, Splats
 from fragtracer.light_tracing.tracer import LightTracer
 from fragtracer.packing import pack
 from fragtracer.packing.targets import targets_of
+from fragtracer.resources import folder
 from fragtracer.scene import RenderSettings
 
 
@@ -84,6 +87,21 @@ def test_each_pixel_of_a_large_picture_has_photons(ctx: Any) -> None:
     high = found.row < size[1] // 2
     assert (high & (found.column % 2 == 1)).sum() > 100
     assert (high & (found.column % 2 == 0)).sum() > 100
+    tracer.release()
+
+
+def test_after_a_program_that_does_not_compile_the_last_one_is_there(ctx: Any, tmp_path: Path) -> None:
+    shutil.copytree(folder("shaders"), tmp_path / "broken")
+    (tmp_path / "broken/light_tracing.frag").write_text("no shader")
+    packed = pack(sunlit(), RenderSettings(), 8, 4)
+    known: tuple[Any, ...] = packed, targets_of(packed, sunlit()), (8, 4), Level.NOTHING
+    tracer = LightTracer(ctx)
+    tracer.load(*known)
+    before = [texture.read() for texture in tracer.trace(0)]
+    with pytest.raises(ShaderError):
+        tracer.load(*known, root=tmp_path / "broken")
+    tracer.load(*known)
+    assert [texture.read() for texture in tracer.trace(0)] == before
     tracer.release()
 
 

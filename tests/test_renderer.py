@@ -1,21 +1,29 @@
 # SPDX-License-Identifier: MIT
 """The renderer from the outside: several of them, one that begins again, what compiles, and what it says of itself."""
 
+import math
 from dataclasses import replace
 
+import moderngl
 import numpy as np
 import pytest
 from agreement import ROUNDING
 from mesh_shapes import ball, mesh_scene, smooth
+from pydantic import ValidationError
 from rendering import list_at_most, rendered
 from scene_builders import everything, lambert, rectangle
 from small_pictures import SCENES, SIZE, SPP, picture
 from textured_scenes import mesh, texture
 
 import fragtracer
+from fragtracer.errors import DeviceError
 from fragtracer.gpu import tracer
+from fragtracer.gpu.accumulation import Accumulation
+from fragtracer.gpu.context import create_context
 from fragtracer.gpu.film import Film
+from fragtracer.gpu.tracer import Tracer
 from fragtracer.io.toml import load
+from fragtracer.light_tracing.tracer import LightTracer
 from fragtracer.packing import pack
 from fragtracer.renderer import Renderer, expected_spp, render
 from fragtracer.scene import (
@@ -36,7 +44,7 @@ from fragtracer.scene import (
 
 
 @pytest.mark.parametrize(
-    ("spp", "seconds", "expected"), [(None, 60, 16384), (64, 60, 64), (None, 0, 1), (None, 1e9, 2**24)]
+    ("spp", "seconds", "expected"), [(None, 60, 16384), (64, 60, 64), (None, 0, 1), (None, math.inf, 2**24)]
 )
 def test_a_time_stands_for_samples(spp, seconds, expected):
     assert expected_spp(RenderSettings(width=160, height=96), spp, seconds) == expected
@@ -244,6 +252,50 @@ def test_render_in_one_call():
     assert image.flags.c_contiguous
     np.testing.assert_array_equal(image, 3)
     assert render(replace(scene, render=replace(scene.render, width=5, height=4, spp=1))).shape == (4, 5, 3)
+
+
+def no_room(*_arguments, **_options):
+    raise DeviceError("there is no room")
+
+
+@pytest.mark.parametrize("others", [{"bounces": -1}, {"light_tracing": "on"}], ids=str)
+def test_a_reset_that_fails_begins_anew_with_what_there_was(ctx, monkeypatch, others):
+    """Settings that are none, and a scene of which the GPU has no room for a part."""
+    image = picture(ctx, SCENES[0])
+    with Renderer(load(SCENES[0]), SIZE, context=ctx) as renderer:
+        origin = renderer.origin()
+        renderer.sample(3)
+        with monkeypatch.context() as patched:
+            patched.setattr(LightTracer, "load", no_room)
+            with pytest.raises((ValidationError, DeviceError)):
+                renderer.reset(load("three-spheres"), **others)
+        assert renderer.origin() == origin
+        renderer.reset()
+        renderer.sample(SPP)
+        np.testing.assert_array_equal(renderer.image(), image)
+
+
+def test_nothing_is_left_of_a_renderer_that_cannot_be_made(monkeypatch):
+    """Neither its context nor, in one that others use, what it holds there."""
+    made = create_context()
+    monkeypatch.setattr("fragtracer.renderer.create_context", lambda: made)
+    monkeypatch.setattr(Tracer, "load", no_room)
+    with pytest.raises(DeviceError, match="no room"):
+        Renderer(load("furnace"), SIZE)
+    assert isinstance(made.mglo, moderngl.mgl.InvalidObject)
+
+
+def test_a_renderer_that_cannot_be_made_leaves_the_context_of_others(ctx, monkeypatch):
+    released = []
+    with monkeypatch.context() as patched:
+        for kind in (Accumulation, Tracer):
+            release = kind.release
+            patched.setattr(kind, "release", lambda self, r=release: released.append(type(self)) or r(self))
+        patched.setattr(Renderer, "_load_light", no_room)
+        with pytest.raises(DeviceError, match="no room"):
+            Renderer(load("furnace"), SIZE, context=ctx)
+    assert released == [Tracer, Accumulation]
+    picture(ctx, SCENES[0])
 
 
 def test_settings_are_checked():

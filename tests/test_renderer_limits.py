@@ -92,6 +92,9 @@ def test_error_is_small_enough(ctx):
         assert heard[-1].spp == renderer.spp
         assert any(progress.relative_error is not None for progress in heard)
         renderer.reset()
+        renderer.sample(1)
+        assert (renderer.relative_error(), renderer.worst_error()) == (np.inf, np.inf)
+        renderer.reset()
         renderer.render(until=0.0, spp=40)
         assert renderer.spp == 40
 

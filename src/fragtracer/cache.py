@@ -95,9 +95,13 @@ def _digest(key: str, content: bytes) -> bytes:
 
 def _trim(kept: Path) -> None:
     """Delete the files that were not used for longest until the others take no more than LIMIT."""
-    files = sorted(kept.parent.glob("*.arrays"), key=lambda file: file.stat().st_mtime, reverse=True)
+    found = []
+    for file in kept.parent.glob("*.arrays"):
+        with suppress(FileNotFoundError):  # another process may trim, too
+            status = file.stat()
+            found.append((status.st_mtime, status.st_size, file))
     size = 0
-    for file in files:
-        size += file.stat().st_size
+    for _, of_file, file in sorted(found, reverse=True):
+        size += of_file
         if size > LIMIT and file != kept:
-            file.unlink()
+            file.unlink(missing_ok=True)

@@ -4,6 +4,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass as plain_dataclass
 from dataclasses import fields, replace
+from functools import cached_property
 from typing import Annotated
 
 import numpy as np
@@ -53,7 +54,7 @@ class CameraPath:
 
     keys: Mapping[int, Camera]
 
-    @property
+    @cached_property
     def frames(self) -> range:
         """From the first key to the last."""
         return range(min(self.keys), max(self.keys) + 1)

@@ -5,7 +5,7 @@ import logging
 import time
 import warnings
 from collections.abc import Callable, Iterable, Mapping
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, ExitStack, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import TracebackType
@@ -47,8 +47,8 @@ def pass_rays(rays: int, spp: int) -> int:
 def expected_spp(settings: RenderSettings, spp: int | None, seconds: float) -> int:
     """The setting ``spp`` for a picture that is sampled for some ``seconds``, and ends at ``spp`` samples per pixel, if
     given: by it is judged what is worth learning before."""
-    expected = round(_EXPECTED_RATE * seconds / (settings.width * settings.height))
-    return max(1, min(expected, 2**24 if spp is None else spp))
+    expected = _EXPECTED_RATE * seconds / (settings.width * settings.height)
+    return max(1, round(min(expected, 2**24 if spp is None else spp)))
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ class Renderer:
     Raises
     ------
     DeviceError
-        Without OpenGL 3.3, or if the GPU cannot hold an image of this size.
+        Without OpenGL 3.3, or if the GPU cannot hold an image of this size, or the scene.
     FragtracerError
         If there is no such layer, or the integrator knows no parts of the light.
     """
@@ -128,26 +128,34 @@ class Renderer:
         self.scene = scene
         self._owns_context = context is None
         self.context = create_context() if context is None else context
-        self._most_listed = MOST_LISTED["default"]
-        self._level = picture_level(self.context, moves) if specialised else Level.NOTHING
-        self._defines, self._name, self._shaders = dict(defines or {}), program, shaders
-        self._moves = moves
-        self._space: Space | None = None
-        self.first_sample = first_sample
-        self._decider = Decider(self.context, self._untraced, moves, pictures)
-        width, height = self.settings.width, self.settings.height
-        window = Window(0, 0, width, height, first_sample) if first_sample else None
-        self._check_window(window)
-        with self._current():
-            size = width, height
-            self._parts = LayerTextures(self.context, size, len(PARTS)) if self._has_parts else None
-            self._film = Accumulation(self.context, *size, self._adaptive, self._parts, window)
-            self._light: LightTracing | None = None
-            _log.info("compiling")
-            self._tracer = Tracer(self.context, self._packed(), self._program())
-            self._film.warm_up(self._tracer)
-            self._load_light()
-            self._choose_sampling()
+        with ExitStack() as failing:
+            if self._owns_context:
+                failing.callback(self.context.release)
+            self._most_listed = MOST_LISTED["default"]
+            self._level = picture_level(self.context, moves) if specialised else Level.NOTHING
+            self._defines, self._name, self._shaders = dict(defines or {}), program, shaders
+            self._moves = moves
+            self._space: Space | None = None
+            self.first_sample = first_sample
+            self._decider = Decider(self.context, self._untraced, moves, pictures)
+            width, height = self.settings.width, self.settings.height
+            window = Window(0, 0, width, height, first_sample) if first_sample else None
+            self._check_window(window)
+            with self._current(), ExitStack() as made:
+                size = width, height
+                self._parts = LayerTextures(self.context, size, len(PARTS)) if self._has_parts else None
+                self._film = Accumulation(self.context, *size, self._adaptive, self._parts, window)
+                made.callback(self._film.release)
+                self._light: LightTracing | None = None
+                made.callback(self._release_light)
+                _log.info("compiling")
+                self._tracer = Tracer(self.context, self._packed(), self._program())
+                made.callback(self._tracer.release)
+                self._film.warm_up(self._tracer)
+                self._load_light()
+                self._choose_sampling()
+                made.pop_all()
+            failing.pop_all()
         self._last_error: float | None = None
         self._next_look = _FIRST_LOOK
         self._first_surface = FirstSurface(self.context, self._tracer, self._level, self._shaders)
@@ -186,7 +194,8 @@ class Renderer:
         Parameters
         ----------
         spp
-            Samples per pixel in all; where no limit is given, the scene's own.
+            Samples per pixel in all; where no limit is given, the scene's own. A picture that is made from differences
+            (docs/sampling.md, "The gradient domain") has one more where that number is odd.
         seconds
             Wall-clock time; at least one pass is made, and the last one is finished.
         until
@@ -236,10 +245,13 @@ class Renderer:
         ------
         OutputError
             If it cannot be written.
+        FilmError
+            If no render could go on from it (:attr:`can_go_on`).
         DeviceError
             If what is on the GPU is not what was drawn there.
         """
-        assert self.can_go_on
+        if not self.can_go_on:
+            raise FilmError(f"{path}: adaptive sampling has ended within a pass; save the film before its last pass")
         with self._current():
             state, arrays = self._film.state()
             if self._light is not None:
@@ -278,8 +290,7 @@ class Renderer:
         with self._current():
             left_out = self._decider.decide_as(film.origin, self.scene, self.settings)
             if self.origin() != here:
-                self._tracer.load(self._packed(), self._program())
-                self._load_light()
+                self._load()
                 self._choose_sampling()
         film.check(self.origin(), path)
         if left_out:
@@ -347,22 +358,31 @@ class Renderer:
 
         The size stays, and so do settings that are not given: those of ``scene`` itself are not taken over. Another
         ``seed`` never compiles, other values may.
+
+        Raises
+        ------
+        FragtracerError
+            If the scene cannot be rendered so; the renderer begins anew with what it had.
         """
         if not {"width", "height"}.isdisjoint(settings):
             raise ValueError("a renderer keeps its size; make another one")
+        before, wanted = (self.scene, self.settings), (scene or self.scene, replace(self.settings, **settings))
         with self._current():
-            if scene is not None or settings:
-                self.scene = scene or self.scene
-                self.settings = replace(self.settings, **settings)
-                self._tracer.load(self._packed(), self._program())
-                if scene is not None or settings.keys() != {"seed"}:
-                    self._load_light()
-            if self._light is not None:
-                self._light.clear(self.settings.seed)
-            self._choose_sampling()
-            self._film.clear()
-        self._first_surface.forget()
-        self._last_error, self._next_look = None, _FIRST_LOOK
+            try:
+                if scene is not None or settings:
+                    self.scene, self.settings = wanted
+                    self._load(scene is not None or settings.keys() != {"seed"})
+            except FragtracerError:
+                self.scene, self.settings = before
+                self._load()
+                raise
+            finally:
+                if self._light is not None:
+                    self._light.clear(self.settings.seed)
+                self._choose_sampling()
+                self._film.clear()
+                self._first_surface.forget()
+                self._last_error, self._next_look = None, _FIRST_LOOK
 
     def image(self) -> NDArray[np.float32]:
         """Mean radiance, (height, width, 3) float32 linear Rec. 709, row 0 at the top."""
@@ -538,19 +558,28 @@ class Renderer:
             self._space = self._space or packed.space  # the first, so that a picture does not depend on others
         return self._decisions()[1].applied(packed) if self._name is None else packed
 
+    def _load(self, light_too: bool = True) -> None:
+        """Have the GPU hold the scene, as the settings ask for it."""
+        self._tracer.load(self._packed(), self._program())
+        if light_too:
+            self._load_light()
+
     def _load_light(self) -> None:
         """Trace light of the scene from its lights, or no longer."""
         decision, _ = self._decisions()
         if not decision.is_on:
-            if self._light is not None:
-                self._light.release()
-            self._light = None
+            self._release_light()
             return
         if self._light is None:
             self._light = LightTracing(self.context)
         size = self.settings.width, self.settings.height
         self._light.load(self._packed(), self.scene, size, decision.photons, self._level, self._shaders)
         self._light.warm_up()
+
+    def _release_light(self) -> None:
+        if self._light is not None:
+            self._light.release()
+        self._light = None
 
     def _decisions(self) -> Decisions:
         """Whether some light is traced from the lights, and whether paths are guided."""
@@ -613,8 +642,7 @@ class Renderer:
         with self._current():
             self._tracer.release()
             self._film.release()
-            if self._light is not None:
-                self._light.release()
+            self._release_light()
         if self._owns_context:
             self.context.release()
 

@@ -336,6 +336,15 @@ def test_bad_checkpoints_get_one_message(tmp_path, monkeypatch, capsys, argument
     assert not (tmp_path / "a.png").exists()
 
 
+@pytest.mark.parametrize("option", ["time", "until", "worst", "gamma", "bloom", "environment-rotation"])
+@pytest.mark.parametrize("value", ["inf", "nan"])
+def test_numbers_that_are_not_finite_get_one_message(tmp_path, monkeypatch, capsys, option, value):
+    command = ["render", "cornell-box", "-o", tmp_path / "a.png", *TINY, "--spp", 1, f"--{option}", value]
+    assert status_of(monkeypatch, *command) == 2
+    assert f"Invalid value for '--{option}'" in capsys.readouterr().err
+    assert not (tmp_path / "a.png").exists()
+
+
 def test_a_disk_that_is_full_is_noticed_before_the_work(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("shutil.disk_usage", lambda _: type("Usage", (), {"free": 9000})())
     output = tmp_path / "a.png"

@@ -35,6 +35,12 @@ def compiled(monkeypatch):
     return programs
 
 
+def test_a_folder_of_frames_that_cannot_be_made_gets_one_message(tmp_path, monkeypatch, capsys):
+    (tmp_path / "a.frames").write_text("")
+    assert status_of(monkeypatch, *COMMAND, "--turntable", 2, "-o", tmp_path / "a.mp4") == 2
+    assert "a.frames: cannot be the folder of the frames: File exists" in capsys.readouterr().err
+
+
 def test_frames_are_those_of_their_cameras_and_seeds(tmp_path, monkeypatch, compiled):
     """By one program. What is finished, of the same picture and whole, is not rendered again."""
     command = [*COMMAND, "--turntable", 4, "--seed", 7, "-o", tmp_path / "a.##.hdr"]

@@ -17,6 +17,7 @@ import numpy as np
 import PIL.Image
 import pytest
 
+from fragtracer import io as models
 from fragtracer.errors import FragtracerError, SceneError
 from fragtracer.io import Model, read_model
 from fragtracer.io.arrays import write_arrays
@@ -230,3 +231,19 @@ def test_a_model_is_read_again_when_it_has_changed(tmp_path: Path) -> None:
     first = read("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     assert read_model(path).mesh.parts[0].geometry is first.mesh.parts[0].geometry
     assert read("v 0 0 0\nv 1 0 0\nv 0 3 0\nf 1 2 3\n#\n").mesh.parts[0].geometry != first.mesh.parts[0].geometry
+
+
+def test_a_model_that_changes_while_it_is_read_is_read_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path, readers = tmp_path / "x.obj", models._READERS
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+
+    def slow(path: Path) -> Model:
+        model = readers[".obj"](path)
+        time.sleep(0.02)  # the clock of files may be some milliseconds late
+        path.write_text("v 0 0 0\nv 1 0 0\nv 0 3 0\nf 1 2 3\n")
+        return model
+
+    with monkeypatch.context() as patched:
+        patched.setattr(models, "_READERS", {".obj": slow})
+        first = read_model(path)
+    assert read_model(path).mesh.parts[0].geometry != first.mesh.parts[0].geometry

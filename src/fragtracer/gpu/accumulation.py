@@ -15,7 +15,7 @@ from fragtracer.gpu.film import Film
 from fragtracer.gpu.layers import LayerTextures
 from fragtracer.gpu.pilots import PilotTracer
 from fragtracer.gpu.program import FullscreenProgram
-from fragtracer.gpu.tracer import Tracer
+from fragtracer.gpu.tracer import CUT_SHORT, Tracer
 from fragtracer.gpu.work import StageTextures, Tilings, work_texture
 from fragtracer.resources import folder
 from fragtracer.sampling import gradients
@@ -348,9 +348,7 @@ class Accumulation:
         found = pixels.mean[..., 3] + pixels.variance[..., 3]
         lost = int((found.ravel() < self._sampled_before + self._sampled).sum())
         if lost:
-            raise DeviceError(
-                f"the driver ended {lost} pixels' paths early, so the image would be wrong; render with fewer bounces"
-            )
+            raise DeviceError(f"the image would be wrong: paths of {lost} pixels {CUT_SHORT}")
         return pixels
 
     def is_whole(self, most: int) -> bool:

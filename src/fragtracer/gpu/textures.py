@@ -89,16 +89,16 @@ class SceneTextures(_BoundTextures):
                 self._put(name, table)
 
     def _put(self, name: str, table: Table) -> None:
-        before, texture = self._tables.get(name), self._textures.get(name)
-        if texture is None or before is None or _shape(before) != _shape(table) or before[0].dtype != table[0].dtype:
+        before, texture = self._tables.get(name, ()), self._textures.get(name)
+        if texture is None or _shape(before) != _shape(table) or before[0].dtype != table[0].dtype:
             self._forget(name)
-            before, texture = None, self._made(name, table)
+            before, texture = (), self._made(name, table)
         if isinstance(texture, moderngl.TextureArray):
             texture.write(table[0].data)
         else:
-            row = 0
+            row, lie_alike = 0, [*map(_rows, before)] == [*map(_rows, table)]
             for i, part in enumerate(table):
-                if before is None or part is not before[i]:
+                if not lie_alike or part is not before[i]:
                     _write_rows(texture, part, row)
                 row += _rows(part)
         self._textures[name], self._tables[name] = texture, table

@@ -10,7 +10,7 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from fragtracer.errors import DeviceError
+from fragtracer.errors import DeviceError, FragtracerError
 from fragtracer.gpu.context import is_software, skips_branches
 from fragtracer.gpu.cube_maps import MapSizes, brdf_map, environment_maps
 from fragtracer.gpu.film import Film
@@ -33,6 +33,11 @@ _MAX_GROWTH = 4.0  # of a band over the one before, while its cost is not known 
 _MOST_KEPT = 3  # programs, so that going back to a kind of scene does not compile
 _MAX_ROUNDS = 65000  # of all loops in a draw; llvmpipe of Mesa 22.3 stops a shader after 65,535
 _MAPS = MapSizes()
+# Said of what marks its pixel (`traversal_was_cut` of shaders/scene/shape.glsl).
+CUT_SHORT = (
+    "end before their time: the driver stops long loops, or they are in more than four dielectrics at once; render "
+    "with fewer bounces, or let fewer dielectrics overlap"
+)
 
 
 @dataclass(frozen=True)
@@ -66,7 +71,7 @@ def most_outside_grid(ctx: moderngl.Context, level: Level) -> int:
 class Tracer:
     """Holds ``packed`` on the GPU and draws passes of it with ``program``.
 
-    Raises :class:`ShaderError` if the program does not compile.
+    Raises :class:`ShaderError` if the program does not compile, :class:`DeviceError` if the GPU cannot hold the scene.
     """
 
     def __init__(self, ctx: moderngl.Context, packed: PackedScene, program: TracerProgram) -> None:
@@ -81,13 +86,18 @@ class Tracer:
         self._textures = SceneTextures(ctx)
         self._maps = MapTextures(ctx)
         self._mapped: EnvironmentTables | None = None  # the environment of the maps
-        self.load(packed, program)
+        try:
+            self.load(packed, program)
+        except FragtracerError:
+            self.release()
+            raise
 
     def load(self, packed: PackedScene, program: TracerProgram, recompile: bool = False) -> None:
         """Take over another scene or program; compiles only if its features, or the values compiled into the program,
         are new, or if told to, because the shader files have changed.
 
-        Raises :class:`ShaderError` if the program does not compile; the last one stays in use.
+        Raises :class:`ShaderError` if the program does not compile; the last one stays in use. Raises
+        :class:`DeviceError` if the GPU cannot hold the scene, of which it may hold a part then.
         """
         specialisation = specialise(packed, program.level, program.kept, skips_branches(self._ctx))
         key = _key(packed, program, specialisation)
@@ -162,7 +172,7 @@ class Tracer:
                 done += part
             if self._max_rays == 0:
                 self._max_rays = 1
-                raise DeviceError("the driver ends paths before their time; render with fewer bounces")
+                raise DeviceError(f"paths {CUT_SHORT}")
 
     def _part(self, film: Film, rays: int, height: int, budget: float, work: moderngl.Texture | None) -> Iterator[int]:
         """Draw ``rays`` paths for every pixel; yields the rows drawn so far, or 0 when one path was cut short."""

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from fragtracer.errors import DeviceError
 from fragtracer.gpu.context import nearest_texture
@@ -21,24 +22,30 @@ _GATHERED = 100_000  # pixels in a draw that gathers
 
 
 def work_texture(ctx: moderngl.Context, image_height: int, window: Window) -> moderngl.Texture:
-    """Film texels as items of a list, each of its pixel in the window (film/work.glsl)."""
+    """Film texels as items of a list, each of its pixel in the window (film/work.glsl).
+
+    Raises :class:`DeviceError` if the GPU cannot hold it."""
     x, y = np.arange(window.width), image_height - window.top - window.height + np.arange(window.height)
     texels = np.empty((window.height, window.width, 2), np.uint32)
     texels[..., 0] = y[:, None] << 16 | x + window.left
     texels[..., 1] = window.first_sample
-    return nearest_texture(ctx, (window.width, window.height), 2, texels.tobytes(), "u4")
+    return _listed(ctx, texels)
 
 
 class Tilings:
     """An image twice: below, samples that take the random numbers of aligned blocks of pixels, and above it of shifted
-    ones (:mod:`fragtracer.sampling.gradients`)."""
+    ones (:mod:`fragtracer.sampling.gradients`). Raises :class:`DeviceError` if the GPU cannot hold it."""
 
     def __init__(self, ctx: moderngl.Context, width: int, height: int) -> None:
         self.film = Film(ctx, width, 2 * height)
         texels = np.zeros((2, height, width, 2), np.uint32)
         texels[..., 0] = np.arange(height)[:, None] << 16 | np.arange(width)
         texels[..., 0] |= np.array([gradients.ALIGNED, gradients.SHIFTED], np.uint32)[:, None, None]
-        self.work = nearest_texture(ctx, (width, 2 * height), 2, texels.tobytes(), "u4")
+        try:
+            self.work = _listed(ctx, texels.reshape(2 * height, width, 2))
+        except DeviceError:
+            self.film.release()
+            raise
 
     @property
     def gpu_bytes(self) -> int:
@@ -72,7 +79,7 @@ class ItemList:
             texels[:items, 0] |= work.numbers
         texels[:items, 1] = work.first
         blocks = texels.reshape(rows // BLOCK, width // BLOCK, BLOCK, BLOCK, 2).swapaxes(1, 2)
-        texture = nearest_texture(self._ctx, (width, rows), 2, np.ascontiguousarray(blocks).tobytes(), "u4")
+        texture = _listed(self._ctx, blocks.reshape(rows, width, 2))
         self.film.clear()
         self.film.stage = stage
         try:
@@ -97,7 +104,8 @@ class ItemList:
 
 class StageTextures:
     """What stages of a window need besides the film of this one: the finished ones, the picture to be shown, and a list
-    of work, of ``most`` items. ``gather`` is the program of film/gather.frag."""
+    of work, of ``most`` items. ``gather`` is the program of film/gather.frag. Raises :class:`DeviceError` if the GPU
+    cannot hold them."""
 
     def __init__(
         self, ctx: moderngl.Context, image_height: int, window: Window, most: int, gather: FullscreenProgram
@@ -112,7 +120,7 @@ class StageTextures:
             self.textures = tuple(self._texture(4, "f4") for _ in range(3))
             self._items = self._texture(2, "u4")
         except moderngl.Error as error:
-            self.release()
+            self._release_textures()
             _ = ctx.error  # takes the driver's own note of it away
             raise DeviceError(f"the GPU has no memory for adaptive sampling of {width}x{height}: {error}") from None
         self._picture = Outputs(ctx, self.textures)
@@ -173,9 +181,22 @@ class StageTextures:
 
     def release(self) -> None:
         self._picture.release()
+        self._release_textures()
+
+    def _release_textures(self) -> None:
         for texture in self._owned:
             texture.release()
         self.list.release()
+
+
+def _listed(ctx: moderngl.Context, texels: NDArray[np.uint32]) -> moderngl.Texture:
+    """The texture of a list of work (rows, columns, 2)."""
+    rows, columns, _ = texels.shape
+    try:
+        return nearest_texture(ctx, (columns, rows), 2, np.ascontiguousarray(texels).tobytes(), "u4")
+    except moderngl.Error as error:
+        _ = ctx.error  # takes the driver's own note of it away
+        raise DeviceError(f"the GPU has no memory for a list of {columns * rows} pixels: {error}") from None
 
 
 def _rows(items: int) -> int:

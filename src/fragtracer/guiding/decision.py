@@ -2,6 +2,7 @@
 """Whether a scene is guided, and why."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, fields, replace
 from itertools import pairwise
 from typing import Any
@@ -19,6 +20,7 @@ from fragtracer.packing import PackedScene, pack
 from fragtracer.packing.digest import program_digest
 from fragtracer.packing.targets import may_be_narrow, too_many
 from fragtracer.scene import RenderSettings, Scene
+from fragtracer.scene.content import content_digest
 
 # Samples of a picture; to trace them takes about as long as to learn. A GPU (an H200) traces more meanwhile, 2^22 to
 # 2^28 a second; the second number is for scenes of meshes.
@@ -138,10 +140,10 @@ def measure(
     pixels = size[0] * size[1]
     is_long = settings.spp * settings.width * settings.height >= _LAST_PAYS * _SAMPLES[-1] * pixels
     counts = _SAMPLES if is_long else _SAMPLES[:-1]
-    key = f"{VERSION}-{program_digest(packed)}-{sorted(defines.items())}-{least:.2f}-{samples}-{counts}"
+    how = f"{VERSION} {sorted(defines.items())} {least:.2f} {samples} {counts}"
     found = cached(
         "guiding-measurement",
-        key,
+        content_digest(program_digest(packed), how),
         lambda: _measured(ctx, packed, unguided, size, defines, least, samples, counts),
         "measuring what path guiding is worth",
     )
@@ -160,9 +162,12 @@ def _measured(
 ) -> dict[str, NDArray[np.float64]]:
     """The gain, and the mean number of rays of a guided path over that of another."""
     program = TracerProgram(defines={**defines, "GUIDING": "GUIDING_MEASURED"}, level=Level.SCENE)
-    films = [Film(ctx, *size), Film(ctx, *size)]
-    tracer = Tracer(ctx, unguided, program)
-    try:
+    with ExitStack() as held:
+        films = [Film(ctx, *size), Film(ctx, *size)]
+        for film in films:
+            held.callback(film.release)
+        tracer = Tracer(ctx, unguided, program)
+        held.callback(tracer.release)
         plain = _sampled(tracer, films[0], counts[0])
         tracer.load(packed, program)
         guided = _sampled(tracer, films[1], counts[0])
@@ -177,10 +182,6 @@ def _measured(
             earlier, found = found, _sampled(tracer, films[1], count - before).gain * stratified
             steps = np.log(samples / (size[0] * size[1] * count)) / np.log(count / before)
             gain = found * min(1.0, found / earlier) ** max(0.0, float(steps))
-    finally:
-        tracer.release()
-        for film in films:
-            film.release()
     return {"gain": np.asarray(gain), "rays": np.asarray(rays)}
 
 

@@ -5,6 +5,7 @@ Features of a file that are ignored are listed in one warning a file.
 """
 
 import os
+import time
 import warnings
 from collections import OrderedDict
 from dataclasses import replace
@@ -30,6 +31,7 @@ def _read_gltf(path: Path) -> Model:
 _READERS = {".obj": read_obj, ".ply": read_ply, ".gltf": _read_gltf, ".glb": _read_gltf, ".npz": read_arrays}
 SUFFIXES = tuple(_READERS)
 _Stamps = tuple[tuple[int, int] | None, ...]
+_CHANGING = (-1, -1)  # that of no file
 _MOST_KEPT = 8  # models
 _MOST_NOTES = 12  # in one line
 _kept: OrderedDict[Path, tuple[_Stamps, Model]] = OrderedDict()
@@ -60,10 +62,12 @@ def read_model(file: str | Path) -> Model:
         raise SceneError(f"{path}: cannot read this kind of model; choose from {', '.join(SUFFIXES)}")
     stamps, model = _kept.pop(path, (None, None))
     if model is None or stamps != _stamps(model):
+        began = time.time_ns()
         model = reader(path)
         check_size(path, model.mesh)
         model = replace(model, mesh=replace(model.mesh, file=str(path), name=path.stem))
-        stamps = _stamps(model)
+        # What is written meanwhile may have been read before.
+        stamps = tuple(_CHANGING if stamp is not None and stamp[0] >= began else stamp for stamp in _stamps(model))
     assert stamps is not None
     _kept[path], _files[path] = (stamps, model), model.files
     while len(_kept) > _MOST_KEPT:

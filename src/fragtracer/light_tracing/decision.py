@@ -2,6 +2,7 @@
 """Whether some of the light of a scene is traced from the lights, and why."""
 
 from collections.abc import Iterator
+from contextlib import ExitStack
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -24,6 +25,7 @@ from fragtracer.packing.mirrors import camera_is_in_mirror
 from fragtracer.packing.targets import Targets, may_be_narrow, targets_of, too_many
 from fragtracer.sampling.pixels import bright
 from fragtracer.scene import SHAPES, Plane, RenderSettings, Scene, Sphere
+from fragtracer.scene.content import content_digest
 from fragtracer.scene.interiors import has_media, solids
 
 Floats = NDArray[np.float64]
@@ -203,11 +205,10 @@ def measure(ctx: Any, scene: Scene, settings: RenderSettings) -> Measurement:
     targets, photon_cost = targets_of(packed, scene), _photon_cost(ctx, scene)
     if not len(targets):
         return Measurement(1.0, 0.0, photon_cost)
-    key = f"{_VERSION}-{program_digest(packed)}-{size}-{photon_cost:g}"
     least = _MARGIN * (1.05 + photon_cost * _MEASURED)
     found = cached(
         "light-tracing",
-        key,
+        content_digest(program_digest(packed), f"{_VERSION} {size} {photon_cost:g}"),
         lambda: {"found": np.asarray(_measured(ctx, packed, targets, size, least))},
         "measuring what light tracing is worth",
     )
@@ -239,11 +240,13 @@ def _measured(
     photons = PHOTONS * _PASSES
     traced = radiance / photons
     noise = squares.mean(axis=2) / photons / (size[0] * size[1])  # of one photon for each pixel
-    films = [Film(ctx, *size) for _ in range(2)]
-    tracer = Tracer(
-        ctx, packed, TracerProgram(defines=Decision(True, "").defines, level=Level.SCENE, kept=("u_first_traced",))
-    )
-    try:
+    program = TracerProgram(defines=Decision(True, "").defines, level=Level.SCENE, kept=("u_first_traced",))
+    with ExitStack() as held:
+        films = [Film(ctx, *size) for _ in range(2)]
+        for film in films:
+            held.callback(film.release)
+        tracer = Tracer(ctx, packed, program)
+        held.callback(tracer.release)
         gain, share = 1.0, 0.0
         for before, samples in pairwise((0, *_SAMPLES)):
             pixels = []
@@ -260,8 +263,4 @@ def _measured(
             gain, share = float((full * weight).mean()) / left, of_photons / left
             if gain < least:
                 break
-    finally:
-        tracer.release()
-        for film in films:
-            film.release()
     return gain, share

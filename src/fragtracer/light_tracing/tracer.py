@@ -51,22 +51,22 @@ class LightTracer:
         More photons go to targets from which more light is seen, so that the variance is least; :meth:`aim` finds out
         from which.
 
-        Raises :class:`ShaderError` if the program does not compile.
+        Raises :class:`ShaderError` if the program does not compile; the last one stays in use.
         """
-        self._size = size
         specialisation = specialise(packed, level, skips_branches=skips_branches(self._ctx))
         key = root, dict(packed.features), specialisation.key
         if self._program is None or key != self._key:
-            if self._program is not None:
-                self._program.release()
-            self._program = FullscreenProgram(
+            program = FullscreenProgram(
                 self._ctx,
                 root or folder("shaders"),
                 "light_tracing.frag",
                 text_pass=specialisation.apply,
                 optional=packed.features,
             )
-            self._key = key
+            if self._program is not None:
+                self._program.release()
+            self._program, self._key = program, key
+        self._size = size
         self._textures.load(packed.tables)
         uniforms: dict[str, Any] = {**UNITS, **packed.all_uniforms, "u_targets": _TARGETS_UNIT, "u_seed": 0}
         uniforms |= {"u_target_count": len(targets), "u_photon_width": _SIZE[0]}

@@ -62,10 +62,11 @@ class Pixels:
 
     def worst_error(self) -> float:
         """The 99th percentile of the pixels' standard error over their brightness, in the mean of the colours; pixels
-        darker than a tenth of the mean brightness count as if they were that bright. 0 for a black image."""
+        darker than a tenth of the mean brightness count as if they were that bright. 0 for a black image, and infinite
+        where more than one pixel in a hundred has fewer than two samples."""
         error = self.standard_error().mean(axis=2, dtype=np.float64)
         brightness = bright(self.mean)
-        return float(np.percentile(error / brightness, 99)) if brightness.any() else 0.0
+        return float(np.percentile(error / brightness, 99, method="higher")) if brightness.any() else 0.0
 
     def centred_half_difference(self) -> NDArray[np.float64]:
         """Half the difference of the means of two halves, (height, width, 3), also where one has a sample more."""

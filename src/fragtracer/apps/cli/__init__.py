@@ -11,6 +11,7 @@ import typer
 
 from fragtracer import __version__
 from fragtracer.apps.cli import bench, compare, develop, doctor, info, merge, render, scenes, view, web
+from fragtracer.apps.cli.options import Command
 from fragtracer.errors import FragtracerError
 
 app = typer.Typer(
@@ -32,7 +33,7 @@ for command in (
     info.info,
     scenes.scenes,
 ):
-    app.command()(command)
+    app.command(cls=Command)(command)
 
 
 _WITHOUT_WINDOW = {"render", "compare", "bench", "doctor", "info"}  # of the commands that draw

@@ -13,7 +13,7 @@ from pydantic import ValidationError
 
 from fragtracer.apps.cli import video
 from fragtracer.camera_path import CameraPath, turntable
-from fragtracer.errors import FragtracerError
+from fragtracer.errors import FragtracerError, OutputError
 from fragtracer.io.images import check_writable, read_metadata
 from fragtracer.io.toml.camera_paths import load_camera_path
 from fragtracer.renderer import Renderer
@@ -36,6 +36,14 @@ class Frames:
     files: Mapping[int, Path]
     film: Path | None
     fps: Fraction
+
+    def make_folder(self) -> None:
+        """Make the one that the files of a film go to; raises :class:`OutputError` where that cannot be."""
+        folder = next(iter(self.files.values())).parent
+        try:
+            folder.mkdir(exist_ok=True)
+        except OSError as error:
+            raise OutputError(f"{folder}: cannot be the folder of the frames: {error.strerror}") from error
 
 
 def frames_of(

@@ -70,7 +70,7 @@ def render_frames(
     cluster.check(scene, block)
     files = frames.files
     picture.check(files[min(files)])
-    files[min(files)].parent.mkdir(exist_ok=True)
+    frames.make_folder()
     digests = {
         number: content_digest(
             repr(sorted(cluster.origin_of_frame(moved, block).items())), repr((scene.render.spp, limits, picture))

@@ -1,16 +1,31 @@
 # SPDX-License-Identifier: MIT
 """Options that several commands share."""
 
+import math
 import re
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
+import typer.core
 
 from fragtracer.errors import FragtracerError
 
 if TYPE_CHECKING:
     from fragtracer.scene import Scene
+
+
+class Command(typer.core.TyperCommand):
+    """Refuses numbers that are not finite."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        rest: list[str] = super().parse_args(ctx, args)
+        for option in self.params:
+            value = ctx.params.get(option.name or "")
+            if isinstance(value, float) and not math.isfinite(value):
+                raise typer.BadParameter(f"{value} is not a finite number.", ctx, param_hint=f"'{option.opts[0]}'")
+        return rest
+
 
 SCENE_HELP = "Name of a bundled scene, or path of a .toml scene or a model: .obj, .ply, .gltf, .glb, .npz."
 SceneArgument = Annotated[str, typer.Argument(help=SCENE_HELP)]

@@ -227,7 +227,7 @@ def _render_frames(scene: Any, frames: Any, limits: dict[str, Any], picture: Any
 
     files = frames.files
     picture.check(files[min(files)])
-    files[min(files)].parent.mkdir(exist_ok=True)
+    frames.make_folder()
     with preparing():
         renderer = Renderer(scene, moves=True, pictures=frames.count, aovs=picture.aovs)
     with renderer:
