@@ -159,7 +159,7 @@ def render_frames(
         return keepers.get(one)
 
     def finish(one: Render) -> None:
-        write(numbers[one], _picture(one, dispatcher, one.sampling.picture(), False, None))
+        write(numbers.pop(one), _picture(one, dispatcher, one.sampling.picture(), False, None))
         if one in keepers:
             keepers.pop(one).remove()
 

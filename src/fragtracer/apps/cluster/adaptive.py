@@ -109,10 +109,15 @@ class AdaptiveSampling:
         self._start = self._film
         if self._until is not None and self._spp >= self._next_look:
             self.error = self.picture().relative_error()
-            self.is_done = self.error <= self._until
+            self.is_done = self._is_good
             self._next_look = self._spp + max(_FIRST_LOOK, self._spp // 4)
         self._go_on()
         return True
+
+    @property
+    def _is_good(self) -> bool:
+        """Whether it ends by its error."""
+        return self._until is not None and self.error is not None and self.error <= self._until
 
     def _look_back(self) -> None:
         """See what the error is after the last stage, where nothing depends on it, while workers are busy."""
@@ -198,6 +203,7 @@ class AdaptiveSampling:
         numbers = {"stage": self._stage, "passes": self._passes, "in_stage": self._in_stage}
         done = [[task.tile, *(vars(task.window)[name] for name in CORNERS)] for task in self._authors]
         state = numbers | {"next_look": self._next_look, "more_passes": self._more_passes, "done": done}
+        state |= {"error": self.error if self._is_good else None}
         arrays = {f"film.{name}": image for name, image in vars(self._film).items()}
         arrays |= {f"finished.{field.name}": getattr(self._finished, field.name) for field in fields(Stages)}
         if self._plan is not None:
@@ -210,7 +216,8 @@ class AdaptiveSampling:
         if self._cut.spp is not None and self._cut.spp <= FIRST_STAGE:
             return False
         self._stage, self._passes, self._in_stage = (state[name] for name in ("stage", "passes", "in_stage"))
-        self._next_look = state["next_look"]
+        self._next_look, self.error = state["next_look"], state.get("error")
+        self.is_done = self._is_good
         self._finished = Stages(*(arrays[f"finished.{field.name}"] for field in fields(Stages)))
         self._plan = Plan(self._stage, arrays["plan.first"], arrays["plan.items"]) if self._stage else None
         film = Pixels(*(arrays[f"film.{field.name}"] for field in fields(Pixels)))

@@ -3,6 +3,7 @@
 
 import random
 from collections.abc import Iterator
+from dataclasses import replace
 
 from fragtracer.apps.cluster import worker as here
 from fragtracer.apps.cluster.work import Frame, Part
@@ -49,7 +50,7 @@ def _third(
         try:
             found: Rendered = workers.submit(other, *arguments, priority=2).result(timeout=workers.patience)
             if found.driver == first.driver:
-                return found
+                return replace(found, worker=other)
         except Exception as error:  # of that worker
             reason = str(error)
     try:

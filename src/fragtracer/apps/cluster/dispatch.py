@@ -9,6 +9,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from weakref import WeakKeyDictionary
 
 from distributed import CancelledError, Client, Future
 from distributed.client import FutureCancelledError
@@ -63,8 +64,9 @@ class Dispatcher:
         self._renders: dict[Render, Callable[[bool], None] | None] = {}  # those in progress, and what keeps them
         self._upcoming: Iterator[Render] = iter(())
         self._next_render: Render | None = None
-        self._finished: list[Render] = []
-        self._tries: Counter[tuple[int, Task]] = Counter()
+        self._spp = 0.0  # samples per pixel of the pictures that are finished
+        self._authors: list[set[str]] = []  # the workers that have had a part in each of them
+        self._tries: WeakKeyDictionary[Sampling, Counter[Task]] = WeakKeyDictionary()
         self._flights: dict[str, _Flight] = {}
         self._arrived: queue.SimpleQueue[tuple[str, concurrent.futures.Future[Rendered]]] = queue.SimpleQueue()
         self._draws = audit.draws()
@@ -89,7 +91,7 @@ class Dispatcher:
         try:
             while self._renders or self._next_render is not None:
                 now = time.perf_counter()
-                spp = sum(render.spp for render in (*self._finished, *self._renders))
+                spp = self._spp + sum(render.spp for render in self._renders)
                 first = now if first is None and spp else first
                 error = next(iter(self._renders)).sampling.error if self._renders else None
                 report(Progress(spp, now - start, error, len(self.workers.alive)))
@@ -121,14 +123,15 @@ class Dispatcher:
             flights = self._flights.values()
             return not any(f.suspect is not None and f.sampling is render.sampling for f in flights)
 
-        while render.advance(is_certain()):
-            if render.is_done:
-                for key in [key for key, flight in self._flights.items() if flight.render is render]:
-                    self._flights.pop(key).future.cancel()
-                self._finish(render)
-                del self._renders[render], self._agreed[render]
-                self._finished.append(render)
-                return
+        while not render.is_done and render.advance(is_certain()):
+            pass
+        if render.is_done:
+            for key in [key for key, flight in self._flights.items() if flight.render is render]:
+                self._flights.pop(key).future.cancel()
+            self._finish(render)
+            del self._renders[render], self._agreed[render]
+            self._spp += render.spp
+            self._authors.append(render.authors)
 
     def _next_task(self) -> tuple[Render, Task] | None:
         """What is due, of the earliest picture that has anything."""
@@ -213,13 +216,13 @@ class Dispatcher:
             self.workers.known()  # raises if it is the scheduler that is gone
             self._retry(flight, str(error) or type(error).__name__)
         else:
-            self._take(flight, rendered)
+            self._take(flight, replace(rendered, worker=flight.worker))
 
     def _retry(self, flight: _Flight, problem: str) -> None:
         self._put_back(flight)
-        tried = (id(flight.sampling), flight.task)
-        self._tries[tried] += flight.suspect is None
-        if self._tries[tried] >= _MOST_TRIES:
+        tries = self._tries.setdefault(flight.sampling, Counter())
+        tries[flight.task] += flight.suspect is None
+        if tries[flight.task] >= _MOST_TRIES:
             raise FragtracerError(f"a part of the picture cannot be rendered by the cluster: {problem}")
 
     def _put_back(self, flight: _Flight) -> None:
@@ -227,7 +230,7 @@ class Dispatcher:
             flight.sampling.put_back(flight.task)
 
     def _take(self, flight: _Flight, rendered: Rendered) -> None:
-        render, sampling, task, author = flight.render, flight.sampling, flight.task, rendered.worker
+        render, sampling, task, author = flight.render, flight.sampling, flight.task, flight.worker
         *_, part = flight.arguments
         agreed, found = self._agreed[render], _without_adaptive(rendered.origin)
         if different := differences(agreed, {name: found.get(name, "unknown") for name in agreed}):
@@ -248,7 +251,7 @@ class Dispatcher:
             return
         is_new = author not in self.workers.drivers
         self.workers.note(author, rendered.driver, sampling.cost(task), rendered.seconds)
-        render.drivers[author] = rendered.driver
+        render.note(author, rendered.driver)
         render.tasks += 1
         render.wire += sent_bytes(part) + sum(image.nbytes for image in vars(rendered.pixels).values())
         is_checked = next(self._draws) or is_new
@@ -269,8 +272,7 @@ class Dispatcher:
         self.workers.ban(address, why)
         for render in self._renders:
             render.forget(address)
-            render.drivers.pop(address, None)
-        spoilt = sum(address in render.drivers for render in self._finished)
+        spoilt = sum(address in authors for authors in self._authors)
         if spoilt:
             warnings.warn(
                 f"{spoilt} frames that are written have parts of {address}, of which none of those checked was wrong; "

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: MIT
 """One picture on its way: whether it is sampled adaptively, its checkpoints, and what its file says."""
 
-from collections.abc import Mapping
+import warnings
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from fragtracer import __version__
 from fragtracer.apps.cluster.adaptive import AdaptiveSampling
@@ -29,7 +28,8 @@ class Render:
         self.name, self._settings, self._until = scene.name, scene.render, until
         self._least_gain = least_gain(bool(scene.meshes))
         self.cut = Cut(scene.render.width, scene.render.height, block, spp)
-        self.drivers: dict[str, str] = {}  # of the workers that have had a part in it
+        self._authors: set[tuple[str, str]] = set()  # addresses and drivers of workers that have had a part in it
+        self._earlier: set[tuple[str, str]] = set()  # of those that had one in the checkpoint
         self.checked = 0  # tasks that two have rendered
         self.tasks = 0  # that came back
         self.wire = 0  # bytes of films and numbers of samples, there and back
@@ -60,10 +60,32 @@ class Render:
         kind = EvenSampling if gain < self._least_gain else AdaptiveSampling
         self.sampling = kind(self.cut, self._until)
 
+    def note(self, author: str, driver: str) -> None:
+        """That this worker has a part in it."""
+        if self._earlier and driver not in self._drivers:
+            found = f"{self.name}: was rendered by {self.driver}, and goes on with {driver}"
+            warnings.warn(f"{found}; bits may differ", stacklevel=2)
+        self._authors.add((author, driver))
+
     def forget(self, author: str) -> None:
         """Render again what this worker has had a part in."""
+        self._authors = {(address, driver) for address, driver in self._authors if address != author}
         if not self.sampling.forget(author):
-            self.sampling = self._first()
+            self.sampling, self._authors, self._earlier = self._first(), set(), set()
+
+    @property
+    def authors(self) -> set[str]:
+        """The workers that have had a part in it."""
+        return {address for address, _ in self._authors | self._earlier}
+
+    @property
+    def _drivers(self) -> set[str]:
+        return {driver for _, driver in self._authors | self._earlier}
+
+    @property
+    def driver(self) -> str:
+        """What has rendered it: the different ones."""
+        return ", ".join(sorted(self._drivers))
 
     @property
     def is_done(self) -> bool:
@@ -90,7 +112,8 @@ class Render:
         assert isinstance(self.sampling, EvenSampling | AdaptiveSampling)
         state, arrays = self.sampling.state()
         state |= {"cluster": True, "gain": self._gain, "block": self.cut.samples, "spp": self.cut.spp}
-        SavedFilm(self.origin, driver_list(self.drivers), (), {}, state, arrays).write(path)
+        state |= {"authors": sorted(self._authors | self._earlier), "checked": self.checked}
+        SavedFilm(self.origin, self.driver, (), {}, state, arrays).write(path)
 
     def resume(self, path: Path) -> None:
         """Go on from what :meth:`save` has written; raises :class:`FilmError` where it is of another render."""
@@ -112,6 +135,9 @@ class Render:
             sampling = kind(cut, self._until)
             if sampling.restore(film.state, film.arrays):
                 self.cut, self.sampling, self._gain = cut, sampling, film.state["gain"]
+                authors = film.state.get("authors", [("", film.driver)])
+                self._earlier = {(address, driver) for address, driver in authors}
+                self.checked = film.state.get("checked", 0)
                 return
         more = f"samples beyond --spp {cut.spp}, or an odd number of them, which no others can follow"
         raise FilmError(f"{path}: this film has {more}")
@@ -121,10 +147,5 @@ class Render:
         metadata = {name: str(value) for name, value in vars(self._settings).items() if not name.startswith("_")}
         made_by = {"software": f"fragtracer {__version__}", "scene": self.name, "block": str(self.cut.samples)}
         found = {"adaptive_decision": decision(self._settings.adaptive, self._gain, self._least_gain)}
-        found |= {"workers": str(len(self.drivers)), "checked_blocks": str(self.checked)}
-        return metadata | made_by | found | {"gl_renderer": driver_list(self.drivers)}
-
-
-def driver_list(drivers: Mapping[str, Any]) -> str:
-    """The different ones, for metadata."""
-    return ", ".join(sorted(set(drivers.values())))
+        found |= {"workers": str(len(self.authors)), "checked_blocks": str(self.checked)}
+        return metadata | made_by | found | {"gl_renderer": self.driver}

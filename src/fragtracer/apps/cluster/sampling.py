@@ -2,7 +2,7 @@
 """Which samples of a picture are due, and what has come of them: before sampling begins, and evenly."""
 
 from collections import deque
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, Protocol
 
@@ -112,7 +112,7 @@ class EvenSampling:
     def __init__(self, cut: Cut, until: float | None) -> None:
         self._cut, self._until = cut, until
         self._trees = {tile: Tree() for tile in range(len(cut.tiles))}
-        self._blocks = self._all()
+        self._blocks = cut.all_tasks()
         self._due: deque[Task] = deque()
         self._authors: dict[Task, str] = {}  # of the tasks that are there
         self._parts: dict[Task, tuple[Pixels, int]] = {}  # of blocks of which a part is there, and the pixels it lacks
@@ -129,14 +129,6 @@ class EvenSampling:
     @property
     def is_everywhere(self) -> bool:
         return all(tree.numbers for tree in self._trees.values())
-
-    def _all(self) -> Iterator[Task]:
-        """The first block of each tile, then the second of each, and so on, so that the whole picture is there
-        early."""
-        number = 0
-        while self._cut.rounds is None or number < self._cut.rounds:
-            yield from self._cut.tasks(number)
-            number += 1
 
     def next(self) -> Task | None:
         if not self._due and len(self._waiting) > _MOST_WAITING:

@@ -152,6 +152,14 @@ class Cut:
         """Of all tiles."""
         return (Task(step, number, tile) for number, tile in enumerate(self.tiles))
 
+    def all_tasks(self) -> Iterator[Task]:
+        """The first block of each tile, then the second of each, and so on, so that the whole picture is there
+        early."""
+        number = 0
+        while self.rounds is None or number < self.rounds:
+            yield from self.tasks(number)
+            number += 1
+
     @property
     def most(self) -> int:
         """Samples of the largest block."""

@@ -29,7 +29,8 @@ _kept: dict[str, _Kept] = {}  # by the digest of its scene
 
 @dataclass(frozen=True)
 class Rendered:
-    """A part as a worker returns it; ``digest`` is that of its pixels, ``origin`` and ``driver`` what made it."""
+    """A part as a worker returns it; ``digest`` is that of its pixels, ``origin`` and ``driver`` what made it. Which
+    ``worker`` that was is for those to say who have asked it."""
 
     pixels: Pixels
     digest: str
@@ -41,7 +42,7 @@ class Rendered:
 
 def render_part(scene: bytes, key: str, frame: Frame | None, part: Part, worker: str = "") -> Rendered:
     """A part of a frame of the pickled ``scene``, whose digest is ``key``."""
-    return _gl.submit(_render_part, scene, key, frame, part, worker or _address()).result()
+    return _gl.submit(_render_part, scene, key, frame, part, worker).result()
 
 
 def _render_part(scene: bytes, key: str, frame: Frame | None, part: Part, worker: str) -> Rendered:
@@ -53,8 +54,12 @@ def _render_part(scene: bytes, key: str, frame: Frame | None, part: Part, worker
     kept = _kept[key]
     if frame is not None and frame != kept.frame:
         scene_of_frame = replace(kept.renderer.scene, camera=frame.camera)
-        kept.renderer.reset(scene_of_frame, seed=frame.seed)
-        kept.frame, kept.origin = frame, kept.renderer.origin()
+        try:
+            kept.renderer.reset(scene_of_frame, seed=frame.seed)
+            kept.frame, kept.origin = frame, kept.renderer.origin()
+        except Exception:  # nobody knows what it is set to now
+            _close()
+            raise
     start = time.perf_counter()
     pixels = _draw(kept.renderer, part)
     seconds = time.perf_counter() - start
@@ -84,12 +89,6 @@ def close() -> None:
 
 
 def _close() -> None:
-    for kept in _kept.values():
+    while _kept:
+        _, kept = _kept.popitem()
         kept.renderer.close()
-    _kept.clear()
-
-
-def _address() -> str:
-    from distributed import get_worker
-
-    return str(get_worker().address)
