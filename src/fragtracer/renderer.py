@@ -157,7 +157,7 @@ class Renderer:
                 made.pop_all()
             failing.pop_all()
         self._last_error: float | None = None
-        self._next_look = _FIRST_LOOK
+        self._looked, self._next_look = 0, _FIRST_LOOK  # samples per pixel when the error was looked at, and will be
         self._first_surface = FirstSurface(self.context, self._tracer, self._level, self._shaders)
 
     def sample(self, spp: int = 1, on_band: Callable[[float], None] | None = None) -> None:
@@ -223,19 +223,24 @@ class Renderer:
             if progress is not None:
                 progress(Progress(done, time.perf_counter() - start, self._last_error))
 
-        is_good = False
+        looks = until is not None or worst is not None
+        is_good = looks and 0 < self.spp == self._looked and self._is_good(until, worst)
         while (spp is None or self.spp < spp) and not is_good:
             self._draw_pass(None if spp is None else spp - self.spp, report)
-            if (until is not None or worst is not None) and self.spp >= self._next_look:
-                pixels = self._read()
-                self._last_error = pixels.relative_error()
-                is_good = until is None or self._last_error <= until
-                is_good = is_good and (worst is None or pixels.worst_error() <= worst)
-                self._next_look = self.spp + max(_FIRST_LOOK, self.spp // 4)
+            if looks and self.spp >= self._next_look:
+                is_good = self._is_good(until, worst)
+                self._looked, self._next_look = self.spp, self.spp + max(_FIRST_LOOK, self.spp // 4)
             is_good |= seconds is not None and time.perf_counter() - start >= seconds
             if keep is not None and self.can_go_on:
                 keep(is_good or not (spp is None or self._film.is_whole(spp - self.spp)))
         return self.image()
+
+    def _is_good(self, until: float | None, worst: float | None) -> bool:
+        """Whether the errors that :meth:`render` has been given are reached."""
+        pixels = self._read()
+        self._last_error = pixels.relative_error()
+        is_good = until is None or self._last_error <= until
+        return is_good and (worst is None or pixels.worst_error() <= worst)
 
     def save(self, path: str | Path) -> None:
         """Write what there is to a .npz file, from which :meth:`resume` goes on; one that is there is replaced once the
@@ -258,7 +263,7 @@ class Renderer:
                 light_state, light_arrays = self._light.state()
                 state, arrays = state | light_state, arrays | light_arrays
         ranges = ((self.first_sample, self.first_sample + self.spp),)
-        state |= {"next_look": self._next_look}
+        state |= {"next_look": self._next_look, "looked": self._looked}
         SavedFilm(self.origin(), self.driver, ranges, self.metadata(), state, arrays).write(Path(path))
 
     def resume(self, path: str | Path) -> None:
@@ -304,7 +309,7 @@ class Renderer:
             self._film.restore(film.state, film.arrays)
             if self._light is not None:
                 self._light.restore(film.state, film.arrays)
-        self._next_look = film.state["next_look"]
+        self._next_look, self._looked = film.state["next_look"], film.state.get("looked", 0)
 
     def block(self, window: Window, spp: int) -> Pixels:
         """``spp`` samples of each pixel of a part of the picture, beside the film of this renderer.
@@ -382,7 +387,7 @@ class Renderer:
                 self._choose_sampling()
                 self._film.clear()
                 self._first_surface.forget()
-                self._last_error, self._next_look = None, _FIRST_LOOK
+                self._last_error, self._looked, self._next_look = None, 0, _FIRST_LOOK
 
     def image(self) -> NDArray[np.float32]:
         """Mean radiance, (height, width, 3) float32 linear Rec. 709, row 0 at the top."""
