@@ -10,14 +10,14 @@ from mutations import MUTATIONS
 from mutations.mutation import Mutation
 from rendering import Planter
 
-# The modules that read the shaders, but for those of the viewer's glare and meter, and those whose results are kept.
+# The modules that read the shaders, but for those whose results are kept.
 READERS = (
     "gpu.tracer",
     "gpu.accumulation",
     "gpu.splats",
     "light_tracing.tracer",
     "probe",
-    "apps.viewer.display",
+    "apps.viewer.programs",
     "apps.viewer.lit_film",
 )
 

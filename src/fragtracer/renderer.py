@@ -371,7 +371,8 @@ class Renderer:
         """
         if not {"width", "height"}.isdisjoint(settings):
             raise ValueError("a renderer keeps its size; make another one")
-        before, wanted = (self.scene, self.settings), (scene or self.scene, replace(self.settings, **settings))
+        before = self.scene, self.settings
+        wanted = scene or self.scene, replace(self.settings, **settings) if settings else self.settings
         with self._current():
             try:
                 if scene is not None or settings:

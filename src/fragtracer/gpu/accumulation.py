@@ -279,6 +279,8 @@ class Accumulation:
 
     def _begin_stage(self) -> Iterator[float]:
         """Plan the next stage in a thread, so that a window goes on meanwhile; yields until that is done."""
+        if self._stages is None:
+            self._stages = self._stage_textures()
         stage = self._film.stage + 1
         weight = stage_weight(self._film.stage, self._in_stage)
         planning = self._planner.submit(_planned, self._finished, self._film.read(), weight, stage)
@@ -290,8 +292,6 @@ class Accumulation:
         self._in_stage = self._passes = self._in_pass = 0
         self._film.clear()
         self._film.stage = stage
-        if self._stages is None:
-            self._stages = self._stage_textures()
         for _ in self._stages.show(shown):
             yield 0.0
 

@@ -1,11 +1,16 @@
 # SPDX-License-Identifier: MIT
 """Cameras that are moved by hand."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from fragtracer.apps.viewer import camera
+from fragtracer.packing import pack
 from fragtracer.scene import Camera
+
+from .models import tetrahedra
 
 CAMERA = Camera(position=(1.0, 2.0, 5.0), target=(0.2, 0.5, -0.3), fov_degrees=50.0)
 
@@ -55,3 +60,33 @@ def test_frame_fits_a_ball_into_the_picture() -> None:
     place = camera.project(framed, tuple(top), 1.0)
     assert place is not None
     assert 0.0 < place[1] < 0.25
+
+
+STARTS = [
+    (Camera((1.0, 2.0, 3.0), (0.0, 0.0, 0.0)), 1e-8),
+    (Camera((4e6 + 1.0, 102.0, 3.0 - 6e6), (4e6, 100.0, -6e6)), 1e-3),
+    (Camera((2e30, 1e30, 1e30), (1e30, 0.0, 0.0)), 1e5),
+]
+
+
+@pytest.mark.parametrize(("start", "near"), STARTS)
+@pytest.mark.parametrize("factor", [0.88, 1 / 0.88])
+def test_the_wheel_stops_before_there_is_no_camera(start: Camera, near: float, factor: float) -> None:
+    """And goes back from there."""
+    moved = start
+    for _ in range(4000):
+        moved = camera.dolly(moved, factor)
+    there = distance(moved)
+    assert there < near if factor < 1 else there > 1e12
+    np.testing.assert_allclose(camera.axes(moved), camera.axes(start), atol=1e-4)
+    assert distance(camera.dolly(moved, 1 / factor)) == pytest.approx(there / factor, rel=1e-4)
+    scene = replace(tetrahedra(), camera=moved)
+    assert "u_vertices" in pack(scene, scene.render, 40, 24).tables, "so far away, there is still a scene"
+
+
+@pytest.mark.parametrize("radius", [0.0, 1e-300, 1e37])
+def test_what_has_hardly_any_size_or_too_much_is_framed(radius: float) -> None:
+    framed = camera.frame(CAMERA, (3.0, 1.0, -2.0), radius)
+    assert framed.target == (3.0, 1.0, -2.0)
+    assert distance(framed) > 0
+    np.testing.assert_allclose(camera.axes(framed), camera.axes(CAMERA), atol=1e-4)

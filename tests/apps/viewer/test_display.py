@@ -1,6 +1,10 @@
 # SPDX-License-Identifier: MIT
 """The display chain of the window (shaders/display/) against that of picture files (display/look.py)."""
 
+import shutil
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import moderngl
@@ -8,13 +12,16 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from fragtracer.apps.viewer import actions
+from fragtracer.apps.viewer import actions, programs
 from fragtracer.apps.viewer.bloom import Bloom
 from fragtracer.apps.viewer.display import Display, DisplaySettings
 from fragtracer.apps.viewer.meter import Meter
+from fragtracer.apps.viewer.programs import Programs
 from fragtracer.display.bloom import quarter
 from fragtracer.display.exposure import automatic_exposure
 from fragtracer.display.look import Look
+from fragtracer.errors import ShaderError
+from fragtracer.resources import folder
 
 Pixels = npt.NDArray[np.float32]
 SIZES = [(1, 1), (3, 2), (15, 17), (16, 16), (33, 70), (96, 64), (101, 57), (257, 130)]
@@ -98,24 +105,25 @@ def test_errors_are_relative(ctx: moderngl.Context) -> None:
 @pytest.mark.parametrize("size", SIZES)
 def test_glare_has_the_same_numbers(ctx: moderngl.Context, size: tuple[int, int]) -> None:
     pixels = picture(size)
-    film, glare = FakeFilm(ctx, pixels), Bloom(ctx)
+    film, compiled = FakeFilm(ctx, pixels), Programs(ctx)
+    glare = Bloom(ctx, compiled)
     film.textures[0].use(0)
     glare.draw(size, {"FILM_FITS": 1}, {"u_exposure": 2.0}, 0.7)
     texels = np.frombuffer(glare.result.read(), np.float32).reshape(glare.result.height, glare.result.width, 4)
     finite = np.where(np.isfinite(pixels).all(axis=2, keepdims=True), pixels, 0)
     expected = quarter(2 * np.maximum(finite, 0), 0.7)
     np.testing.assert_allclose(texels[..., :3], expected, rtol=1e-5, atol=1e-6 * expected.max())
-    glare.release()
-    film.release()
+    for resource in (glare, compiled, film):
+        resource.release()
 
 
 @pytest.mark.parametrize("size", SIZES)
 def test_meters_agree(ctx: moderngl.Context, size: tuple[int, int]) -> None:
     """A cell at the edge of a bin of 1/16 stop may fall on its other side: by so much of the cells' share."""
     pixels = picture(size)
-    film, meter = FakeFilm(ctx, pixels), Meter(ctx)
-    assert meter.measure(film) == pytest.approx(automatic_exposure(pixels), abs=1e-3)
-    meter.forget()
+    film, compiled = FakeFilm(ctx, pixels), Programs(ctx)
+    assert Meter(ctx, compiled).measure(film) == pytest.approx(automatic_exposure(pixels), abs=1e-3)
+    compiled.release()
     film.release()
 
 
@@ -126,12 +134,13 @@ def test_a_film_smaller_than_the_window_glares_as_widely(ctx: moderngl.Context) 
     fine = coarse.repeat(4, axis=0).repeat(4, axis=1)
     results = []
     for pixels, fits in ((fine, 1), (coarse, 0)):
-        film, glare = FakeFilm(ctx, pixels), Bloom(ctx)
+        film, compiled = FakeFilm(ctx, pixels), Programs(ctx)
+        glare = Bloom(ctx, compiled)
         film.textures[0].use(0)
         glare.draw((256, 160), {"FILM_FITS": fits}, {"u_exposure": 1.0}, 1.0)
         results.append(np.frombuffer(glare.result.read(), np.float32))
-        glare.release()
-        film.release()
+        for resource in (glare, compiled, film):
+            resource.release()
     np.testing.assert_allclose(results[1], results[0], atol=1e-5 * results[0].max())
 
 
@@ -149,7 +158,8 @@ def test_a_small_film_is_enlarged_with_its_glare(ctx: moderngl.Context) -> None:
 def test_exposure_follows_a_change_in_a_moment(ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch) -> None:
     clock = SimpleNamespace(now=0.0)
     monkeypatch.setattr("fragtracer.apps.viewer.meter.time.perf_counter", lambda: clock.now)
-    meter = Meter(ctx)
+    compiled = Programs(ctx)
+    meter = Meter(ctx, compiled)
     films = [FakeFilm(ctx, np.full((8, 8, 3), value, np.float32)) for value in (0.18, 0.72, 0.0)]
     assert meter.follow(films[2]) == 0
     meter.forget()
@@ -162,6 +172,104 @@ def test_exposure_follows_a_change_in_a_moment(ctx: moderngl.Context, monkeypatc
     assert passed[-1] == pytest.approx(-2, abs=1 / 16)
     clock.now = 3.0
     assert meter.follow(films[2]) == pytest.approx(-2, abs=1 / 16), "a black film says nothing"
-    meter.forget()
-    for film in films:
-        film.release()
+    for resource in (compiled, *films):
+        resource.release()
+
+
+class Window:
+    """A display that enlarges a film, and shader files that may be changed."""
+
+    def __init__(self, ctx: moderngl.Context, root: Path) -> None:
+        self.display, self._film, self._root = Display(ctx), FakeFilm(ctx, picture((40, 24))), root
+        self._texture = ctx.texture((96, 60), 4, dtype="f4")
+        self.target = ctx.framebuffer([self._texture])
+
+    def draw(self, settings: DisplaySettings) -> Pixels:
+        """What it shows, (60, 96, 3)."""
+        self.target.clear()
+        self.display.draw(self.target, self._film, (0, 0, *self.target.size), settings, 1)
+        return np.frombuffer(self._texture.read(), np.float32).reshape(60, 96, 4)[..., :3]
+
+    def change(self, file: str, old: str, new: str) -> None:
+        """Write ``new`` for ``old`` in a file of the folder display."""
+        path = self._root / "display" / file
+        text = path.read_text("utf-8")
+        assert old in text
+        path.write_text(text.replace(old, new), "utf-8")
+
+    def release(self) -> None:
+        for resource in (self.display, self.target, self._texture, self._film):
+            resource.release()
+
+
+@pytest.fixture
+def window(ctx: moderngl.Context, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Window]:
+    root = tmp_path / "shaders"
+    shutil.copytree(folder("shaders"), root)
+    monkeypatch.setattr(programs, "folder", lambda _: root)
+    window = Window(ctx, root)
+    yield window
+    ctx.detect_framebuffer(0).use()
+    window.release()
+
+
+AUTOMATIC = DisplaySettings(auto_exposure=True)
+GLARE = DisplaySettings(bloom=True, bloom_threshold=0.1)
+IN_MAIN = "void main() {"
+BROKEN = [
+    ("display.frag", "#if HAS_GAMMA"),
+    ("bloom.frag", IN_MAIN),
+    ("meter.frag", IN_MAIN),
+    ("enlarge.frag", IN_MAIN),
+]
+
+
+@pytest.mark.parametrize(("file", "line"), BROKEN)
+def test_a_broken_file_keeps_every_program_that_was_used(window: Window, file: str, line: str) -> None:
+    """Also that of a look that is not the last one."""
+    looks = [DisplaySettings(gamma=1.4), GLARE, AUTOMATIC, DisplaySettings()]
+    before = [window.draw(look) for look in looks]
+    window.change(file, line, f"{line}\n broken")
+    with pytest.raises(ShaderError, match=rf"display/{file}:\d"):
+        window.display.reload_shaders()
+    for look, pixels in zip(looks, before, strict=True):
+        np.testing.assert_array_equal(window.draw(look), pixels)
+    assert not window.display.problem
+    window.change(file, f"{line}\n broken", line)
+    window.display.reload_shaders()
+    np.testing.assert_array_equal(window.draw(looks[0]), before[0])
+
+
+CHANGED = [
+    ("display.frag", "vec4(view(place, mean), 1.0)", "vec4(0.2)", DisplaySettings(), 0.2),
+    ("bloom.frag", "out_level = ", "out_level = 0.0 * ", replace(GLARE, view="bloom"), 0.0),
+    ("meter.frag", "out_luminance = ", "out_luminance = vec4(1e20); //", AUTOMATIC, 0.0),
+    ("enlarge.frag", "texture(", "0.2 + 0.0 * texture(", DisplaySettings(), 0.2),
+]
+
+
+@pytest.mark.parametrize(("file", "old", "new", "look", "expected"), CHANGED)
+def test_a_changed_file_is_used(
+    window: Window, file: str, old: str, new: str, look: DisplaySettings, expected: float
+) -> None:
+    before = window.draw(look)
+    window.change(file, old, new)
+    np.testing.assert_array_equal(window.draw(look), before)
+    window.display.reload_shaders()
+    assert np.median(window.draw(look)) == pytest.approx(expected)
+
+
+def test_a_program_that_does_not_compile_when_it_is_needed_leaves_the_picture_empty(
+    ctx: moderngl.Context, window: Window
+) -> None:
+    """And says why."""
+    line = "#elif BLOOM_PASS == BLOOM_HALF"
+    window.change("bloom.frag", line, f"{line}\n broken")
+    assert not window.draw(GLARE).any()
+    assert "display/bloom.frag:" in window.display.problem
+    assert ctx.fbo is window.target, "the panels come next"
+    assert window.draw(DisplaySettings()).any()
+    assert not window.display.problem
+    window.change("bloom.frag", f"{line}\n broken", line)
+    assert window.draw(GLARE).any()
+    assert not window.display.problem

@@ -22,6 +22,7 @@ NAMES = (
     "editing.adds_and_moves_lights",
     "editing.answers_while_a_sky_is_made",
     "files.reloads_shaders",
+    "files.survives_a_broken_display",
     "files.opens_and_reloads_files",
     "files.saves_images",
     "files.is_lit_by_a_dropped_picture",

@@ -74,7 +74,9 @@ class Viewer:
     @property
     def problem(self) -> str:
         """The message that the window shows, "" for none."""
-        return self._shader_problem or self.refiner.problem or self.session.problem
+        of_picture = self.refiner.problem, self.refiner.tracing_problem
+        problems = self._shader_problem, self.screen.display.problem, *of_picture, self.session.problem
+        return next(filter(None, problems), "")
 
     @property
     def is_done(self) -> bool:

@@ -4,20 +4,19 @@
 from collections.abc import Mapping
 from typing import Any
 
+from fragtracer.apps.viewer.programs import Programs
 from fragtracer.display.bloom import BLOCK, TAPS, weights
-from fragtracer.gpu.program import FullscreenProgram
-from fragtracer.resources import folder
 
 Size = tuple[int, int]
 _LEVEL, _COARSE = 5, 6  # texture units beside those of the picture
+_UNITS = {"u_film_mean": 0, "u_held": 2, "u_other": 3, "u_level": _LEVEL, "u_coarse": _COARSE}
 
 
 class Bloom:
-    """Textures at 1/4, 1/8 and 1/16 of a picture, and the programs that fill them."""
+    """Textures at 1/4, 1/8 and 1/16 of a picture, filled by ``programs``."""
 
-    def __init__(self, context: Any) -> None:
-        self._context = context
-        self._programs: dict[tuple[tuple[str, int | str], ...], FullscreenProgram] = {}
+    def __init__(self, context: Any, programs: Programs) -> None:
+        self._context, self._programs = context, programs
         self._size: Size | None = None
         self._levels: list[tuple[Any, Any]] = []  # two at each resolution, each with its framebuffer
 
@@ -64,7 +63,7 @@ class Bloom:
         level: int | None = None,
         coarse: int | None = None,
     ) -> None:
-        program = self._program({"BLOOM_PASS": f"BLOOM_{kind}", **(defines or {})})
+        program = self._programs.get("display/bloom.frag", _UNITS, {"BLOOM_PASS": f"BLOOM_{kind}", **(defines or {})})
         program.set(uniforms or {})
         for unit, source in ((_LEVEL, level), (_COARSE, coarse)):
             if source is not None:
@@ -74,38 +73,20 @@ class Bloom:
         framebuffer.viewport = framebuffer.scissor = (0, 0, *texture.size)
         program.draw()
 
-    def _program(self, defines: Mapping[str, int | str]) -> FullscreenProgram:
-        key = tuple(sorted(defines.items()))
-        if key not in self._programs:
-            program = FullscreenProgram(self._context, folder("shaders"), "display/bloom.frag", defines)
-            program.set({"u_film_mean": 0, "u_held": 2, "u_other": 3, "u_level": _LEVEL, "u_coarse": _COARSE})
-            self._programs[key] = program
-        return self._programs[key]
-
     def _resize(self, size: Size) -> None:
         if size == self._size:
             return
-        self._release_levels()
+        self.release()
         self._size = size
         blocks = [-(-side // BLOCK) for side in size]
         for scale in (4, 4, 2, 2, 1, 1):
             texture = self._context.texture((blocks[0] * scale, blocks[1] * scale), 4, dtype="f4")
             self._levels.append((texture, self._context.framebuffer([texture])))
 
-    def _release_levels(self) -> None:
+    def release(self) -> None:
         if self._levels:
             self._context.detect_framebuffer(0).use()  # moderngl would bind the released one again
         for texture, framebuffer in self._levels:
             framebuffer.release()
             texture.release()
         self._levels = []
-
-    def forget_programs(self) -> None:
-        """Compile again at the next use, as the shader files then are."""
-        for program in self._programs.values():
-            program.release()
-        self._programs.clear()
-
-    def release(self) -> None:
-        self._release_levels()
-        self.forget_programs()

@@ -15,6 +15,9 @@ from fragtracer.scene import Camera
 
 Vector = NDArray[np.float64]
 _NEAREST_POLE = np.radians(1.0)
+_FARTHEST = 1e14  # metres from the origin to a target along each axis, and from there to a camera
+_NEAREST = 1e-9  # metres from a target to a camera
+_PRECISION = 1e-10  # of the target's coordinates, between which doubles still tell directions apart
 
 
 def axes(camera: Camera) -> tuple[Vector, Vector, Vector]:
@@ -38,16 +41,14 @@ def look_around(camera: Camera, right: float, down: float) -> Camera:
 
 def pan(camera: Camera, right: float, down: float) -> Camera:
     """Shift the scene in the plane of the target, by parts of the picture's height."""
-    distance = np.linalg.norm(np.subtract(camera.target, camera.position))
-    height = 2 * distance * np.tan(np.radians(camera.fov_degrees) / 2)
+    height = 2 * _distance(camera) * np.tan(np.radians(camera.fov_degrees) / 2)
     x, y, _ = axes(camera)
     return _moved(camera, height * (y * down - x * right))
 
 
 def dolly(camera: Camera, factor: float) -> Camera:
-    """Multiply the distance to the target."""
-    back = np.subtract(camera.position, camera.target)
-    return replace(camera, position=_triple(camera.target + factor * back))
+    """Multiply the distance to the target, within what can be rendered."""
+    return _looking(camera, camera.target, factor * _distance(camera))
 
 
 def fly(camera: Camera, right: float, up: float, forward: float) -> Camera:
@@ -58,9 +59,7 @@ def fly(camera: Camera, right: float, up: float, forward: float) -> Camera:
 
 def frame(camera: Camera, center: Sequence[float], radius: float) -> Camera:
     """Look at a bounding sphere from the current direction, at a distance where it fills most of the height."""
-    back = _unit(np.subtract(camera.position, camera.target))
-    distance = 1.3 * radius / np.sin(np.radians(camera.fov_degrees) / 2)
-    return replace(camera, position=_triple(center + distance * back), target=_triple(np.asarray(center, np.float64)))
+    return _looking(camera, center, 1.3 * radius / np.sin(np.radians(camera.fov_degrees) / 2))
 
 
 def ray(camera: Camera, x: float, y: float, aspect: float) -> tuple[Vector, Vector]:
@@ -93,6 +92,20 @@ def _turned(camera: Camera, arm: Vector, yaw: float, pitch: float) -> Vector:
     level = np.cos(yaw) * level + np.sin(yaw) * np.cross(up, level)
     turned: Vector = length * (np.cos(elevation) * level + np.sin(elevation) * up)
     return turned
+
+
+def _distance(camera: Camera) -> float:
+    return float(np.linalg.norm(np.subtract(camera.position, camera.target)))
+
+
+def _looking(camera: Camera, target: Sequence[float], distance: float) -> Camera:
+    """Look at ``target`` from the current direction and a distance, both within what can be rendered."""
+    back = _unit(np.subtract(camera.position, camera.target))
+    place: Vector = np.clip(target, -_FARTHEST, _FARTHEST)
+    nearest = max(_NEAREST, _PRECISION * np.abs(place).max())
+    return replace(
+        camera, position=_triple(place + np.clip(distance, nearest, _FARTHEST) * back), target=_triple(place)
+    )
 
 
 def _moved(camera: Camera, step: Vector) -> Camera:

@@ -11,8 +11,9 @@ from pydantic.dataclasses import dataclass
 from fragtracer.apps.viewer.bloom import Bloom
 from fragtracer.apps.viewer.lit_film import ShownFilm
 from fragtracer.apps.viewer.meter import Meter
+from fragtracer.apps.viewer.programs import Programs
+from fragtracer.errors import ShaderError
 from fragtracer.gpu.program import FullscreenProgram
-from fragtracer.resources import folder
 
 ToneCurve = Literal["linear", "reinhard", "aces", "agx"]
 View = Literal["radiance", "samples", "standard error", "non-finite", "normals", "depth", "albedo", "bloom"]
@@ -28,6 +29,7 @@ _VIEWS: dict[str, str] = {
 }
 AUXILIARY = ("normals", "depth", "albedo")  # views that the tracer renders in place of radiance
 _MEAN, _VARIANCE, _HELD, _OTHER, _BLOOM = range(5)  # texture units
+_UNITS = {"u_film_mean": _MEAN, "u_film_variance": _VARIANCE, "u_held": _HELD, "u_other": _OTHER, "u_bloom": _BLOOM}
 
 _MOST_SHOWN = 4.0  # times the mean number of samples, at the end of their scale
 
@@ -67,18 +69,17 @@ class Display:
     """The programs that draw a film into a rectangle of the window of ``context``.
 
     Each view is a program of its own: in a single program with branches, a software renderer would
-    execute all of them.
+    execute all of them. ``problem`` says which program of the last picture does not compile.
     """
 
     def __init__(self, context: Any) -> None:
         self._context = context
-        self._programs: dict[tuple[int | str, ...], FullscreenProgram] = {}
-        self._enlarger = FullscreenProgram(context, folder("shaders"), "display/enlarge.frag")
+        self._programs = Programs(context)
         self._picture: Any = None
         self._picture_buffer: Any = None
-        self._last: dict[str, int | str] = {}
         self._other: Any = None
-        self._bloom, self._meter = Bloom(context), Meter(context)
+        self._bloom, self._meter = Bloom(context, self._programs), Meter(context, self._programs)
+        self.problem = ""
 
     def compare_with(self, image: NDArray[np.float32] | None) -> None:
         """Show a picture, (height, width, 3), right of the wipe; None removes it."""
@@ -106,7 +107,24 @@ class Display:
         held_weight: float = 0.0,
     ) -> None:
         """Draw ``film``, with ``spp`` samples per pixel, into the framebuffer ``target``, blended with
-        ``held`` of weight ``held_weight``."""
+        ``held`` of weight ``held_weight``; nothing where a program that is new does not compile."""
+        try:
+            self._draw(target, film, rectangle, settings, spp, held, held_weight)
+            self.problem = ""
+        except ShaderError as error:
+            self.problem = str(error)
+            target.use()
+
+    def _draw(
+        self,
+        target: Any,
+        film: ShownFilm,
+        rectangle: Rectangle,
+        settings: DisplaySettings,
+        spp: int,
+        held: ShownFilm | None,
+        held_weight: float,
+    ) -> None:
         mean, variance, _ = film.textures
         mean.use(_MEAN)
         variance.use(_VARIANCE)
@@ -149,8 +167,9 @@ class Display:
 
     def _enlarge(self, target: Any, rectangle: Rectangle) -> None:
         self._picture.use(_MEAN)
-        self._enlarger.set({"u_picture": _MEAN, "u_rectangle": tuple(float(x) for x in rectangle)})
-        _draw_into(target, rectangle, self._enlarger)
+        program = self._programs.get("display/enlarge.frag", {"u_picture": _MEAN})
+        program.set({"u_rectangle": tuple(float(x) for x in rectangle)})
+        _draw_into(target, rectangle, program)
 
     def _release_picture(self) -> None:
         if self._picture is not None:
@@ -169,44 +188,24 @@ class Display:
             "HAS_HELD": int(holds),
             "HAS_OTHER": int(self.compares),
         }
-        key = tuple(defines.values())
-        if key not in self._programs:
-            self._programs[key] = self._compiled(defines)
-        self._last = defines
-        return self._programs[key]
-
-    def _compiled(self, defines: dict[str, int | str]) -> FullscreenProgram:
-        program = FullscreenProgram(self._context, folder("shaders"), "display/display.frag", defines)
-        program.set({"u_film_mean": _MEAN, "u_film_variance": _VARIANCE, "u_held": _HELD, "u_other": _OTHER})
-        program.set({"u_bloom": _BLOOM})
-        return program
+        return self._programs.get("display/display.frag", _UNITS, defines)
 
     def reload_shaders(self) -> None:
-        """Compile the shader file again, and draw with it.
+        """Compile the shader files again, and draw with them.
 
         Raises
         ------
         ShaderError
-            If it does not compile. The last program stays in use.
+            If one that was used does not compile. The last programs stay in use.
         """
-        program = self._compiled(self._last)
-        self._forget_programs()
-        self._bloom.forget_programs()
+        self._programs.reload()
         self._meter.forget()
-        self._programs[tuple(self._last.values())] = program
-
-    def _forget_programs(self) -> None:
-        for program in self._programs.values():
-            program.release()
-        self._programs.clear()
 
     def release(self) -> None:
         self.compare_with(None)
         self._release_picture()
-        self._enlarger.release()
         self._bloom.release()
-        self._meter.forget()
-        self._forget_programs()
+        self._programs.release()
 
 
 def _draw_into(target: Any, rectangle: Rectangle, program: FullscreenProgram) -> None:

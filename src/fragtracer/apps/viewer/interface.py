@@ -108,4 +108,5 @@ class Interface:
         part = None if place is None or place in session.document.hidden else session.document.part(place)
         step = self._gizmo.drag(session.camera, area, part)
         if step is not None and place is not None:
-            session.edit(session.document.with_part(place, objects.moved(part, step)), f"drag {place}")
+            with session.checked():  # two dielectrics that overlap cannot have the same priority
+                session.edit(session.document.with_part(place, objects.moved(part, step)), f"drag {place}")

@@ -9,6 +9,7 @@ from typing import Any, Literal
 from fragtracer import guiding, light_tracing
 from fragtracer.apps.viewer.lit_film import LitFilm, ShownFilm
 from fragtracer.decisions import Decided
+from fragtracer.errors import FragtracerError
 from fragtracer.gpu.accumulation import Accumulation
 from fragtracer.gpu.film import Film
 from fragtracer.gpu.specialise import Level
@@ -158,18 +159,20 @@ class LiveRenderer(Renderer):
     def adopt(self, plan: Plan, recompile: bool = False) -> None:
         """Render ``plan`` from now on; the samples stay until :meth:`restart`.
 
-        ``recompile`` takes the shader files as they are now.
+        ``recompile`` takes the shader files as they are now. If this raises, the picture goes on as before.
 
         Raises
         ------
         ShaderError
-            If its program does not compile. Nothing has changed then.
+            If its program does not compile.
+        DeviceError
+            If the GPU cannot hold it.
         """
         if not (plan.is_specialised or self.knows(plan)):
             self._speeds.clear()
         if plan.light.is_on:
             self._load_photons(plan)  # first: paths without the photons would be another picture
-        self._tracer.load(plan.packed, plan.program, recompile)
+        self._take_over(plan.packed, plan.program, recompile)
         if recompile:
             self._forget_light()
         width, height = self.size  # may have changed meanwhile
@@ -231,10 +234,14 @@ class LiveRenderer(Renderer):
         if self._pass is None:
             self._pass = self._film.bands(self._tracer, rays, most, seconds / 2)
             self._slices = 0.0
-        while next(self._pass, None) is not None:
-            if not whole and time.perf_counter() - start >= seconds:
-                self._slices += self.draw_seconds - drawn
-                return of_photons + self.draw_seconds - drawn
+        try:
+            while next(self._pass, None) is not None:
+                if not whole and time.perf_counter() - start >= seconds:
+                    self._slices += self.draw_seconds - drawn
+                    return of_photons + self.draw_seconds - drawn
+        except FragtracerError:  # the next one begins anew
+            self._pass = None
+            raise
         spent = self.draw_seconds - drawn
         self._pass, self.pass_seconds = None, self._slices + spent
         return of_photons + spent
@@ -264,6 +271,7 @@ class LiveRenderer(Renderer):
     def _packed(self) -> PackedScene:
         packed = self._pack(self.scene, self.settings, _LEAST)
         self._space, self._features = packed.space, packed.features
+        self._loaded = packed, self._program()
         return packed
 
     @property
@@ -293,18 +301,31 @@ class LiveRenderer(Renderer):
             return TracerProgram("auxiliary.frag", {"AUXILIARY": f"AUXILIARY_{view.upper()}"}, _LEAST, kept)
         return TracerProgram(PROGRAMS[settings.integrator], light.defines, _LEAST, kept)
 
+    def _take_over(self, packed: PackedScene, program: TracerProgram, recompile: bool) -> None:
+        """Have the tracer take over another scene; if it cannot, what it had."""
+        try:
+            self._tracer.load(packed, program, recompile)
+        except FragtracerError:  # some tables may be gone already
+            self._tracer.load(*self._loaded)
+            self._set_uniforms()
+            raise
+        self._loaded = packed, program
+
     def _load_photons(self, plan: Plan) -> None:
         if self._lights is None:
             self._lights = LightTracing(self.context)
+        if self._lit is None:
+            self._lit = LitFilm(self.context)
         self._lights.load(plan.packed, plan.scene, self.size, plan.light.photons, plan.program.level)
 
     def _show_photons(self, is_on: bool) -> None:
         """Add the light of photons to that of the paths, or no longer."""
         self._light = self._lights if is_on else None
+        if self._lit is None:
+            return
         if self._light is not None:
-            self._lit = self._lit or LitFilm(self.context)
             self._lit.begin(self._film, self._light)
-        elif self._lit is not None:
+        else:
             self._lit.end()
 
     def _forget_light(self) -> None:

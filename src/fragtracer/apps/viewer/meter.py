@@ -8,35 +8,31 @@ from typing import Any
 import numpy as np
 
 from fragtracer.apps.viewer.lit_film import ShownFilm
+from fragtracer.apps.viewer.programs import Programs
 from fragtracer.display.exposure import CELL, stops_for
-from fragtracer.gpu.program import FullscreenProgram
-from fragtracer.resources import folder
 
 _EVERY = 0.1  # seconds between two measurements
 _ADAPTATION = 0.2  # time constant of the adaptation, seconds
 
 
 class Meter:
-    """Follows the exposure that a film should have."""
+    """Follows the exposure that a film should have, measured by one of ``programs``."""
 
-    def __init__(self, context: Any) -> None:
-        self._context = context
-        self._program: FullscreenProgram | None = None
+    def __init__(self, context: Any, programs: Programs) -> None:
+        self._context, self._programs = context, programs
         self._target: float | None = None
         self._stops: float | None = None
         self._looked_at = self._moved_at = -math.inf
 
     def measure(self, film: ShownFilm) -> float | None:
         """The exposure in stops for ``film`` as it is, whose mean is read back in cells; None if it is black."""
-        if self._program is None:
-            self._program = FullscreenProgram(self._context, folder("shaders"), "display/meter.frag")
+        program = self._programs.get("display/meter.frag", {"u_film_mean": 0})
         width, height = (-(-side // CELL) for side in film.size)
         texture = self._context.texture((width, height), 1, dtype="f4")
         framebuffer = self._context.framebuffer([texture])
         film.textures[0].use(0)
-        self._program.set({"u_film_mean": 0})
         framebuffer.use()
-        self._program.draw()
+        program.draw()
         cells = np.frombuffer(texture.read(alignment=1), np.float32)
         self._context.detect_framebuffer(0).use()  # moderngl would bind the released one again
         framebuffer.release()
@@ -60,9 +56,6 @@ class Meter:
         return self._stops
 
     def forget(self) -> None:
-        """Adapt to the next film at once, and compile the shader file again."""
+        """Adapt to the next film at once."""
         self._target = self._stops = None
         self._looked_at = -math.inf
-        if self._program is not None:
-            self._program.release()
-            self._program = None

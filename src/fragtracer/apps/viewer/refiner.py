@@ -9,7 +9,7 @@ from fragtracer.apps.viewer.dynamic_resolution import DynamicResolution
 from fragtracer.apps.viewer.guider import Guider
 from fragtracer.apps.viewer.live import LiveRenderer, Plan
 from fragtracer.apps.viewer.preparer import Preparer
-from fragtracer.errors import ShaderError
+from fragtracer.errors import DeviceError, FragtracerError, SceneError, ShaderError
 from fragtracer.gpu.accumulation import Accumulation
 from fragtracer.gpu.specialise import specialise
 from fragtracer.guiding import decides
@@ -42,7 +42,9 @@ class Refiner:
         self.held: Accumulation | None = None  # the previous picture, faded out as the new one refines
         self.held_weight = 0.0
         self._fade_spp = _FADE_SPP  # samples per pixel at which it is gone
-        self.problem = ""  # why the requested program does not compile
+        self.problem = ""  # why the requested scene is not shown
+        self.tracing_problem = ""  # why the picture gets no more samples
+        self._is_refused = False  # whether it cannot be packed, or the GPU cannot hold it
         self._scene, self._view = renderer.scene, ""  # as requested
         self._preparer = Preparer(renderer.scene)
         self._is_behind = False  # while the tables of the requested environment are being made
@@ -72,9 +74,14 @@ class Refiner:
         return self._waiting is not None or self._is_behind
 
     @property
+    def _is_shown(self) -> bool:
+        """Whether the picture is of the requested scene."""
+        return not (self.is_preparing or self.problem)
+
+    @property
     def _wants_to_specialise(self) -> bool:
         is_new = (self._guides or not self.renderer.is_specialised) and not self.renderer.traces_light
-        return self._specialises and is_new and not self._is_behind
+        return self._specialises and is_new and self._is_shown
 
     @property
     def camera(self) -> Camera:
@@ -95,7 +102,7 @@ class Refiner:
         """Show the scene from another camera."""
         self._scene = replace(self._scene, camera=camera)
         waits = self._waiting is not None and not self.renderer.knows(self._waiting[0])
-        if not waits and self.renderer.follows(camera):
+        if not (waits or self._is_refused) and self.renderer.follows(camera):
             self._begin_change()
             self.renderer.look(camera)
         else:
@@ -115,8 +122,7 @@ class Refiner:
 
     def prepare_shaders(self) -> None:
         """Compile the changed shader files in the background, for :meth:`reload_shaders` to take from the cache."""
-        plan = self.renderer.plan(self._scene, self._view)
-        self._shaders = self._ask(plan)
+        self._shaders = self._ask(self._shown_plan())
 
     def take_shaders(self) -> bool:
         """Whether they are compiled, so that :meth:`reload_shaders` is quick; True once."""
@@ -126,21 +132,25 @@ class Refiner:
         return True
 
     def reload_shaders(self) -> None:
-        """Compile the shader files again, and render with them.
+        """Compile the shader files again, and render with them; a scene that is not shown yet is requested again.
 
         Raises
         ------
         ShaderError
             If they do not compile. The last program stays in use.
         """
-        self.renderer.adopt(self.renderer.plan(self._scene, self._view), recompile=True)
+        is_shown = self._is_shown
+        self.renderer.adopt(self._shown_plan(), recompile=True)
         self.renderer.restart()
         self.problem = ""
-        self._waiting = self._next = self._specialising = None
-        self._is_behind = False
+        self._waiting = self._next = self._specialising = self._lighting = None
         self._specialises = self._traces = True
-        self._lighting = None
         self._begin_change()
+        if not is_shown:
+            self._edit()
+
+    def _shown_plan(self) -> Plan:
+        return self.renderer.plan(self.renderer.scene, self._view)
 
     def frame(self, limit: int | None = None) -> float:
         """Trace for the time budget of a frame, up to ``limit`` samples per pixel; returns the seconds."""
@@ -153,7 +163,13 @@ class Refiner:
             self._settle()
         elif not self._moving and self._may_load(now):
             self._trace_light()
-        return self._preview() if self._moving else self._refine(limit)
+        try:
+            seconds = self._preview() if self._moving else self._refine(limit)
+        except (ShaderError, DeviceError) as error:  # a later stage may need another program, and more memory
+            self.tracing_problem = str(error)
+            return 0.0
+        self.tracing_problem = ""
+        return seconds
 
     def _edit(self) -> None:
         """Render the requested scene: now, or when the background process has compiled its program."""
@@ -164,7 +180,12 @@ class Refiner:
             self._go_on(self._scene)
 
     def _go_on(self, scene: Scene) -> None:
-        plan = self.renderer.quickest(self.renderer.plan(scene, self._view))
+        try:
+            plan = self.renderer.quickest(self.renderer.plan(scene, self._view))
+        except SceneError as error:
+            self._waiting = self._next = None
+            self._fail(error)
+            return
         if self._loads_slowly or (self.renderer.knows(plan) and self.renderer.has_maps(plan)):
             self._waiting = self._next = None
             self._adopt(plan)
@@ -208,7 +229,7 @@ class Refiner:
 
     def _guide(self, now: float) -> None:
         """Have the shown scene learned when it rests, and guide by what was learned."""
-        if self._guider is None or self._view or self.is_preparing:
+        if self._guider is None or self._view or not self._is_shown:
             return
         if (decided := self._guider.take()) is not None:
             self.renderer.learn(decided)
@@ -220,7 +241,7 @@ class Refiner:
     def _trace_light(self) -> None:
         """Trace light of a picture that rests from the lights, where that pays and the programs for it are compiled."""
         renderer = self.renderer
-        if renderer.traces_light or self.is_preparing or self._view or self._compares or not self._traces:
+        if renderer.traces_light or not self._is_shown or self._view or self._compares or not self._traces:
             return
         if not (renderer.may_trace_light(self._scene) and renderer.follows(self._scene.camera)):
             return
@@ -235,7 +256,7 @@ class Refiner:
         renderer.restart()
         try:
             renderer.adopt(self._lit_plan())
-        except ShaderError:  # a shader file may be broken for now; the last program stays in use
+        except (ShaderError, DeviceError):  # a shader file may be broken for now; the last program stays in use
             self._traces = False
 
     def _lit_plan(self) -> Plan:
@@ -256,19 +277,23 @@ class Refiner:
         try:
             self.renderer.adopt(replace(plan, scene=self._scene))
             self.renderer.warm_up()
-        except ShaderError:  # a shader file may be broken for now; the last program stays in use
+        except (ShaderError, DeviceError):  # a shader file may be broken for now; the last program stays in use
             self._specialises = False
         self._loads_slowly = time.perf_counter() - start > _SLOW
 
     def _adopt(self, plan: Plan) -> None:
         try:
             self.renderer.adopt(plan)
-        except ShaderError as error:
-            self.problem = str(error)
+        except (ShaderError, DeviceError) as error:
+            self._fail(error)
             return
-        self.problem = ""
+        self.problem, self._is_refused = "", False
         self.renderer.restart()
         self._begin_change()
+
+    def _fail(self, error: FragtracerError) -> None:
+        """Keep the picture of before, from whichever camera if only a shader file is broken for now."""
+        self.problem, self._is_refused = str(error), not isinstance(error, ShaderError)
 
     def _begin_change(self) -> None:
         self._changed_at = time.perf_counter()

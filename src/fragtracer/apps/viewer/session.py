@@ -2,8 +2,12 @@
 """The state of a viewer that is not on the GPU: the scene, the camera, the selection and the messages."""
 
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+
+from pydantic import ValidationError
 
 from fragtracer.apps.viewer.display import DisplaySettings
 from fragtracer.apps.viewer.document import Document, History, Part
@@ -73,6 +77,14 @@ class Session:
         """Replace the document; consecutive edits with the same ``label`` are one step of undo."""
         if self.history.edit(document, label):
             self._changed()
+
+    @contextmanager
+    def checked(self) -> Iterator[None]:
+        """Make an edit; if the scene model rejects it, the document stays, and the window says why."""
+        try:
+            yield
+        except ValueError as error:
+            self.say(_sentence(error))
 
     def undo(self) -> None:
         if self.history.undo():
@@ -165,3 +177,10 @@ class Session:
         self.version += 1
         if not self.document.has(self.selected):
             self.selected = None
+
+
+def _sentence(error: ValueError) -> str:
+    """What a check of the scene model says."""
+    if isinstance(error, ValidationError):
+        return error.errors(include_url=False)[0]["msg"].removeprefix("Value error, ")
+    return str(error)

@@ -11,7 +11,7 @@ from hand import Hand
 
 import fragtracer as ft
 from fragtracer import resources
-from fragtracer.apps.viewer import app, display
+from fragtracer.apps.viewer import app, programs
 from fragtracer.gpu import tracer
 from fragtracer.io.images import read_image, read_metadata
 
@@ -19,7 +19,7 @@ from fragtracer.io.images import read_image, read_metadata
 def reloads_shaders() -> None:
     """A broken shader file keeps the picture and shows where the mistake is; mended, all goes on."""
     shutil.copytree(resources.folder("shaders"), "shaders")
-    for module in (tracer, display, app):
+    for module in (tracer, programs, app):
         module.folder = lambda _: Path("shaders").resolve()  # type: ignore[attr-defined]
     with opened() as viewer:
         hand = Hand(viewer)
@@ -49,6 +49,32 @@ def reloads_shaders() -> None:
         hand.until(lambda: viewer.renderer.spp > spp + 8, "samples by the program of before")
         compiler.is_done = done  # type: ignore[method-assign]
         hand.until(lambda: viewer.renderer.spp < spp, "the program that was compiled elsewhere")
+
+
+def survives_a_broken_display() -> None:
+    """Broken files of the display keep the picture, and a look that they make impossible goes without one."""
+    shutil.copytree(resources.folder("shaders"), "shaders")
+    for module in (programs, app):
+        module.folder = lambda _: Path("shaders").resolve()  # type: ignore[attr-defined]
+    with opened(size=(420, 260)) as viewer:
+        hand = Hand(viewer)
+        refined(viewer, hand, 4)
+        before, session = picture(viewer), viewer.session
+        files = [Path("shaders/display") / name for name in ("display.frag", "bloom.frag")]
+        good = [file.read_text("utf-8") for file in files]
+        for file, text in zip(files, good, strict=True):
+            file.write_text(text.replace("void main() {", "void main() {\n broken"), "utf-8")
+        hand.until(lambda: bool(viewer.problem), "the message")
+        assert "display/display.frag:" in viewer.problem
+        assert np.abs(picture(viewer) - before)[100:-60].mean() < 0.05, "the last good program goes on"
+        session.display = replace(session.display, bloom=True)
+        hand.frames(3)
+        assert "display/bloom.frag:" in viewer.screen.display.problem
+        assert picture(viewer)[100:-60].mean() < 0.5 * before[100:-60].mean(), "there is none with glare"
+        for file, text in zip(files, good, strict=True):
+            file.write_text(text, "utf-8")
+        hand.until(lambda: not viewer.problem, "recovery")
+        assert picture(viewer)[100:-60].mean() > 0.9 * before[100:-60].mean()
 
 
 def opens_and_reloads_files() -> None:

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Controls of one light, and new lights."""
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -84,9 +83,9 @@ def in_unit(light: Light, unit: str) -> Light:
     """The same light with its strength given as "power" or "radiance"; its radius is not 0."""
     radiance = light.surface_radiance
     if unit == "radiance":
-        return replace(light, power=None, radiance=radiance)
+        return widgets.edited(light, power=None, radiance=radiance)
     r, g, b = (4 * np.pi**2 * light.radius**2 * x for x in radiance)
-    return replace(light, power=(r, g, b), radiance=None)
+    return widgets.edited(light, power=(r, g, b), radiance=None)
 
 
 def new_light(kind: str, camera: Camera) -> Light | SpotLight | DirectionalLight:

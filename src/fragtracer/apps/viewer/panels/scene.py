@@ -5,13 +5,12 @@ from dataclasses import replace
 from typing import Any
 
 from imgui_bundle import imgui
-from pydantic import ValidationError
 
 from fragtracer.apps.viewer.document import KINDS, OBJECTS, Document, Part, is_light
 from fragtracer.apps.viewer.panels import camera, environment, lights, materials, media, objects, widgets
 from fragtracer.apps.viewer.session import Session
 from fragtracer.apps.viewer.theme import MUTED
-from fragtracer.scene import Ambient, Medium, Mesh, Scene
+from fragtracer.scene import Medium, Mesh, Scene
 
 _LIST_ROWS = 7.5
 
@@ -34,10 +33,7 @@ def draw(session: Session) -> None:
     if widgets.header("Media"):
         _media(session)
     if widgets.header("Ambient light"):
-        scene = session.document.scene
-        radiance = widgets.color("Radiance", scene.ambient.radiance, hdr=True)
-        if radiance != scene.ambient.radiance:
-            _edit(session, replace(scene, ambient=Ambient(radiance)), "ambient")
+        _ambient(session)
 
 
 def _contents(session: Session) -> None:
@@ -71,30 +67,19 @@ def _selected(session: Session, place: Part) -> None:
         session.edit(document.with_part(place, lights.edit(part)), f"light {place}")
     else:
         changed = objects.edit(part, list(document.scene.materials))
-        try:
+        with session.checked():  # a plane cannot have a material that emits
             session.edit(document.with_part(place, changed), f"object {place}")
-        except ValueError as error:  # a plane cannot have a material that emits
-            session.say(_sentence(error))
         name = _material_of(session, place)
         imgui.separator_text(f"Material “{name}”")
         scene = session.document.scene
         others = [n for n, other in scene.materials.items() if n != name and not (other.blend or other.unlit)]
         material = materials.edit(scene.materials[name], isinstance(part, Mesh), list(scene.media), others)
-        try:
+        with session.checked():  # two dielectrics that overlap cannot have the same priority
             session.edit(session.document.with_material(name, material), f"material {name}")
-        except ValueError as error:  # two dielectrics that overlap cannot have the same priority
-            session.say(_sentence(error))
         users = sum(name in objects.materials_of(p) for p in _shapes(document))
         if users > 1:
             imgui.text_colored(MUTED, f"shared by {users} objects")
     imgui.pop_id()
-
-
-def _sentence(error: ValueError) -> str:
-    """What a check of the scene model says."""
-    if isinstance(error, ValidationError):
-        return error.errors(include_url=False)[0]["msg"].removeprefix("Value error, ")
-    return str(error)
 
 
 def _media(session: Session) -> None:
@@ -119,6 +104,14 @@ def _environment(session: Session) -> None:
         _edit(session, replace(scene, environment=changed), "environment")
 
 
+def _ambient(session: Session) -> None:
+    scene = session.document.scene
+    radiance = widgets.color("Radiance", scene.ambient.radiance, hdr=True)
+    changed = widgets.edited(scene.ambient, radiance=radiance)
+    if changed != scene.ambient:
+        _edit(session, replace(scene, ambient=changed), "ambient")
+
+
 def _material_of(session: Session, place: Part) -> str:
     """The name of the material to edit; of a mesh with several, or of a blend, the chosen one."""
     scene, own = session.document.scene, objects.materials_of(session.document.part(place))
@@ -133,9 +126,10 @@ def _material_of(session: Session, place: Part) -> str:
 def add_light(session: Session, kind: str) -> None:
     """Add a light of ``kind``, one of :data:`lights.NEW`, above what the camera looks at, and select it."""
     count = len(getattr(session.document.scene, kind))
-    session.edit(session.document.with_added(kind, lights.new_light(kind, session.camera)), "add light")
-    session.history.close()
-    session.selected = (kind, count)
+    with session.checked():  # what is lit may be so far away that no power suffices
+        session.edit(session.document.with_added(kind, lights.new_light(kind, session.camera)), "add light")
+        session.history.close()
+        session.selected = (kind, count)
 
 
 def add_medium(session: Session) -> None:
