@@ -118,7 +118,7 @@ def test_a_picture_beside_another_light_is_named_as_the_file_names_it(picture, t
         parse(f'[environment]\nfile = "{picture}"\nradiance = 1', tmp_path / "scene.toml")
 
 
-@pytest.mark.parametrize(("option", "value"), [("strength", "1e39"), ("rotation", "nan"), ("rotation", "-inf")])
+@pytest.mark.parametrize(("option", "value"), [("strength", "1e39"), ("rotation", "-1e39")])
 def test_a_number_that_is_no_float32_is_refused_by_the_name_of_its_option(picture, monkeypatch, capsys, option, value):
     given = ("--environment", picture, f"--environment-{option}", value)
     assert status_of(monkeypatch, "render", "furnace", "-o", "a.npy", *given) == 2

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from fragtracer.scene import Material
+from fragtracer.scene.tangents import with_tangents
 
-from .data import TRIANGLE, Gltf
+from .data import PNG, TRIANGLE, Gltf
 
 
 @pytest.mark.parametrize("name", ["x.gltf", "x.glb"])
@@ -92,6 +93,42 @@ def test_skins_are_posed(tmp_path: Path) -> None:
     np.testing.assert_array_equal(part.matrix, np.eye(4))
     np.testing.assert_allclose(part.geometry.positions, [[0, 0, 3], [0, 2, 0], [-1, 0.5, 1.5]], atol=1e-6)
     np.testing.assert_allclose(part.geometry.normals, [[0, 1, 0]] * 3, atol=1e-6)
+
+
+@pytest.mark.parametrize("has_tangents", [True, False])
+def test_the_back_of_an_emitter_has_its_normal_map_reversed(tmp_path: Path, has_tangents: bool) -> None:
+    """Its normals are those of the front reversed, so that its tangents and bitangents are (glTF 2.0, section
+    3.9.6), whether the file has tangents or these are computed. Two materials may map one geometry differently."""
+    gltf = Gltf(textures=[{"source": 0}])
+    gltf.content["images"] = [{"bufferView": gltf.view(PNG), "mimeType": "image/png"}]
+    glowing = {"emissiveFactor": [1, 1, 1], "doubleSided": True}
+    gltf.content["materials"] = [
+        glowing | {"normalTexture": {"index": 0, "texCoord": coordinates}} for coordinates in (0, 1)
+    ]
+    attributes = {
+        "POSITION": gltf.array(TRIANGLE),
+        "TEXCOORD_0": gltf.array([[0, 1], [1, 1], [0, 0]]),
+        "TEXCOORD_1": gltf.array([[0, 0], [0, 1], [1, 0]]),
+    }
+    if has_tangents:
+        attributes["NORMAL"] = gltf.array([[0, 0, 1]] * 3)
+        attributes["TANGENT"] = gltf.array([[1, 0, 0, 1]] * 3)
+    gltf.content["meshes"] = [{"primitives": [{"attributes": attributes, "material": m} for m in (0, 1)]}]
+    gltf.content |= {"nodes": [{"mesh": 0}], "scenes": [{"nodes": [0]}]}
+    model = gltf.read(tmp_path)
+    frames = []
+    for part in model.mesh.parts:
+        texture = model.materials[part.material].normal_texture
+        assert texture is not None
+        geometry = with_tangents(part.geometry, texture.coordinates)
+        assert geometry.tangents is not None
+        a, b, c = geometry.positions[geometry.triangles[0]]
+        normal, tangent = np.cross(b - a, c - a), geometry.tangents[geometry.triangles[0, 0]]
+        frames.append((tangent[:3], tangent[3] * np.cross(normal, tangent[:3]), normal))
+    first, second = ([1, 0, 0], [0, 1, 0], [0, 0, 1]), ([0, 1, 0], [-1, 0, 0], [0, 0, 1])
+    fronts = [first, first if has_tangents else second]
+    expected = [np.multiply(side, front) for front in fronts for side in (1, -1)]
+    np.testing.assert_allclose(frames, expected, atol=1e-7)
 
 
 def test_primitives_keep_the_vertices_that_they_use(tmp_path: Path) -> None:

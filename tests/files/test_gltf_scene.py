@@ -2,6 +2,7 @@
 """Scenes of glTF files: nodes, materials, cameras and lights, and what is not shown."""
 
 import io
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -157,7 +158,7 @@ def test_what_transmits_is_a_dielectric(tmp_path: Path) -> None:
     assert renamed["x/veil"].blend == "x/veil/transmission" in renamed
 
 
-def channels(*values: list[float]) -> bytes:
+def channels(*values: Sequence[float]) -> bytes:
     """A PNG of one row with these colours, as parts of 255."""
     file = io.BytesIO()
     PIL.Image.fromarray(np.array([values], np.uint8)).save(file, "PNG")
@@ -238,6 +239,56 @@ def test_glass_may_glow(tmp_path: Path) -> None:
     assert [m.is_emissive for m in model.materials.values()] == [True, True, False]
 
 
+@pytest.mark.parametrize("thickness", [0, 1])
+@pytest.mark.parametrize("transmission", [1, 0.9])
+@pytest.mark.parametrize(("cutoff", "opacity"), [(0.5, 0.25), (2, 0)])
+@pytest.mark.parametrize("mode", ["OPAQUE", "MASK", "BLEND"])
+def test_what_transmits_keeps_its_alpha(
+    tmp_path: Path, mode: str, cutoff: float, opacity: float, transmission: float, thickness: float
+) -> None:
+    item = {
+        "pbrMetallicRoughness": NO_METAL | {"baseColorFactor": [1, 1, 1, 0.25]},
+        "alphaMode": mode,
+        "alphaCutoff": cutoff,
+        "extensions": {
+            "KHR_materials_transmission": {"transmissionFactor": transmission},
+            "KHR_materials_volume": {"thicknessFactor": thickness},
+        },
+    }
+    gltf = Gltf(materials=[item])
+    gltf.triangle(material=0)
+    made = gltf.read(tmp_path).materials["material 0"]
+    expected = opacity if mode == "MASK" else 0.25
+    assert (made.alpha_mode, made.opacity, made.alpha_cutoff) == (mode.lower(), expected, min(cutoff, 1))
+
+
+@pytest.mark.parametrize(("mode", "is_kept"), [("OPAQUE", False), ("MASK", True), ("BLEND", True)])
+@pytest.mark.parametrize("pixel", [[9, 9, 9], [9, 9, 9, 128]])
+def test_what_transmits_keeps_the_alpha_of_its_texture(
+    tmp_path: Path, pixel: list[int], mode: str, is_kept: bool
+) -> None:
+    """As the alpha of a surface that transmits by a weight of 1."""
+    item = {
+        "pbrMetallicRoughness": NO_METAL | {"baseColorTexture": {"index": 0}},
+        "alphaMode": mode,
+        "extensions": {"KHR_materials_transmission": {"transmissionFactor": 1}},
+    }
+    gltf = Gltf(materials=[item], textures=[{"source": 0}])
+    gltf.content["images"] = [{"bufferView": gltf.view(channels(pixel)), "mimeType": "image/png"}]
+    gltf.triangle(material=0)
+    materials = gltf.read(tmp_path).materials
+    made = materials["material 0"]
+    if not is_kept or len(pixel) == 3:
+        assert list(materials) == ["material 0"]
+        assert made.model == "rough-thin-dielectric"
+        return
+    assert made.albedo_texture is not None
+    assert (made.alpha_mode, made.blend, made.blend_weight) == (mode.lower(), "material 0/transmission", 1)
+    other = materials["material 0/transmission"]
+    assert (other.model, other.alpha_mode) == ("rough-thin-dielectric", "opaque")
+    assert other.transmittance_texture == made.albedo_texture
+
+
 @pytest.mark.parametrize("transmits", [False, True])
 def test_anisotropy(tmp_path: Path, transmits: bool) -> None:
     """Of metals and of what transmits, with its texture."""
@@ -270,6 +321,29 @@ def test_an_alpha_cutoff_above_one_hides(tmp_path: Path, mode: str, cutoff: floa
     gltf.triangle(material=0)
     material = gltf.read(tmp_path).materials["material 0"]
     assert (material.opacity, material.alpha_cutoff) == (opacity, 1)
+
+
+@pytest.mark.parametrize("dispersion", [1e-38, 5e-324])
+def test_next_to_no_dispersion(tmp_path: Path, dispersion: float) -> None:
+    extensions = {
+        "KHR_materials_transmission": {"transmissionFactor": 1},
+        "KHR_materials_volume": {"thicknessFactor": 1},
+        "KHR_materials_dispersion": {"dispersion": dispersion},
+    }
+    gltf = Gltf(materials=[{"pbrMetallicRoughness": NO_METAL, "extensions": extensions}])
+    gltf.triangle(material=0)
+    assert gltf.read(tmp_path).materials["material 0"].dispersion == pytest.approx(0, abs=1e-37)
+
+
+@pytest.mark.parametrize("angle", [-20, -0.5, 20, 1e38])
+def test_whole_turns_of_anisotropy_are_left_out(tmp_path: Path, angle: float) -> None:
+    item = {"extensions": {"KHR_materials_anisotropy": {"anisotropyStrength": 0.5, "anisotropyRotation": angle}}}
+    gltf = Gltf(materials=[item])
+    gltf.triangle(material=0)
+    degrees = gltf.read(tmp_path).materials["material 0"].anisotropy_rotation_degrees
+    assert abs(degrees) < 360
+    turns = (angle - np.radians(degrees)) / (2 * np.pi)
+    assert turns == pytest.approx(round(turns), abs=1e-12)
 
 
 HALF = np.sqrt(0.5)
@@ -357,10 +431,11 @@ def test_lights_below_scaled_nodes(tmp_path: Path) -> None:
         ({"innerConeAngle": 0.5, "outerConeAngle": 0.5}, (28.619, 28.648)),
         ({"innerConeAngle": 1.0, "outerConeAngle": 0.5}, (28.619, 28.648)),
         ({"outerConeAngle": 1.5707964}, (0, 90)),
+        ({"outerConeAngle": 1e-4}, (0, 0.1)),
     ],
 )
 def test_cones_at_their_limits(tmp_path: Path, cone: dict[str, float], degrees: tuple[float, float]) -> None:
-    """Exporters write a hard edge as two equal angles, and π/2 rounded up."""
+    """Exporters write a hard edge as two equal angles, and π/2 rounded up; of others, none is too narrow."""
     [spot] = with_lights([{"type": "spot", "spot": cone}], [{}]).read(tmp_path).spot_lights
     assert (spot.inner_degrees, spot.outer_degrees) == pytest.approx(degrees, abs=1e-3)
 

@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: MIT
 """OBJ and MTL files: what they can hold is read right, and what is wrong with them is said with its line."""
 
+import errno
+import os
 import warnings
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import PIL.Image
@@ -201,6 +204,13 @@ def test_libraries_with_spaces_and_several_in_a_line(tmp_path: Path) -> None:
     assert [model.materials[name].albedo for name in "abc"] == [(1, 0, 0), (0, 1, 0), (0.25, 0.25, 0.25)]
 
 
+@pytest.mark.parametrize("color", ["xyz 0.1 0.2 0.3", "spectral a.rfl 1", "spectral a.rfl", "0.1 0.2 blue"])
+def test_colors_that_are_not_rgb_are_ignored(tmp_path: Path, color: str) -> None:
+    text = f"newmtl a\nKd {color}\nKe {color}\n"
+    made = read(tmp_path, SQUARE + "mtllib x.mtl\nusemtl a\nf 1 2 3\n", text).materials["a"]
+    assert (made.albedo, made.emission) == ((0.5, 0.5, 0.5), (0, 0, 0))
+
+
 def test_many_groups(tmp_path: Path) -> None:
     faces = "".join(f"usemtl {i}\nf 1 2 3\n" for i in range(3000))
     with pytest.warns(UserWarning, match="and 2988 more$"):
@@ -300,6 +310,28 @@ def test_pictures_of_another_machine_are_found_beside(tmp_path: Path, name: str)
     texture = read_model(tmp_path / "obj" / "x.obj").materials["a"].albedo_texture
     assert texture is not None
     assert texture.image.pixels.shape[0] == (2 if name == "../p.png" else 1)
+
+
+def test_a_picture_whose_path_the_system_refuses_is_ignored(tmp_path: Path) -> None:
+    text = f"newmtl a\nKd 0.1 0.2 0.3\nmap_Kd {'x' * 300}.png\n"
+    with pytest.warns(UserWarning, match=r"ignored: image x{300}\.png: cannot read this texture: "):
+        model = read(tmp_path, SQUARE + "mtllib x.mtl\nusemtl a\nf 1 2 3\n", text)
+    assert model.materials["a"] == Material(albedo=(0.1, 0.2, 0.3), specular=0.0, roughness=1.0)
+
+
+def test_a_picture_in_a_folder_that_may_not_be_read_is_found_beside(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stat(path: Any, *args: Any, **more: Any) -> os.stat_result:
+        if str(path).startswith("/locked"):
+            raise PermissionError(errno.EACCES, "Permission denied", str(path))
+        return status(path, *args, **more)
+
+    status = os.stat
+    monkeypatch.setattr(os, "stat", stat)
+    PIL.Image.new("RGB", (1, 1)).save(tmp_path / "p.png")
+    model = read(tmp_path, SQUARE + "mtllib x.mtl\nusemtl a\nf 1 2 3\n", "newmtl a\nmap_Kd /locked/p.png\n")
+    assert model.materials["a"].albedo_texture is not None
 
 
 @pytest.mark.parametrize("picture", ["L", "LA", "RGB", "RGBA"])

@@ -10,6 +10,7 @@ import pytest
 
 from fragtracer.errors import SceneError
 from fragtracer.io import bounds, read_model
+from fragtracer.scene import Material
 
 from .data import shared
 
@@ -108,6 +109,27 @@ def test_strips(tmp_path: Path) -> None:
     with pytest.warns(UserWarning, match="ignored: camera$"):
         geometry = read_model(tmp_path / "x.ply").mesh.parts[0].geometry
     assert geometry.triangles.tolist() == [[0, 1, 2], [1, 3, 2], [2, 3, 4]]
+
+
+TRIANGLE = (
+    "element vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+    "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "latin-1"])
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_names_and_comments_of_any_language(tmp_path: Path, encoding: str, end: str) -> None:
+    PIL.Image.new("RGB", (1, 1)).save(tmp_path / "größe.png")
+    header = "ply\nformat ascii 1.0\ncomment made by Åsa\ncomment a\x85b\vc\ncomment TextureFile größe.png\n"
+    (tmp_path / "x.ply").write_bytes((header + TRIANGLE).replace("\n", end).encode(encoding))
+    assert read_model(tmp_path / "x.ply").materials["x"].albedo_texture is not None
+
+
+def test_a_picture_whose_path_the_system_refuses_is_ignored(tmp_path: Path) -> None:
+    (tmp_path / "x.ply").write_text(f"ply\nformat ascii 1.0\ncomment TextureFile {'x' * 300}.png\n{TRIANGLE}")
+    with pytest.warns(UserWarning, match=r"ignored: image x{300}\.png: cannot read this texture: "):
+        assert read_model(tmp_path / "x.ply").materials["x"] == Material()
 
 
 VERTEX = "property float x\nproperty float y\nproperty float z\n"

@@ -10,7 +10,7 @@ import PIL.Image
 import pytest
 from rendering import ESTIMATORS, rendered
 
-from fragtracer import Ambient, Camera, Scene, load, load_mesh
+from fragtracer import Ambient, Camera, Environment, Scene, load, load_mesh
 
 from .data import Gltf
 
@@ -116,6 +116,40 @@ def test_light_of_gltf_arrives(ctx, tmp_path: Path, kind: str, irradiance: float
     np.testing.assert_allclose(
         image, np.full((4, 4, 3), np.multiply((1, 0.5, 0.25), irradiance * 0.5 / np.pi)), rtol=1e-3
     )
+
+
+@pytest.mark.parametrize("thickness", [0, 1])
+@pytest.mark.parametrize("is_textured", [False, True])
+@pytest.mark.filterwarnings("ignore:.*is not closed:UserWarning")
+def test_glass_is_there_by_its_alpha(ctx, tmp_path: Path, is_textured: bool, thickness: float) -> None:
+    """Grey glass in front of the sky. A pane reflects 2 F / (1 + F) of the light and passes the rest times its colour.
+    The surface of a solid reflects F, and within the radiance is less by the square of the index of refraction."""
+    alpha = 51 / 255
+    PIL.Image.new("RGBA", (1, 1), (255, 255, 255, 51)).save(tmp_path / "p.png")
+    surface: dict[str, Any] = {"metallicFactor": 0, "roughnessFactor": 0}
+    surface["baseColorFactor"] = [0.5, 0.5, 0.5, 1 if is_textured else alpha]
+    extensions = {
+        "KHR_materials_transmission": {"transmissionFactor": 1},
+        "KHR_materials_volume": {"thicknessFactor": thickness},
+    }
+    texture = {"baseColorTexture": {"index": 0}} if is_textured else {}
+    made = Gltf(images=[{"uri": "p.png"}], textures=[{"source": 0}])
+    made.content["materials"] = [
+        {"pbrMetallicRoughness": surface | texture, "alphaMode": "BLEND", "extensions": extensions}
+    ]
+    attributes = {
+        "POSITION": made.array([(x, y, 0) for x, y in CORNERS]),
+        "TEXCOORD_0": made.array([(0, 0)] * 4),
+    }
+    made.content["meshes"] = [{"primitives": [{"attributes": attributes, "material": 0, "mode": 6}]}]
+    made.content["nodes"] = [{"mesh": 0}]
+    mesh, materials = load_mesh(made.write(tmp_path / "x.glb"))
+    camera = Camera((0, 0, 4), (0, 0, 0), fov_degrees=1)
+    scene = Scene(camera, materials, meshes=[mesh], environment=Environment(radiance=(1, 1, 1)))
+    image = rendered(ctx, scene, 4096, (4, 4), bounces=4, shared=True)
+    reflected, within = (0.04, 1 / 1.5**2) if thickness else (0.08 / 1.04, 1)
+    expected = 1 - alpha + alpha * (reflected + 0.5 * (1 - reflected) * within)
+    assert image.mean() == pytest.approx(expected, abs=4 * np.sqrt(alpha * (1 - alpha) / (4096 * 16)))
 
 
 @pytest.mark.parametrize("estimator", ESTIMATORS)

@@ -124,6 +124,27 @@ def test_a_mesh_that_is_not_as_in_its_file_is_written(folder: Path) -> None:
     assert again.file.endswith(".npz")
 
 
+NOTHING = ft.Geometry(np.zeros((0, 3)), np.zeros((0, 3), int))
+
+
+@pytest.mark.parametrize("empty", [ft.Mesh(()), ft.Mesh((ft.Part(NOTHING, "m"),))])
+def test_meshes_without_triangles_are_not_saved(tmp_path: Path, empty: ft.Mesh) -> None:
+    triangle = ft.Part(ft.Geometry([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)]), "m")
+    mesh = ft.Mesh((ft.Part(NOTHING, "m"), triangle), name="kept")
+    save(ft.Scene(meshes=(empty, mesh), materials={"m": ft.Material()}), tmp_path / "s.toml")
+    [again] = load(tmp_path / "s.toml").meshes
+    assert replace(again, file=None) == mesh
+    assert len(list(tmp_path.glob("*.npz"))) == 1
+    assert "mesh" not in dump(ft.Scene(meshes=(empty,), materials={"m": ft.Material()}))
+
+
+def test_a_mesh_without_instances_stays_without_them(folder: Path) -> None:
+    mesh, materials = ft.load_mesh(folder / "models" / "x.obj")
+    hidden = ft.Scene(meshes=(replace(mesh, instances=()),), materials=materials, name="s")
+    save(hidden, folder / "s.toml")
+    assert load(folder / "s.toml") == hidden
+
+
 @pytest.mark.parametrize("scale", [1e-6, 1, 1e6])
 def test_bare_models_are_framed_and_lit(tmp_path: Path, scale: float) -> None:
     corners = [f"v {scale * (5 + x)} {scale * 2 * y} {scale * z}" for x in (0, 1) for y in (0, 1) for z in (0, 1)]
@@ -187,6 +208,10 @@ def test_an_emissive_model_gets_no_lights(tmp_path: Path) -> None:
         ),
         (
             '[[mesh]]\nfile = "models/x.obj"\nscale = 1\n[[mesh.instance]]',
+            "mesh[0]: move scale into the [[mesh.instance]] tables, one for each instance",
+        ),
+        (
+            '[[mesh]]\nfile = "models/x.obj"\nscale = 1\ninstance = []',
             "mesh[0]: move scale into the [[mesh.instance]] tables, one for each instance",
         ),
         (

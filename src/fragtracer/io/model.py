@@ -51,12 +51,14 @@ def read_file(path: Path) -> bytes:
 
 
 def decoded(path: Path, data: bytes) -> str:
-    """The text of a file: UTF-8, or Latin-1 if it is not valid UTF-8, as in files of old exporters.
-
-    Raises SceneError for UTF-16.
-    """
+    """The text of a file, by :func:`text_of`. Raises SceneError for UTF-16."""
     if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         raise SceneError(f"{path}: this is UTF-16 text; save it as UTF-8")
+    return text_of(data)
+
+
+def text_of(data: bytes) -> str:
+    """UTF-8, or Latin-1 if it is not valid UTF-8, as in files of old exporters."""
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:

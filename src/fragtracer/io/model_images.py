@@ -36,5 +36,5 @@ class ModelImages:
     def _path(self, file: str) -> Path:
         """The path of ``file``; if it does not exist, the file of the same name beside the model, if that does."""
         path = Path(os.path.abspath(self.folder / file))
-        beside = path if path.exists() else Path(os.path.abspath(self.folder / path.name))
-        return beside if beside.is_file() else path
+        beside = path if os.path.exists(path) else Path(os.path.abspath(self.folder / path.name))
+        return beside if os.path.isfile(beside) else path

@@ -193,7 +193,9 @@ def _number(values: dict[str, str], key: str, otherwise: float, most: float) -> 
 
 def _color(values: dict[str, str], key: str, otherwise: float, most: float) -> tuple[float, float, float]:
     """An RGB colour or a grey; anything else, as a spectrum, is ignored."""
-    numbers = [min(max(_float(word, otherwise), 0.0), most) for word in _before_comment(values, key)[:3]]
-    if len(numbers) == 1:
-        numbers *= 3
-    return (numbers[0], numbers[1], numbers[2]) if len(numbers) == 3 else (otherwise,) * 3
+    words = _before_comment(values, key)[:3]
+    numbers = [min(max(float(word), 0.0), most) for word in words if _is_number(word)]
+    if len(numbers) < len(words) or len(numbers) not in (1, 3):
+        return (otherwise,) * 3
+    red, green, blue = numbers if len(numbers) == 3 else numbers * 3
+    return (red, green, blue)

@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fragtracer.io.model import text_of
+
 Ints = NDArray[np.int64]
 _TYPES = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4"}
 _TYPES |= {"int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4"}
@@ -61,7 +63,7 @@ def read_header(data: bytes) -> tuple[Header, NDArray[Any]]:
     if not re.match(rb"ply\s", data) or not end:
         raise ValueError("this is not a PLY file: it does not open with ply or its header does not end with end_header")
     header = Header("?", [], [])
-    for line in data[: end.start()].decode("latin-1").splitlines()[1:]:
+    for line in re.split(r"\r\n|\n|\r", text_of(data[: end.start()]))[1:]:
         words = line.split()
         match words:
             case ["format", kind, *_] if kind in _FORMATS:

@@ -15,6 +15,7 @@ from fragtracer.io.gltf.nodes import Matrix, PlacedNode
 from fragtracer.io.model import triple
 from fragtracer.scene import DirectionalLight, Light, SpotLight
 from fragtracer.scene.fields import LARGEST, Triple
+from fragtracer.scene.light import NARROWEST_SPOT
 
 EXTENSION = "KHR_lights_punctual"
 _WIDEST_INNER = 0.999  # of the outer cone angle, where a file gives both the same or the inner more
@@ -58,7 +59,7 @@ def _add(lights: Lights, light: gltf.PunctualLight, matrix: Matrix) -> None:
     if light.type == "directional":
         lights.directional.append(DirectionalLight(direction, _strength(light)))
         return
-    outer = min(float(np.degrees(light.spot.outerConeAngle)), 90.0)
+    outer = min(max(float(np.degrees(light.spot.outerConeAngle)), NARROWEST_SPOT), 90.0)
     inner = min(float(np.degrees(light.spot.innerConeAngle)), _WIDEST_INNER * outer)
     lights.spot.append(SpotLight(triple(matrix[:3, 3]), direction, _strength(light), inner, outer))
 

@@ -22,6 +22,8 @@ _WRAPS: dict[int, Wrap] = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
 _NEAREST = 9728
 _LEAST_ATTENUATION = 1e-6  # in place of a black attenuationColor
 _MOST_PIXELS = 2**29  # of all images together
+# What a surface has by itself, however it scatters.
+_OF_SURFACES = ("emission", "emission_texture", "opacity", "alpha_mode", "alpha_cutoff")
 
 
 def unique(name: str, suffix: object, taken: Collection[str]) -> str:
@@ -86,13 +88,12 @@ class Materials:
         if weight.factor == 0 or made["unlit"]:
             return {name: Material(**made)}
         dielectric = self._dielectric(item, place, index, made)
-        if weight == Varying(1.0):
-            return {name: dielectric}
+        if weight == Varying(1.0) and not _has_alpha_texture(made):
+            return {name: replace(dielectric, **{key: made[key] for key in _OF_SURFACES})}
         other = unique(f"{name}/transmission", index, self._names)
         made |= {"metallic": metallic.factor, "metallic_texture": metallic.texture, "double_sided": True}
         made |= {"blend": other, "blend_weight": weight.factor, "blend_weight_texture": weight.texture}
-        dark = replace(dielectric, emission=(0.0, 0.0, 0.0), emission_texture=None)
-        return {name: Material(**made), other: dark}
+        return {name: Material(**made), other: dielectric}
 
     def _transmission(self, item: gltf.Material, place: str, made: dict[str, Any]) -> tuple[Varying, Varying]:
         """The weight of what transmits, and the metallic of the rest."""
@@ -113,11 +114,11 @@ class Materials:
         return weight, rest
 
     def _dielectric(self, item: gltf.Material, place: str, index: int, made: dict[str, Any]) -> Material:
-        """What transmits: with a thickness a solid, without one a pane. Of two that overlap that of the later material
-        is there."""
+        """What transmits, without emission and alpha: with a thickness a solid, without one a pane. Of two that overlap
+        that of the later material is there."""
         ior = self._container.extension(gltf.Ior, item, "KHR_materials_ior", place)
         volume = self._container.extension(gltf.Volume, item, "KHR_materials_volume", place) or gltf.Volume()
-        kept = {name: made[name] for name in ("emission", "emission_texture", "normal_texture", "normal_scale")}
+        kept = {name: made[name] for name in ("normal_texture", "normal_scale")}
         kept |= {"transmittance": made["albedo"], "transmittance_texture": made["albedo_texture"]}
         kept |= {"ior": max(ior.ior, 1.0) if ior else 1.5}
         if volume.thicknessTexture:
@@ -131,7 +132,7 @@ class Materials:
         kept |= {**facets, "priority": index}
         dispersion = self._container.extension(gltf.Dispersion, item, "KHR_materials_dispersion", place)
         if dispersion is not None and dispersion.dispersion > 0:
-            kept["abbe_number"] = 20 / dispersion.dispersion
+            kept["abbe_number"] = min(20 / dispersion.dispersion, LARGEST)
         if volume.attenuationDistance < LARGEST:
             red, green, blue = (max(c, _LEAST_ATTENUATION) for c in volume.attenuationColor)
             kept |= {"attenuation_color": (red, green, blue), "attenuation_distance": volume.attenuationDistance}
@@ -141,7 +142,7 @@ class Materials:
         found = self._container.extension(gltf.Anisotropy, item, "KHR_materials_anisotropy", place) or gltf.Anisotropy()
         return {
             "anisotropy": found.anisotropyStrength,
-            "anisotropy_rotation_degrees": math.degrees(found.anisotropyRotation),
+            "anisotropy_rotation_degrees": math.degrees(math.fmod(found.anisotropyRotation, math.tau)),
             "anisotropy_texture": self._texture(found.anisotropyTexture, place, "linear"),
         }
 
@@ -241,6 +242,12 @@ class Materials:
                 str(error).replace(f"{container.path}: ", "").replace(f"{container.path.parent}{os.sep}", "")
             )
             return None
+
+
+def _has_alpha_texture(made: dict[str, Any]) -> bool:
+    """Whether alpha is in the albedo texture, which a dielectric has none of."""
+    texture: Texture | None = made["albedo_texture"]
+    return made["alpha_mode"] != "opaque" and texture is not None and texture.image.pixels.shape[2] in (2, 4)
 
 
 def _embedded(data: bytes, color_space: ColorSpace, name: str) -> Image:

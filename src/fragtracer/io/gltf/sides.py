@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from fragtracer.scene import Geometry, Material, Part
+from fragtracer.scene.tangents import with_tangents
 
 
 def split_double_sided_emitters(
@@ -12,14 +13,15 @@ def split_double_sided_emitters(
 ) -> tuple[list[Part], dict[str, Material]]:
     """Replace each double-sided emissive part by two single-sided ones, which back-face culling keeps apart."""
     split = {name for name, m in materials.items() if m.is_emissive and m.double_sided and not _lets_pass(m, materials)}
-    backs: dict[Geometry, Geometry] = {}
+    backs: dict[tuple[Geometry, int | None], Geometry] = {}
     found = []
     for part in parts:
         found.append(part)
         if part.material in split:
-            if part.geometry not in backs:
-                backs[part.geometry] = _flipped(part.geometry)
-            found.append(Part(backs[part.geometry], part.material, part.matrix))
+            key = part.geometry, materials[part.material].tangent_coordinates
+            if key not in backs:
+                backs[key] = _flipped(*key)
+            found.append(Part(backs[key], part.material, part.matrix))
     return found, {name: replace(m, double_sided=False) if name in split else m for name, m in materials.items()}
 
 
@@ -28,8 +30,11 @@ def _lets_pass(material: Material, materials: Mapping[str, Material]) -> bool:
     return material.is_dielectric or (material.blend is not None and materials[material.blend].is_dielectric)
 
 
-def _flipped(geometry: Geometry) -> Geometry:
-    """The same surface with the orientation, the normals and the tangents reversed."""
+def _flipped(geometry: Geometry, coordinates: int | None) -> Geometry:
+    """The same surface with the orientation, the normals and the tangents reversed, which those computed later from the
+    set ``coordinates`` of texture coordinates would not be."""
+    if coordinates is not None:
+        geometry = with_tangents(geometry, coordinates)
     return Geometry(
         geometry.positions,
         geometry.triangles[:, ::-1],

@@ -137,7 +137,8 @@ def save(scene: Scene, path: str | Path) -> None:
     """Write a scene file; its name becomes that of the scene when it is read again.
 
     Models and images that have files are referred to by paths relative to the new file. Meshes and images made in
-    Python are written beside it, as .npz, and as .png or, if the pixels are floats, .exr and .npy.
+    Python are written beside it, as .npz, and as .png or, if the pixels are floats, .exr and .npy. Meshes without
+    triangles are left out.
 
     Raises
     ------

@@ -14,13 +14,14 @@ from fragtracer import output
 from fragtracer.io import read_model
 from fragtracer.io.arrays import write_arrays
 from fragtracer.io.images import write_image
-from fragtracer.io.toml.meshes import Models, is_stored
+from fragtracer.io.toml.meshes import Models, has_triangles, is_stored
 from fragtracer.scene import Density, Environment, Image, Material, Medium, Mesh, Panorama, Scene
 from fragtracer.scene.content import content_digest
 
 
 def with_files(scene: Scene, path: Path) -> Scene:
-    """``scene`` with a file for each mesh, image and map; those without one are written beside ``path``.
+    """``scene`` with a file for each mesh, image and map; those without one are written beside ``path``. Meshes without
+    triangles, which no model file holds, are left out.
 
     Their names hold a digest of the content, so that unchanged ones are not written again.
 
@@ -30,7 +31,8 @@ def with_files(scene: Scene, path: Path) -> Scene:
         If a file cannot be written.
     """
     models = Models()
-    meshes = tuple(mesh if is_stored(mesh, models) else _write_mesh(mesh, path) for mesh in scene.meshes)
+    shown = filter(has_triangles, scene.meshes)
+    meshes = tuple(mesh if is_stored(mesh, models) else _write_mesh(mesh, path) for mesh in shown)
     came = _materials_of(meshes)
     materials = {
         name: material if came.get(name) == material else _with_images(material, path)

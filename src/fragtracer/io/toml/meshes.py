@@ -100,15 +100,16 @@ def _instances(table: Mapping[str, Any], path: str, mistakes: list[str]) -> tupl
     if not isinstance(tables, list):
         mistakes.append(f"{path}.instance: must be an array of tables, each opened by [[mesh.instance]]")
         return ()
-    if own and tables:
+    if own and "instance" in table:
         mistakes.append(f"{path}: move {', '.join(own)} into the [[mesh.instance]] tables, one for each instance")
     placed = [build(Placement, item, f"{path}.instance[{index}]", mistakes) for index, item in enumerate(tables)]
-    placed = placed or [build(Placement, own, path, mistakes)]
+    placed = placed if "instance" in table else [build(Placement, own, path, mistakes)]
     return tuple(item for item in placed if item is not None)
 
 
 def plain_meshes(scene: Scene, folder: Path) -> tuple[list[dict[str, Any]], dict[str, Material]]:
-    """The ``[[mesh]]`` tables for a file in ``folder``, and the materials that come with the model files.
+    """The ``[[mesh]]`` tables for a file in ``folder``, of the meshes that have triangles, and the materials that come
+    with the model files.
 
     Raises
     ------
@@ -117,12 +118,18 @@ def plain_meshes(scene: Scene, folder: Path) -> tuple[list[dict[str, Any]], dict
     """
     models, tables, materials = Models(), [], {}
     for index, mesh in enumerate(scene.meshes):
+        if not has_triangles(mesh):
+            continue
         model = _stored(mesh, models)
         if model is None or mesh.file is None:
             raise OutputError(f"mesh[{index}]: {mesh.name} is in no file; fragtracer.save writes one beside the scene")
         materials.update(model.materials)
         tables.append(_plain_mesh(mesh, folder))
     return tables, materials
+
+
+def has_triangles(mesh: Mesh) -> bool:
+    return any(len(part.geometry.triangles) for part in mesh.parts)
 
 
 def is_stored(mesh: Mesh, models: Models) -> bool:
