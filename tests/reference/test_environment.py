@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Environments in Mitsuba: the same radiance from every direction."""
 
+from dataclasses import replace
 from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -10,11 +12,23 @@ from fragtracer.errors import FragtracerError
 from fragtracer.reference.environment import map_rows
 from fragtracer.reference.export import export_mitsuba
 from fragtracer.reference.render import render_reference
-from fragtracer.reference.translate import to_mitsuba
-from fragtracer.scene import Ambient, Camera, Environment, Light, Panorama, Scene, Sky
+from fragtracer.reference.translate import scene_tree, to_mitsuba
+from fragtracer.scene import (
+    Ambient,
+    Camera,
+    Environment,
+    Light,
+    Material,
+    Panorama,
+    RenderSettings,
+    Scene,
+    Sky,
+    Sphere,
+)
 from fragtracer.scene.environment import lookup
 
 PIXELS = np.random.default_rng(0).random((5, 8, 3)).astype(np.float32)
+Background = Literal["environment", "prefiltered", "irradiance", "black"]
 TURNED = Environment(image=Panorama(PIXELS), rotation_degrees=35.0, strength=2.0, tint=(1.0, 0.5, 0.25))
 
 
@@ -75,14 +89,52 @@ def test_sun_lights_what_faces_it(mi) -> None:
     np.testing.assert_allclose(found, expected, rtol=2e-4)
 
 
-def test_hiding_alone_cannot_be_said() -> None:
+def test_hiding_alone_cannot_be_said(tmp_path: Path) -> None:
     hidden = Environment(radiance=1.0, visible=False)
     for scene in (
         Scene(environment=hidden, lights=[Light((0.0, 3.0, 0.0), 0.5, power=1.0)]),
         Scene(environment=Environment(radiance=1.0, visible=False, background=1.0)),
     ):
         with pytest.raises(FragtracerError, match="cannot hide the environment alone"):
-            to_mitsuba(scene)
+            scene_tree(scene, tmp_path)
+
+
+def hides(tmp_path: Path, environment: Environment | None, background: Background, **rest: Any) -> bool:
+    scene = Scene(environment=environment, render=RenderSettings(background=background), **rest)
+    hidden = scene_tree(scene, tmp_path)["integrator"]["hide_emitters"]
+    assert isinstance(hidden, bool)
+    return hidden
+
+
+def test_a_black_background_hides_the_environment(tmp_path: Path) -> None:
+    """But not ambient light, nor the background of an environment that is hidden anyway."""
+    seen, hidden = Environment(radiance=1.0), Environment(radiance=1.0, visible=False)
+    assert not hides(tmp_path, seen, "environment")
+    assert hides(tmp_path, seen, "black")
+    assert hides(tmp_path, hidden, "black")
+    assert hides(tmp_path, replace(seen, background=1.0), "black")
+    assert not hides(tmp_path, None, "black", ambient=Ambient(1.0))
+    for environment, ambient in ((seen, Ambient(1.0)), (replace(hidden, background=1.0), Ambient())):
+        with pytest.raises(FragtracerError, match=r"cannot hide the environment alone.*render\.background"):
+            hides(tmp_path, environment, "black", ambient=ambient)
+
+
+@pytest.mark.parametrize("background", ["prefiltered", "irradiance"])
+def test_backgrounds_of_the_split_sum_approximation_are_refused(tmp_path: Path, background: Background) -> None:
+    with pytest.raises(
+        FragtracerError, match=rf'render\.background = "{background}"; make it "environment" or "black"'
+    ):
+        hides(tmp_path, Environment(radiance=1.0), background)
+    assert not hides(tmp_path, None, background)
+
+
+def test_unlit_surfaces_are_seen_before_a_hidden_environment(tmp_path: Path) -> None:
+    """They are emitters in Mitsuba; materials that nothing has are not."""
+    hidden, sphere = Environment(radiance=1.0, visible=False), Sphere((0.0, 0.0, 0.0), 1.0, "shown")
+    for material in (Material(unlit=True), Material(emission=1.0)):
+        with pytest.raises(FragtracerError, match="cannot hide the environment alone"):
+            hides(tmp_path, hidden, "environment", materials={"shown": material}, spheres=[sphere])
+        assert hides(tmp_path, hidden, "environment", materials={"unused": material})
 
 
 def test_exported_environment_is_opened(mi, tmp_path: Path) -> None:

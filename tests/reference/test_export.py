@@ -185,13 +185,10 @@ def test_mitsubas_own_normal_map_leans_as_its_note_says(mi, tmp_path, mirrored):
 
 @pytest.mark.parametrize("name", [*list(MATERIALS)[1:8], "frosted"])
 def test_each_nearest_material_reflects_nearly_as_much(mi, tmp_path, name):
+    material, attributes, textures = MATERIALS[name], MeshAttributes(), TextureFolder(tmp_path)
     shares = []
-    for translate in (exact_bsdf, nearest_bsdf):
-        _, weight = sample(
-            mi,
-            mi.load_dict(translate(MATERIALS[name], "smith", MeshAttributes(), TextureFolder(tmp_path))),
-            direction(mi, 45),
-        )
+    for tree in (exact_bsdf(material, "smith", attributes, textures), nearest_bsdf(material, attributes, textures)):
+        _, weight = sample(mi, mi.load_dict(tree), direction(mi, 45))
         shares.append(weight.numpy().mean(axis=1))
     assert shares[1] == pytest.approx(shares[0], rel=0.15)
 

@@ -11,9 +11,11 @@ Where the two renderers differ:
   it, to which our sun is added: so it also emits the mean radiance that it occludes. Without our plugin Mitsuba
   computes 1 - cos of the sphere's cone by subtraction in float32: then the sphere has the nearest size at which that
   is exact, and its radiance is scaled to keep its power.
-- An environment that is not visible hides every emitter from Mitsuba's camera (``hide_emitters``).
+- An environment that is not visible, or a black ``render.background``, hides every emitter from Mitsuba's camera
+  (``hide_emitters``).
 """
 
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
@@ -24,7 +26,7 @@ from fragtracer.errors import FragtracerError
 from fragtracer.io.images import write_image
 from fragtracer.reference.lights import black_sphere
 from fragtracer.reference.shapes import Tree, bounding_radius
-from fragtracer.scene import Environment, Scene
+from fragtracer.scene import Environment, Material, Scene
 from fragtracer.scene.environment import Sun, lookup
 
 _SUN_DISTANCE = 1e6  # in bounding radii of the scene
@@ -80,22 +82,28 @@ def map_rows(pixels: NDArray[np.floating]) -> NDArray[np.float32]:
     return rows
 
 
-def hides_emitters(scene: Scene) -> bool:
-    """Whether the camera sees no emitters.
+def hides_emitters(scene: Scene, used: Iterable[Material]) -> bool:
+    """Whether the camera sees no emitters, of surfaces of the materials ``used`` among them.
 
     Raises
     ------
     FragtracerError
-        If it should see some but not the environment, which Mitsuba cannot do.
+        If it should see some but not the environment, or the environment otherwise than it is, which Mitsuba cannot do.
     """
-    environment = scene.environment
-    if environment is None or environment.visible:
+    environment, background = scene.environment, scene.render.background
+    if environment is None:
         return False
-    used = [m for m in scene.materials.values() if m.is_emissive]
-    seen = used or any(light.radius > 0 for light in scene.lights) or max(scene.ambient.radiance) > 0
-    if seen or max(environment.background) > 0:
+    if background in ("prefiltered", "irradiance"):
         raise FragtracerError(
-            "Mitsuba cannot hide the environment alone: make it visible, or give the scene no other light that is seen "
-            "and a black background"
+            f'Mitsuba cannot show render.background = "{background}"; make it "environment" or "black"'
+        )
+    if environment.visible and background == "environment":
+        return False
+    is_lit = any(m.is_emissive or m.unlit for m in used) or any(light.radius > 0 for light in scene.lights)
+    is_black = environment.visible or max(environment.background) == 0
+    if is_lit or max(scene.ambient.radiance) > 0 or not is_black:
+        raise FragtracerError(
+            "Mitsuba cannot hide the environment alone: make it visible, in environment.visible and render.background, "
+            "or give the scene no other light that is seen, no unlit material, and a black environment.background"
         )
     return True

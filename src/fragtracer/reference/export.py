@@ -12,7 +12,7 @@ import numpy as np
 from fragtracer.errors import OutputError
 from fragtracer.reference import dielectrics, lights, plugins, shapes
 from fragtracer.reference.materials import geometry_term
-from fragtracer.reference.meshes import MeshAttributes, with_needed_tangents
+from fragtracer.reference.meshes import MeshAttributes
 from fragtracer.reference.nearest import note
 from fragtracer.reference.shapes import Tree
 from fragtracer.reference.translate import scene_tree
@@ -65,7 +65,7 @@ def export_mitsuba(scene: Scene, folder: Path | str, plugin: bool = False) -> li
     try:
         folder.mkdir(parents=True, exist_ok=True)
         tree = scene_tree(scene, folder, plugin)
-        notes = _notes(scene, plugin)
+        notes = _notes(scene, plugin, tree)
         document = ET.ElementTree(_scene_element(tree, notes))
         ET.indent(document)
         document.write(folder / "scene.xml", encoding="utf-8", xml_declaration=True)
@@ -77,20 +77,22 @@ def export_mitsuba(scene: Scene, folder: Path | str, plugin: bool = False) -> li
     return [*notes.values(), python if plugin else "open it with: mitsuba -m llvm_ad_rgb scene.xml"]
 
 
-def _notes(scene: Scene, plugin: bool) -> dict[str, str]:
-    """By its key in the tree one for each material, with all attributes that it reads, and each light that changes."""
-    blended = {name: [scene.materials[n] for n in scene.blended(name)] for name in scene.materials}
-    attributes = {
-        name: MeshAttributes.of(with_needed_tangents(part.geometry, blended[name]), blended[name])
-        for mesh in scene.meshes
-        for part, name in ((part, mesh.material_of(part)) for part in mesh.parts)
-    }
+def _notes(scene: Scene, plugin: bool, tree: Tree) -> dict[str, str]:
+    """By its key in the tree one for each material, wherever it is, and each light that changes."""
+    read: dict[str, list[MeshAttributes]] = {name: [] for name in scene.materials}
+    for mesh in scene.meshes:
+        for part in mesh.parts:
+            name = mesh.material_of(part)
+            read[name].append(MeshAttributes.of(part.geometry, [scene.materials[n] for n in scene.blended(name)]))
     geometry = geometry_term(scene.render)
-    notes = {
-        f"material_{i}": f"{name}: {note(material, geometry, plugin, attributes.get(name, MeshAttributes()))}"
-        + (f"; {_blend_note(material.blend, plugin)}" if material.blend is not None else "")
-        for i, (name, material) in enumerate(scene.materials.items())
-    }
+    notes = {}
+    for i, (name, material) in enumerate(scene.materials.items()):
+        key = f"material_{i}"
+        trees = [found for k, found in tree.items() if re.fullmatch(rf"{key}(_.*)?", k)]
+        own = [found["bsdf_0"] for found in trees] if material.blend is not None else trees
+        notes[key] = f"{name}: {note(material, geometry, plugin, read[name], own)}"
+        if material.blend is not None:
+            notes[key] += f"; {_blend_note(material.blend, plugin)}"
     for kind in LIGHTS:
         for i, light in enumerate(getattr(scene, kind)):
             key = f"{kind.removesuffix('s')}_{i}"

@@ -2,6 +2,7 @@
 """Translates materials to our own Mitsuba plugins, and what emits to Mitsuba's area lights."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from fragtracer.reference.dielectrics import conductor_bsdf, dielectric_bsdf, fa
 from fragtracer.reference.meshes import MeshAttributes
 from fragtracer.reference.plugins import BLEND, NAME, SURFACE, UNLIT
 from fragtracer.reference.shapes import Tree, rgb
-from fragtracer.reference.textures import TextureFolder
+from fragtracer.reference.textures import TextureFolder, linear_pixels, opacity_at
 from fragtracer.scene import Image, Material, RenderSettings, Texture
 from fragtracer.scene.fields import Triple
 from fragtracer.scene.material import DEFAULT_MODEL, MODELS
@@ -184,11 +185,22 @@ def emitter_of(material: Material, attributes: MeshAttributes, textures: Texture
         shown = _unlit_as_lambert(material, material.base_color)
         return surface(shown, "smith", attributes, textures) | {"type": UNLIT}
     if material.unlit:
-        color, texture = material.base_color, material.albedo_texture
-        return {"type": "area", "radiance": textures.nearest(texture, "color", color) if texture else rgb(color)}
+        return {"type": "area", "radiance": _unlit_radiance(material, textures)}
     if not material.is_emissive:
         return None
     return {"type": "area", "radiance": _radiance(material, attributes, textures, exact)}
+
+
+def _unlit_radiance(material: Material, textures: TextureFolder) -> Tree:
+    """The colour of an unlit material, times its opacity but for the alpha of vertices."""
+    texture = material.albedo_texture
+    if texture is None:
+        return rgb(np.multiply(material.base_color, opacity_at(material, 1.0)))
+    if material.alpha_mode != "opaque":
+        pixels = linear_pixels(texture.image)
+        shown = pixels[..., :3] * opacity_at(material, pixels[..., 3:])
+        texture = replace(texture, image=Image(shown, "linear"))
+    return textures.nearest(texture, "color", material.base_color)
 
 
 def _radiance(material: Material, attributes: MeshAttributes, textures: TextureFolder, exact: bool) -> Tree:
@@ -201,8 +213,7 @@ def _radiance(material: Material, attributes: MeshAttributes, textures: TextureF
     """
     texture, alpha = material.emission_texture, material.albedo_texture
     if material.alpha_mode == "opaque" or not (alpha or attributes.alpha):
-        opacity = {"opaque": 1.0, "blend": material.opacity, "mask": float(material.opacity >= material.alpha_cutoff)}
-        emission = np.multiply(material.emission, opacity[material.alpha_mode])
+        emission = np.multiply(material.emission, opacity_at(material, 1.0))
         if texture is None:
             return rgb(emission)
         return (textures.exact if exact else textures.nearest)(texture, "color", emission)

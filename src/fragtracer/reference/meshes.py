@@ -13,10 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.reference.shapes import Columns, Tree, write_ply
+from fragtracer.reference.textures import opacity_at
 from fragtracer.scene import Geometry, Material
 from fragtracer.scene.tangents import with_tangents
 
 _FORWARD = 1e-5  # of the largest coordinate
+VERTEX_COLORS = ("vertex_color", "vertex_blended")  # what Mitsuba's own materials look up: of a material, of its blend
 
 
 @dataclass(frozen=True)
@@ -81,20 +83,22 @@ def world_mesh(
     geometry: Geometry,
     matrix: NDArray[np.float64],
     attributes: MeshAttributes,
-    smooth: bool,
+    factors: Sequence[Material] = (),
     forward: bool = False,
 ) -> Tree:
     """The triangles of ``geometry``, transformed by ``matrix`` (4, 4) to world space, as a PLY file and its shape.
 
     Parameters
     ----------
-    smooth
-        Mitsuba interpolates the vertex normals. Otherwise it has face normals, and the vertex normals are an
-        attribute for our own plugin.
+    factors
+        The material and its blend, if they are Mitsuba's own: it interpolates the vertex normals, and the colours of
+        vertices are multiplied by the albedo of each, their alpha by the opacity. Without, it has face normals, and the
+        vertex normals are an attribute for our own plugin.
     forward
         Moves the surface towards its front, by less than the offset of a spawned ray. Of two coincident surfaces
         whose back faces are culled and that face opposite ways, a ray then meets the front face first.
     """
+    smooth = bool(factors)
     mirrored = np.linalg.det(matrix[:3, :3]) < 0
     positions = geometry.positions @ matrix[:3, :3].T + matrix[:3, 3]
     if forward:
@@ -116,9 +120,12 @@ def world_mesh(
         columns |= dict(zip(_names("tangent"), _unit(tangents[:, :3] @ matrix[:3, :3].T).T, strict=True))
         columns["handed_x"] = -tangents[:, 3] if mirrored else tangents[:, 3]
     if geometry.colors is not None:
-        columns |= dict(zip("rgb", geometry.colors.T[:3], strict=True))
+        colors = [np.clip(geometry.colors[:, :3] * part.base_color, 0, 1) for part in factors]
+        for names, color in zip(("rgb", _names("blended")), colors or [geometry.colors[:, :3]], strict=False):
+            columns |= dict(zip(names, color.T, strict=True))
         if attributes.alpha:
-            columns["alpha_x"] = geometry.colors[:, 3]
+            alpha = geometry.colors[:, 3]
+            columns["alpha_x"] = opacity_at(factors[0], alpha) if factors else alpha
     write_ply(path, columns, geometry.triangles[:, ::-1] if mirrored else geometry.triangles)
     return {"type": "ply", "filename": str(path), "face_normals": not (smooth and geometry.normals is not None)}
 

@@ -2,31 +2,30 @@
 """The nearest materials that every Mitsuba has, for people who will not use our plugin."""
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from fragtracer.reference.dielectrics import facets, is_rough_pane, nearest_rough_pane
-from fragtracer.reference.materials import (
-    has_images,
-    has_null_transmission,
-    is_lambert,
-    is_own_plugin,
-    is_plain,
-    lambert,
-    own_plugin,
-)
-from fragtracer.reference.meshes import MeshAttributes
-from fragtracer.reference.plugins import DELTA_ALPHA, NAME, SURFACE, UNLIT
+from fragtracer.reference.materials import has_images, is_lambert, is_own_plugin, own_plugin
+from fragtracer.reference.meshes import VERTEX_COLORS, MeshAttributes
+from fragtracer.reference.plugins import DELTA_ALPHA, UNLIT
 from fragtracer.reference.shapes import Tree, rgb
-from fragtracer.reference.textures import TextureFolder
-from fragtracer.scene import Material
+from fragtracer.reference.textures import TextureFolder, linear_pixels, opacity_at
+from fragtracer.scene import Image, Material
 from fragtracer.scene.material import MODELS
 
 
-def nearest_bsdf(material: Material, geometry: str, attributes: MeshAttributes, textures: TextureFolder) -> Tree:
-    """Mitsuba's own material nearest to ours; its geometry term is Smith's, uncorrelated, whatever ``geometry`` says.
+def nearest_bsdf(
+    material: Material, attributes: MeshAttributes, textures: TextureFolder, vertex_color: str = VERTEX_COLORS[0]
+) -> Tree:
+    """Mitsuba's own material nearest to ours; its geometry term is Smith's, uncorrelated.
 
     Rough dielectrics become ``principled``, since ``roughplastic`` loses light as it gets rougher: at
-    alpha = 1 its base is less than half as bright as ours.
+    alpha = 1 its base is less than half as bright as ours. ``vertex_color`` names the colours of vertices, times the
+    albedo.
     """
     if material.unlit:
         inner: Tree = {"type": "diffuse", "reflectance": rgb((0, 0, 0))}
@@ -35,27 +34,33 @@ def nearest_bsdf(material: Material, geometry: str, attributes: MeshAttributes, 
     elif is_own_plugin(material):
         own = own_plugin(material)
         inner = own.get("bsdf", own)
-    elif is_textured(material, attributes):
-        inner = _textured(material, attributes, textures)
-    elif is_lambert(material):
-        inner = lambert(material)["bsdf"]
+    elif _is_diffuse(material) or has_images(material) or attributes.color:
+        inner = _textured(material, attributes, textures, vertex_color)
     else:
         inner = _untextured(material)
     is_passed = material.is_dielectric and not material.unlit
     tree = {"type": "twosided", "bsdf": inner} if material.double_sided and not is_passed else inner
     if material.alpha_mode == "opaque":
         return tree
-    opacity: Any = float(material.opacity)
-    if material.alpha_mode == "blend" and material.albedo_texture:
-        opacity = textures.nearest(material.albedo_texture, "a", material.opacity)
-    elif material.alpha_mode == "mask" and material.albedo_texture:
-        opacity = textures.nearest(material.albedo_texture, "a") | {"filter_type": "nearest"}
-    return {"type": "mask", "opacity": opacity, "bsdf": tree}
+    return {"type": "mask", "opacity": _opacity(material, attributes, textures), "bsdf": tree}
 
 
-def is_textured(material: Material, attributes: MeshAttributes) -> bool:
-    """Whether it varies over the surface."""
-    return has_images(material) or attributes.color
+def _opacity(material: Material, attributes: MeshAttributes, textures: TextureFolder) -> Any:
+    texture = material.albedo_texture
+    if texture and material.alpha_mode == "blend":
+        return textures.nearest(texture, "a", material.opacity)
+    if texture:
+        shown = opacity_at(material, linear_pixels(texture.image)[..., 3])
+        image = Image((255 * shown).astype(np.uint8), "linear")
+        return textures.nearest(replace(texture, image=image, filter="nearest"), "r")
+    if attributes.alpha:
+        return {"type": "mesh_attribute", "name": "vertex_alpha"}
+    return float(opacity_at(material, 1.0))
+
+
+def _is_diffuse(material: Material) -> bool:
+    """Whether it has no specular lobe."""
+    return material.model == "eon" or is_lambert(material)
 
 
 def _untextured(material: Material) -> Tree:
@@ -71,20 +76,22 @@ def _untextured(material: Material) -> Tree:
     }
 
 
-def _textured(material: Material, attributes: MeshAttributes, textures: TextureFolder) -> Tree:
-    """``principled``, its textures made of ours and the values that they multiply."""
+def _textured(material: Material, attributes: MeshAttributes, textures: TextureFolder, vertex_color: str) -> Tree:
+    """``principled``, or ``diffuse``, its textures made of ours and the values that they multiply."""
     color: Tree = rgb(material.base_color)
     if material.albedo_texture:
         color = textures.nearest(material.albedo_texture, "color", material.base_color)
     elif attributes.color:
-        color = {"type": "mesh_attribute", "name": "vertex_color"}
-    tree: Tree = {"type": "principled", "base_color": color, "eta": _index(_mean_f0(material))}
-    numbers = {
-        "roughness": (material.roughness_texture, material.roughness),
-        "metallic": (material.metallic_texture, material.metalness),
-    }
-    for name, (texture, value) in numbers.items():
-        tree[name] = textures.nearest(texture, texture.channel, value) if texture else float(value)
+        color = {"type": "mesh_attribute", "name": vertex_color}
+    tree: Tree = {"type": "diffuse", "reflectance": color}
+    if not _is_diffuse(material):
+        tree = {"type": "principled", "base_color": color, "eta": _index(_mean_f0(material))}
+        numbers = {
+            "roughness": (material.roughness_texture, material.roughness),
+            "metallic": (material.metallic_texture, material.metalness),
+        }
+        for name, (texture, value) in numbers.items():
+            tree[name] = textures.nearest(texture, texture.channel, value) if texture else float(value)
     if material.normal_texture:
         return {"type": "normalmap", "normalmap": textures.nearest(material.normal_texture, "color"), "bsdf": tree}
     return tree
@@ -125,62 +132,87 @@ def _index(f0: float) -> float:
     return (1 + math.sqrt(f0)) / (1 - math.sqrt(f0))
 
 
-def note(material: Material, geometry: str, plugin: bool, attributes: MeshAttributes) -> str:
-    """What a material becomes in an exported scene, and how near that is."""
-    if material.unlit:
-        return (
-            f"{UNLIT}, the same" if plugin else "area, nearly the same: emits from its front only, sampled as a light"
-        )
-    if is_rough_pane(material) and not plugin:
-        return (
-            "principledthin, nearly the same: the reflection of one interface in place of both, what is transmitted "
-            "scattered less, facets of one width"
-        )
-    if is_own_plugin(material):
-        lost = ["tangents"] * (material.anisotropy > 0) + ["colours"] * ("albedo" in MODELS[material.model])
-        tree = own_plugin(material)
-        same = f"{tree.get('bsdf', tree)['type']}, the same but for textures and {' and '.join([*lost, 'normals'])}"
-        return "; ".join([f"{same} of vertices", *_holes(material)])
-    if plugin and not is_plain(material, attributes):
-        return f"{SURFACE}, the same"
-    if not (plugin or is_plain(material, attributes)) and (
-        is_textured(material, attributes) or has_null_transmission(material)
-    ):
-        return _textured_note(material, geometry)
-    if is_lambert(material):
-        return "diffuse, the same"
+def note(
+    material: Material, geometry: str, plugin: bool, attributes: Sequence[MeshAttributes], trees: Sequence[Tree]
+) -> str:
+    """What a material becomes in an exported scene, and how near that is.
+
+    ``attributes`` are those of each mesh that has it, and ``trees`` what it is there, without its blend.
+    """
+    kinds = ["area"] if material.unlit else list(dict.fromkeys(kind for tree in trees for kind in _kinds(tree)))
     if plugin:
-        return f"{NAME}, the same"
-    inner = _untextured(material)
-    kinds = [child["type"] for child in (inner.get("bsdf_0", inner), inner.get("bsdf_1")) if child]
-    differs = []
-    if "plastic" in kinds:
-        differs.append("the exact Fresnel term in place of Schlick's")
+        return f"{UNLIT if material.unlit else ' and '.join(kinds)}, the same"
+    differs = _differences(material, geometry, attributes, kinds)
+    if is_own_plugin(material) and not (material.unlit or is_rough_pane(material)):
+        lost = ["tangents"] * (material.anisotropy > 0) + ["colours"] * ("albedo" in MODELS[material.model])
+        same = f"the same but for textures and {' and '.join([*lost, 'normals'])} of vertices"
+        return "; ".join([f"{' and '.join(kinds)}, {same}", *differs])
+    return f"{' and '.join(kinds)}, " + (f"nearly the same: {'; '.join(differs)}" if differs else "the same")
+
+
+def _kinds(tree: Tree) -> list[str]:
+    """The types of what scatters, in what is around it."""
+    inner = [tree[name] for name in ("bsdf", "bsdf_0", "bsdf_1") if name in tree]
+    return [kind for child in inner for kind in _kinds(child)] or [tree["type"]]
+
+
+def _differences(
+    material: Material, geometry: str, attributes: Sequence[MeshAttributes], kinds: Sequence[str]
+) -> list[str]:
+    """How Mitsuba's own material, of these ``kinds``, differs from ours."""
+    found = []
+    if material.unlit:
+        found.append("emits from its front only, sampled as a light")
+    elif is_rough_pane(material):
+        found.append(
+            "the reflection of one interface in place of both, what is transmitted scattered less, facets of one width"
+        )
+    elif is_own_plugin(material):
+        found += ["without dispersion"] * (material.dispersion > 0)
+    elif _is_diffuse(material):
+        if material.model == "eon" and material.roughness > 0:
+            found.append("Lambert's model in place of Oren and Nayar's, up to a fifth brighter on average")
+    else:
+        found += _specular_differences(material, geometry, kinds)
+    if material.normal_texture and not material.unlit and not is_own_plugin(material):
+        found.append("a normal map whose green is inverted where the image is mirrored")
+    if not material.double_sided:
+        found.append("back faces are black, not passed")
+    return [*found, *_vertices_and_holes(material, attributes)]
+
+
+def _specular_differences(material: Material, geometry: str, kinds: Sequence[str]) -> list[str]:
+    found = []
+    is_metal = any(kind.endswith("conductor") for kind in kinds)
     if "principled" in kinds:
-        differs.append("the exact Fresnel term in place of Schlick's, a base brighter towards grazing")
-    if kinds[-1].endswith("conductor"):
-        differs.append("a metal of the same reflectance at every angle, no rise towards grazing")
-    if material.anisotropy:
-        differs.append("facets of two widths on metals alone, turned as Mitsuba's shapes have their tangents")
+        found.append("the exact Fresnel term in place of Schlick's, a base brighter towards grazing")
+    elif "plastic" in kinds:
+        found.append("the exact Fresnel term in place of Schlick's")
+    if is_metal:
+        found.append("a metal of the same reflectance at every angle, no rise towards grazing")
+    if material.anisotropy and is_metal:
+        found.append("facets of two widths on metals alone, turned as Mitsuba's shapes have their tangents")
+    elif material.anisotropy:
+        found.append("facets of one width")
     if material.diffuse_factor == "half-vector":
-        differs.append("a base without the factor of the half vector")
+        found.append("a base without the factor of the half vector")
     if geometry != "smith":
-        differs.append(f"Smith's uncorrelated geometry term in place of {geometry}")
-    return f"{' and '.join(kinds)}, nearly the same: {'; '.join(differs)}"
+        found.append(f"Smith's uncorrelated geometry term in place of {geometry}")
+    return found
 
 
-def _holes(material: Material) -> list[str]:
-    found = ["edges of holes by unfiltered opacity"] if material.alpha_mode == "mask" else []
+def _vertices_and_holes(material: Material, attributes: Sequence[MeshAttributes]) -> list[str]:
+    """What is lost of the attributes of vertices, and how holes differ."""
+    texture, found = material.albedo_texture, []
+    has_color, has_alpha = any(a.color for a in attributes), any(a.alpha for a in attributes)
+    if has_color and (material.unlit or (texture and not is_own_plugin(material))):
+        found.append("without the colours of vertices")
+    if has_alpha and texture:
+        found.append("without the alpha of vertices")
+    elif has_alpha and material.unlit:
+        found.append("emits through their alpha")
+    if material.alpha_mode == "mask" and texture:
+        found.append("edges of holes by unfiltered opacity")
+    elif material.alpha_mode == "mask" and has_alpha:
+        found.append("edges of holes fade from vertex to vertex")
     return found + ["shadows of holes need the integrator volpath, which is set"] * (material.alpha_mode != "opaque")
-
-
-def _textured_note(material: Material, geometry: str) -> str:
-    differs = ["a base without the factor of the half vector"]
-    if material.diffuse_factor == "interface":
-        differs = ["a base brighter towards grazing"]
-    if material.normal_texture:
-        differs.append("a normal map whose green is inverted where the image is mirrored")
-    differs += _holes(material)
-    if geometry != "smith":
-        differs.append(f"Smith's uncorrelated geometry term in place of {geometry}")
-    return f"principled, nearly the same: {'; '.join(differs)}"

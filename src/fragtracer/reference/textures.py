@@ -10,12 +10,12 @@ from typing import Any, Literal
 
 import numpy as np
 import PIL.Image
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from fragtracer.io.images import write_image
 from fragtracer.reference.plugins import TEXTURE
 from fragtracer.reference.shapes import Tree
-from fragtracer.scene import Image, Texture
+from fragtracer.scene import Image, Material, Texture
 
 Use = Literal["color", "r", "g", "b", "a"]  # the colour, or one channel as a number
 
@@ -59,16 +59,14 @@ class TextureFolder:
         return {**self._bitmaps[key], "filter_type": _FILTERS[texture.filter]}
 
     def _written(self, image: Image, use: Use, factor: tuple[float, ...], stem: str) -> Tree:
-        channels = four_channels(image.pixels)
-        chosen = channels[..., :3] if use == "color" else np.repeat(channels[..., "rgba".index(use), None], 3, axis=2)
+        chosen = _of_use(four_channels(image.pixels), use)
         encoded = image.color_space == "srgb" and use != "a"
         if chosen.dtype == np.uint8 and factor == (1.0, 1.0, 1.0):
             path = self._folder / f"{stem}.png"
             PIL.Image.fromarray(chosen).save(path)
             return {"type": "bitmap", "filename": str(path), "raw": not encoded}
         path = self._folder / f"{stem}.exr"
-        values = chosen / 255 if chosen.dtype == np.uint8 else chosen
-        write_image(path, (srgb_to_linear(values) if encoded else values) * factor)
+        write_image(path, _of_use(linear_pixels(image), use) * factor)
         return {"type": "bitmap", "filename": str(path), "raw": True}
 
 
@@ -78,6 +76,28 @@ def four_channels(pixels: NDArray[Any]) -> NDArray[Any]:
     count = pixels.shape[2]
     color = pixels[..., :3] if count >= 3 else np.repeat(pixels[..., :1], 3, axis=2)
     return np.concatenate([color, pixels[..., -1:] if count in (2, 4) else opaque], axis=2)
+
+
+def _of_use(channels: NDArray[Any], use: Use) -> NDArray[Any]:
+    """Three channels of four (h, w, 4): the colour, or one of them thrice."""
+    return channels[..., :3] if use == "color" else np.repeat(channels[..., "rgba".index(use), None], 3, axis=2)
+
+
+def linear_pixels(image: Image) -> NDArray[np.float64]:
+    """Red, green, blue and alpha as linear numbers, (h, w, 4)."""
+    channels = four_channels(image.pixels)
+    values = channels / 255 if channels.dtype == np.uint8 else channels.astype(np.float64)
+    if image.color_space == "srgb":
+        values[..., :3] = srgb_to_linear(values[..., :3])
+    return values
+
+
+def opacity_at(material: Material, alpha: ArrayLike) -> NDArray[np.float64]:
+    """The opacity of a material where its texture and vertices have the ``alpha`` (any shape)."""
+    opacity = material.opacity * np.asarray(alpha, np.float64)
+    if material.alpha_mode == "mask":
+        return (opacity >= material.alpha_cutoff).astype(np.float64)
+    return opacity if material.alpha_mode == "blend" else np.ones_like(opacity)
 
 
 def srgb_to_linear(encoded: NDArray[Any]) -> NDArray[np.float64]:

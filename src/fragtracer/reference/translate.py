@@ -55,7 +55,13 @@ from fragtracer.reference.materials import (
     geometry_term,
     has_null_transmission,
 )
-from fragtracer.reference.meshes import MeshAttributes, with_needed_coordinates, with_needed_tangents, world_mesh
+from fragtracer.reference.meshes import (
+    VERTEX_COLORS,
+    MeshAttributes,
+    with_needed_coordinates,
+    with_needed_tangents,
+    world_mesh,
+)
 from fragtracer.reference.nearest import nearest_bsdf
 from fragtracer.reference.plugins import PATH, SPHERE_LIGHT, UNLIT
 from fragtracer.reference.shapes import Tree, rgb
@@ -100,16 +106,19 @@ def scene_tree(scene: Scene, folder: Path, plugins: bool = True) -> Tree:
         """Of a surface of the material ``name``, which lies in the dielectric ``around``."""
         own, *others = (_seen(scene, n, attributes) for n in scene.blended(name))
         parts = [own, *(replace(other, alpha_mode="opaque", double_sided=True) for other in others)]
-        trees = [
-            dielectrics.dielectric_bsdf(part, scene.materials[around])
-            if around and part.is_dielectric
-            else (exact_bsdf if plugins else nearest_bsdf)(part, geometry_term(scene.render), attributes, textures)
-            for part in parts
-        ]
+
+        def scattering(part: Material, vertex_color: str) -> Tree:
+            if around and part.is_dielectric:
+                return dielectrics.dielectric_bsdf(part, scene.materials[around])
+            if plugins:
+                return exact_bsdf(part, geometry_term(scene.render), attributes, textures)
+            return nearest_bsdf(part, attributes, textures, vertex_color)
+
+        trees = [scattering(part, color) for part, color in zip(parts, VERTEX_COLORS, strict=False)]
         return trees[0] if len(parts) == 1 else blended_bsdf(parts[0], trees, attributes, textures, plugins)
 
     inside = fillings(scene)
-    found = _shapes(scene, folder, smooth=not plugins)
+    found = _shapes(scene, folder, plugins)
     tree: Tree = {"type": "scene", "integrator": _integrator(scene, found, plugins), "sensor": _sensor(scene)}
     media = dielectrics.media(scene)
     tree |= {key: dielectrics.medium_tree(medium, folder / f"{key}.vol") for key, medium in media.items()}
@@ -196,7 +205,8 @@ def _material_key(number: int, attributes: MeshAttributes) -> str:
 
 
 def _integrator(scene: Scene, found: Found, plugins: bool) -> Tree:
-    settings, hidden = scene.render, hides_emitters(scene)
+    settings = scene.render
+    hidden = hides_emitters(scene, [scene.materials[name] for _, name, _ in found.values()])
     has_roulette = settings.russian_roulette and not has_media(scene)
     rr_depth = settings.russian_roulette_depth if has_roulette else NEVER
     null = any(map(has_null_transmission, scene.materials.values()))
@@ -243,7 +253,7 @@ def _film(settings: RenderSettings) -> Tree:
     }
 
 
-def _shapes(scene: Scene, folder: Path, smooth: bool) -> Found:
+def _shapes(scene: Scene, folder: Path, plugins: bool) -> Found:
     """Every shape by its key, with the name of its material and the attributes that this reads."""
     inside = fillings(scene)
 
@@ -273,7 +283,8 @@ def _shapes(scene: Scene, folder: Path, smooth: bool) -> Found:
             matrix = placement.matrix @ np.asarray(part.matrix)
             if len(geometry.triangles):
                 forward = material.is_emissive and not material.double_sided
-                tree = world_mesh(folder / f"{key}.ply", geometry, matrix, attributes, smooth, forward)
+                factors = [] if plugins else blended
+                tree = world_mesh(folder / f"{key}.ply", geometry, matrix, attributes, factors, forward)
                 found[key] = (tree, name, attributes)
     return found
 

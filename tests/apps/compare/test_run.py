@@ -14,7 +14,7 @@ from fragtracer.apps.compare.run import default_size, rounded_up
 from fragtracer.errors import FragtracerError
 from fragtracer.io.toml import load
 from fragtracer.reference.variant import find_llvm
-from fragtracer.scene import Scene
+from fragtracer.scene import Camera, Environment, Material, RenderSettings, Scene, Sphere
 
 SIZE = (64, 64)
 
@@ -61,6 +61,20 @@ def test_furnace_agrees():
     comparison = compare_scene(in_long_passes(load("furnace")), SIZE, 512)
     assert comparison.exit_status == 0
     assert max(comparison.verdict.detectable_bias) < 0.005
+
+
+def test_a_black_background_agrees():
+    ball = Sphere((0.0, 0.0, 0.0), 1.0, "clay")
+    scene = Scene(
+        Camera((0.0, 1.0, 5.0), (0.0, 0.0, 0.0)),
+        {"clay": Material(albedo=0.6, specular=0.0)},
+        spheres=[ball],
+        environment=Environment(radiance=(1.0, 0.8, 0.5)),
+        render=RenderSettings(background="black"),
+    )
+    comparison = compare_scene(scene, (32, 24), 512)
+    assert comparison.exit_status == 0
+    assert comparison.ours.pictures.mean() < 0.2
 
 
 def test_too_few_samples_are_inconclusive():

@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: MIT
+"""The nearest materials of Mitsuba's own: what they are made of, and what is said of them."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from fragtracer.io.images import read_image
+from fragtracer.reference.export import export_mitsuba
+from fragtracer.reference.textures import srgb_to_linear
+from fragtracer.reference.translate import scene_tree
+from fragtracer.scene import Geometry, Image, Material, Mesh, Part, Scene, Texture
+
+CORNERS = [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]]
+COLORS = np.array([[0.2, 0.4, 0.6, 0.3], [0.4, 0.6, 0.8, 0.7], [1.0, 1.0, 1.0, 1.0], [0.0, 0.0, 0.0, 0.0]])
+PIXELS = np.array([[[255, 128, 0, 51], [255, 255, 255, 204]]], np.uint8)  # of alpha 0.2 and 0.8
+PICTURE = Texture(Image(PIXELS))
+BASE = (0.5, 0.6, 0.7)
+
+
+def quad(colors: Any = None) -> Geometry:
+    return Geometry(CORNERS, [[0, 1, 2], [0, 2, 3]], uvs=[[0, 1], [1, 1], [1, 0], [0, 0]], colors=colors)
+
+
+def nearest(folder: Path, material: Material, colors: Any = None, **others: Material) -> tuple[Any, Any, str]:
+    """What it is on a mesh with vertices of these ``colors``: its tree, what emits there, and its note."""
+    scene = Scene(materials={"m": material, **others}, meshes=[Mesh([Part(quad(colors), "m")])])
+    tree = scene_tree(scene, folder, plugins=False)
+    shape = tree["mesh_0_0_0"]
+    return tree[shape["bsdf"]["id"]], shape.get("emitter"), export_mitsuba(scene, folder)[0].removeprefix("m: ")
+
+
+def vertices(folder: Path, *names: str) -> NDArray[np.float32]:
+    """Columns of the mesh, (4, n)."""
+    header, data = (folder / "mesh_0_0_0.ply").read_bytes().split(b"end_header\n", 1)
+    found = [line.split()[2].decode() for line in header.splitlines() if line.startswith(b"property float")]
+    table = np.frombuffer(data, "<f4", 4 * len(found)).reshape(4, -1)
+    return table[:, [found.index(name) for name in names]]
+
+
+def pixels(tree: Any) -> NDArray[np.float64]:
+    """What a bitmap without sRGB encoding shows, (h, w, 3)."""
+    assert tree["raw"]
+    image = read_image(tree["filename"])
+    return image / 255 if image.dtype == np.uint8 else image
+
+
+@pytest.mark.parametrize(("roughness", "text"), [(0.0, "the same"), (1.0, "nearly the same: Lambert's model in place")])
+def test_eon_has_no_specular_lobe(tmp_path: Path, roughness: float, text: str) -> None:
+    clay = Material(model="eon", albedo=BASE, roughness=roughness)
+    tree, _, note = nearest(tmp_path, clay)
+    assert tree["bsdf"] == {"type": "diffuse", "reflectance": {"type": "rgb", "value": list(BASE)}}
+    assert note.startswith(f"diffuse, {text}")
+    painted = Material(model="eon", albedo=BASE, roughness=roughness, albedo_texture=PICTURE)
+    tree, _, note = nearest(tmp_path, painted)
+    assert (tree["bsdf"]["type"], tree["bsdf"]["reflectance"]["type"]) == ("diffuse", "bitmap")
+    assert note.startswith(f"diffuse, {text}")
+
+
+def test_colors_of_vertices_multiply_the_albedo(tmp_path: Path) -> None:
+    tree, _, note = nearest(tmp_path, Material(albedo=BASE), COLORS)
+    assert tree["bsdf"]["base_color"] == {"type": "mesh_attribute", "name": "vertex_color"}
+    np.testing.assert_allclose(vertices(tmp_path, *"rgb"), COLORS[:, :3] * BASE, rtol=1e-6)
+    assert "colours of vertices" not in note
+    _, _, note = nearest(tmp_path, Material(albedo=BASE, albedo_texture=PICTURE), COLORS)
+    assert "without the colours of vertices" in note
+
+
+def test_each_part_of_a_blend_has_its_own_colors_of_vertices(tmp_path: Path) -> None:
+    metal = Material(metal="gold")
+    tree, _, _ = nearest(tmp_path, Material(albedo=BASE, blend="metal"), COLORS, metal=metal)
+    assert tree["bsdf_0"]["bsdf"]["base_color"]["name"] == "vertex_color"
+    assert tree["bsdf_1"]["bsdf"]["base_color"]["name"] == "vertex_blended"
+    np.testing.assert_allclose(vertices(tmp_path, *"rgb"), COLORS[:, :3] * BASE, rtol=1e-6)
+    blended = vertices(tmp_path, "blended_x", "blended_y", "blended_z")
+    np.testing.assert_allclose(blended, COLORS[:, :3] * metal.base_color, rtol=1e-6)
+
+
+def test_alpha_of_vertices(tmp_path: Path) -> None:
+    """Times the opacity, or thresholded; where there is a texture, that has the alpha."""
+    for mode, expected in (("blend", 0.8 * COLORS[:, 3]), ("mask", 0.8 * COLORS[:, 3] >= 0.5)):
+        tree, _, _ = nearest(tmp_path, Material(opacity=0.8, alpha_mode=mode), COLORS)
+        assert tree["opacity"] == {"type": "mesh_attribute", "name": "vertex_alpha"}
+        np.testing.assert_allclose(vertices(tmp_path, "alpha_x")[:, 0], expected, rtol=1e-6)
+    tree, _, note = nearest(tmp_path, Material(alpha_mode="blend", albedo_texture=PICTURE), COLORS)
+    assert tree["opacity"]["type"] == "bitmap"
+    assert "without the alpha of vertices" in note
+
+
+def test_vertices_are_opened(mi: Any, tmp_path: Path) -> None:
+    """Mitsuba finds the colours of both parts of a blend, and the alpha, where they are looked up."""
+    nearest(tmp_path, Material(albedo=BASE, blend="white"), COLORS, white=Material(albedo=1.0))
+    world = mi.load_file(str(tmp_path / "scene.xml"))
+    si = world.ray_intersect(mi.Ray3f(mi.Point3f(0.9999, 0.9999, 5), mi.Vector3f(0, 0, -1)))
+    for name, expected in (("vertex_color", BASE), ("vertex_blended", (1.0, 1.0, 1.0))):
+        assert si.shape.eval_attribute_3(name, si).numpy().ravel() == pytest.approx(expected, abs=1e-3)
+    nearest(tmp_path, Material(opacity=0.6, alpha_mode="blend"), COLORS)
+    world = mi.load_file(str(tmp_path / "scene.xml"))
+    si = world.ray_intersect(mi.Ray3f(mi.Point3f(0.9999, 0.9999, 5), mi.Vector3f(0, 0, -1)))
+    assert si.bsdf().eval_null_transmission(si).numpy().ravel() == pytest.approx([0.4] * 3, abs=1e-3)
+
+
+@pytest.mark.parametrize(("mode", "factor"), [("opaque", 1.0), ("blend", 0.2), ("mask", 0.0)])
+def test_an_unlit_surface_emits_by_its_opacity(tmp_path: Path, mode: Any, factor: float) -> None:
+    _, emitter, _ = nearest(tmp_path, Material(albedo=BASE, unlit=True, opacity=0.2, alpha_mode=mode))
+    assert emitter["radiance"]["value"] == pytest.approx(np.multiply(BASE, factor))
+
+
+@pytest.mark.parametrize(
+    ("mode", "alpha"), [("opaque", [1.0, 1.0]), ("blend", [0.9 * 0.2, 0.9 * 0.8]), ("mask", [0.0, 1.0])]
+)
+def test_an_unlit_surface_emits_by_the_alpha_of_its_texture(tmp_path: Path, mode: Any, alpha: list[float]) -> None:
+    material = Material(albedo=BASE, unlit=True, opacity=0.9, alpha_mode=mode, albedo_texture=PICTURE)
+    _, emitter, _ = nearest(tmp_path, material)
+    expected = srgb_to_linear(PIXELS[..., :3] / 255) * BASE * np.array(alpha)[:, None]
+    np.testing.assert_allclose(pixels(emitter["radiance"]), expected, rtol=1e-5)
+
+
+def test_what_an_unlit_surface_loses_of_vertices_is_said(tmp_path: Path) -> None:
+    note = nearest(tmp_path, Material(unlit=True, alpha_mode="blend"), COLORS)[2]
+    assert "without the colours of vertices; emits through their alpha" in note
+    assert "vertices" not in nearest(tmp_path, Material(unlit=True, alpha_mode="blend"))[2]
+
+
+@pytest.mark.parametrize(("opacity", "expected"), [(0.6, 1.0), (0.5, 1.0), (0.2, 0.0)])
+def test_a_mask_is_thresholded(tmp_path: Path, opacity: float, expected: float) -> None:
+    tree, _, note = nearest(tmp_path, Material(opacity=opacity, alpha_mode="mask"))
+    assert (tree["type"], tree["opacity"]) == ("mask", expected)
+    assert "edges" not in note
+
+
+@pytest.mark.parametrize(
+    ("opacity", "cutoff", "expected"), [(1.0, 0.5, [0, 1]), (0.6, 0.5, [0, 0]), (1.0, 0.1, [1, 1])]
+)
+def test_the_alpha_of_a_texture_is_thresholded(
+    tmp_path: Path, opacity: float, cutoff: float, expected: list[int]
+) -> None:
+    material = Material(opacity=opacity, alpha_mode="mask", alpha_cutoff=cutoff, albedo_texture=PICTURE)
+    tree, _, note = nearest(tmp_path, material)
+    assert tree["opacity"]["filter_type"] == "nearest"
+    np.testing.assert_array_equal(pixels(tree["opacity"])[0, :, 0], expected)
+    assert "edges of holes by unfiltered opacity" in note
+
+
+BACK = "back faces are black, not passed"
+
+
+@pytest.mark.parametrize(
+    ("material", "expected"),
+    [
+        (Material(specular=0.0, double_sided=False), f"diffuse, nearly the same: {BACK}"),
+        (Material(specular=0.0, albedo_texture=PICTURE), "diffuse, the same"),
+        (Material(model="plastic", double_sided=False), f"plastic, the same but for textures and colours.*; {BACK}"),
+        (Material(metal="gold", double_sided=False), f"roughconductor, nearly the same: .*; {BACK}"),
+        (Material(roughness=0.0, double_sided=False), f"plastic, nearly the same: .*; {BACK}"),
+        (Material(albedo_texture=PICTURE, double_sided=False), f"principled, nearly the same: .*; {BACK}"),
+        (Material(unlit=True, double_sided=False), f"area, nearly the same: .*; {BACK}"),
+        (Material(model="plastic", unlit=True), "area, nearly the same: emits from its front only, sampled as a light"),
+        (
+            Material(model="dielectric", abbe_number=30.0, roughness=0.3),
+            "roughdielectric, the same but.*; without dispersion",
+        ),
+        (Material(model="dielectric"), "roughdielectric, the same but for textures and normals of vertices"),
+        (Material(anisotropy=0.5, metal="gold", albedo_texture=PICTURE), "principled, .*; facets of one width"),
+    ],
+)
+def test_notes_are_of_what_the_tree_has(tmp_path: Path, material: Material, expected: str) -> None:
+    tree, _, note = nearest(tmp_path, material)
+    assert re.fullmatch(expected, note)
+    if not material.double_sided:
+        assert tree["type"] != "twosided"
+
+
+def test_notes_are_of_all_meshes(tmp_path: Path) -> None:
+    meshes = [Mesh([Part(quad(colors), "m")]) for colors in (COLORS, None)]
+    for found, text in (
+        (Material(albedo_texture=PICTURE), "without the colours"),
+        (Material(), "plastic and principled"),
+    ):
+        scene = Scene(materials={"m": replace(found, roughness=0.0)}, meshes=meshes)
+        assert text in export_mitsuba(scene, tmp_path)[0]
+
+
+def test_notes_of_materials_that_nothing_has(tmp_path: Path) -> None:
+    assert export_mitsuba(Scene(materials={"m": Material(model="eon")}), tmp_path)[0].startswith("m: diffuse")
