@@ -92,7 +92,8 @@ def work(settings: dict[str, Any]) -> None:
 
     scene = fragtracer.load(settings["scene"])
     # As many samples in each pixel, and paths alike, in the versions that know of anything else.
-    evenly = {k: v for k, v in {"adaptive": "off", "guiding": "off"}.items() if hasattr(scene.render, k)}
+    names = ("adaptive", "guiding", "light_tracing", "gradient_domain")
+    evenly = {name: "off" for name in names if hasattr(scene.render, name)}
     with fragtracer.Renderer(scene, tuple(settings["size"]), bounces=settings["bounces"], **evenly) as renderer:
         step = renderer.settings.rays
         renderer.sample(step)

@@ -48,6 +48,7 @@ OWN = {
     "guiding": ("shaders/test_guiding.py", "test_guiding.py"),
     "integrator": ("test_furnace.py", "test_direct_light.py", "test_dielectrics.py", "test_media.py",
                    "test_split_sum.py", "test_environment_light.py", "test_anisotropy.py"),
+    "light_tracing.frag": ("test_light_tracing.py", "test_photon_sums.py"),
     "layers.frag": ("test_aov.py", "test_denoise.py"),
     "light": ("shaders/test_sphere_light.py", "shaders/test_environment.py", "shaders/test_mesh_light.py",
               "shaders/test_light.py", "test_split_sum.py"),
@@ -65,7 +66,8 @@ OWN = {
 # Then those of the whole picture.
 ALL = ("test_furnace.py", "test_direct_light.py", "test_estimators.py", "test_textured.py", "test_robustness.py",
        "test_same_picture.py", "test_split_sum.py", "test_dielectrics.py", "test_media.py", "test_guiding.py",
-       "test_adaptive_sampling.py", "test_aov.py", "test_convergence.py", "shaders",
+       "test_light_tracing.py", "test_photon_sums.py", "test_adaptive_sampling.py", "test_gradient_domain.py",
+       "test_aov.py", "test_convergence.py", "shaders",
        "studio.py::comparison_with_mitsuba", "apps/viewer/test_display.py", "test_reference_scenes.py",
        "test_reference_meshes.py")  # fmt: skip
 

@@ -13,8 +13,9 @@ from fragtracer.errors import FilmError
 from fragtracer.films import SavedFilm, merge
 from fragtracer.io.toml import load
 from fragtracer.renderer import Renderer
-from fragtracer.sampling.gradients import GradientPilot, Weights, reconstruct
-from fragtracer.scene import RenderSettings
+from fragtracer.sampling.allocation import FIRST_STAGE
+from fragtracer.sampling.gradients import UNKNOWN, GradientPilot, Weights, reconstruct
+from fragtracer.scene import PLAIN, RenderSettings
 
 Floats = NDArray[np.float64]
 
@@ -118,6 +119,18 @@ def test_a_pilot_goes_on_where_its_first_tiles_leave_too_much_open(
     for least, asks in ((1.02, True), (0.25, False)):
         monkeypatch.setattr("fragtracer.sampling.gradients.LEAST_GAIN", least * pilot.found().gain)
         assert pilot.asks_for_more(8 * 160, 8 * 112) == asks
+
+
+def test_no_sample_of_the_picture_decides(ctx: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Or their weight would depend on them."""
+    with Renderer(load("cornell-box"), (64, 64), context=ctx, spp=2**12, bounces=2, **PLAIN) as renderer:
+        film = renderer._film
+        film.adaptive = film.gradient_domain = "auto"
+        renderer.sample(FIRST_STAGE)
+        monkeypatch.setattr(film._film, "read", None)
+        for _ in film._decide(renderer._tracer, None):
+            pass
+        assert film._gradients not in (None, UNKNOWN)
 
 
 def test_it_is_used_where_it_pays(ctx: Any) -> None:

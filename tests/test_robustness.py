@@ -11,8 +11,8 @@ from scene_builders import Vector, box, lambert, moved, rectangle, scaled, trian
 
 from fragtracer.gpu.context import is_software
 from fragtracer.io.toml import load
-from fragtracer.packing.shapes import GROWTH
-from fragtracer.scene import Ambient, Camera, Light, Material, Plane, Rectangle, Scene, Sphere
+from fragtracer.packing.shapes import GROWTH, flat_corners
+from fragtracer.scene import Ambient, Camera, Light, Material, Plane, Rectangle, Scene, Sphere, Triangle
 
 SIZE = (48, 40)
 
@@ -241,3 +241,15 @@ def test_cracks_between_shapes_are_found(ctx, monkeypatch, offset, triangles):
     monkeypatch.setattr("fragtracer.packing.shapes.GROWTH", 0.0 if is_software(ctx) else -GROWTH)
     with pytest.raises(AssertionError):
         assert_black_inside(ctx, 64, "mis", rotation(), offset, triangles)
+
+
+def test_tips_of_thin_triangles_do_not_grow_far() -> None:
+    """Others grow beyond all three sides."""
+    thin = Triangle(((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1e-3, 0.0)), "a")
+    other = Triangle(((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.2, 0.0)), "a")
+    grown, exact = (flat_corners([thin, other], np.zeros(3), growth)[1] for growth in (1e-3, 0.0))
+    moved = np.linalg.norm(grown - exact, axis=2)
+    assert moved[0].max() == pytest.approx(16e-3)
+    sides = ((0, 0, 0), (0, -1, 0)), ((0, 0, 0), (-1, 0, 0)), ((1, 0, 0), np.array((0.2, 1, 0)) / 1.04**0.5)
+    for point, normal in sides:
+        assert ((grown[1] - point) @ normal).max() == pytest.approx(1e-3)

@@ -227,7 +227,7 @@ class Accumulation:
             if asks_adaptive:
                 gain = pilot.gain()
             if asks_gradients:
-                found = yield from pilots.gradients(pilot, self._film.read().variance[..., :3])
+                found = yield from pilots.gradients(pilot)
         self._gain, self._gradients = gain, found
 
     def pilot(self, tracer: Tracer) -> Pixels:

@@ -13,7 +13,7 @@ from fragtracer.sampling import gradients
 from fragtracer.sampling.allocation import Window, WorkList
 from fragtracer.sampling.gradients import GradientPilot, Gradients
 from fragtracer.sampling.pilot import SAMPLES, STREAM, SURVEY_SAMPLES, Pilot, Tiles, pilot_list, survey_list
-from fragtracer.sampling.pixels import Floats, Pixels
+from fragtracer.sampling.pixels import Pixels
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,14 +41,19 @@ class PilotTracer:
             items = _joined([items, more])
         return items
 
-    def gradients(self, pilot: Pilot, variance: Floats) -> Generator[float, None, Gradients]:
-        """What differences of neighbours are worth, by the tiles of ``pilot``; ``variance`` (height, width, 3) is that
-        of the samples of the first stage."""
+    def gradients(self, pilot: Pilot) -> Generator[float, None, Gradients]:
+        """What differences of neighbours are worth, by the tiles of ``pilot``."""
         first, every = pilot.drawn
+        variance, known = pilot.tiles.variance(pilot.items), len(first.pixels)
         items = yield from self._sampled(gradients.pilot_list(first.pixels), SAMPLES)
-        found = GradientPilot(items, first, variance, pilot.rate)
+        found = GradientPilot(items, first, variance[:known], pilot.rate)
         if found.asks_for_more(*self.size):
-            more = yield from self._sampled(gradients.pilot_list(every.pixels[len(first.pixels) :]), SAMPLES)
+            others = Tiles(every.pixels[known:], every.weights[known:])
+            more = yield from self._sampled(gradients.pilot_list(others.pixels), SAMPLES)
+            if len(variance) == known:
+                pixels = others.pixels.ravel()
+                single = yield from self._sampled(WorkList(pixels, np.zeros_like(pixels)), SURVEY_SAMPLES)
+                variance = np.concatenate([variance, others.variance(single)])
             found = GradientPilot(_joined([items, more]), every, variance, pilot.rate)
         return found.found()
 

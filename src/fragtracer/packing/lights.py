@@ -250,7 +250,7 @@ def _point(light: Light, origin: Floats, extent: float) -> LightSource | None:
 
 def _spot(light: SpotLight, origin: Floats, extent: float) -> LightSource:
     inner, outer = np.cos(np.radians([light.inner_degrees, light.outer_degrees]))
-    scale = 1 / max(inner - outer, 1e-6)
+    scale = 1 / max(inner - outer, 1e-6)  # a step, at most, where both are nearly the same
     place = np.subtract(light.position, origin)
     record = {"position": place, "intensity": light.intensity}
     record |= {"direction": np.asarray(light.direction) / np.linalg.norm(light.direction)}

@@ -61,6 +61,7 @@ _FINITE = [kind for kind in SHAPES if kind != "planes"]
 # Flat shapes grow by this beyond their edges, relative to the scene, so that neighbours leave no crack; and bounds,
 # since where a ray passes an edge is known no better.
 GROWTH = 1e-6
+_MOST_OF_TIP = 16.0  # times that, by which the tip of a thin triangle may move
 
 
 @dataclass(frozen=True, eq=False)
@@ -250,7 +251,11 @@ def _triangles(triangles: Sequence[Triangle], growth: float) -> Floats:
     perimeter = sides.sum(axis=1, keepdims=True)
     incenter = (sides * vertices).sum(axis=1, keepdims=True) / perimeter
     doubled_area = np.linalg.norm(np.cross(opposite[:, 0], opposite[:, 1]), axis=1)[:, None, None]
-    grown: Floats = incenter + (vertices - incenter) * (1 + growth * perimeter / doubled_area)
+    from_incenter = vertices - incenter
+    farthest = np.linalg.norm(from_incenter, axis=2).max(axis=1)[:, None, None]
+    grown: Floats = incenter + from_incenter * (
+        1 + growth * np.minimum(perimeter / doubled_area, _MOST_OF_TIP / farthest)
+    )
     return grown
 
 

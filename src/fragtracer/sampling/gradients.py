@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.sampling.allocation import FIRST_STAGE, WorkList
-from fragtracer.sampling.pilot import TILE, Tiles, others_pay, twice
+from fragtracer.sampling.pilot import SAMPLES, TILE, Tiles, others_pay, twice
 from fragtracer.sampling.pixels import Pixels, around
 
 Floats = NDArray[np.float64]
@@ -205,22 +205,22 @@ def film_weights(variance: NDArray[np.floating[Any]], decorrelation: float) -> W
 
 def pilot_list(pixels: NDArray[np.int64]) -> WorkList:
     """Items whose samples say whether differences pay: two of each pixel of a pilot's tiles, (tiles, TILE²), one for
-    each tiling of the image."""
+    each tiling of the image; their samples follow those of all other items."""
     items = twice(pixels)
     numbers = np.repeat(np.array([ALIGNED, SHIFTED], np.uint32), TILE**2)
-    return WorkList(items, np.zeros_like(items), np.resize(numbers, len(items)))
+    return WorkList(items, np.full_like(items, 3 * SAMPLES), np.resize(numbers, len(items)))
 
 
 @dataclass(frozen=True)
 class GradientPilot:
     """What the samples of :func:`pilot_list` say: ``items`` (items, 1) of ``tiles``, by their half-differences, which
-    are linear in the samples as the picture is. The weights are those of a picture, from the ``variance`` (height,
-    width, 3) of single samples of its first stage, row 0 at the top. Point sets of half the size are less well
+    are linear in the samples as the picture is. The weights are those of a picture, from the ``variance`` (tiles, rows,
+    columns) of single samples that are not these (:meth:`.Tiles.variance`). Point sets of half the size are less well
     stratified; what that loses is the ``rate`` of :class:`.Pilot`."""
 
     items: Pixels
     tiles: Tiles
-    variance: NDArray[np.float32]
+    variance: Floats
     rate: float
 
     def found(self) -> Gradients:
@@ -259,8 +259,7 @@ class GradientPilot:
         return float(self.tiles.mean(is_dark.astype(np.float64)))
 
     def _weights(self, decorrelation: float) -> Weights:
-        of_pixels = self.variance.mean(axis=2).reshape(-1, 1, 1)[self.tiles.pixels.ravel()]
-        return Weights.of(self.tiles.tiled(of_pixels)[0, ..., 0].astype(np.float64), decorrelation)
+        return Weights.of(self.variance, decorrelation)
 
     @cached_property
     def _brightness(self) -> Floats:

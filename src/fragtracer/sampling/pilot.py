@@ -114,6 +114,11 @@ class Tiles:
         of_tiles = values.reshape(len(self.pixels), -1, TILE**2, channels)[:, :, place]
         return np.moveaxis(of_tiles.reshape(len(self.pixels), -1, TILE, TILE, channels), 1, 0)
 
+    def variance(self, items: Pixels) -> Floats:
+        """Between samples, in the mean of the colours, (tiles, rows, columns), of ``items`` in the order of
+        :meth:`tiled`."""
+        return np.asarray(self.tiled(items.variance)[..., :3].mean(axis=(0, -1), dtype=np.float64))
+
     def bright(self, color: NDArray[np.floating]) -> Floats:
         """Brightness, (tiles, rows, columns), of colours; see :func:`fragtracer.sampling.pixels.bright`."""
         brightness = color[..., :3].mean(axis=-1, dtype=np.float64)

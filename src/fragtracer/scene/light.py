@@ -7,7 +7,20 @@ import numpy as np
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from fragtracer.scene.fields import CONFIG, Many, NonNegative, Point, Strength, Triple, Vector, kinds_of, length
+from fragtracer.scene.fields import (
+    CONFIG,
+    LARGEST,
+    Many,
+    NonNegative,
+    Point,
+    Strength,
+    Triple,
+    Vector,
+    kinds_of,
+    length,
+)
+
+NARROWEST_SPOT = 0.1  # degrees: of a smaller angle float32 knows the cosine too coarsely
 
 __all__ = ["Ambient", "DirectionalLight", "Light", "SpotLight"]
 
@@ -31,6 +44,8 @@ class Light:
             raise ValueError("give either power (watts) or radiance (W/m²/sr), and only one of them")
         if self.radius == 0 and self.power is None:
             raise ValueError("a light of radius 0 has no surface to have a radiance; give its power instead")
+        if self.radius > 0 and self.power is not None and max(self.power) >= LARGEST * 4 * np.pi**2 * self.radius**2:
+            raise ValueError("the radius is so small that the radiance is no float32; radius 0 is a point light")
 
     @property
     def surface_radiance(self) -> Triple:
@@ -62,7 +77,7 @@ class SpotLight:
     direction: Vector
     intensity: Strength
     inner_degrees: Annotated[float, Field(ge=0, lt=90)] = 0.0
-    outer_degrees: Annotated[float, Field(gt=0, le=90)] = 45.0
+    outer_degrees: Annotated[float, Field(ge=NARROWEST_SPOT, le=90)] = 45.0
 
     def __post_init__(self) -> None:
         if not length(self.direction) > 0:

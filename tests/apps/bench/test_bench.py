@@ -186,10 +186,54 @@ def test_noise_of_the_reference_is_taken_off() -> None:
 
     reference = Reference(noisy(0.1), noisy(0.1))
     assert reference.relative_mse(noisy(0.05)) == pytest.approx(0.05**2, rel=0.1)
-    assert 0 < reference.trimmed_mse(noisy(0.05)) < reference.relative_mse(noisy(0.05))
     assert reference.noise == pytest.approx(0.1**2 / 2, rel=0.05)
     assert reference.relative_bias(noisy(0.1, 0.2), noisy(0.1, 0.2)) == pytest.approx(0.2, rel=0.05)
     assert reference.relative_bias(noisy(0.1), noisy(0.1)) < 0.02
+
+
+def test_the_worst_pixels_are_left_out_and_no_noise_of_the_reference_with_them() -> None:
+    """Which is larger in some pixels than in others, and than the error."""
+    rng = np.random.default_rng(0)
+    deviation = rng.choice([0.001, 0.05], (400, 400, 1))
+
+    def noisy(sigma: float) -> Any:
+        return 1 + sigma * deviation * rng.normal(size=(400, 400, 3))
+
+    reference, image, other = Reference(noisy(2.0), noisy(2.0)), noisy(1.0), noisy(1.0)
+    image[:20, :20] += 50.0  # a quarter of the pixels that are left out
+    truth = Reference(np.ones((400, 400, 3)), np.ones((400, 400, 3)))
+    assert reference.trimmed_mse(image, other) == pytest.approx(truth.trimmed_mse(image, other), rel=0.05)
+    assert truth.trimmed_mse(image, other) < truth.relative_mse(image) / 1000
+
+
+def test_variants_have_as_many_samples_as_the_default(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Though they may take more at once."""
+
+    class Fake:
+        def __init__(self, scene: Any, number: int, *_: Any, **__: Any) -> None:
+            self.step, self.spp = scene
+            self.seconds = float(self.spp)
+
+        def __enter__(self) -> Any:
+            return self
+
+        def __exit__(self, *_: Any) -> None:
+            pass
+
+        def sample(self, spp: int) -> None:
+            self.spp += spp
+            self.seconds += 3 * spp
+
+        def image(self) -> Any:
+            return np.full((2, 2, 3), float(self.spp))
+
+    monkeypatch.setattr(ablations, "Ours", Fake)
+    reference = Reference(np.zeros((2, 2, 3)), np.zeros((2, 2, 3)))
+    default: Any
+    changed: Any
+    default, changed = (16, 48), (32, 0)
+    row = ablations._row(default, changed, ablations.VARIANTS[0], reference, Plan(runs=1, seconds=1), lambda *_: None)
+    assert (_value(row["time"]), _value(row["error"])) == (3.0, 1.0)
 
 
 def test_ablations_have_a_row_for_each_variant(monkeypatch: pytest.MonkeyPatch) -> None:

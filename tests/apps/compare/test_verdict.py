@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from fragtracer.apps.compare.pictures import difference_caption
 from fragtracer.apps.compare.verdict import ALPHA, judge
 
 from .conftest import BATCHES, HEIGHT, WIDTH, noisy
@@ -71,6 +72,20 @@ def test_the_samples_asked_for_are_enough():
     deviation = 1.0 / verdict.spp_factor**0.5
     found = outcomes(lambda rng: (noisy(rng, deviation), noisy(rng, deviation)), 50)
     assert found.count("agreement") >= 44
+
+
+def test_a_colour_that_one_renderer_hardly_has_asks_for_no_samples_without_end():
+    rng = np.random.default_rng(7)
+    ours, reference = noisy(rng, 1.0), noisy(rng, 1.0)
+    ours[..., 2] = reference[..., 2] = 0.0
+    ours[0, 0, 0, 2] = 0.01
+    verdict = judge(ours, reference)
+    assert verdict.outcome == "inconclusive"
+    assert 1 < verdict.spp_factor < np.inf
+
+
+def test_the_scale_of_a_small_difference_is_told():
+    assert difference_caption(0.002) == "difference, blue -0.2 % to red +0.2 %"
 
 
 def test_regions_that_are_too_noisy_do_not_decide():

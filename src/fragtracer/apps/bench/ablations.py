@@ -122,7 +122,7 @@ def _row(default: Scene, changed: Scene, variant: Variant, reference: Reference,
             ours = stack.enter_context(Ours(default, number))
             sample_for(ours, plan.seconds or _SECONDS)
             while theirs.spp < ours.spp:
-                theirs.sample(theirs.step)
+                theirs.sample(min(theirs.step, ours.spp - theirs.spp))
             times.append(theirs.seconds / ours.seconds)
             errors.append(reference.relative_mse(theirs.image()) / reference.relative_mse(ours.image()))
             for contender, kept in ((ours, images[0]), (theirs, images[1])):

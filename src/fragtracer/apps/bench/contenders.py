@@ -18,6 +18,7 @@ from fragtracer.scene import Scene
 
 Image = NDArray[np.float64]
 _MOST_PATHS = 2**25  # in flight at once, some 6 GB
+_WARM_UPS = 2  # of Mitsuba, which compiles another kernel for the second rendering of some scenes
 
 
 @dataclass(frozen=True)
@@ -117,7 +118,8 @@ class Mitsuba:
         self._renderer = self._stack.enter_context(renderer)
         self.variant = self._renderer.variant
         self._seeds = np.random.default_rng(seed)
-        self.restart()
+        for _ in range(_WARM_UPS):
+            self.restart()
 
     def restart(self) -> None:
         """Forget the samples, and set the clock to 0."""

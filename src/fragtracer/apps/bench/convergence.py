@@ -4,6 +4,9 @@
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 
+import numpy as np
+from numpy.typing import NDArray
+
 from fragtracer.apps.bench.cases import case, with_settings
 from fragtracer.apps.bench.contenders import Contender, Mitsuba, Ours, race
 from fragtracer.apps.bench.error import Reference, make_reference, sample_for
@@ -45,8 +48,10 @@ def table(plan: Plan) -> Table:
             Plot("seconds", ("efficiency_ratio",), ("scene", "bounces"), "seconds", "efficiency over Mitsuba's"),
         ),
         notes=[
-            "The last column leaves out the 1 % of pixels that are worst in each image, for both renderers.",
-            "The clock starts when a renderer is compiled and warm, and stands while the other one works.",
+            'The ratio "of the best 99 % of pixels" leaves out, of both renderers, the 1 % where an image differs most '
+            "from the mean of that renderer's other runs.",
+            "The clock starts when a renderer is compiled and warm and, of fragtracer, when it has learned where light "
+            "comes from and decided what pays (docs/sampling.md), and stands while the other one works.",
         ],
     )
 
@@ -58,14 +63,24 @@ class _Log:
     spp: list[float] = field(default_factory=list)
     error: list[float] = field(default_factory=list)
     cost: list[float] = field(default_factory=list)
-    trimmed: list[float] = field(default_factory=list)  # as cost, without the worst pixels
+    seconds: list[float] = field(default_factory=list)
+    images: list[NDArray[np.float32]] = field(default_factory=list)
 
     def add(self, contender: Contender, reference: Reference) -> None:
-        error = reference.relative_mse(contender.image())
+        image = contender.image()
+        error = reference.relative_mse(image)
         self.spp.append(contender.spp)
         self.error.append(error)
         self.cost.append(error * contender.seconds)
-        self.trimmed.append(reference.trimmed_mse(contender.image()) * contender.seconds)
+        self.seconds.append(contender.seconds)
+        self.images.append(image.astype(np.float32))
+
+    def trimmed(self, reference: Reference) -> list[float]:
+        """As ``cost``, without the worst pixels; of at least two runs."""
+        total = np.sum(self.images, axis=0, dtype=np.float64)
+        others = [(total - image) / (len(self.images) - 1) for image in self.images]
+        parts = zip(self.images, others, self.seconds, strict=True)
+        return [reference.trimmed_mse(image.astype(np.float64), other) * seconds for image, other, seconds in parts]
 
 
 def run(plan: Plan, result: Table, progress: Progress) -> None:
@@ -102,7 +117,7 @@ def _run_scene(scene: Scene, plan: Plan, result: Table, part: Progress) -> None:
                 race((ours, mitsuba), t)
                 logs[t][0].add(ours, reference)
                 logs[t][1].add(mitsuba, reference)
-        result.rows[before:] = [key | _row(t, *logs[t]) | {"sampling": str(sampling)} for t in times]
+        result.rows[before:] = [key | _row(t, *logs[t], reference) | {"sampling": str(sampling)} for t in times]
 
 
 def _cost(mitsuba: Mitsuba, reference: Reference, seconds: float) -> float:
@@ -121,14 +136,15 @@ def _times(longest: float) -> list[float]:
     return [*times, longest]
 
 
-def _row(t: float, ours: _Log, mitsuba: _Log) -> Row:
+def _row(t: float, ours: _Log, mitsuba: _Log, reference: Reference) -> Row:
     row: Row = {"seconds": t}
     for name, log in (("fragtracer", ours), ("mitsuba", mitsuba)):
         row[f"{name}_spp"] = median(log.spp)
         row[f"{name}_error"] = median(log.error)
         row[f"{name}_efficiency"] = _efficiency(log.cost)
     row["efficiency_ratio"] = _ratio(ours.cost, mitsuba.cost)
-    row["trimmed_ratio"] = _ratio(ours.trimmed, mitsuba.trimmed)
+    if len(ours.images) > 1:
+        row["trimmed_ratio"] = _ratio(ours.trimmed(reference), mitsuba.trimmed(reference))
     return row
 
 

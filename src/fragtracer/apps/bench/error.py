@@ -38,12 +38,14 @@ class Reference:
         error = (image - (self.first + self.second) / 2) ** 2 - (self.first - self.second) ** 2 / 4
         return float((error * self.weight).mean())
 
-    def trimmed_mse(self, image: Image) -> float:
-        """:meth:`relative_mse` without the 1 % of pixels with the largest error in ``image``: without caustics."""
-        raw = ((image - (self.first + self.second) / 2) ** 2 * self.weight).mean(axis=2)
-        noise = ((self.first - self.second) ** 2 / 4 * self.weight).mean(axis=2)
-        kept = raw <= np.quantile(raw, 1 - _TRIMMED)
-        return float(raw[kept].mean() - noise[kept].mean())
+    def trimmed_mse(self, image: Image, other: Image) -> float:
+        """:meth:`relative_mse` without the 1 % of pixels where ``image`` differs most from ``other``, one by the same
+        renderer that is independent of both and of this: without caustics. By the difference from this, pixels where
+        it is noisy would be left out, and their noise be subtracted all the same."""
+        differs = ((image - other) ** 2 * self.weight).mean(axis=2)
+        kept = differs <= np.quantile(differs, 1 - _TRIMMED)
+        error = (image - (self.first + self.second) / 2) ** 2 - (self.first - self.second) ** 2 / 4
+        return float((error * self.weight).mean(axis=2)[kept].mean())
 
     @property
     def noise(self) -> float:

@@ -153,7 +153,9 @@ def measure_approximation(
     ``progress`` hears of each stage the samples per pixel that are done.
     """
     each = max(1, spp // 2)
-    scene = replace(scene, render=replace(scene.render, multiple_scattering=False, background="environment"))
+    # In the gradient domain the errors of neighbours would not be independent.
+    settings: dict[str, Any] = {"multiple_scattering": False, "background": "environment", "gradient_domain": "off"}
+    scene = replace(scene, render=replace(scene.render, **settings))
     found = stages(scene)
     halves = []
     for stage in found:

@@ -13,6 +13,7 @@ from PIL import Image, ImageDraw, ImageFont
 from fragtracer import output
 from fragtracer.apps.compare.measures import displayed, relative
 from fragtracer.apps.compare.run import Comparison
+from fragtracer.apps.compare.words import exact
 
 Bytes = NDArray[np.uint8]
 
@@ -91,7 +92,7 @@ def write_side_by_side(path: str | Path, comparison: Comparison) -> None:
 
 def difference_caption(limit: float) -> str:
     """What to write below the colours of :func:`diverging`."""
-    return f"difference, blue -{limit:.0%} to red +{limit:.0%}"
+    return f"difference, blue -{exact(limit)} to red +{exact(limit)}"
 
 
 def write_panels(path: str | Path, panels: Sequence[Bytes], captions: Sequence[str]) -> None:

@@ -166,7 +166,8 @@ class Verdict:
         if self.outcome != "inconclusive":
             return 1.0
         left = self.margin - np.minimum(np.abs(self.image.pair.relative_difference[0, 0]), self.margin / 2)
-        return max(1.5, float(np.max(self.provable_margin / left)) ** 2)
+        factors = (self.provable_margin / left)[np.isfinite(self.provable_margin)]  # not of a colour that is black
+        return max(1.5, float(np.max(factors, initial=0.0)) ** 2)
 
     def spp_factor_for(self, judged: float, block_bias: float) -> float:
         """How many times as many samples would probably have the share ``judged`` of the regions and colours that
