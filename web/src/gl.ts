@@ -13,6 +13,12 @@ export function isSoftware(gl: Gl): boolean {
   return /swiftshader|llvmpipe|softpipe|basic render/i.test(name);
 }
 
+export class ContextLost extends Error {
+  constructor() {
+    super("the graphics context was lost");
+  }
+}
+
 export class Program {
   private readonly places = new Map<string, { place: WebGLUniformLocation; type: number }>();
   readonly samplers: { name: string; type: number }[] = [];
@@ -47,9 +53,10 @@ export class Program {
     });
     gl.linkProgram(program);
     await pause();
-    while (parallel && !gl.isContextLost() && !gl.getProgramParameter(program, parallel.COMPLETION_STATUS_KHR))
-      await pause(10);
-    if (gl.isContextLost()) throw new Error("the graphics context was lost");
+    // As in finished().
+    const isLost = (): boolean => gl.isContextLost() || !gl.isProgram(program);
+    while (parallel && !isLost() && !gl.getProgramParameter(program, parallel.COMPLETION_STATUS_KHR)) await pause(10);
+    if (isLost()) throw new ContextLost();
     if (!gl.getProgramParameter(program, gl.LINK_STATUS)) {
       const logs = [...shaders.map((shader) => gl.getShaderInfoLog(shader)), gl.getProgramInfoLog(program)];
       throw new Error(logs.filter(Boolean).join("\n") || "the program does not link");

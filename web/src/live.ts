@@ -4,7 +4,7 @@ import * as cameras from "./camera";
 import { type Settings, changes, isTraced } from "./controls";
 import { Display } from "./display";
 import { Film } from "./film";
-import { type Gl, pause } from "./gl";
+import { ContextLost, type Gl, pause } from "./gl";
 import type { Camera, Payload } from "./payload";
 import { Tracer } from "./tracer";
 
@@ -37,10 +37,10 @@ export class Live {
   private drawn = -1; // the version that the films are of
   private changed = 0; // when
   private isOn = true; // the canvas can be seen
-  private isEnded = false;
   private isReady = false; // the context holds all that is needed
   private wake: () => void = () => {};
   private state: State = { samples: 0, seconds: 0, error: Infinity, speed: 0 };
+  private begun = 0; // when the picture was, in the seconds of the tracer
   private lastShown = 0;
   private lastMetered = 0;
 
@@ -65,12 +65,14 @@ export class Live {
     this.isReady = true;
   }
 
-  set(camera: Camera, settings: Settings): void {
+  // Settings that are left out stay as they are.
+  set(camera: Camera, changed: Settings): void {
+    const settings = { ...this.settings, ...changed };
     const traced = this.payload.header.controls.some((control) => isTraced(control) && settings[control.id] !== this.settings[control.id]);
     const shown = this.tonemap !== settings.tonemap;
     const moved = camera !== this.camera;
     this.camera = camera;
-    this.settings = { ...settings };
+    this.settings = settings;
     if (traced || moved) this.restart();
     if (shown) void this.display.prepare(this.tonemap).then(() => this.show());
     else if (!traced) this.show();
@@ -92,12 +94,7 @@ export class Live {
     this.wake();
   }
 
-  end(): void {
-    this.isEnded = true;
-    this.wake();
-  }
-
-  // Draw until the end.
+  // Draw for as long as the page is there.
   async run(): Promise<void> {
     const canvas = this.gl.canvas as HTMLCanvasElement;
     canvas.addEventListener("webglcontextlost", (event) => {
@@ -107,27 +104,29 @@ export class Live {
       this.wake();
     });
     canvas.addEventListener("webglcontextrestored", () => this.wake());
-    while (!this.isEnded) {
-      if (this.gl.isContextLost()) {
-        await this.woken();
-        continue;
-      }
-      if (!this.isReady) {
-        await this.start().catch((error: unknown) => {
-          if (!this.gl.isContextLost()) throw error;
+    for (;;) {
+      if (this.gl.isContextLost()) await this.woken();
+      else
+        await this.draw().catch((error: unknown) => {
+          if (!(error instanceof ContextLost || this.gl.isContextLost())) throw error;
         });
-        if (this.isReady) this.onLoss(false);
-        continue;
-      }
-      const version = this.version;
-      if (this.drawn !== version) await this.begin(version);
-      const goesOn = async (): Promise<boolean> => {
-        const isValid = (): boolean => version === this.version && !this.isEnded && this.isReady;
-        while (isValid() && (this.paused || !this.isOn)) await this.woken();
-        return isValid();
-      };
-      await this.refine(goesOn);
     }
+  }
+
+  // Until something changes.
+  private async draw(): Promise<void> {
+    if (!this.isReady) {
+      await this.start();
+      this.onLoss(false);
+    }
+    const version = this.version;
+    if (this.drawn !== version) await this.begin(version);
+    const goesOn = async (): Promise<boolean> => {
+      const isValid = (): boolean => version === this.version && this.isReady;
+      while (isValid() && (this.paused || !this.isOn)) await this.woken();
+      return isValid();
+    };
+    await this.refine(goesOn);
   }
 
   // The film after `spp` samples of each pixel of a picture of its own, seen by `camera`.
@@ -135,12 +134,14 @@ export class Live {
     this.setPaused(true);
     while (this.drawn !== this.version) await pause(5);
     await this.tracer.settle();
+    const before = this.tracer.seconds;
     const film = new Film(this.gl, width, height);
     this.tracer.set({ ...this.view(width, height), u_seed: seed });
     while (film.samples < spp)
       await this.tracer.pass(film, Math.min(this.tracer.rays(film), spp - film.samples), async () => true);
     await this.tracer.settle();
     this.tracer.set({ u_seed: this.payload.header.seed });
+    this.begun += this.tracer.seconds - before;
     return film;
   }
 
@@ -193,21 +194,23 @@ export class Live {
   private async add(share: number, goesOn: () => Promise<boolean>): Promise<boolean> {
     if (!(await goesOn())) return false;
     const film = this.film(share);
-    if (film.samples === 0) film.clear();
+    if (film.samples === 0) {
+      film.clear();
+      this.begun = this.tracer.seconds;
+    }
     this.tracer.set(this.view(film.width, film.height));
     const rays = Math.min(this.tracer.rays(film, PASS), Math.max(1, film.samples));
-    const before = this.tracer.seconds;
     if (!(await this.tracer.pass(film, rays, goesOn))) return false;
     this.shown = film;
     if (share === 1) {
       this.state.samples = film.samples;
-      this.state.seconds += this.tracer.seconds - before;
-      this.state.speed = (film.samples * film.width * film.height) / this.state.seconds;
       if (film.samples >= 2 && performance.now() - this.lastMetered > METERED) {
         await this.tracer.settle();
         this.state.error = this.display.relativeError(film);
         this.lastMetered = performance.now();
       }
+      this.state.seconds = this.tracer.seconds - this.begun;
+      if (this.state.seconds) this.state.speed = (film.samples * film.width * film.height) / this.state.seconds;
     }
     if (film.samples <= rays || performance.now() - this.lastShown > SHOWN) this.show();
     this.onFrame(this.state, share > 1);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The page: a poster first, then the scene as it is traced, and what a reader can do with it.
 import { toml } from "./camera";
-import type { Settings } from "./controls";
+import { type Settings, isTraced } from "./controls";
 import type { Film } from "./film";
 import { isSoftware } from "./gl";
 import { type Move, listen } from "./input";
@@ -52,6 +52,10 @@ async function main(): Promise<void> {
 function standIn(why: string): void {
   const pictures: string[] = JSON.parse(find("turntable").textContent!);
   find("note").textContent = `This is ${pictures.length ? "a series of pictures" : "a still picture"}: ${why}.`;
+  find("status").textContent = "";
+  find("panel").hidden = true;
+  find("stage").classList.remove("live");
+  find("picture").remove();
   if (!pictures.length) return;
   const stage = find("stage");
   const poster = find<HTMLImageElement>("poster");
@@ -61,7 +65,6 @@ function standIn(why: string): void {
     const index = Math.round(place) % pictures.length;
     poster.src = `data:image/webp;base64,${pictures[(index + pictures.length) % pictures.length]}`;
   };
-  find("picture").remove();
   stage.tabIndex = 0;
   stage.setAttribute("role", "application");
   stage.setAttribute("aria-label", "Arrow keys turn the picture.");
@@ -93,7 +96,10 @@ async function page(live: Live, payload: Payload, canvas: HTMLCanvasElement, not
     live.set(camera, settings);
     api.onChange(live.camera, live.settings);
   };
-  const change = (id: string, value: number | string): void => set(live.camera, { ...live.settings, [id]: value });
+  const change = (id: string, value: number | string): void => {
+    if (isTraced(header.controls.find((control) => control.id === id)!)) setPaused(false); // or it would not be seen
+    set(live.camera, { [id]: value });
+  };
   const panel = new Panel(find("controls"), change);
   const objectPanel = new Panel(find("object"), change);
   header.controls.filter(({ object }) => object === undefined).forEach((control) => panel.add(control, control.value));
@@ -149,8 +155,8 @@ async function page(live: Live, payload: Payload, canvas: HTMLCanvasElement, not
   const move = (how: Move): void => {
     if (!firstFrame) return;
     isTouched = true;
-    setPaused(false); // or it would not be seen
-    set(how(live.camera), live.settings);
+    setPaused(false);
+    set(how(live.camera), {});
   };
   const pick = async (x: number, y: number): Promise<void> => {
     if (!firstFrame) return;
@@ -167,7 +173,8 @@ async function page(live: Live, payload: Payload, canvas: HTMLCanvasElement, not
     button.addEventListener("click", action);
     document.addEventListener("keydown", (event) => {
       const isTyping = event.target instanceof Element && event.target.matches("input, select, textarea");
-      if (event.key === key && !isTyping && !event.ctrlKey && !event.metaKey && !event.altKey) action();
+      const isShown = !find("panel").hidden;
+      if (event.key === key && isShown && !isTyping && !event.ctrlKey && !event.metaKey && !event.altKey) action();
     });
     find("actions").append(button);
     return button;
@@ -178,6 +185,7 @@ async function page(live: Live, payload: Payload, canvas: HTMLCanvasElement, not
     pauseButton.textContent = paused ? "Go on" : "Pause";
   };
   act("Reset", "r", () => {
+    setPaused(false);
     api.set(initial.camera, initial.settings);
     api.onChange(live.camera, live.settings);
   });
@@ -198,6 +206,15 @@ async function page(live: Live, payload: Payload, canvas: HTMLCanvasElement, not
   };
   resize();
   new ResizeObserver(resize).observe(stage);
+  const followScreen = (): void => {
+    const resolution = matchMedia(`(resolution: ${devicePixelRatio}dppx)`);
+    const renew = (): void => {
+      resize();
+      followScreen();
+    };
+    resolution.addEventListener("change", renew, { once: true });
+  };
+  followScreen();
   const seen = { tab: !document.hidden, place: true };
   document.addEventListener("visibilitychange", () => {
     seen.tab = !document.hidden;

@@ -67,7 +67,7 @@ export interface Control {
 // What depends on how shapes are stored: where a CPU renders, more of them are tested one by one.
 export interface Stored {
   constants: [number, string][]; // lines of the fragment shader with the scene compiled in, for renderers in software
-  path_rounds: number; // of all loops along one path
+  path_rounds: number; // of all loops along one path, by the first settings
   uniforms: Record<string, Values>;
   tables: Table[];
   controls: Control[];

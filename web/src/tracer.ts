@@ -16,6 +16,13 @@ const MOST_ROUNDS = 65000; // of all loops in a draw; llvmpipe stops a shader af
 const BUDGET = { gpu: 0.012, software: 0.1 };
 const IN_FLIGHT = 2; // bands, so that the device does not wait for the page
 
+// When a band was found finished.
+interface End {
+  isGood: boolean;
+  time: number;
+  isLate: boolean; // a hidden page hears late of it
+}
+
 export class Tracer {
   speed = 0; // pixel samples per second by the last band; 0: not known yet
   seconds = 0; // that all bands so far have taken
@@ -27,7 +34,7 @@ export class Tracer {
   private readonly words: Record<string, Uint32Array>; // of tables that may change
   private picker: Promise<Program> | null = null;
   private uniforms: Record<string, Values>;
-  private pending: { done: Promise<boolean>; samples: number; start: number }[] = [];
+  private pending: { end: Promise<End>; samples: number; start: number }[] = [];
   private last = 0; // when the last band was found finished
 
   constructor(
@@ -103,9 +110,17 @@ export class Tracer {
   // How many paths a pass should have at most, and, so that it takes so many seconds: several in one draw keep more
   // lanes busy (path regeneration).
   rays(film: Film, seconds = Infinity): number {
-    const most = this.isSoftware ? Math.max(1, Math.floor(MOST_ROUNDS / this.header.path_rounds)) : MOST_RAYS;
+    const most = this.isSoftware ? Math.max(1, Math.floor(MOST_ROUNDS / this.rounds)) : MOST_RAYS;
     const wanted = (this.speed * seconds) / (film.width * film.height);
     return Math.max(1, Math.floor(Math.min(MOST_RAYS, most, wanted)));
+  }
+
+  // Of all loops along one path, at most: they grow with its vertices, and at each with the samples of lights
+  // (src/fragtracer/packing/__init__.py).
+  private get rounds(): number {
+    const growth = (name: string, others: number): number =>
+      Math.max(1, (Number(this.uniforms[name]) + others) / (Number(this.header.uniforms[name]) + others));
+    return this.header.path_rounds * growth("u_bounces", 2) * growth("u_light_samples", 1);
   }
 
   // Draw `rays` paths for every pixel; `goesOn` is asked before each band, and may let it wait. False if the pass was
@@ -117,7 +132,8 @@ export class Tracer {
       const rows = Math.min(this.rows(film.width * rays), film.height - row);
       this.draw(film, rays, row, rows);
       const samples = film.width * rows * rays;
-      this.pending.push({ done: finished(this.gl), samples, start: performance.now() });
+      const end = finished(this.gl).then((isGood) => ({ isGood, time: performance.now(), isLate: document.hidden }));
+      this.pending.push({ end, samples, start: performance.now() });
       if (this.pending.length >= IN_FLIGHT && !(await this.learn())) return false;
       row += rows;
     }
@@ -157,16 +173,15 @@ export class Tracer {
   }
 
   private async learn(): Promise<boolean> {
-    const { done, samples, start } = this.pending.shift()!;
-    const good = await done;
-    const now = performance.now();
-    const seconds = Math.max(now - Math.max(start, this.last), 0.1) / 1000;
-    this.last = now;
-    if (document.hidden) return good; // such a page hears late of it
+    const { end, samples, start } = this.pending.shift()!;
+    const { isGood, time, isLate } = await end;
+    const seconds = Math.max(time - Math.max(start, this.last), 0.1) / 1000;
+    this.last = time;
+    if (isLate) return isGood;
     this.seconds += seconds;
     const before = Math.max(this.speed, FIRST_BAND / this.budget);
     this.speed = Math.min(samples / seconds, MOST_GROWTH * before);
-    return good;
+    return isGood;
   }
 
   private upload(table: Table, payload: Payload): WebGLTexture {

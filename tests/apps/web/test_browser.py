@@ -15,6 +15,7 @@ from fragtracer.apps.web import page
 from fragtracer.display.look import Look
 from fragtracer.display.tone import srgb_decode
 from fragtracer.gpu.specialise import MOST_LISTED
+from fragtracer.packing import pack
 from fragtracer.packing.random_texture import random_texture
 from fragtracer.renderer import Renderer
 from fragtracer.sampling.pixels import Pixels
@@ -105,6 +106,26 @@ def test_settings_do_what_they_say(opened):
     assert_same(found, expected, nearly_all=0.98)
 
 
+def test_settings_that_are_left_out_stay(opened):
+    browser = opened(ft.load("three-spheres"))
+    before = browser.run("fragtracer.live.settings")
+    browser.run("fragtracer.set(fragtracer.live.camera, {bounces: 2})")
+    assert browser.run("fragtracer.live.settings") == {**before, "bounces": 2}
+
+
+def test_as_many_bounces_as_there_are_leave_no_sample_out(opened):
+    """llvmpipe stops a draw after so many rounds of loops, at which paths in it are lost: passes have fewer paths."""
+    scene = ft.load("three-spheres")
+    browser = opened(scene)
+    for name, value in {"bounces": 32, "light_samples": 16}.items():
+        set_control(browser, name, value)
+    browser.wait("fragtracer.live.drawn === fragtracer.live.version")
+    rays = browser.run("fragtracer.live.tracer.rays({width: 1, height: 1})")
+    settings = replace(scene.render, bounces=32, light_samples=16)
+    packed = pack(scene, settings, WIDTH, HEIGHT, MOST_LISTED["default"])
+    assert 1 <= rays <= 65_535 // packed.path_rounds
+
+
 def set_control(browser: Chromium, name: str, value: float | str) -> None:
     browser.run(
         f"(() => {{ const field = document.getElementById('control-{name}'); field.value = '{value}';"
@@ -179,6 +200,51 @@ def test_the_camera_that_is_copied_can_be_loaded(opened, tmp_path):
     np.testing.assert_allclose(ft.load(path).camera.position, camera_of(browser).position, rtol=1e-7)
 
 
+COMPILES_FOR_EVER = """
+const compiled = WebGL2RenderingContext.prototype.getProgramParameter;
+fragtracer.live.gl.getProgramParameter = function (program, name) {
+    return name !== 0x91B1 && compiled.call(this, program, name);  // COMPLETION_STATUS_KHR
+};"""
+
+
+@pytest.mark.parametrize("is_seen", [True, False], ids=["seen", "between-two-looks"])
+def test_a_context_that_is_lost_while_a_program_compiles_comes_back(opened, is_seen):
+    """Also if nothing looks between its loss and its return; what compiles is the program for edited lights."""
+    browser = opened(ft.load("three-spheres"))
+    browser.run(f"{{ {COMPILES_FOR_EVER} }}")
+    (power,) = (name for name in browser.run("fragtracer.controls.map(({id}) => id)") if name.startswith("power"))
+    browser.run(f"fragtracer.set(fragtracer.live.camera, {{'{power}': 2}})")
+    browser.wait("fragtracer.live.tracer.general")
+    if not is_seen:
+        browser.run("void (fragtracer.live.gl.isContextLost = () => false)")
+    browser.run("window.loss = fragtracer.live.gl.getExtension('WEBGL_lose_context'); loss.loseContext()")
+    browser.wait("note.textContent.includes('lost')")
+    browser.run(
+        "new Promise((done) => { picture.addEventListener('webglcontextrestored', done); loss.restoreContext(); })"
+        ".then(() => { delete fragtracer.live.gl.isContextLost; delete fragtracer.live.gl.getProgramParameter; })"
+    )
+    browser.wait("!note.textContent", 20)
+    browser.wait("fragtracer.state.samples > 0", 20)
+
+
+def test_a_page_that_cannot_go_on_is_a_still_picture(opened):
+    """With no controls that do nothing, and the poster again."""
+    browser = opened(ft.load("three-spheres"))
+    browser.run("picture.focus()")
+    browser.key("ArrowLeft")
+    browser.wait("stage.classList.contains('live')")
+    browser.run("void (fragtracer.live.gl.getProgramParameter = (program, name) => name !== 0x8B82)")  # LINK_STATUS
+    (power,) = (name for name in browser.run("fragtracer.controls.map(({id}) => id)") if name.startswith("power"))
+    browser.run(f"fragtracer.set(fragtracer.live.camera, {{'{power}': 2}})")
+    browser.wait("note.textContent.startsWith('This is a still picture: ')", 20)
+    assert browser.run("panel.hidden")
+    assert not browser.run("stage.classList.contains('live')")
+    assert not browser.run("document.getElementById('picture')")
+    assert browser.run("document.getElementById('status').textContent") == ""
+    browser.key("p")
+    assert browser.run("actions.firstChild.textContent") == "Pause"
+
+
 def test_a_lost_context_comes_back(opened):
     browser = opened(ft.load("three-spheres"))
     browser.run("window.loss = fragtracer.live.gl.getExtension('WEBGL_lose_context'); loss.loseContext()")
@@ -220,12 +286,65 @@ def test_a_pause_lasts_until_the_picture_is_moved(opened):
     browser.wait(f"fragtracer.live.shown.samples > {before}")
 
 
+@pytest.mark.parametrize("how", ["reset", "bounces"])
+def test_a_pause_ends_where_another_picture_is_asked_for(opened, how):
+    browser = opened(ft.load("three-spheres"))
+    browser.run("picture.focus()")
+    browser.key("ArrowLeft")
+    browser.key("p")
+    set_control(browser, "exposure", 1)  # of the picture as it is
+    assert browser.run("actions.firstChild.textContent") == "Go on"
+    if how == "reset":
+        browser.key("r")
+    else:
+        set_control(browser, "bounces", 1)
+    assert browser.run("[actions.firstChild.textContent, fragtracer.live.paused]") == ["Pause", False]
+
+
+def test_the_time_of_a_pause_is_not_that_of_the_picture(opened):
+    """Nor is time left out: what is shown is what all bands of the picture took."""
+    browser = opened(ft.load("three-spheres"))
+    browser.wait("fragtracer.state.samples > 1")
+    browser.run("fragtracer.live.setPaused(true)")
+    time.sleep(0.5)  # what had begun is drawn
+    before = browser.run("fragtracer.state")
+    time.sleep(3)
+    browser.run(
+        """
+        window.apart = [];
+        const shown = fragtracer.live.onFrame;
+        fragtracer.live.onFrame = (state, isCoarse) => {
+            shown(state, isCoarse);
+            apart.push([state.seconds, fragtracer.live.tracer.seconds - state.seconds, fragtracer.live.lastMetered]);
+        };
+        fragtracer.live.setPaused(false);
+        """
+    )
+    browser.wait("new Set(apart.map(([, , metered]) => metered)).size > 2")
+    (first, *_), *others = browser.run("apart")
+    assert first - before["seconds"] < 2
+    differences = [difference for _, difference, _ in others]
+    assert max(differences) - min(differences) < 1e-6
+
+
 def test_another_size_of_the_window_is_another_picture(opened):
     browser = opened(ft.load("cornell-box"))
     browser.resize(300, 400)
     browser.wait("picture.width === Math.round(stage.getBoundingClientRect().width)")
     browser.wait("fragtracer.state.samples > 0 && fragtracer.live.shown?.width === picture.width")
     browser.resize(400, 500)
+
+
+def test_a_screen_with_more_pixels_is_another_picture(opened):
+    """As large, in CSS pixels."""
+    browser = opened(ft.load("cornell-box"))
+    width = browser.run("picture.width")
+    for scale, motion in ((2, "reduce"), (1, "no-preference")):
+        browser.resize(400, 500, scale)
+        # Emulated, the scale alone does not make the browser look at media queries again.
+        browser.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-reduced-motion", "value": motion}])
+        browser.wait(f"picture.width === {scale * width}", 20)
+    browser.call("Emulation.setEmulatedMedia", features=[])
 
 
 def test_where_nothing_can_be_traced_there_are_pictures(mesa, tmp_path):

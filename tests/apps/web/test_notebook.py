@@ -38,6 +38,7 @@ async function show(esm, state) {
     window.end = (await import(url)).default.render({model, el: document.getElementById("cell")});
 }
 </script>"""
+MOVE_SLIDER = "(f => { f.value = '1.5'; f.dispatchEvent(new Event('input')); })"
 
 
 @pytest.fixture
@@ -80,17 +81,22 @@ def test_without_anywidget_it_says_what_to_type(monkeypatch):
         ft.widget(ft.load("cornell-box"), SIZE, 1)
 
 
-def test_page_and_python_follow_each_other(widget, mesa: Chromium, tmp_path):
-    """By the state as it is sent, a drag and a slider; nothing is sent that Python has said itself."""
-    path = tmp_path / "host.html"
+def start(widget, mesa: Chromium, folder: Path) -> None:
+    """Show a widget by the state as it is sent."""
+    path = folder / "host.html"
     path.write_text(HOST)
-    mesa.events.clear()
     mesa.resize(600, 700)
     mesa.open(path)
-    widget.settings = {"bounces": 3}
     state = {name: widget.get_state(name)[name] for name in ("html", "camera", "settings")}
     mesa.run(f"show({json.dumps(widget._esm)}, {json.dumps(state)})")
     mesa.run("window.page = () => frames[0].fragtracer")
+
+
+def test_page_and_python_follow_each_other(widget, mesa: Chromium, tmp_path):
+    """By the state as it is sent, a drag and a slider; nothing is sent that Python has said itself."""
+    mesa.events.clear()
+    widget.settings = {"bounces": 3}
+    start(widget, mesa, tmp_path)
     mesa.wait("frames[0].fragtracer && page().live.settings.bounces === 3")
     assert mesa.run("frames[0].document.getElementById('control-bounces').value") == "3"
     assert mesa.run("model.saved") == {}
@@ -110,8 +116,7 @@ def test_page_and_python_follow_each_other(widget, mesa: Chromium, tmp_path):
     expected = moves.orbit(before, 2 * np.pi * 40 / height, 0)
     np.testing.assert_allclose(widget.camera.position, expected.position, atol=1e-9)
     assert (widget.camera.target, widget.camera.fov_degrees) == (before.target, before.fov_degrees)
-    set_exposure = "(f => { f.value = '1.5'; f.dispatchEvent(new Event('input')); })"
-    mesa.run(f"{set_exposure}(frames[0].document.getElementById('control-exposure'))")
+    mesa.run(f"{MOVE_SLIDER}(frames[0].document.getElementById('control-exposure'))")
     hear()
     assert dict(widget.settings) == mesa.run("page().live.settings")
     assert (widget.settings["exposure"], widget.settings["bounces"]) == (1.5, 3)
@@ -128,6 +133,29 @@ def test_page_and_python_follow_each_other(widget, mesa: Chromium, tmp_path):
     mesa.wait("page().live.shown.samples > 1")
     mesa.run("end()")
     assert mesa.run("[frames.length, Object.values(model.calls).flat().length]") == [0, 0]
+    assert mesa.problems() == []
+
+
+def test_a_size_that_only_a_cpu_can_change_is_known_to_python(mesa: Chromium, tmp_path):
+    """Where a CPU renders, more shapes are listed, and a sphere that emits has a size; by a click and its slider."""
+    scene = ft.load("three-spheres")
+    pebbles = tuple(ft.Sphere((0.1 * i, 0.05, 0.9), 0.03, "plastic") for i in range(8))
+    widget = ft.widget(replace(scene, spheres=(*scene.spheres, *pebbles)), SIZE, 1)
+    mesa.events.clear()
+    start(widget, mesa, tmp_path)
+    mesa.wait("frames[0].fragtracer && page().live.shown")
+    (size,) = (name for name in mesa.run("page().controls.map(({id}) => id)") if name.startswith("size-"))
+    assert mesa.run("page().live.settings") == dict(widget.settings)
+    number = int(size.removeprefix("size-"))
+    mesa.run(f"page().live.pick = async () => {number}")
+    frame = mesa.run("document.querySelector('iframe').getBoundingClientRect().toJSON()")
+    held = {"button": "left", "buttons": 1, "clickCount": 1}
+    mesa.mouse("mousePressed", frame["x"] + 100, frame["y"] + 100, held)
+    mesa.mouse("mouseReleased", frame["x"] + 100, frame["y"] + 100, {**held, "buttons": 0})
+    mesa.wait(f"frames[0].document.getElementById('control-{size}')")
+    mesa.run(f"{MOVE_SLIDER}(frames[0].document.getElementById('control-{size}'))")
+    widget.set_state(mesa.run("model.saved"))
+    assert widget.settings[size] == 1.5
     assert mesa.problems() == []
 
 

@@ -121,6 +121,20 @@ def test_the_arrays_are_those_of_the_desktop(name):
                 assert found.tobytes() == expected.tobytes()
 
 
+def test_a_size_is_that_of_its_sphere_beside_a_grid():
+    scene = ft.load("sphere-field")
+    lamp = ft.Sphere((0, 5, 0), 0.75, "lamp")
+    materials = {**scene.materials, "lamp": ft.Material(emission=(5, 5, 5))}
+    scene = replace(scene, materials=materials, spheres=(*scene.spheres, lamp))
+    header, data = unpacked(scene_payload(scene, scene.render, Look()))
+    (table,) = (table for table in header["tables"] if table["name"] == "u_shapes")
+    part = table["parts"][0]
+    shapes = np.frombuffer(data, np.uint8, part["length"], part["offset"])
+    shapes = (shapes.reshape(part["stride"], -1).T if part["stride"] else shapes).copy().view(np.float32).ravel()
+    (size,) = (control for control in header["controls"] if control["id"].startswith("size-"))
+    assert [shapes[t["word"]] for t in size["targets"] if t.get("table") == "u_shapes"] == [0.75]
+
+
 def test_the_runner_is_built_from_its_sources():
     """Else: npm ci && npm run build in web/."""
     sources = sorted((CHECKOUT / "web" / "src").iterdir())
@@ -171,6 +185,26 @@ def test_smaller_images_have_the_same_mean_and_vertices_move_by_half_a_step():
         for part, coarse in zip(mesh.parts, other.parts, strict=True):
             moved = np.abs(part.geometry.positions - coarse.geometry.positions).max()
             assert 0 < moved <= np.ptp(part.geometry.positions, axis=0).max() / 2**10
+
+
+def test_parts_of_a_mesh_that_meet_still_do_on_a_coarser_grid():
+    """The smallest of them says how coarse it is, in the space of the mesh."""
+    ends = np.array([(1 / 3, 0, 0.1), (1 / 3, 1 / 7, 0.1)])
+    wide, narrow = (ft.Geometry(np.vstack([ends, [(1 / 3 + side, 0, 0)]]), [(0, 1, 2)]) for side in (-9.7, 0.3))
+    far = ft.Geometry([(0, 0, 0), (0.01, 0, 0), (0.01, 0.003, 0)], [(0, 1, 2)])
+    moved, enlarged = np.eye(4), np.diag([1000.0, 1000, 1000, 1])
+    moved[:3, 3] = 5, 0, 0
+    parts = [
+        *(ft.Part(geometry, "white", matrix) for matrix in (np.eye(4), moved) for geometry in (wide, narrow)),
+        ft.Part(far, "white", enlarged),
+    ]
+    scene = ft.Scene(meshes=(ft.Mesh(parts),), materials={"white": ft.Material()})
+    coarse = [part.geometry for part in with_quantised_meshes(scene, 6).meshes[0].parts]
+    np.testing.assert_array_equal(coarse[0].positions[:2], coarse[1].positions[:2])
+    assert coarse[:2] == coarse[2:4]
+    for part, geometry in zip(parts, coarse, strict=True):
+        shift = np.abs(part.geometry.positions - geometry.positions).max() * part.matrix[0][0]
+        assert 0 < shift <= 0.3 / 2**6
 
 
 def test_a_scene_shows_itself_in_a_notebook():

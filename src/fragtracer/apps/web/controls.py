@@ -150,7 +150,7 @@ def _emission(
         words = _words(packed, snake, LIGHT_RECORDS[kind], table.index(i))
         radiance.append({"word": words["radiance"], "value": list(plain_emission(material))})
         if isinstance(shape, Sphere):
-            record = 4 * SHAPE_TEXELS * (packed.uniforms["u_plane_count"] + i)
+            record = 4 * SHAPE_TEXELS * int(packed.tables["u_scene"][0].flat[words["primitive"]])
             radii.append({"word": words["radius"], "value": [shape.radius]})
             radii.append({"table": "u_shapes", "word": record + sphere_words["radius"], "value": [shape.radius]})
     yield _slider("power", "Power", "scale", 1.0, 0.0, 10.0, 0.05, unit="×", targets=radiance)

@@ -12,8 +12,8 @@ import anywidget
 import traitlets
 
 from fragtracer.apps.web import Page
-from fragtracer.apps.web.controls import Control, controls
-from fragtracer.apps.web.payload import packed_for_page
+from fragtracer.apps.web.controls import Control
+from fragtracer.apps.web.payload import controls_by_name
 from fragtracer.scene import Camera, Scene
 
 
@@ -41,9 +41,8 @@ class Widget(anywidget.AnyWidget):
     )
 
     def __init__(self, scene: Scene, page: Page) -> None:
-        found = controls(scene, page.settings, packed_for_page(scene, page.settings), page.look)
         self._scene = scene
-        self._controls = {control["id"]: control for control in found}
+        self._controls = controls_by_name(scene, page.settings, page.look)
         first = {name: control["value"] for name, control in self._controls.items()}
         super().__init__(html=page.text, camera=scene.camera, settings=first)
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fragtracer.apps.web.controls import controls
+from fragtracer.apps.web.controls import Control, controls
 from fragtracer.display.look import Look
 from fragtracer.errors import SceneError
 from fragtracer.gpu.specialise import MOST_LISTED, Level, specialise
@@ -60,6 +60,17 @@ def packed_for_page(scene: Scene, settings: RenderSettings) -> PackedScene:
     return packed
 
 
+def _packed_for_software(scene: Scene, settings: RenderSettings) -> PackedScene:
+    """``scene`` as a browser traces it where a CPU renders."""
+    return pack(scene, settings, settings.width, settings.height, MOST_LISTED["default"])
+
+
+def controls_by_name(scene: Scene, settings: RenderSettings, look: Look) -> dict[str, Control]:
+    """All controls that the page of ``scene`` has somewhere: where a CPU renders there may be more than on a GPU."""
+    packed = packed_for_page(scene, settings), _packed_for_software(scene, settings)
+    return {control["id"]: control for stored in packed for control in controls(scene, settings, stored, look)}
+
+
 def scene_payload(scene: Scene, settings: RenderSettings, look: Look) -> bytes:
     """All that the runner needs of ``scene``, compressed.
 
@@ -83,7 +94,7 @@ def scene_payload(scene: Scene, settings: RenderSettings, look: Look) -> bytes:
         "camera": asdict(scene.camera),
         "origin": packed.origin.tolist(),
     }
-    listed = pack(scene, settings, settings.width, settings.height, MOST_LISTED["default"])
+    listed = _packed_for_software(scene, settings)
     if len(listed.listed) != len(packed.listed):
         header["software"] = _stored(scene, settings, listed, look, fragment, blob)
     text = json.dumps(header, allow_nan=False).encode()

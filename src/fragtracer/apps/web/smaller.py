@@ -8,7 +8,6 @@ import numpy as np
 
 from fragtracer.packing.atlas import smaller_image
 from fragtracer.scene import Geometry, Material, Mesh, Scene
-from fragtracer.scene.mesh import Part
 
 
 def with_smaller_images(scene: Scene, halvings: int) -> tuple[Scene, int]:
@@ -28,33 +27,44 @@ def with_smaller_images(scene: Scene, halvings: int) -> tuple[Scene, int]:
 
 
 def with_quantised_meshes(scene: Scene, bits: int) -> Scene:
-    """``scene`` with the vertices of each mesh on a grid of 2^bits steps along its longest side.
+    """``scene`` with the vertices of each mesh on a grid of 2^bits steps along the longest side of its smallest part:
+    one grid, so that parts which meet still do.
 
     A step is a power of two, so that numbers end in zeros; normals and texture coordinates lose as many digits.
     """
+    return replace(scene, meshes=tuple(_quantised(mesh, bits) for mesh in scene.meshes))
 
-    def of_part(part: Part) -> Part:
-        geometry = part.geometry
-        size = float(np.ptp(geometry.positions, axis=0).max()) if len(geometry.positions) else 0.0
-        if size == 0:
-            return part
-        step = 2.0 ** (np.ceil(np.log2(size)) - bits)
-        unit = 2.0**-bits
-        normals, uvs = geometry.normals, geometry.uvs
-        return replace(
-            part,
-            geometry=Geometry(
-                np.round(geometry.positions / step) * step,
-                geometry.triangles,
-                None if normals is None else np.round(normals / unit) * unit,
-                None if uvs is None else np.round(uvs / unit) * unit,
-                geometry.uvs_1,
-                geometry.tangents,
-                geometry.colors,
-            ),
-        )
 
-    def of_mesh(mesh: Mesh) -> Mesh:
-        return replace(mesh, parts=tuple(map(of_part, mesh.parts)))
+def _quantised(mesh: Mesh, bits: int) -> Mesh:
+    scales: dict[Geometry, float] = {}  # the largest, so that parts with the same geometry still share it
+    least = np.inf
+    for part in mesh.parts:
+        scale = float(np.linalg.norm(np.asarray(part.matrix)[:3, :3], 2))
+        size = scale * _longest_side(part.geometry)
+        if size > 0:
+            least = min(least, size)
+            scales[part.geometry] = max(scale, scales.get(part.geometry, 0.0))
+    geometries = {
+        geometry: _on_grid(geometry, 2.0 ** (np.ceil(np.log2(least / scale)) - bits), 2.0**-bits)
+        for geometry, scale in scales.items()
+    }
+    parts = [replace(part, geometry=geometries.get(part.geometry, part.geometry)) for part in mesh.parts]
+    return replace(mesh, parts=tuple(parts))
 
-    return replace(scene, meshes=tuple(map(of_mesh, scene.meshes)))
+
+def _longest_side(geometry: Geometry) -> float:
+    return float(np.ptp(geometry.positions, axis=0).max()) if len(geometry.positions) else 0.0
+
+
+def _on_grid(geometry: Geometry, step: float, unit: float) -> Geometry:
+    """Positions are multiples of ``step``, normals and texture coordinates of ``unit``."""
+    normals, uvs = geometry.normals, geometry.uvs
+    return Geometry(
+        np.round(geometry.positions / step) * step,
+        geometry.triangles,
+        None if normals is None else np.round(normals / unit) * unit,
+        None if uvs is None else np.round(uvs / unit) * unit,
+        geometry.uvs_1,
+        geometry.tangents,
+        geometry.colors,
+    )
