@@ -116,6 +116,7 @@ vec4 photon_trace(uint number, out vec3 place) {
     is_met = is_met && (cosine > 0.0 || (cosine < 0.0 && !target.is_culled));
     // What has an inside is lit from outside: no light is within (light_tracing/decision.py).
     is_met = is_met && (cosine > 0.0 || photon.material.bsdf != BSDF_DIELECTRIC);
+    is_met = is_met && (light.primitive != photon.hit.primitive || light.primitive < 0);  // as in direct_sample()
     vec3 away = light.wi + (cosine < 0.0 ? -photon.surface.normal : photon.surface.normal);
     vec3 origin = ray_offset_origin(photon.surface.position, away, photon.surface.extent);
     is_met = is_met && !is_occluded(Ray(origin, light.wi), light.distance, light.primitive, hash_uint(photon.seed));
@@ -164,7 +165,7 @@ vec4 photon_trace(uint number, out vec3 place) {
             value /= s.pdf;
         }
         vec3 factor = photon_transfer(photon, from, value, wi) * abs(dot(photon.surface.normal, direction));
-        if (!light_traced_from(photon.hit)) narrow = vec3(0.0);
+        if (photon.events == 0 && !light_traced_from(photon.hit)) factor = vec3(0.0);
         if (photon.events == 0 && !bsdf_is_null(s)) factor *= narrow;
         photon.events += bsdf_is_null(s) ? 0 : 1;
 

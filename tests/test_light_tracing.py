@@ -30,6 +30,8 @@ from fragtracer.scene import (
     Disk,
     Environment,
     Fog,
+    Geometry,
+    Image,
     Light,
     Material,
     Medium,
@@ -42,6 +44,7 @@ from fragtracer.scene import (
     Sky,
     Sphere,
     SpotLight,
+    Texture,
     Triangle,
 )
 
@@ -176,15 +179,58 @@ def sunlit() -> Scene:
 
 
 def windows() -> Scene:
-    """Gold behind panes: one from which light is traced on, and an infinite one, from which none is."""
+    """Gold behind panes: one from which light is traced on, an infinite one, from which none is, and partly both."""
     materials = {**MATERIALS, "pane": Material(model="thin-dielectric", ior=1.8, transmittance=(0.5, 0.7, 0.9))}
     return Scene(
         LENS,
         materials,
         planes=[FLOOR, Plane((-1.6, 0.0, 0.0), (1.0, 0.0, 0.2), "pane")],
-        rectangles=[rectangle((1.0, 1.8, 0.6), (2.0, 0.0, 0.0), (0.0, 0.3, 2.0), "pane")],
+        rectangles=[
+            rectangle((1.0, 1.8, 0.6), (2.0, 0.0, 0.0), (0.0, 0.3, 2.0), "pane"),
+            rectangle((-2.4, 1.6, 1.1), (0.0, 0.6, 0.0), (0.3, 0.0, 0.3), "pane"),
+        ],
         spheres=[Sphere((-0.5, 0.5, 0.0), 0.5, "gold"), Sphere((0.7, 0.4, 0.2), 0.4, "gold")],
         lights=[Light((-3.0, 2.0, 1.5), power=100.0), Light((1.3, 3.4, 1.0), 0.8, power=200.0)],
+    )
+
+
+def filters() -> Scene:
+    """What seems to reflect nothing: a colour filter before silver, and plastic that a texture makes of black metal."""
+    no_metal = Texture(Image(np.zeros((1, 1, 3), np.uint8)))
+    materials = {
+        **MATERIALS,
+        "filter": Material(model="thin-dielectric", ior=1.0, transmittance=(1.0, 0.3, 0.3)),
+        "plastic": Material(albedo=0.0, metallic=1.0, metallic_texture=no_metal, roughness=0.3, f0=0.5),
+    }
+    return Scene(
+        LENS,
+        materials,
+        planes=[FLOOR],
+        rectangles=[rectangle((-1.0, 0.95, 0.2), (2.0, 0.0, 0.0), (0.0, 0.0, 2.0), "filter")],
+        spheres=[Sphere((-0.8, 0.4, 0.0), 0.4, "mirror")],
+        meshes=(Mesh((Part(smooth(ball(12, 6)), "plastic"),), (Placement((0.7, 0.4, 0.2), scale=(0.4, 0.4, 0.4)),)),),
+        lights=[LAMP],
+    )
+
+
+def bulb() -> Scene:
+    """Gold by a pane that glows."""
+    materials = {**MATERIALS, "bulb": Material(model="thin-dielectric", ior=1.5, emission=5.0)}
+    balls = [Sphere((-0.6, 0.6, 0.0), 0.5, "bulb"), Sphere((0.5, 0.5, 0.0), 0.4, "gold")]
+    return Scene(LENS, materials, planes=[FLOOR], spheres=balls, lights=[LAMP])
+
+
+def leaning_pane() -> Scene:
+    """Before a mirror, with normals that are bent towards the floor."""
+    corners = np.array([[-0.3, 0.0, -0.6], [-0.3, 0.0, 0.6], [-0.3, 0.8, 0.6], [-0.3, 0.8, -0.6]])
+    pane = Geometry(corners, [[0, 2, 1], [0, 3, 2]], np.tile([0.26, 0.97, 0.0], (4, 1)))
+    return Scene(
+        Camera((1.4, 1.6, 2.0), (0.5, 0.0, 0.0), fov_degrees=25.0),
+        {**MATERIALS, "pane": Material(model="thin-dielectric", ior=1.5)},
+        planes=[FLOOR],
+        rectangles=[rectangle((-1.0, 0.6, 0.0), (0.0, 1.2, 0.0), (0.0, 0.0, 1.2), "mirror")],
+        meshes=(Mesh((Part(pane, "pane"),)),),
+        lights=[Light((3.0, 4.0, 0.0), 1.6, power=200.0)],
     )
 
 
@@ -213,7 +259,8 @@ def light_of(ctx: Any, scene: Scene, spp: int, seeds: int, **settings: Any) -> t
     ("make", "spp", "resolution"),
     [
         *((spheres, 1536, 0.05), (mirrors, 512, 0.05), (rough_mirror, 4096, 0.05), (glass, 3072, 0.06)),
-        *((shapes, 640, 0.05), (meshes, 1280, 0.05), (sunlit, 1280, 0.1), (windows, 3072, 0.1)),
+        *((shapes, 640, 0.05), (meshes, 1280, 0.05), (sunlit, 1280, 0.1), (windows, 3072, 0.1), (filters, 512, 0.1)),
+        *((bulb, 1024, 0.1), (leaning_pane, 1024, 0.1)),
     ],
 )
 def test_photons_bring_what_paths_leave_out(ctx: Any, make: Callable[[], Scene], spp: int, resolution: float) -> None:
@@ -404,6 +451,16 @@ def test_targets_stay_while_the_camera_moves(ctx: Any, monkeypatch: pytest.Monke
 
 
 GLASS = Material(model="dielectric", ior=1.5)
+FRONT = Material(metal="gold", roughness=0.6, double_sided=False)
+GOLDEN = Sphere((0.0, 0.0, 0.0), 0.3, "gold")
+PASSED = "light passes a surface that is met from its front alone"
+
+
+def around(center: tuple[float, float, float], radius: float, is_turned: bool = False) -> Mesh:
+    """A closed mesh that is met from outside alone, or, if it is turned inside out, from inside."""
+    positions, triangles = ball(12, 6)
+    part = Part(Geometry(positions, triangles[:, ::-1] if is_turned else triangles), "front")
+    return Mesh((part,), (Placement(center, scale=(radius,) * 3),))
 
 
 @pytest.mark.parametrize(
@@ -415,18 +472,27 @@ GLASS = Material(model="dielectric", ior=1.5)
         (spheres(), {"integrator": "split-sum"}, "split-sum"),
         (spheres(), {"light_tracing": "on"}, "on: as asked for"),
         (Scene(LENS, {"floor": MATERIALS["floor"]}, planes=[FLOOR]), {}, "narrowly"),
+        (Scene(LENS, {"floor": Material(model="thin-dielectric", ior=1.0)}, planes=[FLOOR]), {}, "narrowly"),
         (replace(spheres(), camera=Camera((0.0, 0.4, -0.3), (0.0, 0.4, 0.0))), {}, "inside of a mirror"),
         (
             replace(spheres(), media={"air": Medium(scattering=0.1, absorption=0.0)}, fog=Fog("air")),
             {"light_tracing": "on"},
             "medium",
         ),
-        (
-            Scene(
-                LENS, {"gold": replace(MATERIALS["gold"], double_sided=False)}, planes=[replace(FLOOR, material="gold")]
-            ),
-            {"light_tracing": "on"},
-            "met from its front alone is not closed",
+        *(
+            (Scene(LENS, {**MATERIALS, "front": FRONT}, **shapes), {"light_tracing": "on"}, reason)
+            for shapes, reason in (
+                ({"planes": [replace(FLOOR, material="front")]}, PASSED),
+                ({"meshes": [around((0.0, 0.0, 0.0), 1.0)]}, "on: as asked for"),
+                ({"meshes": [around(LENS.position, 1.0)]}, PASSED),
+                ({"meshes": [around((0.0, 0.0, 0.0), 1.0)], "spheres": [GOLDEN]}, PASSED),
+                ({"meshes": [around((0.0, 0.0, 0.0), 9.0, True)], "spheres": [GOLDEN]}, "on: as asked for"),
+                ({"meshes": [around((0.0, 0.0, 0.0), 1.0, True)], "spheres": [GOLDEN]}, PASSED),
+                ({"meshes": [around(LENS.position, 1.0, True)], "spheres": [GOLDEN]}, PASSED),
+                ({"spheres": [Sphere((0.0, 0.0, 0.0), 1.0, "front")]}, "on: as asked for"),
+                ({"spheres": [Sphere(LENS.position, 1.0, "front")]}, PASSED),
+                ({"spheres": [Sphere((0.0, 0.0, 0.0), 1.0, "front"), GOLDEN]}, PASSED),
+            )
         ),
         (
             Scene(LENS, {"glass": GLASS}, spheres=[Sphere(LENS.position, 1.0, "glass")]),

@@ -23,6 +23,7 @@ from fragtracer.scene import (
     Density,
     DirectionalLight,
     Fog,
+    Geometry,
     Light,
     Material,
     Medium,
@@ -271,13 +272,18 @@ def test_a_boundary_in_glass_bends_no_light(ctx):
         np.testing.assert_allclose(image, np.broadcast_to((0.5, 1.0, 4.0), image.shape), rtol=10 * ROUNDING)
 
 
-def test_the_boundary_of_nothing_casts_no_shadow(ctx):
-    """On a floor in the sun, of which each sample is the same."""
+@pytest.mark.parametrize("kind", ["sphere", "coloured mesh"])
+def test_the_boundary_of_nothing_is_invisible(ctx, kind):
+    """On a floor in the sun, of which each sample is the same: it casts no shadow, and has no colour."""
     materials = {"floor": lambert(0.5), "nothing": Material(model="null")}
-    floor, ball = Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), "floor"), Sphere((0.0, 0.5, 0.0), 0.4, "nothing")
-    sun = DirectionalLight((0.0, -1.0, 0.0), 1.0)
+    points, triangles = ball()
+    red = Geometry(0.4 * points + (0.0, 0.5, 0.0), triangles, colors=np.tile((1.0, 0.0, 0.0), (len(points), 1)))
+    shape: dict[str, Any] = {"meshes": [Mesh((Part(red, "nothing"),))]}
+    if kind == "sphere":
+        shape = {"spheres": [Sphere((0.0, 0.5, 0.0), 0.4, "nothing")]}
+    floor, sun = Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), "floor"), DirectionalLight((0.0, -1.0, 0.0), 1.0)
     camera = Camera((0.0, 2.0, 0.5), (0.0, 0.0, 0.0), fov_degrees=30.0)
-    scene = Scene(camera, materials, planes=[floor], spheres=[ball], directional_lights=[sun])
+    scene = Scene(camera, materials, planes=[floor], directional_lights=[sun], **shape)
     np.testing.assert_allclose(rendered(ctx, scene, 4, bounces=1), 0.5 / np.pi, rtol=10 * ROUNDING)
 
 

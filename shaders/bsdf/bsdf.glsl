@@ -7,7 +7,7 @@
 //   bsdf_sample  a direction with its weight and density
 //   bsdf_diffuse what of bsdf_eval is scattered by a diffuse part, for layers
 //
-// Radiance is what is transported: a transmitted weight carries the factor eta^2, and so is taken out of the Russian
+// Radiance is what is transported: a transmitted weight carries the factor 1 / eta^2, which is taken out of the Russian
 // roulette (integrator/path.glsl). Where nothing is scattered, weight and density are 0.
 #include "bsdf/model.glsl"
 #include "bsdf/conductor.glsl"

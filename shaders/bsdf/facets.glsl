@@ -46,8 +46,3 @@ float facets_shadowing(Bsdf b, vec3 wo, vec3 wi) {
 vec3 facets_sample_vndf(Bsdf b, vec3 wo, vec2 u) {
     return ggx_sample_vndf(facets_are_anisotropic(b) ? facets_widths(b) : vec2(b.alpha), wo, u);
 }
-
-// Its density over the solid angle of wh.
-float facets_sample_vndf_pdf(Bsdf b, vec3 wo, vec3 wh) {
-    return max(0.0, dot(wo, wh)) * facets_visible_d(b, wo, wh);
-}

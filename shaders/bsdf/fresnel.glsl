@@ -23,11 +23,16 @@ float fresnel_dielectric(float cos_i, float eta) {
     return cos2_t > 0.0 ? 0.5 * (square(parallel) + square(perpendicular)) : 1.0;
 }
 
+// Its fourth power is a float32, and it reflects all but 4e-9 / cos_i.
+const float CONDUCTOR_LARGEST = 1e9;
+
 // What a smooth conductor of complex index eta + i k in air reflects of unpolarised light (Pharr, Jakob and Humphreys 2023,
 // section 9.3.6, in real numbers).
 vec3 fresnel_conductor(float cos_i, vec3 eta, vec3 k) {
     float cos2 = cos_i * cos_i;
     float sin2 = 1.0 - cos2;
+    eta = min(eta, vec3(CONDUCTOR_LARGEST));
+    k = min(k, vec3(CONDUCTOR_LARGEST));
     vec3 difference = eta * eta - k * k - sin2;
     vec3 twice = 2.0 * eta * k;
     vec3 a2_b2 = sqrt(difference * difference + twice * twice);

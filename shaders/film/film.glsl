@@ -27,7 +27,7 @@ Film film_load(ivec2 texel, uint first) {
     vec4 mean = texelFetch(u_film_mean, texel, 0);
     vec4 variance = texelFetch(u_film_variance, texel, 0);
     vec3 half_difference = texelFetch(u_film_half_difference, texel, 0).rgb;
-    return Film(mean.rgb, variance.rgb, half_difference, mean.a, variance.a, first + uint(mean.a + variance.a));
+    return Film(mean.rgb, variance.rgb, half_difference, mean.a, variance.a, first + uint(max(mean.a + variance.a, 0.0)));
 }
 
 // The sampler's index of the next sample.
@@ -39,9 +39,10 @@ uint film_sampler_index(Film film) {
 // Products, with the sum of squares divided by the count. Samples that are not finite are counted apart. There is no
 // branch, in which a software renderer would mask every assignment: what is not added is the mean, with no share.
 void film_add_if(bool has_ended, inout Film film, vec3 radiance) {
-    bool counts = has_ended && is_finite(radiance);
+    bool adds = has_ended && film.count >= 0.0;
+    bool counts = adds && is_finite(radiance);
     film.count += counts ? 1.0 : 0.0;
-    film.non_finite += has_ended && !counts ? 1.0 : 0.0;
+    film.non_finite += adds && !counts ? 1.0 : 0.0;
     float share = counts ? 1.0 / film.count : 0.0;
     if (!counts) radiance = film.mean;
     vec3 delta = radiance - film.mean;
@@ -55,6 +56,7 @@ void film_add(inout Film film, vec3 radiance) { film_add_if(true, film, radiance
 
 // Adds all samples of another film (Chan, Golub and LeVeque 1983, Algorithms for Computing the Sample Variance).
 void film_merge(inout Film film, Film other) {
+    if (film.count < 0.0) return;
     film.non_finite += other.non_finite;
     if (other.count <= 0.0) return;
     float count = film.count + other.count;
@@ -66,7 +68,7 @@ void film_merge(inout Film film, Film other) {
     film.count = count;
 }
 
-// Marks the pixel as one that has not had the samples asked for.
+// Marks the pixel as one that has not had the samples asked for, which it stays whatever is added.
 void film_invalidate(inout Film film) { film.count = film.non_finite = -1.0; }
 
 vec4 film_mean(Film film) { return vec4(film.mean, film.count); }

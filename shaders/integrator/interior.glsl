@@ -8,7 +8,7 @@
 #include "scene/material.glsl"
 #include "shape/bvh.glsl"
 
-uniform int u_has_interiors;       // 0: nothing absorbs, and no two overlap: every dielectric is met from outside or left
+uniform int u_has_interiors;       // 0: nothing absorbs, all refract, and no two overlap: every dielectric is met from outside or left
 uniform int u_has_null;            // 1: some surface is but the boundary of a medium
 uniform ivec4 u_camera_interiors;  // where paths begin
 uniform int u_has_dispersion;      // 1: some dielectric has an index of its own for each colour
@@ -95,7 +95,10 @@ void interior_set_vertex(inout Vertex vertex, Material material, bool is_entered
     if (vertex.bsdf.model != BSDF_DIELECTRIC) return;
     int interior = material.record + 1;
     vertex.beyond = is_entered ? interior_with(inside, interior) : interior_without(inside, interior);
-    if (interior_is_null(interior)) return;
+    if (interior_is_null(interior)) {
+        vertex.bsdf.transmittance = vec3(1.0);  // not the colour of a vertex
+        return;
+    }
     int before = max(interior_refracting(inside), is_entered ? 0 : interior);
     int behind = interior_refracting(vertex.beyond);
     vertex.bsdf.eta = before == behind ? 1.0 : interior_eta(behind, band) / interior_eta(before, band);

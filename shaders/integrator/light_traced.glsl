@@ -34,13 +34,13 @@ LightTraced light_traced_begin() { return LightTraced(vec3(0.0), vec3(0.0), vec3
 // After scattering event `depth`, from 0, at a vertex on what was `hit`; `passed` surfaces had not scattered before.
 void light_traced_scatter(inout LightTraced traced, Vertex vertex, Hit hit, BsdfSample s, int depth, int passed) {
     bool is_target = light_traced_from(hit);
+    if (vertex.is_bent) traced.received = vec3(0.0);
     if (bsdf_is_null(s)) {
         traced.narrow = is_target && !vertex.is_bent ? traced.narrow : vec3(0.0);
         return;
     }
     vec3 narrow = vertex_narrow_share(vertex, s.wi, vertex_value(vertex, s));
     if (bsdf_is_delta(s)) narrow = vec3(1.0);
-    if (vertex.is_bent) traced.received = vec3(0.0);
     traced.earlier = traced.received;
     if (depth == 0 && passed == 0) traced.received = 1.0 - narrow;
     if (depth == 1 && passed == 0) traced.received += traced.mirrored * (1.0 - narrow);

@@ -21,7 +21,7 @@ uniform int u_is_open;                  // 1: many rays escape; decides over spe
 struct Path {
     Ray ray;
     vec3 throughput;  // product of the BSDF weights so far
-    float eta_scale;  // product of eta^2 in it, which compensates the compression of radiance by refraction
+    float eta_scale;  // product of eta^2 of its refractions, which compensates their factors 1 / eta^2 in it
     vec3 radiance;    // the sum of what the path has met
     int depth;        // scattering events so far
     int passed;       // vertices that were none: surfaces passed unchanged

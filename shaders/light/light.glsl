@@ -92,7 +92,7 @@ LightSample light_sample(vec3 origin, vec2 u) {
     if (choice.kind == LIGHT_AREA) s = area_light_sample(area_light_load(choice.record), origin, u);
 #endif
 #if HAS_MESH_LIGHT
-    if (choice.kind == LIGHT_MESH) s = mesh_light_sample(origin, u);
+    if (choice.kind == LIGHT_MESH) s = mesh_light_sample(origin, u, choice.probability);
 #endif
 #if HAS_SUN
     if (choice.kind == LIGHT_SUN) s = sun_light_sample(sun_light_load(choice.record), u);

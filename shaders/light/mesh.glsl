@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // All triangles of meshes that emit, as one light: one of them drawn in constant time from an alias table (Walker
 // 1977, An Efficient Method for Generating Discrete Random Variables with General Distributions), then a point on it.
+#include "core/constants.glsl"
 #include "core/hash.glsl"
 #include "core/warp.glsl"
 #include "light/area.glsl"
@@ -51,15 +52,18 @@ vec3 mesh_light_radiance(int record, Triangle t, vec2 barycentrics) {
 #endif
 }
 
-// u.x has 23 bits or so. They choose the place in the table, and what is left goes to the point on the triangle; so
-// that many triangles do not use up all of them, bits of a hash come after them.
-LightSample mesh_light_sample(vec3 origin, vec2 u) {
+// u.x has chosen the light before, with that probability, which is left of its 2^23 values. They choose the place in the
+// table, and what is left then goes to the point on the triangle; so that many triangles neither outnumber these values nor
+// use up all of them, bits of a hash come after them, both times.
+LightSample mesh_light_sample(vec3 origin, vec2 u, float probability) {
     uint bits = hash_uint(floatBitsToUint(u.x) ^ hash_uint(floatBitsToUint(u.y)));
+    uint more = hash_uint(bits);
+    u.x = min(u.x + hash_to_unit(hash_uint(more)) * (1.1920929e-7 / probability), ONE_MINUS_EPSILON);
     float place = u.x * float(u_mesh_light_count);
     int index = min(int(place), u_mesh_light_count - 1);
     MeshLight entry = mesh_light_load(index);
     int record = hash_to_unit(bits) < entry.threshold ? entry.record : entry.other;
-    u.x = fract(place - float(index) + hash_to_unit(hash_uint(bits)) * (1.1920929e-7 * float(u_mesh_light_count)));
+    u.x = fract(place - float(index) + hash_to_unit(more) * (1.1920929e-7 * float(u_mesh_light_count)));
 
     Triangle t = triangle_load(record);
     vec2 b = square_to_triangle(u);

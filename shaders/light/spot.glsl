@@ -13,9 +13,9 @@ uniform int u_first_spot_light;  // texel of u_scene where the table begins
 
 struct SpotLight {
     vec3 position;
-    float cos_scale;
+    float one_minus_cos;  // of the outer angle
     vec3 direction;  // unit, of the axis, away from the light
-    float cos_offset;
+    float scale;  // 1 over the difference of the cosines of the two angles
     vec3 intensity;  // on the axis
 };
 SpotLight spot_light_of(uvec4 t0, uvec4 t1, uvec4 t2) {
@@ -28,9 +28,10 @@ SpotLight spot_light_load(int index) {
     return spot_light_of(scene_texel(first), scene_texel(first + 1), scene_texel(first + 2));
 }
 
-// What is left of the intensity in a direction from the light.
+// What is left of the intensity in a direction from the light; 1 - cos as in light/sun.glsl.
 float spot_light_falloff(SpotLight light, vec3 direction) {
-    return square(clamp(dot(light.direction, direction) * light.cos_scale + light.cos_offset, 0.0, 1.0));
+    vec3 off = direction - light.direction;
+    return square(clamp((light.one_minus_cos - 0.5 * dot(off, off)) * light.scale, 0.0, 1.0));
 }
 
 LightSample spot_light_sample(SpotLight light, vec3 origin) {

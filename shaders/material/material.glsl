@@ -20,7 +20,7 @@ Coat material_coat(Plastic plastic, float alpha) {
         Coat above = coat_load(plastic.coat + below + 1);
         coat.facets = mix(coat.facets, above.facets, t);
         coat.angles = mix(coat.angles, above.angles, t);
-        coat.internal = mix(coat.internal, above.internal, t);
+        coat.leaving = mix(coat.leaving, above.leaving, t);
     }
     return coat;
 }
@@ -55,10 +55,11 @@ Bsdf material_bsdf(Material material, bool is_front) {
             Coat coat = material_coat(plastic, b.alpha);
             b.coat_facets = coat.facets;
             b.coat_angles = coat.angles;
-            plastic.internal = coat.internal;
+            plastic.leaving = coat.leaving;
         }
         // A geometric series of what goes to and fro, and the radiance of the coat spread by refraction to that outside.
-        b.diffuse /= (1.0 - (plastic.nonlinear != 0 ? b.diffuse : vec3(1.0)) * plastic.internal) * square(plastic.eta);
+        vec3 again = plastic.nonlinear != 0 ? b.diffuse : vec3(1.0);
+        b.diffuse /= (1.0 - again + again * plastic.leaving) * square(plastic.eta);
     }
 #endif
     return b;

@@ -104,7 +104,7 @@ Conductor conductor_load(int index) {
 // What only plastics have: a coat over a base.
 struct Plastic {
     float eta;  // index of refraction of the coat
-    float internal;  // share of diffuse light from within that the coat reflects back to the base
+    float leaving;  // share of diffuse light from within that the coat does not reflect back to the base
     int nonlinear;  // 1: what is reflected back and scattered again takes the colour of the base each time
     int coat;  // of a rough one: number of the record of its coat, or of the first of several
     int coats;  // so many, of roughnesses evenly from 0 to 1
@@ -121,7 +121,7 @@ Plastic plastic_load(int index) {
 struct Coat {
     vec4 facets;  // coefficients of what it passes (bsdf/rough_plastic.glsl)
     vec3 angles;
-    float internal;  // share of diffuse light from within that it reflects
+    float leaving;  // share of diffuse light from within that it does not reflect
 };
 Coat coat_of(uvec4 t0, uvec4 t1) {
     return Coat(uintBitsToFloat(t0), uintBitsToFloat(t1.xyz), uintBitsToFloat(t1.w));

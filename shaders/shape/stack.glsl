@@ -3,7 +3,7 @@
 // are in registers, which all move when a group is pushed or popped: a software renderer writes to an array lane by lane.
 #include "scene/shape.glsl"
 
-const int BVH_STACK = 64;  // MAX_DEPTH of fragtracer.bvh, twice
+const int BVH_STACK = 64;  // MAX_DEPTH of fragtracer.bvh and 1, twice
 const int STACK_REGISTERS = 16;
 
 uvec4 stack_0, stack_1, stack_2, stack_3;  // from the top down

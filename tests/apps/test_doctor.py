@@ -23,7 +23,7 @@ SICKNESS = {
     "flat intersections": ("shape/flat.glsl", "dot(uv, uv) - 1.0", "dot(uv, uv) - 1.01"),
     "furnace": ("integrator/path.glsl", "*= scattered.weight", "*= 0.99 * scattered.weight"),
     "estimators": ("light/area.glsl", "(cos_theta * area)", "(1.1 * cos_theta * area)"),
-    "determinism": ("film/film.glsl", "first + uint(mean.a + variance.a)", "first + uint(u_rays)"),
+    "determinism": ("film/film.glsl", "first + uint(max(mean.a + variance.a, 0.0))", "first + uint(u_rays)"),
 }
 
 

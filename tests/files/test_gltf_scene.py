@@ -431,13 +431,13 @@ def test_lights_below_scaled_nodes(tmp_path: Path) -> None:
         ({"innerConeAngle": 0.5, "outerConeAngle": 0.5}, (28.619, 28.648)),
         ({"innerConeAngle": 1.0, "outerConeAngle": 0.5}, (28.619, 28.648)),
         ({"outerConeAngle": 1.5707964}, (0, 90)),
-        ({"outerConeAngle": 1e-4}, (0, 0.1)),
+        ({"outerConeAngle": 1e-5}, (0, 0.001)),
     ],
 )
 def test_cones_at_their_limits(tmp_path: Path, cone: dict[str, float], degrees: tuple[float, float]) -> None:
     """Exporters write a hard edge as two equal angles, and π/2 rounded up; of others, none is too narrow."""
     [spot] = with_lights([{"type": "spot", "spot": cone}], [{}]).read(tmp_path).spot_lights
-    assert (spot.inner_degrees, spot.outer_degrees) == pytest.approx(degrees, abs=1e-3)
+    assert (spot.inner_degrees, spot.outer_degrees) == pytest.approx(degrees, rel=1e-4)
 
 
 def test_what_of_lights_is_ignored(tmp_path: Path) -> None:

@@ -121,7 +121,10 @@ MISTAKES = {
         SPOT_LIGHT + "inner_degrees = 50",
         "spot_light[0].inner_degrees: must be less than outer_degrees, 45, got 50",
     ),
-    "narrow cone": (SPOT_LIGHT + "outer_degrees = 0.05", "spot_light[0].outer_degrees: must be at least 0.1, got 0.05"),
+    "narrow cone": (
+        SPOT_LIGHT + "outer_degrees = 0.0005",
+        "spot_light[0].outer_degrees: must be at least 0.001, got 0.0005",
+    ),
     "radius without a radiance": (
         "[[light]]\nposition = [0, 1, 0]\npower = 2\nradius = 1e-170",
         "light[0]: the radius is so small that the radiance is no float32; radius 0 is a point light",

@@ -33,7 +33,7 @@ MUTATIONS = [
     Mutation(
         "NaN swallowed",
         "film/film.glsl",
-        "film.non_finite += has_ended && !counts ? 1.0 : 0.0;",
+        "film.non_finite += adds && !counts ? 1.0 : 0.0;",
         "",
         Check(samples_that_are_not_finite_are_counted),
     ),

@@ -205,8 +205,8 @@ MUTATIONS = [
     Mutation(
         "the boundary of a medium taken for glass of index 1",
         "integrator/interior.glsl",
-        "    if (interior_is_null(interior)) return;\n",
-        "",
+        "    if (interior_is_null(interior)) {",
+        "    if (false) {",
         Check(test_media.test_a_boundary_in_glass_bends_no_light),
     ),
     Mutation(

@@ -57,7 +57,7 @@ MUTATIONS = [
         "light/mesh.glsl",
         "< entry.threshold ? entry.record : entry.other",
         "< 2.0 ? entry.record : entry.other",
-        Check(test_mesh_light.test_triangles_are_drawn_by_density, count=200),
+        Check(test_mesh_light.test_triangles_are_drawn_by_density, count=200, probability=1.0),
     ),
     Mutation(
         "area light without its cosine", "light/area.glsl", "(cos_theta * area)", "area", points_on_area("rectangle")

@@ -74,7 +74,7 @@ MUTATIONS = [
     Mutation(
         "light reflected back to the base of a plastic lost",
         "material/material.glsl",
-        "(1.0 - (plastic.nonlinear != 0 ? b.diffuse : vec3(1.0)) * plastic.internal)",
+        "(1.0 - again + again * plastic.leaving)",
         "1.0",
         Check(test_dielectrics.test_white_plastic_reflects_everything, ior=1.5),
     ),
@@ -109,7 +109,7 @@ MUTATIONS = [
     Mutation(
         "the internal reflectance of a smooth coat for that of a rough one",
         "material/material.glsl",
-        "            plastic.internal = coat.internal;\n",
+        "            plastic.leaving = coat.leaving;\n",
         "",
         Check(test_coats.test_a_texture_varies_the_coat),
     ),

@@ -728,7 +728,7 @@ def rough_plastic_of(albedo: Direction, alpha: float, eta: float = 1.5, nonlinea
     """A base of that albedo; test_coats.py holds the coat to its integrals."""
     record = coat(alpha, eta)
     rho = np.asarray(albedo)
-    r, g, b = rho / (1 - (rho if nonlinear else 1) * record["internal"]) / eta**2
+    r, g, b = rho / (1 - (rho if nonlinear else 1) * (1 - record["leaving"])) / eta**2
     return RoughPlastic((r, g, b), alpha, eta, tuple(record["facets"]), tuple(record["angles"]))
 
 

@@ -58,12 +58,13 @@ def random_lights(rng: np.random.Generator, place: Floats, scale: float) -> list
 
 
 def khronos_falloff(spot: SpotLight, direction: Floats) -> Floats:
-    """Of unit directions (..., 3) from the light: the code that KHR_lights_punctual gives for its cone angles."""
+    """Of unit directions (..., 3) from the light, as KHR_lights_punctual has it: the square of what is linear in the
+    cosine of the angle, 1 at the inner and 0 at the outer angle. Cosines are subtracted as products of sines."""
     inner, outer = np.radians([spot.inner_degrees, spot.outer_degrees])
-    scale = 1 / max(0.001, np.cos(inner) - np.cos(outer))
-    offset = -np.cos(outer) * scale
-    cosine = direction @ (np.array(spot.direction) / np.linalg.norm(spot.direction))
-    falloff: Floats = np.clip(cosine * scale + offset, 0, 1) ** 2
+    axis = np.array(spot.direction) / np.linalg.norm(spot.direction)
+    angle = np.arctan2(np.linalg.norm(np.cross(direction, axis), axis=-1), direction @ axis)
+    fallen = np.sin((outer + angle) / 2) * np.sin((outer - angle) / 2)
+    falloff: Floats = np.clip(fallen / (np.sin((outer + inner) / 2) * np.sin((outer - inner) / 2)), 0, 1) ** 2
     return falloff
 
 

@@ -9,7 +9,7 @@ from fragtracer.packing.coats import LEAST_ALPHA, ROUGHNESSES, coat
 from fragtracer.scene import Image, Material, Texture
 from fragtracer.scene.microfacets import internal_reflectance, rough_interface
 
-from .bsdf_models import MODELS, Dielectric, dielectric_lobes, rough_plastic_interface, rough_plastic_of
+from .bsdf_models import MODELS, Dielectric, dielectric_lobes, plastic_of, rough_plastic_interface, rough_plastic_of
 from .bsdf_oracle import Direction
 from .chi_square import nodes
 from .directions import direction
@@ -67,7 +67,7 @@ def test_what_the_coat_reflects_within(eta: float) -> None:
         reflected, _ = rough_interface(alpha, 1 / eta, cosine)
         assert internal_reflectance(alpha, eta) == pytest.approx(2 * np.mean(cosine * reflected), abs=2e-4)
     _, passed = rough_interface(LEAST_ALPHA, eta, cosine)
-    assert coat(0.0, eta)["internal"] == pytest.approx(1 - 2 * np.mean(cosine * passed) / eta**2, abs=1e-3)
+    assert coat(0.0, eta)["leaving"] == pytest.approx(2 * np.mean(cosine * passed) / eta**2, abs=1e-3)
 
 
 @pytest.mark.parametrize("nonlinear", [True, False])
@@ -85,6 +85,19 @@ def test_a_base_under_a_coat(ctx: moderngl.Context, nonlinear: bool) -> None:
         reflected, passed = rough_interface(alpha, eta, np.cos(np.radians(DEGREES[:4])))
         base = rho * passed * mean / eta**2 / (1 - within * (rho if nonlinear else 1))
         np.testing.assert_allclose(albedo[0, :, 0], reflected + base, atol=2 * FIT)
+
+
+def test_a_base_under_a_smooth_coat_of_any_index(ctx: moderngl.Context) -> None:
+    """What it reflects back is all but 1 where the index is large."""
+    bases = [(albedo, eta) for albedo in (0.5, 1.0) for eta in (1.0, 1.5, 30.0, 300.0, 3000.0, 1e38)]
+    materials = [Material(model="plastic", albedo=albedo, ior=eta) for albedo, eta in bases]
+    body = "value = material_bsdf(material_at(surface), true).diffuse.r;"
+    inputs = {"index": np.arange(len(bases)), "uv": np.zeros((len(bases), 4))}
+    found = material_probe(ctx, packed_materials(materials), body, inputs, {"value": 1})["value"]
+    assert np.isfinite(found).all()
+    for value, (albedo, eta) in zip(found, bases, strict=True):
+        if eta < 1e38:
+            assert value == pytest.approx(plastic_of((albedo,) * 3, eta).diffuse[0], rel=1e-3)
 
 
 def test_a_texture_varies_the_coat(ctx: moderngl.Context) -> None:

@@ -49,6 +49,7 @@ WITHOUT_PDF = {
     "sampler_rr_sample": "a uniform number",
     "bsdf_no_sample": "none is drawn",
     "light_no_sample": "none is drawn",
+    "facets_sample_vndf": "what is asked for is the density of the direction that a facet sends light to",
     "flat_sample": "uniform in its coordinates, so that the density is 1 over the area",
     "medium_sample": "the weight is over the mean density of the channels",
     "phase_sample": "the density is the phase function itself, phase_eval",

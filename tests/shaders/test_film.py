@@ -128,6 +128,31 @@ def test_film_is_loaded_from_its_textures(ctx: moderngl.Context) -> None:
     np.testing.assert_array_equal(result["counts"][:, 2], 7 + texels[:2, :, 0, 3].sum(axis=0))
 
 
+def test_a_marked_pixel_stays_marked(ctx: moderngl.Context) -> None:
+    """Whatever is added to it: finite samples, others, another film. Its next samples are numbered from the first."""
+    texel = np.float32([0.5, 0.5, 0.5, -1.0])
+    textures = [ctx.texture((1, 1), 4, texel.tobytes(), dtype="f4") for _ in range(3)]
+    body = """
+        Film film = film_load(ivec2(0), 7u);
+        Film other = Film(vec3(1.0), vec3(0.0), vec3(0.0), 1.0, 0.0, 0u);
+        film_add(film, vec3(1.0));
+        film_add(film, vec3(1.0 / zero));
+        film_merge(film, other);
+        film_merge(other, film);
+        mean = film.mean; variance = film.variance; half_difference = film.half_difference;
+        counts = vec3(film.count, film.non_finite, film.next); whole = other.count + other.non_finite;"""
+    outputs = {"mean": 3, "variance": 3, "half_difference": 3, "counts": 3, "whole": 1}
+    names = ("u_film_mean", "u_film_variance", "u_film_half_difference")
+    resources = dict(zip(names, textures, strict=True))
+    result = probe(ctx, ["film/film.glsl"], body, {"zero": np.zeros(1)}, outputs, resources=resources)
+    for texture in textures:
+        texture.release()
+    for name in ("mean", "variance", "half_difference"):
+        np.testing.assert_array_equal(result[name], np.full((1, 3), 0.5, np.float32))
+    np.testing.assert_array_equal(result["counts"], [[-1, -1, 9]])
+    assert result["whole"] < 1  # so that a film into which it is merged is known to lack samples
+
+
 def test_merged_films_are_one(ctx: moderngl.Context) -> None:
     """Of parts whose lengths differ, as one film has it that met all their samples."""
     body = """

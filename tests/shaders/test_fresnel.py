@@ -44,3 +44,14 @@ def test_rough_interface(ctx: moderngl.Context) -> None:
         material = bsdf_oracle.Material(alpha=alpha, f0=f0, f90=f90)
         np.testing.assert_allclose(result, bsdf_oracle.interface_reflectance(material, cosine), rtol=3e-6)
         assert (result >= np.float32(f0)).all()
+
+
+def test_conductors_of_any_index(ctx: moderngl.Context) -> None:
+    """Up to the largest float32, as perfect mirrors are written; above 1e9 it is no matter how large."""
+    rng = np.random.default_rng(3)
+    eta, k = 10 ** rng.uniform(-2, 38, (2, 1 << 12, 3))
+    cosine = np.append(rng.random((1 << 12) - 2), [1.0, 1e-3])
+    inputs = {"cosine": cosine, "eta": eta, "k": k}
+    result = probe(ctx, FRESNEL, "f = fresnel_conductor(cosine, eta, k);", inputs, {"f": 3})["f"]
+    error = np.abs(result - bsdf_oracle.fresnel_conductor(cosine, eta, k))
+    assert (error <= 1e-6 + 4e-9 / cosine[:, None]).all()

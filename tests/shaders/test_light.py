@@ -27,6 +27,7 @@ from fragtracer.scene import (
     SpotLight,
     Triangle,
 )
+from fragtracer.scene.light import NARROWEST_SPOT
 
 from . import Floats, domains
 from .chi_square import assert_fits, assert_uniform, fit
@@ -402,6 +403,8 @@ SPOTS = [
     SpotLight((1.0, 2.0, 3.0), (0.0, 0.0, -1.0), (1.0, 2.0, 3.0), 0.0, 90.0),
     SpotLight((-1.0, 0.0, 0.0), (3.0, 1.0, -2.0), (5.0, 0.0, 1.0), 30.0, 33.0),
     SpotLight((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), (1.0, 1.0, 1.0), 89.0, 90.0),
+    SpotLight((0.0, 0.0, 0.0), (1.0, 2.0, -2.0), (1.0, 1.0, 1.0), 0.0, 0.1),
+    SpotLight((0.0, 0.0, 0.0), (2.0, 1.0, 3.0), (1.0, 1.0, 1.0), NARROWEST_SPOT / 2, NARROWEST_SPOT),
 ]
 
 
@@ -423,8 +426,9 @@ def test_spot(ctx: moderngl.Context, spot: SpotLight, level: Level) -> None:
     assert (found["pdf"] == (1, 1, -1)).all()
     np.testing.assert_allclose(found["wi"][:, :3], -direction, atol=3e-6 * (1 + 4 / distance[:, None]).max())
     np.testing.assert_allclose(found["wi"][:, 3], distance, rtol=1e-5)
-    # float32 knows the cosine to a few 1e-7, and directions to the rounding of the places.
-    edge = 1 / (np.cos(np.radians(spot.inner_degrees)) - np.cos(np.radians(spot.outer_degrees)))
+    # float32 knows directions to a few 1e-7, and to the rounding of the places.
+    inner, outer = np.radians([spot.inner_degrees, spot.outer_degrees])
+    edge = np.sin(outer) / (2 * np.sin((outer + inner) / 2) * np.sin((outer - inner) / 2))
     doubt = 2 * edge * (5e-7 + 1e-6 * 4 / distance)
     falloff = khronos_falloff(spot, direction)
     exact = np.array(spot.intensity) / (distance**2)[:, None]
@@ -438,7 +442,8 @@ def around(axis: Floats, inner: float, outer: float, rng: np.random.Generator) -
     """Directions from within the inner to beyond the outer angle."""
     across = np.cross(axis, random_directions(rng, 2000))
     across /= np.linalg.norm(across, axis=1, keepdims=True)
-    angle = np.radians(rng.uniform(max(0.0, inner - 3), outer + 3, (2000, 1)))
+    margin = min(3.0, outer)
+    angle = np.radians(rng.uniform(max(0.0, inner - margin), outer + margin, (2000, 1)))
     result: Floats = np.cos(angle) * axis + np.sin(angle) * across
     return result
 

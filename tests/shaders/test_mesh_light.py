@@ -31,7 +31,7 @@ SAMPLE = """
 """
 OUTPUTS = {"wi": 4, "radiance": 4, "met": 4}
 POINT = """
-    LightSample s = mesh_light_sample(o, u);
+    LightSample s = mesh_light_sample(o, u, probability);
     point = vec4(s.wi * s.distance, float(s.primitive)); pdf = s.pdf; wi = s.wi;"""
 
 
@@ -51,8 +51,9 @@ def inside_out(columns: int, rows: int) -> tuple[np.ndarray, np.ndarray]:
     return points, triangles[:, ::-1]
 
 
-@pytest.mark.parametrize("count", [1, 3, 200, 5000])
-def test_triangles_are_drawn_by_density(ctx: moderngl.Context, count: int) -> None:
+@pytest.mark.parametrize(("count", "probability"), [(1, 1.0), (3, 1.0), (200, 1.0), (5000, 1.0), (5000, 2.0**-12)])
+def test_triangles_are_drawn_by_density(ctx: moderngl.Context, count: int, probability: float) -> None:
+    """Also where the light is chosen so rarely that what is left of u has fewer values than there are triangles."""
     packed = packed_of(glowing(soup(count, size=1.0)))
     assert packed.uniforms["u_mesh_light_count"] == count
     record, vertices = triangles_of(packed)
@@ -62,14 +63,15 @@ def test_triangles_are_drawn_by_density(ctx: moderngl.Context, count: int) -> No
     assert len(emitting) == count
     a, b, c = vertices.swapaxes(0, 1)
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
-    probability = density * area
-    np.testing.assert_allclose(probability.sum(), 1, rtol=1e-6)
-    np.testing.assert_allclose(probability, 0.9 * area / area.sum() + 0.1 / count, rtol=1e-5)
+    share = density * area
+    np.testing.assert_allclose(share.sum(), 1, rtol=1e-6)
+    np.testing.assert_allclose(share, 0.9 * area / area.sum() + 0.1 / count, rtol=1e-5)
 
     samples = 1 << 18
     u = np.random.default_rng(1).random((samples, 2)).astype(np.float32)
     u = np.minimum(u, np.float32(1 - 2**-23))
-    inputs = {"u": u, "o": np.zeros((samples, 3))}
+    u[:, 0] = np.floor(u[:, 0] * 2**23 * probability) / (2**23 * probability)
+    inputs = {"u": u, "o": np.zeros((samples, 3)), "probability": np.full(samples, probability)}
     found = scene_probe(ctx, packed, LIGHT, POINT, inputs, {"point": 4, "pdf": 1, "wi": 3})
     order = np.argsort(emitting)
     row = order[np.searchsorted(emitting, found["point"][:, 3], sorter=order)]
@@ -82,7 +84,7 @@ def test_triangles_are_drawn_by_density(ctx: moderngl.Context, count: int) -> No
     sure = np.abs(cosine) > 1e-2
     expected = np.where(cosine > 0, density[row] * distance**2 / cosine, 0)
     np.testing.assert_allclose(found["pdf"][sure], expected[sure], rtol=1e-3)
-    p_values = {"choice": chi_square(np.bincount(row, minlength=count), samples * probability)} if count > 1 else {}
+    p_values = {"choice": chi_square(np.bincount(row, minlength=count), samples * share)} if count > 1 else {}
 
     # The weights of all three vertices, each with the density 2 (1 - w) over an even triangle.
     place = found["point"][:, :3] - a[row]

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Whether some of the light of a scene is traced from the lights, and why."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import lru_cache, partial
 from itertools import pairwise
 from typing import Any
 
@@ -22,11 +23,12 @@ from fragtracer.packing import PackedScene, pack
 from fragtracer.packing.digest import program_digest
 from fragtracer.packing.interiors import is_closed
 from fragtracer.packing.mirrors import camera_is_in_mirror
-from fragtracer.packing.targets import Targets, may_be_narrow, targets_of, too_many
+from fragtracer.packing.targets import Targets, may_be_narrow, target_names, targets_of, too_many
 from fragtracer.sampling.pixels import bright
-from fragtracer.scene import SHAPES, Plane, RenderSettings, Scene, Sphere
+from fragtracer.scene import SHAPES, Geometry, Plane, RenderSettings, Scene, Sphere
 from fragtracer.scene.content import content_digest
-from fragtracer.scene.interiors import has_media, solids
+from fragtracer.scene.fields import Triple
+from fragtracer.scene.interiors import has_media, solids, winding_number
 
 Floats = NDArray[np.float64]
 
@@ -157,7 +159,7 @@ def impossible(scene: Scene, settings: RenderSettings) -> str:
     if has_media(scene):
         return "there is a medium"
     if _has_open_fronts(scene):
-        return "a surface that is met from its front alone is not closed: light passes it one way only"
+        return "light passes a surface that is met from its front alone"
     if reason := too_many(scene):
         return reason
     if camera_is_in_mirror(scene):
@@ -174,13 +176,71 @@ def impossible(scene: Scene, settings: RenderSettings) -> str:
 
 def _has_open_fronts(scene: Scene) -> bool:
     """Whether a surface is met from its front alone that light may meet from behind: then what a ray meets depends on
-    which way it goes. Spheres and closed meshes are met from outside either way."""
+    which way it goes. Spheres and closed meshes are met from their front either way, if neither the camera nor what
+    light is traced from is behind it."""
     culled = {name for name, material in scene.materials.items() if not material.double_sided}
-    shapes = (shape for kind in SHAPES for shape in getattr(scene, kind))
-    parts = ((mesh.material_of(part), part) for mesh in scene.meshes for part in mesh.parts)
-    return any(shape.material in culled and not isinstance(shape, Sphere) for shape in shapes) or any(
-        name in culled and not is_closed(part.geometry) for name, part in parts
-    )
+    if not culled:
+        return False
+    flats = [shape for kind in SHAPES if kind not in ("spheres", "planes") for shape in getattr(scene, kind)]
+    parts = [(mesh.material_of(part), matrix, part.geometry) for mesh in scene.meshes for matrix, part in mesh.placed()]
+    if any(shape.material in culled for shape in (*scene.planes, *flats)):
+        return True
+    if any(name in culled and not is_closed(geometry) for name, _, geometry in parts):
+        return True
+    behinds = [(sphere.material, partial(_is_in_sphere, sphere)) for sphere in scene.spheres]
+    behinds += [(name, partial(_is_behind_mesh, matrix, geometry)) for name, matrix, geometry in parts]
+    narrow = target_names(scene)
+    places = enumerate(_places(scene, parts, flats))
+    targets = [(i, point) for i, (name, point) in places if not narrow.isdisjoint(scene.blended(name))]
+    numbers = np.array([-1, *(i for i, _ in targets)])
+    points = np.array([scene.camera.position, *(point for _, point in targets)], np.float64)
+    return any(is_behind(points[numbers != i]).any() for i, (name, is_behind) in enumerate(behinds) if name in culled)
+
+
+def _places(
+    scene: Scene, parts: Iterable[tuple[str, Floats, Geometry]], flats: Iterable[Any]
+) -> Iterator[tuple[str, Floats]]:
+    """The material and a point of each sphere, of each of the placed ``parts`` of meshes, and of the ``flats``."""
+    for sphere in scene.spheres:
+        yield sphere.material, np.add(sphere.center, (0.0, sphere.radius, 0.0))
+    for name, matrix, geometry in parts:
+        yield name, matrix[:3, :3] @ _middle(geometry) + matrix[:3, 3]
+    for shape in flats:
+        yield shape.material, np.mean(shape.bounds, axis=0)
+
+
+def _middle(geometry: Geometry) -> Floats:
+    """The centroid of the first triangle."""
+    middle: Floats = geometry.positions[geometry.triangles[0]].mean(axis=0)
+    return middle
+
+
+def _is_in_sphere(sphere: Sphere, points: Floats) -> NDArray[np.bool_]:
+    is_inside: NDArray[np.bool_] = np.linalg.norm(points - sphere.center, axis=1) < sphere.radius
+    return is_inside
+
+
+def _is_behind_mesh(matrix: Floats, geometry: Geometry, points: Floats) -> NDArray[np.bool_]:
+    """Which ``points`` (n, 3) are behind the fronts of a closed ``geometry`` that is placed by ``matrix`` (4, 4)."""
+    local = (points - matrix[:3, 3]) @ np.linalg.pinv(matrix[:3, :3]).T  # some have no volume
+    low, high = geometry.bounds
+    is_inside = ((low <= local) & (local <= high)).all(axis=1)
+    for i in np.flatnonzero(is_inside):
+        is_inside[i] = _is_inside(geometry, tuple(local[i].tolist()))
+    is_behind: NDArray[np.bool_] = is_inside == _looks_outwards(geometry)
+    return is_behind
+
+
+@lru_cache(maxsize=4096)
+def _is_inside(geometry: Geometry, point: Triple) -> bool:
+    return abs(winding_number(geometry.positions[geometry.triangles] - point)) > 0.5
+
+
+@lru_cache(maxsize=64)
+def _looks_outwards(geometry: Geometry) -> bool:
+    """Whether the fronts of a closed mesh are outside: by the sign of its volume."""
+    corners = geometry.positions[geometry.triangles] - geometry.bounds[0]
+    return float(np.linalg.det(corners).sum()) > 0
 
 
 def _light_places(scene: Scene) -> Iterator[ArrayLike]:
@@ -193,9 +253,8 @@ def _light_places(scene: Scene) -> Iterator[ArrayLike]:
             yield np.mean(shape.bounds, axis=0)
     for mesh in scene.meshes:
         for matrix, part in mesh.placed():
-            if mesh.material_of(part) in glowing and len(part.geometry.triangles):
-                corners = part.geometry.positions[part.geometry.triangles[0]]
-                yield matrix[:3, :3] @ corners.mean(axis=0) + matrix[:3, 3]
+            if mesh.material_of(part) in glowing:
+                yield matrix[:3, :3] @ _middle(part.geometry) + matrix[:3, 3]
 
 
 def measure(ctx: Any, scene: Scene, settings: RenderSettings) -> Measurement:

@@ -25,7 +25,7 @@ def basis(alpha: float, ior: float, cosine: NDArray[np.float64]) -> NDArray[np.f
 @lru_cache(maxsize=256)
 def coat(alpha: float, ior: float) -> dict[str, Any]:
     """The record of a coat: a fit to what it passes that errs by less than 0.1 % of the light that arrives, and what it
-    reflects within."""
+    does not reflect within."""
     alpha = max(alpha, LEAST_ALPHA)
     ends = (1 - np.cos(np.pi * np.arange(1, 25) / 24)) / 2  # crowded towards 0 and 1
     cosine = np.concatenate([ends, ends**2])
@@ -34,4 +34,4 @@ def coat(alpha: float, ior: float) -> dict[str, Any]:
     matrix = basis(alpha, ior, cosine) * weights[:, None]
     ridge = _RIDGE**2 * len(cosine) * np.eye(matrix.shape[1])
     found = np.linalg.solve(matrix.T @ matrix + ridge, matrix.T @ (passed * weights))
-    return {"facets": found[:4], "angles": found[4:], "internal": internal_reflectance(alpha, ior)}
+    return {"facets": found[:4], "angles": found[4:], "leaving": 1 - internal_reflectance(alpha, ior)}

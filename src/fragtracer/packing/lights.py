@@ -55,7 +55,7 @@ LIGHT_RECORDS: dict[str, Record] = {
     ),
     "PointLight": (("position", "vec3"), ("intensity", "vec3")),
     "SpotLight": (
-        *(("position", "vec3"), ("cos_scale", "float"), ("direction", "vec3"), ("cos_offset", "float")),
+        *(("position", "vec3"), ("one_minus_cos", "float"), ("direction", "vec3"), ("scale", "float")),
         ("intensity", "vec3"),
     ),
     "DirectionalLight": (("wi", "vec3"), ("irradiance", "vec3")),
@@ -249,12 +249,12 @@ def _point(light: Light, origin: Floats, extent: float) -> LightSource | None:
 
 
 def _spot(light: SpotLight, origin: Floats, extent: float) -> LightSource:
-    inner, outer = np.cos(np.radians([light.inner_degrees, light.outer_degrees]))
-    scale = 1 / max(inner - outer, 1e-6)  # a step, at most, where both are nearly the same
+    inner, outer = light.inner_degrees, light.outer_degrees
+    both, apart, half = np.sin(np.radians([outer + inner, outer - inner, outer]) / 2)  # cosines lose digits
     place = np.subtract(light.position, origin)
     record = {"position": place, "intensity": light.intensity}
     record |= {"direction": np.asarray(light.direction) / np.linalg.norm(light.direction)}
-    record |= {"cos_scale": scale, "cos_offset": -outer * scale}
+    record |= {"one_minus_cos": 2 * half**2, "scale": 1 / (2 * both * apart)}
     return LightSource(LightKind.SPOT, sum(light.power), record, place)
 
 

@@ -15,9 +15,10 @@ from fragtracer.packing.records import MATERIAL_RECORDS, BsdfModel, Words, words
 from fragtracer.scene import SHAPES, Material, Scene, Texture
 from fragtracer.scene.fields import Triple
 from fragtracer.scene.material import DEFAULT_MODEL, TEXTURED
-from fragtracer.scene.reflectance import internal_diffuse_reflectance
+from fragtracer.scene.reflectance import internal_diffuse_transmittance
 
 ALPHA_DELTA = 1e-4  # of bsdf/ggx.glsl
+LARGEST_ETA = 1e9  # of plastic: powers of it are float32, and it reflects all but 4e-9
 _ALPHA_MODES = ("opaque", "mask", "blend")
 _WRAP_MODES = ("repeat", "mirror", "clamp")
 TEXTURE_NEAREST = 4
@@ -228,15 +229,16 @@ def _coats(material: Material) -> list[dict[str, Any]]:
 def _plastics(materials: Mapping[str, Material], coats: Mapping[str, Sequence[object]]) -> list[dict[str, Any]]:
     """Records of the plastics, whose ``coats`` are numbered one after the other."""
     firsts = np.cumsum([0, *map(len, coats.values())])
+    etas = [min(materials[name].index, LARGEST_ETA) for name in coats]
     return [
         {
-            "eta": materials[name].index,
-            "internal": internal_diffuse_reflectance(materials[name].index),
+            "eta": eta,
+            "leaving": internal_diffuse_transmittance(eta),
             "nonlinear": materials[name].nonlinear,
             "coat": first,
             "coats": len(found),
         }
-        for (name, found), first in zip(coats.items(), firsts, strict=False)
+        for (name, found), first, eta in zip(coats.items(), firsts, etas, strict=False)
     ]
 
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""The shapes that photons are sent to: all that may scatter narrowly, as shaders/integrator/target.glsl reads them."""
+"""The shapes that photons are sent to: all that may scatter narrowly or let light pass, as
+shaders/integrator/target.glsl reads them."""
 
 from dataclasses import dataclass, replace
 from typing import Any
@@ -86,32 +87,40 @@ class Targets:
 def may_be_narrow(material: Material) -> bool:
     """Whether some part of a surface may scatter light narrowly (FOCUS in shaders/photons.frag)."""
     is_rough = material.alpha > _WIDEST and material.roughness_texture is None
-    return not material.unlit and max(*material.specular_f0, *material.specular_f90) > 0 and not is_rough
+    specular = max(*material.specular_f0, *material.specular_f90)
+    if material.metallic_texture is not None:
+        specular = max(specular, material.specular)
+    return not material.unlit and specular > 0 and not is_rough
+
+
+def _is_target(material: Material) -> bool:
+    """Whether light may be traced from a surface: it also is from a dielectric that reflects nothing."""
+    return may_be_narrow(material) or (material.is_dielectric and material.model != "null")
 
 
 def too_many(scene: Scene) -> str:
     """Why :func:`targets_of` ``scene`` would be too many; empty if they are not."""
-    narrow = _narrow(scene)
+    targets = target_names(scene)
     parts = ((mesh, part) for mesh in scene.meshes for part in mesh.parts)
     count = sum(
         len(part.geometry.triangles) * len(mesh.instances)
         for mesh, part in parts
-        if not narrow.isdisjoint(scene.blended(mesh.material_of(part)))
+        if not targets.isdisjoint(scene.blended(mesh.material_of(part)))
     )
     return f"{count} triangles may scatter light narrowly, more than {_MOST}" if count > _MOST else ""
 
 
-def _narrow(scene: Scene) -> set[str]:
-    """The names of the materials that may scatter narrowly."""
-    return {name for name, material in scene.materials.items() if may_be_narrow(material)}
+def target_names(scene: Scene) -> set[str]:
+    """The names of the materials from which light may be traced."""
+    return {name for name, material in scene.materials.items() if _is_target(material)}
 
 
 def targets_of(packed: PackedScene, scene: Scene, reach: float = 0.0) -> Targets:
-    """The shapes of ``scene``, as it is ``packed``, that may scatter narrowly, without those that have no area; planes
-    as far as they ``reach``, in metres."""
-    narrow = _narrow(scene)
-    names = enumerate(matte_names(scene)[1])
-    materials = [i for i, name in names if name in scene.materials and not narrow.isdisjoint(scene.blended(name))]
+    """The shapes of ``scene``, as it is ``packed``, from which light may be traced, without those that have no area;
+    planes as far as they ``reach``, in metres."""
+    names = target_names(scene)
+    numbered = enumerate(matte_names(scene)[1])
+    materials = [i for i, name in numbered if name in scene.materials and not names.isdisjoint(scene.blended(name))]
     found, first = [], 0
     parts = [part.reshape(-1, 4, 4) for part in packed.tables["u_shapes"]] or [np.zeros((0, 4, 4), np.uint32)]
     for part in parts:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 NO_TRIANGLES = np.zeros((0, 3, 3))
+_MATCHED = 1e-4  # ETA_MATCHED of bsdf/dielectric.glsl
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,10 +122,12 @@ def halves(shape: Rectangle) -> Floats:
 
 
 def has_interiors(materials: dict[str, Material], found: list[Solid]) -> bool:
-    """Whether paths have to know what they are inside of: something absorbs or scatters, or solids may overlap."""
+    """Whether paths have to know what they are inside of: something absorbs, scatters or does not refract, or solids may
+    overlap."""
     inside = [materials[solid.material] for solid in found]
     absorbs = any(max(material.absorption) > 0 or material.interior is not None for material in inside)
-    return absorbs or any(True for _ in _overlapping(found))
+    passes = any(abs(material.index - 1) < _MATCHED for material in inside)
+    return absorbs or passes or any(True for _ in _overlapping(found))
 
 
 def has_media(scene: "Scene") -> bool:

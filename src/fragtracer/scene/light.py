@@ -20,7 +20,7 @@ from fragtracer.scene.fields import (
     length,
 )
 
-NARROWEST_SPOT = 0.1  # degrees: of a smaller angle float32 knows the cosine too coarsely
+NARROWEST_SPOT = 0.001  # degrees: to smaller angles float32 knows directions too coarsely
 
 __all__ = ["Ambient", "DirectionalLight", "Light", "SpotLight"]
 
@@ -88,8 +88,8 @@ class SpotLight:
     @property
     def power(self) -> Triple:
         """Radiant flux in W, the integral of the intensity over the cone."""
-        inner, outer = np.cos(np.radians([self.inner_degrees, self.outer_degrees]))
-        solid_angle = float(2 * np.pi * (1 - inner + (inner - outer) / 3))
+        inner, outer = 2 * np.sin(np.radians([self.inner_degrees, self.outer_degrees]) / 2) ** 2  # 1 - cos
+        solid_angle = float(2 * np.pi * (2 * inner + outer) / 3)
         r, g, b = (solid_angle * i for i in self.intensity)
         return (r, g, b)
 

@@ -62,13 +62,13 @@ def conductor_reflectance(eta: Triple, k: Triple) -> Triple:
     return (r, g, b)
 
 
-def internal_diffuse_reflectance(ior: float) -> float:
-    """Share of diffuse light within a dielectric of index ``ior`` that its smooth surface reflects: 1 - T / ior², T
-    being what passes of diffuse light from outside, by quadrature of the exact Fresnel term."""
+def internal_diffuse_transmittance(ior: float) -> float:
+    """Share of diffuse light within a dielectric of index ``ior`` that its smooth surface passes: T / ior², T being
+    what passes of diffuse light from outside, by quadrature of the exact Fresnel term."""
     x, weights = np.polynomial.legendre.leggauss(64)
     cosine = (x + 1) / 2
     reflected = float(weights @ (cosine * fresnel(cosine, ior)))
-    return 1 - (1 - reflected) / ior**2
+    return (1 - reflected) / ior**2
 
 
 def grazing_reflectance(f0: float) -> float:
