@@ -122,8 +122,8 @@ def halves(shape: Rectangle) -> Floats:
 
 
 def has_interiors(materials: dict[str, Material], found: list[Solid]) -> bool:
-    """Whether paths have to know what they are inside of: something absorbs, scatters or does not refract, or solids may
-    overlap."""
+    """Whether paths have to know what they are inside of: something absorbs, scatters or does not refract, or solids
+    may overlap."""
     inside = [materials[solid.material] for solid in found]
     absorbs = any(max(material.absorption) > 0 or material.interior is not None for material in inside)
     passes = any(abs(material.index - 1) < _MATCHED for material in inside)
