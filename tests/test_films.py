@@ -339,6 +339,12 @@ def test_every_damage_is_noticed(tmp_path) -> None:
         read_archive(path)
 
 
+def test_a_header_that_is_no_object_is_a_damage(tmp_path) -> None:
+    np.savez(tmp_path / "film.npz", header=np.frombuffer(b'"hello"', np.uint8))
+    with pytest.raises(FilmError, match="damaged, or not one: its header is no JSON object"):
+        SavedFilm.read(tmp_path / "film.npz")
+
+
 def test_pickles_are_never_read(tmp_path) -> None:
     np.savez(tmp_path / "film.npz", header=np.array([{}], object))
     with pytest.raises(FilmError, match="damaged"):

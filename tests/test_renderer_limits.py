@@ -15,7 +15,7 @@ from fragtracer.gpu import tracer
 from fragtracer.gpu.context import is_software
 from fragtracer.io.toml import load
 from fragtracer.renderer import Progress, Renderer
-from fragtracer.scene import Ambient, Camera, Scene
+from fragtracer.scene import PLAIN, Ambient, Camera, Scene
 
 NAN, INF = "uintBitsToFloat(0x7fc00000u)", "uintBitsToFloat(0x7f800000u)"
 
@@ -96,6 +96,15 @@ def test_error_is_small_enough(ctx):
         assert (renderer.relative_error(), renderer.worst_error()) == (np.inf, np.inf)
         renderer.reset()
         renderer.render(until=0.0, spp=40)
+        assert renderer.spp == 40
+
+
+def test_no_pixel_has_more_samples_than_float32_counts(ctx, monkeypatch):
+    monkeypatch.setattr("fragtracer.renderer.MOST_SAMPLES", 40)
+    with Renderer(load("furnace"), SIZE, context=ctx, **PLAIN) as renderer:
+        renderer.render(seconds=60.0)
+        assert renderer.spp == 40
+        renderer.render(100)
         assert renderer.spp == 40
 
 

@@ -58,6 +58,8 @@ def read_archive(path: Path) -> tuple[dict[str, Any], Arrays]:
         with zipfile.ZipFile(path) as file:
             arrays = {name.removesuffix(".npy"): _member(file.read(name)) for name in file.namelist()}
         header = json.loads(arrays.pop(_HEADER).tobytes())
+        if not isinstance(header, dict):
+            raise ValueError("its header is no JSON object")
         if header.pop(_DIGEST) != _digest(arrays):
             raise ValueError("its content has another digest")
     except OSError as error:

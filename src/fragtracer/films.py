@@ -23,7 +23,7 @@ NAME = "film.npz"  # of the checkpoint in a folder
 # In an origin, "on" or "off", which may be measured: by their names there the settings that decide.
 DECIDED = {"guided": "guiding", "light_traced": "light_tracing"}
 _FORMAT = 2
-_MOST_SAMPLES = 2**24  # that a count in float32 tells apart
+MOST_SAMPLES = 2**24  # that a count in float32 tells apart
 # Settings that only say how much is sampled, and how that is cut.
 _AMOUNTS = ("spp", "rays", "width", "height")
 _PARTS = ("film.mean", "film.variance", "film.half_difference")
@@ -153,8 +153,8 @@ def merge(films: Mapping[str, SavedFilm]) -> SavedFilm:
                 f"{of_one}: has {one[1] - one[0]} samples per pixel; all but the last film must have an even number, "
                 "since samples belong to two streams in turns (docs/sampling.md)"
             )
-    if sum(film.spp for film in films.values()) > _MOST_SAMPLES:
-        raise FilmError(f"together these are more than the {_MOST_SAMPLES} samples per pixel that a film can count")
+    if sum(film.spp for film in films.values()) > MOST_SAMPLES:
+        raise FilmError(f"together these are more than the {MOST_SAMPLES} samples per pixel that a film can count")
     pixels = reduce(Moments.merged, (Moments.of(film.pixels) for _, film in ordered)).pixels()
     arrays = dict(zip(_PARTS, (pixels.mean, pixels.variance, pixels.half_difference), strict=True))
     drivers = ", ".join(sorted({film.driver for film in films.values()}))

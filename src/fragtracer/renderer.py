@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from fragtracer.aov import AOVS, checked
 from fragtracer.decisions import Decider, gradient_domain, in_origin, noise_is_rare
 from fragtracer.errors import FilmError, FragtracerError
-from fragtracer.films import DECIDED, SavedFilm, origin_of
+from fragtracer.films import DECIDED, MOST_SAMPLES, SavedFilm, origin_of
 from fragtracer.gpu.accumulation import Accumulation
 from fragtracer.gpu.context import create_context, describe, max_size
 from fragtracer.gpu.layers import LayerTextures
@@ -48,7 +48,7 @@ def expected_spp(settings: RenderSettings, spp: int | None, seconds: float) -> i
     """The setting ``spp`` for a picture that is sampled for some ``seconds``, and ends at ``spp`` samples per pixel, if
     given: by it is judged what is worth learning before."""
     expected = _EXPECTED_RATE * seconds / (settings.width * settings.height)
-    return max(1, round(min(expected, 2**24 if spp is None else spp)))
+    return max(1, round(min(expected, MOST_SAMPLES if spp is None else spp)))
 
 
 @dataclass(frozen=True)
@@ -169,7 +169,7 @@ class Renderer:
         while self.spp < target:
             self._draw_pass(target - self.spp, on_band)
 
-    def _draw_pass(self, most: int | None, on_band: Callable[[float], None] | None) -> None:
+    def _draw_pass(self, most: int, on_band: Callable[[float], None] | None) -> None:
         """Draw a pass of ``most`` samples per pixel at most."""
         with self._current():
             if self._light is not None:
@@ -194,8 +194,9 @@ class Renderer:
         Parameters
         ----------
         spp
-            Samples per pixel in all; where no limit is given, the scene's own. A picture that is made from differences
-            (docs/sampling.md, "The gradient domain") has one more where that number is odd.
+            Samples per pixel in all, at most 2^24, which float32 counts; where no limit is given, the scene's own. A
+            picture that is made from differences (docs/sampling.md, "The gradient domain") has one more where that is
+            odd.
         seconds
             Wall-clock time; at least one pass is made, and the last one is finished.
         until
@@ -217,6 +218,7 @@ class Renderer:
         """
         if spp is None and seconds is None and until is None and worst is None:
             spp = self.settings.spp
+        spp = MOST_SAMPLES if spp is None else min(spp, MOST_SAMPLES)
         start = time.perf_counter()
 
         def report(done: float) -> None:
@@ -225,14 +227,14 @@ class Renderer:
 
         looks = until is not None or worst is not None
         is_good = looks and 0 < self.spp == self._looked and self._is_good(until, worst)
-        while (spp is None or self.spp < spp) and not is_good:
-            self._draw_pass(None if spp is None else spp - self.spp, report)
+        while self.spp < spp and not is_good:
+            self._draw_pass(spp - self.spp, report)
             if looks and self.spp >= self._next_look:
                 is_good = self._is_good(until, worst)
                 self._looked, self._next_look = self.spp, self.spp + max(_FIRST_LOOK, self.spp // 4)
             is_good |= seconds is not None and time.perf_counter() - start >= seconds
             if keep is not None and self.can_go_on:
-                keep(is_good or not (spp is None or self._film.is_whole(spp - self.spp)))
+                keep(is_good or not self._film.is_whole(spp - self.spp))
         return self.image()
 
     def _is_good(self, until: float | None, worst: float | None) -> bool:

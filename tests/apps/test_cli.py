@@ -22,7 +22,7 @@ from fragtracer.apps.cli.preparation import preparing
 from fragtracer.errors import OutputError
 from fragtracer.films import SavedFilm
 from fragtracer.gpu import context as contexts
-from fragtracer.io.images import read_image, read_metadata
+from fragtracer.io.images import read_image, read_metadata, write_image
 
 FRAGTRACER = (sys.executable, "-m", "fragtracer")
 
@@ -147,14 +147,15 @@ def test_no_memory_left_is_a_sentence(monkeypatch, capsys):
 
     monkeypatch.setattr(cli, "app", need_too_much)
     monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)  # which main() changes
-    before = signal.getsignal(signal.SIGTERM)
+    before = {signum: signal.getsignal(signum) for signum in (signal.SIGTERM, signal.SIGHUP)}
     with pytest.raises(SystemExit, match="2"):
         cli.main()
-    signal.signal(signal.SIGTERM, before)
+    for signum, handler in before.items():
+        signal.signal(signum, handler)
     assert capsys.readouterr().err == "fragtracer: there is not enough memory for this: Unable to allocate 9 EiB\n"
 
 
-@pytest.mark.parametrize("signum", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("signum", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_an_interrupted_render_keeps_what_it_has(tmp_path, signum):
     output = tmp_path / "f.exr"
     command = [*FRAGTRACER, "render", "furnace", "-o", str(output), "--size", "32x32", "--spp", str(2**24)]
@@ -343,6 +344,36 @@ def test_numbers_that_are_not_finite_get_one_message(tmp_path, monkeypatch, caps
     assert status_of(monkeypatch, *command) == 2
     assert f"Invalid value for '--{option}'" in capsys.readouterr().err
     assert not (tmp_path / "a.png").exists()
+
+
+def test_before_the_first_sample_an_interruption_leaves_the_file_that_is_there(tmp_path, monkeypatch, capsys):
+    def interrupt(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("fragtracer.renderer.Renderer.render", interrupt)
+    output = tmp_path / "a.png"
+    output.write_text("a picture")
+    assert status_of(monkeypatch, "render", "cornell-box", "-o", output, *TINY) == 130
+    assert output.read_text() == "a picture"
+    assert "a.png: interrupted before the first sample; not written" in capsys.readouterr().err
+
+
+def test_a_picture_made_of_a_frame_is_none(tmp_path, monkeypatch):
+    metadata = {"frame": "1", "frame_digest": "abc", "denoised_layer": "OIDN", "scene": "box"}
+    write_image(tmp_path / "a.exr", np.ones((2, 2, 3)), metadata)
+    assert status_of(monkeypatch, "develop", tmp_path / "a.exr", "-o", tmp_path / "a.png") == 0
+    found = read_metadata(tmp_path / "a.png")
+    assert found["scene"] == "box"
+    assert found.keys().isdisjoint(metadata.keys() - {"scene"})
+
+
+@pytest.mark.parametrize("missing", ["jinja2", "matplotlib"])
+def test_what_a_report_lacks_is_said_before_the_work(tmp_path, monkeypatch, capsys, missing):
+    monkeypatch.setitem(sys.modules, missing, None)
+    command = ["compare", "cornell-box", "--split-sum", "--report", tmp_path / "a.html", "--json", tmp_path / "a.json"]
+    monkeypatch.setattr("fragtracer.apps.compare.approximation.measure_approximation", None)
+    assert status_of(monkeypatch, *command) == 2
+    assert "is not installed; pip install 'fragtracer[reference]'" in capsys.readouterr().err
 
 
 def test_a_disk_that_is_full_is_noticed_before_the_work(tmp_path, monkeypatch, capsys):

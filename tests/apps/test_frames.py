@@ -41,6 +41,15 @@ def test_a_folder_of_frames_that_cannot_be_made_gets_one_message(tmp_path, monke
     assert "a.frames: cannot be the folder of the frames: File exists" in capsys.readouterr().err
 
 
+def test_a_frame_with_motion_is_rendered_again_where_the_one_before_has_moved(tmp_path, monkeypatch, capsys):
+    command = [*COMMAND, "--path", tmp_path / "way.toml", "-o", tmp_path / "a.#.exr", "--frames", 2, "--aov", "motion"]
+    for x, finished in ((1.0, False), (1.0, True), (2.0, False)):
+        keys = "[[key]]\nframe = {}\nposition = [{}, 1, 6]\n"
+        (tmp_path / "way.toml").write_text(keys.format(1, x) + keys.format(2, 3.0))
+        assert status_of(monkeypatch, *command) == 0
+        assert ("1 of 1 frames were finished before" in capsys.readouterr().out) == finished
+
+
 def test_frames_are_those_of_their_cameras_and_seeds(tmp_path, monkeypatch, compiled):
     """By one program. What is finished, of the same picture and whole, is not rendered again."""
     command = [*COMMAND, "--turntable", 4, "--seed", 7, "-o", tmp_path / "a.##.hdr"]

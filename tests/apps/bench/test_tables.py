@@ -8,11 +8,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from rich.console import Console
 
 from fragtracer.apps.bench.difference import difference
 from fragtracer.apps.bench.statistics import Estimate
 from fragtracer.apps.bench.tables import Column, Plot, Results, Table, read_json, show, to_csv, to_json
-from fragtracer.apps.bench.text import to_markdown
+from fragtracer.apps.bench.text import print_results, to_markdown
 from fragtracer.errors import FragtracerError
 
 
@@ -72,6 +73,16 @@ def test_markdown_leaves_out_what_never_changes() -> None:
     assert "processor abacus" in text
     assert "ended early" not in text
     assert "ended early" in to_markdown(replace(_results(60.0), complete=False))
+
+
+def test_brackets_are_shown(tmp_path: Path) -> None:
+    table = Table("a", "of a[b]c", (Column("x", "x"),), keys=(), notes=["pip install 'fragtracer[reference]'"])
+    table.rows.append({"x": "a[b]c"})
+    with (tmp_path / "shown").open("w") as file:
+        print_results(Results({}, {}, [table]), Console(file=file))
+    shown = (tmp_path / "shown").read_text()
+    assert shown.count("a[b]c") == 2
+    assert "fragtracer[reference]" in shown
 
 
 def test_report_is_one_page_that_needs_nothing_else() -> None:

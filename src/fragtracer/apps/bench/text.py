@@ -3,6 +3,7 @@
 
 from rich.console import Console
 from rich.table import Table as RichTable
+from rich.text import Text
 
 from fragtracer.apps.bench.statistics import Estimate
 from fragtracer.apps.bench.tables import Column, Results, Table, show
@@ -20,14 +21,14 @@ def print_results(results: Results, console: Console) -> None:
 
 def _print_table(table: Table, console: Console) -> None:
     columns = used_columns(table)
-    grid = RichTable(title=title(table), title_justify="left")
+    grid = RichTable(title=Text(title(table)), title_justify="left")
     for column in columns:
         grid.add_column(column.title, justify="right" if _is_number(table, column) else "left")
     for row in table.rows:
-        grid.add_row(*(show(row.get(column.name)) for column in columns))
+        grid.add_row(*(Text(show(row.get(column.name))) for column in columns))
     console.print(grid)
     for note in table.notes:
-        console.print(note, highlight=False)
+        console.print(note, markup=False, highlight=False)
 
 
 def to_markdown(results: Results) -> str:

@@ -2,6 +2,7 @@
 """The ``fragtracer`` command. Exit status: 0 done, 1 a check failed, 2 bad input, 130 interrupted."""
 
 import gc
+import io
 import signal
 import sys
 import warnings
@@ -63,7 +64,13 @@ def main() -> None:
     """Run the command line; errors of input become one message and exit status 2."""
     # A scene is many small objects that stay: by default, looking for garbage among them takes a third of its loading.
     gc.set_threshold(100_000)
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    for name in ("SIGTERM", "SIGHUP"):  # as Ctrl-C: what there is is written; Windows has no SIGHUP
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, signal.default_int_handler)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # not all of them know minus signs, or the names of all files
+            stream.reconfigure(errors="backslashreplace")
     warnings.showwarning = lambda message, *_, **__: print(f"fragtracer: warning: {message}", file=sys.stderr)
     try:
         app()

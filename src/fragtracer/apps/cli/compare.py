@@ -43,6 +43,7 @@ def compare(
     """
     from fragtracer.apps.cli.progress import comparison_progress
     from fragtracer.apps.compare import compare_scene, summary, to_json, write_report
+    from fragtracer.apps.compare.page import check_installed
     from fragtracer.io.toml import load
     from fragtracer.output import check_writable
 
@@ -50,6 +51,8 @@ def compare(
     for path, suffixes in ((report, {".html"}), (json, {".json"})):
         if path is not None:
             check_writable(path, suffixes)
+    if report is not None:
+        check_installed()
     settings = {"bounces": bounces, "light_samples": light_samples, "geometry": geometry}
     loaded = options.with_settings(load(scene), multiple_scattering=multiple_scattering, **settings)
     pixels = options.parse_size(size)
@@ -74,11 +77,11 @@ def compare(
             progress=progress,
             **numbers,
         )
-    print(summary(comparison))
-    if report is not None:
-        write_report(report, comparison)
     if json is not None:
         _write_json(json, to_json(comparison))
+    if report is not None:
+        write_report(report, comparison)
+    print(summary(comparison))
     raise typer.Exit(comparison.exit_status)
 
 
@@ -103,11 +106,11 @@ def _compare_split_sum(
 
     with comparison_progress() as progress:
         found = measure_approximation(scene, size or (320, 180), progress=progress, **numbers)
-    print(approximation_report.summary(found))
-    if report is not None:
-        approximation_report.write_report(report, found)
     if json is not None:
         _write_json(json, approximation_report.to_json(found))
+    if report is not None:
+        approximation_report.write_report(report, found)
+    print(approximation_report.summary(found))
 
 
 def _write_json(path: Path, numbers: dict[str, Any]) -> None:

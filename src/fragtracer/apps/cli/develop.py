@@ -23,7 +23,7 @@ def develop(
 ) -> None:
     """Make a picture of IMAGE, with exposure, glare and tone curve; with --denoise from an .exr that was rendered
     with --aov denoising, or albedo,normal."""
-    from fragtracer.denoise import check_installed
+    from fragtracer.denoise import LAYER_KEY, check_installed
     from fragtracer.display.look import Look
     from fragtracer.io.images import read_content, write_image
     from fragtracer.output import check_writable
@@ -38,6 +38,8 @@ def develop(
     if denoise:
         check_installed()
     pixels, metadata = _denoised(image) if denoise else read_content(image)
+    for name in ("frame", "frame_digest", LAYER_KEY):  # it is no frame of a render, and has no layers
+        metadata.pop(name, None)
     write_image(output, pixels, metadata, *look)
     stops = Look(*look).stops(pixels)
     print(f"{output}: exposure {stops:+.2f} stops")

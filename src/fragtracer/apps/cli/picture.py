@@ -46,10 +46,9 @@ class Picture:
         from fragtracer.io.images import write_image
 
         image, metadata = renderer.image(), renderer.metadata() | dict(more or {})
-        aovs = self.aovs if renderer.spp else ()  # interrupted before the first sample
-        layers = {name: renderer.aov(name, previous_camera) for name in aovs}
-        names = {name: renderer.matte_names(name) for name in aovs if AOVS[name].matte}
-        if self.denoise and renderer.spp:
+        layers = {name: renderer.aov(name, previous_camera) for name in self.aovs}
+        names = {name: renderer.matte_names(name) for name in self.aovs if AOVS[name].matte}
+        if self.denoise:
             clean = denoise(image, *map(renderer.aov, DENOISING))
             if output.suffix.lower() == ".png":
                 image, metadata[KEY] = clean, denoiser()

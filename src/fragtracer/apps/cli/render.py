@@ -193,8 +193,11 @@ def render(
             with preparing():
                 keeper = keeping and keeping.begin(renderer)
             finished = _sample(renderer, limits, keeper)
-            picture.write(renderer, output)
-            _report(renderer, output, finished, denoise)
+            if renderer.spp:
+                picture.write(renderer, output)
+                _report(renderer, output, finished, denoise)
+            else:
+                print(f"{output}: interrupted before the first sample; not written", file=sys.stderr)
     if not finished:
         raise typer.Exit(130)
 
@@ -234,13 +237,15 @@ def _render_frames(scene: Any, frames: Any, limits: dict[str, Any], picture: Any
         done = 0
         for number, moved in frames.scenes.items():
             renderer.reset(moved, seed=moved.render.seed)
-            digest = digest_of(renderer, moved.render.spp, limits, picture)
+            motion = frames.previous_cameras[number] if "motion" in picture.aovs else None
+            digest = digest_of(renderer, moved.render.spp, limits, picture, motion)
             if is_finished(files[number], digest):
                 done += 1
                 continue
             keeper = keeping and keeping.begin(renderer, f"{number:04}")
             if not _sample(renderer, dict(limits), keeper):
-                print(f"{files[number]}: interrupted; the same command goes on with this frame", file=sys.stderr)
+                how = "the same command" if keeper is None else "the same command with --resume"
+                print(f"{files[number]}: interrupted; {how} goes on with this frame", file=sys.stderr)
                 return False
             more = {"frame": str(number), "frame_digest": digest}
             picture.write(renderer, files[number], more, frames.previous_cameras[number])

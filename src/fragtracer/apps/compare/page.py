@@ -2,6 +2,7 @@
 """Writes a template of this folder to an .html file that needs nothing but itself."""
 
 from collections.abc import Mapping
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,15 @@ def write_page(path: str | Path, template: str, facts: Mapping[str, Any]) -> Non
     text = rendered(template, facts)
     with output.replacing(path) as part:
         part.write_text(text, "utf-8", newline="\n")
+
+
+def check_installed() -> None:
+    """Raise :class:`FragtracerError` if a library that pages are made with is missing."""
+    for module, name in (("jinja2", "Jinja"), ("matplotlib", "Matplotlib")):
+        try:
+            import_module(module)
+        except ImportError as error:
+            raise FragtracerError(f"{name} is not installed; pip install 'fragtracer[reference]'") from error
 
 
 def rendered(template: str, facts: Mapping[str, Any]) -> str:
