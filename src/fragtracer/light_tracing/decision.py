@@ -32,7 +32,7 @@ from fragtracer.scene.interiors import has_media, solids, winding_number
 
 Floats = NDArray[np.float64]
 
-_VERSION = 7  # of the measurement
+_VERSION = 8  # of the measurement
 _MEASURED = 1 / 8  # photons for a sample, for which the variances are told
 _PHOTONS = (1 / 8, 1 / 4)  # for a sample, of which there may be; twice as many where samples are placed adaptively
 # Of a photon over a sample of a path, the second in scenes of meshes; of GPUs by those of an H200.
