@@ -182,7 +182,7 @@ def test_develop_makes_the_picture_that_render_makes(tmp_path: Path) -> None:
         (["a.exr", "-o", "a.exr"], "cannot write .exr; choose from .png"),
         (["a.exr", "-o", "a.png", "--exposure", "bright"], "--exposure bright: give a number of stops, or auto"),
         (["a.exr", "-o", "a.png", "--bloom-alone"], "give its strength too"),
-        (["a.exr", "-o", "a.png", "--gamma", "nan"], "gamma must be above 0"),
+        (["a.exr", "-o", "a.png", "--gamma", "-1"], "gamma must be above 0"),
     ],
 )
 def test_develop_says_what_is_wrong(

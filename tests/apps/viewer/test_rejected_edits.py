@@ -55,6 +55,6 @@ def test_ambient_light_stays_finite(monkeypatch: pytest.MonkeyPatch) -> None:
     assert session.document.scene.ambient.radiance == (1.0, 2.0, 3.0)
 
 
-def test_a_light_so_small_that_its_radiance_is_too_large_keeps_its_power() -> None:
-    light = Light((0.0, 0.0, 0.0), 1e-21, power=1.0)
-    assert lights.in_unit(light, "radiance") is light
+def test_a_light_so_large_that_its_power_is_too_large_keeps_its_radiance() -> None:
+    light = Light((0.0, 0.0, 0.0), 1e18, radiance=1e10)
+    assert lights.in_unit(light, "power") is light
