@@ -118,8 +118,7 @@ def test_light_of_gltf_arrives(ctx, tmp_path: Path, kind: str, irradiance: float
     )
 
 
-@pytest.mark.parametrize("thickness", [0, 1])
-@pytest.mark.parametrize("is_textured", [False, True])
+@pytest.mark.parametrize(("is_textured", "thickness"), [(False, 1), (True, 0)])
 @pytest.mark.filterwarnings("ignore:.*is not closed:UserWarning")
 def test_glass_is_there_by_its_alpha(ctx, tmp_path: Path, is_textured: bool, thickness: float) -> None:
     """Grey glass in front of the sky. A pane reflects 2 F / (1 + F) of the light and passes the rest times its colour.
