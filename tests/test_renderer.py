@@ -258,16 +258,28 @@ def no_room(*_arguments, **_options):
     raise DeviceError("there is no room")
 
 
-@pytest.mark.parametrize("others", [{"bounces": -1}, {"light_tracing": "on"}], ids=str)
-def test_a_reset_that_fails_begins_anew_with_what_there_was(ctx, monkeypatch, others):
-    """Settings that are none, and a scene of which the GPU has no room for a part."""
+def no_memory(*_arguments, **_options):
+    raise MemoryError
+
+
+@pytest.mark.parametrize(
+    ("others", "load_light", "error"),
+    [
+        ({"bounces": -1}, no_room, ValidationError),
+        ({"light_tracing": "on"}, no_room, DeviceError),
+        ({"light_tracing": "on"}, no_memory, MemoryError),
+    ],
+    ids=["settings", "the GPU", "the processor"],
+)
+def test_a_reset_that_fails_begins_anew_with_what_there_was(ctx, monkeypatch, others, load_light, error):
+    """Settings that are none, and a scene of which there is no room for a part."""
     image = picture(ctx, SCENES[0])
     with Renderer(load(SCENES[0]), SIZE, context=ctx) as renderer:
         origin = renderer.origin()
         renderer.sample(3)
         with monkeypatch.context() as patched:
-            patched.setattr(LightTracer, "load", no_room)
-            with pytest.raises((ValidationError, DeviceError)):
+            patched.setattr(LightTracer, "load", load_light)
+            with pytest.raises(error):
                 renderer.reset(load("three-spheres"), **others)
         assert renderer.origin() == origin
         renderer.reset()

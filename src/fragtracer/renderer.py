@@ -369,7 +369,7 @@ class Renderer:
         Raises
         ------
         FragtracerError
-            If the scene cannot be rendered so; the renderer begins anew with what it had.
+            If the scene cannot be rendered so. After any error the renderer begins anew with what it had.
         """
         if not {"width", "height"}.isdisjoint(settings):
             raise ValueError("a renderer keeps its size; make another one")
@@ -380,7 +380,7 @@ class Renderer:
                 if scene is not None or settings:
                     self.scene, self.settings = wanted
                     self._load(scene is not None or settings.keys() != {"seed"})
-            except FragtracerError:
+            except Exception:
                 self.scene, self.settings = before
                 self._load()
                 raise
