@@ -75,7 +75,7 @@ class Viewer:
     def problem(self) -> str:
         """The message that the window shows, "" for none."""
         of_picture = self.refiner.problem, self.refiner.tracing_problem
-        problems = self._shader_problem, self.screen.display.problem, *of_picture, self.session.problem
+        problems = self._shader_problem, self.screen.problem, *of_picture, self.session.problem
         return next(filter(None, problems), "")
 
     @property

@@ -12,7 +12,6 @@ from fragtracer.apps.viewer.bloom import Bloom
 from fragtracer.apps.viewer.lit_film import ShownFilm
 from fragtracer.apps.viewer.meter import Meter
 from fragtracer.apps.viewer.programs import Programs
-from fragtracer.errors import ShaderError
 from fragtracer.gpu.program import FullscreenProgram
 
 ToneCurve = Literal["linear", "reinhard", "aces", "agx"]
@@ -69,7 +68,7 @@ class Display:
     """The programs that draw a film into a rectangle of the window of ``context``.
 
     Each view is a program of its own: in a single program with branches, a software renderer would
-    execute all of them. ``problem`` says which program of the last picture does not compile.
+    execute all of them.
     """
 
     def __init__(self, context: Any) -> None:
@@ -79,7 +78,6 @@ class Display:
         self._picture_buffer: Any = None
         self._other: Any = None
         self._bloom, self._meter = Bloom(context, self._programs), Meter(context, self._programs)
-        self.problem = ""
 
     def compare_with(self, image: NDArray[np.float32] | None) -> None:
         """Show a picture, (height, width, 3), right of the wipe; None removes it."""
@@ -107,24 +105,13 @@ class Display:
         held_weight: float = 0.0,
     ) -> None:
         """Draw ``film``, with ``spp`` samples per pixel, into the framebuffer ``target``, blended with
-        ``held`` of weight ``held_weight``; nothing where a program that is new does not compile."""
-        try:
-            self._draw(target, film, rectangle, settings, spp, held, held_weight)
-            self.problem = ""
-        except ShaderError as error:
-            self.problem = str(error)
-            target.use()
+        ``held`` of weight ``held_weight``.
 
-    def _draw(
-        self,
-        target: Any,
-        film: ShownFilm,
-        rectangle: Rectangle,
-        settings: DisplaySettings,
-        spp: int,
-        held: ShownFilm | None,
-        held_weight: float,
-    ) -> None:
+        Raises
+        ------
+        ShaderError
+            If a program that is new does not compile. Another framebuffer may be bound then.
+        """
         mean, variance, _ = film.textures
         mean.use(_MEAN)
         variance.use(_VARIANCE)

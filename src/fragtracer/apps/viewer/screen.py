@@ -11,7 +11,7 @@ from fragtracer.apps.viewer.display import Display, DisplaySettings, Rectangle
 from fragtracer.apps.viewer.layout import Area
 from fragtracer.apps.viewer.refiner import Refiner
 from fragtracer.apps.viewer.window import Window
-from fragtracer.errors import DeviceError
+from fragtracer.errors import DeviceError, ShaderError
 from fragtracer.gpu.context import attach_context
 
 _BACKGROUND = (0.06, 0.06, 0.07)
@@ -20,7 +20,8 @@ _FATAL = ("GL_OUT_OF_MEMORY", "GL_UNKNOWN_ERROR")
 
 
 class Screen:
-    """Open until :meth:`close`; ``rectangle`` is that of the picture, ``frames`` counts what was presented.
+    """Open until :meth:`close`; ``rectangle`` is that of the picture, ``frames`` counts what was presented,
+    ``problem`` says why the last frame has no picture.
 
     ``size`` is that of the window in screen coordinates, ``ini`` where the layout of the panels is kept.
 
@@ -36,6 +37,7 @@ class Screen:
         self.display = Display(self.context)
         self.rectangle: Rectangle = (0, 0, 1, 1)
         self.frames = 0
+        self.problem = ""
         self._title = ""
 
     def place(self, area: Area) -> tuple[int, int]:
@@ -97,6 +99,11 @@ class Screen:
         spp, shown, held = refiner.renderer.spp, refiner.renderer.film, refiner.held
         if held is not None and spp == 0:  # the new film is empty, and blending takes time
             shown, held = held, None
-        self.display.draw(target, shown, self.rectangle, settings, spp, held, refiner.held_weight)
+        try:
+            self.display.draw(target, shown, self.rectangle, settings, spp, held, refiner.held_weight)
+            self.problem = ""
+        except ShaderError as error:
+            self.problem = str(error)
+            target.use()
         target.viewport = target.scissor = everything
         self.window.draw_panels()
