@@ -57,7 +57,7 @@ def _render_part(scene: bytes, key: str, frame: Frame | None, part: Part, worker
         try:
             kept.renderer.reset(scene_of_frame, seed=frame.seed)
             kept.frame, kept.origin = frame, kept.renderer.origin()
-        except Exception:  # nobody knows what it is set to now
+        except Exception:  # of the device too, which may not have let it go back to the frame before
             _close()
             raise
     start = time.perf_counter()
