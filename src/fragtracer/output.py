@@ -1,13 +1,21 @@
 # SPDX-License-Identifier: MIT
 """Result files: refused before the work where they cannot be written, and then written whole or not at all."""
 
+import hashlib
 import os
+import sys
 import uuid
 from collections.abc import Collection, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
+from typing import BinaryIO
 
 from fragtracer.errors import OutputError
+
+if sys.platform == "win32":
+    import msvcrt
+else:
+    import fcntl
 
 
 def check_writable(path: str | Path, suffixes: Collection[str]) -> None:
@@ -49,9 +57,6 @@ def _problem(path: Path, suffixes: Collection[str]) -> str | None:
     return None
 
 
-_PART = ".fragtracer-{}.part"
-
-
 @contextmanager
 def replacing(path: str | Path, durable: bool = False) -> Iterator[Path]:
     """Give the name of a temporary file in the folder of ``path``, which takes its place at the end.
@@ -65,7 +70,7 @@ def replacing(path: str | Path, durable: bool = False) -> Iterator[Path]:
         If the file cannot be written, as on a full disk.
     """
     target = Path(os.path.realpath(path))
-    part = target.with_name(_PART.format(uuid.uuid4().hex))
+    part = target.with_name(_part(target, uuid.uuid4().hex))
     try:
         yield part
         if durable:
@@ -80,6 +85,11 @@ def replacing(path: str | Path, durable: bool = False) -> Iterator[Path]:
             part.unlink()
 
 
+def _part(target: Path, which: str) -> str:
+    """The name of a temporary file, which is short however long that of its target is."""
+    return f".fragtracer-{hashlib.blake2b(os.fsencode(target.name), digest_size=8).hexdigest()}-{which}.part"
+
+
 def _flush(path: Path) -> None:
     """Wait until a file, or the names in a folder, are on the disk."""
     descriptor = os.open(path, os.O_RDWR if path.is_file() else os.O_RDONLY)
@@ -89,8 +99,57 @@ def _flush(path: Path) -> None:
         os.close(descriptor)
 
 
-def remove_parts(folder: Path) -> None:
-    """Delete the temporary files that killed processes have left in a folder."""
-    for part in folder.glob(_PART.format("*")):
+def remove_parts(path: Path) -> None:
+    """Delete the temporary files of ``path`` that killed processes have left; those of living ones, too, so that there
+    must be none (:func:`locked`)."""
+    target = Path(os.path.realpath(path))
+    for part in target.parent.glob(_part(target, "*")):
         with suppress(OSError):
             part.unlink()
+
+
+@contextmanager
+def locked(path: Path) -> Iterator[bool]:
+    """Lock the file ``path``, which holds nothing, against other processes; False where its file system has no locks.
+
+    The system itself unlocks it when this process ends, in whatever way.
+
+    Raises
+    ------
+    BlockingIOError
+        If another process has locked it.
+    OSError
+        If it cannot be written.
+    """
+    with ExitStack() as files:
+        while True:
+            file = files.enter_context(path.open("ab"))
+            has_locks = _lock(file)
+            if not has_locks or _is_at(path, file):
+                break
+        try:
+            yield has_locks
+        finally:
+            with suppress(OSError):  # of Windows, which removes no file that is open: there it stays
+                path.unlink()
+
+
+def _lock(file: BinaryIO) -> bool:
+    try:
+        if sys.platform == "win32":
+            msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+        else:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except (BlockingIOError, PermissionError) as error:  # the latter on Windows, and by SMB
+        raise BlockingIOError(*error.args) from error
+    except OSError:
+        return False
+    return True
+
+
+def _is_at(path: Path, file: BinaryIO) -> bool:
+    """Whether ``file`` was not removed from ``path`` between its opening and its locking."""
+    try:
+        return sys.platform == "win32" or os.path.samefile(path, file.fileno())
+    except FileNotFoundError:
+        return False

@@ -292,3 +292,71 @@ def test_who_has_no_part_any_more_is_not_told_of(tmp_path, returning) -> None:
         found = render(scene("on"), spp=2048, begin=replace(kept, resume=True).begin)
     assert (found.metadata["gl_renderer"], found.metadata["workers"]) == ("another driver", "2")
     assert same(found, right)
+
+
+@pytest.fixture
+def begun(tmp_path, monkeypatch, returning):
+    """Begins a render in which all of B's parts are wrong, and nobody checks that; ends it with a checkpoint of its
+    middle, from which the returned one goes on. B is found out at its next part."""
+
+    def begin(start):
+        with monkeypatch.context() as unchecked:
+            unchecked.setattr(InProcess, "other", lambda *_: None)
+            returning(lambda task, rendered: darkened(rendered) if task.address == B else rendered)
+            start(Keeping(tmp_path, 3600, False).begin)
+        returning(lambda task, rendered: replace(rendered, pixels=work.empty(1, 1)) if task.address == B else rendered)
+        return Keeping(tmp_path, 3600, True).begin
+
+    return begin
+
+
+def darkened(rendered):
+    mean = rendered.pixels.mean * np.float32([0.5, 0.5, 0.5, 1])
+    pixels = replace(rendered.pixels, mean=mean)
+    return replace(rendered, pixels=pixels, digest=pixels_digest(pixels))
+
+
+def stop(state) -> None:
+    if state.spp >= 100:
+        raise KeyboardInterrupt
+
+
+@pytest.mark.parametrize("knows_authors", [True, False], ids=["now", "earlier version"])
+@pytest.mark.parametrize("adaptive", ["off", "on"])
+def test_parts_of_a_checkpoint_are_rendered_again(tmp_path, begun, adaptive, knows_authors) -> None:
+    """Where who has rendered them is found out after it, or perhaps has rendered them."""
+    right = render(scene(adaptive), spp=512)
+    again = begun(lambda begin: render(scene(adaptive), stop, spp=512, begin=begin))
+    film = SavedFilm.read(tmp_path / "film.npz")
+    assert B in dict(film.state["authors"])
+    if not knows_authors:
+        state = {name: value for name, value in film.state.items() if name != "rendered_by"}
+        replace(film, state=state).write(tmp_path / "film.npz")
+    with pytest.warns(UserWarning, match=f"the worker {B} is not used any more"):
+        found = render(scene(adaptive), spp=512, begin=again)
+    assert same(found, right)
+    assert found.metadata["workers"] == "2"
+
+
+def test_parts_of_a_frame_that_goes_on_later_are_rendered_again(tmp_path, begun) -> None:
+    """Where who has rendered them is found out in the frame before."""
+
+    def frame(number):
+        return replace(scene(), render=replace(scene().render, seed=number))
+
+    right, found = {}, {}
+    options = {"spp": 512, "block": 32, "count": 2}
+    frames = {number: frame(number) for number in (1, 2)}
+    cluster.render_frames(scene(), frames, None, right.__setitem__, **options)
+
+    def start(begin) -> None:
+        with pytest.raises(KeyboardInterrupt):
+            cluster.render_frames(scene(), {2: frame(2)}, None, None, progress=stop, begin=numbered(begin), **options)
+
+    def numbered(begin):
+        return lambda one, number: begin(one, str(number))
+
+    again = begun(start)
+    with pytest.warns(UserWarning, match=f"the worker {B} is not used any more"):
+        cluster.render_frames(scene(), frames, None, found.__setitem__, begin=numbered(again), **options)
+    assert all(same(found[number], right[number]) for number in frames)

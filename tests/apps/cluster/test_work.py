@@ -104,6 +104,28 @@ def test_a_checkpoint_has_all_that_came_back() -> None:
         np.testing.assert_array_equal(image, getattr(after.picture(), name))
 
 
+def test_a_checkpoint_knows_who_has_rendered_a_tile() -> None:
+    """What is forgotten after it is due once, as is what was not there; other tiles stay."""
+    rng = np.random.default_rng(4)
+    cut = Cut(600, 16, 32, 128)
+    before, after = EvenSampling(cut, None), EvenSampling(cut, None)
+    tasks = list(iter(before.next, None))
+    (left, right), *whole, last = tasks[0].halves(), *tasks[1:]
+    for task in (left, *whole):
+        author = "wrong" if task in (left, whole[-1]) else "right"
+        before.take(task, _pixels(rng, cut.spp_of(task.step), (16, task.window.width)), author)
+    state, arrays = before.state()
+    assert after.restore(json.loads(json.dumps(state)), arrays)
+    assert after.forget("wrong")
+    spoilt = {left, right, *(task for task in tasks[1:] if task.tile in (0, whole[-1].tile))}
+    due = list(iter(after.next, None))
+    assert len(due) == len(set(due))
+    assert set(due) == spoilt | {last}
+    assert after.samples == sum(map(after.cost, set(tasks[1:]) - spoilt - {last})) > 0
+    assert after.forget("wrong")
+    assert after.next() is None
+
+
 def test_one_of_so_many_tasks_is_checked() -> None:
     """At a place that nobody knows."""
     found = np.reshape(list(islice(draws(), 200 * CHECKED)), (200, CHECKED))

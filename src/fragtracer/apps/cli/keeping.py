@@ -4,15 +4,18 @@
 import shutil
 import time
 import warnings
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
 from fragtracer.errors import DeviceError, FilmError, OutputError
 from fragtracer.films import NAME, most_bytes
-from fragtracer.output import remove_parts
+from fragtracer.output import locked, remove_parts
 from fragtracer.scene import RenderSettings
+
+_LOCK = "film.lock"  # of a folder that is in use
 
 
 class Resumable(Protocol):
@@ -30,15 +33,42 @@ class Resumable(Protocol):
 
 @dataclass(frozen=True)
 class Keeping:
-    """Where checkpoints lie, the seconds between them, and whether to go on from what is there."""
+    """Where checkpoints lie, the seconds between them, and whether to go on from what is there. No process but this one
+    uses a ``folder`` that ``is_locked``."""
 
     folder: Path
     every: float
     resume: bool
+    is_locked: bool = False
 
     def begin(self, renderer: Resumable, frame: str = "") -> "Keeper":
         """For a render, perhaps of a frame; raises as :class:`Keeper`."""
-        return Keeper(renderer, self.folder / frame, self.every, self.resume)
+        return Keeper(renderer, self.folder / frame, self.every, self.resume, self.is_locked)
+
+
+@contextmanager
+def keeping(folder: Path, every: float, resume: bool) -> Iterator[Keeping]:
+    """Make ``folder`` where there is none, and keep other processes out of it, if its file system can.
+
+    Raises
+    ------
+    OutputError
+        If another process uses it, or it cannot be written.
+    """
+    with ExitStack() as stack:
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            is_locked = stack.enter_context(locked(folder / _LOCK))
+        except BlockingIOError:
+            mend = "wait until it has ended, or give --checkpoint another folder"
+            raise OutputError(f"{folder}: another process keeps its checkpoints here; {mend}") from None
+        except OSError as error:
+            raise _unfit(folder, error) from error
+        yield Keeping(folder, every, resume, is_locked)
+
+
+def _unfit(folder: Path, error: OSError) -> OutputError:
+    return OutputError(f"{folder}: cannot be the folder of a checkpoint: {error.strerror or error}")
 
 
 class Keeper:
@@ -55,14 +85,15 @@ class Keeper:
         If there is a checkpoint and ``resume`` is false, or if it is damaged or of another picture.
     """
 
-    def __init__(self, renderer: Resumable, folder: Path, every: float, resume: bool) -> None:
+    def __init__(self, renderer: Resumable, folder: Path, every: float, resume: bool, is_locked: bool) -> None:
         self._renderer, self._path, self._every = renderer, folder / NAME, every
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            remove_parts(folder)
+            if is_locked:  # otherwise they may be of a process that lives
+                remove_parts(self._path)
             free = shutil.disk_usage(folder).free
         except OSError as error:
-            raise OutputError(f"{folder}: cannot be the folder of a checkpoint: {error.strerror or error}") from error
+            raise _unfit(folder, error) from error
         needed = most_bytes(renderer.settings)
         if free < needed:
             needs = f"a checkpoint takes up to {-(-needed // 10**6)} MB"

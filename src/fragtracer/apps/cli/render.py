@@ -63,6 +63,7 @@ _PATIENCE = 0.5  # seconds until there is a progress bar, which takes time to ma
 
 
 def render(
+    context: typer.Context,
     scene: options.SceneArgument,
     output: Output,
     size: options.Size = None,
@@ -112,7 +113,7 @@ def render(
     """Render SCENE into an image file, or a film of a moving camera. Ctrl-C writes what there is."""
     from fragtracer.aov import checked
     from fragtracer.apps.cli import video
-    from fragtracer.apps.cli.keeping import Keeping
+    from fragtracer.apps.cli.keeping import keeping
     from fragtracer.apps.cli.picture import Picture
     from fragtracer.apps.cli.preparation import preparing
     from fragtracer.display.look import Look
@@ -158,7 +159,6 @@ def render(
     limits = {"spp": spp, "seconds": time, "until": _share(until), "worst": _share(worst)}
     if time is not None:
         lit = options.with_settings(lit, spp=expected_spp(lit.render, spp, time))
-    keeping = None if checkpoint is None else Keeping(checkpoint, 60.0 if every is None else every, resume)
     if cluster is None and block is not None:
         raise FragtracerError("--block is the size of a task of --cluster ADDRESS; leave it out without")
     if cluster is not None:
@@ -167,21 +167,24 @@ def render(
         on_cluster.check_options(limits, picture, moves, first_sample)
     if moves and first_sample:
         raise FragtracerError("--first-sample is for one picture; leave it out where the camera moves")
+    kept = None
+    if checkpoint is not None:
+        kept = context.with_resource(keeping(checkpoint, 60.0 if every is None else every, resume))
     if moves:
         from fragtracer.apps.cli.frames import frames_of
 
         moving = frames_of(lit, output, frames, path, turntable, fps)
         if cluster is not None:
             _with_limit(limits, lit.render)
-            finished = on_cluster.render_frames(lit, moving, cluster, block, limits, picture, keeping, _progress)
+            finished = on_cluster.render_frames(lit, moving, cluster, block, limits, picture, kept, _progress)
         else:
-            finished = _render_frames(lit, moving, limits, picture, keeping)
+            finished = _render_frames(lit, moving, limits, picture, kept)
         if finished and moving.film is not None:
             video.encode(list(moving.files.values()), moving.film, moving.fps)
             print(f"{moving.film}: {len(moving.files)} frames, {float(moving.fps):g} a second")
     elif cluster is not None:
         _with_limit(limits, lit.render)
-        finished = on_cluster.render_picture(lit, cluster, block, limits, output, picture, keeping, _progress)
+        finished = on_cluster.render_picture(lit, cluster, block, limits, output, picture, kept, _progress)
     else:
         if first_sample is not None:  # for films that are to be merged
             _check_parts(lit.render, picture, first_sample)
@@ -191,7 +194,7 @@ def render(
             renderer = Renderer(lit, first_sample=first_sample or 0, aovs=picture.aovs)
         with renderer:
             with preparing():
-                keeper = keeping and keeping.begin(renderer)
+                keeper = kept and kept.begin(renderer)
             finished = _sample(renderer, limits, keeper)
             if renderer.spp:
                 picture.write(renderer, output)

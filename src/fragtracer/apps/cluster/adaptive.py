@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fragtracer.apps.cluster.work import CORNERS, Block, Cut, Part, Task, at, crop, empty, place, without
+from fragtracer.apps.cluster.work import CORNERS, UNKNOWN, Block, Cut, Part, Task, at, crop, empty, place, without
 from fragtracer.sampling.allocation import (
     FIRST_STAGE,
     ITEM_SAMPLES,
@@ -42,7 +42,7 @@ class AdaptiveSampling:
         self._next_look = FIRST_STAGE
         self._seen_stage = 0
         self._start: Pixels | None = None  # the film of this stage at the beginning of the step, if it has samples
-        self._earlier: set[str] = set()  # who has rendered what the plan is of
+        self._earlier: set[str] = set()  # who has rendered what the plan is of, or has had a part in a checkpoint
         self._step = -1
         self.samples = 0
         self.error: float | None = None
@@ -85,7 +85,7 @@ class AdaptiveSampling:
         self.samples += self.cost(task)
 
     def forget(self, author: str) -> bool:
-        if author in self._earlier:
+        if self._earlier & {author, UNKNOWN}:
             return False
         for task in [task for task, name in self._authors.items() if name == author]:
             del self._authors[task]
@@ -204,6 +204,7 @@ class AdaptiveSampling:
         done = [[task.tile, *(vars(task.window)[name] for name in CORNERS)] for task in self._authors]
         state = numbers | {"next_look": self._next_look, "more_passes": self._more_passes, "done": done}
         state |= {"error": self.error if self._is_good else None}
+        state |= {"rendered_by": sorted(self._earlier | set(self._authors.values()))}
         arrays = {f"film.{name}": image for name, image in vars(self._film).items()}
         arrays |= {f"finished.{field.name}": getattr(self._finished, field.name) for field in fields(Stages)}
         if self._plan is not None:
@@ -221,6 +222,8 @@ class AdaptiveSampling:
         self._finished = Stages(*(arrays[f"finished.{field.name}"] for field in fields(Stages)))
         self._plan = Plan(self._stage, arrays["plan.first"], arrays["plan.items"]) if self._stage else None
         film = Pixels(*(arrays[f"film.{field.name}"] for field in fields(Pixels)))
+        authors = state.get("rendered_by", [UNKNOWN])
+        self._earlier = set(authors)
         if self._spp:
             self._film = self._start = film
         done = [Task(self._step + 1, tile, Window(*corners)) for tile, *corners in state["done"]]
@@ -234,5 +237,5 @@ class AdaptiveSampling:
         self._due = deque(piece for task in self._due for piece in without(task, set(done)))
         for task in done:
             self._left -= self.cost(task)
-            self.take(task, crop(film, task.window), "")
+            self.take(task, crop(film, task.window), authors[0])  # or another of them, which makes no difference
         return True

@@ -66,6 +66,7 @@ class Dispatcher:
         self._next_render: Render | None = None
         self._spp = 0.0  # samples per pixel of the pictures that are finished
         self._authors: list[set[str]] = []  # the workers that have had a part in each of them
+        self._exposed: list[str] = []  # workers
         self._tries: WeakKeyDictionary[Sampling, Counter[Task]] = WeakKeyDictionary()
         self._flights: dict[str, _Flight] = {}
         self._arrived: queue.SimpleQueue[tuple[str, concurrent.futures.Future[Rendered]]] = queue.SimpleQueue()
@@ -117,6 +118,8 @@ class Dispatcher:
         self._next_render = next(self._upcoming, None)
         self._agreed[render] = _without_adaptive(render.origin)
         self._renders[render] = self._begin(render)
+        for address in self._exposed:  # which may have had a part in its checkpoint
+            render.forget(address)
 
     def _advance(self, render: Render) -> None:
         def is_certain() -> bool:
@@ -270,6 +273,7 @@ class Dispatcher:
     def _expose(self, address: str, why: str) -> None:
         """Use a worker no more, and render again what it has had a part in."""
         self.workers.ban(address, why)
+        self._exposed.append(address)
         for render in self._renders:
             render.forget(address)
         spoilt = sum(address in authors for authors in self._authors)

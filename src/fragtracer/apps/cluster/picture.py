@@ -69,7 +69,8 @@ class Render:
 
     def forget(self, author: str) -> None:
         """Render again what this worker has had a part in."""
-        self._authors = {(address, driver) for address, driver in self._authors if address != author}
+        self._authors = {known for known in self._authors if known[0] != author}
+        self._earlier = {known for known in self._earlier if known[0] != author}
         if not self.sampling.forget(author):
             self.sampling, self._authors, self._earlier = self._first(), set(), set()
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.apps.cluster.merge import Tree, assembled
-from fragtracer.apps.cluster.work import CORNERS, Block, Cut, Part, PilotSamples, Task, empty, place, without
+from fragtracer.apps.cluster.work import CORNERS, UNKNOWN, Block, Cut, Part, PilotSamples, Task, empty, place, without
 from fragtracer.sampling.allocation import Window
 from fragtracer.sampling.pilot import Pilot
 from fragtracer.sampling.pixels import Pixels
@@ -49,7 +49,7 @@ class Sampling(Protocol):
         """What has come of a task."""
 
     def forget(self, author: str) -> bool:
-        """Render again what this worker has had a part in; False if this is all."""
+        """Render again what this worker has had a part in, also in a checkpoint; False if this is all, or may be."""
 
     def advance(self, is_certain: bool) -> bool:
         """Go on from a step of which all is there; whether anything has changed. What is ``is_certain`` is not being
@@ -114,7 +114,8 @@ class EvenSampling:
         self._trees = {tile: Tree() for tile in range(len(cut.tiles))}
         self._blocks = cut.all_tasks()
         self._due: deque[Task] = deque()
-        self._authors: dict[Task, str] = {}  # of the tasks that are there
+        self._there: set[Task] = set()  # tasks
+        self._authors: dict[int, set[str]] = {tile: set() for tile in self._trees}  # who has had a part in each
         self._parts: dict[Task, tuple[Pixels, int]] = {}  # of blocks of which a part is there, and the pixels it lacks
         self._waiting: dict[Task, Pixels] = {}  # beyond the round at which the error is looked at next
         self._round = 1  # whose blocks are all that the trees hold
@@ -134,8 +135,6 @@ class EvenSampling:
         if not self._due and len(self._waiting) > _MOST_WAITING:
             return None
         task = self._due.popleft() if self._due else next(self._blocks, None)
-        while task in self._authors or task in self._parts:  # of a checkpoint
-            task = next(self._blocks, None)
         self._given += self.cost(task) if task else 0
         return task
 
@@ -155,7 +154,8 @@ class EvenSampling:
         return self._all_samples - self._given
 
     def take(self, task: Task, pixels: Pixels, author: str) -> None:
-        self._authors[task] = author
+        self._there.add(task)
+        self._authors[task.tile].add(author)
         self.samples += self.cost(task)
         block, window = self._block(task), self._cut.tiles[task.tile]
         if task != block:
@@ -172,9 +172,11 @@ class EvenSampling:
         self._plant()
 
     def forget(self, author: str) -> bool:
-        tiles = {task.tile for task, name in self._authors.items() if name == author}
-        for task in [task for task in self._authors if task.tile in tiles]:
-            del self._authors[task]
+        if any(UNKNOWN in authors for authors in self._authors.values()):
+            return False
+        tiles = {tile for tile, authors in self._authors.items() if author in authors}
+        for task in sorted((task for task in self._there if task.tile in tiles), key=lambda task: -task.step):
+            self._there.remove(task)
             self.samples -= self.cost(task)
             self.put_back(task)
         for pieces in (self._parts, self._waiting):
@@ -183,6 +185,7 @@ class EvenSampling:
         for tile in tiles:
             self._present -= len(self._trees[tile].numbers)
             self._trees[tile] = Tree()
+            self._authors[tile].clear()
         self._looked = 0
         return True
 
@@ -228,18 +231,19 @@ class EvenSampling:
         """All that :meth:`restore` needs."""
         blocks = [[step, tile] for tile, tree in self._trees.items() for step in sorted(tree.numbers)]
         blocks += [[block.step, block.tile] for block in self._waiting]
-        parts = [
+        parts = sorted(
             [task.step, task.tile, *(vars(task.window)[name] for name in CORNERS)]
-            for task in self._authors
+            for task in self._there
             if self._block(task) in self._parts
-        ]
+        )
         nodes = {
             f"{tile}.{level}.{at}": n for tile, tree in self._trees.items() for (level, at), n in tree.nodes.items()
         }
         nodes |= {f"{block.tile}.0.{block.step}": pixels for block, pixels in self._beyond().items()}
         arrays = {f"{place}.{name}": image for place, node in nodes.items() for name, image in vars(node).items()}
         cut = {"block": self._cut.samples, "spp": self._cut.spp, "ends": self._cut.ends}
-        return cut | {"blocks": blocks, "parts": parts, "round": self._round}, arrays
+        authors = [sorted(self._authors[tile]) for tile in range(len(self._cut.tiles))]
+        return cut | {"blocks": blocks, "parts": parts, "rendered_by": authors, "round": self._round}, arrays
 
     def restore(self, state: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> bool:
         """Go on from what :meth:`state` has returned for a picture of this size in blocks of as many samples; False
@@ -251,19 +255,26 @@ class EvenSampling:
         steps = {task.step for task in blocks + parts}
         if any(self._cut.span(step) != before.span(step) for step in steps):
             return False
-        self._authors = dict.fromkeys(blocks + parts, "")
+        self._there = set(blocks + parts)
+        pieces: dict[Task, set[Task]] = {}  # of blocks
+        for task in blocks + parts:
+            pieces.setdefault(self._block(task), set()).add(task)
+        authors = state.get("rendered_by", [[UNKNOWN]] * len(tiles))
+        self._authors = {tile: set(names) for tile, names in enumerate(authors)}
         self._round = state["round"]
         for name in {name.rpartition(".")[0] for name in arrays}:
             tile, level, at = map(int, name.split("."))
             node = Pixels(*(arrays[f"{name}.{part}"] for part in Pixels.__dataclass_fields__))
             block = Task(at, tile, tiles[tile])
-            if level == 0 and (done := {task for task in parts if self._block(task) == block}):
-                self._parts[block] = node, block.pixels - sum(task.pixels for task in done)
-                self._due.extend(without(block, done))
+            if level == 0 and block not in self._there:
+                self._parts[block] = node, block.pixels - sum(task.pixels for task in pieces[block])
             elif level == 0 and at >= self._round:
                 self._waiting[block] = node
             else:
                 self._trees[tile].nodes[level, at] = node
         self._present = len(blocks) - len(self._waiting)
-        self.samples = self._given = sum(self.cost(task) for task in self._authors)
+        while pieces:
+            block = next(self._blocks)
+            self._due.extend(without(block, pieces.pop(block, set())))
+        self.samples = self._given = sum(self.cost(task) for task in self._there)
         return True

@@ -23,6 +23,7 @@ from fragtracer.scene.content import content_digest
 TILE = 256  # pixels, a side
 BLOCK = 256  # samples of each pixel, at most
 NOT_OF_WORKERS = ("adaptive", "light_tracing", "gradient_domain")  # settings that are off where parts are rendered
+UNKNOWN = ""  # the author of what the checkpoints of earlier versions hold
 CORNERS = ("left", "top", "width", "height")  # of a window, as checkpoints have them
 _LEAST_SIDE = 8  # pixels, of a part of a tile
 _GRID = 4  # pixels, a side of what is shaded together, which no cut should part
