@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """``render --frames``: numbered pictures and films of a moving camera."""
 
+import os
 import subprocess
 import sys
 from dataclasses import replace
@@ -203,3 +204,41 @@ def test_without_ffmpeg_the_line_to_type_is_told(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("shutil.which", lambda _: None)
     assert status_of(monkeypatch, *COMMAND, "--turntable", 2, "-o", tmp_path / "a.mp4") == 2
     assert "pip install 'fragtracer[video]'" in capsys.readouterr().err
+
+
+@pytest.fixture
+def ffmpeg_without_encoders(tmp_path, monkeypatch):
+    """The program of a system, which opens the path where programs are looked for."""
+    folder = tmp_path / "bin"
+    folder.mkdir()
+    program = folder / "ffmpeg"
+    program.write_text('#!/bin/sh\necho "[vost#0:0 @ 0x1] Unknown encoder" >&2\necho "Encoder not found" >&2\nexit 8\n')
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{folder}:{os.environ['PATH']}")
+    return program
+
+
+@pytest.mark.parametrize(("suffix", "encoder"), [(".mp4", "libx264"), (".webm", "libvpx-vp9")])
+def test_an_encoder_that_is_missing_is_told_before_the_work(
+    tmp_path, monkeypatch, capsys, ffmpeg_without_encoders, suffix, encoder
+):
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
+    assert status_of(monkeypatch, *COMMAND, "--turntable", 2, "-o", tmp_path / f"a{suffix}") == 2
+    (message,) = capsys.readouterr().err.splitlines()
+    problem = f"a{suffix}: {ffmpeg_without_encoders}: Unknown encoder; a film of 16x12 needs an FFmpeg with {encoder}: "
+    assert problem in message
+    assert "pip install 'fragtracer[video]'" in message
+    assert list(tmp_path.iterdir()) == [tmp_path / "bin"]
+
+
+def test_what_the_system_cannot_encode_another_ffmpeg_does(tmp_path, monkeypatch, ffmpeg_without_encoders):
+    pytest.importorskip("imageio_ffmpeg", reason="there is no other FFmpeg")
+    assert status_of(monkeypatch, *COMMAND, "--turntable", 2, "-o", tmp_path / "a.mp4") == 0
+    assert (tmp_path / "a.mp4").exists()
+
+
+def test_a_program_that_does_not_run_is_no_ffmpeg(tmp_path, monkeypatch, capsys, ffmpeg_without_encoders):
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
+    ffmpeg_without_encoders.write_text("neither a script nor a program")
+    assert status_of(monkeypatch, *COMMAND, "--turntable", 2, "-o", tmp_path / "a.mp4") == 2
+    assert f"{ffmpeg_without_encoders}: Exec format error; " in capsys.readouterr().err

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from fragtracer.errors import SceneError
 from fragtracer.io.arrays import read_arrays
-from fragtracer.io.model import Model, bounds, check_size
+from fragtracer.io.model import Model, bounds, check_size, stem
 from fragtracer.io.obj import read_obj
 from fragtracer.io.ply import read_ply
 from fragtracer.scene import Material, Mesh, Part
@@ -65,7 +65,7 @@ def read_model(file: str | Path) -> Model:
         began = time.time_ns()
         model = reader(path)
         check_size(path, model.mesh)
-        model = replace(model, mesh=replace(model.mesh, file=str(path), name=path.stem))
+        model = replace(model, mesh=replace(model.mesh, file=str(path), name=stem(path)))
         # What is written meanwhile may have been read before.
         stamps = tuple(_CHANGING if stamp is not None and stamp[0] >= began else stamp for stamp in _stamps(model))
     assert stamps is not None
@@ -94,7 +94,7 @@ def load_mesh(path: str | Path) -> tuple[Mesh, dict[str, Material]]:
     SceneError
         If the file, or one that it needs, is missing or damaged.
     """
-    model = qualified(read_model(path), Path(path).stem)
+    model = qualified(read_model(path), stem(path))
     return model.mesh, model.materials
 
 

@@ -38,6 +38,11 @@ class Model:
     files: tuple[Path, ...] = ()
 
 
+def stem(path: str | Path) -> str:
+    """The name of a file without its extension, as a name of what is in it: what is no UTF-8 is escaped."""
+    return Path(path).stem.encode("utf-8", "backslashreplace").decode()
+
+
 def read_file(path: Path) -> bytes:
     """The bytes of a file. Raises SceneError if it cannot be read."""
     try:

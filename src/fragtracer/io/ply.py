@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from fragtracer.display.tone import srgb_decode
 from fragtracer.errors import SceneError
-from fragtracer.io.model import Model, geometry, listed, read_file
+from fragtracer.io.model import Model, geometry, listed, read_file, stem
 from fragtracer.io.model_images import ModelImages
 from fragtracer.io.ply_elements import Element, Table, read_header, read_table
 from fragtracer.io.polygons import Ints, triangulate
@@ -54,14 +54,14 @@ def read_ply(path: Path) -> Model:
     if vertices is None or not vertices.columns.keys() >= set(_POSITION) or not (faces or strips):
         raise SceneError(f"{path}: this file has no vertices with x, y and z, or no faces")
     images = ModelImages(path.parent)
-    part = Part(_geometry(str(path), vertices, faces, strips), path.stem)
+    part = Part(_geometry(str(path), vertices, faces, strips), stem(path))
     material = Material() if part.geometry.colors is None else _colored(part.geometry.colors)
     textures = [comment.split(None, 1)[1] for comment in header.comments if comment.lower().startswith("texturefile ")]
     if textures and (image := images.get(textures[0], "srgb")):
         material = replace(material, albedo=(1.0, 1.0, 1.0), albedo_texture=Texture(image))
     notes = [*images.notes, *(["textures after the first"] if textures[1:] else []), *_ignored(header.elements)]
     mesh = Mesh(parts=(part,))
-    return Model(mesh, {path.stem: material}, ignored=listed(notes), files=(path, *images.files))
+    return Model(mesh, {stem(path): material}, ignored=listed(notes), files=(path, *images.files))
 
 
 def _colored(colors: NDArray[Any]) -> Material:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""The ``fragtracer`` command. Exit status: 0 done, 1 a check failed, 2 bad input, 130 interrupted."""
+"""The ``fragtracer`` command. Exit status: 0 done, 1 a check failed or nobody reads the output any more, 2 bad input or
+output that cannot be written, 130 interrupted."""
 
 import gc
-import io
 import signal
 import sys
 import warnings
@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from fragtracer import __version__
-from fragtracer.apps.cli import bench, compare, develop, doctor, info, merge, render, scenes, view, web
+from fragtracer.apps.cli import bench, compare, develop, doctor, info, merge, render, scenes, streams, view, web
 from fragtracer.apps.cli.options import Command
 from fragtracer.errors import FragtracerError
 
@@ -61,25 +61,43 @@ def _options(
 
 
 def main() -> None:
-    """Run the command line; errors of input become one message and exit status 2."""
+    """Run the command line; errors of input, and at the end those of standard output, become one message and exit
+    status 2."""
     # A scene is many small objects that stay: by default, looking for garbage among them takes a third of its loading.
     gc.set_threshold(100_000)
     for name in ("SIGTERM", "SIGHUP"):  # as Ctrl-C: what there is is written; Windows has no SIGHUP
         number = getattr(signal, name, None)
         if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, signal.default_int_handler)
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):  # not all of them know minus signs, or the names of all files
-            stream.reconfigure(errors="backslashreplace")
-    warnings.showwarning = lambda message, *_, **__: print(f"fragtracer: warning: {message}", file=sys.stderr)
+    warnings.showwarning = lambda message, *_, **__: _tell(f"warning: {message}")
+    with streams.lossy("stderr"), streams.lossy("stdout") as output:
+        status = _run()
+        sys.stdout.flush()
+        if isinstance(output.error, BrokenPipeError):
+            status = status or 1
+        elif output.error is not None:
+            _tell(f"cannot write to the standard output: {output.error.strerror}")
+            status = status or 2
+    sys.exit(status)
+
+
+def _run() -> int:
+    """The exit status of the command."""
     try:
         app()
+    except SystemExit as end:
+        return int(end.code or 0)
     except FragtracerError as error:
-        print(f"fragtracer: {error}", file=sys.stderr)
-        sys.exit(2)
+        _tell(str(error))
+        return 2
     except MemoryError as error:
-        print(f"fragtracer: there is not enough memory for this: {error}", file=sys.stderr)
-        sys.exit(2)
+        _tell(f"there is not enough memory for this: {error}")
+        return 2
     except KeyboardInterrupt:
-        print("fragtracer: interrupted", file=sys.stderr)
-        sys.exit(130)
+        _tell("interrupted")
+        return 130
+    return 0
+
+
+def _tell(message: str) -> None:
+    print(f"fragtracer: {message}", file=sys.stderr)

@@ -143,7 +143,7 @@ def _write(results: "Results", outputs: dict[str, Path]) -> None:
     writers = {".json": to_json, ".csv": to_csv, ".html": to_html}
     for suffix, path in outputs.items():
         with replacing(path) as part:
-            part.write_text(writers[suffix](results), encoding="utf-8")
+            part.write_text(writers[suffix](results), encoding="utf-8", errors="replace")  # names of files
         print(f"{path}: written", file=sys.stderr)
 
 

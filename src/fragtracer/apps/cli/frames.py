@@ -66,14 +66,16 @@ def frames_of(
     numbers = _asked(frames, moving)
     film = output if output.suffix.lower() in video.SUFFIXES else None
     files = {number: _file(output, number) for number in numbers}
-    (video.check(output, scene.render.width, scene.render.height) if film else check_writable(files[numbers[0]]))
+    rate = Fraction(fps or 24).limit_denominator(1001)
+    width, height = scene.render.width, scene.render.height
+    (video.check(output, width, height, rate) if film else check_writable(files[numbers[0]]))
     if output.suffix.lower() == ".npy":
         raise FragtracerError(f"{output}: a .npy cannot say which frame it is; choose .exr, .hdr or .png")
     scenes = {number: replace(scene, camera=_camera(moving, number)) for number in numbers}
     seeds = {number: (scene.render.seed + number) % _SEEDS for number in numbers}
     scenes = {n: replace(s, render=replace(s.render, seed=seeds[n])) for n, s in scenes.items()}
     previous = {number: _camera(moving, max(number - 1, moving.frames[0])) for number in numbers}
-    return Frames(scenes, len(moving.frames), previous, files, film, Fraction(fps or 24).limit_denominator(1001))
+    return Frames(scenes, len(moving.frames), previous, files, film, rate)
 
 
 def digest_of(renderer: Renderer, *more: Any) -> str:

@@ -3,7 +3,9 @@
 
 import shutil
 import subprocess
-from collections.abc import Sequence
+import tempfile
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from fractions import Fraction
 from pathlib import Path
 
@@ -21,50 +23,78 @@ _COLORS = ["-vf", "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+
 _COLORS += ["-color_range", "tv", "-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "iec61966-2-1"]
 
 
-def check(path: Path, width: int, height: int) -> None:
-    """Raise FragtracerError, before any work is done, if a film of this size cannot be written."""
+def check(path: Path, width: int, height: int, fps: Fraction) -> None:
+    """Raise FragtracerError, before any work is done, if such a film cannot be written."""
     output.check_writable(path, SUFFIXES)
     if width % 2 or height % 2:
         raise OutputError(f"{path}: a film has an even width and height, not {width}x{height}; give another --size")
-    _ffmpeg()
+    _ffmpeg(path, width, height, fps)
 
 
 def encode(pictures: Sequence[Path], path: Path, fps: Fraction) -> None:
     """Write a film of 8-bit pictures of one size."""
     from PIL import Image
 
-    first = Image.open(pictures[0])
-    width, height = first.size
-    first.close()
-    given = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", str(fps), "-i", "-"]
-    suffix = path.suffix.lower()
+    with Image.open(pictures[0]) as first:
+        width, height = first.size
+    program = _ffmpeg(path, width, height, fps)
     with output.replacing(path) as part:
-        wanted = [*_COLORS, *_CODECS[suffix], "-f", suffix[1:], str(part)]
-        command = [_ffmpeg(), "-y", "-loglevel", "error", *given, *wanted]
-        with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
-            assert process.stdin is not None
-            assert process.stderr is not None
-            try:
-                for picture in pictures:
-                    with Image.open(picture) as image:
-                        process.stdin.write(image.convert("RGB").tobytes())
-                process.stdin.close()
-            except BrokenPipeError:
-                pass  # it says why
-            problem = process.stderr.read().decode(errors="replace").strip()
-        if process.returncode:
-            raise OutputError(f"{path}: FFmpeg could not write the film: {problem or process.returncode}")
+        command = [program, *_arguments(path, width, height, fps), str(part)]
+        if problem := _problem(command, map(_pixels, pictures)):
+            raise OutputError(f"{path}: FFmpeg could not write the film: {problem}")
 
 
-def _ffmpeg() -> str:
-    """The program: the system's, else that of imageio-ffmpeg."""
+def _pixels(picture: Path) -> bytes:
+    from PIL import Image
+
+    with Image.open(picture) as image:
+        return image.convert("RGB").tobytes()
+
+
+def _ffmpeg(path: Path, width: int, height: int, fps: Fraction) -> str:
+    """The program: the first, of the system's and that of imageio-ffmpeg, that writes such a film of a black frame."""
+    found = []
+    for program in _programs():
+        with tempfile.TemporaryDirectory() as folder:
+            command = [program, *_arguments(path, width, height, fps), str(Path(folder) / "film")]
+            problem = _problem(command, [bytes(3 * width * height)])
+        if problem is None:
+            return program
+        found.append(f"{program}: {problem.splitlines()[0].rpartition('] ')[2]}")
+    raise FragtracerError(
+        f"{path}: {'; '.join(found) or 'there is no FFmpeg'}; a film of {width}x{height} needs an FFmpeg with "
+        f"{_CODECS[path.suffix.lower()][1]}: install one, or type  pip install 'fragtracer[video]'; numbered pictures, "
+        "as -o out.####.png, need nothing"
+    )
+
+
+def _programs() -> Iterator[str]:
     if found := shutil.which("ffmpeg"):
-        return found
-    try:
+        yield found
+    with suppress(ImportError, RuntimeError):  # not installed, or without its program
         import imageio_ffmpeg
-    except ImportError:
-        raise FragtracerError(
-            "films need FFmpeg: install it, or type  pip install 'fragtracer[video]'; numbered pictures, as "
-            "-o out.####.png, need nothing"
-        ) from None
-    return str(imageio_ffmpeg.get_ffmpeg_exe())
+
+        yield str(imageio_ffmpeg.get_ffmpeg_exe())
+
+
+def _arguments(path: Path, width: int, height: int, fps: Fraction) -> list[str]:
+    """Of FFmpeg, but for the file that it writes; it is given 8-bit RGB."""
+    suffix = path.suffix.lower()
+    given = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", str(fps), "-i", "-"]
+    return ["-y", "-loglevel", "error", *given, *_COLORS, *_CODECS[suffix], "-f", suffix[1:]]
+
+
+def _problem(command: Sequence[str], frames: Iterable[bytes]) -> str | None:
+    """Have FFmpeg write ``frames``; what it says if it cannot."""
+    try:
+        process = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE)
+    except OSError as error:
+        return error.strerror or str(error)
+    with process:
+        assert process.stdin is not None
+        assert process.stderr is not None
+        with suppress(BrokenPipeError), process.stdin as pipe:  # it says why
+            for frame in frames:
+                pipe.write(frame)
+        said = process.stderr.read().decode(errors="replace").strip()
+    return None if process.returncode == 0 else said or f"it ends with status {process.returncode}"

@@ -6,6 +6,7 @@ It does not import fragtracer, to start fast.
 """
 
 import json
+import os
 import sys
 from collections.abc import Sequence
 from typing import Any
@@ -45,16 +46,17 @@ def read(path: str, layers: Sequence[str] = ()) -> tuple[NDArray[Any], dict[str,
     """
     import OpenEXR
 
-    with open(path, "rb") as beginning:
+    name = os.fsencode(path)  # OpenEXR takes no str with surrogates
+    with open(name, "rb") as beginning:
         if beginning.read(4) != b"\x76\x2f\x31\x01":
             raise ValueError("it does not begin as an OpenEXR file does")
-    with OpenEXR.File(path, header_only=True) as file:
+    with OpenEXR.File(name, header_only=True) as file:
         header = file.header()
         data, display = (_window(header, name) for name in ("dataWindow", "displayWindow"))
         chromaticities = header.get("chromaticities") or _REC_709
         if "deep" in str(header.get("type")):
             raise Unsupported("it is a deep image, of many samples a pixel; flatten it")
-    with OpenEXR.File(path, separate_channels=True) as file:
+    with OpenEXR.File(name, separate_channels=True) as file:
         if not file.parts:
             raise ValueError("its pixels cannot be decoded")
         channels = {name: channel.pixels for name, channel in file.channels().items()}

@@ -36,7 +36,7 @@ def write_exr(
     try:
         planes = {name: np.ascontiguousarray(plane, np.float32) for name, plane in (channels or {}).items()}
         with OpenEXR.File(header, {"RGB": pixels, **planes}) as file:
-            file.write(str(path))
+            file.write(os.fsencode(path))
     except RuntimeError as error:
         raise OSError(str(error)) from error
 

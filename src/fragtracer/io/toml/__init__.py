@@ -22,6 +22,7 @@ from fragtracer import output, resources
 from fragtracer.errors import SceneError
 from fragtracer.io import SUFFIXES, files_of, read_model, staging
 from fragtracer.io import qualified as with_qualified_names
+from fragtracer.io.model import stem
 from fragtracer.io.toml.beside import with_files
 from fragtracer.io.toml.document import from_document, to_document
 from fragtracer.io.toml.tables import show, suggest
@@ -50,7 +51,7 @@ def load(name_or_path: str | Path, light_models: bool = True) -> Scene:
     path = _bundled_files().get(str(name_or_path), Path(name_or_path))
     with _told(path, f"no such file or bundled scene; {suggest(path.stem, _bundled_files())}"):
         if path.suffix.lower() in SUFFIXES:
-            return staging.stage(with_qualified_names(read_model(path), path.stem), path.stem, light_models)
+            return staging.stage(with_qualified_names(read_model(path), stem(path)), stem(path), light_models)
         if path.suffix.lower() != ".toml" and path.is_file():
             raise SceneError(f"{path}: a scene file ends in .toml, a model in {', '.join(SUFFIXES)}")
         text = path.read_bytes().decode("utf-8-sig")
@@ -106,7 +107,7 @@ def parse(text: str, file: str | Path = "scene.toml") -> Scene:
     """
     document = _toml(text, file)
     mistakes: list[str] = []
-    scene = from_document(document, Path(file).stem, Path(file).parent, mistakes)
+    scene = from_document(document, stem(file), Path(file).parent, mistakes)
     if scene is None:
         lines = [f"{file}: {mistake}" for mistake in mistakes[:_MOST_MISTAKES]]
         rest = len(mistakes) - _MOST_MISTAKES

@@ -9,6 +9,7 @@ from typing import Any
 
 from fragtracer.errors import OutputError, SceneError
 from fragtracer.io import Model, qualified, read_model
+from fragtracer.io.model import stem
 from fragtracer.io.toml.tables import build, join, plain, show, suggest
 from fragtracer.io.toml.textures import relative
 from fragtracer.scene import Material, Mesh, Placement, Scene
@@ -30,10 +31,10 @@ class Models:
     def get(self, file: str | Path) -> Model:
         """The model in ``file``. Raises SceneError if it cannot be read."""
         path = Path(os.path.abspath(file))
-        number, prefix = 1, path.stem
+        number, prefix = 1, stem(path)
         while self._prefixes.setdefault(prefix, path) != path:
             number += 1
-            prefix = f"{path.stem}-{number}"
+            prefix = f"{stem(path)}-{number}"
         return qualified(read_model(path), prefix)
 
 
@@ -150,7 +151,7 @@ def _stored(mesh: Mesh, models: Models) -> Model | None:
 def _plain_mesh(mesh: Mesh, folder: Path) -> dict[str, Any]:
     assert mesh.file is not None
     table: dict[str, Any] = {"file": relative(mesh.file, folder)}
-    if mesh.name != Path(mesh.file).stem:
+    if mesh.name != stem(mesh.file):
         table["name"] = mesh.name
     if mesh.material is not None:
         table["material"] = mesh.material
