@@ -4,6 +4,7 @@
 import os
 import subprocess
 import sys
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ from fragtracer.gpu import textures, tracer
 from fragtracer.gpu.film import Film
 from fragtracer.gpu.work import StageTextures, Tilings, work_texture
 from fragtracer.io.toml import load
+from fragtracer.packing import Table, pack
 from fragtracer.renderer import Renderer
 from fragtracer.sampling.allocation import Window
 from fragtracer.scene import PLAIN
@@ -177,6 +179,12 @@ class Scarce:
         self._left -= 1
         return self._made(self._ctx.texture(*arguments, **options))
 
+    def texture3d(self, *arguments: Any, **options: Any) -> Any:
+        return self._made(self._ctx.texture3d(*arguments, **options))
+
+    def program(self, **options: Any) -> Any:
+        return self._made(self._ctx.program(**options))
+
     def framebuffer(self, *arguments: Any) -> Any:
         return self._made(self._ctx.framebuffer(*arguments))
 
@@ -209,6 +217,25 @@ def test_lists_that_do_not_fit_leave_nothing_behind(ctx: moderngl.Context) -> No
     assert all(isinstance(resource.mglo, moderngl.mgl.InvalidObject) for resource in scarce.living)
     with pytest.raises(DeviceError, match="no memory for a list of 32 pixels"):
         work_texture(scarce, 4, Window(0, 0, 8, 4))
+
+
+@pytest.mark.parametrize("error", [DeviceError, MemoryError, moderngl.Error, KeyboardInterrupt])
+def test_a_tracer_that_cannot_be_made_leaves_nothing_behind(
+    ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch, error: type[BaseException]
+) -> None:
+    def fails(loading: textures.SceneTextures, tables: Mapping[str, Table]) -> None:
+        load_tables(loading, tables)
+        raise error
+
+    load_tables = textures.SceneTextures.load
+    monkeypatch.setattr(textures.SceneTextures, "load", fails)
+    scene = load("furnace")
+    packed, scarce = pack(scene, scene.render, 8, 4), Scarce(ctx, 16)
+    with pytest.raises(error):
+        tracer.Tracer(scarce, packed, tracer.TracerProgram())  # type: ignore[arg-type]
+    kinds = {type(resource) for resource in scarce.living}
+    assert kinds == {moderngl.Texture, moderngl.Texture3D, moderngl.Program}
+    assert all(isinstance(resource.mglo, moderngl.mgl.InvalidObject) for resource in scarce.living)
 
 
 @pytest.mark.parametrize("dtype", [np.float16, np.float32, np.uint32])

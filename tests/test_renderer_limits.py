@@ -10,7 +10,8 @@ from rendering import Planter, rendered
 from scene_builders import box, lambert
 from small_pictures import SIZE, SPP, picture
 
-from fragtracer.errors import DeviceError
+from fragtracer.errors import DeviceError, FragtracerError
+from fragtracer.films import MOST_SAMPLES
 from fragtracer.gpu import tracer
 from fragtracer.gpu.context import is_software
 from fragtracer.io.toml import load
@@ -106,6 +107,32 @@ def test_no_pixel_has_more_samples_than_float32_counts(ctx, monkeypatch):
         assert renderer.spp == 40
         renderer.render(100)
         assert renderer.spp == 40
+
+
+@pytest.mark.parametrize("adaptive", ["off", "on"])
+def test_more_samples_than_a_film_counts_are_refused(ctx, monkeypatch, adaptive):
+    monkeypatch.setattr("fragtracer.renderer.MOST_SAMPLES", 40)
+    with Renderer(load("furnace"), SIZE, context=ctx, **PLAIN | {"adaptive": adaptive}) as renderer:
+        with pytest.raises(FragtracerError, match="41 samples per pixel are more than the 40 that a film can count"):
+            renderer.sample(41)
+        assert renderer.spp == 0
+        renderer.sample(40)
+        with pytest.raises(FragtracerError, match="it has 40"):
+            renderer.sample(1)
+        assert renderer.spp == 40
+
+
+def test_a_film_counts_to_the_last_sample(ctx):
+    with Renderer(load("furnace"), SIZE, context=ctx, **PLAIN) as renderer:
+        renderer.sample(8)
+        state, arrays = renderer._film.state()
+        spp = MOST_SAMPLES - 8
+        arrays["film.mean"] = np.concatenate([arrays["film.mean"][..., :3], np.full((*SIZE[::-1], 1), spp)], axis=2)
+        renderer._film.restore(state | {"spp": spp, "in_stage": spp}, arrays)
+        renderer.sample(8)
+        assert (renderer.samples() == MOST_SAMPLES).all()
+        with pytest.raises(FragtracerError, match="a film can count"):
+            renderer.sample(1)
 
 
 def test_samples_as_asked(ctx):

@@ -164,8 +164,17 @@ class Renderer:
         """Add ``spp`` samples per pixel; ``on_band`` hears how many there are so far.
 
         Adaptive sampling spreads them unevenly, after the first 32, where that pays.
+
+        Raises
+        ------
+        FragtracerError
+            If there would be more than 2^24, in the mean over pixels, which float32 counts.
         """
         target = self.spp + spp
+        if target > MOST_SAMPLES:
+            raise FragtracerError(
+                f"{target} samples per pixel are more than the {MOST_SAMPLES} that a film can count; it has {self.spp}"
+            )
         while self.spp < target:
             self._draw_pass(target - self.spp, on_band)
 

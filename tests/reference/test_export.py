@@ -162,25 +162,45 @@ def test_meshes_and_textures_are_written_beside_the_scene(mi, tmp_path, plugin, 
     assert str(tmp_path) not in (tmp_path / "scene.xml").read_text()
 
 
-@pytest.mark.parametrize("mirrored", [False, True])
-def test_mitsubas_own_normal_map_leans_as_its_note_says(mi, tmp_path, mirrored):
-    """Red along u; green up the image, and down where the image is mirrored."""
+def seen_on_bumps(mi, folder, material, uvs=((0, 1), (1, 1), (1, 0), (0, 0))):
+    """The notes of a square of the material, exported, and by ``seen(x, y)`` what it reflects of light from there."""
     corners = np.array([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]])
-    uvs = np.array([[0, 1], [1, 1], [1, 0], [0, 0]]) * [-1 if mirrored else 1, 1]
     quad = Geometry(corners, [[0, 1, 2], [0, 2, 3]], [[0, 0, 1]] * 4, uvs)
-    bumps = Texture(Image(np.array([[[0.7, 0.8, 0.9]]]), "linear"))
-    scene = Scene(materials={"m": Material(normal_texture=bumps)}, meshes=[Mesh([Part(quad, "m")])])
-    assert "green is inverted where the image is mirrored" in export_mitsuba(scene, tmp_path)[0]
-    world = mi.load_file(str(tmp_path / "scene.xml"))
+    notes = export_mitsuba(Scene(materials={"m": material}, meshes=[Mesh([Part(quad, "m")])]), folder)
+    world = mi.load_file(str(folder / "scene.xml"))
     si = world.ray_intersect(mi.Ray3f(mi.Point3f(0, 0, 5), mi.Vector3f(0, 0, -1)))
 
     def seen(x, y):
         light = si.to_local(mi.Vector3f(x, y, 0.8))
-        return si.bsdf().eval(mi.BSDFContext(), si, light).numpy().sum()
+        return world.shapes()[0].bsdf().eval(mi.BSDFContext(), si, light).numpy().sum()
 
+    return notes, seen
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_mitsubas_own_normal_map_leans_as_its_note_says(mi, tmp_path, mirrored):
+    """Red along u; green up the image, and down where the image is mirrored."""
+    uvs = np.array([[0, 1], [1, 1], [1, 0], [0, 0]]) * [-1 if mirrored else 1, 1]
+    bumps = Texture(Image(np.array([[[0.7, 0.8, 0.9]]]), "linear"))
+    notes, seen = seen_on_bumps(mi, tmp_path, Material(normal_texture=bumps), uvs)
+    assert "green is inverted where the image is mirrored" in notes[0]
     sign = -1 if mirrored else 1
     assert seen(0.6 * sign, 0) > 1.5 * seen(-0.6 * sign, 0)
     assert seen(0, 0.6 * sign) > 1.5 * seen(0, -0.6 * sign)
+
+
+@pytest.mark.parametrize(("scale", "normal"), [(0.5, (0.2, 0.3, 0.8)), (-2.0, (-0.8, -1.2, 0.8))])
+def test_mitsubas_own_normal_map_is_scaled(mi, tmp_path, scale, normal):
+    """It leans as the ``normal`` itself does."""
+    bumps, leaning = (
+        Texture(Image(np.array([[0.5 + 0.5 * np.array(vector)]]), "linear"))
+        for vector in ((0.4, 0.6, 0.8), np.divide(normal, np.linalg.norm(normal)))
+    )
+    _, found = seen_on_bumps(mi, tmp_path, Material(normal_texture=bumps, normal_scale=scale))
+    _, expected = seen_on_bumps(mi, tmp_path / "expected", Material(normal_texture=leaning))
+    assert expected(0.0, 0.0) > 0
+    for x, y in ((0.0, 0.0), (0.6, 0.0), (0.0, 0.6), (-0.3, -0.4)):
+        assert found(x, y) == pytest.approx(expected(x, y), rel=1e-4)
 
 
 @pytest.mark.parametrize("name", [*list(MATERIALS)[1:8], "frosted"])

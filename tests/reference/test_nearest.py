@@ -147,6 +147,22 @@ def test_the_alpha_of_a_texture_is_thresholded(
     assert "edges of holes by unfiltered opacity" in note
 
 
+@pytest.mark.parametrize("scale", [0.0, 0.3, -1.0, 4.0, -5.0])
+def test_normals_are_scaled_in_the_image(tmp_path: Path, scale: float) -> None:
+    """Those that Mitsuba filters between texels, too."""
+    texels = np.array([[[255, 30, 140], [20, 200, 250]]], np.uint8)
+    normals = Texture(Image(texels, "linear"))
+    tree, _, _ = nearest(tmp_path, Material(normal_texture=normals, normal_scale=scale))
+    shown = pixels(tree["bsdf"]["normalmap"])
+    assert (shown.min() >= 0) & (shown.max() <= 1)
+    for share in (0.0, 0.4, 1.0):
+        given, found = (
+            2 * np.average(image[0], axis=0, weights=[1 - share, share]) - 1 for image in (texels / 255, shown)
+        )
+        expected = given * (scale, scale, 1)
+        np.testing.assert_allclose(found / np.linalg.norm(found), expected / np.linalg.norm(expected), atol=1e-6)
+
+
 BACK = "back faces are black, not passed"
 
 

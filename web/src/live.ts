@@ -129,19 +129,31 @@ export class Live {
     await this.refine(goesOn);
   }
 
-  // The film after `spp` samples of each pixel of a picture of its own, seen by `camera`.
+  // The film after `spp` samples of each pixel of a picture of its own, seen by `camera`; begun anew, when the context
+  // is back, if it was lost meanwhile.
   async trace(width: number, height: number, spp: number, seed: number): Promise<Film> {
     this.setPaused(true);
-    while (this.drawn !== this.version) await pause(5);
-    await this.tracer.settle();
-    const before = this.tracer.seconds;
+    for (;;) {
+      while (!this.isReady || this.gl.isContextLost() || this.drawn !== this.version) await pause(5);
+      const film = await this.traced(width, height, spp, seed);
+      if (film) return film;
+    }
+  }
+
+  // That film, or null if the context was lost meanwhile.
+  private async traced(width: number, height: number, spp: number, seed: number): Promise<Film | null> {
+    const tracer = this.tracer;
+    const isValid = (): boolean => this.isReady && this.tracer === tracer && !this.gl.isContextLost();
+    await tracer.settle();
+    const before = tracer.seconds;
     const film = new Film(this.gl, width, height);
-    this.tracer.set({ ...this.view(width, height), u_seed: seed });
-    while (film.samples < spp)
-      await this.tracer.pass(film, Math.min(this.tracer.rays(film), spp - film.samples), async () => true);
-    await this.tracer.settle();
-    this.tracer.set({ u_seed: this.payload.header.seed });
-    this.begun += this.tracer.seconds - before;
+    tracer.set({ ...this.view(width, height), u_seed: seed });
+    while (film.samples < spp && isValid())
+      await tracer.pass(film, Math.min(tracer.rays(film), spp - film.samples), async () => isValid());
+    await tracer.settle();
+    if (!isValid()) return null;
+    tracer.set({ u_seed: this.payload.header.seed });
+    this.begun += tracer.seconds - before;
     return film;
   }
 

@@ -111,7 +111,7 @@ export class Tracer {
   // lanes busy (path regeneration).
   rays(film: Film, seconds = Infinity): number {
     const most = this.isSoftware ? Math.max(1, Math.floor(MOST_ROUNDS / this.rounds)) : MOST_RAYS;
-    const wanted = (this.speed * seconds) / (film.width * film.height);
+    const wanted = seconds === Infinity ? most : (this.speed * seconds) / (film.width * film.height);
     return Math.max(1, Math.floor(Math.min(MOST_RAYS, most, wanted)));
   }
 

@@ -10,7 +10,7 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from fragtracer.errors import DeviceError, FragtracerError
+from fragtracer.errors import DeviceError
 from fragtracer.gpu.context import is_software, skips_branches
 from fragtracer.gpu.cube_maps import MapSizes, brdf_map, environment_maps
 from fragtracer.gpu.film import Film
@@ -88,7 +88,7 @@ class Tracer:
         self._mapped: EnvironmentTables | None = None  # the environment of the maps
         try:
             self.load(packed, program)
-        except FragtracerError:
+        except BaseException:
             self.release()
             raise
 

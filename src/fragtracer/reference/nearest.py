@@ -14,7 +14,7 @@ from fragtracer.reference.meshes import VERTEX_COLORS, MeshAttributes
 from fragtracer.reference.plugins import DELTA_ALPHA, UNLIT
 from fragtracer.reference.shapes import Tree, rgb
 from fragtracer.reference.textures import TextureFolder, linear_pixels, opacity_at
-from fragtracer.scene import Image, Material
+from fragtracer.scene import Image, Material, Texture
 from fragtracer.scene.material import MODELS
 
 
@@ -93,8 +93,22 @@ def _textured(material: Material, attributes: MeshAttributes, textures: TextureF
         for name, (texture, value) in numbers.items():
             tree[name] = textures.nearest(texture, texture.channel, value) if texture else float(value)
     if material.normal_texture:
-        return {"type": "normalmap", "normalmap": textures.nearest(material.normal_texture, "color"), "bsdf": tree}
+        normals = _scaled(material.normal_texture, material.normal_scale)
+        return {"type": "normalmap", "normalmap": textures.nearest(normals, "color"), "bsdf": tree}
     return tree
+
+
+def _scaled(normals: Texture, scale: float) -> Texture:
+    """A normal map, x and y of its vectors times ``scale``, which ``normalmap`` does not have.
+
+    They are not made unit vectors, so that those that are filtered between texels lean alike; all become shorter where
+    texels could not hold them.
+    """
+    if scale == 1:
+        return normals
+    factors = np.array([scale, scale, 1.0]) / max(1.0, abs(scale))
+    texels = 0.5 + (linear_pixels(normals.image)[..., :3] - 0.5) * factors
+    return replace(normals, image=Image(texels, "linear"))
 
 
 def _metal(material: Material) -> Tree:

@@ -255,6 +255,31 @@ def test_a_lost_context_comes_back(opened):
     assert_same(traced(browser, 4), desktop(ft.load("three-spheres"), 4))
 
 
+LOST_WHILE_TRACING = """
+const tracer = fragtracer.live.tracer, { pass } = tracer;
+window.loss = fragtracer.live.gl.getExtension('WEBGL_lose_context');
+let passes = 0;
+tracer.rays = () => 1;
+tracer.pass = (...of) => {
+    passes++;
+    if (passes === 3) loss.loseContext();
+    if (passes > 3) throw new Error('draws without a context');
+    return pass.apply(tracer, of);
+};"""
+
+
+def test_what_is_traced_begins_anew_after_a_loss_of_the_context(opened):
+    browser = opened(ft.load("three-spheres"))
+    trace = f"fragtracer.trace({WIDTH}, {HEIGHT}, {SPP}, {SEED}).catch(String)"
+    browser.run(f"{{ {LOST_WHILE_TRACING} void {trace}.then((found) => (window.found = found)); }}")
+    browser.wait("note.textContent.includes('lost')", 20)
+    browser.run("loss.restoreContext()")
+    browser.wait("window.found", 20)
+    found = browser.run("found")
+    assert isinstance(found, list), found
+    assert_same(pixels(found, WIDTH, HEIGHT), desktop(ft.load("three-spheres")))
+
+
 def test_a_hidden_page_rests_and_goes_on(opened):
     browser = opened(ft.load("three-spheres"))
     browser.wait("fragtracer.state.samples > 1")
