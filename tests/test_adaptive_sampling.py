@@ -8,6 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from fragtracer.apps.compare.relative_error import relative_weight
+from fragtracer.decisions import adaptive_sampling
 from fragtracer.gpu.film import Film
 from fragtracer.io.toml import load
 from fragtracer.renderer import Renderer
@@ -24,6 +25,7 @@ from fragtracer.sampling.allocation import (
     work_list,
 )
 from fragtracer.sampling.pixels import Pixels
+from fragtracer.scene import RenderSettings
 
 Floats = NDArray[np.float64]
 
@@ -260,3 +262,62 @@ def test_scenes_of_meshes_must_gain_more() -> None:
     said = [decision("auto", 1.5, least_gain(has_meshes)) for has_meshes in (False, True)]
     assert [text.partition(":")[0] for text in said] == ["on", "off"]
     assert "1.50 < 1.6" in said[1]
+
+
+@pytest.mark.parametrize(("has_meshes", "least"), [(False, 64), (True, 128)])
+def test_short_pictures_ask_no_pilot(has_meshes: bool, least: int) -> None:
+    """By so many samples per pixel; who asks for adaptive sampling gets it."""
+    settings = RenderSettings()
+    few, _ = adaptive_sampling(settings, least - 1, has_meshes)
+    enough, _ = adaptive_sampling(settings, least, has_meshes)
+    asked_for, _ = adaptive_sampling(RenderSettings(adaptive="on"), least - 1, has_meshes)
+    assert (few, enough, asked_for) == ("off", "auto", "on")
+
+
+@pytest.fixture
+def small(ctx):
+    """A renderer of three-spheres."""
+    settings = {"guiding": "off", "light_tracing": "off", "gradient_domain": "off", "bounces": 2}
+
+    def make(**more):
+        return Renderer(load("three-spheres"), (64, 48), context=ctx, **settings, **more)
+
+    return make
+
+
+def test_the_time_that_is_left_says_whether_a_pilot_pays(small, tmp_path) -> None:
+    """At the rate of the first stage. A picture that was left even stays so, whoever goes on with it."""
+    with small(spp=256, adaptive="off") as renderer:
+        even = renderer.render(96)
+    with small(spp=256) as renderer:
+        renderer.sample(FIRST_STAGE)
+        renderer.expect(0.0)
+        renderer.sample(16)
+        assert "the 32 samples per pixel are too few" in renderer.metadata()["adaptive_decision"]
+        renderer.save(tmp_path / "film.npz")
+        renderer.reset()
+        renderer.sample(FIRST_STAGE)
+        renderer.expect(1e6, 63)
+        assert "the 63 samples per pixel are too few" in renderer.metadata()["adaptive_decision"]
+        renderer.expect(1e6)
+        renderer.sample(16)
+        assert "squared error" in renderer.metadata()["adaptive_decision"]
+        renderer.resume(tmp_path / "film.npz")
+        np.testing.assert_array_equal(renderer.render(96), even)
+        assert renderer.metadata()["adaptive_decision"] == "off: as it was begun"
+
+
+@pytest.mark.parametrize(
+    ("limits", "said"),
+    [
+        ({"spp": 48, "seconds": 1e6}, "the 48 samples per pixel are too few"),
+        ({"seconds": 60.0}, "the 60 samples per pixel are too few"),
+        ({"seconds": 70.0}, "squared error"),
+    ],
+)
+def test_a_render_expects_what_its_limits_leave(small, monkeypatch, limits, said) -> None:
+    """By a clock of a second a sample."""
+    with small(spp=256) as renderer:
+        monkeypatch.setattr("fragtracer.renderer.time.perf_counter", lambda: float(renderer.spp))
+        renderer.render(**limits)
+        assert said in renderer.metadata()["adaptive_decision"]

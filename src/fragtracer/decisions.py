@@ -11,6 +11,8 @@ from fragtracer.light_tracing import Decisions, decide_both
 from fragtracer.scene import RenderSettings, Scene
 
 _LEAST_SAMPLES = 2**24  # of a picture for which a pilot of the gradient domain is asked: it takes 2^19 more at most
+# Samples per pixel of a picture for which any pilot is asked, and with meshes (docs/sampling.md).
+_LEAST_SPP, _LEAST_SPP_OF_MESHES = 64, 128
 
 
 @dataclass(frozen=True)
@@ -102,11 +104,25 @@ def noise_is_rare(decisions: Decisions) -> bool:
     return traced.is_on or guided.guide is not None
 
 
-def gradient_domain(
-    settings: RenderSettings, decisions: Decisions, impossible: str
+def adaptive_sampling(
+    settings: RenderSettings, spp: int, has_meshes: bool, impossible: str = ""
 ) -> tuple[Literal["auto", "on", "off"], str]:
-    """Whether a picture may be made from differences, and why not, where that needs no pilot; ``impossible`` says why
-    its renderer cannot do that, or nothing."""
+    """Whether a picture that is to have ``spp`` samples per pixel may be sampled adaptively, and why not, where that
+    needs no pilot; ``impossible`` says why its renderer cannot do that, or nothing."""
+    if settings.adaptive == "off":
+        return "off", "off: as asked for"
+    if impossible:
+        return "off", f"off: {impossible}"
+    if settings.adaptive == "auto" and spp < _least_spp(has_meshes):
+        return "off", _too_few(spp)
+    return settings.adaptive, ""
+
+
+def gradient_domain(
+    settings: RenderSettings, spp: int, has_meshes: bool, decisions: Decisions, impossible: str
+) -> tuple[Literal["auto", "on", "off"], str]:
+    """Whether a picture that is to have ``spp`` samples per pixel may be made from differences, and why not, where that
+    needs no pilot; ``impossible`` says why its renderer cannot do that, or nothing."""
     if settings.gradient_domain == "off":
         return "off", "off: as asked for"
     if impossible:
@@ -114,11 +130,19 @@ def gradient_domain(
     if settings.gradient_domain == "auto":
         if settings.adaptive == "on":
             return "off", "off: adaptive sampling was asked for"
-        if settings.spp * settings.width * settings.height < _LEAST_SAMPLES:
-            return "off", f"off: the {settings.spp} samples per pixel are too few for a pilot to pay"
+        if spp < _least_spp(has_meshes) or spp * settings.width * settings.height < _LEAST_SAMPLES:
+            return "off", _too_few(spp)
         if noise_is_rare(decisions):
             return "off", "off: light is traced from the lights, or guided: what is left of it is rare and bright"
     return settings.gradient_domain, ""
+
+
+def _least_spp(has_meshes: bool) -> int:
+    return _LEAST_SPP_OF_MESHES if has_meshes else _LEAST_SPP
+
+
+def _too_few(spp: int) -> str:
+    return f"off: the {spp} samples per pixel are too few for a pilot to pay"
 
 
 def _said(is_on: bool) -> str:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.aov import AOVS, checked
-from fragtracer.decisions import Decider, gradient_domain, in_origin, noise_is_rare
+from fragtracer.decisions import Decider, adaptive_sampling, gradient_domain, in_origin, noise_is_rare
 from fragtracer.errors import FilmError, FragtracerError
 from fragtracer.films import DECIDED, MOST_SAMPLES, SavedFilm, origin_of
 from fragtracer.gpu.accumulation import Accumulation
@@ -27,7 +27,7 @@ from fragtracer.layers import PARTS, FirstSurface, Picture, light
 from fragtracer.light_tracing import Decisions, LightTracing
 from fragtracer.packing import PackedScene, matte_names, pack
 from fragtracer.packing.space import Space
-from fragtracer.sampling.allocation import StagePart, Window, least_gain
+from fragtracer.sampling.allocation import FIRST_STAGE, StagePart, Window, least_gain
 from fragtracer.sampling.pixels import Pixels
 from fragtracer.scene import Camera, RenderSettings, Scene
 
@@ -65,7 +65,7 @@ class Renderer:
     """Renders ``scene`` progressively on its own OpenGL context; use it in a ``with`` block.
 
     What takes long before the first sample is told to the logger "fragtracer", at the level INFO. Whether that pays is
-    judged by the setting ``spp``, whatever is sampled in the end.
+    judged by the setting ``spp``, whatever is sampled in the end, or by what :meth:`expect` is told.
 
     Parameters
     ----------
@@ -126,6 +126,8 @@ class Renderer:
             settings |= {"width": size[0], "height": size[1]}
         self.settings: RenderSettings = replace(scene.render, **settings)
         self.scene = scene
+        self._expected_spp = self.settings.spp
+        self._seconds = 0.0  # that the samples per pixel so far have taken
         self._owns_context = context is None
         self.context = create_context() if context is None else context
         with ExitStack() as failing:
@@ -144,7 +146,7 @@ class Renderer:
             with self._current(), ExitStack() as made:
                 size = width, height
                 self._parts = LayerTextures(self.context, size, len(PARTS)) if self._has_parts else None
-                self._film = Accumulation(self.context, *size, self._adaptive, self._parts, window)
+                self._film = Accumulation(self.context, *size, self._adaptive_sampling[0], self._parts, window)
                 made.callback(self._film.release)
                 self._light: LightTracing | None = None
                 made.callback(self._release_light)
@@ -180,6 +182,7 @@ class Renderer:
 
     def _draw_pass(self, most: int, on_band: Callable[[float], None] | None) -> None:
         """Draw a pass of ``most`` samples per pixel at most."""
+        start = time.perf_counter()
         with self._current():
             if self._light is not None:
                 self._light.advance(max(1, self.spp))  # no sample without photons, however the pass ends
@@ -188,6 +191,17 @@ class Renderer:
                     on_band(self.spp + self._film.pass_rays * share)
             if self._light is not None:
                 self._light.advance(self.spp)
+        self._seconds += time.perf_counter() - start
+
+    def expect(self, seconds: float, spp: int = MOST_SAMPLES) -> None:
+        """Say that this picture is sampled for so many ``seconds`` more, up to ``spp`` samples per pixel.
+
+        By that it is judged, at the rate of the first 32 samples, whether a pilot pays, which comes after them;
+        :meth:`render` says it of its own limits.
+        """
+        if self.spp == FIRST_STAGE and self._seconds:
+            self._expected_spp = min(spp, FIRST_STAGE + round(FIRST_STAGE * seconds / self._seconds))
+            self._choose_sampling()
 
     def render(
         self,
@@ -237,6 +251,8 @@ class Renderer:
         looks = until is not None or worst is not None
         is_good = looks and 0 < self.spp == self._looked and self._is_good(until, worst)
         while self.spp < spp and not is_good:
+            if seconds is not None:
+                self.expect(seconds - (time.perf_counter() - start), spp)
             self._draw_pass(spp - self.spp, report)
             if looks and self.spp >= self._next_look:
                 is_good = self._is_good(until, worst)
@@ -352,7 +368,7 @@ class Renderer:
     def _check_window(self, window: Window | None) -> None:
         if window is None:
             return
-        if self._program().name != PROGRAMS["path"] or self._adaptive != "off" or self._has_parts:
+        if self._program().name != PROGRAMS["path"] or self.settings.adaptive != "off" or self._has_parts:
             raise ValueError('a part of the samples needs adaptive="off", integrator="path" and no parts of the light')
         if window.first_sample % 2:
             raise ValueError("the first sample must have an even number, since samples belong to two streams in turns")
@@ -396,6 +412,7 @@ class Renderer:
             finally:
                 if self._light is not None:
                     self._light.clear(self.settings.seed)
+                self._expected_spp, self._seconds = self.settings.spp, 0.0
                 self._choose_sampling()
                 self._film.clear()
                 self._first_surface.forget()
@@ -542,13 +559,9 @@ class Renderer:
             "non_finite_samples": str(self.non_finite_samples()),
         }
         made_by = {"software": f"fragtracer {__version__}", "scene": self.scene.name}
-        traces_paths = self._program().name == PROGRAMS["path"]
-        adaptive = self._film.decision if traces_paths else f"off: the integrator is {self.settings.integrator}"
-        if self._has_parts:
-            adaptive = "off: the parts of the light are sampled evenly"
         traced, guided = self._decisions()
-        counts |= {"guiding_decision": guided.reason, "adaptive_decision": adaptive}
-        counts |= {"light_tracing_decision": traced.reason}
+        counts |= {"guiding_decision": guided.reason, "light_tracing_decision": traced.reason}
+        counts |= {"adaptive_decision": self._adaptive_sampling[1] or self._film.decision}
         counts |= {"gradient_domain_decision": self._gradient_domain[1] or self._film.gradient_decision}
         return made_by | settings | counts | {"gl_renderer": describe(self.context)["GL renderer"]}
 
@@ -614,17 +627,23 @@ class Renderer:
         defines = {**self._decisions()[0].defines, **defines}
         return TracerProgram(name, defines, self._level, root=self._shaders)
 
-    @property
-    def _adaptive(self) -> Literal["auto", "on", "off"]:
-        is_path = self._program().name == PROGRAMS["path"]
-        return self.settings.adaptive if is_path and not self._has_parts else "off"
-
     def _choose_sampling(self) -> None:
         """Where the samples of the next picture go, by scene and settings."""
         film = self._film
-        film.adaptive, film.least_gain = self._adaptive, least_gain(bool(self.scene.meshes))
+        film.least_gain = least_gain(self._has_meshes)
+        film.adaptive, _ = self._adaptive_sampling
         film.gradient_domain, _ = self._gradient_domain
         film.is_rare = noise_is_rare(self._decisions())
+
+    @property
+    def _adaptive_sampling(self) -> tuple[Literal["auto", "on", "off"], str]:
+        """Whether the picture may be sampled adaptively, and why not, where that needs no pilot."""
+        impossible = ""
+        if self._program().name != PROGRAMS["path"]:
+            impossible = f"the integrator is {self.settings.integrator}"
+        elif self._has_parts:
+            impossible = "the parts of the light are sampled evenly"
+        return adaptive_sampling(self.settings, self._expected_spp, self._has_meshes, impossible)
 
     @property
     def _gradient_domain(self) -> tuple[Literal["auto", "on", "off"], str]:
@@ -636,7 +655,11 @@ class Renderer:
             impossible = "layers of light and parts of the samples are of single pixels"
         elif height > max_size(self.context):
             impossible = f"the GPU holds no texture of twice the height, {height} pixels"
-        return gradient_domain(self.settings, self._decisions(), impossible)
+        return gradient_domain(self.settings, self._expected_spp, self._has_meshes, self._decisions(), impossible)
+
+    @property
+    def _has_meshes(self) -> bool:
+        return bool(self.scene.meshes)
 
     @property
     def _untraced(self) -> str:

@@ -160,6 +160,8 @@ class Accumulation:
         """Whether sampling is adaptive, and why."""
         if self._weights is not None:
             return "off: the picture is made from differences of neighbouring pixels"
+        if self.adaptive == "auto" and self._gain is None and self._is_left_even:
+            return "off: as it was begun"
         return decision(self.adaptive, self._gain, self.least_gain)
 
     @property
@@ -167,7 +169,14 @@ class Accumulation:
         """Whether the picture is made from differences of neighbouring pixels, and why."""
         if self._plan is not None:
             return "off: samples are placed adaptively"
+        if self.gradient_domain == "auto" and self._gradients is None and self._is_left_even:
+            return "off: as it was begun"
         return gradients.decision(self.gradient_domain, self._gradients, self._is_of_gradients)
+
+    @property
+    def _is_left_even(self) -> bool:
+        """Whether it has gone on evenly after the first stage, and will."""
+        return self._plan is None and self._weights is None and self._in_stage > FIRST_STAGE
 
     @property
     def _is_of_gradients(self) -> bool:
@@ -200,7 +209,7 @@ class Accumulation:
     @property
     def _has_choice(self) -> bool:
         """Whether samples after the first stage may be others than more of the same."""
-        if self._weights is not None:
+        if self._weights is not None or self._is_left_even:
             return False
         is_asked = self.gradient_domain != "off" and (self._gradients is None or self._is_of_gradients)
         return is_asked or not self._stays_even
@@ -346,7 +355,7 @@ class Accumulation:
         if self._plan is not None or self._weights is not None:
             pixels = self._finished.with_stage(pixels, stage_weight(film.stage, self._in_stage)).pixels()
         found = pixels.mean[..., 3] + pixels.variance[..., 3]
-        lost = int((found.ravel() < self._sampled_before + self._sampled).sum())
+        lost = int(are_fewer(found.ravel(), self._sampled_before + self._sampled).sum())
         if lost:
             raise DeviceError(f"the image would be wrong: paths of {lost} pixels {CUT_SHORT}")
         return pixels
@@ -460,6 +469,11 @@ class Accumulation:
             self._stages.release()
         if self._gathering is not None:
             self._gathering.release()
+
+
+def are_fewer(found: NDArray[np.float32], drawn: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Where fewer samples were found than drawn, as far as float32 tells them, which counts to 2^24."""
+    return np.asarray(found < drawn.astype(np.float32))
 
 
 def _planned(finished: Stages, pixels: Pixels, weight: float, stage: int) -> tuple[Stages, Plan, list[Floats]]:

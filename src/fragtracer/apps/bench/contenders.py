@@ -54,12 +54,15 @@ class Contender(Protocol):
 class Ours:
     """fragtracer on ``scene``, compiled and warm; a ``with`` block.
 
-    ``edits`` are made in its shaders; ``options`` are those of :class:`Renderer`.
+    ``edits`` are made in its shaders; ``options`` are those of :class:`Renderer`. It is told that it has so many
+    ``longest`` seconds, if given, as by ``render --time``.
     """
 
     name = "fragtracer"
 
-    def __init__(self, scene: Scene, seed: int = 0, edits: Sequence[Edit] = (), **options: Any) -> None:
+    def __init__(
+        self, scene: Scene, seed: int = 0, edits: Sequence[Edit] = (), longest: float | None = None, **options: Any
+    ) -> None:
         start = time.perf_counter()
         with ExitStack() as stack:
             shaders = stack.enter_context(edited_shaders(edits))
@@ -68,6 +71,7 @@ class Ours:
         self._renderer.sample(1)
         self._renderer.image()
         self.first_picture = time.perf_counter() - start  # seconds from the scene to one sample of each pixel
+        self._longest = longest
         self.seconds, self.spp = 0.0, 0
         self.restart()
 
@@ -83,6 +87,8 @@ class Ours:
 
     def sample(self, spp: int) -> None:
         start = time.perf_counter()
+        if self._longest is not None:
+            self._renderer.expect(self._longest - self.seconds)
         self._renderer.sample(spp)
         self.seconds += time.perf_counter() - start
         self.spp += spp

@@ -51,7 +51,8 @@ def table(plan: Plan) -> Table:
             'The ratio "of the best 99 % of pixels" leaves out, of both renderers, the 1 % where an image differs most '
             "from the mean of that renderer's other runs.",
             "The clock starts when a renderer is compiled and warm and, of fragtracer, when it has learned where light "
-            "comes from and decided what pays (docs/sampling.md), and stands while the other one works.",
+            "comes from and decided what pays (docs/sampling.md), and stands while the other one works. fragtracer is "
+            "told when it ends, as by `render --time`.",
         ],
     )
 
@@ -109,7 +110,7 @@ def _run_scene(scene: Scene, plan: Plan, result: Table, part: Progress) -> None:
     for number in range(runs):
         with ExitStack() as stack:
             ours, mitsuba = (
-                stack.enter_context(Ours(scene, number)),
+                stack.enter_context(Ours(scene, number, longest=longest)),
                 stack.enter_context(Mitsuba(scene, number, plan.variant, sampling)),
             )
             for t in times:

@@ -9,6 +9,7 @@ from fragtracer import __version__
 from fragtracer.apps.cluster.adaptive import AdaptiveSampling
 from fragtracer.apps.cluster.sampling import EvenSampling, PilotSampling, Sampling
 from fragtracer.apps.cluster.work import Cut, Frame
+from fragtracer.decisions import adaptive_sampling
 from fragtracer.errors import FilmError
 from fragtracer.films import SavedFilm, origin_of
 from fragtracer.sampling.allocation import FIRST_STAGE, decision, least_gain
@@ -26,7 +27,8 @@ class Render:
         self.frame = frame
         self.origin = origin_of(scene, scene.render)
         self.name, self._settings, self._until = scene.name, scene.render, until
-        self._least_gain = least_gain(bool(scene.meshes))
+        self._has_meshes = bool(scene.meshes)
+        self._least_gain = least_gain(self._has_meshes)
         self.cut = Cut(scene.render.width, scene.render.height, block, spp)
         self._authors: set[tuple[str, str]] = set()  # addresses and drivers of workers that have had a part in it
         self._earlier: set[tuple[str, str]] = set()  # of those that had one in the checkpoint
@@ -36,7 +38,8 @@ class Render:
         self.sampling = self._first()
 
     def _first(self) -> Sampling:
-        adaptive = self._settings.adaptive
+        spp = self._settings.spp if self.cut.spp is None else self.cut.spp
+        adaptive, self._why_even = adaptive_sampling(self._settings, spp, self._has_meshes)
         self._gain: float | None = None
         if adaptive == "off" or (self.cut.spp is not None and self.cut.spp <= FIRST_STAGE):
             return EvenSampling(self.cut, self._until)
@@ -147,6 +150,7 @@ class Render:
         """For the file, without what is in its pixels."""
         metadata = {name: str(value) for name, value in vars(self._settings).items() if not name.startswith("_")}
         made_by = {"software": f"fragtracer {__version__}", "scene": self.name, "block": str(self.cut.samples)}
-        found = {"adaptive_decision": decision(self._settings.adaptive, self._gain, self._least_gain)}
+        decided = self._why_even or decision(self._settings.adaptive, self._gain, self._least_gain)
+        found = {"adaptive_decision": decided}
         found |= {"workers": str(len(self.authors)), "checked_blocks": str(self.checked)}
         return metadata | made_by | found | {"gl_renderer": self.driver}

@@ -265,8 +265,10 @@ class LiveRenderer(Renderer):
         super().close()
 
     @property
-    def _adaptive(self) -> Literal["auto", "on", "off"]:
-        return self.settings.adaptive if self._traces_paths else "off"
+    def _adaptive_sampling(self) -> tuple[Literal["auto", "on", "off"], str]:
+        if not self._traces_paths:
+            return "off", f"off: the integrator is {self.settings.integrator}"
+        return self.settings.adaptive, ""  # however few samples are asked for: a window goes on
 
     def _packed(self) -> PackedScene:
         packed = self._pack(self.scene, self.settings, _LEAST)
