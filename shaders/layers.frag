@@ -37,8 +37,16 @@ uniform int u_rays;
 
 #if LAYERS == LAYERS_GEOMETRY || LAYERS == LAYERS_DENOISING
 // What the surface reflects and lets through of white light from straight above.
-vec3 layers_albedo(Material material, bool is_front) {
+vec3 layers_albedo(Surface surface, Material material, bool is_front) {
     if (material_is_unlit(material)) return material.emission;
+#if HAS_EXACT_FRESNEL
+    if (material.bsdf == BSDF_COATED) {
+        Bsdf coated = material_bsdf(material, is_front);
+        material_set_coat(coated, surface, clear_coat_load(material.record));
+        float reflected = coated.coat_weight * coated.coat_f0;
+        return square(1.0 - reflected) * (material.diffuse + material.f0) + reflected;
+    }
+#endif
 #if HAS_EXACT_FRESNEL
     Bsdf b = material_bsdf(material, is_front);
     if (b.model == BSDF_DIELECTRIC || b.model == BSDF_THIN_DIELECTRIC) return b.transmittance;
@@ -70,7 +78,7 @@ void layers_add(inout Film film, ivec2 pixel, uint index, Ray ray, uint seed) {
     material_choose(surface, seed);
     bool is_front = dot(surface.normal, ray.direction) < 0.0;
     Material material = material_at(surface);
-    film_add(film, is_hit ? layers_albedo(material, is_front) : vec3(0.0));
+    film_add(film, is_hit ? layers_albedo(surface, material, is_front) : vec3(0.0));
     float share = 1.0 / film.count;
     layers[0].xyz += ((is_hit ? surface.mapped_normal : vec3(0.0)) - layers[0].xyz) * share;
     vec4 point = is_hit ? vec4(surface.position, 1.0) : vec4(ray.direction, 0.0);
@@ -130,7 +138,7 @@ void layers_add(inout Film film, ivec2 pixel, uint index, Ray ray, uint seed) {
         goes_on = is_hit && !is_unlit && bsdf_is_delta(s) && s.pdf > 0.0 && number < MOST_FOLLOWED
             && (depth < u_bounces || interior_may_pass(material));
         if (is_hit && !goes_on) {
-            albedo = throughput * eta_scale * layers_albedo(material, cos_theta > 0.0);
+            albedo = throughput * eta_scale * layers_albedo(surface, material, cos_theta > 0.0);
             normal = surface.mapped_normal;
         }
         throughput *= s.weight * vertex_shading_factor(vertex, s.wi);

@@ -30,11 +30,20 @@ vec3 split_sum_radiance(Ray ray, uint seed, ivec2 pixel, uint index) {
     if (material_is_unlit(material) || u_bounces == 0) return radiance;
     Vertex vertex = vertex_at(surface, material, ray.direction, hash_uint(~seed));
 #if SPLIT_SUM_STEP >= SPLIT_SUM_LOOKUPS
-    radiance += split_sum_environment(vertex, material_occlusion(surface));
-#else
-    radiance += split_sum_step(vertex, pixel, index);
+    float occlusion = material_occlusion(surface);
+    vec3 scattered = split_sum_environment(vertex, occlusion) + split_sum_lights(vertex);
+#if HAS_EXACT_FRESNEL
+    if (bsdf_is(vertex.bsdf, BSDF_COATED)) {
+        Vertex coat = split_sum_coat(vertex);
+        vec3 reflected = split_sum_environment(coat, occlusion) + split_sum_lights(coat);
+        float passed = coated_transmittance(vertex.bsdf, vertex.wo);
+        scattered = passed * passed * scattered + vertex.bsdf.coat_weight * reflected;
+    }
 #endif
-    return radiance + split_sum_lights(vertex);
+    return radiance + scattered;
+#else
+    return radiance + split_sum_step(vertex, pixel, index) + split_sum_lights(vertex);
+#endif
 }
 
 void main() {

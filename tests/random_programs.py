@@ -89,7 +89,7 @@ PROGRAMS: dict[str, dict[str, list[Any]]] = {
     "split_sum.frag": {
         **SWITCHES,
         "SPLIT_SUM_STEP": [9, 9, 1, 2, 3, 4, 5, 6, 7, 8],
-        "GEOMETRY_TERM": ["GEOMETRY_KARIS_ENVIRONMENT"],
+        "GEOMETRY_TERM": ["GEOMETRY_KARIS_ENVIRONMENT", "GEOMETRY_SMITH", "GEOMETRY_SMITH_HEIGHT_CORRELATED"],
     },
     "auxiliary.frag": {"AUXILIARY": ["AUXILIARY_NORMALS", "AUXILIARY_DEPTH", "AUXILIARY_ALBEDO"]},
     "layers.frag": {

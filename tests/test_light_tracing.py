@@ -220,6 +220,20 @@ def bulb() -> Scene:
     return Scene(LENS, materials, planes=[FLOOR], spheres=balls, lights=[LAMP])
 
 
+def lacquer() -> Scene:
+    """Coats that throw light and receive it, narrow ones and wide ones, over bases of either kind."""
+    materials = {
+        **MATERIALS,
+        "floor": Material(albedo=(0.6, 0.5, 0.4), specular=0.0, coat=1.0, coat_ior=2.0, coat_roughness=0.3),
+        "paint": Material(albedo=(0.7, 0.2, 0.1), roughness=0.8, coat=1.0, coat_ior=3.0, coat_roughness=0.4),
+        "satin": Material(metal="copper", roughness=0.4, coat=0.8, coat_ior=2.0, coat_roughness=0.8),
+        "mirror": Material(metal="silver", roughness=0.0, coat=1.0, coat_ior=3.0, coat_roughness=0.5),
+    }
+    balls = [Sphere((-0.9, 0.4, 0.0), 0.4, "paint"), Sphere((0.9, 0.4, 0.0), 0.4, "satin")]
+    balls.append(Sphere((0.0, 0.6, -0.4), 0.6, "mirror"))
+    return Scene(LENS, materials, planes=[FLOOR], spheres=balls, lights=[LAMP])
+
+
 def leaning_pane() -> Scene:
     """Before a mirror, with normals that are bent towards the floor."""
     corners = np.array([[-0.3, 0.0, -0.6], [-0.3, 0.0, 0.6], [-0.3, 0.8, 0.6], [-0.3, 0.8, -0.6]])
@@ -260,7 +274,7 @@ def light_of(ctx: Any, scene: Scene, spp: int, seeds: int, **settings: Any) -> t
     [
         *((spheres, 1536, 0.05), (mirrors, 512, 0.05), (rough_mirror, 4096, 0.05), (glass, 3072, 0.06)),
         *((shapes, 640, 0.05), (meshes, 1280, 0.05), (sunlit, 1280, 0.1), (windows, 3072, 0.1), (filters, 512, 0.1)),
-        *((bulb, 1024, 0.1), (leaning_pane, 1024, 0.1)),
+        *((bulb, 1024, 0.1), (leaning_pane, 1024, 0.1), (lacquer, 1536, 0.1)),
     ],
 )
 def test_photons_bring_what_paths_leave_out(ctx: Any, make: Callable[[], Scene], spp: int, resolution: float) -> None:

@@ -144,6 +144,18 @@ CASES: dict[str, Callable[[], Scene]] = {
         CROWD[::5],
         spheres=[Sphere((0.0, 0.2, 0.5), 0.7, "m")],
     ),
+    "a coat over a normal map": lambda: scene(
+        Material(
+            albedo=(0.7, 0.2, 0.1),
+            coat=1.0,
+            coat_ior=2.5,
+            coat_roughness=0.9,
+            normal_texture=Texture(BUMPS),
+            coat_texture=Texture(NUMBERS),
+            coat_roughness_texture=Texture(PICTURE, channel="g"),
+        ),
+        globe(),
+    ),
     "an alpha mask": lambda: scene(Material(albedo=0.9, albedo_texture=ALPHA_PICTURE, alpha_mode="mask"), globe()),
     "an alpha blend": lambda: scene(
         Material(albedo=0.9, albedo_texture=ALPHA_PICTURE, alpha_mode="blend", opacity=0.8), globe()

@@ -10,6 +10,7 @@
 // Radiance is what is transported: a transmitted weight carries the factor 1 / eta^2, which is taken out of the Russian
 // roulette (integrator/path.glsl). Where nothing is scattered, weight and density are 0.
 #include "bsdf/model.glsl"
+#include "bsdf/coated.glsl"
 #include "bsdf/conductor.glsl"
 #include "bsdf/cook_torrance.glsl"
 #include "bsdf/dielectric.glsl"
@@ -27,6 +28,7 @@ const int BSDF_THIN_DIELECTRIC = 4;
 const int BSDF_CONDUCTOR = 5;
 const int BSDF_PLASTIC = 6;
 const int BSDF_ROUGH_PLASTIC = 7;
+const int BSDF_COATED = 8;
 
 uniform int u_absent_models;  // bit m: no material is of model m, which needs no code
 
@@ -53,6 +55,7 @@ vec4 bsdf_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
     if (bsdf_is(b, BSDF_CONDUCTOR)) result = conductor_eval_pdf(b, wo, wi);
     if (bsdf_is(b, BSDF_PLASTIC)) result = plastic_eval_pdf(b, wo, wi);
     if (bsdf_is(b, BSDF_ROUGH_PLASTIC)) result = rough_plastic_eval_pdf(b, wo, wi);
+    if (bsdf_is(b, BSDF_COATED)) result = coated_eval_pdf(b, wo, wi);
 #endif
     return result;
 }
@@ -93,6 +96,7 @@ vec3 bsdf_diffuse(Bsdf b, vec3 wo, vec3 wi, vec3 value) {
 #if HAS_EXACT_FRESNEL
     if (bsdf_is(b, BSDF_PLASTIC)) diffuse = value;  // the coat is a mirror
     if (bsdf_is(b, BSDF_ROUGH_PLASTIC)) diffuse = rough_plastic_diffuse(b, wo, wi);
+    if (bsdf_is(b, BSDF_COATED)) diffuse = coated_diffuse(b, wo, wi);
 #endif
     return diffuse;
 }
@@ -115,6 +119,7 @@ BsdfSample bsdf_sample(Bsdf b, vec3 wo, vec2 u) {
     if (bsdf_is(b, BSDF_CONDUCTOR)) s = conductor_sample(b, wo, u);
     if (bsdf_is(b, BSDF_PLASTIC)) s = plastic_sample(b, wo, u);
     if (bsdf_is(b, BSDF_ROUGH_PLASTIC)) s = rough_plastic_sample(b, wo, u);
+    if (bsdf_is(b, BSDF_COATED)) s = coated_sample(b, wo, u);
 #endif
     return s;
 }

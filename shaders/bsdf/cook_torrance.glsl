@@ -24,15 +24,16 @@ uniform int u_without_half_vector;  // 1: no base has the factor of the half vec
 
 bool cook_torrance_is_mirror(Bsdf b) { return HAS_DELTA == 1 && b.alpha < ALPHA_DELTA; }
 
-// What the interface lets through to the base, or back out, at an angle to the normal. The height-correlated term lets
+// What an interface lets through to the base, or back out, at an angle to the normal. The height-correlated term lets
 // the facets reflect more at grazing angles: less of the rise towards them is lost to their tilt (docs/material.md).
-vec3 cook_torrance_transmittance(Bsdf b, float cos_theta) {
+vec3 cook_torrance_interface(vec3 f0, vec3 f90, float alpha, float cos_theta) {
 #if GEOMETRY_TERM == GEOMETRY_SMITH_HEIGHT_CORRELATED
-    return 1.0 - fresnel_schlick_rough(b.f0, b.f90, 0.95 * b.alpha, cos_theta);
-#else
-    return 1.0 - fresnel_schlick_rough(b.f0, b.f90, b.alpha, cos_theta);
+    alpha *= 0.95;
 #endif
+    return 1.0 - fresnel_schlick_rough(f0, f90, alpha, cos_theta);
 }
+
+vec3 cook_torrance_transmittance(Bsdf b, float cos_theta) { return cook_torrance_interface(b.f0, b.f90, b.alpha, cos_theta); }
 
 // The part of light from wi that the base scatters to wo, but for its albedo.
 vec3 cook_torrance_diffuse_factor(Bsdf b, vec3 wo, vec3 wi) {
@@ -46,12 +47,18 @@ vec3 cook_torrance_diffuse(Bsdf b, vec3 wo, vec3 wi) {
     return b.diffuse * (wi.z * INVERSE_PI) * cook_torrance_diffuse_factor(b, wo, wi);
 }
 
-// Probability of choosing the specular lobe: its share of the energy reflected towards wo.
-float cook_torrance_specular_probability(Bsdf b, vec3 wo) {
+// About what the specular lobe and the base reflect towards wo, of light from all around.
+vec2 cook_torrance_reflected(Bsdf b, vec3 wo) {
     float specular = luminance(1.0 - cook_torrance_transmittance(b, wo.z));
     float diffuse = luminance(b.diffuse * cook_torrance_transmittance(b, wo.z) * (1.0 - b.f0));
-    float total = specular + diffuse;
-    return total > 0.0 ? specular / total : 0.0;
+    return vec2(specular, diffuse);
+}
+
+// Probability of choosing the specular lobe: its share of the energy reflected towards wo.
+float cook_torrance_specular_probability(Bsdf b, vec3 wo) {
+    vec2 reflected = cook_torrance_reflected(b, wo);
+    float total = reflected.x + reflected.y;
+    return total > 0.0 ? reflected.x / total : 0.0;
 }
 
 // f |cos_i| in rgb and the density in a, both without the delta lobe.

@@ -2,7 +2,7 @@
 #include "core/math.glsl"
 
 #ifndef HAS_EXACT_FRESNEL
-#define HAS_EXACT_FRESNEL 1  // the models with the exact terms: dielectrics, conductors and plastic
+#define HAS_EXACT_FRESNEL 1  // the models with the exact terms, dielectrics, conductors and plastic, and clear coats
 #endif
 
 // Schlick 1994, An Inexpensive BRDF Model for Physically-Based Rendering, eq. 15, with the

@@ -15,11 +15,17 @@ struct Bsdf {
     vec3 extinction;     // of conductors: k, the imaginary part of the index
     vec4 coat_facets;    // of rough plastic: what its coat passes, as coefficients of rough_plastic_interface()
     vec3 coat_angles;
+    float coat_weight;   // of a clear coat
+    float coat_alpha;    // its GGX width
+    float coat_f0;       // its reflectance at normal incidence
+    vec3 coat_normal;    // local
 };
 
-// One without parameters of dielectrics, conductors and plastic.
+// One without parameters of dielectrics, conductors, plastic and coats.
 Bsdf bsdf_of(int model, vec3 diffuse, float alpha, vec3 f0, vec3 f90) {
-    return Bsdf(model, diffuse, alpha, f0, f90, 0.0, 0, 1.0, vec3(1.0), vec3(1.0), vec3(0.0), vec4(0.0), vec3(0.0));
+    return Bsdf(
+        model, diffuse, alpha, f0, f90, 0.0, 0, 1.0, vec3(1.0), vec3(1.0), vec3(0.0), vec4(0.0), vec3(0.0), 0.0, 1.0, 0.0,
+        vec3(0.0, 0.0, 1.0));
 }
 
 // What happened at a sampled event: one of the first two, whether the lobe is a delta, and whether the direction is that

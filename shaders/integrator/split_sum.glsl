@@ -62,6 +62,18 @@ vec3 split_sum_light(Vertex vertex, LightChoice choice) {
     return reflected * light.radiance;
 }
 
+#if HAS_EXACT_FRESNEL
+// The coat of a vertex, as a surface of its own.
+Vertex split_sum_coat(Vertex vertex) {
+    Bsdf b = vertex.bsdf;
+    vec3 wo = frame_to_world(vertex.frame, vertex.wo);
+    vertex.frame = frame_from_normal(frame_to_world(vertex.frame, b.coat_normal));
+    vertex.wo = frame_to_local(vertex.frame, wo);
+    vertex.bsdf = bsdf_of(BSDF_COOK_TORRANCE, vec3(0.0), b.coat_alpha, vec3(b.coat_f0), vec3(coated_f90(b)));
+    return vertex;
+}
+#endif
+
 vec3 split_sum_lights(Vertex vertex) {
     vec3 radiance = vec3(0.0);
     for (int i = 0; i < u_light_count; i++) radiance += split_sum_light(vertex, light_choice_load(i));

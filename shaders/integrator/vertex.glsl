@@ -56,6 +56,16 @@ Vertex vertex_at(Surface surface, Material material, vec3 direction, uint seed) 
             vertex.frame = frame_from_tangent(shading_normal, material_tangent(surface, anisotropy));
         }
     }
+#if HAS_EXACT_FRESNEL
+    if (bsdf_is(vertex.bsdf, BSDF_COATED)) {
+        vec3 coat_normal = side * surface.shading_normal;
+        float coat_bend = u_has_shading_normals != 0 ? shading_normal_bend(coat_normal, normal, -direction) : 0.0;
+        vertex.is_bent = vertex.is_bent || coat_bend > 0.0;
+        if (coat_bend > 0.0) coat_normal = normalize(coat_normal - coat_bend * direction);
+        material_set_coat(vertex.bsdf, surface, clear_coat_load(material.record));
+        vertex.bsdf.coat_normal = frame_to_local(vertex.frame, coat_normal);
+    }
+#endif
     vertex.geometric = frame_to_local(vertex.frame, normal);
     vertex.wo = frame_to_local(vertex.frame, -direction);
     vertex.inside = ivec4(0);
@@ -104,6 +114,12 @@ vec3 vertex_diffuse_share(Vertex vertex, vec3 wi, vec3 value) {
 
 // What of that `value` is narrow; delta lobes all are.
 vec3 vertex_narrow_share(Vertex vertex, vec3 wi, vec3 value) {
+#if HAS_EXACT_FRESNEL
+    if (bsdf_is(vertex.bsdf, BSDF_COATED)) {
+        vec3 wide = coated_wide(vertex.bsdf, vertex.wo, wi, NARROW_WIDEST);
+        return 1.0 - clamp(wide / max(value, vec3(1e-30)), 0.0, 1.0);
+    }
+#endif
     return vertex.bsdf.alpha <= NARROW_WIDEST ? 1.0 - vertex_diffuse_share(vertex, wi, value) : vec3(0.0);
 }
 

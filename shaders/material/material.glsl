@@ -66,7 +66,7 @@ Bsdf material_bsdf(Material material, bool is_front) {
 }
 
 #if HAS_TEXTURES
-// What the textures of a material are, those of occlusion, anisotropy and blends apart.
+// What the textures of a material are, those of occlusion, anisotropy, coats and blends apart.
 int material_uses(Maps maps) {
     int uses = 0;
     if (textures_change(TEXTURE_ALBEDO) && maps.albedo_texture >= 0) uses |= TEXTURE_ALBEDO;
@@ -174,6 +174,23 @@ float material_occlusion(Surface surface) {
     }
 #endif
     return 1.0;
+}
+
+// The coat of a coated material, and what it says of the base.
+void material_set_coat(inout Bsdf b, Surface surface, ClearCoat coat) {
+    float weight = coat.weight, roughness = coat.roughness;
+#if HAS_TEXTURES
+    if (textures_change(TEXTURE_COAT) && coat.weight_texture >= 0) {
+        weight *= texture_channel(texture_load(coat.weight_texture), surface.uv);
+    }
+    if (textures_change(TEXTURE_COAT_ROUGHNESS) && coat.roughness_texture >= 0) {
+        roughness *= texture_channel(texture_load(coat.roughness_texture), surface.uv);
+    }
+#endif
+    b.half_vector = coat.half_vector;
+    b.coat_weight = clamp(weight, 0.0, 1.0);
+    b.coat_alpha = max(square(clamp(roughness, 0.0, 1.0)), ALPHA_DELTA);
+    b.coat_f0 = coat.f0;
 }
 
 // How facets are wider: of a texture, red and green are the direction in the plane of the tangent, which is turned by the

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Records of materials: their constant values, what textures and the colours of vertices change of them, what is
-// peculiar to dielectrics, conductors and plastics, their opacity, what they are blended with.
+// peculiar to dielectrics, conductors and plastics, their coats, their opacity, what they are blended with.
 #include "scene/storage.glsl"
 
 uniform int u_first_material;  // texels of u_scene where the tables begin
@@ -9,6 +9,7 @@ uniform int u_first_dielectric;
 uniform int u_first_conductor;
 uniform int u_first_plastic;
 uniform int u_first_coat;
+uniform int u_first_clear_coat;
 uniform int u_first_anisotropy;
 uniform int u_first_opacity;
 uniform int u_first_blend;
@@ -30,7 +31,7 @@ struct Material {
     vec3 f90;  // specular reflectance at grazing incidence
     int flags;  // MATERIAL_...
     vec3 emission;  // radiance from the front
-    int record;  // number of that of a dielectric, a conductor or a plastic; of others 1: the factor of the half vector
+    int record;  // number of that of a dielectric, conductor, plastic or clear coat; of others 1: the factor of the half vector
 };
 Material material_of(uvec4 t0, uvec4 t1, uvec4 t2, uvec4 t3) {
     return Material(
@@ -129,6 +130,23 @@ Coat coat_of(uvec4 t0, uvec4 t1) {
 Coat coat_load(int index) {
     int first = u_first_coat + 2 * index;
     return coat_of(scene_texel(first), scene_texel(first + 1));
+}
+
+// Over a metallic-roughness material.
+struct ClearCoat {
+    float weight;
+    float roughness;
+    float f0;  // reflectance at normal incidence
+    int half_vector;  // 1: the base has the factor of the half vector
+    int weight_texture;  // -1: there is none
+    int roughness_texture;
+};
+ClearCoat clear_coat_of(uvec4 t0, uvec4 t1) {
+    return ClearCoat(uintBitsToFloat(t0.x), uintBitsToFloat(t0.y), uintBitsToFloat(t0.z), int(t0.w), int(t1.x), int(t1.y));
+}
+ClearCoat clear_coat_load(int index) {
+    int first = u_first_clear_coat + 2 * index;
+    return clear_coat_of(scene_texel(first), scene_texel(first + 1));
 }
 
 // Of facets that are wider along a tangent; of every material, where any has them.

@@ -12,6 +12,8 @@ const int TEXTURE_OCCLUSION = 16;
 const int TEXTURE_EMISSION = 32;
 const int TEXTURE_ANISOTROPY = 64;
 const int TEXTURE_BLEND_WEIGHT = 128;
+const int TEXTURE_COAT = 256;
+const int TEXTURE_COAT_ROUGHNESS = 512;
 
 const int TEXTURE_SRGB = 1;  // flags of a texture
 const int TEXTURE_FLOAT = 2;

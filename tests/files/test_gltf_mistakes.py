@@ -92,6 +92,13 @@ MISTAKES: dict[str, tuple[Any, str]] = {
         ),
         "materials[0].extensions.KHR_materials_ior: ior: must be a valid number",
     ),
+    "coat": (
+        lambda d: (
+            d["meshes"][0]["primitives"][0].update(material=0),
+            d.update(materials=[{"extensions": {"KHR_materials_clearcoat": {"clearcoatFactor": 2}}}]),
+        ),
+        "materials[0].extensions.KHR_materials_clearcoat: clearcoatFactor: must be less than or equal to 1.0001",
+    ),
     "light": (
         lambda d: d.update(nodes=[{"mesh": 0, "extensions": {"KHR_lights_punctual": {"light": 0}}}]),
         "nodes[0].light: there is no number 0, only 0",

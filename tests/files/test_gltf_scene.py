@@ -309,6 +309,65 @@ def test_anisotropy(tmp_path: Path, transmits: bool) -> None:
     assert material.anisotropy_rotation_degrees == pytest.approx(28.6479, abs=1e-4)
 
 
+LACQUER: dict[str, Any] = {"clearcoatFactor": 0.75, "clearcoatRoughnessFactor": 0.25}
+TRANSMITS: dict[str, Any] = {"KHR_materials_transmission": {"transmissionFactor": 1}}
+
+
+def lacquered(coat: dict[str, Any], **item: Any) -> Gltf:
+    """A triangle under a coat, and a texture."""
+    item["extensions"] = {"KHR_materials_clearcoat": coat} | item.get("extensions", {})
+    gltf = Gltf(materials=[item], extensionsUsed=list(item["extensions"]), textures=[{"source": 0}])
+    gltf.content["images"] = [{"bufferView": gltf.view(PNG), "mimeType": "image/png"}]
+    gltf.triangle(material=0)
+    return gltf
+
+
+def test_a_coat(tmp_path: Path) -> None:
+    maps = {"clearcoatTexture": {"index": 0}, "clearcoatRoughnessTexture": {"index": 0}}
+    (made,) = lacquered(LACQUER | maps, normalTexture={"index": 0}).read(tmp_path).materials.values()
+    assert (made.coat, made.coat_roughness, made.coat_ior) == (0.75, 0.25, 1.5)
+    assert made.normal_texture is not None
+    for texture, channel in ((made.coat_texture, "r"), (made.coat_roughness_texture, "g")):
+        assert texture is not None
+        assert (texture.channel, texture.image.color_space) == (channel, "linear")
+
+
+def test_a_coat_of_factor_0_is_none(tmp_path: Path) -> None:
+    off = {"clearcoatRoughnessFactor": 0.25, "clearcoatTexture": {"index": 0}, "clearcoatNormalTexture": {"index": 0}}
+    assert lacquered(off).read(tmp_path).materials == lacquered({}).read(tmp_path).materials
+
+
+@pytest.mark.parametrize("normal", [{}, {"normalTexture": {"index": 0}}])
+def test_normals_of_a_coat_are_ignored(tmp_path: Path, normal: dict[str, Any]) -> None:
+    gltf = lacquered(LACQUER | {"clearcoatNormalTexture": {"index": 0}}, **normal)
+    note = r"ignored: clearcoatNormalTexture of materials\[0\], whose coat has the normals of its mesh$"
+    with pytest.warns(UserWarning, match=note):
+        model = gltf.read(tmp_path)
+    assert model.materials["material 0"].coat == 0.75
+
+
+@pytest.mark.parametrize(
+    ("extensions", "metallic", "where", "coats"),
+    [
+        ({"KHR_materials_unlit": {}}, 0, ", which is unlit", [0]),
+        (TRANSMITS, 0, " where it transmits", [0]),
+        (TRANSMITS, 0.5, " where it transmits", [0.75, 0]),
+    ],
+)
+def test_where_a_coat_is_ignored(
+    tmp_path: Path, extensions: dict[str, Any], metallic: float, where: str, coats: list[float]
+) -> None:
+    gltf = lacquered(LACQUER, pbrMetallicRoughness={"metallicFactor": metallic}, extensions=extensions)
+    with pytest.warns(UserWarning, match=rf"ignored: KHR_materials_clearcoat of materials\[0\]{where}$"):
+        materials = gltf.read(tmp_path).materials
+    assert [material.coat for material in materials.values()] == coats
+
+
+def test_a_metal_that_would_transmit_keeps_its_coat(tmp_path: Path) -> None:
+    (made,) = lacquered(LACQUER, extensions=TRANSMITS).read(tmp_path).materials.values()
+    assert made.coat == 0.75
+
+
 def test_emission_above_one_is_read(tmp_path: Path) -> None:
     gltf = Gltf(materials=[{"emissiveFactor": [7, 0, 2.5]}])
     gltf.triangle(material=0)
@@ -489,7 +548,7 @@ def test_the_picture_has_the_shape_that_the_first_camera_gives_it(
 
 def test_what_is_not_shown_is_listed(tmp_path: Path) -> None:
     gltf = Gltf(
-        extensionsUsed=["KHR_draco_mesh_compression", "KHR_materials_unlit", "KHR_materials_clearcoat"],
+        extensionsUsed=["KHR_draco_mesh_compression", "KHR_materials_unlit", "KHR_materials_sheen"],
         animations=[{}],
         nodes=[{"mesh": 0}],
         scenes=[{"nodes": [0]}, {"nodes": []}],
@@ -504,7 +563,7 @@ def test_what_is_not_shown_is_listed(tmp_path: Path) -> None:
         model = gltf.read(tmp_path)
     assert len(caught) == 1
     assert str(caught[0].message).endswith(
-        "x.gltf: ignored: KHR_draco_mesh_compression, KHR_materials_clearcoat, animations, scenes but one, "
+        "x.gltf: ignored: KHR_draco_mesh_compression, KHR_materials_sheen, animations, scenes but one, "
         "morph targets, COLOR_1, _ID, "
         "images[0]: none.png: no such file, points and lines"
     )

@@ -190,6 +190,21 @@ def test_materials(tmp_path: Path) -> None:
     assert lost.albedo_texture is None
 
 
+@pytest.mark.parametrize(
+    ("lines", "coat"),
+    [
+        ("Pc 0.5\nPcr 0.25", {"coat": 0.5, "coat_roughness": 0.25}),
+        ("Pc 1.5 # thick", {"coat": 1.0}),
+        ("Pc 0\nPcr 0.03", {}),
+        ("Pcr 0.03", {}),
+    ],
+)
+def test_a_coat(tmp_path: Path, lines: str, coat: dict[str, float]) -> None:
+    model = read(tmp_path, f"mtllib x.mtl\nusemtl red\n{SQUARE}f 1 2 3\n", f"newmtl red\nPr 0.3\n{lines}\n")
+    assert model.materials["red"] == Material(roughness=0.3, **coat)
+    assert not model.ignored
+
+
 def test_a_missing_library_is_said_in_a_line(tmp_path: Path) -> None:
     with pytest.warns(UserWarning, match=r"x\.obj: ignored: x\.mtl \(no such file; its materials are grey\)$"):
         model = read(tmp_path, f"mtllib x.mtl\nusemtl red\n{SQUARE}f 1 2 3\n")

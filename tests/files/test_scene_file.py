@@ -45,6 +45,7 @@ FULL = Scene(
         'odd "name" [\n,é': Material(albedo=(0.1, 1 / 3, 1e-20), roughness=0, metallic=0.25, ior=1.33, specular=0.5),
         "shining": Material(f0=(0.1, 0.2, 0.3), emission=(1e10, 2, 3)),
         "metal": Material(metal="copper", roughness=1),
+        "lacquer": Material(coat=0.5, coat_roughness=0.25, coat_ior=1.7),
     },
     spheres=(Sphere((0, 0, 0), 1e-3, "plain"), Sphere((1e6, -0.0, 0), 1, "metal")),
     rectangles=(Rectangle((0, 0, 0), (0, 2, 0), (3, 0, 0), "shining"),),

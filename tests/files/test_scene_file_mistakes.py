@@ -82,6 +82,12 @@ MISTAKES = {
         '[material.m]\nmetal = "gold"\nalbedo = 0.3',
         "material.m: metal = 'gold' already says what albedo is; leave albedo out",
     ),
+    "thick coat": ("[material.m]\ncoat = 2", "material.m.coat: must be at most 1, got 2"),
+    "coat of a thin index": ("[material.m]\ncoat_ior = 0.9", "material.m.coat_ior: must be at least 1, got 0.9"),
+    "coat of a plastic": (
+        '[material.m]\nmodel = "plastic"\ncoat = 0.5',
+        "material.m: coat means nothing to model = 'plastic'; leave it out; its keys are albedo, ior, nonlinear (model",
+    ),
     "quoted name": ('[material."a b"]\nior = 0', 'material."a b".ior: must be at least 1, got 0'),
     "material without a name": (
         "[material]\nalbedo = 1",

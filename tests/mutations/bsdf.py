@@ -20,6 +20,7 @@ def glass(test: Callable[..., None]) -> Check:
 
 
 CLAY = values("eon", "clay")
+BENT_BASE = Check(test_bsdf_sample.test_samples_of_a_coat_over_a_bent_base_have_their_density, degrees=45)
 PLASTIC, GOLD = (values("cook-torrance SMITH", material) for material in ("plastic", "gold"))
 
 MUTATIONS = [
@@ -43,6 +44,20 @@ MUTATIONS = [
         "        if (u_multiple_scattering != 0) fresnel *= ggx_compensation(b.f0, facets_width(b, wo), wo.z);\n",
         "",
         Check(test_bsdf_values.test_white_metal_with_multiple_scattering_reflects_everything),
+    ),
+    Mutation(
+        "samples below the horizon of the coat kept",
+        "bsdf/coated.glsl",
+        "        if (reflected.z <= 0.0) return s;\n",
+        "",
+        BENT_BASE,
+    ),
+    Mutation(
+        "light passes the coat but once",
+        "bsdf/coated.glsl",
+        "return coated_transmittance(b, wo) * coated_transmittance(b, wi);",
+        "return coated_transmittance(b, wo);",
+        values("coated", "lacquer"),
     ),
     Mutation(
         "alpha for alpha squared in D",

@@ -14,7 +14,7 @@ MULTIPLE = "smith-multiple-scattering"
 GREY = (1.0, 1.0, 1.0)
 
 
-def load(mi, albedo=0.0, f0=1.0, alpha=0.3, geometry="smith", f90=1.0, tint=(1.0, 0.5, 0.25)):
+def load(mi, albedo=0.0, f0=1.0, alpha=0.3, geometry="smith", f90=1.0, tint=(1.0, 0.5, 0.25), **more):
     return mi.load_dict(
         {
             "type": "fragtracer_cooktorrance",
@@ -23,6 +23,7 @@ def load(mi, albedo=0.0, f0=1.0, alpha=0.3, geometry="smith", f90=1.0, tint=(1.0
             "specular_f90": [f90 * 1.0] * 3,
             "alpha": alpha,
             "geometry": geometry,
+            **more,
         }
     )
 
@@ -69,26 +70,30 @@ CHI2_CASES = [
 
 @pytest.mark.parametrize(("albedo", "f0", "alpha", "geometry", "angle"), CHI2_CASES)
 def test_samples_follow_the_density(mi, albedo, f0, alpha, geometry, angle):
+    bsdf, viewer = load(mi, albedo, f0, alpha, geometry), direction(mi, angle, 30)
+    follow_the_density(mi, bsdf, seen_from(mi, viewer), len(CHI2_CASES))
+
+
+def follow_the_density(mi, bsdf, si, test_count):
+    """Of so many tests one: smooth lobes are sampled with their density."""
     import drjit as dr
     from mitsuba.chi2 import ChiSquareTest, SphericalDomain
 
-    bsdf, viewer = load(mi, albedo, f0, alpha, geometry), direction(mi, angle, 30)
-
     def draw(u):
-        bs, weight = bsdf.sample(mi.BSDFContext(), seen_from(mi, viewer), u[0], mi.Point2f(u[1], u[2]))
+        bs, _ = bsdf.sample(mi.BSDFContext(), si, u[0], mi.Point2f(u[1], u[2]))
         delta = mi.has_flag(bs.sampled_type, mi.BSDFFlags.DeltaReflection)
-        return bs.wo, dr.select(dr.any(weight > 0) & ~delta, mi.Float(1), 0)
+        return bs.wo, dr.select((bs.pdf > 0) & ~delta, mi.Float(1), 0)
 
     chi2 = ChiSquareTest(
         domain=SphericalDomain(),
         sample_func=draw,
-        pdf_func=lambda wi: bsdf.pdf(mi.BSDFContext(), seen_from(mi, viewer), wi),
+        pdf_func=lambda wi: bsdf.pdf(mi.BSDFContext(), si, wi),
         sample_dim=3,
         sample_count=500_000,
         res=51,
         ires=16,
     )
-    assert chi2.run(significance_level=0.01, test_count=len(CHI2_CASES), quiet=True), chi2.messages
+    assert chi2.run(significance_level=0.01, test_count=test_count, quiet=True), chi2.messages
     assert chi2.pdf_sum[0] == pytest.approx(chi2.histogram_sum[0], abs=0.004)
 
 

@@ -327,6 +327,97 @@ HALF_VECTOR = replace(
 )
 
 
+@dataclass(frozen=True)
+class Coated(Material):
+    """Of BSDF_COATED, whose coat has the normal of the base."""
+
+    coat_weight: float = 1.0
+    coat_alpha: float = 0.1
+    coat_f0: float = 0.04
+    coat_normal: Direction = (0.0, 0.0, 1.0)
+
+    @property
+    def lacquer(self) -> Material:
+        """The coat alone."""
+        return Material((0.0, 0.0, 0.0), self.coat_alpha, (self.coat_f0,) * 3, WHITE)
+
+    def passed(self, w: Floats) -> Floats:
+        """What the coat lets through (...,)."""
+        return 1 - self.coat_weight * bsdf_oracle.interface_reflectance(self.lacquer, w[..., 2])[..., 0]
+
+
+def coated_probability(m: Coated, wo: Floats) -> Floats:
+    """How often the coat is sampled."""
+    passed, r = m.passed(wo), bsdf_oracle.interface_reflectance(m, wo[..., 2])
+    base = (r + np.asarray(m.diffuse) * (1 - r) * (1 - np.asarray(m.f0))) @ bsdf_oracle.REC_709
+    return (1 - passed) / np.maximum(1 - passed + passed**2 * base, 1e-300)
+
+
+def coated_eval(m: Coated, wo: Floats, wi: Floats) -> Floats:
+    base = cook_torrance("SMITH").value(m, wo, wi) * (m.passed(wo) * m.passed(wi))[..., None]
+    return base + m.coat_weight * bsdf_oracle.bsdf_eval(m.lacquer, "SMITH", wo, wi)
+
+
+def coated_pdf(m: Coated, wo: Floats, wi: Floats) -> Floats:
+    chance = coated_probability(m, wo)
+    return chance * bsdf_oracle.bsdf_pdf(m.lacquer, wo, wi) + (1 - chance) * bsdf_oracle.bsdf_pdf(m, wo, wi)
+
+
+def coated_deltas(m: Coated, wo: Floats) -> Sequence[Delta]:
+    """Of a mirror below the coat."""
+    return [
+        Delta(d.wi, d.value * m.passed(wo)[:, None] ** 2, d.chance * (1 - coated_probability(m, wo)))
+        for d in cook_torrance("SMITH").deltas(m, wo)
+    ]
+
+
+def coated_largest_weight(m: Coated, cosine: Floats) -> Floats:
+    """The larger one of coat and base alone, each divided by its chance."""
+    wo = np.stack([np.sqrt(1 - cosine**2), 0 * cosine, np.maximum(cosine, 1e-30)], -1)
+    chance, passed = coated_probability(m, wo)[:, None], m.passed(wo)[:, None] * (1 - m.coat_weight * m.coat_f0)
+    base = cook_torrance("SMITH").largest_weight(m, cosine) * passed
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.fmax(m.coat_weight / chance, np.where(chance < 1, base / (1 - chance), 0))
+
+
+def coated_tolerance(m: Coated, wo: Floats, wi: Floats) -> Floats:
+    return float32_tolerance(m, wo, wi) + 4e-7 / (m.coat_alpha * np.linalg.norm(wo + wi, axis=-1))
+
+
+def coated(name: str, alpha: float, weight: float, coat_alpha: float, f0: float = 0.04) -> Coated:
+    m = COOK_TORRANCE[name]
+    return Coated(m.diffuse, alpha, m.f0, m.f90, weight, coat_alpha, f0)
+
+
+COATED = Model(
+    "COATED",
+    {
+        "lacquer": [coated("plastic", 0.5, 1.0, alpha) for alpha in ALPHAS],
+        "thin": [coated("half metallic", 0.1, 0.3, 0.01, 0.1)],
+        "over matte": [coated("lambert", 1.0, 1.0, 0.3)],
+        "over a mirror": [coated("gold", 0.0, 1.0, 0.1), coated("gold", 0.0, 0.5, 0.5)],
+    },
+    coated_eval,
+    coated_pdf,
+    coated_largest_weight,
+    {"GEOMETRY_TERM": "GEOMETRY_SMITH"},
+    coated_deltas,
+    domain=lambda m, wo: Reflections(min(m.alpha or 1.0, m.coat_alpha), wo),
+    tolerance=coated_tolerance,
+    whitest=[
+        coated(name, alpha, weight, coat_alpha, f0)
+        for name in ("white dielectric", "white metal")
+        for alpha in (0.0, 0.1, 0.5)
+        for weight, f0 in ((1.0, 0.04), (0.5, 0.2))
+        for coat_alpha in (1e-3, 0.1, 0.3, 0.6, 1.0)
+    ],
+    scene_materials=[
+        scene.Material(albedo=(0.8, 0.2, 0.1), roughness=0.6, metallic=0.5, coat=1.0, coat_roughness=0.2),
+        scene.Material(albedo=(0.3, 0.5, 0.8), roughness=0.9, coat=0.6, coat_roughness=0.5, coat_ior=1.8),
+    ],
+)
+
+
 DIFFUSE = Model(
     "DIFFUSE",
     {
@@ -796,6 +887,7 @@ MODELS: dict[str, Model] = {
     "eon": EON,
     "rough-plastic": ROUGH_PLASTIC,
     "half-vector": HALF_VECTOR,
+    "coated": COATED,
     **{f"brushed {term}": brushed(term) for term in TERMS[:2]},
     "plastic": PLASTIC,
     "conductor": CONDUCTOR,

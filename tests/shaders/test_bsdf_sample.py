@@ -18,6 +18,7 @@ from .bsdf_oracle import Direction, Material
 from .bsdf_probe import run
 from .chi_square import assert_fits, assert_likely, fit, nodes
 from .directions import direction
+from .domains import Cone
 
 DRAW = """
     BsdfSample s = bsdf_sample(b, wo, u);
@@ -105,6 +106,23 @@ def test_samples_have_their_density(ctx: moderngl.Context, name: str, material: 
         assert fits[case].mass < 1 - share + 2e-5
     if fits:
         assert_fits(fits)
+
+
+@pytest.mark.parametrize("degrees", [0, 45, 80])
+def test_samples_of_a_coat_over_a_bent_base_have_their_density(ctx: moderngl.Context, degrees: float) -> None:
+    """Where the horizon of the coat is above that of the base, and the other way round; seen from 80° the coat has its
+    back to the viewer."""
+    model, wo, u = MODELS["coated"], direction(degrees), uniform_numbers(1 << 17)
+    parameters = replace(model.materials["lacquer"][0], coat_alpha=0.3, coat_normal=(0.1854, -0.5706, 0.8))
+
+    def pdf(wi: Floats) -> Floats:
+        return run(ctx, model, parameters, "pdf = bsdf_pdf(b, wo, wi);", {"wi": wi}, {"pdf": 1}, wo)["pdf"]
+
+    drawn = run(ctx, model, parameters, DRAW_ALONE, {"u": u}, {"drawn": 4, "event": 1}, wo)["drawn"]
+    found = drawn[:, 3] > 0
+    fits = {"bent": fit(Cone(), drawn[found, :3], pdf, len(u) - np.count_nonzero(found))}
+    assert fits["bent"].mass < 1 + 2e-5
+    assert_fits(fits)
 
 
 @pytest.mark.parametrize(("name", "material"), CASES)

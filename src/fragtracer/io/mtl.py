@@ -17,7 +17,7 @@ from fragtracer.scene.texture import ColorSpace
 # The largest number of values of an option of a map.
 _OPTIONS = {"-o": 3, "-s": 3, "-t": 3, "-mm": 2, "-bm": 1, "-boost": 1, "-texres": 1, "-clamp": 1, "-blendu": 1}
 _OPTIONS |= {"-blendv": 1, "-imfchan": 1, "-type": 1, "-cc": 1}
-_UNSUPPORTED = ("map_ks", "map_ns", "refl", "disp", "decal", "tf", "pc", "ps", "aniso", "map_ps")
+_UNSUPPORTED = ("map_ks", "map_ns", "refl", "disp", "decal", "tf", "ps", "aniso", "map_ps")
 
 
 def read_materials(obj: Path, libraries: Iterable[str]) -> tuple[dict[str, Material], list[Path], list[str]]:
@@ -72,6 +72,8 @@ def _material(values: dict[str, str], images: ModelImages) -> Material:
     if "map_kd" in values:
         made["albedo_texture"] = _texture(values["map_kd"], "srgb", images)
     made |= _reflectance(values)
+    if (coat := _number(values, "pc", 0.0, 1)) > 0:
+        made |= {"coat": coat, "coat_roughness": _number(values, "pcr", 0.0, 1)}
     emission = _color(values, "ke", 0.0, np.inf)
     if "map_ke" in values and (texture := _texture(values["map_ke"], "srgb", images)):
         made["emission_texture"], emission = texture, emission if any(emission) else (1.0, 1.0, 1.0)

@@ -56,7 +56,11 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
     )
     coats = {name: _coats(materials[name]) for name in plastic}
     own = dielectric | conductor | plastic
-    numbers = np.array([own.get(n, _has_half_vector(m)) for n, m in zip(names, packed, strict=True)], np.int64)
+    coated = [m for m in packed if m.is_coated]
+    coat_of = {id(m): i for i, m in enumerate(coated)}
+    numbers = np.array(
+        [coat_of.get(id(m), own.get(n, _has_half_vector(m))) for n, m in zip(names, packed, strict=True)], np.int64
+    )
     textured = [m for m in packed if m.textures]
     textures = list(dict.fromkeys(t for m in textured for t in m.textures.values()))
     atlas = build_atlas(texture.image for texture in textures)
@@ -69,7 +73,7 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
     lobes = [(m.specular_f0, m.specular_f90) for m in packed]
     plain = [(m, lobe) for m, lobe in zip(packed, lobes, strict=True) if m.model == DEFAULT_MODEL and not m.unlit]
     specular = [m for m, lobe in plain if _specular_from(m, *lobe) > 0]
-    models = [_model(m, bool(specular)) for m in packed]
+    models = [_model(m, any(not bare.is_coated for bare in specular)) for m in packed]
     words = {
         "Material": _material_words(packed, models, lobes, numbers, mapped),
         "Maps": words_of_rows(MATERIAL_RECORDS["Maps"], [_maps(m, index) for m in packed] if has_maps else []),
@@ -77,6 +81,7 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
         "Conductor": words_of_rows(MATERIAL_RECORDS["Conductor"], [_conductor(materials[n]) for n in conductor]),
         "Plastic": words_of_rows(MATERIAL_RECORDS["Plastic"], _plastics(materials, coats)),
         "Coat": words_of_rows(MATERIAL_RECORDS["Coat"], [row for rows in coats.values() for row in rows]),
+        "ClearCoat": words_of_rows(MATERIAL_RECORDS["ClearCoat"], [_clear_coat(m, index) for m in coated]),
         "Anisotropy": words_of_rows(
             MATERIAL_RECORDS["Anisotropy"], [_anisotropy(m, index) for m in packed] if is_anisotropic else []
         ),
@@ -180,6 +185,8 @@ def _model(material: Material, specular: bool) -> BsdfModel:
     """The shader's model. Where any material has a ``specular`` lobe, all of the default model that have none are
     Cook-Torrance without one, which is the same: every model that a program has costs time on a machine that runs both
     sides of a branch."""
+    if material.is_coated:
+        return BsdfModel.COATED
     if material.model == DEFAULT_MODEL:
         return BsdfModel.COOK_TORRANCE if specular else BsdfModel.DIFFUSE
     if material.model == "rough-plastic" and not _is_rough(material):
@@ -263,8 +270,8 @@ def _material_words(
     mapped: NDArray[np.bool_],
 ) -> Words:
     """Records of ``materials`` with their models, the f0 and f90 of their specular lobes, and the numbers of the
-    ``records`` of dielectrics, conductors and plastics, or 1 for the diffuse factor of the half vector; which of them
-    are ``mapped``, having textures or the colours of vertices."""
+    ``records`` of dielectrics, conductors, plastics and clear coats, or 1 for the diffuse factor of the half vector;
+    which of them are ``mapped``, having textures or the colours of vertices."""
     scatters = np.array([not m.unlit for m in materials], np.float64)
     f0, f90 = np.array(lobes, np.float64).reshape(-1, 2, 3).transpose(1, 0, 2)
     columns = {
@@ -285,7 +292,8 @@ def _maps(material: Material, index: Mapping[Texture, int]) -> dict[str, Any]:
     dielectric = replace(material, metal=None, metallic=0.0) if material.model == DEFAULT_MODEL else material
     numbers = {f"{name}_texture": index[textures[name]] if name in textures else -1 for name in TEXTURED}
     transmittance = numbers.pop("transmittance_texture")
-    del numbers["anisotropy_texture"], numbers["blend_weight_texture"]  # of records of their own
+    for name in ("anisotropy", "blend_weight", "coat", "coat_roughness"):  # of records of their own
+        del numbers[f"{name}_texture"]
     if material.is_dielectric:  # in the place of an albedo, which it has not
         numbers["albedo_texture"] = transmittance
     channel = -1
@@ -301,6 +309,18 @@ def _maps(material: Material, index: Mapping[Texture, int]) -> dict[str, Any]:
         "normal_scale": material.normal_scale,
         "occlusion_strength": material.occlusion_strength,
         **numbers,
+    }
+
+
+def _clear_coat(material: Material, index: Mapping[Texture, int]) -> dict[str, Any]:
+    weight, roughness = material.coat_texture, material.coat_roughness_texture
+    return {
+        "weight": material.coat,
+        "roughness": material.coat_roughness,
+        "f0": material.coat_f0,
+        "half_vector": _has_half_vector(material),
+        "weight_texture": -1 if weight is None else index[weight],
+        "roughness_texture": -1 if roughness is None else index[roughness],
     }
 
 

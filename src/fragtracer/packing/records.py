@@ -29,6 +29,10 @@ MATERIAL_RECORDS: dict[str, Record] = {
     "Conductor": (("index", "vec3"), ("extinction", "vec3")),
     "Plastic": (("eta", "float"), ("leaving", "float"), ("nonlinear", "int"), ("coat", "int"), ("coats", "int")),
     "Coat": (("facets", "vec4"), ("angles", "vec3"), ("leaving", "float")),
+    "ClearCoat": (
+        *(("weight", "float"), ("roughness", "float"), ("f0", "float"), ("half_vector", "int")),
+        *(("weight_texture", "int"), ("roughness_texture", "int")),
+    ),
     "Anisotropy": (("strength", "float"), ("cosine", "float"), ("sine", "float"), ("texture_index", "int")),
     "Opacity": (("opacity", "float"), ("mode", "int"), ("cutoff", "float"), ("texture_index", "int")),
     "Blend": (("weight", "float"), ("texture_index", "int"), ("other", "int")),
@@ -60,6 +64,7 @@ class BsdfModel(IntEnum):
     CONDUCTOR = 5
     PLASTIC = 6
     ROUGH_PLASTIC = 7
+    COATED = 8
 
     @property
     def feature(self) -> str:

@@ -90,7 +90,10 @@ def may_be_narrow(material: Material) -> bool:
     specular = max(*material.specular_f0, *material.specular_f90)
     if material.metallic_texture is not None:
         specular = max(specular, material.specular)
-    return not material.unlit and specular > 0 and not is_rough
+    has_narrow_coat = material.is_coated and (
+        material.coat_alpha <= _WIDEST or material.coat_roughness_texture is not None
+    )
+    return not material.unlit and ((specular > 0 and not is_rough) or has_narrow_coat)
 
 
 def _is_target(material: Material) -> bool:

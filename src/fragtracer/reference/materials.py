@@ -21,8 +21,9 @@ _WHITE = Image([[1.0]], "linear")
 
 
 def is_lambert(material: Material) -> bool:
-    """Whether the material is a Lambert base without a specular lobe."""
-    return material.model == DEFAULT_MODEL and max(*material.specular_f0, *material.specular_f90) == 0
+    """Whether the material is a Lambert base without a specular lobe and a coat."""
+    reflectance = max(*material.specular_f0, *material.specular_f90)
+    return material.model == DEFAULT_MODEL and reflectance == 0 and not material.is_coated
 
 
 def lambert(material: Material) -> Tree:
@@ -53,8 +54,9 @@ def own_plugin(material: Material) -> Tree:
 
 def has_images(material: Material) -> bool:
     """Whether images change how the material scatters."""
+    of_coat = ("coat", "coat_roughness") if material.is_coated else ()
     return not material.textures.keys().isdisjoint(
-        ("albedo", "roughness", "metallic", "normal", "transmittance", "anisotropy")
+        ("albedo", "roughness", "metallic", "normal", "transmittance", "anisotropy", *of_coat)
     )
 
 
@@ -99,7 +101,7 @@ def exact_bsdf(material: Material, geometry: str, attributes: MeshAttributes, te
         return surface(material, geometry, attributes, textures)
     if is_lambert(material):
         return lambert(material)
-    return {
+    tree: Tree = {
         "type": NAME,
         "diffuse_albedo": list(material.diffuse_albedo),
         "specular_f0": list(material.specular_f0),
@@ -109,6 +111,9 @@ def exact_bsdf(material: Material, geometry: str, attributes: MeshAttributes, te
         "diffuse_factor": material.diffuse_factor,
         **{name: width for name, width in facets(material).items() if name.startswith("alpha_")},
     }
+    if material.is_coated:
+        tree |= {name: float(getattr(material, name)) for name in ("coat", "coat_f0", "coat_alpha")}
+    return tree
 
 
 def _unlit_as_lambert(material: Material, albedo: Triple) -> Material:
@@ -160,11 +165,15 @@ def surface(material: Material, geometry: str, attributes: MeshAttributes, textu
         "double_sided": material.double_sided,
         "normal_scale": float(material.normal_scale),
     }
+    if material.is_coated:
+        tree |= {name: float(getattr(material, name)) for name in ("coat", "coat_f0", "coat_roughness")}
     images: dict[str, tuple[Texture | None, Any]] = {
         "albedo": (material.albedo_texture, "color"),
         "alpha": (material.albedo_texture if material.alpha_mode != "opaque" else None, "a"),
         "roughness": (t := material.roughness_texture, t and t.channel),
         "metallic": (t := material.metallic_texture, t and t.channel),
+        "coat": (t := material.coat_texture if material.is_coated else None, t and t.channel),
+        "coat_roughness": (t := material.coat_roughness_texture if material.is_coated else None, t and t.channel),
         "normal": (material.normal_texture, "color"),
     }
     for name, (texture, use) in images.items():

@@ -21,9 +21,15 @@ from fragtracer.scene.texture import Texture
 # The parameters that can be textured, by the field NAME_texture.
 DEFAULT_MODEL: Final = "metallic-roughness"
 _BRUSHED = ("anisotropy", "anisotropy_rotation_degrees")
+_COAT = ("coat", "coat_roughness", "coat_ior")
+LEAST_COAT_ALPHA = 1e-4  # a coat is never a perfect mirror
 # The keys that mean something to each model besides those of all: textures of these, emission, opacity, sides, normals.
 MODELS: dict[str, tuple[str, ...]] = {
-    DEFAULT_MODEL: ("albedo", "roughness", "metallic", "ior", "f0", "metal", "specular", "diffuse_factor", *_BRUSHED),
+    DEFAULT_MODEL: (
+        *("albedo", "roughness", "metallic", "ior", "f0", "metal", "specular", "diffuse_factor"),
+        *_BRUSHED,
+        *_COAT,
+    ),
     "eon": ("albedo", "roughness"),
     "dielectric": (
         "roughness",
@@ -49,7 +55,7 @@ _OF_MODELS = {key for keys in MODELS.values() for key in keys}
 _OF_OTHERS = {model: sorted(_OF_MODELS - set(keys)) for model, keys in MODELS.items()}  # keys that mean nothing to it
 TEXTURED = (
     *("albedo", "roughness", "metallic", "normal", "occlusion", "emission", "transmittance", "anisotropy"),
-    "blend_weight",
+    *("blend_weight", "coat", "coat_roughness"),
 )
 _TEXTURE_FIELDS = {name: f"{name}_texture" for name in TEXTURED}
 
@@ -89,7 +95,11 @@ class Material:
     a strong dispersion, 60 a weak one. Where two dielectrics overlap, the one with the higher ``priority`` is there.
     ``interior`` names the medium behind the front, a key of ``Scene.media``.
 
-    A texture multiplies the parameter of its name; roughness, metallic and occlusion use one channel of it. Of
+    ``coat`` is the weight of a clear coat over a metallic-roughness material, as lacquer on paint: of a dielectric of
+    the index ``coat_ior``, by facets of a GGX width of ``coat_roughness**2``, which is never a perfect mirror
+    (shaders/bsdf/coated.glsl; glTF's ``KHR_materials_clearcoat``). A normal texture bends the base, not the coat.
+
+    A texture multiplies the parameter of its name; those of numbers, such as roughness, use one channel of it. Of
     ``anisotropy_texture`` that is blue, while red and green, times 2 less 1, are the direction from the tangent along
     which the facets are wider. ``normal_texture`` holds tangent-space normals (glTF 2.0, section 3.9.3), their x and y
     scaled by ``normal_scale``. Only meshes have texture coordinates; other shapes ignore textures.
@@ -126,6 +136,11 @@ class Material:
     metal: str | None = None
     specular: Fraction = 1.0
     diffuse_factor: Literal["interface", "half-vector"] = "interface"
+    coat: Fraction = 0.0
+    coat_roughness: Fraction = 0.0
+    coat_ior: Annotated[float, Field(ge=1, le=LARGEST)] = 1.5
+    coat_texture: Texture | None = None
+    coat_roughness_texture: Texture | None = None
     transmittance: Reflectance = (1.0, 1.0, 1.0)
     attenuation_color: Reflectance = (1.0, 1.0, 1.0)
     attenuation_distance: Positive = 1.0
@@ -211,6 +226,21 @@ class Material:
         if "roughness" not in MODELS[self.model]:
             return 0.0
         return max(self.roughness**2, 1e-4) if self.anisotropy > 0 else self.roughness**2
+
+    @property
+    def is_coated(self) -> bool:
+        """Whether it has a coat, perhaps somewhere."""
+        return self.coat > 0 and not self.unlit
+
+    @property
+    def coat_alpha(self) -> float:
+        """GGX width of the coat."""
+        return max(self.coat_roughness**2, LEAST_COAT_ALPHA)
+
+    @property
+    def coat_f0(self) -> float:
+        """Reflectance of the coat at normal incidence."""
+        return reflectance_from_ior(self.coat_ior)
 
     @property
     def alpha_along(self) -> float:

@@ -26,12 +26,13 @@ def test_presets_have_the_reflectance_of_the_table(preset: str) -> None:
 @pytest.mark.parametrize("after", MODELS)
 def test_every_model_becomes_every_other(before: str, after: str) -> None:
     """With a control for each of its keys, and what both have kept."""
-    made = materials.with_model(Material(roughness=0.3, emission=2.0, unlit=True), before)
+    made = materials.with_model(Material(roughness=0.3, coat=0.5, emission=2.0, unlit=True), before)
     made = materials.with_model(made, after)
     assert made.model == after
     assert made.emission == (2.0, 2.0, 2.0)
     if all("roughness" in MODELS[model] for model in (before, after)):
         assert made.roughness == 0.3
+    assert made.coat == (0.5 if before == after == DEFAULT_MODEL else 0.0)
     assert after == DEFAULT_MODEL or set(MODELS[after]) <= {*materials._CONTROLS, "interior"}
 
 
@@ -123,3 +124,25 @@ def test_a_material_is_blended_with_another(monkeypatch: pytest.MonkeyPatch, bef
     assert materials.edit(before, others=["a", "b"]) == Material(blend="b", blend_weight=0.7)
     rows = {"Blend with": "none"}
     assert materials.edit(before, others=["a", "b"]) == Material()
+
+
+def test_a_coat_is_edited(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of the default model alone, its roughness and index where there is one."""
+    rows: dict[str, object] = {}
+    shown: list[str] = []
+
+    def row(text: str, value: object, *_: object, **__: object) -> object:
+        shown.append(text)
+        return rows.get(text, value)
+
+    for name in ("color", "slider", "choice"):
+        monkeypatch.setattr(materials.widgets, name, row)
+    bare, gold = Material(), Material(metal="gold", coat=0.5, coat_roughness=0.1)
+    assert materials.edit(bare) is bare
+    assert [text for text in shown if "Coat" in text] == ["Coat"]
+    assert materials.edit(gold) is gold
+    rows = {"Coat": 0.75, "Coat roughness": 0.25, "Coat index": 1.7}
+    assert materials.edit(bare) == Material(coat=0.75)
+    assert materials.edit(gold) == Material(metal="gold", coat=0.75, coat_roughness=0.25, coat_ior=1.7)
+    clay = Material(model="eon")
+    assert materials.edit(clay) is clay

@@ -135,6 +135,15 @@ def test_a_size_is_that_of_its_sphere_beside_a_grid():
     assert [shapes[t["word"]] for t in size["targets"] if t.get("table") == "u_shapes"] == [0.75]
 
 
+@pytest.mark.parametrize(("coat", "found"), [(0.0, {"albedo"}), (0.5, {"albedo", "roughness", "metallic"})])
+def test_what_of_a_lambert_base_can_be_changed(coat, found):
+    """Under a coat it is of a program that has a specular lobe."""
+    base = {"base": ft.Material(specular=0.0, coat=coat)}
+    scene = ft.Scene(materials=base, spheres=[ft.Sphere((0, 0, 0), 1, "base")], ambient=ft.Ambient(1.0))
+    controls = payload.controls_by_name(scene, scene.render, Look())
+    assert {name.removesuffix("-0") for name in controls if name.endswith("-0")} == found
+
+
 def test_the_runner_is_built_from_its_sources():
     """Else: npm ci && npm run build in web/."""
     sources = sorted((CHECKOUT / "web" / "src").iterdir())

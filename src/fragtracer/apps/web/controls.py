@@ -120,7 +120,7 @@ def _surface(material: Material, packed: PackedScene, number: int) -> Iterator[C
     encoded = srgb_encode(np.array(material.base_color, np.float32))
     color = "#" + "".join(f"{round(255 * float(channel)):02x}" for channel in encoded)
     yield {"id": "albedo", "label": "Colour", "effect": "surface", "value": color, "targets": [{"surface": surface}]}
-    if material.model == DEFAULT_MODEL and packed.features["HAS_COOK_TORRANCE"]:
+    if material.is_coated or (material.model == DEFAULT_MODEL and packed.features["HAS_COOK_TORRANCE"]):
         least = min(0.02, material.roughness)  # smoother ones are deltas, which the program may not have
         for name, value, low in (("roughness", material.roughness, least), ("metallic", material.metalness, 0.0)):
             yield _slider(name, name.capitalize(), "surface", value, low, 1.0, 0.01, targets=[{"surface": surface}])

@@ -119,6 +119,14 @@ class Anisotropy(Item):
     anisotropyTexture: TextureInfo | None = None
 
 
+class Clearcoat(Item):
+    clearcoatFactor: Fraction = 0.0
+    clearcoatTexture: TextureInfo | None = None
+    clearcoatRoughnessFactor: Fraction = 0.0
+    clearcoatRoughnessTexture: TextureInfo | None = None
+    clearcoatNormalTexture: TextureInfo | None = None
+
+
 class Volume(Item):
     thicknessFactor: Positive = 0.0
     thicknessTexture: TextureInfo | None = None

@@ -81,12 +81,16 @@ class Materials:
         old = self._container.extension(gltf.SpecularGlossiness, item, "KHR_materials_pbrSpecularGlossiness", place)
         made |= self._reflectance(item, place) if old is None else self._specular_glossiness(old, place)
         made |= self._anisotropy(item, place)
+        coat = self._coat(item, place, made["unlit"])
+        made |= coat
         if item.alphaMode == "MASK" and item.alphaCutoff > 1:  # above every alpha
             made["opacity"] = 0.0
         name = self._names[index]
         weight, metallic = self._transmission(item, place, made)
         if weight.factor == 0 or made["unlit"]:
             return {name: Material(**made)}
+        if coat:
+            self.notes.append(f"KHR_materials_clearcoat of {place} where it transmits")
         dielectric = self._dielectric(item, place, index, made)
         if weight == Varying(1.0) and not _has_alpha_texture(made):
             return {name: replace(dielectric, **{key: made[key] for key in _OF_SURFACES})}
@@ -144,6 +148,22 @@ class Materials:
             "anisotropy": found.anisotropyStrength,
             "anisotropy_rotation_degrees": math.degrees(math.fmod(found.anisotropyRotation, math.tau)),
             "anisotropy_texture": self._texture(found.anisotropyTexture, place, "linear"),
+        }
+
+    def _coat(self, item: gltf.Material, place: str, unlit: bool) -> dict[str, Any]:
+        found = self._container.extension(gltf.Clearcoat, item, "KHR_materials_clearcoat", place)
+        if found is None or found.clearcoatFactor == 0:
+            return {}
+        if unlit:
+            self.notes.append(f"KHR_materials_clearcoat of {place}, which is unlit")
+            return {}
+        if found.clearcoatNormalTexture:
+            self.notes.append(f"clearcoatNormalTexture of {place}, whose coat has the normals of its mesh")
+        return {
+            "coat": found.clearcoatFactor,
+            "coat_roughness": found.clearcoatRoughnessFactor,
+            "coat_texture": self._texture(found.clearcoatTexture, place, "linear"),
+            "coat_roughness_texture": self._texture(found.clearcoatRoughnessTexture, place, "linear", "g"),
         }
 
     def _specular_glossiness(self, old: gltf.SpecularGlossiness, place: str) -> dict[str, Any]:

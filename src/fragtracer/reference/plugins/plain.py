@@ -4,16 +4,21 @@
 Its parameters: ``diffuse_albedo``, ``specular_f0`` and ``specular_f90`` (three numbers each),
 ``alpha`` (GGX width), ``geometry`` ("smith", "smith-height-correlated", "schlick-beckmann", "karis" or
 "smith-multiple-scattering") and ``diffuse_factor`` ("interface" or "half-vector"); of
-facets of two widths ``alpha_u``, along the tangent, and ``alpha_v`` besides.
+facets of two widths ``alpha_u``, along the tangent, and ``alpha_v`` besides; and of a coat (coat.py) its weight
+``coat``, ``coat_f0`` (a number) and ``coat_alpha``.
 """
 
 from typing import Any
 
+from .coat import Coated
 from .models.metallic_roughness import DELTA_ALPHA, Lobes, schlick_k
 
 
 def plain_class(mi: Any, dr: Any) -> type:
     """The plugin's class for the active variant of Mitsuba ``mi`` with Dr.Jit ``dr``."""
+
+    flags = mi.BSDFFlags
+    diffuse, glossy, delta = map(int, (flags.DiffuseReflection, flags.GlossyReflection, flags.DeltaReflection))
 
     class CookTorrance(mi.BSDF):  # type: ignore[misc]
         def __init__(self, props: Any) -> None:
@@ -23,7 +28,8 @@ def plain_class(mi: Any, dr: Any) -> type:
             geometry = str(props.get("geometry", "smith"))
             k = mi.Float(schlick_k(geometry, alpha))
             has_diffuse, has_specular = max(colors[0]) > 0, max(colors[1] + colors[2]) > 0
-            self._set_lobes(has_diffuse, has_specular, float(props["alpha"]) < DELTA_ALPHA)
+            coated = float(props.get("coat", 0)) > 0
+            self._set_lobes(has_diffuse, has_specular, float(props["alpha"]) < DELTA_ALPHA, coated)
             # Opaque, that is, unknown to the compiler: materials of one kind share their code.
             dr.make_opaque(albedo, f0, f90, alpha, k)
             specular_range = (0.25, 0.75) if has_diffuse and has_specular else (float(has_specular),) * 2
@@ -32,28 +38,34 @@ def plain_class(mi: Any, dr: Any) -> type:
             if "alpha_u" in props:
                 widths = mi.Float(float(props["alpha_u"])), mi.Float(float(props["alpha_v"]))
                 dr.make_opaque(*widths)
-            self.lobes = Lobes(albedo, f0, f90, alpha, geometry, k, specular_range, diffuse_factor, widths)
+            self.base = Lobes(albedo, f0, f90, alpha, geometry, k, specular_range, diffuse_factor, widths)
+            self.lobes = self._coated(props) if coated else self.base
 
-        def _set_lobes(self, has_diffuse: bool, has_specular: bool, delta: bool) -> None:
-            self.diffuse_type = int(mi.BSDFFlags.DiffuseReflection)
-            self.specular_type = int(mi.BSDFFlags.DeltaReflection if delta else mi.BSDFFlags.GlossyReflection)
-            sides = mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide
-            types = [self.diffuse_type] * (has_diffuse or not has_specular) + [self.specular_type] * has_specular
-            self.m_components = [lobe | sides for lobe in types]
-            self.m_flags = sides
-            for lobe in types:
+        def _coated(self, props: Any) -> Coated:
+            weight, f0, alpha = (mi.Float(float(props[name])) for name in ("coat", "coat_f0", "coat_alpha"))
+            dr.make_opaque(weight, f0, alpha)
+            return Coated.of(self.base, weight, f0, alpha)
+
+        def _set_lobes(self, has_diffuse: bool, has_specular: bool, mirror: bool, coated: bool) -> None:
+            has_glossy, has_delta = coated or (has_specular and not mirror), has_specular and mirror
+            self.types = [diffuse] * (has_diffuse or not has_specular) + [glossy] * has_glossy + [delta] * has_delta
+            self.m_flags = sides = flags.FrontSide | flags.BackSide
+            self.m_components = [lobe | sides for lobe in self.types]
+            for lobe in self.types:
                 self.m_flags = self.m_flags | lobe
-            self.specular_index = len(types) - 1
 
         def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
             wo, side = self._to_front(si.wi)
-            wi, value, pdf, specular = self.lobes.sample(wo, sample1, sample2)
+            wi, value, pdf, specular, mirror = self.lobes.sample(wo, sample1, sample2)
             valid = active & (wo.z > 0) & (wi.z > 0) & (pdf > 0)
             bs = mi.BSDFSample3f(mi.Vector3f(wi.x, wi.y, wi.z * side))
             bs.pdf = dr.select(valid, pdf, 0)
             bs.eta = mi.Float(1)
-            bs.sampled_type = dr.select(specular, mi.UInt32(self.specular_type), mi.UInt32(self.diffuse_type))
-            bs.sampled_component = dr.select(specular, mi.UInt32(self.specular_index), mi.UInt32(0))
+            smooth = dr.select(specular, mi.UInt32(glossy), mi.UInt32(diffuse))
+            bs.sampled_type = dr.select(mirror, mi.UInt32(delta), smooth)
+            bs.sampled_component = mi.UInt32(0)
+            for index, lobe in enumerate(self.types):
+                bs.sampled_component = dr.select(bs.sampled_type == lobe, mi.UInt32(index), bs.sampled_component)
             return bs, dr.select(valid, value * dr.rcp(pdf), 0)
 
         def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
@@ -70,9 +82,7 @@ def plain_class(mi: Any, dr: Any) -> type:
             return self.eval_pdf(ctx, si, wo, active)[1]
 
         def to_string(self) -> str:
-            return (
-                f"FragtracerCookTorrance[geometry={self.lobes.geometry}, alpha={self.lobes.alpha}, f0={self.lobes.f0}]"
-            )
+            return f"FragtracerCookTorrance[geometry={self.base.geometry}, alpha={self.base.alpha}, f0={self.base.f0}]"
 
         def _to_front(self, w: Any) -> Any:
             """``w`` mirrored to the front of the surface, and the sign that undoes it."""

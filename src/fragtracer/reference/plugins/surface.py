@@ -3,20 +3,23 @@
 
 Its parameters: ``model`` (models/), ``albedo`` (three numbers), ``roughness``, ``metallic``, ``specular``,
 ``dielectric_f0`` (three numbers), ``geometry``, ``diffuse_factor``, ``opacity``, ``alpha_mode`` ("opaque", "mask" or
-"blend"), ``alpha_cutoff``, ``double_sided``, ``normal_scale``; and children ``albedo_texture``, ``alpha_texture``,
-``roughness_texture``, ``metallic_texture`` and ``normal_texture``, each a ``fragtracer_texture`` and
+"blend"), ``alpha_cutoff``, ``double_sided``, ``normal_scale``, of a coat (coat.py) ``coat``, ``coat_roughness`` and
+``coat_f0`` (a number); and children ``albedo_texture``, ``alpha_texture``, ``roughness_texture``, ``metallic_texture``,
+``coat_texture``, ``coat_roughness_texture`` and ``normal_texture``, each a ``fragtracer_texture`` and
 each with its set of coordinates, as ``albedo_set``: "uv", or the name of an attribute of the mesh.
 
 The mesh has face normals, so that Mitsuba's normal is the geometric one. Shading normals that face away from
 the viewer are bent towards it, and scattering fades out towards the geometric horizon, so that no light leaks
-and no triangle edge shows (Chiang, Li and Burley 2019). Attributes of the mesh,
-``vertex_shading`` (shading normal), ``vertex_tangent`` and ``vertex_handed`` (glTF's tangent and its
-sign), ``vertex_color`` and ``vertex_alpha`` are read where ``has_shading`` and so on are true.
+and no triangle edge shows (Chiang, Li and Burley 2019). The normal map is of the base alone, not of its coat.
+Attributes of the mesh, ``vertex_shading`` (shading normal), ``vertex_tangent`` and ``vertex_handed`` (glTF's tangent
+and its sign), ``vertex_color`` and ``vertex_alpha`` are read where ``has_shading`` and so on are true.
 """
 
 from typing import Any
 
+from .coat import Coated
 from .models import Parameters, lobes_of
+from .models.metallic_roughness import DELTA_ALPHA
 
 _SPECULAR_RANGE = (0.1, 0.9)
 # The shading normal bends to the viewer where the cosine between them is less than this, and than that of the surface.
@@ -29,10 +32,10 @@ def surface_class(mi: Any, dr: Any) -> type:
     class Surface(mi.BSDF):  # type: ignore[misc]
         def __init__(self, props: Any) -> None:
             super().__init__(props)
-            self.values = {
-                name: mi.Float(float(props.get(name, default)))
-                for name, default in (("roughness", 0.5), ("metallic", 0), ("specular", 1), ("opacity", 1))
-            }
+            defaults = {"roughness": 0.5, "metallic": 0, "specular": 1, "opacity": 1}
+            defaults |= {"coat": 0, "coat_roughness": 0, "coat_f0": 0}
+            self.values = {name: mi.Float(float(props.get(name, default))) for name, default in defaults.items()}
+            self.is_coated = float(props.get("coat", 0)) > 0
             self.normal_scale, self.cutoff = float(props.get("normal_scale", 1)), float(props.get("alpha_cutoff", 0.5))
             self.albedo = mi.Color3f([float(x) for x in props["albedo"]])
             self.dielectric_f0 = mi.Color3f([float(x) for x in props.get("dielectric_f0", [0.0, 0.0, 0.0])])
@@ -40,7 +43,7 @@ def surface_class(mi: Any, dr: Any) -> type:
             self.model = str(props.get("model", "metallic-roughness"))
             self.diffuse_factor = str(props.get("diffuse_factor", "interface"))
             self.double_sided = bool(props.get("double_sided", True))
-            names = ("albedo", "alpha", "roughness", "metallic", "normal")
+            names = ("albedo", "alpha", "roughness", "metallic", "coat", "coat_roughness", "normal")
             self.textures = {n: props[f"{n}_texture"] for n in names if f"{n}_texture" in props}
             self.sets = {n: str(props.get(f"{n}_set", "uv")) for n in names}
             attributes = ("shading", "tangent", "color", "alpha")
@@ -58,15 +61,16 @@ def surface_class(mi: Any, dr: Any) -> type:
             opacity = self.opacity_at(si, active)
             transmitted = sample1 >= opacity
             choice = dr.select(transmitted, 0, sample1 / dr.maximum(opacity, 1e-20))
-            lobes, (frame, front) = self._lobes(si, active), self._frame(si, active)
+            frame, front = self._frame(si, active)
+            lobes = self._coated(self._lobes(si, active), frame, si, active)
             wo = frame.to_local(si.to_world(si.wi))
-            local, value, pdf, specular = lobes.sample(wo, choice, sample2)
+            local, value, pdf, specular, mirror = lobes.sample(wo, choice, sample2)
             wi = si.to_local(frame.to_world(local))
             valid = active & (sample1 < opacity) & (wo.z > 0) & (local.z > 0) & (pdf > 0)
             bs = mi.BSDFSample3f(dr.select(transmitted, -si.wi, wi))
             bs.pdf = dr.select(transmitted, 1 - opacity, dr.select(valid, pdf * opacity, 0))
             bs.eta = mi.Float(1)
-            lobe = dr.select(specular, dr.select(lobes.delta, mi.UInt32(2), mi.UInt32(1)), mi.UInt32(0))
+            lobe = dr.select(mirror, mi.UInt32(2), dr.select(specular, mi.UInt32(1), mi.UInt32(0)))
             bs.sampled_component = dr.select(transmitted, mi.UInt32(len(self.types) - 1), lobe)
             bs.sampled_type = mi.UInt32(0)
             for index, kind in enumerate(self.types):
@@ -77,7 +81,8 @@ def surface_class(mi: Any, dr: Any) -> type:
 
         def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
             opacity = self.opacity_at(si, active)
-            lobes, (frame, front) = self._lobes(si, active), self._frame(si, active)
+            frame, front = self._frame(si, active)
+            lobes = self._coated(self._lobes(si, active), frame, si, active)
             viewer, light = frame.to_local(si.to_world(si.wi)), frame.to_local(si.to_world(wo))
             valid = active & (viewer.z > 0) & (light.z > 0)
             value, pdf = lobes.eval_pdf(viewer, light)
@@ -142,20 +147,33 @@ def surface_class(mi: Any, dr: Any) -> type:
             )
             return lobes_of(self.model, parameters)
 
+        def _coated(self, lobes: Any, frame: Any, si: Any, active: Any) -> Any:
+            """The lobes under the coat, if there is one; ``frame`` is theirs."""
+            if not self.is_coated:
+                return lobes
+            alpha = dr.maximum(dr.square(self._number("coat_roughness", si, active)), DELTA_ALPHA)
+            normal = frame.to_local(_bent(self._shading_normal(si, active), si))
+            own = mi.Frame3f(normal) if self._is_mapped() else None
+            return Coated.of(lobes, self._number("coat", si, active), self.values["coat_f0"], alpha, own)
+
         def _frame(self, si: Any, active: Any) -> Any:
             """The frame around the shading normal, and in it the geometric normal, both on the viewer's side."""
-            normal = mi.Vector3f(si.n)
-            if self.has["shading"]:
-                given = si.shape.eval_attribute_3("vertex_shading", si, active)
-                normal = _unit(dr.mulsign(mi.Vector3f(given), dr.dot(given, si.n)), normal)
-            if "normal" in self.textures and self.has["tangent"]:
+            normal = self._shading_normal(si, active)
+            if self._is_mapped():
                 normal = self._mapped(normal, si, active)
-            side = dr.select(si.wi.z < 0, mi.Float(-1), mi.Float(1))
-            normal, viewer = normal * side, si.to_world(si.wi)
-            cosine, least = dr.dot(normal, viewer), dr.minimum(_LEAST_COSINE, dr.abs(si.wi.z))
-            bent = dr.normalize(normal + dr.maximum(least - cosine, 0) * viewer)
-            frame = mi.Frame3f(dr.select(cosine < least, bent, normal))
-            return frame, frame.to_local(mi.Vector3f(si.n) * side)
+            frame = mi.Frame3f(_bent(normal, si))
+            return frame, frame.to_local(mi.Vector3f(si.n) * _side(si))
+
+        def _shading_normal(self, si: Any, active: Any) -> Any:
+            """That of the mesh, on the front."""
+            normal = mi.Vector3f(si.n)
+            if not self.has["shading"]:
+                return normal
+            given = si.shape.eval_attribute_3("vertex_shading", si, active)
+            return _unit(dr.mulsign(mi.Vector3f(given), dr.dot(given, si.n)), normal)
+
+        def _is_mapped(self) -> bool:
+            return "normal" in self.textures and self.has["tangent"]
 
         def _mapped(self, normal: Any, si: Any, active: Any) -> Any:
             """The normal of the normal map, in the tangent frame of glTF 2.0, section 3.7.2.1."""
@@ -169,6 +187,17 @@ def surface_class(mi: Any, dr: Any) -> type:
             bitangent = dr.cross(normal, tangent) * handed
             mapped = x * self.normal_scale * tangent + y * self.normal_scale * bitangent + z * normal
             return dr.select(known, _unit(mapped, normal), normal)
+
+    def _side(si: Any) -> Any:
+        """1 where the viewer is in front, -1 where behind."""
+        return dr.select(si.wi.z < 0, mi.Float(-1), mi.Float(1))
+
+    def _bent(normal: Any, si: Any) -> Any:
+        """A normal of the front on the viewer's side, bent to the viewer where it faces away."""
+        normal, viewer = normal * _side(si), si.to_world(si.wi)
+        cosine, least = dr.dot(normal, viewer), dr.minimum(_LEAST_COSINE, dr.abs(si.wi.z))
+        bent = dr.normalize(normal + dr.maximum(least - cosine, 0) * viewer)
+        return dr.select(cosine < least, bent, normal)
 
     def _unit(vector: Any, otherwise: Any) -> Any:
         """A vector of length 1, or something else where it has none."""

@@ -49,6 +49,8 @@ def edit(material: Material, of_mesh: bool = False, known: Sequence[str] = (), o
             before = 1.5 if material.ior is None else material.ior
             after = widgets.slider("Index of refr.", before, 1.0, 3.0, "%.3f")
             new["ior"] = after if after != before else material.ior
+    if model == DEFAULT_MODEL:
+        new |= _coat(material)
     new |= _blend(material, others)
     if material.is_emissive:
         new["emission"] = widgets.color("Emission", material.emission, hdr=True)
@@ -96,6 +98,14 @@ _CONTROLS: dict[str, Callable[[Material], Any]] = {
 }
 
 
+def _coat(material: Material) -> dict[str, object]:
+    new: dict[str, object] = {"coat": widgets.slider("Coat", material.coat, 0.0, 1.0, "%.2f")}
+    if material.coat > 0:
+        new["coat_roughness"] = widgets.slider("Coat roughness", material.coat_roughness, 0.0, 1.0, "%.2f")
+        new["coat_ior"] = widgets.slider("Coat index", material.coat_ior, 1.0, 3.0, "%.3f")
+    return new
+
+
 def _blend(material: Material, others: Sequence[str]) -> dict[str, object]:
     """With what it is blended, and how much of it is that."""
     if not others:
@@ -127,7 +137,7 @@ def _textures(material: Material) -> None:
     for name, texture in material.textures.items():
         height, width = texture.image.pixels.shape[:2]
         file = Path(texture.image.file).name if texture.image.file else "not from a file"
-        widgets.pair(f"{name} map".capitalize(), f"{file}, {width} × {height}")
+        widgets.pair(f"{name} map".replace("_", " ").capitalize(), f"{file}, {width} × {height}")
 
 
 def preset_of(material: Material) -> str:

@@ -11,7 +11,7 @@ from fragtracer.apps.viewer.theme import FONT_SIZE, MUTED
 
 T = TypeVar("T")
 Triple = tuple[float, float, float]
-_LABEL_WIDTH = 7.6  # heights of the font
+_LABEL_WIDTH = 8.1  # heights of the font
 _CLAMP = imgui.SliderFlags_.always_clamp
 
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """A file for each BSDF model, named as :attr:`fragtracer.scene.Material.model` with underscores.
 
-Each has a class ``Lobes`` with ``of(parameters)``, ``delta``, ``eval_pdf(wo, wi)`` and ``sample(wo, choice, u)``, as
+Each has a class ``Lobes`` with ``of(parameters)``, ``eval_pdf(wo, wi)`` and ``sample(wo, choice, u)``, as
 metallic_roughness.py describes them. Directions are local, on the front.
 """
 

@@ -21,10 +21,6 @@ class Lobes:
 
         return cls(p.albedo, dr.sqrt(p.alpha))
 
-    @property
-    def delta(self) -> Any:
-        return self.roughness < 0
-
     def eval_pdf(self, wo: Any, wi: Any) -> Any:
         """Value f·cos and density."""
         import drjit as dr
@@ -47,9 +43,10 @@ class Lobes:
         return a * (1 + self.roughness * g / dr.pi)
 
     def sample(self, wo: Any, choice: Any, u: Any) -> Any:
-        """A direction to the light, f·cos, its density, and that it is not specular."""
+        """A direction to the light, f·cos, its density, and that it is neither specular nor a mirror's."""
         import drjit as dr
         import mitsuba as mi
 
         wi = mi.warp.square_to_cosine_hemisphere(u)
-        return wi, *self.eval_pdf(wo, wi), dr.zeros(mi.Bool, dr.width(u))
+        never = dr.zeros(mi.Bool, dr.width(u))
+        return wi, *self.eval_pdf(wo, wi), never, never

@@ -176,13 +176,19 @@ class Lobes:
         k = (self.k, self.k) if self.widths is None else tuple(schlick_k(self.geometry, w) for w in widths)
         return schlick_g1_over_cos(wo.z, k[0]) * schlick_g1_over_cos(wi.z, k[1])
 
-    def specular_probability(self, wo: Any) -> Any:
-        """The lobes are chosen by the Fresnel term at n·wo."""
+    def reflected(self, wo: Any) -> tuple[Any, Any]:
+        """Estimates of what the specular lobe and the base reflect, by the Fresnel term at n·wo."""
         import drjit as dr
 
-        reflected = dr.mean(self.fresnel(wo.z))
-        scattered = dr.mean(self.albedo) * (1 - reflected)
-        return dr.clip(reflected / dr.maximum(reflected + scattered, 1e-8), *self.specular_range)
+        specular = dr.mean(self.fresnel(wo.z))
+        return specular, dr.mean(self.albedo) * (1 - specular)
+
+    def specular_probability(self, wo: Any) -> Any:
+        """The lobes are chosen by what they reflect."""
+        import drjit as dr
+
+        specular, diffuse = self.reflected(wo)
+        return dr.clip(specular / dr.maximum(specular + diffuse, 1e-8), *self.specular_range)
 
     def eval_pdf(self, wo: Any, wi: Any) -> Any:
         """Value f·cos and density of the smooth lobes, which share one mixture density."""
@@ -205,7 +211,8 @@ class Lobes:
         return value, pdf + p_specular * d * smith_g1_over_cos(wo.z, self.width(wo))
 
     def sample(self, wo: Any, choice: Any, u: Any) -> Any:
-        """A direction to the light, f·cos, its density (of a mirror its probability), and whether it is specular."""
+        """A direction to the light, f·cos, its density (of a mirror its probability), whether it is specular, and
+        whether a mirror's."""
         import drjit as dr
         import mitsuba as mi
 
@@ -218,4 +225,4 @@ class Lobes:
         value, pdf = self.eval_pdf(wo, wi)
         mirror = specular & self.delta
         value = dr.select(mirror, self.fresnel(wo.z) * self.g_over_cosines(wo, wo) * dr.square(wo.z), value)
-        return wi, value, dr.select(mirror, p_specular, pdf), specular
+        return wi, value, dr.select(mirror, p_specular, pdf), specular, mirror
