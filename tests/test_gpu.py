@@ -267,6 +267,30 @@ def test_a_table_may_have_other_parts_of_as_many_rows(ctx: moderngl.Context) -> 
     held.release()
 
 
+def test_a_table_is_whole_again_after_one_that_could_not_be_written(
+    ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also those of its parts that were the same as before."""
+    held, write = textures.SceneTextures(ctx), textures._write_rows
+    table, other = (tuple(np.full((7, 4), n, np.uint32) for n in some) for some in ((1, 2), (3, 4)))
+
+    def fails(texture: moderngl.Texture, part: np.ndarray, row: int) -> None:
+        if row:
+            raise MemoryError
+        write(texture, part, row)
+
+    held.load({"u_scene": table})
+    with monkeypatch.context() as patch:
+        patch.setattr(textures, "_write_rows", fails)
+        with pytest.raises(MemoryError):
+            held.load({"u_scene": other})
+    held.load({"u_scene": table})
+    texels = np.frombuffer(held._textures["u_scene"].read(), np.uint32).reshape(-1, 4)
+    for place, part in zip((0, 4096), table, strict=True):
+        np.testing.assert_array_equal(texels[place : place + 7], part)
+    held.release()
+
+
 def test_pictures_on_a_gpu_take_another_camera_without_compiling(
     ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch
 ) -> None:

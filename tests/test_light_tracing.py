@@ -274,7 +274,7 @@ def light_of(ctx: Any, scene: Scene, spp: int, seeds: int, **settings: Any) -> t
     [
         *((spheres, 1536, 0.05), (mirrors, 512, 0.05), (rough_mirror, 4096, 0.05), (glass, 3072, 0.06)),
         *((shapes, 640, 0.05), (meshes, 1280, 0.05), (sunlit, 1280, 0.1), (windows, 3072, 0.1), (filters, 512, 0.1)),
-        *((bulb, 1024, 0.1), (leaning_pane, 1024, 0.1), (lacquer, 1536, 0.1)),
+        *((bulb, 1024, 0.1), (leaning_pane, 1024, 0.1), (lacquer, 1024, 0.1)),
     ],
 )
 def test_photons_bring_what_paths_leave_out(ctx: Any, make: Callable[[], Scene], spp: int, resolution: float) -> None:

@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 from command import TINY, status_of
 
+from fragtracer.errors import OutputError
 from fragtracer.io.images import read_content, write_image
+from fragtracer.io.toml import load, save
 
 NAME = os.fsdecode(b"caf\xe9")
 SHOWN = "caf\\udce9"
@@ -89,3 +91,10 @@ def test_reports_and_exports_are_utf_8(folder, monkeypatch, command, options, ou
         assert file.read_text("utf-8")
     if command == "bench":
         assert status_of(monkeypatch, "bench", "--diff", *2 * [folder / f"{NAME}.json"]) == 0
+
+
+def test_a_scene_that_cannot_name_a_file_is_not_saved(folder):
+    scene = load(folder / f"{NAME}.obj")
+    with pytest.raises(OutputError, match=r"a scene file is UTF-8, which this name is not; rename the file: .*udce9\.obj"):
+        save(scene, "a.toml")
+    assert not (folder.parent / "a.toml").exists()

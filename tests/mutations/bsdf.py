@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import test_aov
 
-from mutations.checks import BUMPS, MIRROR, STUDIO, values
+from mutations.checks import BUMPS, MIRROR, values
 from mutations.mutation import Check, Mutation
 from shaders import test_bsdf_sample, test_bsdf_values, test_fresnel, test_ggx
 
@@ -29,7 +29,7 @@ MUTATIONS = [
         "bsdf/cook_torrance.glsl",
         "b.diffuse * (wi.z * INVERSE_PI)",
         "b.diffuse * INVERSE_PI",
-        STUDIO,
+        PLASTIC,
     ),
     Mutation(
         "Fresnel of the wrong cosine",

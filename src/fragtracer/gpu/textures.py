@@ -89,10 +89,11 @@ class SceneTextures(_BoundTextures):
                 self._put(name, table)
 
     def _put(self, name: str, table: Table) -> None:
-        before, texture = self._tables.get(name, ()), self._textures.get(name)
-        if texture is None or _shape(before) != _shape(table) or before[0].dtype != table[0].dtype:
+        before, texture = self._tables.pop(name, ()), self._textures.get(name)  # unknown until all is written
+        if texture is None or not before or _shape(before) != _shape(table) or before[0].dtype != table[0].dtype:
             self._forget(name)
             before, texture = (), self._made(name, table)
+            self._textures[name] = texture
         if isinstance(texture, moderngl.TextureArray):
             texture.write(table[0].data)
         else:
@@ -101,7 +102,7 @@ class SceneTextures(_BoundTextures):
                 if not lie_alike or part is not before[i]:
                     _write_rows(texture, part, row)
                 row += _rows(part)
-        self._textures[name], self._tables[name] = texture, table
+        self._tables[name] = table
 
     def _made(self, name: str, table: Table) -> Texture:
         kind = "f1" if table[0].dtype == np.uint8 else f"{table[0].dtype.kind}{table[0].dtype.itemsize}"

@@ -19,7 +19,7 @@ import rtoml
 import tomli_w
 
 from fragtracer import output, resources
-from fragtracer.errors import SceneError
+from fragtracer.errors import OutputError, SceneError
 from fragtracer.io import SUFFIXES, files_of, read_model, staging
 from fragtracer.io import qualified as with_qualified_names
 from fragtracer.io.model import stem
@@ -144,9 +144,17 @@ def save(scene: Scene, path: str | Path) -> None:
     Raises
     ------
     OutputError
-        If ``path`` does not end in .toml or cannot be written.
+        If ``path`` does not end in .toml or cannot be written, or if a file that it refers to has a name that is not
+        UTF-8.
     """
     output.check_writable(path, [".toml"])
     stored = with_files(scene, Path(path))
+    text = dump(stored, Path(path).parent)
+    try:
+        encoded = text.encode()
+    except UnicodeEncodeError as error:
+        line = text[text.rfind("\n", 0, error.start) + 1 :].partition("\n")[0]
+        shown = line.encode(errors="backslashreplace").decode()
+        raise OutputError(f"{path}: a scene file is UTF-8, which this name is not; rename the file: {shown}") from None
     with output.replacing(path) as part:
-        part.write_text(dump(stored, Path(path).parent), "utf-8", newline="\n")
+        part.write_bytes(encoded)
