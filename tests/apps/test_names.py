@@ -95,6 +95,6 @@ def test_reports_and_exports_are_utf_8(folder, monkeypatch, command, options, ou
 
 def test_a_scene_that_cannot_name_a_file_is_not_saved(folder):
     scene = load(folder / f"{NAME}.obj")
-    with pytest.raises(OutputError, match=r"a scene file is UTF-8, which this name is not; rename the file: .*udce9\.obj"):
+    with pytest.raises(OutputError, match=r"is UTF-8, which this name is not; rename the file: .*udce9\.obj"):
         save(scene, "a.toml")
     assert not (folder.parent / "a.toml").exists()
