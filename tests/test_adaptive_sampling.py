@@ -279,8 +279,8 @@ def small(ctx):
     """A renderer of three-spheres."""
     settings = {"guiding": "off", "light_tracing": "off", "gradient_domain": "off", "bounces": 2}
 
-    def make(**more):
-        return Renderer(load("three-spheres"), (64, 48), context=ctx, **settings, **more)
+    def make(size=(64, 48), **more):
+        return Renderer(load("three-spheres"), size, context=ctx, **settings | more)
 
     return make
 
@@ -321,3 +321,28 @@ def test_a_render_expects_what_its_limits_leave(small, monkeypatch, limits, said
         monkeypatch.setattr("fragtracer.renderer.time.perf_counter", lambda: float(renderer.spp))
         renderer.render(**limits)
         assert said in renderer.metadata()["adaptive_decision"]
+
+
+def test_the_rate_is_that_of_what_was_sampled_here(small, monkeypatch, tmp_path) -> None:
+    """And not before the film was read, by the same clock."""
+    with small(spp=256) as renderer:
+        renderer.sample(16)
+        renderer.save(tmp_path / "film.npz")
+        renderer.reset()
+        renderer.resume(tmp_path / "film.npz")
+        monkeypatch.setattr("fragtracer.renderer.time.perf_counter", lambda: float(renderer.spp))
+        renderer.render(seconds=40.0)
+        assert "the 56 samples per pixel are too few" in renderer.metadata()["adaptive_decision"]
+
+
+def test_a_film_of_a_longer_picture_goes_on_as_that(small, tmp_path) -> None:
+    """Adaptively, over the end of a stage, though a picture that was begun with so few samples would not be."""
+    with small((96, 54), spp=256, bounces=3) as renderer:
+        renderer.render(96)
+        renderer.save(tmp_path / "film.npz")
+        whole, said = renderer.render(160), renderer.metadata()["adaptive_decision"]
+        assert said.startswith("on: ")
+    with small((96, 54), spp=40, bounces=3) as renderer:
+        renderer.resume(tmp_path / "film.npz")
+        np.testing.assert_array_equal(renderer.render(160), whole)
+        assert renderer.metadata()["adaptive_decision"] == said

@@ -127,7 +127,7 @@ class Renderer:
         self.settings: RenderSettings = replace(scene.render, **settings)
         self.scene = scene
         self._expected_spp = self.settings.spp
-        self._seconds = 0.0  # that the samples per pixel so far have taken
+        self._seconds, self._resumed_at = 0.0, 0  # that the samples after so many per pixel have taken
         self._owns_context = context is None
         self.context = create_context() if context is None else context
         with ExitStack() as failing:
@@ -199,8 +199,9 @@ class Renderer:
         By that it is judged, at the rate of the first 32 samples, whether a pilot pays, which comes after them;
         :meth:`render` says it of its own limits.
         """
-        if self.spp == FIRST_STAGE and self._seconds:
-            self._expected_spp = min(spp, FIRST_STAGE + round(FIRST_STAGE * seconds / self._seconds))
+        if self.spp == FIRST_STAGE > self._resumed_at and self._seconds:
+            rate = (FIRST_STAGE - self._resumed_at) / self._seconds
+            self._expected_spp = min(spp, FIRST_STAGE + round(rate * seconds))
             self._choose_sampling()
 
     def render(
@@ -337,6 +338,10 @@ class Renderer:
             if self._light is not None:
                 self._light.restore(film.state, film.arrays)
         self._next_look, self._looked = film.state["next_look"], film.state.get("looked", 0)
+        self._seconds, self._resumed_at = 0.0, self.spp
+        if self.spp > FIRST_STAGE:  # how it goes on is decided
+            self._expected_spp = MOST_SAMPLES
+            self._choose_sampling()
 
     def block(self, window: Window, spp: int) -> Pixels:
         """``spp`` samples of each pixel of a part of the picture, beside the film of this renderer.
@@ -412,7 +417,7 @@ class Renderer:
             finally:
                 if self._light is not None:
                     self._light.clear(self.settings.seed)
-                self._expected_spp, self._seconds = self.settings.spp, 0.0
+                self._expected_spp, self._seconds, self._resumed_at = self.settings.spp, 0.0, 0
                 self._choose_sampling()
                 self._film.clear()
                 self._first_surface.forget()
