@@ -145,6 +145,15 @@ def test_a_checkpoint_that_is_finished_goes_on_to_less_error(tmp_path) -> None:
     assert longer.metadata["gl_renderer"] == "a driver"
 
 
+def test_a_short_picture_asks_no_pilot_and_goes_on_evenly(tmp_path) -> None:
+    kept = Keeping(tmp_path, 3600, False)
+    short = render(scene("auto"), spp=48, begin=kept.begin)
+    assert "the 48 samples per pixel are too few" in short.metadata["adaptive_decision"]
+    longer = render(scene("auto"), spp=128, begin=replace(kept, resume=True).begin)
+    assert longer.metadata["adaptive_decision"] == "off: as it was begun"
+    assert (longer.pixels.mean[..., 3] == 128).all()
+
+
 @pytest.fixture
 def _no_collector():
     gc.disable()

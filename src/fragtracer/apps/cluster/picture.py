@@ -139,6 +139,8 @@ class Render:
             sampling = kind(cut, self._until)
             if sampling.restore(film.state, film.arrays):
                 self.cut, self.sampling, self._gain = cut, sampling, film.state["gain"]
+                if self._settings.adaptive == "auto":
+                    self._why_even = "off: as it was begun" if self._gain is None else ""
                 authors = film.state.get("authors", [("", film.driver)])
                 self._earlier = {(address, driver) for address, driver in authors}
                 self.checked = film.state.get("checked", 0)
