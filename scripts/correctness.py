@@ -236,6 +236,9 @@ def of_materials() -> Iterator[tuple[str, Scene]]:
         "the diffuse factor of the half vector",
         _stage(balls, {"diffuse_factor": "half-vector"}, {"diffuse_factor": "half-vector", "roughness": 0.2}),
     )
+    paint = {"albedo": (0.5, 0.02, 0.02), "metallic": 0.5, "roughness": 0.6, "coat": 1.0}
+    satin = {"albedo": (0.2, 0.4, 0.8), "roughness": 0.8, "coat": 0.7, "coat_roughness": 0.4, "coat_ior": 1.8}
+    yield "clear coats, smooth and rough", _stage(balls, paint, satin)
     frosted = {"model": "rough-thin-dielectric", "roughness": 0.4, "transmittance": (0.8, 1.0, 0.9)}
     yield "a ball behind a frosted pane", _stage({"rectangles": pane, "spheres": [right]}, frosted, {"metal": "gold"})
 
