@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from fragtracer import guiding, light_tracing
 from fragtracer.apps.compare.relative_error import relative_weight
+from fragtracer.decisions import gradient_domain
 from fragtracer.errors import FilmError
 from fragtracer.films import SavedFilm, merge
 from fragtracer.io.toml import load
@@ -171,6 +173,14 @@ def test_it_is_used_where_it_pays(ctx: Any) -> None:
 def test_the_decision_says_why(ctx: Any, settings: dict[str, Any], reason: str) -> None:
     with Renderer(load("cornell-box"), (8, 8), context=ctx, guiding="off", **settings) as renderer:
         assert renderer.metadata()["gradient_domain_decision"].startswith(reason)
+
+
+@pytest.mark.parametrize(("spp", "has_meshes", "asks"), [(128, False, True), (127, False, False), (255, True, True)])
+def test_small_pictures_ask_no_pilot(spp: int, has_meshes: bool, asks: bool) -> None:
+    """Of less than 2^23 samples."""
+    decided = light_tracing.Decision(False, ""), guiding.Decision(None, "")
+    choice, _ = gradient_domain(RenderSettings(width=256, height=256), spp, has_meshes, decided, "")
+    assert choice == ("auto" if asks else "off")
 
 
 def test_it_excludes_adaptive_sampling() -> None:

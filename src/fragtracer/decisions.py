@@ -10,7 +10,7 @@ from fragtracer.films import DECIDED
 from fragtracer.light_tracing import Decisions, decide_both
 from fragtracer.scene import RenderSettings, Scene
 
-_LEAST_SAMPLES = 2**24  # of a picture for which a pilot of the gradient domain is asked: it takes 2^19 more at most
+_LEAST_SAMPLES = 2**23  # of a picture for which a pilot of the gradient domain is asked: it takes 2^19 more at most
 # Samples per pixel of a picture for which any pilot is asked, and with meshes (docs/sampling.md).
 _LEAST_SPP, _LEAST_SPP_OF_MESHES = 64, 128
 
