@@ -313,6 +313,8 @@ def test_the_time_that_is_left_says_whether_a_pilot_pays(small, tmp_path) -> Non
         ({"spp": 48, "seconds": 1e6}, "the 48 samples per pixel are too few"),
         ({"seconds": 60.0}, "the 60 samples per pixel are too few"),
         ({"seconds": 70.0}, "squared error"),
+        ({"spp": 80, "seconds": float("inf")}, "squared error"),
+        ({"seconds": 0.0}, "no more than 32 samples"),
     ],
 )
 def test_a_render_expects_what_its_limits_leave(small, monkeypatch, limits, said) -> None:

@@ -201,7 +201,7 @@ class Renderer:
         """
         if self.spp == FIRST_STAGE > self._resumed_at and self._seconds:
             rate = (FIRST_STAGE - self._resumed_at) / self._seconds
-            self._expected_spp = min(spp, FIRST_STAGE + round(rate * seconds))
+            self._expected_spp = int(min(spp, FIRST_STAGE + rate * max(0.0, seconds)))
             self._choose_sampling()
 
     def render(
