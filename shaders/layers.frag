@@ -40,15 +40,12 @@ uniform int u_rays;
 vec3 layers_albedo(Surface surface, Material material, bool is_front) {
     if (material_is_unlit(material)) return material.emission;
 #if HAS_EXACT_FRESNEL
-    if (material.bsdf == BSDF_COATED) {
-        Bsdf coated = material_bsdf(material, is_front);
-        material_set_coat(coated, surface, clear_coat_load(material.record));
-        float reflected = coated.coat_weight * coated.coat_f0;
+    Bsdf b = material_bsdf(material, is_front);
+    if (bsdf_is(b, BSDF_COATED)) {
+        material_set_coat(b, surface, clear_coat_load(material.record));
+        float reflected = b.coat_weight * b.coat_f0;
         return square(1.0 - reflected) * (material.diffuse + material.f0) + reflected;
     }
-#endif
-#if HAS_EXACT_FRESNEL
-    Bsdf b = material_bsdf(material, is_front);
     if (b.model == BSDF_DIELECTRIC || b.model == BSDF_THIN_DIELECTRIC) return b.transmittance;
     if (b.model == BSDF_CONDUCTOR) return fresnel_conductor(1.0, b.index, b.extinction);
 #endif

@@ -68,6 +68,18 @@ def test_parts_of_a_furnace(ctx: moderngl.Context, estimator: str) -> None:
         np.testing.assert_allclose(renderer.aov("emission")[0, 0], 1.0)
 
 
+@pytest.mark.parametrize(("integrator", "layer"), [("path", "albedo"), ("path", "denoising_albedo"), ("split-sum", "")])
+def test_a_coat_from_above(ctx: moderngl.Context, integrator: str, layer: str) -> None:
+    """It reflects F0 and passes the rest, in and out, in layers and by the split sum."""
+    paint = Material(albedo=0.6, specular=0.0, coat=0.8, coat_ior=2.0, coat_roughness=0.1)
+    scene = Scene(Camera((0, 0, 3), (0, 0, 0)), {"m": paint}, spheres=[Sphere((0, 0, 0), 1, "m")], ambient=Ambient(1))
+    reflected = 0.8 / 9
+    with Renderer(scene, (33, 33), context=ctx, integrator=integrator, bounces=1) as renderer:
+        renderer.sample(64)
+        found = (renderer.aov(layer) if layer else renderer.image())[16, 16]
+    np.testing.assert_allclose(found, (1 - reflected) ** 2 * 0.6 + reflected, rtol=0.01)
+
+
 @pytest.mark.parametrize("model", ["default", "rough-plastic"])
 def test_what_is_diffuse_of_a_coated_base(ctx: moderngl.Context, model: str) -> None:
     """By one directional light, without noise: the part of the coat does not depend on the base."""
