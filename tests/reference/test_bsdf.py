@@ -97,17 +97,23 @@ def follow_the_density(mi, bsdf, si, test_count):
     assert chi2.pdf_sum[0] == pytest.approx(chi2.histogram_sum[0], abs=0.004)
 
 
-@pytest.mark.parametrize("geometry", GEOMETRIES)
-@pytest.mark.parametrize("alpha", [1e-4, 0.3, 1.0])
-@pytest.mark.parametrize(("albedo", "angle"), [(0.0, 70), (0.6, 10), (0.6, 150)])
-def test_weight_is_value_over_density(mi, alpha, geometry, albedo, angle):
-    bsdf, viewer = load(mi, albedo, 0.5, alpha, geometry), direction(mi, angle, 200)
+def weighed_by_density(mi, bsdf, viewer):
+    """Samples, and which of them are any; their weights are values over densities."""
     bs, weight = sample(mi, bsdf, viewer, count=10_000)
     value, pdf = bsdf.eval_pdf(mi.BSDFContext(), seen_from(mi, viewer), bs.wo)
     used = bs.pdf.numpy() > 0
     assert used.mean() > 0.5
     np.testing.assert_allclose(bs.pdf.numpy()[used], pdf.numpy()[used], rtol=2e-3)
     np.testing.assert_allclose((weight * pdf).numpy()[:, used], value.numpy()[:, used], rtol=1e-5)
+    return bs, used
+
+
+@pytest.mark.parametrize("geometry", GEOMETRIES)
+@pytest.mark.parametrize("alpha", [1e-4, 0.3, 1.0])
+@pytest.mark.parametrize(("albedo", "angle"), [(0.0, 70), (0.6, 10), (0.6, 150)])
+def test_weight_is_value_over_density(mi, alpha, geometry, albedo, angle):
+    bsdf, viewer = load(mi, albedo, 0.5, alpha, geometry), direction(mi, angle, 200)
+    bs, used = weighed_by_density(mi, bsdf, viewer)
     assert np.array_equal(np.sign(bs.wo.z.numpy()[used]), np.full(used.sum(), np.sign(viewer.z.numpy()[0])))
 
 
