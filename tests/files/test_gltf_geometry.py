@@ -157,3 +157,41 @@ def test_colors_of_vertices_are_fractions(tmp_path: Path, dtype: str, normalized
     gltf.triangle(attributes={"COLOR_0": gltf.array([[0, most, 0, most]] * 3, dtype, normalized=normalized)})
     [part] = gltf.read(tmp_path).mesh.parts
     np.testing.assert_array_equal(part.geometry.colors, [[0, 1, 0, 1]] * 3)
+
+
+def test_places_of_an_instanced_mesh(tmp_path: Path) -> None:
+    """Where nodes of their own would have it, below the node's own matrix; what is not said of them is as of nodes."""
+    rng = np.random.default_rng(4)
+    moves, turns, sizes = rng.random((3, 3)), np.eye(4)[[3, 0, 1]] * 0.6 + 0.2, rng.random((3, 3))
+    turns /= np.linalg.norm(turns, axis=1, keepdims=True)
+    turns = np.round(turns * 32767) / 32767
+    above = {"translation": [1, 2, 3], "scale": [2, 1, 1]}
+    children = [
+        {"mesh": 0, "translation": t.tolist(), "rotation": r.tolist(), "scale": s.tolist()}
+        for t, r, s in zip(moves, turns, sizes, strict=True)
+    ]
+    apart = Gltf(nodes=[{**above, "children": [1, 2, 3]}, *children])
+    apart.triangle()
+    expected = [np.array(part.matrix) for part in apart.read(tmp_path).mesh.parts]
+    name = "EXT_mesh_gpu_instancing"
+    gltf = Gltf(extensionsUsed=[name], extensionsRequired=[name])
+    places = {
+        "TRANSLATION": gltf.array(moves),
+        "ROTATION": gltf.array(np.round(turns * 32767), "<i2", normalized=True),
+        "SCALE": gltf.array(sizes),
+    }
+    extensions = {name: {"attributes": places}}
+    gltf.content["nodes"] = [{"mesh": 2, **above, "extensions": extensions}]
+    for _ in range(3):
+        gltf.triangle()
+    model = gltf.read(tmp_path)
+    assert not model.ignored
+    np.testing.assert_allclose([part.matrix for part in model.mesh.parts], expected, atol=1e-6)
+    del places["ROTATION"], places["SCALE"]
+    moved = [np.array(part.matrix) for part in gltf.read(tmp_path).mesh.parts]
+    np.testing.assert_allclose(
+        moved,
+        [[[2, 0, 0, 2 * x + 1], [0, 1, 0, y + 2], [0, 0, 1, z + 3], [0, 0, 0, 1]] for x, y, z in moves],
+        atol=1e-6,
+    )
+    assert len({id(part.geometry) for part in model.mesh.parts}) == 1

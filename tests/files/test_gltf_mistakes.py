@@ -22,7 +22,7 @@ def broken(change: Any) -> Gltf:
 MISTAKES: dict[str, tuple[Any, str]] = {
     "required": (
         lambda d: d.update(extensionsRequired=["KHR_x", "EXT_y"]),
-        "this model needs KHR_x, EXT_y, which is not supp",
+        "this model needs KHR_x, EXT_y, which is not supported; save it without",
     ),
     "least version": (
         lambda d: d.update(asset={"version": "2.1", "minVersion": "2.1"}),
@@ -113,6 +113,10 @@ MISTAKES: dict[str, tuple[Any, str]] = {
     "large": (
         lambda d: d.update(nodes=[{"mesh": 0, "scale": [1e30, 1, 1]}]),
         "this model has bounds of 1e+30 m; scale it",
+    ),
+    "places": (
+        lambda d: d.update(nodes=[{"mesh": 0, "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {}}}}]),
+        "nodes[0].extensions.EXT_mesh_gpu_instancing.attributes: must have TRANSLATION, ROTATION or SCALE, and as many",
     ),
     "joint": (
         lambda d: (

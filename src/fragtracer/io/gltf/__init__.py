@@ -12,7 +12,10 @@ import numpy as np
 from fragtracer.errors import SceneError
 from fragtracer.io.gltf import document as gltf
 from fragtracer.io.gltf.container import Container
+from fragtracer.io.gltf.draco import EXTENSION as DRACO
 from fragtracer.io.gltf.geometry import Primitives
+from fragtracer.io.gltf.instances import EXTENSION as INSTANCES
+from fragtracer.io.gltf.instances import instance_matrices
 from fragtracer.io.gltf.lights import EXTENSION as LIGHTS
 from fragtracer.io.gltf.lights import read_lights
 from fragtracer.io.gltf.materials import DEFAULT, Materials, unique
@@ -38,6 +41,8 @@ _SUPPORTED = {
     LIGHTS,
     "EXT_texture_webp",
     "KHR_mesh_quantization",
+    DRACO,
+    INSTANCES,
 }
 
 
@@ -52,9 +57,8 @@ def read_gltf(path: Path) -> Model:
     SceneError
         If a file is missing or damaged, or asks for an extension that is not supported.
     """
-    container = Container(path)
+    container = Container(path, _SUPPORTED)
     document = container.document
-    _refuse(container)
     notes = [name for name in document.extensionsUsed if name not in _SUPPORTED]
     notes += ["animations"] if document.animations else []
     notes += ["scenes but one"] if len(document.scenes) > 1 else []
@@ -90,23 +94,18 @@ def _parts(container: Container, placed: list[PlacedNode], notes: list[str]) -> 
         if node.mesh is None:
             continue
         mesh: gltf.Mesh = container.item(container.document.meshes, node.mesh, f"nodes[{index}].mesh")
+        places = instance_matrices(container, primitives.accessors, node, matrix, f"nodes[{index}]")
         for number, primitive in enumerate(mesh.primitives):
             place = f"meshes[{node.mesh}].primitives[{number}]"
             if (geometry := primitives.get(primitive, place)) is None:
                 continue
-            at = matrix
+            at = places
             if node.skin is not None and (posed := skins.posed(node.skin, primitive, geometry, place)):
-                geometry, at = posed, np.eye(4)
+                geometry, at = posed, [np.eye(4)]
             found = materials.get(primitive.material, f"{place}.material")
             used |= found
-            parts.append(Part(geometry, next(iter(found)), matrix_rows(at)))
+            parts += [Part(geometry, next(iter(found)), matrix_rows(matrix)) for matrix in at]
     return split_double_sided_emitters(parts, used)
-
-
-def _refuse(container: Container) -> None:
-    unknown = [name for name in container.document.extensionsRequired if name not in _SUPPORTED]
-    if unknown:
-        raise SceneError(f"{container.path}: this model needs {', '.join(unknown)}, which is not supported")
 
 
 def _names(document: gltf.Document) -> list[str]:

@@ -34,13 +34,26 @@ class Accessors:
             array = self._dense(index, accessor)
             if accessor.sparse is not None:
                 array = self._sparse(index, accessor, array)
-            if accessor.normalized and array.dtype.kind != "f":
-                array = np.maximum(array / np.float32(np.iinfo(array.dtype).max), np.float32(-1))
+            array = _fractions(array) if accessor.normalized else array
             self._bytes += array.nbytes if array.flags.owndata else 0
             if self._bytes > _MOST_BYTES:
                 raise self._container.error(place, f"with it all arrays take more than {_MOST_BYTES} bytes")
             self._read[index] = array
         return self._read[index]
+
+    def supply(self, index: int, values: NDArray[Any], place: str) -> None:
+        """Let ``values`` (count, width), which were found elsewhere, be the numbers of an accessor without data.
+
+        Raises SceneError where they are of another number, type or width than it says.
+        """
+        accessor = self._container.item(self._container.document.accessors, index, place)
+        dtype, shape = np.dtype(_TYPES[accessor.componentType]), (accessor.count, _WIDTHS.get(accessor.type, 0))
+        with np.errstate(invalid="ignore"):
+            converted = values.astype(dtype)
+        if values.shape != shape or (dtype.kind != "f" and (converted != values).any()):
+            found = f"{values.shape} of type {values.dtype}"
+            raise self._container.error(place, f"accessors[{index}] wants {shape} numbers of type {dtype}, not {found}")
+        self._read[index] = _fractions(converted) if accessor.normalized else converted
 
     def _dense(self, index: int, accessor: Any) -> NDArray[Any]:
         dtype, width = np.dtype(_TYPES[accessor.componentType]), _WIDTHS[accessor.type]
@@ -81,3 +94,10 @@ class Accessors:
         if not count:
             return np.zeros((0, width), dtype)
         return np.ndarray((count, width), dtype, data, offset, (stride, dtype.itemsize))
+
+
+def _fractions(array: NDArray[Any]) -> NDArray[Any]:
+    """Integers that stand for numbers up to 1; floats are what they are."""
+    if array.dtype.kind == "f":
+        return array
+    return np.maximum(array / np.float32(np.iinfo(array.dtype).max), np.float32(-1))

@@ -7,6 +7,7 @@ import json
 import os
 import re
 import struct
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any, TypeVar
 from urllib.parse import unquote, unquote_to_bytes
@@ -24,10 +25,11 @@ _JSON, _BIN = 0x4E4F534A, 0x004E4942
 class Container:
     """A glTF file and its buffers. ``files`` are all files that were read.
 
-    Raises SceneError, with the file and the place in it, if they cannot be read.
+    Raises SceneError, with the file and the place in it, if they cannot be read, or if the model needs an extension
+    that is not ``supported``.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, supported: Collection[str]) -> None:
         self.path = path
         self.files = [path]
         data = read_file(path)
@@ -36,6 +38,9 @@ class Container:
         if data[:4] == b"glTF" or path.suffix.lower() == ".glb":
             text, self._chunk = _chunks(data, path)
         self.document = _parse(text, path)
+        unknown = [name for name in self.document.extensionsRequired if name not in supported]
+        if unknown:
+            raise SceneError(f"{path}: this model needs {', '.join(unknown)}, which is not supported; save it without")
         self._fetched: dict[str, bytes] = {}
         self._buffers = [self._buffer(index) for index in range(len(self.document.buffers))]
 

@@ -221,6 +221,21 @@ class Spot(Item):
     outerConeAngle: Annotated[float, Field(gt=0, le=1.5709)] = 0.7853981633974483  # at most π/2, as exporters round it
 
 
+class Draco(Item):
+    bufferView: Index
+    attributes: dict[str, Index]
+
+
+class InstanceAttributes(Item):
+    TRANSLATION: Index | None = None
+    ROTATION: Index | None = None
+    SCALE: Index | None = None
+
+
+class Instancing(Item):
+    attributes: InstanceAttributes
+
+
 class PunctualLight(Item):
     type: Literal["point", "directional", "spot"]
     color: tuple[Positive, Positive, Positive] = (1.0, 1.0, 1.0)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from fragtracer.io.gltf import document as gltf
 from fragtracer.io.gltf.accessors import Accessors
 from fragtracer.io.gltf.container import Container
+from fragtracer.io.gltf.draco import decompress
 from fragtracer.io.model import geometry
 from fragtracer.io.strips import fan_triangles, strip_triangles
 from fragtracer.scene import Geometry
@@ -40,8 +41,6 @@ class Primitives:
         if primitive.mode < _TRIANGLES:
             self._notes.append("points and lines")
             return None
-        if "KHR_draco_mesh_compression" in primitive.extensions and "POSITION" not in primitive.attributes:
-            raise self._container.error(place, "compressed by KHR_draco_mesh_compression, which is not supported")
         if "POSITION" not in primitive.attributes:
             raise self._container.error(place, "has no POSITION")
         self._notes += ["morph targets" for _ in primitive.targets[:1]]
@@ -55,6 +54,7 @@ class Primitives:
         return self._made[key] if len(self._made[key].triangles) else None
 
     def _make(self, primitive: gltf.Primitive, place: str) -> Geometry:
+        compressed = decompress(self._container, self.accessors, primitive, place)
         where = f"{place}.attributes"
         position = primitive.attributes["POSITION"]
         arrays: dict[str, NDArray[Any]] = {"positions": self.accessors.get(position, f"{where}.POSITION", ("VEC3",))}
@@ -65,14 +65,16 @@ class Primitives:
             arrays["colors"] = arrays["colors"] / np.float32(np.iinfo(arrays["colors"].dtype).max)
         if "normals" not in arrays:
             arrays.pop("tangents", None)
-        if primitive.indices is None:
+        if compressed is not None:
+            indices = compressed
+        elif primitive.indices is None:
             indices = np.arange(len(arrays["positions"]), dtype=np.int64)
         else:
             found = self.accessors.get(primitive.indices, f"{place}.indices", ("SCALAR",))
             if found.dtype.kind != "u":
                 raise self._container.error(f"{place}.indices", "must be whole numbers without a sign")
             indices = found[:, 0].astype(np.int64)
-        triangles = _triangles(indices, primitive.mode)
+        triangles = _triangles(indices, primitive.mode if compressed is None else _TRIANGLES)
         if "JOINTS_0" not in primitive.attributes:
             arrays, triangles = _used(arrays, triangles)
         copies = {name: array.copy() for name, array in arrays.items()}  # views would keep the file in memory

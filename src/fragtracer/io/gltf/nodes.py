@@ -46,15 +46,21 @@ def local_matrix(node: gltf.Node) -> Matrix:
     """(4, 4) matrix from the node to its parent."""
     if node.matrix is not None:
         return np.array(node.matrix).reshape(4, 4).T
-    x, y, z, w = np.array(node.rotation) / (np.linalg.norm(node.rotation) or 1.0)
-    rotation = np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
-    matrix = np.eye(4)
-    matrix[:3, :3] = rotation * node.scale
-    matrix[:3, 3] = node.translation
-    return matrix
+    places = (np.array([values], np.float64) for values in (node.translation, node.rotation, node.scale))
+    found: Matrix = local_matrices(*places)[0]
+    return found
+
+
+def local_matrices(translations: Matrix, rotations: Matrix, scales: Matrix) -> Matrix:
+    """(n, 4, 4) matrices of (n, 3) translations, (n, 4) quaternions, xyzw and of any length, and (n, 3) scales."""
+    lengths = np.linalg.norm(rotations, axis=1, keepdims=True)
+    x, y, z, w = (rotations / np.where(lengths > 0, lengths, 1)).T
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    matrices = np.tile(np.eye(4), (len(translations), 1, 1))
+    matrices[:, :3, :3] = np.moveaxis(np.array(rows), -1, 0) * scales[:, None, :]
+    matrices[:, :3, 3] = translations
+    return matrices
