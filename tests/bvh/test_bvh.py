@@ -92,7 +92,7 @@ def test_every_box_is_there_once_and_within_all_boxes_above(name: str) -> None:
     bvh = build(boxes)
     child_boxes, root = bvh.child_bounds(boxes)
     np.testing.assert_array_equal(root, boxes.min(axis=1))
-    layout = bvh.layout()
+    layout = bvh.layout
     assert sorted([*layout.nodes, *layout.leaves]) == list(range(layout.count))
 
     reached, visited, deepest = [], 0, 0

@@ -3,6 +3,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +58,7 @@ class Bvh:
             result[node, slot] = result[self.children[node, slot]].min(axis=1)
         return result, result[0].min(axis=0)
 
+    @cached_property
     def layout(self) -> "Layout":
         """Places for nodes and primitives in a row of records: the root first, siblings side by side, and what is below
         a node in one piece."""

@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.errors import SceneError
-from fragtracer.scene import Camera, DirectionalLight, Geometry, Light, Material, Mesh, Part, SpotLight
+from fragtracer.scene import Camera, DirectionalLight, Geometry, Light, Material, Mesh, SpotLight
 from fragtracer.scene.fields import Triple
 from fragtracer.scene.mesh import Matrix
 
 _FARTHEST = 1e15  # metres
+_MOST_PRODUCTS = 2**22  # of vertices with directions, at a time
 
 
 @dataclass(frozen=True)
@@ -90,25 +91,37 @@ def triple(values: NDArray[np.float64]) -> Triple:
     return (x, y, z)
 
 
-def points_of(part: Part) -> NDArray[np.float64]:
-    """(n, 3) vertices of the triangles of ``part``, in the object space of its mesh."""
-    matrix, used = np.asarray(part.matrix), np.zeros(len(part.geometry.positions), bool)
-    used[part.geometry.triangles] = True
-    points: NDArray[np.float64] = part.geometry.positions[used] @ matrix[:3, :3].T + matrix[:3, 3]
-    return points
+def farthest(mesh: Mesh, directions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The largest product of each of the ``directions`` (k, 3) with a vertex of the triangles of ``mesh``, in object
+    space, (k,); -inf if it has none."""
+    matrices: dict[Geometry, list[Matrix]] = {}
+    for part in mesh.parts:
+        matrices.setdefault(part.geometry, []).append(part.matrix)
+    found = np.full(len(directions), -np.inf)
+    for one, places in matrices.items():
+        used = np.zeros(len(one.positions), bool)
+        used[one.triangles] = True
+        points = one.positions[used].T
+        few = max(1, _MOST_PRODUCTS // max(points.size, 1))  # of the places, at a time
+        for begin in range(0, len(places) if points.size else 0, few):
+            some = np.array(places[begin : begin + few])
+            products = ((directions @ some[:, :3, :3]).reshape(-1, 3) @ points).max(axis=1).reshape(len(some), -1)
+            found = np.maximum(found, (products + some[:, :3, 3] @ directions.T).max(axis=0))
+    return found
 
 
 def bounds(mesh: Mesh) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Minimum and maximum corner of the axis-aligned bounding box of all parts, in the object space of the mesh."""
-    found = [points for points in map(points_of, mesh.parts) if len(points)] or [np.zeros((1, 3))]
-    return np.min([p.min(axis=0) for p in found], axis=0), np.max([p.max(axis=0) for p in found], axis=0)
+    found = farthest(mesh, np.concatenate([-np.eye(3), np.eye(3)]))
+    found = np.where(found == -np.inf, 0.0, found)
+    return -found[:3], found[3:]
 
 
 def check_size(path: Path, mesh: Mesh) -> None:
     """Raise SceneError if squared distances would overflow a 32-bit float."""
-    farthest = float(np.abs(bounds(mesh)).max())
-    if not farthest <= _FARTHEST:
-        raise SceneError(f"{path}: this model has bounds of {farthest:.3g} m; scale it to less than {_FARTHEST:g} m")
+    largest = float(np.abs(bounds(mesh)).max())
+    if not largest <= _FARTHEST:
+        raise SceneError(f"{path}: this model has bounds of {largest:.3g} m; scale it to less than {_FARTHEST:g} m")
 
 
 def listed(names: Iterable[str]) -> tuple[str, ...]:

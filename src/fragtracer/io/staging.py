@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fragtracer.io.model import Model, bounds, points_of, triple
+from fragtracer.io.model import Model, bounds, farthest, triple
 from fragtracer.scene import Ambient, Camera, Light, Material, Mesh, RenderSettings, Scene
 
 Floats = NDArray[np.float64]
@@ -65,11 +65,9 @@ def _camera(mesh: Mesh, low: Floats, high: Floats) -> Camera:
     axes = np.stack([right, np.cross(towards, right), towards], axis=1)
     vertical = np.tan(np.radians(_FOV) / 2)
     horizontal = vertical * settings.width / settings.height
-    distance = 1e-3 * size
-    for points in map(points_of, mesh.parts):
-        x, y, z = ((points - center) @ axes).T
-        needed = np.maximum(np.abs(x) / horizontal, np.abs(y) / vertical) + z
-        distance = max(distance, _MARGIN * float(needed.max(initial=0.0)))
+    x, y, z = axes.T
+    sides = np.array([x / horizontal, -x / horizontal, y / vertical, -y / vertical]) + z
+    distance = max(1e-3 * size, _MARGIN * float((farthest(mesh, sides) - sides @ center).max()))
     return Camera(triple(center + distance * towards), triple(center), fov_degrees=_FOV)
 
 

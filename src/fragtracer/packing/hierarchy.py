@@ -121,7 +121,7 @@ class _Packer:
         roots = np.array([instance.bounds for instance in placed], np.float32).reshape(-1, 6).T
         bounds = np.concatenate([roots, shapes.bounds], axis=1)
         top = build(bounds)
-        layout = top.layout()
+        layout = top.layout
         blas = [*shared, *(instance for instance in placed if isinstance(instance, Blas))]
         count = (
             layout.count + sum(b.layout.count for b in shared) + sum(b.layout.count - 1 for b in blas[len(shared) :])
@@ -140,12 +140,17 @@ class _Packer:
             self._add(one, end, end + 1)
             end += one.layout.count
         shared_records = slice(layout.count, end)
+        transformed: list[TransformedInstance] = []
+        places: list[int] = []
         for root, instance in zip(layout.leaves, placed, strict=False):
             if isinstance(instance, TransformedInstance):
-                self._add_instance(instance, root, root_of[instance.blas])
+                transformed.append(instance)
+                places.append(root)
             else:
                 self._add(instance, root, end)
                 end += instance.layout.count - 1
+        if transformed:
+            self._add_instances(transformed, places, [root_of[instance.blas] for instance in transformed])
         of_shapes = layout.leaves[len(placed) :]
         self._write(of_shapes, shapes.words)
 
@@ -214,14 +219,18 @@ class _Packer:
         if self._vertex_count > MOST_RECORDS:
             raise SceneError(f"the meshes have more than {MOST_RECORDS:,} vertices; use simpler meshes")
 
-    def _add_instance(self, transformed: TransformedInstance, place: int, root: int) -> None:
-        instance = transformed.instance
-        inverse = np.linalg.inv(instance.matrix[:, :3])
-        columns: dict[str, Any] = dict(zip(("row_x", "row_y", "row_z"), inverse, strict=True))
-        kind = kind_words(Kind.INSTANCE, instance.material.flags, instance.object)
-        columns |= {"kind": kind, "root": self._first + root}
-        columns |= {"material": instance.material.index, "translation": instance.middle}
-        self._words[place] = words_of(SHAPE_RECORDS["Instance"], columns, 1)
+    def _add_instances(self, transformed: Sequence[TransformedInstance], places: list[int], roots: list[int]) -> None:
+        """Write the records of instances that share BLAS to ``places``; ``roots`` are those of their BLAS."""
+        instances = [each.instance for each in transformed]
+        inverse = np.linalg.inv(np.array([instance.matrix[:, :3] for instance in instances]))
+        columns: dict[str, Any] = {f"row_{axis}": inverse[:, i] for i, axis in enumerate("xyz")}
+        flags, objects = (
+            np.array(kind) for kind in zip(*((i.material.flags, i.object) for i in instances), strict=True)
+        )
+        columns |= {"kind": kind_words(Kind.INSTANCE, flags, objects), "root": self._first + np.array(roots)}
+        columns["material"] = np.array([instance.material.index for instance in instances])
+        columns["translation"] = np.array([instance.middle for instance in instances])
+        self._write(np.array(places), words_of(SHAPE_RECORDS["Instance"], columns, len(instances)))
 
     def _lights(self) -> tuple[Words, float]:
         """The alias table over emitting triangles (n, 1, 4), and the power of all; writes their densities per area."""
@@ -256,14 +265,14 @@ def _nodes(bvh: Bvh, first: NDArray[np.int64], bounds: Texels) -> Words:
     columns: dict[str, Any] = {
         axis: np.stack([_bytes(lower[..., i]), _bytes(upper[..., i])], axis=1) for i, axis in enumerate("xyz")
     }
-    kind = Kind.NODE << 24 | _bytes(np.pad(exponent + 127, ((0, 0), (0, 1))))
+    kind = Kind.NODE << 24 | _bytes(exponent + 127)
     columns |= {"origin": origin, "kind": kind, "first": first, "count": bvh.is_there.sum(axis=1)}
     return words_of(SHAPE_RECORDS["Node"], columns, len(origin), SHAPE_TEXELS)
 
 
 def _bytes(values: NDArray[Any]) -> NDArray[np.int64]:
-    """Words of four bytes (n, 4), the first one lowest."""
-    words: NDArray[np.int64] = (values.astype(np.int64) << np.arange(0, 32, 8)).sum(axis=1)
+    """Words of up to four bytes (n, 4), the first one lowest."""
+    words: NDArray[np.int64] = (values.astype(np.int64) << np.arange(0, 8 * values.shape[1], 8)).sum(axis=1)
     return words
 
 

@@ -95,35 +95,36 @@ def instances_of(meshes: Sequence[Mesh], materials: Mapping[str, MeshMaterial], 
 
 def fit(instances: Sequence[Instance], epsilon: float) -> tuple[list[Blas], list[Blas | TransformedInstance]]:
     """The BLAS that are shared, and all instances in their order; bounds grow by ``epsilon`` metres."""
-    found: dict[Geometry, list[float]] = {}
-    for instance in instances:
-        if (local := _local_epsilon(instance, epsilon)) < np.inf:
-            found.setdefault(instance.geometry, []).append(local)
-    shared = {
-        geometry: _blas(_in_own_space(geometry), max(local))
-        for geometry, local in found.items()
-        if (len(local) - 1) * len(geometry.triangles) > MOST_REPEATED
-    }
-    placed: list[Blas | TransformedInstance] = []
-    for instance in instances:
-        blas = shared.get(instance.geometry)
-        if blas is not None and _local_epsilon(instance, epsilon) < np.inf:
-            placed.append(TransformedInstance(instance, blas, _instance_bounds(instance, blas.bounds, epsilon)))
-        else:
-            placed.append(_blas(instance, epsilon))
-    return list(shared.values()), placed
+    local = _local_epsilons(instances, epsilon)
+    may_share: dict[Geometry, list[int]] = {}
+    for i, instance in enumerate(instances):
+        if local[i] < np.inf:
+            may_share.setdefault(instance.geometry, []).append(i)
+    shared: list[Blas] = []
+    transformed: dict[int, TransformedInstance] = {}
+    for geometry, numbers in may_share.items():
+        if (len(numbers) - 1) * len(geometry.triangles) > MOST_REPEATED:
+            blas = _blas(_in_own_space(geometry), local[numbers].max())
+            shared.append(blas)
+            bounds = _instance_bounds([instances[i] for i in numbers], blas.bounds, epsilon)
+            for i, of_one in zip(numbers, bounds, strict=True):
+                transformed[i] = TransformedInstance(instances[i], blas, of_one)
+    placed = [transformed.get(i) or _blas(instance, epsilon) for i, instance in enumerate(instances)]
+    return shared, placed
 
 
-def _local_epsilon(instance: Instance, epsilon: float) -> float:
-    """By how much bounds have to grow, in units of its geometry, for rays that come through the instance's matrix.
+def _local_epsilons(instances: Sequence[Instance], epsilon: float) -> Floats:
+    """By how much bounds have to grow, in units of its geometry, for rays through the matrix of each instance, (n,).
 
     Infinite for an instance that needs triangles of its own: one that emits, since lights are drawn by triangle, each
     with its area; and one so small or flat that its bounds would overlap.
     """
-    least = float(np.linalg.norm(instance.matrix[:, :3], -2))  # what a unit shrinks to at most
-    local = epsilon / least if least > 0 else np.inf
-    size = float(np.ptp(instance.geometry.bounds, axis=0).max())
-    return np.inf if instance.material.power or local > _MOST_EPSILON * size else local
+    matrices = np.array([instance.matrix[:, :3] for instance in instances]).reshape(-1, 3, 3)
+    least = np.linalg.svd(matrices, compute_uv=False)[:, 2]  # what a unit shrinks to at most
+    size = np.array([np.ptp(instance.geometry.bounds, axis=0).max() for instance in instances])
+    emits = np.array([instance.material.power > 0 for instance in instances], bool)
+    local = np.divide(epsilon, least, out=np.full(len(least), np.inf), where=least > 0)
+    return np.where(emits | (local > _MOST_EPSILON * size), np.inf, local)
 
 
 def _in_own_space(geometry: Geometry) -> Instance:
@@ -139,15 +140,16 @@ def _blas(instance: Instance, epsilon: float) -> Blas:
     corners = positions[instance.triangles]
     child_bounds, bounds = bvh.child_bounds(triangle_bounds(corners))
     growth = np.float32(epsilon)
-    return Blas(instance, bvh, bvh.layout(), corners, child_bounds - growth, bounds - growth)
+    return Blas(instance, bvh, bvh.layout, corners, child_bounds - growth, bounds - growth)
 
 
-def _instance_bounds(instance: Instance, bounds: Texels, epsilon: float) -> Texels:
-    """The bounds (6,) of an instance whose triangles have ``bounds`` in their own space."""
+def _instance_bounds(instances: Sequence[Instance], bounds: Texels, epsilon: float) -> Texels:
+    """The bounds (n, 6) of instances of a geometry whose triangles have ``bounds`` (6,) in their own space."""
     low, high = bounds[:3].astype(np.float64), -bounds[3:].astype(np.float64)
-    linear = instance.matrix[:, :3]
-    middle, half = linear @ ((low + high) / 2) + instance.middle, np.abs(linear) @ ((high - low) / 2) + epsilon
-    return np.concatenate([middle - half, -(middle + half)]).astype(np.float32)
+    linear = np.array([instance.matrix[:, :3] for instance in instances])
+    middle = linear @ ((low + high) / 2) + [instance.middle for instance in instances]
+    half = np.abs(linear) @ ((high - low) / 2) + epsilon
+    return np.concatenate([middle - half, -(middle + half)], axis=1).astype(np.float32)
 
 
 @lru_cache(maxsize=_BVHS_KEPT)

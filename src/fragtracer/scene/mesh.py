@@ -3,7 +3,6 @@
 
 from collections.abc import Iterator
 from functools import cached_property
-from itertools import product
 from typing import Annotated, Any
 
 import numpy as np
@@ -163,18 +162,19 @@ class Mesh:
 
     def placed(self) -> Iterator[tuple[NDArray[np.float64], Part]]:
         """Each part of each instance that has triangles, with its (4, 4) matrix to world space."""
+        parts = [part for part in self.parts if len(part.geometry.triangles)]
+        matrices = np.array([part.matrix for part in parts]).reshape(-1, 4, 4)
         for placement in self.instances:
-            for part in self.parts:
-                if len(part.geometry.triangles):
-                    yield placement.matrix @ np.asarray(part.matrix), part
+            yield from zip(placement.matrix @ matrices, parts, strict=True)
 
     def box_corners(self) -> NDArray[np.float64]:
         """(n, 3) corners of the bounding boxes of all instances of all parts, in world space; n may be 0."""
-        found = [np.zeros((0, 3))]
-        for matrix, part in self.placed():
-            corners = np.array(list(product(*part.geometry.bounds.T)))
-            found.append(corners @ matrix[:3, :3].T + matrix[:3, 3])
-        return np.concatenate(found)
+        placed = list(self.placed())
+        matrices = np.array([matrix for matrix, _ in placed]).reshape(-1, 4, 4)
+        bounds = np.array([part.geometry.bounds for _, part in placed]).reshape(-1, 2, 3)
+        corners = bounds[:, np.indices((2, 2, 2)).reshape(3, 8).T, np.arange(3)]
+        found: NDArray[np.float64] = corners @ matrices[:, :3, :3].swapaxes(1, 2) + matrices[:, None, :3, 3]
+        return found.reshape(-1, 3)
 
     def material_of(self, part: Part) -> str:
         """The name of the material of ``part`` in the scene."""
