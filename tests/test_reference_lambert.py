@@ -22,13 +22,14 @@ pytestmark = pytest.mark.slow
 
 SIZE = (48, 32)
 SEEDS = 16
-SPP = {"three-spheres": 128, "cornell-box": 960}  # of Mitsuba, of each seed
-OURS = {"three-spheres": 128, "cornell-box": 224}
+SPP = {"three-spheres": 128, "cornell-box": 896}  # of Mitsuba, of each seed
+OURS = {"three-spheres": 128, "cornell-box": 256}
 RESOLUTION = 0.005  # detectable bias of the image mean, at most
 
 
 def scene_of(name: str) -> Scene:
-    return all_lambert(load(name))
+    scene = all_lambert(load(name))
+    return replace(scene, render=replace(scene.render, bounces=3))
 
 
 @cache
