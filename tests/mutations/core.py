@@ -7,9 +7,9 @@ import test_convergence
 import test_cube_maps
 
 from fragtracer.gpu.tracer import upload_random_texture
-from mutations.checks import STUDIO, points_on_area, values
+from mutations.checks import points_on_area, values
 from mutations.mutation import Check, Mutation
-from shaders import test_camera, test_hash, test_math, test_sampler
+from shaders import test_camera, test_hash, test_math, test_sampler, test_warp
 
 
 def blocks_of_the_random_texture_differ(ctx: Any) -> None:
@@ -28,6 +28,7 @@ def pixels_and_vertices_are_stratified_together(ctx: Any) -> None:
         texture.release()
 
 
+WARP_NAMES = ("name", "width", "arguments", "pdf_arguments", "domain")
 STANDARD_ERROR = Check(test_convergence.test_standard_error_is_true, sampler="texture")
 
 MUTATIONS = [
@@ -39,7 +40,11 @@ MUTATIONS = [
         Check(test_camera.test_views_are_rays_the_other_way_round, name="default", aperture_radius=0.0),
     ),
     Mutation(
-        "cosine pdf 2 % too large", "core/warp.glsl", "max(0.0, v.z) * INVERSE_PI", "max(0.0, v.z) * 0.32468", STUDIO
+        "cosine pdf 2 % too large",
+        "core/warp.glsl",
+        "max(0.0, v.z) * INVERSE_PI",
+        "max(0.0, v.z) * 0.32468",
+        Check(test_warp.test_samples_have_the_density, **dict(zip(WARP_NAMES, test_warp.WARPS[1], strict=True))),
     ),
     Mutation(
         "MIS weight squared",
@@ -56,7 +61,11 @@ MUTATIONS = [
         STANDARD_ERROR,
     ),
     Mutation(
-        "all vertices share their random numbers", "sampler/sampler.glsl", "return 1 + vertex; ", "return 1; ", STUDIO
+        "all vertices share their random numbers",
+        "sampler/sampler.glsl",
+        "return 1 + vertex; ",
+        "return 1; ",
+        Check(test_sampler.test_no_two_uses_share_a_dimension),
     ),
     Mutation(
         "number not stretched after its first use",

@@ -114,7 +114,7 @@ def bounds(mesh: Mesh) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Minimum and maximum corner of the axis-aligned bounding box of all parts, in the object space of the mesh."""
     found = farthest(mesh, np.concatenate([-np.eye(3), np.eye(3)]))
     found = np.where(found == -np.inf, 0.0, found)
-    return -found[:3], found[3:]
+    return 0.0 - found[:3], found[3:]  # not -0
 
 
 def check_size(path: Path, mesh: Mesh) -> None:
