@@ -264,10 +264,11 @@ def test_scenes_of_meshes_must_gain_more() -> None:
     assert "1.50 < 1.6" in said[1]
 
 
-@pytest.mark.parametrize(("has_meshes", "least"), [(False, 64), (True, 128)])
-def test_short_pictures_ask_no_pilot(has_meshes: bool, least: int) -> None:
-    """By so many samples per pixel; who asks for adaptive sampling gets it."""
-    settings = RenderSettings()
+@pytest.mark.parametrize(("size", "has_meshes", "least"), [(640, False, 64), (640, True, 128), (128, True, 136)])
+def test_short_pictures_ask_no_pilot(size: int, has_meshes: bool, least: int) -> None:
+    """By so many samples per pixel, and of small pictures a quarter of which would be as many as the pilot's; who asks
+    for adaptive sampling gets it."""
+    settings = RenderSettings(width=size, height=size)
     few, _ = adaptive_sampling(settings, least - 1, has_meshes)
     enough, _ = adaptive_sampling(settings, least, has_meshes)
     asked_for, _ = adaptive_sampling(RenderSettings(adaptive="on"), least - 1, has_meshes)
@@ -311,9 +312,9 @@ def test_the_time_that_is_left_says_whether_a_pilot_pays(small, tmp_path) -> Non
     ("limits", "said"),
     [
         ({"spp": 48, "seconds": 1e6}, "the 48 samples per pixel are too few"),
-        ({"seconds": 60.0}, "the 60 samples per pixel are too few"),
-        ({"seconds": 70.0}, "squared error"),
-        ({"spp": 80, "seconds": float("inf")}, "squared error"),
+        ({"seconds": 130.0}, "the 130 samples per pixel are too few"),
+        ({"seconds": 140.0}, "squared error"),
+        ({"spp": 140, "seconds": float("inf")}, "squared error"),
         ({"seconds": 0.0}, "no more than 32 samples"),
     ],
 )

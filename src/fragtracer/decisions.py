@@ -8,11 +8,13 @@ from typing import Any, Literal
 from fragtracer import guiding, light_tracing
 from fragtracer.films import DECIDED
 from fragtracer.light_tracing import Decisions, decide_both
+from fragtracer.sampling.pilot import pilot_samples
 from fragtracer.scene import RenderSettings, Scene
 
 _LEAST_SAMPLES = 2**23  # of a picture for which a pilot of the gradient domain is asked: it takes 2^19 more at most
-# Samples per pixel of a picture for which any pilot is asked, and with meshes (docs/sampling.md).
-_LEAST_SPP, _LEAST_SPP_OF_MESHES = 64, 128
+# Samples per pixel of a picture for which any pilot is asked, and with meshes; and its samples, over those of a pilot that
+# ends with its first tiles (docs/sampling.md).
+_LEAST_SPP, _LEAST_SPP_OF_MESHES, _LEAST_PILOTS = 64, 128, 4
 
 
 @dataclass(frozen=True)
@@ -113,7 +115,7 @@ def adaptive_sampling(
         return "off", "off: as asked for"
     if impossible:
         return "off", f"off: {impossible}"
-    if settings.adaptive == "auto" and spp < _least_spp(has_meshes):
+    if settings.adaptive == "auto" and spp < _least_spp(settings, has_meshes):
         return "off", _too_few(spp)
     return settings.adaptive, ""
 
@@ -130,15 +132,18 @@ def gradient_domain(
     if settings.gradient_domain == "auto":
         if settings.adaptive == "on":
             return "off", "off: adaptive sampling was asked for"
-        if spp < _least_spp(has_meshes) or spp * settings.width * settings.height < _LEAST_SAMPLES:
+        if spp < _least_spp(settings, has_meshes) or spp * settings.width * settings.height < _LEAST_SAMPLES:
             return "off", _too_few(spp)
         if noise_is_rare(decisions):
             return "off", "off: light is traced from the lights, or guided: what is left of it is rare and bright"
     return settings.gradient_domain, ""
 
 
-def _least_spp(has_meshes: bool) -> int:
-    return _LEAST_SPP_OF_MESHES if has_meshes else _LEAST_SPP
+def _least_spp(settings: RenderSettings, has_meshes: bool) -> int:
+    """Samples per pixel of a picture for which a pilot is asked."""
+    pilot = int(pilot_samples(settings.width, settings.height)[0].sum())
+    of_pilot = -(-_LEAST_PILOTS * pilot // (settings.width * settings.height))
+    return max(of_pilot, _LEAST_SPP_OF_MESHES if has_meshes else _LEAST_SPP)
 
 
 def _too_few(spp: int) -> str:
