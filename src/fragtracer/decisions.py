@@ -12,8 +12,8 @@ from fragtracer.sampling.pilot import pilot_samples
 from fragtracer.scene import RenderSettings, Scene
 
 _LEAST_SAMPLES = 2**23  # of a picture for which a pilot of the gradient domain is asked: it takes 2^19 more at most
-# Samples per pixel of a picture for which any pilot is asked, and with meshes; and its samples, over those of a pilot that
-# ends with its first tiles (docs/sampling.md).
+# Samples per pixel of a picture for which any pilot is asked, and with meshes; and its samples over those of a pilot
+# that ends with its first tiles (docs/sampling.md).
 _LEAST_SPP, _LEAST_SPP_OF_MESHES, _LEAST_PILOTS = 64, 128, 4
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fragtracer.errors import SceneError
 from fragtracer.scene import Material
 from fragtracer.scene.tangents import with_tangents
 
@@ -195,3 +196,26 @@ def test_places_of_an_instanced_mesh(tmp_path: Path) -> None:
         atol=1e-6,
     )
     assert len({id(part.geometry) for part in model.mesh.parts}) == 1
+
+
+def test_morph_targets_have_the_weights_of_node_or_mesh(tmp_path: Path) -> None:
+    """Those of the node come first; where there are none, or 0, nothing moves. Two nodes share what is the same."""
+    gltf = Gltf(nodes=[{"mesh": 0}, {"mesh": 0, "weights": [0, 0]}, {"mesh": 0, "weights": [1, -2]}, {"mesh": 0}])
+    moves = np.random.default_rng(6).random((2, 3, 3))
+    turned = gltf.array([[1, 0, 0]] * 3)
+    targets = [{"POSITION": gltf.array(moves[0]), "NORMAL": turned}, {"POSITION": gltf.array(moves[1])}]
+    gltf.triangle(targets=targets, attributes={"NORMAL": gltf.array([[0, 0, 1]] * 3)})
+    gltf.content["meshes"][0]["weights"] = [0.5, 0.25]
+    gltf.content["scenes"] = [{"nodes": [0, 1, 2, 3]}]
+    model = gltf.read(tmp_path)
+    assert not model.ignored
+    found = [part.geometry for part in model.mesh.parts]
+    assert found[0] is found[3]
+    for geometry, (a, b) in zip(found, [(0.5, 0.25), (0, 0), (1, -2)], strict=False):
+        np.testing.assert_allclose(geometry.positions, TRIANGLE + a * moves[0] + b * moves[1], atol=1e-6)
+        assert geometry.normals is not None
+        direction = geometry.normals[0] / np.linalg.norm(geometry.normals[0])
+        np.testing.assert_allclose(direction, np.array([a, 0, 1]) / np.hypot(a, 1), atol=1e-6)
+    gltf.content["meshes"][0]["primitives"][0]["targets"][0]["POSITION"] = gltf.array(moves[0, :2])
+    with pytest.raises(SceneError, match=r"primitives\[0\].targets.POSITION: has 2 rows for 3 vertices"):
+        gltf.read(tmp_path)

@@ -557,14 +557,15 @@ def test_what_is_not_shown_is_listed(tmp_path: Path) -> None:
         materials=[{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
     )
     weights = gltf.array([[1, 0, 0, 0]] * 3)
-    gltf.triangle(material=0, targets=[{"POSITION": 0}], attributes={"COLOR_1": weights, "_ID": weights})
+    gltf.triangle(material=0, targets=[{"COLOR_1": weights}], attributes={"COLOR_1": weights, "_ID": weights})
+    gltf.content["meshes"][0]["weights"] = [1]
     gltf.content["meshes"][0]["primitives"].append({"attributes": {"POSITION": 0}, "mode": 1})
     with pytest.warns(UserWarning, match="ignored") as caught:
         model = gltf.read(tmp_path)
     assert len(caught) == 1
     assert str(caught[0].message).endswith(
         "x.gltf: ignored: KHR_materials_sheen, KHR_xmp_json_ld, animations, scenes but one, "
-        "morph targets, COLOR_1, _ID, "
+        "COLOR_1, _ID, COLOR_1 of morph targets, "
         "images[0]: none.png: no such file, points and lines"
     )
     assert model.materials["material 0"].albedo_texture is None

@@ -97,7 +97,7 @@ def _parts(container: Container, placed: list[PlacedNode], notes: list[str]) -> 
         places = instance_matrices(container, primitives.accessors, node, matrix, f"nodes[{index}]")
         for number, primitive in enumerate(mesh.primitives):
             place = f"meshes[{node.mesh}].primitives[{number}]"
-            if (geometry := primitives.get(primitive, place)) is None:
+            if (geometry := primitives.get(primitive, node.weights or mesh.weights, place)) is None:
                 continue
             at = places
             if node.skin is not None and (posed := skins.posed(node.skin, primitive, geometry, place)):

@@ -178,11 +178,12 @@ class Primitive(Item):
     indices: Index | None = None
     material: Index | None = None
     mode: Annotated[int, Field(ge=0, le=6)] = 4
-    targets: list[Any] = []
+    targets: list[dict[str, Index]] = []
 
 
 class Mesh(Item):
     primitives: list[Primitive]
+    weights: list[Number] = []
 
 
 class Node(Item):
@@ -191,6 +192,7 @@ class Node(Item):
     mesh: Index | None = None
     camera: Index | None = None
     skin: Index | None = None
+    weights: list[Number] | None = None
     matrix: Annotated[list[Number], Field(min_length=16, max_length=16)] | None = None
     translation: Vector = (0.0, 0.0, 0.0)
     rotation: tuple[Number, Number, Number, Number] = (0.0, 0.0, 0.0, 1.0)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Primitives of glTF meshes (section 3.7.2) to geometry of the scene model."""
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,7 @@ _ATTRIBUTES = (
     ("TEXCOORD_1", ("VEC2",), "uvs_1"),
     ("COLOR_0", ("VEC3", "VEC4"), "colors"),
 )
+_MORPHED = {"POSITION": "positions", "NORMAL": "normals", "TANGENT": "tangents"}
 _KNOWN = {"POSITION", "TEXCOORD_0", "TEXCOORD_1", "NORMAL", "TANGENT", "COLOR_0", "JOINTS_0", "WEIGHTS_0"}
 
 
@@ -36,24 +38,28 @@ class Primitives:
         self._made: dict[Any, Geometry] = {}
         self._triangles = 0
 
-    def get(self, primitive: gltf.Primitive, place: str) -> Geometry | None:
-        """The triangles of a primitive; None if it has none, with a note if it is of points or lines."""
+    def get(self, primitive: gltf.Primitive, weights: Sequence[float], place: str) -> Geometry | None:
+        """The triangles of a primitive whose morph targets have ``weights``, 0 where there are none; None if it has no
+        triangles, with a note if it is of points or lines."""
         if primitive.mode < _TRIANGLES:
             self._notes.append("points and lines")
             return None
         if "POSITION" not in primitive.attributes:
             raise self._container.error(place, "has no POSITION")
-        self._notes += ["morph targets" for _ in primitive.targets[:1]]
         self._notes += sorted(primitive.attributes.keys() - _KNOWN)
-        key = primitive.mode, primitive.indices, *sorted(primitive.attributes.items())
+        targets = [(target, weight) for target, weight in zip(primitive.targets, weights, strict=False) if weight]
+        morphed = tuple((*sorted(target.items()), weight) for target, weight in targets)
+        key = primitive.mode, primitive.indices, *sorted(primitive.attributes.items()), morphed
         if key not in self._made:
-            made = self._made[key] = self._make(primitive, place)
+            made = self._made[key] = self._make(primitive, targets, place)
             self._triangles += len(made.triangles)
             if self._triangles > _MOST_TRIANGLES:
                 raise self._container.error(place, f"with it the model has more than {_MOST_TRIANGLES} triangles")
         return self._made[key] if len(self._made[key].triangles) else None
 
-    def _make(self, primitive: gltf.Primitive, place: str) -> Geometry:
+    def _make(
+        self, primitive: gltf.Primitive, targets: Sequence[tuple[Mapping[str, int], float]], place: str
+    ) -> Geometry:
         compressed = decompress(self._container, self.accessors, primitive, place)
         where = f"{place}.attributes"
         position = primitive.attributes["POSITION"]
@@ -61,6 +67,8 @@ class Primitives:
         for name, types, key in _ATTRIBUTES:
             if name in primitive.attributes:
                 arrays[key] = self.accessors.get(primitive.attributes[name], f"{where}.{name}", types)
+        for target, weight in targets:
+            self._morph(arrays, target, weight, f"{place}.targets")
         if "colors" in arrays and arrays["colors"].dtype.kind == "u":  # not marked as normalized, which they must be
             arrays["colors"] = arrays["colors"] / np.float32(np.iinfo(arrays["colors"].dtype).max)
         if "normals" not in arrays:
@@ -79,6 +87,18 @@ class Primitives:
             arrays, triangles = _used(arrays, triangles)
         copies = {name: array.copy() for name, array in arrays.items()}  # views would keep the file in memory
         return geometry(f"{self._container.path}: {place}", triangles=triangles, **copies)
+
+    def _morph(self, arrays: dict[str, NDArray[Any]], target: Mapping[str, int], weight: float, place: str) -> None:
+        """Move vertices, normals and tangents by a morph target (glTF 2.0, section 3.7.2.2)."""
+        self._notes += sorted(f"{name} of morph targets" for name in target.keys() - _MORPHED.keys())
+        for name, key in _MORPHED.items():
+            if name in target and key in arrays:
+                by = self.accessors.get(target[name], f"{place}.{name}", ("VEC3",))
+                moved = arrays[key].astype(np.float64)
+                if len(by) != len(moved):
+                    raise self._container.error(f"{place}.{name}", f"has {len(by)} rows for {len(moved)} vertices")
+                moved[:, :3] += weight * by
+                arrays[key] = moved
 
 
 def _used(
