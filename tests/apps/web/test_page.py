@@ -135,13 +135,24 @@ def test_a_size_is_that_of_its_sphere_beside_a_grid():
     assert [shapes[t["word"]] for t in size["targets"] if t.get("table") == "u_shapes"] == [0.75]
 
 
-@pytest.mark.parametrize(("coat", "found"), [(0.0, {"albedo"}), (0.5, {"albedo", "roughness", "metallic"})])
+COATED = {"albedo", "roughness", "metallic", "coat", "coat_roughness"}
+
+
+@pytest.mark.parametrize(("coat", "found"), [(0.0, {"albedo"}), (0.5, COATED)])
 def test_what_of_a_lambert_base_can_be_changed(coat, found):
-    """Under a coat it is of a program that has a specular lobe."""
-    base = {"base": ft.Material(specular=0.0, coat=coat)}
-    scene = ft.Scene(materials=base, spheres=[ft.Sphere((0, 0, 0), 1, "base")], ambient=ft.Ambient(1.0))
+    """Under a coat it is of a program that has a specular lobe, and the coat is what the scene with its values would
+    have."""
+    base = {"plain": ft.Material(coat=0.75), "base": ft.Material(specular=0.0, coat=coat)}
+    spheres = [ft.Sphere((0, 0, 0), 1, name) for name in base]
+    scene = ft.Scene(materials=base, spheres=spheres, ambient=ft.Ambient(1.0))
     controls = payload.controls_by_name(scene, scene.render, Look())
-    assert {name.removesuffix("-0") for name in controls if name.endswith("-0")} == found
+    assert {name.removesuffix("-1") for name in controls if name.endswith("-1")} == found
+    for name in found & {"coat", "coat_roughness"}:
+        (target,) = controls[f"{name}-1"]["targets"]
+        edited = replace(scene, materials=base | {"base": replace(base["base"], **{name: 0.625})})
+        words = [pack(s, s.render, 8, 8).tables["u_scene"][0].view(np.float32).flat for s in (scene, edited)]
+        assert [of[target["word"]] for of in words] == [controls[f"{name}-1"]["value"], 0.625]
+        assert target["value"] == [1.0]
 
 
 def test_the_runner_is_built_from_its_sources():

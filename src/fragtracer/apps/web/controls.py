@@ -96,7 +96,7 @@ def _objects(scene: Scene, packed: PackedScene) -> Iterator[Control]:
 
 
 def _surface(material: Material, packed: PackedScene, number: int) -> Iterator[Control]:
-    """Colour, roughness and metallic; the program has no specular lobe where no material had one."""
+    """Colour, roughness, metallic and the coat; the program has no specular lobe where no material had one."""
     if material.unlit or material.is_emissive or material.model not in (DEFAULT_MODEL, "eon"):
         return
     words = _words(packed, "material", MATERIAL_RECORDS["Material"], number)
@@ -124,6 +124,15 @@ def _surface(material: Material, packed: PackedScene, number: int) -> Iterator[C
         least = min(0.02, material.roughness)  # smoother ones are deltas, which the program may not have
         for name, value, low in (("roughness", material.roughness, least), ("metallic", material.metalness, 0.0)):
             yield _slider(name, name.capitalize(), "surface", value, low, 1.0, 0.01, targets=[{"surface": surface}])
+    if material.is_coated:
+        record = int(packed.tables["u_scene"][0].flat[words["record"]])
+        coat = _words(packed, "clear_coat", MATERIAL_RECORDS["ClearCoat"], record)
+        for field, label, value in (
+            ("weight", "Coat", material.coat),
+            ("roughness", "Coat roughness", material.coat_roughness),
+        ):
+            target = {"word": coat[field], "value": [1.0]}
+            yield _slider(label.lower().replace(" ", "_"), label, "scale", value, 0.0, 1.0, 0.01, targets=[target])
 
 
 def _emission(
