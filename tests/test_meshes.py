@@ -5,6 +5,7 @@ an edit costs."""
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import moderngl
 import numpy as np
@@ -261,11 +262,31 @@ def test_a_tree_is_found_on_disk(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = mesh_scene(geometry(field(30, seed=5)))
     first = pack(scene, scene.render, 64, 64)
     hierarchy.pack_bvh.cache_clear()
-    instances._topology.cache_clear()
+    instances._topologies.clear()
     monkeypatch.setattr(instances, "build", fails)
     again = pack(scene, scene.render, 64, 64)
     assert records(again) is not records(first)
     np.testing.assert_array_equal(records(again), records(first))
+
+
+def test_trees_of_many_small_meshes_share_a_file(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Beside that of a large one, and are those that each has alone; two meshes of the same triangles share one."""
+    monkeypatch.setenv("FRAGTRACER_CACHE", str(tmp_path))
+    monkeypatch.setattr(instances, "_FILES", 4)
+    shapes = [*(geometry(field(2, seed=seed)) for seed in (0, 1, 2, 3, 4, 5, 0)), geometry(field(30, seed=6))]
+    alone = [instances._built([shape])[0].children for shape in shapes]
+    for path in tmp_path.iterdir():
+        path.unlink()
+    parts = tuple(Part(shape, "mesh") for shape in shapes)
+    scene = replace(mesh_scene(shapes[0]), meshes=(Mesh(parts),))
+    first = pack(scene, scene.render, 64, 64)
+    assert len(list(tmp_path.glob("bvh-*"))) == 2
+    for shape, children in zip(shapes, alone, strict=True):
+        np.testing.assert_array_equal(instances._topologies[shape].children, children)
+    hierarchy.pack_bvh.cache_clear()
+    instances._topologies.clear()
+    monkeypatch.setattr(instances, "build", fails)
+    np.testing.assert_array_equal(records(pack(scene, scene.render, 64, 64)), records(first))
 
 
 def records(packed: PackedScene) -> np.ndarray:

@@ -23,6 +23,8 @@ Arrays = dict[str, NDArray[Any]]
 _log = logging.getLogger(__name__)
 
 LIMIT = 2 * 2**30  # bytes; beyond it, the files that were not used for longest go
+_UNTRIMMED = 1 / 64  # of LIMIT that is written before it is looked for files to delete
+_untrimmed: float = LIMIT  # bytes that this process has written since it did so
 _DIGEST = 16  # bytes at the head of a file, of the key and of all that follows
 
 
@@ -84,13 +86,23 @@ def _write(path: Path, key: str, arrays: dict[str, Any]) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         with replacing(path) as part:
             part.write_bytes(_digest(key, content) + content)
-        _trim(path)
+        _trim_after(len(content), path)
     except (OSError, OutputError) as error:
         warnings.warn(f"nothing is kept for the next start: {error}", stacklevel=3)
 
 
 def _digest(key: str, content: bytes) -> bytes:
     return hashlib.blake2b(content, digest_size=_DIGEST, key=key.encode()[:64]).digest()
+
+
+def _trim_after(written: int, kept: Path) -> None:
+    """Trim after the first file of this process and then after so many bytes that it costs little: many small files may
+    follow each other, and it looks at all that are there."""
+    global _untrimmed
+    _untrimmed += written
+    if _untrimmed > _UNTRIMMED * LIMIT:
+        _trim(kept)
+        _untrimmed = 0
 
 
 def _trim(kept: Path) -> None:

@@ -5,9 +5,9 @@ The topology of a BLAS belongs to the geometry and is kept on disk; it is refitt
 geometry whose instances would take much memory has one BLAS in its own space, which rays enter through a matrix.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, MutableMapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,12 +15,14 @@ from numpy.typing import NDArray
 from fragtracer.bvh import Bvh, Layout, build
 from fragtracer.cache import cached
 from fragtracer.scene import Geometry, Mesh
+from fragtracer.scene.content import content_digest
 
 Floats = NDArray[np.float64]
 Texels = NDArray[np.float32]
 
-_BVH_VERSION = 8  # of fragtracer.bvh, for the files kept on disk
-_BVHS_KEPT = 64  # in memory
+_BVH_VERSION = 9  # of fragtracer.bvh, for the files kept on disk
+# Of more geometries than this those of fewer triangles share a file on disk.
+_FILES, _SMALL = 64, 1024
 # Instances of a geometry have a BLAS each while they add fewer triangles than this: rays then need no matrix.
 MOST_REPEATED = 100_000
 # Instances through whose matrices bounds would grow by more than this, relative to the mesh, do not share a BLAS.
@@ -95,6 +97,7 @@ def instances_of(meshes: Sequence[Mesh], materials: Mapping[str, MeshMaterial], 
 
 def fit(instances: Sequence[Instance], epsilon: float) -> tuple[list[Blas], list[Blas | TransformedInstance]]:
     """The BLAS that are shared, and all instances in their order; bounds grow by ``epsilon`` metres."""
+    _find_topologies(instance.geometry for instance in instances)
     local = _local_epsilons(instances, epsilon)
     may_share: dict[Geometry, list[int]] = {}
     for i, instance in enumerate(instances):
@@ -135,7 +138,7 @@ def _in_own_space(geometry: Geometry) -> Instance:
 
 def _blas(instance: Instance, epsilon: float) -> Blas:
     """An instance and its BVH, bounds grown by ``epsilon``."""
-    bvh = _topology(instance.geometry)
+    bvh = _topologies[instance.geometry]
     positions = (instance.geometry.positions @ instance.matrix[:, :3].T + instance.matrix[:, 3]).astype(np.float32)
     corners = positions[instance.triangles]
     child_bounds, bounds = bvh.child_bounds(triangle_bounds(corners))
@@ -152,17 +155,42 @@ def _instance_bounds(instances: Sequence[Instance], bounds: Texels, epsilon: flo
     return np.concatenate([middle - half, -(middle + half)], axis=1).astype(np.float32)
 
 
-@lru_cache(maxsize=_BVHS_KEPT)
-def _topology(geometry: Geometry) -> Bvh:
-    """The BVH of a geometry, from the disk if it was built before."""
+# The BVHs of the geometries that there are.
+_topologies: MutableMapping[Geometry, Bvh] = WeakKeyDictionary()
+
+
+def _find_topologies(geometries: Iterable[Geometry]) -> None:
+    """Have the BVHs of ``geometries`` in memory, from the disk if they were built before."""
+    missing: dict[str, list[Geometry]] = {}
+    for geometry in geometries:
+        if geometry not in _topologies:
+            missing.setdefault(geometry.digest, []).append(geometry)
+    small = sorted(digest for digest, (first, *_) in missing.items() if len(first.triangles) < _SMALL)
+    together = set(small if len(small) > _FILES else ())
+    groups = [sorted(together)] if together else []
+    for digests in (*groups, *([digest] for digest in missing if digest not in together)):
+        for digest, bvh in zip(digests, _built([missing[digest][0] for digest in digests]), strict=True):
+            for geometry in missing[digest]:
+                _topologies[geometry] = bvh
+
+
+def _built(geometries: Sequence[Geometry]) -> list[Bvh]:
+    """The BVHs of geometries, from one file if they were built before."""
 
     def make() -> dict[str, NDArray[np.generic]]:
-        positions = (geometry.positions - _middle(geometry)).astype(np.float32)
-        bvh = build(triangle_bounds(positions[geometry.triangles]))
-        return {"children": bvh.children, "depth": np.array(bvh.depth)}
+        found = []
+        for geometry in geometries:
+            positions = (geometry.positions - _middle(geometry)).astype(np.float32)
+            found.append(build(triangle_bounds(positions[geometry.triangles])))
+        children = np.concatenate([bvh.children for bvh in found])
+        nodes, depth = (np.array(values) for values in zip(*((len(b.children), b.depth) for b in found), strict=True))
+        return {"children": children, "nodes": nodes, "depth": depth}
 
-    arrays = cached("bvh", f"{_BVH_VERSION}-{geometry.digest}", make, "building a BVH")
-    return Bvh(arrays["children"], int(arrays["depth"]))
+    digests = [geometry.digest for geometry in geometries]
+    arrays = cached("bvh", f"{_BVH_VERSION}-{content_digest(*digests)}", make, "building BVHs")
+    ends = np.cumsum(arrays["nodes"])
+    parts = np.split(arrays["children"], ends[:-1])
+    return [Bvh(children, int(depth)) for children, depth in zip(parts, arrays["depth"], strict=True)]
 
 
 def _middle(geometry: Geometry) -> Floats:
