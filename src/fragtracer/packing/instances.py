@@ -21,7 +21,7 @@ Floats = NDArray[np.float64]
 Texels = NDArray[np.float32]
 
 _BVH_VERSION = 9  # of fragtracer.bvh, for the files kept on disk
-# Of more geometries than this those of fewer triangles share a file on disk.
+# BVHs of more geometries than this, of fewer triangles each, share a file on disk.
 _FILES, _SMALL = 64, 1024
 # Instances of a geometry have a BLAS each while they add fewer triangles than this: rays then need no matrix.
 MOST_REPEATED = 100_000
@@ -155,7 +155,7 @@ def _instance_bounds(instances: Sequence[Instance], bounds: Texels, epsilon: flo
     return np.concatenate([middle - half, -(middle + half)], axis=1).astype(np.float32)
 
 
-# The BVHs of the geometries that there are.
+# BVHs, for as long as there are their geometries.
 _topologies: MutableMapping[Geometry, Bvh] = WeakKeyDictionary()
 
 
@@ -166,9 +166,10 @@ def _find_topologies(geometries: Iterable[Geometry]) -> None:
         if geometry not in _topologies:
             missing.setdefault(geometry.digest, []).append(geometry)
     small = sorted(digest for digest, (first, *_) in missing.items() if len(first.triangles) < _SMALL)
-    together = set(small if len(small) > _FILES else ())
-    groups = [sorted(together)] if together else []
-    for digests in (*groups, *([digest] for digest in missing if digest not in together)):
+    files = [[digest] for digest in missing]
+    if len(small) > _FILES:
+        files = [small, *([digest] for digest in missing.keys() - small)]
+    for digests in files:
         for digest, bvh in zip(digests, _built([missing[digest][0] for digest in digests]), strict=True):
             for geometry in missing[digest]:
                 _topologies[geometry] = bvh
