@@ -237,8 +237,13 @@ def test_what_the_system_cannot_encode_another_ffmpeg_does(tmp_path, monkeypatch
     assert (tmp_path / "a.mp4").exists()
 
 
-def test_a_program_that_does_not_run_is_no_ffmpeg(tmp_path, monkeypatch, capsys, ffmpeg_without_encoders):
+def test_a_program_that_does_not_run_or_end_is_no_ffmpeg(tmp_path, monkeypatch, capsys, ffmpeg_without_encoders):
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
-    ffmpeg_without_encoders.write_text("neither a script nor a program")
-    assert status_of(monkeypatch, *COMMAND, "--turntable", 2, "-o", tmp_path / "a.mp4") == 2
-    assert f"{ffmpeg_without_encoders}: Exec format error; " in capsys.readouterr().err
+    monkeypatch.setattr("fragtracer.apps.cli.video._PATIENCE", 0.5)
+    for text, said in (
+        ("neither a script nor a program", "Exec format error"),
+        ("#!/bin/sh\nexec sleep 20\n", "it has not written a frame within 0.5 s"),
+    ):
+        ffmpeg_without_encoders.write_text(text)
+        assert status_of(monkeypatch, *COMMAND, "--turntable", 2, "-o", tmp_path / "a.mp4") == 2
+        assert f"{ffmpeg_without_encoders}: {said}; " in capsys.readouterr().err

@@ -18,6 +18,7 @@ _CODECS = {
     ".webm": ["-c:v", "libvpx-vp9", "-crf", "20", "-b:v", "0"],
 }
 SUFFIXES = tuple(_CODECS)
+_PATIENCE = 60.0  # seconds for a film of one frame
 # The pictures are sRGB; its primaries are those of Rec. 709, of which the film gets the matrix and the studio range.
 _COLORS = ["-vf", "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int,format=yuv420p"]
 _COLORS += ["-color_range", "tv", "-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "iec61966-2-1"]
@@ -57,7 +58,7 @@ def _ffmpeg(path: Path, width: int, height: int, fps: Fraction) -> str:
     for program in _programs():
         with tempfile.TemporaryDirectory() as folder:
             command = [program, *_arguments(path, width, height, fps), str(Path(folder) / "film")]
-            problem = _problem(command, [bytes(3 * width * height)])
+            problem = _problem_at_once(command, bytes(3 * width * height))
         if problem is None:
             return program
         found.append(f"{program}: {problem.splitlines()[0].rpartition('] ')[2]}")
@@ -84,6 +85,17 @@ def _arguments(path: Path, width: int, height: int, fps: Fraction) -> list[str]:
     return ["-y", "-loglevel", "error", *given, *_COLORS, *_CODECS[suffix], "-f", suffix[1:]]
 
 
+def _problem_at_once(command: Sequence[str], frame: bytes) -> str | None:
+    """Have FFmpeg write one frame; what it says if it cannot, or that it does not end."""
+    try:
+        done = subprocess.run(command, input=frame, capture_output=True, timeout=_PATIENCE, check=False)
+    except OSError as error:
+        return error.strerror or str(error)
+    except subprocess.TimeoutExpired:
+        return f"it has not written a frame within {_PATIENCE:g} s"
+    return _said(done.returncode, done.stderr)
+
+
 def _problem(command: Sequence[str], frames: Iterable[bytes]) -> str | None:
     """Have FFmpeg write ``frames``; what it says if it cannot."""
     try:
@@ -96,5 +108,10 @@ def _problem(command: Sequence[str], frames: Iterable[bytes]) -> str | None:
         with suppress(BrokenPipeError), process.stdin as pipe:  # it says why
             for frame in frames:
                 pipe.write(frame)
-        said = process.stderr.read().decode(errors="replace").strip()
-    return None if process.returncode == 0 else said or f"it ends with status {process.returncode}"
+        said = process.stderr.read()
+    return _said(process.returncode, said)
+
+
+def _said(status: int, errors: bytes) -> str | None:
+    """Why FFmpeg has ended with ``status``; None if it has not failed."""
+    return None if status == 0 else errors.decode(errors="replace").strip() or f"it ends with status {status}"
