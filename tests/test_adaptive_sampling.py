@@ -266,8 +266,8 @@ def test_scenes_of_meshes_must_gain_more() -> None:
 
 @pytest.mark.parametrize(("size", "has_meshes", "least"), [(640, False, 64), (640, True, 128), (128, True, 136)])
 def test_short_pictures_ask_no_pilot(size: int, has_meshes: bool, least: int) -> None:
-    """By so many samples per pixel, and of small pictures a quarter of which would be as many as the pilot's; who asks
-    for adaptive sampling gets it."""
+    """Of less than so many samples per pixel, or less than four times as many samples as a pilot; who asks for
+    adaptive sampling gets it."""
     settings = RenderSettings(width=size, height=size)
     few, _ = adaptive_sampling(settings, least - 1, has_meshes)
     enough, _ = adaptive_sampling(settings, least, has_meshes)

@@ -23,8 +23,8 @@ Arrays = dict[str, NDArray[Any]]
 _log = logging.getLogger(__name__)
 
 LIMIT = 2 * 2**30  # bytes; beyond it, the files that were not used for longest go
-_UNTRIMMED = 1 / 64  # of LIMIT that is written before it is looked for files to delete
-_untrimmed: float = LIMIT  # bytes that this process has written since it did so
+_UNTRIMMED = 1 / 64  # of LIMIT that a process writes before it trims again
+_untrimmed: float = LIMIT  # bytes written since this process has trimmed; so many that its first file lets it do so
 _DIGEST = 16  # bytes at the head of a file, of the key and of all that follows
 
 
@@ -96,8 +96,8 @@ def _digest(key: str, content: bytes) -> bytes:
 
 
 def _trim_after(written: int, kept: Path) -> None:
-    """Trim after the first file of this process and then after so many bytes that it costs little: many small files may
-    follow each other, and it looks at all that are there."""
+    """Trim after the first file of this process, and then not after each: many small ones may follow each other, and to
+    trim looks at all that are there."""
     global _untrimmed
     _untrimmed += written
     if _untrimmed > _UNTRIMMED * LIMIT:

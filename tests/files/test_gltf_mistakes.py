@@ -118,6 +118,19 @@ MISTAKES: dict[str, tuple[Any, str]] = {
         lambda d: d.update(nodes=[{"mesh": 0, "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {}}}}]),
         "nodes[0].extensions.EXT_mesh_gpu_instancing.attributes: must have TRANSLATION, ROTATION or SCALE, and as many",
     ),
+    "far places": (
+        lambda d: d.update(
+            nodes=[
+                {
+                    "mesh": 0,
+                    "translation": [3e38, 0, 0],
+                    "scale": [3e38, 1, 1],
+                    "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 1}}},
+                }
+            ]
+        ),
+        "nodes[0].extensions.EXT_mesh_gpu_instancing.attributes: one of the places is not finite, or overflows",
+    ),
     "joint": (
         lambda d: (
             d.update(nodes=[{"mesh": 0, "skin": 0}], skins=[{"joints": [3]}]),

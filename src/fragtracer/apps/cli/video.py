@@ -58,7 +58,7 @@ def _ffmpeg(path: Path, width: int, height: int, fps: Fraction) -> str:
     for program in _programs():
         with tempfile.TemporaryDirectory() as folder:
             command = [program, *_arguments(path, width, height, fps), str(Path(folder) / "film")]
-            problem = _problem_at_once(command, bytes(3 * width * height))
+            problem = _problem_of_trial(command, bytes(3 * width * height))
         if problem is None:
             return program
         found.append(f"{program}: {problem.splitlines()[0].rpartition('] ')[2]}")
@@ -85,8 +85,8 @@ def _arguments(path: Path, width: int, height: int, fps: Fraction) -> list[str]:
     return ["-y", "-loglevel", "error", *given, *_COLORS, *_CODECS[suffix], "-f", suffix[1:]]
 
 
-def _problem_at_once(command: Sequence[str], frame: bytes) -> str | None:
-    """Have FFmpeg write one frame; what it says if it cannot, or that it does not end."""
+def _problem_of_trial(command: Sequence[str], frame: bytes) -> str | None:
+    """Have FFmpeg write a film of one frame; what it says if it cannot, or that it does not end."""
     try:
         done = subprocess.run(command, input=frame, capture_output=True, timeout=_PATIENCE, check=False)
     except OSError as error:

@@ -35,10 +35,7 @@ class Accessors:
             if accessor.sparse is not None:
                 array = self._sparse(index, accessor, array)
             array = _fractions(array) if accessor.normalized else array
-            self._bytes += array.nbytes if array.flags.owndata else 0
-            if self._bytes > _MOST_BYTES:
-                raise self._container.error(place, f"with it all arrays take more than {_MOST_BYTES} bytes")
-            self._read[index] = array
+            self._keep(index, array, place)
         return self._read[index]
 
     def supply(self, index: int, values: NDArray[Any], place: str) -> None:
@@ -53,7 +50,13 @@ class Accessors:
         if values.shape != shape or (dtype.kind != "f" and (converted != values).any()):
             found = f"{values.shape} of type {values.dtype}"
             raise self._container.error(place, f"accessors[{index}] wants {shape} numbers of type {dtype}, not {found}")
-        self._read[index] = _fractions(converted) if accessor.normalized else converted
+        self._keep(index, _fractions(converted) if accessor.normalized else converted, place)
+
+    def _keep(self, index: int, array: NDArray[Any], place: str) -> None:
+        self._bytes += array.nbytes if array.flags.owndata else 0
+        if self._bytes > _MOST_BYTES:
+            raise self._container.error(place, f"with it all arrays take more than {_MOST_BYTES} bytes")
+        self._read[index] = array
 
     def _dense(self, index: int, accessor: Any) -> NDArray[Any]:
         dtype, width = np.dtype(_TYPES[accessor.componentType]), _WIDTHS[accessor.type]

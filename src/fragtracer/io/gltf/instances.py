@@ -7,6 +7,7 @@ from fragtracer.io.gltf import document as gltf
 from fragtracer.io.gltf.accessors import Accessors
 from fragtracer.io.gltf.container import Container
 from fragtracer.io.gltf.nodes import Matrix, local_matrices
+from fragtracer.scene.fields import LARGEST
 
 EXTENSION = "EXT_mesh_gpu_instancing"
 _MOST = 2**20  # places of a node
@@ -23,7 +24,7 @@ def instance_matrices(
 ) -> list[Matrix]:
     """The world matrices, (4, 4), of all places of the mesh of ``node``, whose own is ``matrix``.
 
-    Raises SceneError where the attributes of the places are not of one number.
+    Raises SceneError where the attributes of the places are not of one number, or not finite.
     """
     found = container.extension(gltf.Instancing, node, EXTENSION, place)
     if found is None:
@@ -40,4 +41,8 @@ def instance_matrices(
     if count > _MOST:
         raise container.error(where, f"there are {count} places, more than {_MOST}")
     columns = (arrays.get(name, np.tile(default, (count, 1))) for name, (default, _) in _ATTRIBUTES.items())
-    return list(matrix @ local_matrices(*columns))
+    with np.errstate(all="ignore"):
+        matrices = matrix @ local_matrices(*columns)
+    if not (np.abs(matrices) <= LARGEST).all():
+        raise container.error(where, "one of the places is not finite, or overflows")
+    return list(matrices)
