@@ -216,6 +216,11 @@ def test_morph_targets_have_the_weights_of_node_or_mesh(tmp_path: Path) -> None:
         assert geometry.normals is not None
         direction = geometry.normals[0] / np.linalg.norm(geometry.normals[0])
         np.testing.assert_allclose(direction, np.array([a, 0, 1]) / np.hypot(a, 1), atol=1e-6)
-    gltf.content["meshes"][0]["primitives"][0]["targets"][0]["POSITION"] = gltf.array(moves[0, :2])
+    far = gltf.array([[3e38, np.inf, 0]] * 3)
+    gltf.content["meshes"][0] |= {"weights": [3e38, -1]}
+    targets[:] = [{"POSITION": far}, {"POSITION": far}]
+    with pytest.raises(SceneError, match=r"primitives\[0\]: positions must be finite"):
+        gltf.read(tmp_path)
+    targets[0]["POSITION"] = gltf.array(moves[0, :2])
     with pytest.raises(SceneError, match=r"primitives\[0\].targets.POSITION: has 2 rows for 3 vertices"):
         gltf.read(tmp_path)

@@ -97,7 +97,8 @@ class Primitives:
                 moved = arrays[key].astype(np.float64)
                 if len(by) != len(moved):
                     raise self._container.error(f"{place}.{name}", f"has {len(by)} rows for {len(moved)} vertices")
-                moved[:, :3] += weight * by
+                with np.errstate(all="ignore"):  # what is not finite then is refused
+                    moved[:, :3] += weight * by.astype(np.float64)
                 arrays[key] = moved
 
 
