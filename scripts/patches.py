@@ -83,6 +83,6 @@ def tube(path: ArrayLike, radii: ArrayLike, columns: int, rows: int, hollow: boo
         wide = (radius(t)[..., 0] * inside)[..., None]
         angle = (2 * np.pi * u)[..., None]
         flat = line(t) + wide * np.cos(angle) * side
-        return np.concatenate([flat, -wide * np.sin(angle)], -1)
+        return np.concatenate([flat, wide * np.sin(angle)], -1)
 
     return patch(surface, columns, rows)
