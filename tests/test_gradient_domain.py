@@ -118,9 +118,13 @@ def test_a_pilot_goes_on_where_its_first_tiles_leave_too_much_open(
     np.testing.assert_array_equal(pilot.items.mean[: len(first.items.mean)], first.items.mean)
     np.testing.assert_array_equal(pilot.tiles.pixels[:16], first.tiles.pixels)
     monkeypatch.undo()
+    gain = pilot.found().gain
     for least, asks in ((1.02, True), (0.25, False)):
-        monkeypatch.setattr("fragtracer.sampling.gradients.LEAST_GAIN", least * pilot.found().gain)
-        assert pilot.asks_for_more(8 * 160, 8 * 112) == asks
+        assert pilot.asks_for_more(least * gain, 8 * 160, 8 * 112) == asks
+    for dots, least, asks in ((1, 0.25, True), (3, 0.25, True), (1, 4.0, False), (60, 0.25, False)):
+        pilot.__dict__["_dots"] = np.zeros((len(pilot.tiles.weights), 16, 16))
+        pilot._dots.reshape(len(pilot.tiles.weights), -1).T.flat[: 2 * dots : 2] = 1
+        assert pilot.asks_for_more(least * gain, 8 * 160, 8 * 112) == asks, dots
 
 
 def test_no_sample_of_the_picture_decides(ctx: Any, monkeypatch: pytest.MonkeyPatch) -> None:

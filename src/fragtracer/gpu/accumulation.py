@@ -185,8 +185,11 @@ class Accumulation:
             return False
         if self._gradients is None or self.gradient_domain == "on":
             return self._gradients is not None
-        above_least = self._gradients.gain / gradients.LEAST_GAIN
-        return self._gradients.pays and (self._stays_even or above_least > (self._gain or 0.0) / self.least_gain)
+        return self._gradients.pays and self._gradients.gain >= self._least_of_gradients(self._gain)
+
+    def _least_of_gradients(self, gain: float | None) -> float:
+        """The least gain by differences where adaptive sampling promises another: as far above their own least gain."""
+        return gradients.LEAST_GAIN * max(1.0, (gain or 0.0) / self.least_gain)
 
     @property
     def shares_numbers(self) -> bool:
@@ -236,7 +239,7 @@ class Accumulation:
             if asks_adaptive:
                 gain = pilot.gain()
             if asks_gradients:
-                found = yield from pilots.gradients(pilot)
+                found = yield from pilots.gradients(pilot, self._least_of_gradients(gain))
         self._gain, self._gradients = gain, found
 
     def pilot(self, tracer: Tracer) -> Pixels:

@@ -41,13 +41,14 @@ class PilotTracer:
             items = _joined([items, more])
         return items
 
-    def gradients(self, pilot: Pilot) -> Generator[float, None, Gradients]:
-        """What differences of neighbours are worth, by the tiles of ``pilot``."""
+    def gradients(self, pilot: Pilot, least_gain: float) -> Generator[float, None, Gradients]:
+        """What differences of neighbours are worth, by the first tiles of ``pilot``, or by all where these leave open
+        whether a picture is made from differences, whose gain must be ``least_gain``."""
         first, every = pilot.drawn
         variance, known = pilot.tiles.variance(pilot.items), len(first.pixels)
         items = yield from self._sampled(gradients.pilot_list(first.pixels), SAMPLES)
         found = GradientPilot(items, first, variance[:known], pilot.rate)
-        if found.asks_for_more(*self.size):
+        if found.asks_for_more(least_gain, *self.size):
             others = Tiles(every.pixels[known:], every.weights[known:])
             more = yield from self._sampled(gradients.pilot_list(others.pixels), SAMPLES)
             if len(variance) == known:

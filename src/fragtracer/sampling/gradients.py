@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.sampling.allocation import FIRST_STAGE, WorkList
-from fragtracer.sampling.pilot import SAMPLES, TILE, Tiles, others_pay, twice
+from fragtracer.sampling.pilot import SAMPLES, TILE, Tiles, others, others_pay, twice
 from fragtracer.sampling.pixels import Pixels, around
 
 Floats = NDArray[np.float64]
@@ -226,12 +226,16 @@ class GradientPilot:
     def found(self) -> Gradients:
         """The best decorrelation, and what comes of it."""
         gains = self._gains(self.tiles)
-        best = int(gains.argmax())
-        return Gradients(float(gains[best]), _DECORRELATIONS[best], self._dark(_DECORRELATIONS[best]))
+        return Gradients(float(gains.max()), self._decorrelation, self._dark(self.tiles))
 
-    def asks_for_more(self, width: int, height: int) -> bool:
-        """Whether samples of the other tiles, too, would be worth more than they cost in a picture of that size."""
-        return others_pay(lambda tiles: float(self._gains(tiles).max()), LEAST_GAIN, self.tiles, width, height)
+    def asks_for_more(self, least_gain: float, width: int, height: int) -> bool:
+        """Whether samples of the other tiles, too, would be worth more than they cost in a picture of that size, which
+        is made from differences if their gain is ``least_gain`` and dark dots are few."""
+        if others_pay(lambda tiles: float(self._gains(tiles).max()), least_gain, self.tiles, width, height):
+            return True
+        if self._gains(self.tiles).max() < least_gain or not others(self.tiles, width, height):
+            return False
+        return abs(self._dark(self.tiles) - _MOST_DARK) < 2 * self.tiles.deviation(self._dark)
 
     def _gains(self, tiles: Tiles) -> Floats:
         """By decorrelation, with these weights of the tiles."""
@@ -249,14 +253,24 @@ class GradientPilot:
         squares = np.square(pictures / self._brightness[..., None])
         return np.asarray(squares.mean(axis=(2, 3, 4)) + _ROUNDING**2)
 
-    def _dark(self, decorrelation: float) -> float:
-        """The share of dark dots in what is made of the tiles themselves."""
+    def _dark(self, tiles: Tiles) -> float:
+        """The share of dark dots, with these weights of the tiles."""
+        return float(tiles.mean(self._dots))
+
+    @cached_property
+    def _dots(self) -> Floats:
+        """1 where a dark dot is in what is made of the tiles themselves, and 0 elsewhere, (tiles, rows, columns)."""
         single = self.tiles.tiled(self.items.mean)[..., :3].mean(axis=-1, dtype=np.float64)
-        made = reconstruct(single[:1], single[1:], self._weights(decorrelation))[0]
+        made = reconstruct(single[:1], single[1:], self._weights(self._decorrelation))[0]
         before = single.mean(axis=0)
         expected = np.minimum(before, [around(tile, _NEIGHBOURS) for tile in before])
         is_dark = (made < _DARK * expected) & (before >= self._brightness)
-        return float(self.tiles.mean(is_dark.astype(np.float64)))
+        return np.asarray(is_dark, np.float64)
+
+    @cached_property
+    def _decorrelation(self) -> float:
+        """The best one."""
+        return _DECORRELATIONS[int(self._gains(self.tiles).argmax())]
 
     def _weights(self, decorrelation: float) -> Weights:
         return Weights.of(self.variance, decorrelation)

@@ -215,7 +215,7 @@ class Pilot:
         all that matters is whether the gain is ``least_gain``. That these tiles have found less means nothing where the
         error ``is_rare``, since others may have it."""
         asks = others_pay(self._gain, least_gain, self.tiles, width, height)
-        return asks or (is_rare and self.gain() < least_gain and _others(self.tiles, width, height) > 0)
+        return asks or (is_rare and self.gain() < least_gain and others(self.tiles, width, height) > 0)
 
     def deviation(self) -> float:
         """The standard deviation of the logarithm of the gain."""
@@ -257,7 +257,7 @@ class Pilot:
         return self.tiles.bright(self.tiles.tiled(self.items.mean).mean(axis=0))
 
 
-def _others(tiles: Tiles, width: int, height: int) -> int:
+def others(tiles: Tiles, width: int, height: int) -> int:
     """How many more are drawn of an image than these."""
     return _drawn(tiles_of(width, height)) - len(tiles.weights)
 
@@ -270,7 +270,7 @@ def others_pay(gain: Callable[[Tiles], float], least_gain: float, tiles: Tiles, 
     What a wrong decision loses is taken to be the ratio of both, and the logarithm of the gain to be normally
     distributed. The picture is taken to have :data:`_PICTURE` times the samples of the first stage.
     """
-    left = _others(tiles, width, height)
+    left = others(tiles, width, height)
     if not left:
         return False
     cost = 2 * SAMPLES * left * TILE**2 / (_PICTURE * FIRST_STAGE * width * height)
