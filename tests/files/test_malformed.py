@@ -69,6 +69,41 @@ def test_command_line(tmp_path: Path) -> None:
     assert done.stderr == f"fragtracer: {path}: line 5: v 12 does not exist; there are 3, counted from 1\n"
 
 
+def stl_files(folder: Path) -> Iterator[Path]:
+    """The same two triangles in ASCII and in binary."""
+    corners = np.array([[[0, 0, 0], [1, 0, 0], [0, 1e-3, 0]], [[0, 0, 0], [0, 1, 0], [0, 0, 2]]], "<f4")
+    lines = (" ".join(f"{'VERTEX':>9} {x:g} {y:e} {z:g}" for x, y, z in triangle) for triangle in corners)
+    facets = "\n".join(f"facet normal 0 0 1\nouter loop\n{line}\nendloop\nendfacet" for line in lines)
+    (folder / "ascii.stl").write_text(f"solid of vertex 1 2 3\n{facets}\nendsolid of vertex 1 2 3\n")
+    yield folder / "ascii.stl"
+    table = np.zeros(2, [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+    table["corners"] = corners
+    (folder / "binary.stl").write_bytes(b"solid but binary".ljust(80, b"\0") + b"\2\0\0\0" + table.tobytes())
+    yield folder / "binary.stl"
+
+
+def test_stl(tmp_path: Path) -> None:
+    for path in stl_files(tmp_path):
+        geometry = read_model(path).mesh.parts[0].geometry
+        corners = geometry.positions[geometry.triangles]
+        np.testing.assert_allclose(corners[:, 1], [[1, 0, 0], [0, 1, 0]])
+        np.testing.assert_allclose(corners[:, 2], [[0, 1e-3, 0], [0, 0, 2]], rtol=1e-6)
+    text = (tmp_path / "ascii.stl").read_text()
+    for changed, message in (
+        (text.replace("VERTEX 1 ", "VERTEX one "), "a vertex needs three numbers, got one 0.0"),
+        (text[: text.rindex("endsolid")], "ends before endsolid: it may be cut off"),
+        (text.replace("VERTEX", "", 1), "a facet has not three vertices"),
+        ("solid\nendsolid\n", "there are no triangles in this file"),
+        ("nothing", "this is no STL file"),
+    ):
+        (tmp_path / "x.stl").write_text(changed)
+        with pytest.raises(SceneError, match=message):
+            read_model(tmp_path / "x.stl")
+    (tmp_path / "x.stl").write_bytes((tmp_path / "binary.stl").read_bytes()[:-1])
+    with pytest.raises(SceneError, match="ends before the last of its 2 triangles"):
+        read_model(tmp_path / "x.stl")
+
+
 def good_files(folder: Path) -> Iterator[Path]:
     """A file of each format, with most of what the format can hold."""
     picture = io.BytesIO()
@@ -99,6 +134,7 @@ def good_files(folder: Path) -> Iterator[Path]:
     binary = f"ply\nformat binary_big_endian 1.0\n{head}".encode() + table.tobytes() + lists
     (folder / "binary.ply").write_bytes(binary)
     yield folder / "binary.ply"
+    yield from stl_files(folder)
     geometry = Geometry([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], uvs=[[0, 0], [1, 0], [0, 1]])
     write_arrays(folder / "good.npz", Mesh(parts=(Part(geometry, "red"),)))
     yield folder / "good.npz"
@@ -191,7 +227,7 @@ def test_bytes_that_are_named_many_times(tmp_path: Path, monkeypatch: pytest.Mon
     [
         ("none.obj", "none.obj: no such file"),
         ("folder.ply", "folder.ply: not a regular file; give the path of one"),
-        ("x.fbx", "cannot read this kind of model; choose from .obj, .ply, .gltf, .glb, .npz"),
+        ("x.fbx", "cannot read this kind of model; choose from .obj, .ply, .stl, .gltf, .glb, .npz"),
         (f"{300 * 'x'}.obj", "File name too long"),
     ],
 )

@@ -160,11 +160,14 @@ def test_materials(tmp_path: Path) -> None:
         map_d mask.png
         newmtl lost
         map_Kd none.png
+        Ps 0.5
+        Ks 2 1 1
         refl sky.png
     """
     names = ("phong", "pbr", "matte", "masked", "lost")
     faces = "".join(f"usemtl {name}\nf 1 2 3\n" for name in names)
-    with pytest.warns(UserWarning, match=r"ignored: image none.png: .*, refl in .mtl"):
+    notes = r"refl in .mtl, ps in .mtl, ks in .mtl above 1 \(taken as 1\), image none.png: "
+    with pytest.warns(UserWarning, match=notes):
         model = read(tmp_path, f"mtllib x.mtl\n{SQUARE}{faces}", mtl)
     phong, pbr, matte, masked, lost = (model.materials[name] for name in names)
     assert phong == Material(
@@ -188,6 +191,34 @@ def test_materials(tmp_path: Path) -> None:
     assert masked.albedo_texture.image.pixels.shape == (2, 2, 4)
     assert masked.alpha_mode == "blend"
     assert lost.albedo_texture is None
+
+
+@pytest.mark.parametrize(
+    ("lines", "said"),
+    [
+        ("Kd 0 0 0\nKs 1 .7 .2\nNs 100\nillum 2", {"f0": (1, 0.7, 0.2), "roughness": (2 / 102) ** 0.25}),  # gold
+        ("Kd 0 0 0\nKs .9 .9 .9\nNi 1.5\nillum 3", {"f0": (0.9, 0.9, 0.9), "roughness": 0, "ior": None}),  # a mirror
+        ("Kd 0 0 0\nKs .4 .4 .4\nillum 2", {"f0": None, "specular": 0.4}),  # black rubber
+        ("Kd 1 0 0\nKs .5 1 1", {"f0": (0.02, 0.04, 0.04), "specular": 1, "albedo": (1, 0, 0)}),
+        (
+            "Kd 0 0 0\nKs 1 1 1\nTf 1 .5 1\nNi 1.33\nd .1\nillum 7",
+            {"model": "dielectric", "ior": 1.33, "roughness": 0, "transmittance": (1, 0.5, 1), "alpha_mode": "opaque"},
+        ),
+        ("Kd .8 .8 .8\nKs 0 0 0\nNi 1.5\nillum 7", {"model": "metallic-roughness", "albedo": (0.8, 0.8, 0.8)}),
+        (
+            "Ns 360\nKa .9 .9 .9\nKd .8 .6 .2\nKs .25 .25 .25\nNi 1.45\nillum 3\n# Blender",
+            {"roughness": 0.4, "metallic": 0.9, "specular": 0.5, "ior": 1.45, "f0": None},
+        ),
+        ("Ns 360\nKs .5 .5 .5\nPr .3\nPs 0\naniso 0\nillum 2\n# Blender", {"roughness": 0.3, "specular": 1}),
+    ],
+)
+def test_what_materials_reflect_and_refract(tmp_path: Path, lines: str, said: dict[str, Any]) -> None:
+    head = "# Blender 4.2.0 MTL File\n" if "Blender" in lines else ""
+    model = read(tmp_path, f"mtllib x.mtl\n{SQUARE}usemtl a\nf 1 2 3\n", f"{head}newmtl a\n{lines}\n")
+    assert {name: getattr(model.materials["a"], name) for name in said} == {
+        name: value if isinstance(value, str | None) else pytest.approx(value) for name, value in said.items()
+    }
+    assert not model.ignored
 
 
 @pytest.mark.parametrize(
@@ -233,11 +264,12 @@ def test_many_groups(tmp_path: Path) -> None:
     assert len(model.mesh.parts) == 3000
 
 
-def test_vertex_colors_are_srgb(tmp_path: Path) -> None:
-    model = read(tmp_path, "v 0 0 0 1 0 0.5\nv 1 0 0 1 0 0.5\nv 0 1 0 1 0 0.5\nf 1 2 3\n")
-    colors = model.mesh.parts[0].geometry.colors
-    assert colors is not None
-    np.testing.assert_allclose(colors[0], [1, 0, 0.21404], atol=1e-5)
+@pytest.mark.parametrize("row", ["1 0 0.5", "255 0 127.5", "255 0 128"])
+def test_vertex_colors_are_srgb(tmp_path: Path, row: str) -> None:
+    model = read(tmp_path, f"v 0 0 0 {row}\nv 1 0 0 {row}\nv 0 1 0 {row}\nf 1 2 3\n")
+    blue = {"1 0 0.5": 0.21404, "255 0 127.5": 1, "255 0 128": 0.215861}[row]
+    np.testing.assert_allclose(model.mesh.parts[0].geometry.colors, [[1, 0, blue]] * 3, atol=1e-5)
+    assert model.materials["default"].albedo == (1, 1, 1)
 
 
 def test_degenerate_triangles_and_short_faces(tmp_path: Path) -> None:

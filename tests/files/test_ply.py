@@ -67,6 +67,48 @@ def test_attributes(tmp_path: Path, order: str) -> None:
     assert model.materials["y"].alpha_mode == "opaque"
 
 
+VERTICES = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+
+
+@pytest.mark.parametrize(
+    ("kind", "row", "linear"),
+    [
+        ("uchar", "255 0 128", (1, 0, 0.215861)),
+        ("int", "255 0 128", (1, 0, 0.215861)),
+        ("float", "255 0 128", (1, 0, 0.215861)),
+        ("float", "1 0 0.5", (1, 0, 0.5)),
+        ("int", "65535 0 32896", (1, 0, 0.215861)),
+        ("ushort", "65535 0 32896", (1, 0, 0.215861)),
+        ("char", "127 0 -1", (1, 0, 0)),
+    ],
+)
+def test_colours_of_vertices_and_of_faces(tmp_path: Path, kind: str, row: str, linear: tuple[float, ...]) -> None:
+    names = "".join(f"property {kind} {name}\n" for name in ("red", "green", "blue"))
+    head, indices = "ply\nformat ascii 1.0\n", "property list uchar int vertex_indices\n"
+    (tmp_path / "x.ply").write_text(
+        f"{head}{VERTICES}{names}element face 1\n{indices}end_header\n"
+        f"0 0 0 {row}\n1 0 0 {row}\n1 1 0 {row}\n0 1 0 {row}\n4 0 1 2 3\n"
+    )
+    (tmp_path / "y.ply").write_text(
+        f"{head}{VERTICES}element face 2\n{indices}{names}end_header\n"
+        f"0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2 0 0 0\n3 0 2 3 {row}\n"
+    )
+    of_vertices, of_faces = (read_model(tmp_path / f"{name}.ply").mesh.parts[0].geometry for name in "xy")
+    np.testing.assert_allclose(of_vertices.colors, [linear] * 4, atol=1e-5)
+    np.testing.assert_allclose(of_faces.colors[of_faces.triangles], [[(0, 0, 0)] * 3, [linear] * 3], atol=1e-5)
+
+
+def test_colours_of_faces_give_way_to_those_of_vertices(tmp_path: Path) -> None:
+    names = "".join(f"property uchar {name}\n" for name in ("red", "green", "blue"))
+    (tmp_path / "x.ply").write_text(
+        f"ply\nformat ascii 1.0\n{VERTICES}{names}element face 1\nproperty list uchar int vertex_indices\n{names}"
+        "end_header\n0 0 0 255 0 0\n1 0 0 255 0 0\n1 1 0 255 0 0\n0 1 0 255 0 0\n3 0 1 2 0 0 0\n"
+    )
+    with pytest.warns(UserWarning, match="ignored: face red, face green, face blue$"):
+        model = read_model(tmp_path / "x.ply")
+    np.testing.assert_array_equal(model.mesh.parts[0].geometry.colors, [(1, 0, 0)] * 4)
+
+
 def test_corner_coordinates_and_texture(tmp_path: Path) -> None:
     PIL.Image.new("RGB", (2, 2), (255, 0, 0)).save(tmp_path / "my map.png")
     text = (
@@ -143,7 +185,7 @@ BINARY = "ply\nformat binary_little_endian 1.0\n"
         ("", "not a PLY file"),
         ("ply\n", "not a PLY file"),
         ("ply\nend_header\n", "does not say whether the file is ascii or binary"),
-        ("ply\nformat ascii 1.0\nend_header\n", "no vertices with x, y and z, or no faces"),
+        ("ply\nformat ascii 1.0\nend_header\n", "no vertices with x, y and z"),
         ("ply\nformat tar 1.0\nend_header\n", "a line that cannot be read: 'format tar 1.0'"),
         ("ply\nformat ascii 1.0\nelement vertex -3\nend_header\n", "a line that cannot be read: 'element vertex -3'"),
         (f"{BINARY}element vertex 4000000000\n{VERTEX}end_header\n", "claims 4000000000 of vertex, more than the file"),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Model files: OBJ, PLY, glTF, and .npz of arrays.
+"""Model files: OBJ, PLY, STL, glTF, and .npz of arrays.
 
 Features of a file that are ignored are listed in one warning a file.
 """
@@ -16,6 +16,7 @@ from fragtracer.io.arrays import read_arrays
 from fragtracer.io.model import Model, bounds, check_size, stem
 from fragtracer.io.obj import read_obj
 from fragtracer.io.ply import read_ply
+from fragtracer.io.stl import read_stl
 from fragtracer.scene import Material, Mesh, Part
 
 __all__ = ["SUFFIXES", "Model", "bounds", "files_of", "load_mesh", "qualified", "read_model"]
@@ -28,7 +29,8 @@ def _read_gltf(path: Path) -> Model:
     return read_gltf(path)
 
 
-_READERS = {".obj": read_obj, ".ply": read_ply, ".gltf": _read_gltf, ".glb": _read_gltf, ".npz": read_arrays}
+_READERS = {".obj": read_obj, ".ply": read_ply, ".stl": read_stl, ".gltf": _read_gltf, ".glb": _read_gltf}
+_READERS |= {".npz": read_arrays}
 SUFFIXES = tuple(_READERS)
 _Stamps = tuple[tuple[int, int] | None, ...]
 _CHANGING = (-1, -1)  # that of no file
@@ -44,7 +46,7 @@ def read_model(file: str | Path) -> Model:
     Parameters
     ----------
     file
-        A .obj, .ply, .gltf, .glb or .npz file.
+        A .obj, .ply, .stl, .gltf, .glb or .npz file.
 
     Raises
     ------

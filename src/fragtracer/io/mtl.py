@@ -1,5 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""Material libraries of OBJ files: the Phong model of Wavefront, and its extension for PBR."""
+"""Material libraries of OBJ files: the Phong model of Wavefront, and its extension for PBR.
+
+A Phong exponent Ns becomes a GGX alpha² = 2 / (Ns + 2), and Ks a factor of the reflectance of a dielectric, or that
+reflectance itself where ``illum`` asks for reflections. ``illum`` 6 and 7 with an index Ni and hardly any Kd is glass.
+What Blender has written is read by the formulas of its exporter.
+"""
 
 import os
 from collections.abc import Iterable, Iterator
@@ -12,12 +17,16 @@ from fragtracer.errors import SceneError
 from fragtracer.io.model import decoded, read_file
 from fragtracer.io.model_images import ModelImages
 from fragtracer.scene import Image, Material, Texture
+from fragtracer.scene.reflectance import reflectance_from_ior
 from fragtracer.scene.texture import ColorSpace
 
 # The largest number of values of an option of a map.
 _OPTIONS = {"-o": 3, "-s": 3, "-t": 3, "-mm": 2, "-bm": 1, "-boost": 1, "-texres": 1, "-clamp": 1, "-blendu": 1}
 _OPTIONS |= {"-blendv": 1, "-imfchan": 1, "-type": 1, "-cc": 1}
-_UNSUPPORTED = ("map_ks", "map_ns", "refl", "disp", "decal", "tf", "ps", "aniso", "map_ps")
+_UNSUPPORTED = ("map_ks", "map_ns", "map_refl", "refl", "disp", "map_disp", "decal", "map_ps", "map_rma", "map_orm")
+_UNSUPPORTED_NUMBERS = ("ps", "aniso")
+_MATTE, _MIRRORS, _REFRACTS = ("0", "1"), ("3", "5", "8"), ("6", "7")  # of illum
+_LEAST_ALBEDO = 0.1  # of Kd: what has less, and refracts, is glass
 
 
 def read_materials(obj: Path, libraries: Iterable[str]) -> tuple[dict[str, Material], list[Path], list[str]]:
@@ -44,8 +53,9 @@ def read_materials(obj: Path, libraries: Iterable[str]) -> tuple[dict[str, Mater
             images.notes.append(f"{library} ({str(error).rpartition(': ')[2]}; its materials are grey)")
             continue
         images.folder = path.parent
+        is_of_blender = text.startswith("# Blender")
         for name, values in _tables(text).items():
-            materials[name] = _material(values, images)
+            materials[name] = _material(_as_blender_reads(values) if is_of_blender else values, images)
     return materials, [*files, *images.files], images.notes
 
 
@@ -67,11 +77,29 @@ def _tables(text: str) -> dict[str, dict[str, str]]:
     return tables
 
 
+def _as_blender_reads(values: dict[str, str]) -> dict[str, str]:
+    """With the roughness, specular level and metallic that Blender's exporter has made Ns, Ks and Ka of."""
+    level = 2 * float(np.mean(_color(values, "ks", 0.5, 1.0)))
+    roughness = 1 - (_number(values, "ns", 250.0, 1000.0) / 1000) ** 0.5
+    metallic = float(np.mean(_color(values, "ka", 0.0, 1.0))) if values.get("illum") == "3" else 0.0
+    found = {"specular": str(level)} | ({} if _has_pbr(values) else {"pr": str(roughness), "pm": str(metallic)})
+    return values | found
+
+
 def _material(values: dict[str, str], images: ModelImages) -> Material:
-    made: dict[str, Any] = {"albedo": _color(values, "kd", 1.0 if "map_kd" in values else 0.5, 1.0)}
+    images.notes += [f"{key} in .mtl" for key in _UNSUPPORTED if key in values]
+    images.notes += [f"{key} in .mtl" for key in _UNSUPPORTED_NUMBERS if any(_color(values, key, 0.0, 1.0))]
+    images.notes += [
+        f"{key} in .mtl above 1 (taken as 1)" for key in ("kd", "ks") if max(_color(values, key, 0.0, 1e30)) > 1
+    ]
+    if _is_glass(values):
+        filtered = _color(values, "tf", 1.0, 1.0)
+        made: dict[str, Any] = {"model": "dielectric", "roughness": 0.0, "ior": _number(values, "ni", 1.0, 10.0)}
+        return Material(**made, transmittance=filtered if any(filtered) else (1.0, 1.0, 1.0))
+    made = {"albedo": _color(values, "kd", 1.0 if "map_kd" in values else 0.5, 1.0)}
     if "map_kd" in values:
         made["albedo_texture"] = _texture(values["map_kd"], "srgb", images)
-    made |= _reflectance(values)
+    made |= _reflectance(values, made)
     if (coat := _number(values, "pc", 0.0, 1)) > 0:
         made |= {"coat": coat, "coat_roughness": _number(values, "pcr", 0.0, 1)}
     emission = _color(values, "ke", 0.0, np.inf)
@@ -83,20 +111,40 @@ def _material(values: dict[str, str], images: ModelImages) -> Material:
             made |= {f"{name}_texture": texture, name: _number(values, key, 1.0, 1)}
     made |= _normal_map(values, images)
     made |= _alpha(values, made.get("albedo_texture"), images)
-    images.notes += [f"{key} in .mtl" for key in _UNSUPPORTED if key in values]
     return Material(**made)
 
 
-def _reflectance(values: dict[str, str]) -> dict[str, Any]:
-    """Roughness and specular reflectance. The Phong exponent Ns becomes a GGX alpha² = 2 / (Ns + 2)."""
-    if "pr" in values or "pm" in values or "map_pr" in values or "map_pm" in values:
-        made = {"roughness": _number(values, "pr", 0.5, 1), "metallic": _number(values, "pm", 0.0, 1)}
-    else:
-        exponent = _number(values, "ns", 0.0, 1e6)
-        strength = float(np.mean(_color(values, "ks", 0.0, 1.0))) if values.get("illum") not in ("0", "1") else 0.0
-        made = {"roughness": float((2 / (exponent + 2)) ** 0.25), "specular": strength}
+def _has_pbr(values: dict[str, str]) -> bool:
+    return not values.keys().isdisjoint(("pr", "pm", "map_pr", "map_pm"))
+
+
+def _is_glass(values: dict[str, str]) -> bool:
+    is_clear = max(_color(values, "kd", 0.0, 1.0)) <= _LEAST_ALBEDO and not values.keys() & {"map_kd", "map_d"}
+    return is_clear and values.get("illum") in _REFRACTS and _number(values, "ni", 1.0, 10.0) > 1
+
+
+def _reflectance(values: dict[str, str], base: dict[str, Any]) -> dict[str, Any]:
+    """Roughness and specular reflectance over a base."""
     ior = _number(values, "ni", 1.0, 10.0)
-    return made | ({"ior": ior} if ior > 1 else {})
+    made: dict[str, Any] = {"ior": ior} if ior > 1 else {}
+    if _has_pbr(values):
+        made |= {"roughness": _number(values, "pr", 0.5, 1), "metallic": _number(values, "pm", 0.0, 1)}
+        return made | {"specular": _number(values, "specular", 1.0, 1)}
+    illum, color = values.get("illum"), _color(values, "ks", 0.0, 1.0)
+    is_colored = max(color) - min(color) > 0.01
+    is_metal = is_colored and not any(base["albedo"]) and illum not in _MATTE
+    if any(color) and (is_metal or illum in _MIRRORS):
+        made = {"f0": color}
+    elif not any(color) or illum in _MATTE:
+        made["specular"] = 0.0
+    elif is_colored:
+        f0 = reflectance_from_ior(Material(**made).index)
+        made = {"specular": max(color), "f0": tuple(f0 * channel / max(color) for channel in color)}
+    else:
+        made["specular"] = float(np.mean(color))
+    if "ns" not in values and illum in _MIRRORS:
+        return made | {"roughness": 0.0}
+    return made | {"roughness": float((2 / (_number(values, "ns", 0.0, 1e6) + 2)) ** 0.25)}
 
 
 def _normal_map(values: dict[str, str], images: ModelImages) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from fragtracer.display.tone import srgb_decode
 from fragtracer.errors import SceneError
+from fragtracer.io.colors import fractions
 from fragtracer.io.model import Model, decoded, geometry, listed, read_file
 from fragtracer.io.mtl import read_materials
 from fragtracer.io.polygons import Floats, Ints, triangulate
@@ -43,7 +44,8 @@ class _Lines:
 def read_obj(path: Path) -> Model:
     """Read an .obj file and the .mtl files that it names.
 
-    A vertex with six numbers has a colour, taken for sRGB. Faces without normals are flat.
+    A vertex with six numbers has a colour, taken for sRGB, from 0 to 1 or by whole numbers to 255. Faces without
+    normals are flat.
 
     Raises
     ------
@@ -68,11 +70,13 @@ def read_obj(path: Path) -> Model:
         lines.ignored.append("smoothing groups (what has no normals is flat)")
     if v.shape[1] < 6 <= max(map(len, lines.vertices["v"])):
         lines.ignored.append("colours of vertices (some have none)")
+    if v.shape[1] >= 6:
+        v[:, 3:6] = srgb_decode(np.clip(fractions(list(v[:, 3:6].T))[0], 0, 1))
     library, files, notes = read_materials(path, lines.libraries)
     parts, used = [], {}
     for name, rows in _groups(lines, corners, triangles, sources):
         parts.append(Part(_part(where, corners[triangles[rows]], v, vt, vn), name))
-        used[name] = library.get(name, Material())
+        used[name] = library.get(name, Material() if v.shape[1] < 6 else Material(albedo=(1.0, 1.0, 1.0)))
     if library or not lines.libraries:
         asked = (name for name in used if name not in library and name != DEFAULT)
         notes += [f'material "{name}" (in no .mtl file; it is grey)' for name in asked]
@@ -203,7 +207,7 @@ def _part(where: str, corners: NDArray[np.int64], v: Floats, vt: Floats, vn: Flo
     if (corners[:, :, 2] >= 0).all():
         normals = vn[rows[:, 2]]
     if v.shape[1] >= 6:
-        colors = srgb_decode(np.clip(v[rows[:, 0], 3:6], 0, 1).astype(np.float32))
+        colors = v[rows[:, 0], 3:6]
     return geometry(
         where, positions=positions, triangles=triangles.reshape(-1, 3), normals=normals, uvs=uvs, colors=colors
     )

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from fragtracer.display.tone import srgb_decode
 from fragtracer.errors import SceneError
+from fragtracer.io.colors import fractions
 from fragtracer.io.model import Model, geometry, listed, read_file, stem
 from fragtracer.io.model_images import ModelImages
 from fragtracer.io.ply_elements import Element, Table, read_header, read_table
@@ -28,13 +29,19 @@ _UVS = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"), ("texture_s", "textu
 _COLORS = (("red", "green", "blue"), ("r", "g", "b"), ("diffuse_red", "diffuse_green", "diffuse_blue"))
 _ALPHAS = ("alpha", "a", "diffuse_alpha")
 _FACES = ("vertex_indices", "vertex_index")
-_READ = {*_POSITION, *_NORMAL, *_ALPHAS, *_FACES, "texcoord", "texnumber", *sum(_UVS + _COLORS, ())}
+_COLORED = {*sum(_COLORS, ()), *_ALPHAS}
+_READ = {
+    "vertex": {*_POSITION, *_NORMAL, *sum(_UVS, ()), *_COLORED},
+    "face": {*_FACES, "texcoord", "texnumber", *_COLORED},
+    "tristrips": set(_FACES),
+}
 
 
 def read_ply(path: Path) -> Model:
     """Read a .ply file.
 
-    Integer colours are sRGB, fractions linear. A comment "TextureFile NAME" names the albedo texture.
+    Whole numbers are sRGB colours, fractions linear. Faces may have colours where vertices have none. A comment
+    "TextureFile NAME" names the albedo texture.
 
     Raises
     ------
@@ -51,8 +58,10 @@ def read_ply(path: Path) -> Model:
         raise SceneError(f"{path}: {error}") from error
     vertices, strips = tables.get("vertex"), tables.get("tristrips")
     faces = tables.get("face")
-    if vertices is None or not vertices.columns.keys() >= set(_POSITION) or not (faces or strips):
-        raise SceneError(f"{path}: this file has no vertices with x, y and z, or no faces")
+    if vertices is None or not vertices.columns.keys() >= set(_POSITION):
+        raise SceneError(f"{path}: this file has no vertices with x, y and z")
+    if not (faces or strips):
+        raise SceneError(f"{path}: this file has no faces; points are not drawn, make a mesh of them")
     images = ModelImages(path.parent)
     part = Part(_geometry(str(path), vertices, faces, strips), stem(path))
     material = Material() if part.geometry.colors is None else _colored(part.geometry.colors)
@@ -71,9 +80,11 @@ def _colored(colors: NDArray[Any]) -> Material:
 
 
 def _ignored(elements: list[Element]) -> list[str]:
-    unread = [e.name for e in elements if e.name not in ("vertex", "face", "tristrips") and e.count]
-    known = [e for e in elements if e.name in ("vertex", "face", "tristrips")]
-    return unread + [f"{e.name} {p.name}" for e in known for p in e.properties if p.name not in _READ]
+    unread = [e.name for e in elements if e.name not in _READ and e.count]
+    known = [e for e in elements if e.name in _READ]
+    has_colors = any(p.name in _COLORED for e in known for p in e.properties if e.name == "vertex")
+    read = _READ | {"face": _READ["face"] - _COLORED} if has_colors else _READ
+    return unread + [f"{e.name} {p.name}" for e in known for p in e.properties if p.name not in read[e.name]]
 
 
 def _geometry(where: str, vertices: Table, faces: Table | None, strips: Table | None) -> Any:
@@ -84,11 +95,11 @@ def _geometry(where: str, vertices: Table, faces: Table | None, strips: Table | 
     for names in _UVS:
         if columns.keys() >= set(names):
             arrays["uvs"] = _stack(columns, names, np.float32) * (1, -1) + (0, 1)
-    for channels in _COLORS:
-        if columns.keys() >= set(channels):
-            arrays["colors"] = _colors(columns, channels)
+    if (colors := _colors(columns)) is not None:
+        arrays["colors"] = colors
     count = len(arrays["positions"])
-    found, corner_uvs = [], None
+    found: list[Ints] = []
+    of_corners: dict[str, NDArray[Any]] = {}
     if faces is not None and (lists := next((faces.lists[name] for name in _FACES if name in faces.lists), None)):
         counts, indices = lists
         _check(where, indices, count)
@@ -97,15 +108,18 @@ def _geometry(where: str, vertices: Table, faces: Table | None, strips: Table | 
         except ValueError as error:
             raise SceneError(f"{where}: {error}") from error
         found.append(indices[rows])
-        corner_uvs = _corner_uvs(faces, counts, rows, sources)
+        if (corner_uvs := _corner_uvs(faces, counts, rows, sources)) is not None:
+            of_corners["uvs"] = corner_uvs
+        if colors is None and (of_faces := _colors(faces.columns)) is not None:
+            of_corners["colors"] = np.repeat(of_faces[sources], 3, axis=0)
     for counts, indices in strips.lists.values() if strips else ():
         _check(where, indices[indices >= 0], count)
         found.append(strip_triangles(_split_strips(indices, counts)))
     triangles = np.concatenate(found) if found else np.zeros((0, 3), np.int64)
     if not len(triangles):
         raise SceneError(f"{where}: there are no faces of three or more vertices in this file")
-    if corner_uvs is not None and len(corner_uvs) == triangles.size:
-        arrays = {name: array[triangles.reshape(-1)] for name, array in arrays.items()} | {"uvs": corner_uvs}
+    if of_corners and len(next(iter(of_corners.values()))) == triangles.size:
+        arrays = {name: array[triangles.reshape(-1)] for name, array in arrays.items()} | of_corners
         triangles = np.arange(triangles.size).reshape(-1, 3)
     return geometry(where, triangles=triangles, **arrays)
 
@@ -115,19 +129,14 @@ def _stack(columns: Mapping[str, NDArray[Any]], names: tuple[str, ...], dtype: A
         return np.column_stack([columns[name].astype(dtype) for name in names])
 
 
-def _colors(columns: Mapping[str, NDArray[Any]], names: tuple[str, ...]) -> NDArray[np.float32]:
-    found = [columns[name] for name in names]
-    channels = [srgb_decode(_fraction(c)) if c.dtype.kind in "iu" else _fraction(c) for c in found]
-    alpha = next((_fraction(columns[name]) for name in _ALPHAS if name in columns), None)
-    return np.column_stack(channels if alpha is None else [*channels, alpha])
-
-
-def _fraction(column: NDArray[Any]) -> NDArray[np.float32]:
-    with np.errstate(over="ignore"):
-        if column.dtype.kind in "iu":
-            column = np.maximum(column, 0) / np.iinfo(column.dtype).max
-        fraction: NDArray[np.float32] = column.astype(np.float32)
-        return fraction
+def _colors(columns: Mapping[str, NDArray[Any]]) -> NDArray[np.float32] | None:
+    names = next((names for names in _COLORS if columns.keys() >= set(names)), None)
+    if names is None:
+        return None
+    colors, is_counted = fractions([columns[name] for name in names])
+    colors = srgb_decode(colors) if is_counted else colors
+    alpha = next((fractions([columns[name]])[0] for name in _ALPHAS if name in columns), None)
+    return colors if alpha is None else np.column_stack([colors, alpha])
 
 
 def _check(where: str, indices: Ints, count: int) -> None:
