@@ -71,10 +71,17 @@ def test_render_writes_every_format(run, tmp_path, suffix):
     assert image.mean() > 0
 
 
-def test_the_error_is_said_where_it_is_known(run, tmp_path):
-    for spp, expected in ((1, "1 samples per pixel, mean error not known"), (2, "% mean error")):
-        done = run("render", "cornell-box", "-o", tmp_path / "box.png", "--size", "16x16", "--spp", spp)
-        assert expected in done.stdout
+def test_the_error_is_said_where_it_is_known_and_what_a_screen_cannot_show(run, tmp_path):
+    options = ("-o", tmp_path / "box.png", "--size", "16x16", "--spp")
+    for spp, exposure, error, hint in (
+        (1, 0, "1 samples per pixel, mean error not known", ""),
+        (2, 8, "% mean error", "this is nearly all white; --exposure auto, here 2."),
+        (2, -4, "% mean error", "this is nearly all black; --exposure auto, here 2."),
+    ):
+        done = run("render", "cornell-box", *options, spp, "--exposure", exposure)
+        assert error in done.stdout
+        assert hint in done.stderr
+        assert bool(hint) == bool(done.stderr)
 
 
 def test_an_exr_says_how_it_was_made(run, tmp_path):

@@ -13,6 +13,8 @@ import typer
 from fragtracer.apps.cli import options
 from fragtracer.errors import FragtracerError
 
+_BADLY_EXPOSED = 5  # stops from automatic exposure
+
 Output = Annotated[
     Path, typer.Option("--output", "-o", help="Image: .exr, .hdr, .npy (radiance), .png; film: .mp4, .webm.")
 ]
@@ -199,6 +201,7 @@ def render(
             if renderer.spp:
                 picture.write(renderer, output)
                 _report(renderer, output, finished, denoise)
+                _say_if_badly_exposed(renderer, output, picture.look[0])
             else:
                 print(f"{output}: interrupted before the first sample; not written", file=sys.stderr)
     if not finished:
@@ -299,6 +302,17 @@ def _progress(limits: dict[str, Any], pixels: int) -> Iterator[Callable[[Any], N
                 bar(state)
 
         yield report
+
+
+def _say_if_badly_exposed(renderer: Any, output: Path, exposure: float | Literal["auto"]) -> None:
+    from fragtracer.display.exposure import automatic_exposure
+
+    if output.suffix.lower() != ".png" or exposure == "auto":
+        return
+    stops = automatic_exposure(renderer.image())
+    if abs(stops - exposure) >= _BADLY_EXPOSED:
+        said = "white" if stops < exposure else "black"
+        print(f"{output}: this is nearly all {said}; --exposure auto, here {stops:.1f} stops, shows more", file=sys.stderr)
 
 
 def _report(renderer: Any, output: Path, finished: bool, denoised: bool) -> None:

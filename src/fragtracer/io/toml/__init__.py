@@ -38,8 +38,8 @@ def load(name_or_path: str | Path, light_models: bool = True) -> Scene:
     Parameters
     ----------
     name_or_path
-        The name of a bundled scene, as "three-spheres", or the path of a .toml file or of a model (.obj, .ply, .stl, .gltf,
-        .glb, .npz). A model without a camera is framed.
+        The name of a bundled scene, as "three-spheres", or the path of a .toml file or of a model (.obj, .ply, .stl,
+        .gltf, .glb, .npz). A model without a camera is framed.
     light_models
         Whether a model without lights gets default ones; false if an environment will be added.
 
