@@ -14,12 +14,12 @@ from fragtracer.io.toml import load
 from fragtracer.renderer import Renderer
 from fragtracer.scene import PLAIN, Scene
 
-FILE, SURVIVAL = "integrator/path.glsl", "min(0.95, sqrt(path.eta_scale * max_component(path.throughput)))"
+FILE, SURVIVAL = "integrator/path.glsl", "min(1.0, sqrt(path.eta_scale * max_component(path.throughput)))"
 THROUGHPUT = "path.eta_scale * max_component(path.throughput)"
 RULES = {
     "√T": (),
-    "T": (Edit(FILE, SURVIVAL, f"min(0.95, {THROUGHPUT})"),),
-    "1.5 T": (Edit(FILE, SURVIVAL, f"min(0.95, 1.5 * {THROUGHPUT})"),),
+    "T": (Edit(FILE, SURVIVAL, f"min(1.0, {THROUGHPUT})"),),
+    "1.5 T": (Edit(FILE, SURVIVAL, f"min(1.0, 1.5 * {THROUGHPUT})"),),
 }
 AT_16_BOUNCES = (("T", 5), ("√T", 5), ("1.5 T", 5), ("T", 8), ("√T", 8), ("√T", 3))
 AT_5_BOUNCES = (("√T", 5), ("√T", 3), ("√T", 2), ("√T", 1), ("T", 3), ("T", 2), ("T", 1))

@@ -171,9 +171,10 @@ vec4 photon_trace(uint number, out vec3 place) {
 
         // Russian roulette by the share of the light that is left.
         throughput *= factor;
-        float survival = turn > 0 ? min(0.95, sqrt(max_component(throughput))) : 1.0;
+        float survival = turn > 0 ? min(1.0, sqrt(max_component(throughput))) : 1.0;
         bool scatters = s.pdf > 0.0 && max_component(factor) > 0.0 && !from.is_bent;
         goes_on = scatters && photon.events < u_bounces && rr_sample < survival;
+        throughput /= survival;
         photon.flux *= factor / survival;
 
         Ray ray = Ray(vertex_origin(vertex, s.wi), direction);

@@ -179,7 +179,7 @@ void path_trace(inout Film film, ivec2 pixel, ivec2 numbers, int count) {
 
         // The end, by the number of bounces or Russian roulette (Arvo and Kirk 1990, Particle Transport and Image
         // Synthesis). By the throughput itself it would end too many paths (docs/sampling.md).
-        float survival = min(0.95, sqrt(path.eta_scale * max_component(path.throughput)));
+        float survival = min(1.0, sqrt(path.eta_scale * max_component(path.throughput)));
         if (!has_roulette || path.depth < u_russian_roulette_vertex) survival = 1.0;
         bool survives = !has_roulette || path.rr_sample < survival;
         bool scatters = is_hit && !material_is_unlit(material);

@@ -75,8 +75,8 @@ def test_the_error_is_said_where_it_is_known_and_what_a_screen_cannot_show(run, 
     options = ("-o", tmp_path / "box.png", "--size", "16x16", "--spp")
     for spp, exposure, error, hint in (
         (1, 0, "1 samples per pixel, mean error not known", ""),
-        (2, 8, "% mean error", "this is nearly all white; --exposure auto, here 2."),
-        (2, -4, "% mean error", "this is nearly all black; --exposure auto, here 2."),
+        (2, 8, "% mean error", "this is nearly all white; --exposure auto, here 1."),
+        (2, -4, "% mean error", "this is nearly all black; --exposure auto, here 1."),
     ):
         done = run("render", "cornell-box", *options, spp, "--exposure", exposure)
         assert error in done.stdout

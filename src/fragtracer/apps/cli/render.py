@@ -312,7 +312,8 @@ def _say_if_badly_exposed(renderer: Any, output: Path, exposure: float | Literal
     stops = automatic_exposure(renderer.image())
     if abs(stops - exposure) >= _BADLY_EXPOSED:
         said = "white" if stops < exposure else "black"
-        print(f"{output}: this is nearly all {said}; --exposure auto, here {stops:.1f} stops, shows more", file=sys.stderr)
+        hint = f"--exposure auto, here {stops:.1f} stops, shows more"
+        print(f"{output}: this is nearly all {said}; {hint}", file=sys.stderr)
 
 
 def _report(renderer: Any, output: Path, finished: bool, denoised: bool) -> None:
