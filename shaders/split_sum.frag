@@ -31,7 +31,11 @@ vec3 split_sum_radiance(Ray ray, uint seed, ivec2 pixel, uint index) {
     Vertex vertex = vertex_at(surface, material, ray.direction, hash_uint(~seed));
 #if SPLIT_SUM_STEP >= SPLIT_SUM_LOOKUPS
     float occlusion = material_occlusion(surface);
-    vec3 scattered = split_sum_environment(vertex, occlusion) + split_sum_lights(vertex);
+    Vertex base = vertex;
+#if HAS_EXACT_FRESNEL
+    if (bsdf_is(vertex.bsdf, BSDF_COATED)) base = split_sum_base(vertex);
+#endif
+    vec3 scattered = split_sum_environment(base, occlusion) + split_sum_lights(base);
 #if HAS_EXACT_FRESNEL
     if (bsdf_is(vertex.bsdf, BSDF_COATED)) {
         Vertex coat = split_sum_coat(vertex);

@@ -95,14 +95,13 @@ def test_light_samples_pass_rough_glass(ctx):
 
 
 def test_roulette_knows_what_refraction_does_to_radiance(ctx):
-    """Glass is 1 / n² as bright on its way in, which is no reason to end a path: the noise of a furnace stays that of a
-    survival of 95 %, a deviation of 0.23 a vertex."""
+    """Glass is 1 / n² as bright on its way in, which is no reason to end a path, and neither is anything else where
+    nothing is lost: each path of a furnace brings the same."""
     view = Camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0), fov_degrees=20.0)
     glass = Material(model="dielectric", roughness=0.0, ior=2.0)
     scene = Scene(view, {"glass": glass}, spheres=[Sphere((0.0, 0.0, 0.0), 1.0, "glass")], ambient=Ambient(1.0))
     image = rendered(ctx, scene, 64, (64, 64), bounces=500, russian_roulette_depth=1)
-    assert image.std() * 8 < 0.5
-    assert_mean(image, 1.0, 0.02)
+    np.testing.assert_allclose(image, 1.0, rtol=1e-3)
 
 
 def test_absorption_is_beers_law(ctx):

@@ -11,7 +11,7 @@ from scene_builders import Vector, box, lambert, moved, rectangle, scaled, trian
 
 from fragtracer.gpu.context import is_software
 from fragtracer.io.toml import load
-from fragtracer.packing.shapes import GROWTH, flat_corners
+from fragtracer.packing.shapes import GROWTH, flat_corners, shape_records
 from fragtracer.scene import Ambient, Camera, Light, Material, Plane, Rectangle, Scene, Sphere, Triangle
 
 SIZE = (48, 40)
@@ -241,6 +241,16 @@ def test_cracks_between_shapes_are_found(ctx, monkeypatch, offset, triangles):
     monkeypatch.setattr("fragtracer.packing.shapes.GROWTH", 0.0 if is_software(ctx) else -GROWTH)
     with pytest.raises(AssertionError):
         assert_black_inside(ctx, 64, "mis", rotation(), offset, triangles)
+
+
+def test_shapes_grow_by_their_own_coordinates_and_lights_do_not() -> None:
+    """However large the scene is around them."""
+    rectangle = Rectangle((3.0, 0.0, 0.0), (0.01, 0.0, 0.0), (0.0, 0.01, 0.0), "a")
+    shapes = [rectangle, replace(rectangle, corner=(300.0, 0.0, 0.0)), rectangle]
+    records = shape_records(shapes, {"a": lambert(0.5)}, {"a": 0}, np.array([-1, -1, 0]), np.zeros(3), 1e4)
+    corners = np.ascontiguousarray(records.words[:, :2, :3]).view(np.float32).astype(np.float64)
+    grown = np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1) - 0.01
+    assert (np.abs(grown - [2 * 3.01e-6, 2 * 300.01e-6, 0]) < [5e-7, 5e-5, 5e-7]).all()
 
 
 def test_tips_of_thin_triangles_do_not_grow_far() -> None:

@@ -14,7 +14,7 @@ from scene_builders import lambert
 from scipy import stats
 from textured_scenes import facing, mesh, quad, texture, under_sheets
 
-from fragtracer.scene import Light, Material, Rectangle, Scene, Sphere
+from fragtracer.scene import Camera, Light, Material, Rectangle, Scene, Sphere
 
 Floats = NDArray[np.floating]
 ALPHA = 1e-3  # of a test as a whole
@@ -38,6 +38,22 @@ def test_colours_of_vertices_multiply(ctx: moderngl.Context) -> None:
     material = Material(albedo=0.5, specular=0.0)
     image = rendered(ctx, facing({"m": material}, mesh(geometry, "m")), 4, (4, 4))
     np.testing.assert_allclose(image, np.broadcast_to((0.25, 0.125, 0.5), (4, 4, 3)), rtol=1e-5)
+
+
+@pytest.mark.parametrize("coat_roughness", [0.0, 0.5])
+def test_a_normal_map_leaves_the_reflection_of_the_coat_alone(ctx: moderngl.Context, coat_roughness: float) -> None:
+    """At 70° to a black base, whose own normal has its back to what the coat reflects, or to the viewer."""
+    view = Camera((np.sin(np.radians(70)), 0.0, np.cos(np.radians(70))), (0.0, 0.0, 0.0), fov_degrees=20.0)
+    images = []
+    for lean in (0.0, 0.7, -0.7):
+        bent = np.array([lean, 0.0, np.sqrt(1 - lean**2)], np.float32)
+        lacquer = Material(albedo=0.0, specular=0.0, coat=1.0, coat_roughness=coat_roughness)
+        bumpy = replace(lacquer, normal_texture=texture(0.5 + 0.5 * np.tile(bent, (2, 2, 1)), "linear"))
+        scene = replace(facing({"m": bumpy}, mesh(quad(), "m")), camera=view)
+        images.append(rendered(ctx, scene, 16, (8, 8), bounces=1))
+    assert images[0].mean() > 0.05
+    for image in images[1:]:
+        np.testing.assert_allclose(image, images[0], rtol=1e-3)
 
 
 PLAIN = {

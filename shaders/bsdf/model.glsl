@@ -18,14 +18,16 @@ struct Bsdf {
     float coat_weight;   // of a clear coat
     float coat_alpha;    // its GGX width
     float coat_f0;       // its reflectance at normal incidence
-    vec3 coat_normal;    // local
+    vec3 base_normal;    // of what lies below a clear coat, local: a normal map bends that alone
+    vec3 base_tangent;   // perpendicular to it
+    vec3 geometric;      // unit normal of the surface itself on the side of wo, local; of a clear coat
 };
 
 // One without parameters of dielectrics, conductors, plastic and coats.
 Bsdf bsdf_of(int model, vec3 diffuse, float alpha, vec3 f0, vec3 f90) {
     return Bsdf(
         model, diffuse, alpha, f0, f90, 0.0, 0, 1.0, vec3(1.0), vec3(1.0), vec3(0.0), vec4(0.0), vec3(0.0), 0.0, 1.0, 0.0,
-        vec3(0.0, 0.0, 1.0));
+        vec3(0.0, 0.0, 1.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 0.0, 1.0));
 }
 
 // What happened at a sampled event: one of the first two, whether the lobe is a delta, and whether the direction is that

@@ -23,3 +23,7 @@ float shadow_terminator(vec3 geometric, vec3 wi) {
     float g = min(1.0, cos_theta / (wi.z * max(geometric.z, 1e-6)));
     return g + square(g) * (1.0 - g);
 }
+
+float shading_normal_factor(vec3 geometric, vec3 wi) {
+    return u_has_shading_normals != 0 ? shadow_terminator(geometric, wi) : 1.0;
+}

@@ -66,10 +66,16 @@ vec3 split_sum_light(Vertex vertex, LightChoice choice) {
 // The coat of a vertex, as a surface of its own.
 Vertex split_sum_coat(Vertex vertex) {
     Bsdf b = vertex.bsdf;
-    vec3 wo = frame_to_world(vertex.frame, vertex.wo);
-    vertex.frame = frame_from_normal(frame_to_world(vertex.frame, b.coat_normal));
-    vertex.wo = frame_to_local(vertex.frame, wo);
     vertex.bsdf = bsdf_of(BSDF_COOK_TORRANCE, vec3(0.0), b.coat_alpha, vec3(b.coat_f0), vec3(coated_f90(b)));
+    return vertex;
+}
+
+// And what lies below.
+Vertex split_sum_base(Vertex vertex) {
+    Frame base = coated_base_frame(vertex.bsdf);
+    vec3 normal = frame_to_world(vertex.frame, base.normal), tangent = frame_to_world(vertex.frame, base.tangent);
+    vertex.frame = Frame(tangent, cross(normal, tangent), normal);
+    vertex.wo = frame_to_local(base, vertex.wo);
     return vertex;
 }
 #endif

@@ -15,7 +15,7 @@ const float NARROW_WIDEST = 0.3;
 struct Vertex {
     vec3 origin;     // of rays that are reflected
     vec3 behind;     // of rays that are transmitted
-    Frame frame;     // its normal is the shading normal, on the side of wo
+    Frame frame;     // its normal is the shading normal, on the side of wo; of a clear coat that of the coat
     vec3 geometric;  // unit normal of the surface itself on that side, local
     vec3 wo;         // local
     Bsdf bsdf;
@@ -63,7 +63,11 @@ Vertex vertex_at(Surface surface, Material material, vec3 direction, uint seed) 
         vertex.is_bent = vertex.is_bent || coat_bend > 0.0;
         if (coat_bend > 0.0) coat_normal = normalize(coat_normal - coat_bend * direction);
         material_set_coat(vertex.bsdf, surface, clear_coat_load(material.record));
-        vertex.bsdf.coat_normal = frame_to_local(vertex.frame, coat_normal);
+        Frame base = vertex.frame;
+        vertex.frame = frame_from_normal(coat_normal);
+        vertex.bsdf.base_normal = frame_to_local(vertex.frame, base.normal);
+        vertex.bsdf.base_tangent = frame_to_local(vertex.frame, base.tangent);
+        vertex.bsdf.geometric = frame_to_local(vertex.frame, normal);
     }
 #endif
     vertex.geometric = frame_to_local(vertex.frame, normal);
@@ -132,12 +136,15 @@ vec3 vertex_origin(Vertex vertex, vec3 wi) {
 #endif
 }
 
-// Factor of what is scattered to wi, for the sake of shading normals.
+// Factor of what is scattered to wi, for the sake of shading normals. Clear coats count it themselves.
 float vertex_shading_factor(Vertex vertex, vec3 wi) {
 #if HAS_MEDIA
     if (vertex.in_medium) return 1.0;
 #endif
-    return u_has_shading_normals != 0 ? shadow_terminator(vertex.geometric, wi) : 1.0;
+#if HAS_EXACT_FRESNEL
+    if (bsdf_is(vertex.bsdf, BSDF_COATED)) return 1.0;
+#endif
+    return shading_normal_factor(vertex.geometric, wi);
 }
 
 // Makes use of the guiding, if there is any, where `is_guided`; within media there is none.

@@ -113,8 +113,8 @@ MUTATIONS = [
     ),
     Mutation(
         "shading normals without their shadows",
-        "integrator/vertex.glsl",
-        "u_has_shading_normals != 0 ? shadow_terminator(vertex.geometric, wi) : 1.0",
+        "bsdf/shading_normal.glsl",
+        "u_has_shading_normals != 0 ? shadow_terminator(geometric, wi) : 1.0",
         "1.0",
         BUMPS,
     ),

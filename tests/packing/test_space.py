@@ -30,6 +30,8 @@ def test_origin_is_the_middle_of_what_is_finite_and_of_the_camera() -> None:
     )
     assert space_of(far).extent == 2.5, "what emits is not looked at closely"
     assert space_of(Scene()).extent > 0
+    planes_alone = Scene(Camera((0.0, 3.0, 4.0), (0.0, 0.0, 0.0)))
+    assert space_of(planes_alone).extent == 5.0, "as far as the target"
 
 
 def test_nothing_but_planes_is_seen_from_all_sides() -> None:

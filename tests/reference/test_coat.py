@@ -167,12 +167,15 @@ def test_a_normal_map_bends_the_base_alone(mi, lean):
         wo = viewer.numpy().ravel()
         bent, of_coat = (bsdf._frame(si, True)[0].n.numpy().ravel() for bsdf in (ours, unmapped))
         assert bent @ of_coat < 0.9
-        fade = np.minimum(1, wi[2] / np.maximum((bent @ wi) * bent[2], 1e-9))
-        fade = np.where((wi[2] > 0) & (bent @ wi > 0) & (bent @ wo > 0), fade + fade**2 - fade**3, 0)
-        base = bare.eval(mi.BSDFContext(), si, light).numpy()
+        fade = np.minimum(1, wi[2] / np.maximum((of_coat @ wi) * of_coat[2], 1e-9))
+        fade = np.where((wi[2] > 0) & (of_coat @ wi > 0) & (of_coat @ wo > 0), fade + fade**2 - fade**3, 0)
+        base = np.where(of_coat @ wi > 0, bare.eval(mi.BSDFContext(), si, light).numpy(), 0)
         coat, whole = (under_coat(b, wo, wi, 0.9, 0.64, "smith", of_coat) for b in (0 * base, base))
         found = ours.eval(mi.BSDFContext(), si, light).numpy()
         np.testing.assert_allclose(found, whole + (fade - 1) * coat, rtol=5e-4, atol=1e-6)
+        below = (bent @ wi < 0) & (of_coat @ wi > 0) & (wi[2] > 0)
+        assert below.any()
+        assert (found[0, below] > 0).all()
 
 
 @pytest.mark.parametrize("degrees", [0, 50])

@@ -334,7 +334,9 @@ class Coated(Material):
     coat_weight: float = 1.0
     coat_alpha: float = 0.1
     coat_f0: float = 0.04
-    coat_normal: Direction = (0.0, 0.0, 1.0)
+    base_normal: Direction = (0.0, 0.0, 1.0)
+    base_tangent: Direction = (1.0, 0.0, 0.0)
+    geometric: Direction = (0.0, 0.0, 1.0)
 
     @property
     def lacquer(self) -> Material:

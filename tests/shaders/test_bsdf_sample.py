@@ -110,10 +110,11 @@ def test_samples_have_their_density(ctx: moderngl.Context, name: str, material: 
 
 @pytest.mark.parametrize("degrees", [0, 45, 80])
 def test_samples_of_a_coat_over_a_bent_base_have_their_density(ctx: moderngl.Context, degrees: float) -> None:
-    """Where the horizon of the coat is above that of the base, and the other way round; seen from 80° the coat has its
+    """Where the horizon of the base is above that of the coat, and the other way round; seen from 80° the base has its
     back to the viewer."""
     model, wo, u = MODELS["coated"], direction(degrees), uniform_numbers(1 << 17)
-    parameters = replace(model.materials["lacquer"][0], coat_alpha=0.3, coat_normal=(0.1854, -0.5706, 0.8))
+    bent = {"base_normal": (-0.1854, -0.5706, 0.8), "base_tangent": (0.9742, 0.0, 0.2258)}
+    parameters = replace(model.materials["lacquer"][0], coat_alpha=0.3, **bent)
 
     def pdf(wi: Floats) -> Floats:
         return run(ctx, model, parameters, "pdf = bsdf_pdf(b, wo, wi);", {"wi": wi}, {"pdf": 1}, wo)["pdf"]

@@ -15,6 +15,7 @@ from fragtracer.scene import SHAPES, Disk, Light, Material, Plane, Rectangle, Sc
 from fragtracer.scene.content import content_digest
 
 Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
 
 
 class Kind(IntEnum):
@@ -58,8 +59,9 @@ CULLED = 1  # SHAPE_CULLED of scene/shape.glsl
 _MOST_OBJECTS = 2**23  # whose numbers differ
 _FINITE = [kind for kind in SHAPES if kind != "planes"]
 
-# Flat shapes grow by this beyond their edges, relative to the scene, so that neighbours leave no crack; and bounds,
-# since where a ray passes an edge is known no better.
+# Flat shapes grow by this beyond their edges, relative to their coordinates, so that neighbours leave no crack; lights
+# do not, whose samples are of the area that they have. Bounds grow, relative to the scene, since where a ray passes an
+# edge is known no better.
 GROWTH = 1e-6
 _MOST_OF_TIP = 16.0  # times that, by which the tip of a thin triangle may move
 
@@ -110,10 +112,10 @@ def _as_in_file(scene: Scene) -> list[Shape]:
 
 def bounds_of(shapes: Sequence[Shape]) -> tuple[Floats, Floats]:
     """Lower and upper corners (n, 3) of the bounds of ``shapes``, those of one kind of record after the other."""
-    boxes = (
-        geometry([shape for shape in shapes if isinstance(shape, classes)], np.zeros(3), 0.0)[1:]
-        for classes, geometry in _GEOMETRY.values()
-    )
+    boxes = []
+    for classes, geometry in _GEOMETRY.values():
+        some = [shape for shape in shapes if isinstance(shape, classes)]
+        boxes.append(geometry(some, np.zeros(3), np.zeros(len(some), bool))[1:])
     low, high = zip(*boxes, strict=True)
     return np.concatenate(low), np.concatenate(high)
 
@@ -175,12 +177,11 @@ def shape_records(
     """
     material = np.array([index[shape.material] for shape in shapes], np.int64)
     flags = _flags(shapes, materials)
-    growth = GROWTH * extent
     words, lows, highs, counts, first = [], [], [], {}, 0
     for noun, (classes, geometry) in _GEOMETRY.items():
         some = [shape for shape in shapes if isinstance(shape, classes)]
-        columns, low, high = geometry(some, origin, growth)
         part = slice(first, first + len(some))
+        columns, low, high = geometry(some, origin, lights[part] < 0)
         columns["kind"] = kind_words(columns["kind"], flags[part], first_object + first + np.arange(len(some)))
         columns |= {"material": material[part], "light": lights[part] + 1}
         words.append(words_of(SHAPE_RECORDS[noun.capitalize()], columns, len(some), SHAPE_TEXELS))
@@ -198,31 +199,36 @@ def _flags(shapes: Sequence[Shape | Plane], materials: Mapping[str, Material]) -
     return np.array([0 if materials[shape.material].double_sided else CULLED for shape in shapes], np.int64)
 
 
-def _sphere_geometry(spheres: Sequence[Sphere], origin: Floats, growth: float) -> tuple[dict[str, Any], Floats, Floats]:
+def _sphere_geometry(spheres: Sequence[Sphere], origin: Floats, grows: Bools) -> tuple[dict[str, Any], Floats, Floats]:
     centers = _vectors([s.center for s in spheres]) - origin
     radii = np.array([s.radius for s in spheres], np.float64)
     kinds = np.full(len(spheres), Kind.SPHERE, np.int64)
     return {"kind": kinds, "center": centers, "radius": radii}, centers - radii[:, None], centers + radii[:, None]
 
 
-def _flat_geometry(flats: Sequence[Shape], origin: Floats, growth: float) -> tuple[dict[str, Any], Floats, Floats]:
-    kinds, corners = flat_corners(flats, origin, growth)
+def _flat_geometry(flats: Sequence[Shape], origin: Floats, grows: Bools) -> tuple[dict[str, Any], Floats, Floats]:
+    reach = np.abs(flat_corners(flats, origin)[1]).max(axis=(1, 2), initial=0.0)
+    kinds, corners = flat_corners(flats, origin, np.where(grows, GROWTH * reach, 0.0))
     columns: dict[str, Any] = dict(zip("abc", corners.transpose(1, 0, 2), strict=True))
     return {"kind": kinds, "normal": _normals(corners), **columns}, *_flat_bounds(kinds, corners)
 
 
-def flat_corners(flats: Sequence[Shape], origin: Floats, growth: float = 0.0) -> tuple[NDArray[np.int64], Floats]:
+def flat_corners(
+    flats: Sequence[Shape], origin: Floats, growth: Floats | float = 0.0
+) -> tuple[NDArray[np.int64], Floats]:
     """Flat shapes about ``origin``, all rectangles before all disks before all triangles: their kinds (n,) and their
-    points with coordinates (0, 0), (1, 0) and (0, 1), (n, 3, 3); beyond the edges by ``growth`` metres."""
-    kinds, corners = [], []
+    points with coordinates (0, 0), (1, 0) and (0, 1), (n, 3, 3); beyond the edges by ``growth`` metres, (n,) in that
+    order or of all."""
+    kinds, corners, growths = [], [], np.broadcast_to(growth, len(flats))[:, None]
     for cls, (kind, corners_of) in FLATS.items():
         some = [shape for shape in flats if isinstance(shape, cls)]
+        corners.append(corners_of(some, growths[: len(some)]))
+        growths = growths[len(some) :]
         kinds.append(np.full(len(some), kind, np.int64))
-        corners.append(corners_of(some, growth))
     return np.concatenate(kinds), np.concatenate(corners) - origin
 
 
-def _rectangles(rectangles: Sequence[Rectangle], growth: float) -> Floats:
+def _rectangles(rectangles: Sequence[Rectangle], growth: Floats) -> Floats:
     corner = _vectors([r.corner for r in rectangles])
     u, v = _vectors([r.edge_u for r in rectangles]), _vectors([r.edge_v for r in rectangles])
     step_u, step_v = growth * _unit(u), growth * _unit(v)
@@ -230,9 +236,9 @@ def _rectangles(rectangles: Sequence[Rectangle], growth: float) -> Floats:
     return np.stack([a, a + u + 2 * step_u, a + v + 2 * step_v], axis=1)
 
 
-def _disks(disks: Sequence[Disk], growth: float) -> Floats:
+def _disks(disks: Sequence[Disk], growth: Floats) -> Floats:
     center = _vectors([d.center for d in disks])
-    radius = np.array([d.radius + growth for d in disks], np.float64)[:, None]
+    radius = np.array([d.radius for d in disks], np.float64)[:, None] + growth
     u, v = disk_axes([d.normal for d in disks])
     return np.stack([center, center + radius * u, center + radius * v], axis=1)
 
@@ -244,7 +250,7 @@ def disk_axes(normals: Sequence[Sequence[float]]) -> tuple[Floats, Floats]:
     return u, np.cross(normal, u)
 
 
-def _triangles(triangles: Sequence[Triangle], growth: float) -> Floats:
+def _triangles(triangles: Sequence[Triangle], growth: Floats) -> Floats:
     vertices = np.array([t.vertices for t in triangles], np.float64).reshape(-1, 3, 3)
     opposite = np.roll(vertices, -1, 1) - np.roll(vertices, -2, 1)
     sides = np.linalg.norm(opposite, axis=2)[..., None]
@@ -254,7 +260,7 @@ def _triangles(triangles: Sequence[Triangle], growth: float) -> Floats:
     from_incenter = vertices - incenter
     farthest = np.linalg.norm(from_incenter, axis=2).max(axis=1)[:, None, None]
     grown: Floats = incenter + from_incenter * (
-        1 + growth * np.minimum(perimeter / doubled_area, _MOST_OF_TIP / farthest)
+        1 + growth[:, None] * np.minimum(perimeter / doubled_area, _MOST_OF_TIP / farthest)
     )
     return grown
 
@@ -296,15 +302,15 @@ def _unit(vectors: Floats) -> Floats:
     return unit
 
 
-# Of flat shapes: the kind, and the points a, b and c (n, 3, 3), grown by so many metres.
-FLATS: Mapping[type, tuple[Kind, Callable[[Sequence[Any], float], Floats]]] = {
+# Of flat shapes: the kind, and the points a, b and c (n, 3, 3), grown by so many metres (n, 1).
+FLATS: Mapping[type, tuple[Kind, Callable[[Sequence[Any], Floats], Floats]]] = {
     Rectangle: (Kind.RECTANGLE, _rectangles),
     Disk: (Kind.DISK, _disks),
     Triangle: (Kind.SINGLE_TRIANGLE, _triangles),
 }
 # By the noun of the record, in the order of the records: columns about an origin, and lower and upper corners (n, 3) of
-# the bounds; shapes grow by so many metres.
-_Geometry = Callable[[Sequence[Any], Floats, float], tuple[dict[str, Any], Floats, Floats]]
+# the bounds; some of the shapes grow.
+_Geometry = Callable[[Sequence[Any], Floats, Bools], tuple[dict[str, Any], Floats, Floats]]
 _GEOMETRY: Mapping[str, tuple[tuple[type, ...], _Geometry]] = {
     "sphere": ((Sphere,), _sphere_geometry),
     "flat": (tuple(FLATS), _flat_geometry),

@@ -22,8 +22,8 @@ _MOST_SHRUNK = 16.0
 @dataclass(frozen=True, eq=False)
 class Space:
     """``origin`` (3,) is the point of the world that is the shader's (0, 0, 0), ``extent`` how far in metres the scene
-    extended from there when it was chosen, camera included. ``low`` and ``high`` (3,) bound what is there besides the
-    camera, in the world."""
+    extended from there when it was chosen, camera included, or the camera's target where there are planes at most.
+    ``low`` and ``high`` (3,) bound what is there besides the camera, in the world."""
 
     origin: Floats
     extent: float
@@ -53,7 +53,8 @@ def space_of(scene: Scene, before: Space | None = None) -> Space:
         return kept
     corners = np.stack([np.minimum(low, scene.camera.position), np.maximum(high, scene.camera.position)])
     origin: Floats = (corners[0] + corners[1]) / 2
-    extent = float(max(np.abs(corners - origin).max(), np.finfo(np.float32).tiny))
+    seen = np.linalg.norm(np.subtract(scene.camera.target, scene.camera.position)) if not len(points) else 0.0
+    extent = float(max(np.abs(corners - origin).max(), seen, np.finfo(np.float32).tiny))
     return Space(origin, extent, low, high)
 
 

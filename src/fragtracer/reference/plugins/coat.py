@@ -12,20 +12,32 @@ from .models.metallic_roughness import Lobes, schlick_k
 _RANGE = (0.1, 0.9)  # of the probability to choose the coat
 
 
+def shadowing(front: Any, wi: Any) -> Any:
+    """Shadow terminator factor of ``wi`` for the geometric normal ``front``, both in the shading frame (Chiang, Li and
+    Burley 2019, "Taming the shadow terminator", eq. 3)."""
+    import drjit as dr
+
+    cosine = dr.dot(front, wi)
+    g = dr.minimum(1, cosine / dr.maximum(wi.z * front.z, 1e-20))
+    return dr.select((cosine > 0) & (wi.z > 0), g + g * g - g**3, 0)
+
+
 @dataclass(frozen=True)
 class Coated:
-    """``base`` under a coat. Directions are local, on the front of the base.
+    """``base`` under a coat. Directions are local to the coat.
 
-    The coat has a ``frame`` of its own, within that of the base, where a normal map bends the base alone.
+    The base has a ``frame`` of its own, within that of the coat, where a normal map bends the base alone. Where there
+    is a geometric normal ``front``, in the frame of the coat, values count the shadow terminators of both.
     """
 
     base: Lobes
     coat: Lobes
     weight: Any
     frame: Any = None
+    front: Any = None
 
     @classmethod
-    def of(cls, base: Lobes, weight: Any, f0: Any, alpha: Any, frame: Any = None) -> "Coated":
+    def of(cls, base: Lobes, weight: Any, f0: Any, alpha: Any, frame: Any = None, front: Any = None) -> "Coated":
         """A coat of the reflectance ``f0`` at normal incidence, its facets of a width ``alpha`` that is no mirror's."""
         import drjit as dr
         import mitsuba as mi
@@ -34,10 +46,10 @@ class Coated:
         k = schlick_k(geometry, alpha)
         f90 = dr.minimum(50 * f0, 1)  # as scene/reflectance.py has it
         coat = Lobes(mi.Color3f(0), mi.Color3f(f0), mi.Color3f(f90), alpha, geometry, k, specular_range=(1, 1))
-        return cls(base, coat, weight, frame)
+        return cls(base, coat, weight, frame, front)
 
     def passed(self, w: Any) -> Any:
-        """What the coat passes to the base, or back out, along a direction in its own frame."""
+        """What the coat passes to the base, or back out."""
         import drjit as dr
 
         return 1 - self.weight * self.coat.interface(dr.maximum(w.z, 0))
@@ -46,39 +58,44 @@ class Coated:
         """Coat and base are chosen by estimates of what they reflect."""
         import drjit as dr
 
-        o = self._to_coat(wo)
-        coat = self.weight * dr.mean(self.coat.fresnel(dr.maximum(o.z, 0)))
-        base = dr.mean(self.passed(o)) * sum(self.base.reflected(wo))
-        return dr.select(o.z > 0, dr.clip(coat / dr.maximum(coat + base, 1e-8), *_RANGE), 0)
+        coat = self.weight * dr.mean(self.coat.fresnel(dr.maximum(wo.z, 0)))
+        base = dr.mean(self.passed(wo)) * sum(self.base.reflected(self._to_base(wo)))
+        return dr.clip(coat / dr.maximum(coat + base, 1e-8), *_RANGE)
 
     def eval_pdf(self, wo: Any, wi: Any) -> Any:
         """Value f·cos and density of the smooth lobes."""
         import drjit as dr
 
-        p_coat, o, i = self.coat_probability(wo), self._to_coat(wo), self._to_coat(wi)
-        (value, pdf), (coat_value, coat_pdf) = self.base.eval_pdf(wo, wi), self.coat.eval_pdf(o, i)
-        above = (o.z > 0) & (i.z > 0)
-        value = value * self.passed(o) * self.passed(i) + dr.select(above, self.weight * coat_value, 0)
-        return value, (1 - p_coat) * pdf + dr.select(above, p_coat * coat_pdf, 0)
+        p_coat, o, i = self.coat_probability(wo), self._to_base(wo), self._to_base(wi)
+        (value, pdf), (coat_value, coat_pdf) = self.base.eval_pdf(o, i), self.coat.eval_pdf(wo, wi)
+        lit = (o.z > 0) & (i.z > 0)
+        value = dr.select(lit, value * self._base_share(wo, wi), 0) + self.weight * coat_value * self._lit(wi)
+        return value, dr.select(lit, (1 - p_coat) * pdf, 0) + p_coat * coat_pdf
 
     def sample(self, wo: Any, choice: Any, u: Any) -> Any:
         """As of the base; what the coat reflects is specular, and no mirror's."""
         import drjit as dr
 
-        p_coat, o = self.coat_probability(wo), self._to_coat(wo)
+        p_coat, o = self.coat_probability(wo), self._to_base(wo)
         coated = choice < p_coat
         rest = dr.select(coated, 0, (choice - p_coat) / (1 - p_coat))
-        wi, mirrored, p_mirror, specular, mirror = self.base.sample(wo, rest, u)
-        reflected, *_ = self.coat.sample(o, 0, u)
-        wi = dr.select(coated, self._from_coat(reflected), wi)
+        below, mirrored, p_mirror, specular, mirror = self.base.sample(o, rest, u)
+        reflected, *_ = self.coat.sample(wo, 0, u)
+        wi = dr.select(coated, reflected, below if self.frame is None else self.frame.to_world(below))
         value, pdf = self.eval_pdf(wo, wi)
         mirror &= choice >= p_coat
-        value = dr.select(mirror, mirrored * self.passed(o) * self.passed(self._to_coat(wi)), value)
-        pdf = dr.select(mirror, (1 - p_coat) * p_mirror, dr.select(coated & (reflected.z <= 0), 0, pdf))
+        value = dr.select(mirror, mirrored * self._base_share(wo, wi), value)
+        pdf = dr.select(mirror, (1 - p_coat) * p_mirror, dr.select(coated | ((o.z > 0) & (below.z > 0)), pdf, 0))
         return wi, value, pdf, specular | coated, mirror
 
-    def _to_coat(self, w: Any) -> Any:
-        return w if self.frame is None else self.frame.to_local(w)
+    def _base_share(self, wo: Any, wi: Any) -> Any:
+        share = self.passed(wo) * self.passed(wi)
+        if self.front is None:
+            return share
+        return share * shadowing(self._to_base(self.front), self._to_base(wi))
 
-    def _from_coat(self, w: Any) -> Any:
-        return w if self.frame is None else self.frame.to_world(w)
+    def _lit(self, wi: Any) -> Any:
+        return 1 if self.front is None else shadowing(self.front, wi)
+
+    def _to_base(self, w: Any) -> Any:
+        return w if self.frame is None else self.frame.to_local(w)

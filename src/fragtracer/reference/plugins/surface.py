@@ -17,7 +17,7 @@ and its sign), ``vertex_color`` and ``vertex_alpha`` are read where ``has_shadin
 
 from typing import Any
 
-from .coat import Coated
+from .coat import Coated, shadowing
 from .models import Parameters, lobes_of
 from .models.metallic_roughness import DELTA_ALPHA
 
@@ -61,8 +61,7 @@ def surface_class(mi: Any, dr: Any) -> type:
             opacity = self.opacity_at(si, active)
             transmitted = sample1 >= opacity
             choice = dr.select(transmitted, 0, sample1 / dr.maximum(opacity, 1e-20))
-            frame, front = self._frame(si, active)
-            lobes = self._coated(self._lobes(si, active), frame, si, active)
+            frame, front, lobes = self._layers(si, active)
             wo = frame.to_local(si.to_world(si.wi))
             local, value, pdf, specular, mirror = lobes.sample(wo, choice, sample2)
             wi = si.to_local(frame.to_world(local))
@@ -76,17 +75,17 @@ def surface_class(mi: Any, dr: Any) -> type:
             for index, kind in enumerate(self.types):
                 chosen = bs.sampled_component == index
                 bs.sampled_type = dr.select(chosen, mi.UInt32(kind), bs.sampled_type)
-            weight = dr.select(valid, value * (_shadowing(front, local) * dr.rcp(pdf)), 0)
+            lit = 1 if self.is_coated else shadowing(front, local)
+            weight = dr.select(valid, value * (lit * dr.rcp(pdf)), 0)
             return bs, dr.select(active & transmitted, mi.Color3f(1), weight)
 
         def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
             opacity = self.opacity_at(si, active)
-            frame, front = self._frame(si, active)
-            lobes = self._coated(self._lobes(si, active), frame, si, active)
+            frame, front, lobes = self._layers(si, active)
             viewer, light = frame.to_local(si.to_world(si.wi)), frame.to_local(si.to_world(wo))
             valid = active & (viewer.z > 0) & (light.z > 0)
             value, pdf = lobes.eval_pdf(viewer, light)
-            value *= _shadowing(front, light)
+            value *= 1 if self.is_coated else shadowing(front, light)
             return dr.select(valid, value * opacity, 0), dr.select(valid, pdf * opacity, 0)
 
         def eval(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
@@ -147,14 +146,18 @@ def surface_class(mi: Any, dr: Any) -> type:
             )
             return lobes_of(self.model, parameters)
 
-        def _coated(self, lobes: Any, frame: Any, si: Any, active: Any) -> Any:
-            """The lobes under the coat, if there is one; ``frame`` is theirs."""
+        def _layers(self, si: Any, active: Any) -> Any:
+            """The frame of the lobes, which is the coat's if there is one, in it the geometric normal on the viewer's
+            side, and the lobes."""
+            (frame, front), lobes = self._frame(si, active), self._lobes(si, active)
             if not self.is_coated:
-                return lobes
+                return frame, front, lobes
+            own = mi.Frame3f(_bent(self._shading_normal(si, active), si))
+            base = mi.Frame3f(own.to_local(frame.n)) if self._is_mapped() else None
+            front = own.to_local(frame.to_world(front))
             alpha = dr.maximum(dr.square(self._number("coat_roughness", si, active)), DELTA_ALPHA)
-            normal = frame.to_local(_bent(self._shading_normal(si, active), si))
-            own = mi.Frame3f(normal) if self._is_mapped() else None
-            return Coated.of(lobes, self._number("coat", si, active), self.values["coat_f0"], alpha, own)
+            coat = self._number("coat", si, active), self.values["coat_f0"], alpha
+            return own, front, Coated.of(lobes, *coat, base, front)
 
         def _frame(self, si: Any, active: Any) -> Any:
             """The frame around the shading normal, and in it the geometric normal, both on the viewer's side."""
@@ -203,13 +206,6 @@ def surface_class(mi: Any, dr: Any) -> type:
         """A vector of length 1, or something else where it has none."""
         size = dr.norm(vector)
         return dr.select(size > 1e-6, vector / dr.maximum(size, 1e-6), otherwise)
-
-    def _shadowing(front: Any, wi: Any) -> Any:
-        """Shadow terminator factor of ``wi`` for the geometric normal ``front``, both in the shading frame (Chiang,
-        Li and Burley 2019, "Taming the shadow terminator", eq. 3)."""
-        cosine = dr.dot(front, wi)
-        g = dr.minimum(1, cosine / dr.maximum(wi.z * front.z, 1e-20))
-        return dr.select((cosine > 0) & (wi.z > 0), g + g * g - g**3, 0)
 
     def _grazing(f0: Any) -> Any:
         """Reflectance at grazing incidence of a reflectance at normal incidence."""
