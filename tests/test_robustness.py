@@ -12,7 +12,18 @@ from scene_builders import Vector, box, lambert, moved, rectangle, scaled, trian
 from fragtracer.gpu.context import is_software
 from fragtracer.io.toml import load
 from fragtracer.packing.shapes import GROWTH, flat_corners, shape_records
-from fragtracer.scene import Ambient, Camera, Light, Material, Plane, Rectangle, Scene, Sphere, Triangle
+from fragtracer.scene import (
+    Ambient,
+    Camera,
+    DirectionalLight,
+    Light,
+    Material,
+    Plane,
+    Rectangle,
+    Scene,
+    Sphere,
+    Triangle,
+)
 
 SIZE = (48, 40)
 
@@ -241,6 +252,21 @@ def test_cracks_between_shapes_are_found(ctx, monkeypatch, offset, triangles):
     monkeypatch.setattr("fragtracer.packing.shapes.GROWTH", 0.0 if is_software(ctx) else -GROWTH)
     with pytest.raises(AssertionError):
         assert_black_inside(ctx, 64, "mis", rotation(), offset, triangles)
+
+
+def test_a_camera_far_away_sees_the_same(ctx) -> None:
+    """Of a cube of 2 cm on a table, in parallel sunlight, by a field of view as narrow as it is far."""
+    cube = box("a", 0.01)
+    table = Rectangle((-0.5, -0.01, 0.5), (1.0, 0.0, 0.0), (0.0, 0.0, -1.0), "a")
+    sun = DirectionalLight((-1.0, -0.5, 0.2), 3.0)
+    images = []
+    for distance in (1.0, 3000.0):
+        position = tuple(distance * np.array([0.2, 0.69, 0.69]))
+        view = Camera(position, (0.0, 0.0, 0.0), fov_degrees=float(np.degrees(0.08 / distance)))
+        scene = Scene(view, {"a": lambert(0.5)}, rectangles=[*cube, table], directional_lights=[sun])
+        images.append(rendered(ctx, scene, 16, (32, 32), bounces=1))
+    near, far = images
+    assert (np.abs(far - near) > 0.05 * near.max()).mean() < 0.02
 
 
 def test_shapes_grow_by_their_own_coordinates_and_lights_do_not() -> None:

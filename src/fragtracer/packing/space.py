@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The coordinates of the shader: relative to the middle of the scene, which may be far from the origin of the world and
-keeps its precision."""
+from the camera, and keeps its precision."""
 
 from dataclasses import dataclass, replace
 
@@ -52,7 +52,7 @@ def space_of(scene: Scene, before: Space | None = None) -> Space:
     if before is not None and (kept := replace(before, low=low, high=high)).serves(scene.camera):
         return kept
     corners = np.stack([np.minimum(low, scene.camera.position), np.maximum(high, scene.camera.position)])
-    origin: Floats = (corners[0] + corners[1]) / 2
+    origin: Floats = (low + high) / 2 if len(points) else np.array(scene.camera.position, np.float64)
     seen = np.linalg.norm(np.subtract(scene.camera.target, scene.camera.position)) if not len(points) else 0.0
     extent = float(max(np.abs(corners - origin).max(), seen, np.finfo(np.float32).tiny))
     return Space(origin, extent, low, high)
