@@ -7,12 +7,13 @@ import zlib
 from pathlib import Path
 
 import numpy as np
+import OpenEXR
 import png
 import pytest
 from PIL import Image as Picture
 
 from fragtracer.errors import FragtracerError
-from fragtracer.io.images import write_image
+from fragtracer.io.images import read_image, write_image
 from fragtracer.io.textures import read_texture
 
 RNG = np.random.default_rng(1)
@@ -70,6 +71,22 @@ def test_floats_are_linear(tmp_path: Path, suffix: str) -> None:
     read = read_texture(tmp_path / f"a{suffix}", "srgb")
     assert np.array_equal(read.pixels, pixels)
     assert read.color_space == "linear"
+
+
+def test_alpha_of_floats_is_kept(tmp_path: Path) -> None:
+    """Of .exr files where it belongs to the colours that are read, and of .npy files."""
+    pixels = RNG.random((3, 4, 4)).astype(np.float32)
+    np.save(tmp_path / "a.npy", pixels)
+    for suffix, layer in (("npy", ""), ("exr", ""), ("exr", "view.")):
+        channels = {f"{layer}{name}": pixels[..., i].copy() for i, name in enumerate("RGBA")}
+        if suffix == "exr":
+            with OpenEXR.File({}, channels) as file:
+                file.write(str(tmp_path / "a.exr"))
+        assert np.array_equal(read_texture(tmp_path / f"a.{suffix}").pixels, pixels)
+    assert np.array_equal(read_image(tmp_path / "a.exr"), pixels[..., :3])
+    with OpenEXR.File({}, {"Y": pixels[..., 0].copy(), "A": pixels[..., 3].copy()}) as file:
+        file.write(str(tmp_path / "a.exr"))
+    assert np.array_equal(read_texture(tmp_path / "a.exr").pixels, pixels[..., [0, 0, 0, 3]])
 
 
 def png_header(width: int, height: int, bits: int = 8) -> bytes:
