@@ -48,6 +48,21 @@ def test_png_of_each_depth(channels: int, bits: int, interlace: bool) -> None:
     np.testing.assert_allclose(read * (1 if bits == 8 else 65535.0), pixels, atol=0.01)
 
 
+@pytest.mark.parametrize("key", [(300,), (300, 2, 65535)])
+@pytest.mark.parametrize("bits", [8, 16])
+def test_the_transparent_colour_of_a_png(key: tuple[int, ...], bits: int) -> None:
+    """One pixel of it, one that differs in a channel, which of 16 bits is in the lower byte alone."""
+    pixels = np.array([[key, (*key[:-1], key[-1] ^ 1)]]) % 2**bits
+    buffer = io.BytesIO()
+    transparent = tuple(pixels[0, 0].tolist())
+    writer = png.Writer(2, 1, greyscale=len(key) == 1, bitdepth=bits, transparent=transparent)
+    writer.write(buffer, pixels.reshape(1, -1).tolist())
+    read = read_texture(buffer.getvalue()).pixels
+    scale = 1 if bits == 8 else 65535
+    np.testing.assert_allclose(read[..., -1] * scale, [[0, 2**bits - 1]])
+    np.testing.assert_allclose(read[..., : len(key)] * scale, pixels, rtol=1e-6)
+
+
 def test_palette_with_and_without_transparency() -> None:
     picture = Picture.new("P", (2, 1))
     picture.putpalette([10, 20, 30, 200, 150, 100])

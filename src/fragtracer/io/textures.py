@@ -98,4 +98,8 @@ def _sixteen_bit_png(data: bytes) -> NDArray[np.float32]:
         pixels = np.vstack([np.asarray(row, np.uint16) for row in rows])
     except png.Error as error:
         raise ValueError(str(error)) from error
-    return (pixels.reshape(height, width, info["planes"]) / 65535).astype(np.float32)
+    pixels = pixels.reshape(height, width, info["planes"])
+    if (key := info.get("transparent")) is not None:
+        opacity = np.where((pixels == key).all(axis=2, keepdims=True), 0, 65535)
+        pixels = np.concatenate([pixels, opacity], axis=2)
+    return (pixels / 65535).astype(np.float32)
