@@ -60,6 +60,15 @@ def test_mesh_tables(folder: Path) -> None:
     }
 
 
+def test_a_material_that_replaces_none(folder: Path) -> None:
+    text = '[[mesh]]\nfile = "models/x.obj"\n[material."x/rde"]\n[material."y/rde"]\n'
+    message = r'scene\.toml: material\."x/rde": ignored: the model "x" has no such material; did you mean x/red\?'
+    with pytest.warns(UserWarning, match=message) as found:
+        scene(folder, text)
+    assert len(found) == 1
+    scene(folder, text + '[[sphere]]\ncenter = [0, 0, 0]\nradius = 1\nmaterial = "x/rde"\n')
+
+
 def test_an_edited_material_of_a_model_is_saved(folder: Path) -> None:
     made = scene(folder, '[[mesh]]\nfile = "models/x.obj"\n')
     edited = replace(made, materials={"x/red": replace(made.materials["x/red"], roughness=0.1)})
