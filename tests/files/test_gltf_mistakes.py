@@ -166,6 +166,10 @@ MISTAKES: dict[str, tuple[Any, str]] = {
         lambda d: d.update(nodes=[{"scale": [1e30, 1, 1], "children": [1]}, {"mesh": 0, "scale": [1e30, 1, 1]}]),
         "nodes[1]: its world matrix overflows",
     ),
+    "lines": (
+        lambda d: d["meshes"][0]["primitives"][0].update(mode=1),
+        "the scene of this file has no triangles; points and lines are not drawn, make a mesh of them",
+    ),
     "nothing": (lambda d: d.update(nodes=[{}]), "the scene of this file has no triangles"),
 }
 

@@ -147,6 +147,12 @@ def test_meshes_without_triangles_are_not_saved(tmp_path: Path, empty: ft.Mesh) 
     assert "mesh" not in dump(ft.Scene(meshes=(empty,), materials={"m": ft.Material()}))
 
 
+def test_a_mesh_without_an_area_is_saved(tmp_path: Path) -> None:
+    flat = ft.Mesh((ft.Part(ft.Geometry([(0, 0, 0)] * 3, [(0, 1, 2)]), "m"),), name="flat")
+    save(ft.Scene(meshes=(flat,), materials={"m": ft.Material()}), tmp_path / "s.toml")
+    assert [replace(mesh, file=None) for mesh in load(tmp_path / "s.toml").meshes] == [flat]
+
+
 def test_a_mesh_without_instances_stays_without_them(folder: Path) -> None:
     mesh, materials = ft.load_mesh(folder / "models" / "x.obj")
     hidden = ft.Scene(meshes=(replace(mesh, instances=()),), materials=materials, name="s")
