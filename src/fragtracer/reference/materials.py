@@ -164,7 +164,7 @@ def surface(material: Material, geometry: str, attributes: MeshAttributes, textu
         "diffuse_factor": material.diffuse_factor,
         "opacity": float(material.opacity),
         "alpha_mode": material.alpha_mode,
-        "alpha_cutoff": float(material.alpha_cutoff),
+        "alpha_cutoff": float(material.least_alpha),
         "double_sided": material.double_sided,
         "normal_scale": float(material.normal_scale),
     }
@@ -236,5 +236,9 @@ def _radiance(material: Material, attributes: MeshAttributes, textures: TextureF
         )
     assert alpha is not None
     tree = textures.exact(texture or Texture(_WHITE), "color", material.emission)
-    names = ("opacity", "alpha_mode", "alpha_cutoff")
-    return tree | {"alpha": textures.exact(alpha, "a")} | {name: getattr(material, name) for name in names}
+    return tree | {
+        "alpha": textures.exact(alpha, "a"),
+        "opacity": material.opacity,
+        "alpha_mode": material.alpha_mode,
+        "alpha_cutoff": material.least_alpha,
+    }
