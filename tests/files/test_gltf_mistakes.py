@@ -29,11 +29,11 @@ MISTAKES: dict[str, tuple[Any, str]] = {
         "asset.minVersion: it wants readers of glTF 2.1",
     ),
     "version": (lambda d: d.update(asset={"version": "1.0"}), "this is glTF 1.0; only 2.0 is read"),
-    "no asset": (lambda d: d.pop("asset"), "asset: Field required"),
-    "type": (lambda d: d.update(meshes=3), "meshes: must be a valid list"),
+    "no asset": (lambda d: d.pop("asset"), "asset: is missing"),
+    "type": (lambda d: d.update(meshes=3), "meshes: must be an array, got 3"),
     "negative": (
         lambda d: d["accessors"][0].update(count=-1),
-        "accessors[0].count: must be greater than or equal",
+        "accessors[0].count: must be at least 0, got -1",
     ),
     "huge": (lambda d: d["accessors"][0].update(count=4_000_000_000), "accessors[0]: 4000000000 elements end behind"),
     "huge zeros": (
@@ -90,14 +90,30 @@ MISTAKES: dict[str, tuple[Any, str]] = {
             d["meshes"][0]["primitives"][0].update(material=0),
             d.update(materials=[{"extensions": {"KHR_materials_ior": {"ior": "x"}}}]),
         ),
-        "materials[0].extensions.KHR_materials_ior: ior: must be a valid number",
+        'materials[0].extensions.KHR_materials_ior: ior: must be a number, got "x"',
+    ),
+    "no extension": (
+        lambda d: (
+            d["meshes"][0]["primitives"][0].update(material=0),
+            d.update(materials=[{"extensions": {"KHR_materials_ior": 3}}]),
+        ),
+        "materials[0].extensions.KHR_materials_ior: must be an object, got 3",
+    ),
+    "matrix": (
+        lambda d: d.update(nodes=[{"matrix": [1] * 15}]),
+        "nodes[0].matrix: must have at least 16 elements, not 15",
+    ),
+    "short vector": (lambda d: d.update(nodes=[{"scale": [1, 2]}]), "nodes[0].scale[2]: is missing"),
+    "word": (
+        lambda d: d.update(materials=[{"alphaMode": "mask"}]),
+        "materials[0].alphaMode: must be 'OPAQUE', 'MASK' or",
     ),
     "coat": (
         lambda d: (
             d["meshes"][0]["primitives"][0].update(material=0),
             d.update(materials=[{"extensions": {"KHR_materials_clearcoat": {"clearcoatFactor": 2}}}]),
         ),
-        "materials[0].extensions.KHR_materials_clearcoat: clearcoatFactor: must be less than or equal to 1.0001",
+        "materials[0].extensions.KHR_materials_clearcoat: clearcoatFactor: must be at most 1, got 2",
     ),
     "light": (
         lambda d: d.update(nodes=[{"mesh": 0, "extensions": {"KHR_lights_punctual": {"light": 0}}}]),
@@ -108,7 +124,7 @@ MISTAKES: dict[str, tuple[Any, str]] = {
             nodes=[{"mesh": 0, "extensions": {"KHR_lights_punctual": {"light": 0}}}],
             extensions={"KHR_lights_punctual": {"lights": [{"type": "spot", "spot": {"outerConeAngle": 2}}]}},
         ),
-        "document.extensions.KHR_lights_punctual: lights[0].spot.outerConeAngle: must be less than or equal to 1.57",
+        "document.extensions.KHR_lights_punctual: lights[0].spot.outerConeAngle: must be at most 1.571, got 2",
     ),
     "large": (
         lambda d: d.update(nodes=[{"mesh": 0, "scale": [1e30, 1, 1]}]),
@@ -149,6 +165,10 @@ MISTAKES: dict[str, tuple[Any, str]] = {
     "far": (
         lambda d: d.update(nodes=[{"scale": [1e30, 1, 1], "children": [1]}, {"mesh": 0, "scale": [1e30, 1, 1]}]),
         "nodes[1]: its world matrix overflows",
+    ),
+    "lines": (
+        lambda d: d["meshes"][0]["primitives"][0].update(mode=1),
+        "the scene of this file has no triangles; points and lines are not drawn, make a mesh of them",
     ),
     "nothing": (lambda d: d.update(nodes=[{}]), "the scene of this file has no triangles"),
 }

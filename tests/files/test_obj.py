@@ -300,6 +300,7 @@ def test_degenerate_triangles_and_short_faces(tmp_path: Path) -> None:
         (SQUARE + "v 1e20 0 0\nf 1 2 5\n", "this model has bounds of 1e+20 m; scale it to less than 1e+15 m"),
         ("\0\1\2", "there are no faces"),
         (SQUARE + "f 1 2 1 2 1\n", "no face in this file has an area"),
+        (SQUARE + "f 1 2 1\nf 3 3 4\n", "no face in this file has an area"),
     ],
 )
 def test_mistakes_are_named(tmp_path: Path, text: str, message: str) -> None:

@@ -60,6 +60,15 @@ def test_mesh_tables(folder: Path) -> None:
     }
 
 
+def test_a_material_that_replaces_none(folder: Path) -> None:
+    text = '[[mesh]]\nfile = "models/x.obj"\n[material."x/rde"]\n[material."y/rde"]\n'
+    message = r'scene\.toml: material\."x/rde": ignored: the model "x" has no such material; did you mean x/red\?'
+    with pytest.warns(UserWarning, match=message) as found:
+        scene(folder, text)
+    assert len(found) == 1
+    scene(folder, text + '[[sphere]]\ncenter = [0, 0, 0]\nradius = 1\nmaterial = "x/rde"\n')
+
+
 def test_an_edited_material_of_a_model_is_saved(folder: Path) -> None:
     made = scene(folder, '[[mesh]]\nfile = "models/x.obj"\n')
     edited = replace(made, materials={"x/red": replace(made.materials["x/red"], roughness=0.1)})
@@ -136,6 +145,12 @@ def test_meshes_without_triangles_are_not_saved(tmp_path: Path, empty: ft.Mesh) 
     assert replace(again, file=None) == mesh
     assert len(list(tmp_path.glob("*.npz"))) == 1
     assert "mesh" not in dump(ft.Scene(meshes=(empty,), materials={"m": ft.Material()}))
+
+
+def test_a_mesh_without_an_area_is_saved(tmp_path: Path) -> None:
+    flat = ft.Mesh((ft.Part(ft.Geometry([(0, 0, 0)] * 3, [(0, 1, 2)]), "m"),), name="flat")
+    save(ft.Scene(meshes=(flat,), materials={"m": ft.Material()}), tmp_path / "s.toml")
+    assert [replace(mesh, file=None) for mesh in load(tmp_path / "s.toml").meshes] == [flat]
 
 
 def test_a_mesh_without_instances_stays_without_them(folder: Path) -> None:

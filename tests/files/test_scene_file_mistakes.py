@@ -82,6 +82,20 @@ MISTAKES = {
         '[material.m]\nmetal = "gold"\nalbedo = 0.3',
         "material.m: metal = 'gold' already says what albedo is; leave albedo out",
     ),
+    "a key of other programs": (
+        "[material.m]\nBaseColor = 1",
+        "material.m.BaseColor: there is no such key; did you mean albedo? choose from albedo, ",
+    ),
+    "a key that is a model": (
+        "[material.m]\ntransmission = 1",
+        'material.m.transmission: there is no such key; did you mean model = "dielectric"? choose from model, ',
+    ),
+    "a model of other programs": (
+        '[material.m]\nmodel = "glass"',
+        'material.m.model: must be one of "metallic-roughness", "eon", "dielectric", "thin-dielectric", '
+        '"rough-thin-dielectric", "null", "conductor", "plastic", "rough-plastic", got "glass"; '
+        'did you mean "dielectric"?',
+    ),
     "thick coat": ("[material.m]\ncoat = 2", "material.m.coat: must be at most 1, got 2"),
     "coat of a thin index": ("[material.m]\ncoat_ior = 0.9", "material.m.coat_ior: must be at least 1, got 0.9"),
     "coat of a plastic": (

@@ -12,11 +12,13 @@ from fragtracer.io.images import write_image
 from fragtracer.io.toml import load, save
 from fragtracer.scene import Sphere, Texture
 
-SPHERE = '[[sphere]]\ncenter = [0, 1, 2]\nradius = 1\nmaterial = "red"\n[material.red]\n'
+SPHERE = '[[sphere]]\ncenter = [0, 1, 2]\nradius = 1\nmaterial = "red"\n'
+MESH = '[[mesh]]\nfile = "mesh.obj"\nmaterial = "red"\n'
 PIXELS = np.random.default_rng(1).integers(0, 256, (3, 5, 4)).astype(np.uint8)
 
 
-def write(folder: Path, lines: str) -> Path:
+def write(folder: Path, lines: str, shape: str = MESH) -> Path:
+    (folder / "mesh.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n")
     (folder / "maps").mkdir(exist_ok=True)
     PIL.Image.fromarray(PIXELS).save(folder / "maps" / "wood.png")
     PIL.Image.fromarray(PIXELS[..., 0]).save(folder / "maps" / "grey.png")
@@ -24,7 +26,7 @@ def write(folder: Path, lines: str) -> Path:
     write_image(folder / "maps" / "sky.exr", PIXELS[..., :3] / np.float32(7))
     (folder / "maps" / "broken.png").write_bytes((folder / "maps" / "wood.png").read_bytes()[:50])
     (folder / "maps" / "text.png").write_text("no picture")
-    (folder / "scene.toml").write_text(SPHERE + lines)
+    (folder / "scene.toml").write_text(f"{shape}[material.red]\n{lines}")
     return folder / "scene.toml"
 
 
@@ -56,6 +58,15 @@ def test_every_key_survives_the_trip(tmp_path: Path) -> None:
     save(scene, tmp_path / "other" / "scene.toml")
     assert load(tmp_path / "other" / "scene.toml") == scene
     assert '"../maps/wood.png"' in (tmp_path / "other" / "scene.toml").read_text()
+
+
+def test_textures_that_nothing_shows(tmp_path: Path) -> None:
+    """A material of meshes and other shapes is silent: it has its textures on the meshes."""
+    text = 'albedo_texture = "maps/wood.png"\nroughness_texture = "maps/grey.png"\n'
+    load(write(tmp_path, text, MESH + SPHERE))
+    message = r"scene\.toml: material\.red: ignored: albedo_texture, roughness_texture; only meshes have texture coor"
+    with pytest.warns(UserWarning, match=message):
+        load(write(tmp_path, text, SPHERE))
 
 
 @pytest.mark.parametrize(

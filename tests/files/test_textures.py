@@ -7,12 +7,13 @@ import zlib
 from pathlib import Path
 
 import numpy as np
+import OpenEXR
 import png
 import pytest
 from PIL import Image as Picture
 
 from fragtracer.errors import FragtracerError
-from fragtracer.io.images import write_image
+from fragtracer.io.images import read_image, write_image
 from fragtracer.io.textures import read_texture
 
 RNG = np.random.default_rng(1)
@@ -47,6 +48,21 @@ def test_png_of_each_depth(channels: int, bits: int, interlace: bool) -> None:
     np.testing.assert_allclose(read * (1 if bits == 8 else 65535.0), pixels, atol=0.01)
 
 
+@pytest.mark.parametrize("key", [(300,), (300, 2, 65535)])
+@pytest.mark.parametrize("bits", [8, 16])
+def test_the_transparent_colour_of_a_png(key: tuple[int, ...], bits: int) -> None:
+    """One pixel of it, one that differs in a channel, which of 16 bits is in the lower byte alone."""
+    pixels = np.array([[key, (*key[:-1], key[-1] ^ 1)]]) % 2**bits
+    buffer = io.BytesIO()
+    transparent = tuple(pixels[0, 0].tolist())
+    writer = png.Writer(2, 1, greyscale=len(key) == 1, bitdepth=bits, transparent=transparent)
+    writer.write(buffer, pixels.reshape(1, -1).tolist())
+    read = read_texture(buffer.getvalue()).pixels
+    scale = 1 if bits == 8 else 65535
+    np.testing.assert_allclose(read[..., -1] * scale, [[0, 2**bits - 1]])
+    np.testing.assert_allclose(read[..., : len(key)] * scale, pixels, rtol=1e-6)
+
+
 def test_palette_with_and_without_transparency() -> None:
     picture = Picture.new("P", (2, 1))
     picture.putpalette([10, 20, 30, 200, 150, 100])
@@ -70,6 +86,22 @@ def test_floats_are_linear(tmp_path: Path, suffix: str) -> None:
     read = read_texture(tmp_path / f"a{suffix}", "srgb")
     assert np.array_equal(read.pixels, pixels)
     assert read.color_space == "linear"
+
+
+def test_alpha_of_floats_is_kept(tmp_path: Path) -> None:
+    """Of .exr files where it belongs to the colours that are read, and of .npy files."""
+    pixels = RNG.random((3, 4, 4)).astype(np.float32)
+    np.save(tmp_path / "a.npy", pixels)
+    for suffix, layer in (("npy", ""), ("exr", ""), ("exr", "view.")):
+        channels = {f"{layer}{name}": pixels[..., i].copy() for i, name in enumerate("RGBA")}
+        if suffix == "exr":
+            with OpenEXR.File({}, channels) as file:
+                file.write(str(tmp_path / "a.exr"))
+        assert np.array_equal(read_texture(tmp_path / f"a.{suffix}").pixels, pixels)
+    assert np.array_equal(read_image(tmp_path / "a.exr"), pixels[..., :3])
+    with OpenEXR.File({}, {"Y": pixels[..., 0].copy(), "A": pixels[..., 3].copy()}) as file:
+        file.write(str(tmp_path / "a.exr"))
+    assert np.array_equal(read_texture(tmp_path / "a.exr").pixels, pixels[..., [0, 0, 0, 3]])
 
 
 def png_header(width: int, height: int, bits: int = 8) -> bytes:

@@ -189,6 +189,27 @@ def test_anisotropic_plugin_of_the_default_model(ctx: moderngl.Context, mi: Any)
             np.testing.assert_allclose(ours["value"], value.numpy().T, rtol=1e-3, atol=1e-6)
 
 
+@pytest.mark.parametrize("values", [{"anisotropy": 0.7}, {"model": "conductor", "metal": "gold"}])
+def test_one_sided(mi: Any, values: dict[str, Any]) -> None:
+    """As the material of two sides from the front; what comes from behind passes."""
+    register()
+    material, context, sample = Material(roughness=0.5, **values), mi.BSDFContext(), (0.4, mi.Point2f(0.3, 0.6))
+    one, two = (
+        mi.load_dict(exact_bsdf(replace(material, double_sided=both), "smith", MeshAttributes(), TextureFolder(Path())))
+        for both in (False, True)
+    )
+    wi, front, behind = mi.Vector3f(over_the_sphere(64).T), seen_from(mi, (0.6, 0, 0.8)), seen_from(mi, (0.6, 0, -0.8))
+    for found, expected in zip(one.eval_pdf(context, front, wi), two.eval_pdf(context, front, wi), strict=True):
+        assert np.array_equal(found, expected)
+    assert not any(np.ravel(found).any() for found in one.eval_pdf(context, behind, wi))
+    assert np.array_equal(one.sample(context, front, *sample)[0].wo, two.sample(context, front, *sample)[0].wo)
+    passed, weight = one.sample(context, behind, *sample)
+    np.testing.assert_allclose(np.ravel(passed.wo), (-0.6, 0, 0.8), rtol=1e-6)
+    assert mi.has_flag(one.flags(), mi.BSDFFlags.Null)
+    assert (np.ravel(weight) == np.ravel(one.eval_null_transmission(behind))).all()
+    assert not np.ravel(one.eval_null_transmission(front)).any()
+
+
 @pytest.mark.parametrize("nonlinear", [False, True])
 def test_plastic(ctx: moderngl.Context, mi: Any, nonlinear: bool) -> None:
     """But for Mitsuba's fit of what the coat reflects back, which errs by 0.1 %."""

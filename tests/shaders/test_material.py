@@ -228,13 +228,15 @@ def test_opacity(ctx: moderngl.Context) -> None:
         Material(opacity=0.9, alpha_mode="mask", albedo_texture=half, alpha_cutoff=0.5),
         Material(alpha_mode="mask", albedo_texture=half, alpha_cutoff=0.5),
         Material(opacity=0.5, alpha_mode="mask", alpha_cutoff=0.5),
+        Material(alpha_mode="mask", alpha_cutoff=1.0),
+        Material(alpha_mode="mask", alpha_cutoff=1.0),
     ]
-    alpha = np.array([0.5, 0.5, 0.5, 1.0, 1.0, 1.0])
-    colors = np.column_stack([np.ones((6, 3)), alpha])
+    alpha = np.array([0.5, 0.5, 0.5, 1.0, 1.0, 1.0, 1 - 2**-21, 1 - 1e-5])  # 2^-21 is lost by interpolation
+    colors = np.column_stack([np.ones((8, 3)), alpha])
     packed = packed_materials(materials, colored=True)
-    inputs = {"index": np.arange(6), "color": colors}
+    inputs = {"index": np.arange(8), "color": colors}
     found = material_probe(ctx, packed, "value = material_opacity(surface);", inputs, {"value": 1})["value"]
-    np.testing.assert_allclose(found, [1, 0.25, 0.25 * 128 / 255, 0, 1, 1], rtol=1e-6)
+    np.testing.assert_allclose(found, [1, 0.25, 0.25 * 128 / 255, 0, 1, 1, 1, 0], rtol=1e-6)
 
 
 @pytest.mark.parametrize("strength", [1.0, 0.4, 0.0])

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from fragtracer.errors import SceneError
 from fragtracer.io.arrays import read_arrays
-from fragtracer.io.model import Model, bounds, check_size, stem
+from fragtracer.io.model import Model, bounds, check_area, check_size, stem
 from fragtracer.io.obj import read_obj
 from fragtracer.io.ply import read_ply
 from fragtracer.io.stl import read_stl
@@ -67,6 +67,8 @@ def read_model(file: str | Path) -> Model:
         began = time.time_ns()
         model = reader(path)
         check_size(path, model.mesh)
+        if reader is not read_arrays:  # what was made in Python stays as it is
+            check_area(path, model.mesh)
         model = replace(model, mesh=replace(model.mesh, file=str(path), name=stem(path)))
         # What is written meanwhile may have been read before.
         stamps = tuple(_CHANGING if stamp is not None and stamp[0] >= began else stamp for stamp in _stamps(model))

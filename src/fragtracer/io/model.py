@@ -2,7 +2,7 @@
 """The content of a model file, and helpers that all readers share."""
 
 import codecs
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ from fragtracer.scene.fields import Triple
 from fragtracer.scene.mesh import Matrix
 
 _FARTHEST = 1e15  # metres
+_FEW = 2**14  # triangles, at a time
 _MOST_PRODUCTS = 2**22  # of vertices with directions, at a time
 
 
@@ -122,6 +123,22 @@ def check_size(path: Path, mesh: Mesh) -> None:
     largest = float(np.abs(bounds(mesh)).max())
     if not largest <= _FARTHEST:
         raise SceneError(f"{path}: this model has bounds of {largest:.3g} m; scale it to less than {_FARTHEST:g} m")
+
+
+def check_area(path: Path, mesh: Mesh) -> None:
+    """Raise SceneError if no triangle has an area."""
+    geometries = dict.fromkeys(part.geometry for part in mesh.parts)
+    if not any(_has_area(one.positions[some]) for one in geometries for some in _pieces(one.triangles)):
+        raise SceneError(f"{path}: no face in this file has an area")
+
+
+def _pieces(triangles: NDArray[Any]) -> Iterator[NDArray[Any]]:
+    return (triangles[begin : begin + _FEW] for begin in range(0, len(triangles), _FEW))
+
+
+def _has_area(corners: NDArray[Any]) -> bool:
+    a, b, c = corners.astype(np.float64).swapaxes(0, 1)
+    return bool(np.cross(b - a, c - a).any())
 
 
 def listed(names: Iterable[str]) -> tuple[str, ...]:

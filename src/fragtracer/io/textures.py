@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.errors import FragtracerError
-from fragtracer.io.images import check_regular, npy, read_image
+from fragtracer.io.images import check_regular, npy, read_texels
 from fragtracer.scene import Image
 from fragtracer.scene.texture import ColorSpace
 
@@ -29,9 +29,9 @@ def read_texture(source: str | Path | bytes, color_space: ColorSpace = "srgb", n
     ----------
     source
         A .png, .jpg, .bmp, .tga, .webp, .exr, .hdr or .npy file, or the bytes of one of the first five. Alpha is
-        kept, palettes are resolved, a PNG of 16 bits a channel becomes float32; .npy is an array as :class:`Image`
-        takes it. Colour profiles, gamma chunks and the Exif orientation are ignored, as glTF 2.0 requires (section
-        3.8.2).
+        kept, and colours are not divided by it; palettes are resolved, a PNG of 16 bits a channel becomes float32; .npy
+        is an array as :class:`Image` takes it. Colour profiles, gamma chunks and the Exif orientation are ignored, as
+        glTF 2.0 requires (section 3.8.2).
     color_space
         The encoding: "srgb" for colours, "linear" for other data, as normals and roughness. Files of floats are
         always linear.
@@ -50,7 +50,7 @@ def read_texture(source: str | Path | bytes, color_space: ColorSpace = "srgb", n
         check_regular(source)
         suffix = Path(source).suffix.lower()
         if suffix in (".exr", ".hdr"):
-            return Image(read_image(source), "linear", name)
+            return Image(read_texels(source), "linear", name)
         data = Path(source).read_bytes()
         if suffix == ".npy":
             return Image(npy.decode(data), "linear", name)
@@ -98,4 +98,8 @@ def _sixteen_bit_png(data: bytes) -> NDArray[np.float32]:
         pixels = np.vstack([np.asarray(row, np.uint16) for row in rows])
     except png.Error as error:
         raise ValueError(str(error)) from error
-    return (pixels.reshape(height, width, info["planes"]) / 65535).astype(np.float32)
+    pixels = pixels.reshape(height, width, info["planes"])
+    if (key := info.get("transparent")) is not None:
+        opacity = np.where((pixels == key).all(axis=2, keepdims=True), 0, 65535)
+        pixels = np.concatenate([pixels, opacity], axis=2)
+    return (pixels / 65535).astype(np.float32)

@@ -334,7 +334,7 @@ def _opacity(material: Material, index: Mapping[Texture, int]) -> dict[str, Any]
     return {
         "opacity": material.opacity,
         "mode": _ALPHA_MODES.index(material.alpha_mode),
-        "cutoff": material.alpha_cutoff,
+        "cutoff": material.least_alpha,
         "texture_index": index[material.albedo_texture] if material.albedo_texture else -1,
     }
 

@@ -24,7 +24,7 @@ _TAGS = {
     **dict.fromkeys(("perspective", "thinlens"), "sensor"),
     **dict.fromkeys(("box", "tent", "gaussian"), "rfilter"),
     **dict.fromkeys(("diffuse", "twosided", "blendbsdf", "mask", "normalmap"), "bsdf"),
-    **dict.fromkeys((plugins.BLEND, plugins.NAME, plugins.ROUGH_PANE, plugins.SURFACE), "bsdf"),
+    **dict.fromkeys((plugins.BLEND, plugins.NAME, plugins.ONE_SIDED, plugins.ROUGH_PANE, plugins.SURFACE), "bsdf"),
     **dict.fromkeys(("bitmap", "mesh_attribute", plugins.TEXTURE), "texture"),
     **dict.fromkeys(("conductor", "roughconductor", "plastic", "roughplastic", "principled", "principledthin"), "bsdf"),
     **dict.fromkeys(("path", "volpath", "volpathmis"), "integrator"),

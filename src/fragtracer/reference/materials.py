@@ -10,7 +10,7 @@ import numpy as np
 from fragtracer.errors import FragtracerError
 from fragtracer.reference.dielectrics import conductor_bsdf, dielectric_bsdf, facets, plastic_bsdf
 from fragtracer.reference.meshes import MeshAttributes
-from fragtracer.reference.plugins import BLEND, NAME, SURFACE, UNLIT
+from fragtracer.reference.plugins import BLEND, NAME, ONE_SIDED, SURFACE, UNLIT
 from fragtracer.reference.shapes import Tree, rgb
 from fragtracer.reference.textures import TextureFolder, linear_pixels, opacity_at
 from fragtracer.scene import Image, Material, RenderSettings, Texture
@@ -18,6 +18,7 @@ from fragtracer.scene.fields import Triple
 from fragtracer.scene.material import DEFAULT_MODEL, MODELS
 
 _WHITE = Image([[1.0]], "linear")
+OR_NEAREST = "or take the nearest that Mitsuba has, which export-mitsuba writes without --plugin"
 
 
 def is_lambert(material: Material) -> bool:
@@ -75,14 +76,17 @@ def exact_bsdf(material: Material, geometry: str, attributes: MeshAttributes, te
     if material.unlit:
         black = _unlit_as_lambert(material, (0.0, 0.0, 0.0))
         return surface(black, geometry, attributes, textures) if has_null_transmission(material) else lambert(black)
+    if (is_own_plugin(material) or material.anisotropy) and not material.double_sided:
+        front = exact_bsdf(replace(material, double_sided=True), geometry, attributes, textures)
+        return {"type": ONE_SIDED, "bsdf": front}
     if material.anisotropy and (
         material.anisotropy_rotation_degrees % 90
         or not (is_own_plugin(material) or is_plain(material, attributes))
         or (has_images(material) or attributes.shading or attributes.tangent)
     ):
         raise FragtracerError(
-            "Mitsuba shows a material with anisotropy exactly only in quarters of a turn, opaque, from both sides, and "
-            "without textures and attributes of vertices; leave these out, or export the scene without --plugin"
+            "Mitsuba shows anisotropy exactly only in quarters of a turn, opaque, and without textures and attributes "
+            f"of vertices; leave these out, {OR_NEAREST}"
         )
     if is_own_plugin(material):
         if material.dispersion:
@@ -90,11 +94,10 @@ def exact_bsdf(material: Material, geometry: str, attributes: MeshAttributes, te
                 "Mitsuba's RGB variants know no wavelengths, and no dispersion; leave abbe_number out"
             )
         is_colored = attributes.color and "albedo" in MODELS[material.model]
-        is_seen_through = material.alpha_mode != "opaque" or not material.double_sided
-        if attributes.shading or is_colored or has_images(material) or is_seen_through:
+        if attributes.shading or is_colored or has_images(material) or material.alpha_mode != "opaque":
             raise FragtracerError(
-                f"Mitsuba shows a material of model = {material.model!r} exactly only without textures, normals and "
-                "colours of vertices, and alpha; leave these out, or export the scene without --plugin"
+                f"Mitsuba shows model = {material.model!r} exactly only without textures, normals and colours of "
+                f"vertices, and alpha; leave these out, {OR_NEAREST}"
             )
         return own_plugin(material)
     if not is_plain(material, attributes):
@@ -136,7 +139,7 @@ def blended_bsdf(
     if exact and texture and texture.coordinates != attributes.uv:
         raise FragtracerError(
             "Mitsuba looks blend_weight_texture up at the coordinates of what emits, or else at the first ones; give "
-            "the texture these, or export the scene without --plugin"
+            f"the texture these, {OR_NEAREST}"
         )
     kind = BLEND if exact else "blendbsdf"
     tree: Tree = {"type": kind, "bsdf_0": parts[0], "bsdf_1": parts[1], "weight": float(weight)}
@@ -161,7 +164,7 @@ def surface(material: Material, geometry: str, attributes: MeshAttributes, textu
         "diffuse_factor": material.diffuse_factor,
         "opacity": float(material.opacity),
         "alpha_mode": material.alpha_mode,
-        "alpha_cutoff": float(material.alpha_cutoff),
+        "alpha_cutoff": float(material.least_alpha),
         "double_sided": material.double_sided,
         "normal_scale": float(material.normal_scale),
     }
@@ -233,5 +236,9 @@ def _radiance(material: Material, attributes: MeshAttributes, textures: TextureF
         )
     assert alpha is not None
     tree = textures.exact(texture or Texture(_WHITE), "color", material.emission)
-    names = ("opacity", "alpha_mode", "alpha_cutoff")
-    return tree | {"alpha": textures.exact(alpha, "a")} | {name: getattr(material, name) for name in names}
+    return tree | {
+        "alpha": textures.exact(alpha, "a"),
+        "opacity": material.opacity,
+        "alpha_mode": material.alpha_mode,
+        "alpha_cutoff": material.least_alpha,
+    }

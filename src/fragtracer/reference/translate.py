@@ -37,7 +37,8 @@ Where the two renderers differ:
 import atexit
 import shutil
 import tempfile
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
@@ -49,6 +50,7 @@ from fragtracer.errors import FragtracerError
 from fragtracer.reference import dielectrics, lights, shapes
 from fragtracer.reference.environment import environment_emitters, hides_emitters, sun_distance
 from fragtracer.reference.materials import (
+    OR_NEAREST,
     blended_bsdf,
     emitter_of,
     exact_bsdf,
@@ -128,7 +130,8 @@ def scene_tree(scene: Scene, folder: Path, plugins: bool = True) -> Tree:
     unused = {(name, MeshAttributes()) for name in scene.materials.keys() - {name for name, _ in used}}
     keys = {(name, attributes): _material_key(numbers[name], attributes) for name, attributes in used | unused}
     for name, attributes in sorted(keys, key=lambda pair: (numbers[pair[0]], pair[1].key)):
-        tree[keys[name, attributes]] = bsdf(name, attributes)
+        with _named(name):
+            tree[keys[name, attributes]] = bsdf(name, attributes)
     for key, (shape, name, attributes) in found.items():
         tree[key] = {**shape, "bsdf": {"type": "ref", "id": keys[name, attributes]}}
         material = _seen(scene, name, attributes)
@@ -137,15 +140,16 @@ def scene_tree(scene: Scene, folder: Path, plugins: bool = True) -> Tree:
             tree[key]["bsdf"] = bsdf(name, attributes, around)
         if name in inside:
             tree[key] |= _medium(scene, media, "interior", inside[name]) | _medium(scene, media, "exterior", around)
-        emitter = emitter_of(material, attributes, textures, plugins)
+        with _named(name):
+            emitter = emitter_of(material, attributes, textures, plugins)
         is_anisotropic = any(scene.materials[n].anisotropy for n in scene.blended(name))
         if is_anisotropic and shape["type"] == "sphere":
             tree[key] = {**tree[key], **shapes.upright_sphere(shape)}
             del tree[key]["center"], tree[key]["radius"]
         elif is_anisotropic and plugins and not _has_tangents(scene, name, key):
             raise FragtracerError(
-                f"Mitsuba turns the facets of {name!r} otherwise on flat shapes, and on meshes without texture "
-                "coordinates; put it on spheres and other meshes, or export the scene without --plugin"
+                f"material {name!r}: Mitsuba turns the facets otherwise on flat shapes, and on meshes without texture "
+                f"coordinates; put it on spheres and other meshes, {OR_NEAREST}"
             )
         if emitter:
             tree[key]["emitter"] = lights.sphere_light(shape, emitter) if plugins else emitter
@@ -158,6 +162,15 @@ def scene_tree(scene: Scene, folder: Path, plugins: bool = True) -> Tree:
     if scene.environment is None and max(scene.ambient.radiance) > 0:
         tree["ambient"] = {"type": "constant", "radiance": rgb(scene.ambient.radiance)}
     return tree
+
+
+@contextmanager
+def _named(material: str) -> Iterator[None]:
+    """Open the message of what Mitsuba cannot show with the name of the material."""
+    try:
+        yield
+    except FragtracerError as error:
+        raise FragtracerError(f"material {material!r}: {error}") from None
 
 
 def _as_fog_lets_it(scene: Scene) -> Scene:

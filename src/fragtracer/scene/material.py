@@ -228,6 +228,11 @@ class Material:
         return max(self.roughness**2, 1e-4) if self.anisotropy > 0 else self.roughness**2
 
     @property
+    def least_alpha(self) -> float:
+        """``alpha_cutoff`` less what interpolation in single precision may lose of an alpha that is equal to it."""
+        return self.alpha_cutoff * (1 - 2**-20)
+
+    @property
     def is_coated(self) -> bool:
         """Whether it has a coat, perhaps somewhere."""
         return self.coat > 0 and not self.unlit

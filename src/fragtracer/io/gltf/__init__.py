@@ -13,7 +13,7 @@ from fragtracer.errors import SceneError
 from fragtracer.io.gltf import document as gltf
 from fragtracer.io.gltf.container import Container
 from fragtracer.io.gltf.draco import EXTENSION as DRACO
-from fragtracer.io.gltf.geometry import Primitives
+from fragtracer.io.gltf.geometry import POINTS_AND_LINES, Primitives
 from fragtracer.io.gltf.instances import EXTENSION as INSTANCES
 from fragtracer.io.gltf.instances import instance_matrices
 from fragtracer.io.gltf.lights import EXTENSION as LIGHTS
@@ -65,7 +65,8 @@ def read_gltf(path: Path) -> Model:
     placed = list(placed_nodes(container))
     parts, used = _parts(container, placed, notes)
     if not parts:
-        raise SceneError(f"{path}: the scene of this file has no triangles")
+        advice = "; points and lines are not drawn, make a mesh of them" if POINTS_AND_LINES in notes else ""
+        raise SceneError(f"{path}: the scene of this file has no triangles{advice}")
     mesh = Mesh(parts=tuple(parts))
     check_size(path, mesh)
     low, high = bounds(mesh)

@@ -1,12 +1,25 @@
 # SPDX-License-Identifier: MIT
 """The parts of a glTF 2.0 document that fragtracer reads, with the names and limits of the specification."""
 
+import json
 import math
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from pydantic_core import ErrorDetails
 
 from fragtracer.scene.fields import LARGEST
+
+_LIMITS = {"gt": "greater than", "ge": "at least", "lt": "less than", "le": "at most"}
+_LIMITS |= {"min_length": "at least", "max_length": "at most"}
+_KINDS = {
+    **dict.fromkeys(("model_type", "dict_type"), "an object"),
+    **dict.fromkeys(("list_type", "tuple_type"), "an array"),
+    **dict.fromkeys(("int_type", "int_from_float", "int_parsing", "int_parsing_size"), "a whole number"),
+    **dict.fromkeys(("float_type", "float_parsing"), "a number"),
+    **dict.fromkeys(("bool_type", "bool_parsing"), "true or false"),
+    "string_type": "a string",
+}
 
 Index = Annotated[int, Field(ge=0, le=2**31)]
 Count = Annotated[int, Field(ge=0, le=2**53)]
@@ -278,4 +291,16 @@ def first_mistake(error: ValidationError) -> str:
     """Where the first mistake in a document is, and what it is."""
     detail = error.errors(include_url=False)[0]
     place = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in detail["loc"]).removeprefix(".")
-    return f"{place or 'the document'}: {detail['msg'].replace('Input should be', 'must be')}"
+    return f"{place}: {_sentence(detail)}" if place else _sentence(detail)
+
+
+def _sentence(detail: ErrorDetails) -> str:
+    kind, value = detail["type"], detail["input"]
+    if kind == "missing":
+        return "is missing"
+    # To three digits: some limits leave room for rounding.
+    limits = [f"{_LIMITS[k]} {round(x, 3) + 0:.15g}" for k, x in detail.get("ctx", {}).items() if k in _LIMITS]
+    if kind in ("too_short", "too_long"):
+        return f"must have {limits[0]} elements, not {len(value)}"
+    wanted = _KINDS.get(kind) or "".join(limits) or detail["msg"].removeprefix("Input should be ")
+    return f"must be {wanted}" + ("" if isinstance(value, (dict, list)) else f", got {json.dumps(value)[:60]}")

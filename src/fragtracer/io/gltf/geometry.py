@@ -15,6 +15,7 @@ from fragtracer.io.model import geometry
 from fragtracer.io.strips import fan_triangles, strip_triangles
 from fragtracer.scene import Geometry
 
+POINTS_AND_LINES = "points and lines"
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 _MOST_TRIANGLES = 2**25  # a small file can refer to the same triangles many times
 # Attribute, its accessor types, and its name in the scene model.
@@ -42,7 +43,7 @@ class Primitives:
         """The triangles of a primitive whose morph targets have ``weights``, 0 where there are none; None if it has no
         triangles, with a note if it is of points or lines."""
         if primitive.mode < _TRIANGLES:
-            self._notes.append("points and lines")
+            self._notes.append(POINTS_AND_LINES)
             return None
         if "POSITION" not in primitive.attributes:
             raise self._container.error(place, "has no POSITION")

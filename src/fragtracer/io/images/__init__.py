@@ -147,6 +147,11 @@ def read_image(path: str | Path) -> FloatImage:
     return read_content(path)[0]
 
 
+def read_texels(path: str | Path) -> FloatImage:
+    """As :func:`read_image`, but (h, w, 4) of an .exr file that has alpha. The colours are not divided by it."""
+    return _read(path, alpha=True)[0]
+
+
 def read_layers(path: str | Path, layers: Sequence[str]) -> tuple[list[FloatImage], dict[str, str]]:
     """The image and some ``layers`` of three channels of an .exr file, each (h, w, 3), and the metadata.
 
@@ -182,14 +187,14 @@ def check_regular(path: str | Path) -> None:
         raise OSError("it is not a regular file")
 
 
-def _read(path: str | Path, layers: Sequence[str] = ()) -> Content:
+def _read(path: str | Path, layers: Sequence[str] = (), alpha: bool = False) -> Content:
     reader = _READERS.get(Path(path).suffix.lower())
     if reader is None:
         raise FragtracerError(f"{path}: cannot read this kind of image; choose from {', '.join(_READERS)}")
     try:
         check_regular(path)
         Path(path).open("rb").close()
-        return read_exr(Path(path), layers) if layers else reader(Path(path))
+        return read_exr(Path(path), layers, alpha) if reader is read_exr else reader(Path(path))
     except (OSError, RuntimeError, ValueError, EOFError) as error:
         if isinstance(error, OSError) and error.strerror:
             raise FragtracerError(f"{path}: cannot read: {error.strerror}") from error

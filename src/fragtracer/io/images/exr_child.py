@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Reads one OpenEXR file in a process of its own: a damaged file can crash the library or exhaust the memory.
-``python exr_child.py FILE RESULT.npy [LAYER ...]`` writes the pixels and prints the metadata or an error as JSON.
+``python exr_child.py FILE RESULT.npy [--alpha] [LAYER ...]`` writes the pixels and prints metadata or an error as JSON.
 
 It does not import fragtracer, to start fast.
 """
@@ -38,9 +38,9 @@ def limit() -> None:
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 
-def read(path: str, layers: Sequence[str] = ()) -> tuple[NDArray[Any], dict[str, str]]:
+def read(path: str, layers: Sequence[str] = (), alpha: bool = False) -> tuple[NDArray[Any], dict[str, str]]:
     """The pixels of the display window, (h, w, 3 + 3 layers), black outside the data window, and the strings of the
-    header.
+    header. With ``alpha`` a fourth channel follows the first three if the file has it.
 
     Raises ``Unsupported`` for a valid file of another kind, and ``ValueError`` or ``RuntimeError`` for a damaged one.
     """
@@ -63,9 +63,12 @@ def read(path: str, layers: Sequence[str] = ()) -> tuple[NDArray[Any], dict[str,
         texts = {key: value for key, value in file.header().items() if isinstance(value, str)}
     size = data[3] - data[1] + 1, data[2] - data[0] + 1
     if {"Y", "RY", "BY"} <= channels.keys():
-        stack = _from_luminance_chroma(channels, size, chromaticities)
+        stack, opacity = _from_luminance_chroma(channels, size, chromaticities), "A"
     else:
-        stack = np.stack(_colors(channels, size), axis=-1)
+        colors, opacity = _colors(channels, size)
+        stack = np.stack(colors, axis=-1)
+    if alpha and opacity in channels and channels[opacity].shape == size:
+        stack = np.concatenate([stack, channels[opacity][..., None]], axis=-1)
     for layer in layers:
         stack = np.concatenate([stack, np.stack(_layer(channels, layer, size), axis=-1)], axis=-1)
     if data != display:
@@ -82,17 +85,18 @@ def _window(header: Any, name: str) -> tuple[int, int, int, int]:
     return left, top, right, bottom
 
 
-def _colors(channels: dict[str, NDArray[Any]], size: tuple[int, int]) -> list[NDArray[Any]]:
-    """Red, green and blue: the channels R, G and B, or those of the first layer that has them, or a single grey one."""
+def _colors(channels: dict[str, NDArray[Any]], size: tuple[int, int]) -> tuple[list[NDArray[Any]], str]:
+    """Red, green and blue: the channels R, G and B, or those of the first layer that has them, or a single grey one;
+    and the name of the channel with their alpha, if there is one."""
     layers = ["", *sorted({name.removesuffix("R") for name in channels if name.endswith(".R")})]
-    found = [[f"{layer}{color}" for color in "RGB"] for layer in layers]
+    found = [([f"{layer}{color}" for color in "RGB"], f"{layer}A") for layer in layers]
     if (grey := _grey(channels.keys() - {"A"})) is not None:
-        found.append([grey] * 3)
-    for names in found:
+        found.append(([grey] * 3, "A"))
+    for names, alpha in found:
         if channels.keys() >= set(names):
             if any(channels[name].shape != size for name in names):
                 raise Unsupported(f"its channels {', '.join(dict.fromkeys(names))} have fewer samples than pixels")
-            return [channels[name] for name in names]
+            return [channels[name] for name in names], alpha
     raise Unsupported(f"it has no channels R, G and B, only {', '.join(sorted(channels)) or 'none'}")
 
 
@@ -162,7 +166,8 @@ def main() -> None:
     """Print {"metadata": {...}}, or {"unsupported": "..."} for a kind that is not read, or {"error": "..."}."""
     limit()
     try:
-        pixels, metadata = read(sys.argv[1], sys.argv[3:])
+        layers = [name for name in sys.argv[3:] if name != "--alpha"]
+        pixels, metadata = read(sys.argv[1], layers, "--alpha" in sys.argv[3:])
         np.save(sys.argv[2], pixels if pixels.dtype == np.float16 else pixels.astype(np.float32))
         print(json.dumps({"metadata": metadata}))
     except Unsupported as error:

@@ -41,16 +41,17 @@ def write_exr(
         raise OSError(str(error)) from error
 
 
-def read_exr(path: Path, layers: Sequence[str] = ()) -> Content:
+def read_exr(path: Path, layers: Sequence[str] = (), alpha: bool = False) -> Content:
     """The display window of the first part, scanline or tiled: RGB, luminance and chroma, or a single channel as grey;
-    and after these three channels those of ``layers``, which have three each.
+    after these three channels alpha, if it is asked for and there, and those of ``layers``, which have three each.
 
     It is read in another process (:mod:`fragtracer.io.images.exr_child`), so that a damaged file cannot crash this one.
     """
     environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}  # each thread reserves memory
     with tempfile.TemporaryDirectory() as folder:
         result = Path(folder) / "pixels.npy"
-        command = [sys.executable, "-P", exr_child.__file__, os.path.abspath(path), str(result), *layers]
+        options = [*(["--alpha"] if alpha else []), *layers]
+        command = [sys.executable, "-P", exr_child.__file__, os.path.abspath(path), str(result), *options]
         try:
             done = subprocess.run(command, capture_output=True, env=environment, timeout=_SECONDS, check=False)
         except subprocess.TimeoutExpired:

@@ -10,6 +10,7 @@ The tables are ``[camera]``, ``[render]``, ``[ambient]``, ``[environment]``, ``[
 """
 
 import re
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -26,6 +27,7 @@ from fragtracer.io.model import stem
 from fragtracer.io.toml.beside import with_files
 from fragtracer.io.toml.document import from_document, to_document
 from fragtracer.io.toml.tables import show, suggest
+from fragtracer.io.toml.unused import unused
 from fragtracer.scene import Image, Scene
 from fragtracer.scene.environment import Panorama
 
@@ -104,6 +106,11 @@ def parse(text: str, file: str | Path = "scene.toml") -> Scene:
     ------
     SceneError
         If the text is not a scene; the message has a line for each mistake, the first ten at most.
+
+    Warns
+    -----
+    UserWarning
+        A line for each material of which something has no effect.
     """
     document = _toml(text, file)
     mistakes: list[str] = []
@@ -112,6 +119,8 @@ def parse(text: str, file: str | Path = "scene.toml") -> Scene:
         lines = [f"{file}: {mistake}" for mistake in mistakes[:_MOST_MISTAKES]]
         rest = len(mistakes) - _MOST_MISTAKES
         raise SceneError("\n".join(lines + ([f"{file}: … and {rest} more mistakes"] if rest > 0 else [])))
+    for note in unused(scene):
+        warnings.warn(f"{file}: {note}", stacklevel=2)
     return scene
 
 

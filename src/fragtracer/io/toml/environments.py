@@ -22,7 +22,7 @@ _KEYS = ("file", *(item.name for item in fields(Environment) if item.name != "im
 def read_panorama(path: str | Path) -> Panorama:
     """The equirectangular map in an .hdr, .exr, .npy or .png file.
 
-    Pixels that are NaN, infinite or negative become black, a negative channel alone 0; a warning counts them.
+    Pixels that are NaN or infinite become black, of negative ones the negative channels alone 0; a warning counts them.
 
     Raises
     ------
@@ -31,9 +31,13 @@ def read_panorama(path: str | Path) -> Panorama:
     """
     pixels = read_image(path)
     finite = np.asarray(np.isfinite(pixels).all(axis=2))
-    bad = ~finite | (pixels < 0).any(axis=2)
-    if bad.any():
-        warnings.warn(f"{path}: {bad.sum()} pixels are NaN, infinite or negative and give no light", stacklevel=2)
+    negative = finite & (pixels < 0).any(axis=2)
+    bad = {
+        "are NaN or infinite and give no light": np.count_nonzero(~finite),
+        "are negative in a channel, which gives no light": np.count_nonzero(negative),
+    }
+    if counted := "; ".join(f"{count} pixels {what}" for what, count in bad.items() if count):
+        warnings.warn(f"{path}: {counted}", stacklevel=2)
         pixels = np.maximum(np.where(finite[..., None], pixels, np.float32(0)), np.float32(0))
     return Panorama(pixels, os.path.abspath(path))
 

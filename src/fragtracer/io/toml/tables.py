@@ -46,6 +46,14 @@ _ITEMS = {
     "three points [[x, y, z], [x, y, z], [x, y, z]]": "three numbers [x, y, z]",
     "two points [[x, y, z], [x, y, z]]": "three numbers [x, y, z]",
 }
+# Names in other programs and formats, of keys and of their values.
+_SYNONYMS = {
+    **dict.fromkeys(("color", "colour", "base_color", "basecolor", "diffuse", "diffuse_color", "kd"), "albedo"),
+    **dict.fromkeys(("metalness", "metallicness"), "metallic"),
+    **dict.fromkeys(("emissive", "emissive_color", "ke"), "emission"),
+    **dict.fromkeys(("transmission", "transmissive"), 'model = "dielectric"'),
+    "glass": "dielectric",
+}
 _BARE_KEY = re.compile(r"[\w-]+")
 _BOUNDS = {"gt": "greater than", "ge": "at least", "lt": "less than", "le": "at most"}
 
@@ -94,12 +102,14 @@ def plain(item: Any) -> dict[str, Any]:
 
 
 def suggest(name: str, allowed: Iterable[str]) -> str:
-    """The allowed names, the most similar to ``name`` first, and whether that was probably meant."""
+    """The allowed names, the most similar to ``name`` first, and what was probably meant."""
     likeness = {known: difflib.SequenceMatcher(None, name, known).ratio() for known in allowed}
+    synonym = _SYNONYMS.get(name.lower(), "")
+    if (key := synonym.partition(" ")[0]) in likeness:
+        likeness[key] = 2.0
     ranked = sorted(likeness, key=likeness.__getitem__, reverse=True)
-    guess = (
-        f"did you mean {ranked[0]}? " if ranked and (likeness[ranked[0]] >= 0.6 or ranked[0].startswith(name)) else ""
-    )
+    is_likely = ranked and (likeness[ranked[0]] >= 0.6 or ranked[0].startswith(name))
+    guess = f"did you mean {synonym if key in likeness else ranked[0]}? " if is_likely else ""
     return f"{guess}choose from {', '.join(ranked)}"
 
 
@@ -139,7 +149,9 @@ def _sentence(cls: type, table: Mapping[str, Any], path: str, detail: ErrorDetai
         expected = "a finite number"
     for key, limit in detail.get("ctx", {}).items():
         expected = f"{_BOUNDS[key]} {limit:.15g}" if key in _BOUNDS else expected
-    return f"{path}: must be {expected}, got {show(value)}"
+    meant = _SYNONYMS.get(value.lower(), "") if isinstance(value, str) else ""
+    hint = f"; did you mean {show(meant)}?" if meant and show(meant) in expected else ""
+    return f"{path}: must be {expected}, got {show(value)}{hint}"
 
 
 def _expected(cls: type, name: str) -> str:
