@@ -8,8 +8,8 @@ from typing import Any
 import moderngl
 import numpy as np
 import pytest
-from rendering import drawn
-from scene_builders import lambert
+from rendering import drawn, rendered
+from scene_builders import lambert, stare
 
 from fragtracer.errors import ShaderError
 from fragtracer.gpu.program import FullscreenProgram
@@ -18,7 +18,7 @@ from fragtracer.io.toml import bundled, load
 from fragtracer.packing import PackedScene, pack
 from fragtracer.renderer import Renderer
 from fragtracer.resources import folder
-from fragtracer.scene import PLAIN, Ambient, Camera, Disk, Light, Rectangle, Scene, Sphere, Triangle
+from fragtracer.scene import PLAIN, Ambient, Camera, Disk, Light, Plane, Rectangle, Scene, Sphere, Triangle
 from fragtracer.shader_composer import compose
 
 SHADERS = folder("shaders")
@@ -193,3 +193,14 @@ def test_equal_scenes_share_a_program_and_others_do_not() -> None:
     seeded = pack(scene, replace(scene.render, seed=7), 64, 48, 64)
     assert specialise(seeded, Level.VIEW).key == first[Level.VIEW]
     assert np.isfinite(hash(first[Level.VIEW]))
+
+
+def test_numbers_beside_minus_one_are_kept(ctx: moderngl.Context) -> None:
+    """The number 0 of a material, in the record of a sphere, where that of a rectangle has a coordinate of -1."""
+    materials = {"first": lambert(0.5), "second": lambert(0.0, 1.0)}
+    wall = Rectangle((-1.0, -1.0, -0.5), (2.0, 0.0, 0.0), (0.0, 2.0, 0.0), "second")
+    view = stare((0.0, 0.0, 0.0), (0.0, 0.0, 3.0))
+    scene = Scene(view, materials, rectangles=[wall], ambient=Ambient(1.0))
+    ball, floor = Sphere((0.0, 0.0, 0.0), 0.7, "first"), Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), "first")
+    for kind in ({"spheres": [ball]}, {"planes": [floor]}):
+        np.testing.assert_allclose(rendered(ctx, replace(scene, **kind), 64, (8, 8), bounces=1), 0.5, rtol=0.2)

@@ -12,6 +12,8 @@ const uint KIND_INSTANCE = 2u;
 
 const uint SHAPE_CULLED = 1u;  // flag of a shape or an instance: only its front is met
 
+const uint SHAPE_STORED = 1u;  // more than the numbers of materials and lights (packing/shapes.py)
+
 int shape_object(uint kind) { return int((kind & 0xffffffu) >> 1u); }
 
 // A driver may end a loop before its time (llvmpipe of Mesa 22.3 does after 65,535 rounds of all loops in a draw).

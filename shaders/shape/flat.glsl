@@ -21,7 +21,7 @@ struct Flat {
     vec3 b;
     uint material;
     vec3 c;
-    uint light;  // as of a sphere
+    uint light;  // the number of the light that it is, plus one; 0: it is none
     vec3 normal;  // unit, on the front
 };
 Flat flat_of(uvec4 t0, uvec4 t1, uvec4 t2, uvec4 t3) {

@@ -12,7 +12,7 @@ struct Plane {
     vec3 normal;
     uint kind;
     float offset;  // dot(normal, p) of its points
-    uint material;
+    uint material;  // as of a sphere
 };
 Plane plane_of(uvec4 t0, uvec4 t1) {
     return Plane(uintBitsToFloat(t0.xyz), t0.w, uintBitsToFloat(t1.x), t1.y);
@@ -29,5 +29,5 @@ float plane_intersect(vec3 normal, float offset, Ray ray) {
 
 void plane_set_surface(inout Surface surface, Plane plane) {
     surface_set_plane(surface, plane.normal, dot(plane.normal, surface.position) - plane.offset);
-    surface.material = int(plane.material);
+    surface.material = int(plane.material - SHAPE_STORED);
 }

@@ -13,8 +13,8 @@ struct Sphere {
     vec3 center;
     uint kind;
     float radius;
-    uint material;
-    uint light;  // the number of the light that it is, plus one; 0: it is none
+    uint material;  // its number, stored larger by SHAPE_STORED
+    uint light;     // so is the number of the light that it is, plus one, or 0 if it is none
 };
 Sphere sphere_of(uvec4 t0, uvec4 t1) {
     return Sphere(uintBitsToFloat(t0.xyz), t0.w, uintBitsToFloat(t1.x), t1.y, t1.z);
@@ -47,6 +47,6 @@ void sphere_set_surface(inout Surface surface, Sphere sphere) {
     surface.normal = normalize(surface.position - sphere.center);
     surface.position = sphere.center + sphere.radius * surface.normal;
     surface.extent = max_component(abs(sphere.center)) + sphere.radius;
-    surface.material = int(sphere.material);
-    surface.light = int(sphere.light) - 1;
+    surface.material = int(sphere.material - SHAPE_STORED);
+    surface.light = int(sphere.light - SHAPE_STORED) - 1;
 }

@@ -154,7 +154,7 @@ def test_enums_agree(enum: type[IntEnum], text: str, prefix: str) -> None:
 
 def test_flags_agree() -> None:
     shape = read("scene/shape.glsl")
-    assert constants(shape, "SHAPE_") == {"CULLED": shapes.CULLED}
+    assert constants(shape, "SHAPE_") == {"CULLED": shapes.CULLED, "STORED": shapes.STORED}
     flags = {f"{noun.upper()}S": shapes.Shapes(NO_WORDS, NO_BOUNDS, {**NONE, noun: 1}).flags for noun in NONE}
     assert constants(SCENE, "BVH_") == flags | {"STACK": 2 * (MAX_DEPTH + 1)}
     ball, disk = Sphere((0, 0, 0), 1, "m"), Disk((0, 0, 0), (0, 1, 0), 1, "m")

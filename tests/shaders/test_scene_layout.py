@@ -17,7 +17,7 @@ from fragtracer.gpu.specialise import Level
 from fragtracer.packing import PackedScene, instances, matte_names, pack
 from fragtracer.packing.lights import FEW_LIGHTS, LIGHT_RECORDS, MESH_LIGHT, LightKind
 from fragtracer.packing.records import MATERIAL_RECORDS, MEDIUM_RECORDS, SIZES, Words, places, texel_count
-from fragtracer.packing.shapes import FLATS, SHAPE_RECORDS, Kind
+from fragtracer.packing.shapes import FLATS, SHAPE_RECORDS, STORED, Kind
 from fragtracer.scene import (
     LIGHTS,
     SHAPES,
@@ -243,7 +243,8 @@ def test_shapes_are_read_as_the_scene_has_them(ctx: moderngl.Context, stored: tu
     names = [*scene.materials, "light[0]", "light[2]"]  # the round lights become spheres of their own
 
     def expect_material(table: Table, row: int, shape: Shape) -> None:
-        assert table["material"][row] == names.index(shape.material)
+        stored = 0 if isinstance(shape, tuple(FLATS)) else STORED
+        assert table["material"][row] - stored == names.index(shape.material)
         culled = shape.material in scene.materials and not scene.materials[shape.material].double_sided
         assert int(table["kind"][row]) & 1 == culled
         kind, place = matte_names(scene)[0][(int(table["kind"][row]) & 0xFFFFFF) >> 1].rstrip("]").split("[")
@@ -347,7 +348,8 @@ def test_every_emitter_is_a_light_and_they_know_each_other(
         if kind in {kind_of(shape) for shape in shapes_of(scene)} - {Kind.PLANE}:
             chosen = words[:, 0, 3] >> 24 == kind
             table = read(ctx, packed, "Sphere" if kind == Kind.SPHERE else "Flat", numbers[chosen], level)
-            for number, light in zip(numbers[chosen], table["light"].astype(int), strict=True):
+            lights = table["light"].astype(int) - (STORED if kind == Kind.SPHERE else 0)
+            for number, light in zip(numbers[chosen], lights, strict=True):
                 if light > 0:
                     assert light - 1 not in back
                     back[light - 1] = (number, kind)

@@ -52,6 +52,10 @@ SHAPE_RECORDS: dict[str, Record] = {
     ),
 }
 
+# Numbers of materials and lights, where flat shapes have coordinates, are stored larger by SHAPE_STORED of
+# scene/shape.glsl. Compiled in, records are choices between constants, and where one is 0 and the other has the bits of
+# -1.0 Mesa 22.3 and 25.0 take both for numbers of floating point, and give -0.0 for 0, whose bits are not those.
+STORED = 1
 SHAPE_TEXELS = 4  # of each record of u_shapes
 
 Shape = Sphere | Rectangle | Disk | Triangle
@@ -155,7 +159,7 @@ def plane_records(
         "normal": normals,
         "kind": kind_words(Kind.PLANE, _flags(planes, materials), first_object + np.arange(len(planes))),
         "offset": (normals * points).sum(axis=1),
-        "material": np.array([index[p.material] for p in planes], np.int64),
+        "material": np.array([index[p.material] for p in planes], np.int64) + STORED,
     }
     return words_of(SHAPE_RECORDS["Plane"], columns, len(planes), SHAPE_TEXELS)
 
@@ -183,7 +187,8 @@ def shape_records(
         part = slice(first, first + len(some))
         columns, low, high = geometry(some, origin, lights[part] < 0)
         columns["kind"] = kind_words(columns["kind"], flags[part], first_object + first + np.arange(len(some)))
-        columns |= {"material": material[part], "light": lights[part] + 1}
+        stored = STORED if noun == "sphere" else 0
+        columns |= {"material": material[part] + stored, "light": lights[part] + 1 + stored}
         words.append(words_of(SHAPE_RECORDS[noun.capitalize()], columns, len(some), SHAPE_TEXELS))
         lows.append(low)
         highs.append(high)

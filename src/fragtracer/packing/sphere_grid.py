@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fragtracer.bvh import build
 from fragtracer.packing.records import Words
-from fragtracer.packing.shapes import CULLED, GROWTH, SHAPE_RECORDS, Kind, Shapes
+from fragtracer.packing.shapes import CULLED, GROWTH, SHAPE_RECORDS, STORED, Kind, Shapes
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -77,7 +77,7 @@ def pack_sphere_grid(shapes: Shapes, extent: float) -> SphereGrid | None:
     kinds, lights = words[:, 0, 3], words[:, 1, _word("light")]
     # The sign of a radius must not get lost.
     is_large = values[:, 1, 0] >= np.finfo(np.float32).tiny
-    may_be = (kinds >> 24 == Kind.SPHERE) & (kinds & CULLED == 0) & (lights == 0) & is_large
+    may_be = (kinds >> 24 == Kind.SPHERE) & (kinds & CULLED == 0) & (lights == STORED) & is_large
     if may_be.sum() < _LEAST:
         return None
     may_be &= values[:, 1, 0] <= _LARGEST * np.median(values[may_be, 1, 0])

@@ -12,7 +12,7 @@ from fragtracer.packing import PackedScene, matte_names
 from fragtracer.packing.alias import alias_table
 from fragtracer.packing.hierarchy import rows_of
 from fragtracer.packing.records import Record, Words, words_of
-from fragtracer.packing.shapes import CULLED, Kind
+from fragtracer.packing.shapes import CULLED, STORED, Kind
 from fragtracer.scene import Material, Scene
 
 Floats = NDArray[np.float64]
@@ -171,7 +171,7 @@ def _of_part(words: Words, first: int, materials: Ints, reach: float) -> Targets
     is_sphere = (of_kind == Kind.SPHERE) & ~local
     is_flat = ((of_kind == Kind.TRIANGLE) | (of_kind >= Kind.RECTANGLE)) & ~local
     is_plane = (of_kind == Kind.PLANE) & (np.abs(words[:, 1, 0].view(np.float32)) < reach)
-    material = np.where(is_flat, words[:, 1, 3], words[:, 1, 1]).astype(np.int64)
+    material = np.where(is_flat, words[:, 1, 3].astype(np.int64), words[:, 1, 1].astype(np.int64) - STORED)
     own = np.flatnonzero((is_sphere | is_flat | is_plane) & np.isin(material, materials))
     record, instance = [own], [np.full(len(own), -1)]
     area = [np.where(is_plane[own], np.pi * reach**2, _areas(words[own], of_kind[own]))]
