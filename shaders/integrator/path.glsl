@@ -249,7 +249,8 @@ void path_trace(inout Film film, ivec2 pixel, ivec2 numbers, int count) {
 #if FILM_LIGHT == FILM_LIGHT_UNTRACED
         light_traced_scatter(path.traced, vertex, hit, scattered, path.depth, path.passed);
 #endif
-        path.ray = Ray(vertex_origin(vertex, scattered.wi), frame_to_world(vertex.frame, scattered.wi));
+        // Unit again: within glass, rounding adds up over hundreds of reflections, and spheres would be met from within.
+        path.ray = Ray(vertex_origin(vertex, scattered.wi), normalize(frame_to_world(vertex.frame, scattered.wi)));
         path.throughput *= scattered.weight * vertex_shading_factor(vertex, scattered.wi);
         path.eta_scale *= square(scattered.eta);
         path.inside = interior_behind_vertex(vertex, scattered.wi);
