@@ -46,9 +46,9 @@ MUTATIONS = [
         Check(test_bsdf_values.test_white_metal_with_multiple_scattering_reflects_everything),
     ),
     Mutation(
-        "samples below the horizon of the coat kept",
+        "samples below the horizon of the base kept",
         "bsdf/coated.glsl",
-        "        if (reflected.z <= 0.0) return s;\n",
+        "        if (s.pdf <= 0.0) return s;\n",
         "",
         BENT_BASE,
     ),

@@ -226,7 +226,7 @@ def _bvh(
         return None
     if extent > _MOST_EXTENT:
         raise SceneError(
-            f"shapes or meshes lie {extent:.3g} m from the middle of the scene, more than the {_MOST_EXTENT:.0e} m "
+            f"shapes, meshes or the camera lie {extent:.3g} m from the middle of the scene, more than the {_MOST_EXTENT:.0e} m "
             "that can be traced; use a smaller scale"
         )
     materials = tuple(
