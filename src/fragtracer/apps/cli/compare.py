@@ -87,7 +87,7 @@ def compare(
 
 def _refuse_pictures(scene: str, denoise: bool) -> None:
     """What is compared are the means of independent samples; a denoised picture has a bias that nobody knows."""
-    from fragtracer.denoise import KEY
+    from fragtracer.denoising import KEY
     from fragtracer.io.images import READABLE, read_metadata
 
     if denoise:

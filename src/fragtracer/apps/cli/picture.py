@@ -25,7 +25,7 @@ class Picture:
     def check(self, output: Path) -> None:
         """Raise OutputError where a file cannot hold the layers, or cannot keep the radiance beside its denoised
         picture, nor say that it is one; FragtracerError where the denoiser is not installed."""
-        from fragtracer.denoise import check_installed
+        from fragtracer.denoising import check_installed
         from fragtracer.io.images import check_layers_writable
 
         if self.aovs:
@@ -42,7 +42,7 @@ class Picture:
         self, renderer: Any, output: Path, more: Mapping[str, str] | None = None, previous_camera: Any = None
     ) -> None:
         """Write what ``renderer`` has, with ``more`` metadata; "motion" is from ``previous_camera``."""
-        from fragtracer.denoise import KEY, LAYER_KEY, denoise, denoiser
+        from fragtracer.denoising import KEY, LAYER_KEY, denoise, denoiser
         from fragtracer.io.images import write_image
 
         image, metadata = renderer.image(), renderer.metadata() | dict(more or {})

@@ -23,8 +23,8 @@ from fragtracer.aov import DENOISING
 from fragtracer.apps.web.payload import packed_for_page, scene_payload
 from fragtracer.apps.web.smaller import with_quantised_meshes, with_smaller_images
 from fragtracer.camera_path import turntable
-from fragtracer.denoise import check_installed
-from fragtracer.denoise import denoise as denoised
+from fragtracer.denoising import check_installed
+from fragtracer.denoising import denoise as denoised
 from fragtracer.display.look import Look
 from fragtracer.errors import FragtracerError, SceneError
 from fragtracer.output import check_writable, replacing
