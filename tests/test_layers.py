@@ -20,7 +20,7 @@ SHADERS = CHECKOUT / "shaders"
 # table, and a package itself; modules of one row do not know each other.
 LAYERS = [
     {"errors"},  # 0
-    {"resources", "output", "display"},  # 0
+    {"resources", "output", "display", "interruption"},  # 0
     {"cache"},  # 0
     {"scene", "bvh", "sampling", "aov"},  # 1
     {"shader_composer", "archive", "denoising", "camera_path"},  # 2
