@@ -19,7 +19,7 @@ import fragtracer as ft
 from fragtracer.apps import cli
 from fragtracer.apps.cli.info import contents
 from fragtracer.apps.cli.preparation import preparing
-from fragtracer.errors import OutputError
+from fragtracer.errors import FragtracerError, OutputError
 from fragtracer.films import SavedFilm
 from fragtracer.gpu import context as contexts
 from fragtracer.io.images import read_image, read_metadata, write_image
@@ -153,13 +153,30 @@ def test_no_memory_left_is_a_sentence(monkeypatch, capsys):
         raise MemoryError("Unable to allocate 9 EiB")
 
     monkeypatch.setattr(cli, "app", need_too_much)
-    monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)  # which main() changes
-    before = {signum: signal.getsignal(signum) for signum in (signal.SIGTERM, signal.SIGHUP)}
-    with pytest.raises(SystemExit, match="2"):
-        cli.main()
-    for signum, handler in before.items():
-        signal.signal(signum, handler)
+    assert status_of(monkeypatch) == 2
     assert capsys.readouterr().err == "fragtracer: there is not enough memory for this: Unable to allocate 9 EiB\n"
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, RuntimeError, FragtracerError])
+def test_what_others_make_of_an_interruption_is_one(monkeypatch, capsys, error):
+    """C code may have met the signal, and turned the exception into one of its own."""
+
+    def interrupt(*_, **__):
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGTERM)
+        raise error
+
+    before = {signum: signal.getsignal(signum) for signum in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
+    monkeypatch.setattr("fragtracer.io.toml.load", interrupt)
+    monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)  # which main() changes
+    monkeypatch.setattr(sys, "argv", ["fragtracer", "compare", "cornell-box"])
+    try:
+        with pytest.raises(SystemExit, match="130"):
+            cli.main()
+    finally:
+        for signum, handler in before.items():
+            signal.signal(signum, handler)
+    assert capsys.readouterr().err == "fragtracer: interrupted\n"
 
 
 @pytest.mark.parametrize("signum", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
@@ -362,7 +379,8 @@ def test_before_the_first_sample_an_interruption_leaves_the_file_that_is_there(t
     output.write_text("a picture")
     assert status_of(monkeypatch, "render", "cornell-box", "-o", output, *TINY) == 130
     assert output.read_text() == "a picture"
-    assert "a.png: interrupted before the first sample; not written" in capsys.readouterr().err
+    said = ["a.png: interrupted before the first sample; not written", "fragtracer: interrupted"]
+    assert capsys.readouterr().err.splitlines() == [f"{tmp_path}/{said[0]}", said[1]]
 
 
 def test_a_picture_made_of_a_frame_is_none(tmp_path, monkeypatch):
