@@ -157,8 +157,24 @@ def test_no_memory_left_is_a_sentence(monkeypatch, capsys):
     assert capsys.readouterr().err == "fragtracer: there is not enough memory for this: Unable to allocate 9 EiB\n"
 
 
+@pytest.fixture
+def interrupted(monkeypatch):
+    """Calls a command, in this process, that is to end as an interrupted one."""
+
+    def call(*words):
+        monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)  # which main() changes
+        monkeypatch.setattr(sys, "argv", ["fragtracer", *map(str, words)])
+        with pytest.raises(SystemExit, match="130"):
+            cli.main()
+
+    before = {signum: signal.getsignal(signum) for signum in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
+    yield call
+    for signum, handler in before.items():
+        signal.signal(signum, handler)
+
+
 @pytest.mark.parametrize("error", [KeyboardInterrupt, RuntimeError, FragtracerError])
-def test_what_others_make_of_an_interruption_is_one(monkeypatch, capsys, error):
+def test_what_others_make_of_an_interruption_is_one(monkeypatch, capsys, interrupted, error):
     """C code may have met the signal, and turned the exception into one of its own."""
 
     def interrupt(*_, **__):
@@ -166,17 +182,31 @@ def test_what_others_make_of_an_interruption_is_one(monkeypatch, capsys, error):
             signal.raise_signal(signal.SIGTERM)
         raise error
 
-    before = {signum: signal.getsignal(signum) for signum in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
     monkeypatch.setattr("fragtracer.io.toml.load", interrupt)
-    monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)  # which main() changes
-    monkeypatch.setattr(sys, "argv", ["fragtracer", "compare", "cornell-box"])
-    try:
-        with pytest.raises(SystemExit, match="130"):
-            cli.main()
-    finally:
-        for signum, handler in before.items():
-            signal.signal(signum, handler)
+    interrupted("compare", "cornell-box")
     assert capsys.readouterr().err == "fragtracer: interrupted\n"
+
+
+@pytest.mark.parametrize("is_first", [False, True])
+def test_a_signal_while_a_picture_is_written_waits(tmp_path, monkeypatch, capsys, interrupted, is_first):
+    sample, write = ft.Renderer.render, ft.write_image
+
+    def render(renderer, **_):
+        sample(renderer, spp=1)
+        if not is_first:
+            signal.raise_signal(signal.SIGTERM)
+
+    def write_slowly(*arguments, **options):
+        signal.raise_signal(signal.SIGTERM)
+        write(*arguments, **options)
+
+    monkeypatch.setattr(ft.Renderer, "render", render)
+    monkeypatch.setattr("fragtracer.io.images.write_image", write_slowly)
+    output = tmp_path / "a.exr"
+    interrupted("render", "cornell-box", "-o", output, *TINY)
+    assert read_metadata(output)["spp"] == "1"
+    said = [] if is_first else ["interrupted: writing what there is; other signals wait until that is done"]
+    assert capsys.readouterr().err.splitlines() == [*said, "fragtracer: interrupted"]
 
 
 @pytest.mark.parametrize("signum", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])

@@ -10,9 +10,10 @@ from typing import Any
 from fragtracer.apps import cluster
 from fragtracer.apps.cli.frames import Frames, is_finished
 from fragtracer.apps.cli.keeping import Keeping
-from fragtracer.apps.cli.picture import Picture
+from fragtracer.apps.cli.picture import WRITING, Picture
 from fragtracer.apps.cluster.work import BLOCK
 from fragtracer.errors import FragtracerError
+from fragtracer.interruption import deferred
 from fragtracer.io.images import write_image
 from fragtracer.scene import Scene
 from fragtracer.scene.content import content_digest
@@ -48,7 +49,10 @@ def render_picture(
     begin = None if keeping is None else keeping.begin
     with cluster.connected(address) as client, show(limits, scene.render.width * scene.render.height) as report:
         found = cluster.render(scene, client, **bounds, progress=report, block=block or BLOCK, begin=begin)
-    write_image(output, found.pixels.mean[..., :3], found.metadata, *picture.look)
+    if found.interrupted:
+        print(WRITING, file=sys.stderr)
+    with deferred():
+        write_image(output, found.pixels.mean[..., :3], found.metadata, *picture.look)
     _tell(output, found)
     if found.problem:
         raise FragtracerError(found.problem)
@@ -85,7 +89,8 @@ def render_frames(
 
     def write(number: int, found: cluster.Picture) -> None:
         more = {"frame": str(number), "frame_digest": digests[number]}
-        write_image(files[number], found.pixels.mean[..., :3], found.metadata | more, *picture.look)
+        with deferred():
+            write_image(files[number], found.pixels.mean[..., :3], found.metadata | more, *picture.look)
         _tell(files[number], found)
 
     pixels = scene.render.width * scene.render.height

@@ -9,6 +9,8 @@ from typing import Any, Literal
 from fragtracer.aov import AOVS, DENOISING
 from fragtracer.errors import OutputError
 
+WRITING = "interrupted: writing what there is; other signals wait until that is done"
+
 
 @dataclass(frozen=True)
 class Picture:
