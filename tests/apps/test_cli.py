@@ -18,6 +18,7 @@ from command import TINY, status_of
 import fragtracer as ft
 from fragtracer.apps import cli
 from fragtracer.apps.cli.info import contents
+from fragtracer.apps.cli.picture import write_or_rescue
 from fragtracer.apps.cli.preparation import preparing
 from fragtracer.errors import FragtracerError, OutputError
 from fragtracer.films import SavedFilm
@@ -437,6 +438,48 @@ def test_a_disk_that_is_full_is_noticed_before_the_work(tmp_path, monkeypatch, c
     command = ["render", "cornell-box", "-o", output, *TINY, "--checkpoint", tmp_path / "kept"]
     assert status_of(monkeypatch, *command) == 2
     assert "kept: a checkpoint takes up to 1 MB, 0 MB are free" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("has_room", [True, False])
+def test_a_picture_whose_disk_has_become_full_is_elsewhere(tmp_path, monkeypatch, has_room):
+    def write(path, *arguments):
+        if path.parent == tmp_path or not has_room:
+            raise OutputError(f"{path}: cannot write: No space left on device")
+        write_image(path, *arguments)
+
+    monkeypatch.setattr("fragtracer.io.images.write_image", write)
+    here, elsewhere = tmp_path / "here", tmp_path / "elsewhere"
+    here.mkdir()
+    elsewhere.mkdir()
+    monkeypatch.chdir(here)
+    monkeypatch.setattr("tempfile.tempdir", str(elsewhere))
+    problem = f"{tmp_path}/a.npy: cannot write: No space left on device"
+    if has_room:
+        with pytest.raises(OutputError) as raised:
+            write_or_rescue(tmp_path / "a.npy", np.ones((2, 2, 3)))
+        (rescued,) = here.glob("rescued-*/a.npy")
+        assert str(raised.value) == f"{problem}; the picture is in {rescued}"
+        assert read_image(rescued).all()
+    else:
+        with pytest.raises(OutputError, match=f"{re.escape(problem)}$"):
+            write_or_rescue(tmp_path / "a.npy", np.ones((2, 2, 3)))
+        assert not [*here.iterdir(), *elsewhere.iterdir()]
+
+
+def test_a_verdict_is_printed_though_no_file_can_be_written(tmp_path, monkeypatch, capsys):
+    def fail(path, *_):
+        raise OutputError(f"{path.name}: cannot write: No space left on device")
+
+    for name in ("compare_scene", "to_json"):
+        monkeypatch.setattr(f"fragtracer.apps.compare.{name}", lambda *_, **__: {})
+    monkeypatch.setattr("fragtracer.apps.compare.summary", lambda _: "they agree")
+    monkeypatch.setattr("fragtracer.apps.compare.write_report", fail)
+    monkeypatch.setattr("fragtracer.output.replacing", fail)
+    command = ["compare", "cornell-box", "--report", tmp_path / "a.html", "--json", tmp_path / "a.json"]
+    assert status_of(monkeypatch, *command) == 2
+    out, err = capsys.readouterr()
+    assert out == "they agree\n"
+    assert all(f"{name}: cannot write: No space" in err for name in ("a.json", "a.html"))
 
 
 def test_a_disk_that_fills_up_is_a_warning(tmp_path, monkeypatch, capsys):

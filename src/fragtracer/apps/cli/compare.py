@@ -2,6 +2,7 @@
 """``fragtracer compare`` and ``export-mitsuba``: the same scene in Mitsuba."""
 
 import json as json_format
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -77,11 +78,8 @@ def compare(
             progress=progress,
             **numbers,
         )
-    if json is not None:
-        _write_json(json, to_json(comparison))
-    if report is not None:
-        write_report(report, comparison)
     print(summary(comparison))
+    _write(json, to_json, report, write_report, comparison)
     raise typer.Exit(comparison.exit_status)
 
 
@@ -106,18 +104,26 @@ def _compare_split_sum(
 
     with comparison_progress() as progress:
         found = measure_approximation(scene, size or (320, 180), progress=progress, **numbers)
-    if json is not None:
-        _write_json(json, approximation_report.to_json(found))
-    if report is not None:
-        approximation_report.write_report(report, found)
     print(approximation_report.summary(found))
+    _write(json, approximation_report.to_json, report, approximation_report.write_report, found)
 
 
-def _write_json(path: Path, numbers: dict[str, Any]) -> None:
-    from fragtracer.output import replacing
+def _write(
+    json: Path | None,
+    to_json: Callable[[Any], dict[str, Any]],
+    report: Path | None,
+    write_report: Callable[[Path, Any], None],
+    found: Any,
+) -> None:
+    """Write the files that are asked for; raises as :func:`fragtracer.output.write_each`."""
+    from fragtracer.output import replacing, write_each
 
-    with replacing(path) as part:
-        part.write_text(json_format.dumps(numbers, indent=2) + "\n", encoding="utf-8")
+    def write_json(path: Path) -> None:
+        with replacing(path) as part:
+            part.write_text(json_format.dumps(to_json(found), indent=2) + "\n", encoding="utf-8")
+
+    writers = {json: write_json, report: lambda path: write_report(path, found)}
+    write_each({path: write for path, write in writers.items() if path is not None})
 
 
 def export_mitsuba(

@@ -10,11 +10,10 @@ from typing import Any
 from fragtracer.apps import cluster
 from fragtracer.apps.cli.frames import Frames, is_finished
 from fragtracer.apps.cli.keeping import Keeping
-from fragtracer.apps.cli.picture import WRITING, Picture
+from fragtracer.apps.cli.picture import WRITING, Picture, write_or_rescue
 from fragtracer.apps.cluster.work import BLOCK
 from fragtracer.errors import FragtracerError
 from fragtracer.interruption import deferred
-from fragtracer.io.images import write_image
 from fragtracer.scene import Scene
 from fragtracer.scene.content import content_digest
 
@@ -52,7 +51,7 @@ def render_picture(
     if found.interrupted:
         print(WRITING, file=sys.stderr)
     with deferred():
-        write_image(output, found.pixels.mean[..., :3], found.metadata, *picture.look)
+        write_or_rescue(output, found.pixels.mean[..., :3], found.metadata, *picture.look)
     _tell(output, found)
     if found.problem:
         raise FragtracerError(found.problem)
@@ -90,7 +89,7 @@ def render_frames(
     def write(number: int, found: cluster.Picture) -> None:
         more = {"frame": str(number), "frame_digest": digests[number]}
         with deferred():
-            write_image(files[number], found.pixels.mean[..., :3], found.metadata | more, *picture.look)
+            write_or_rescue(files[number], found.pixels.mean[..., :3], found.metadata | more, *picture.look)
         _tell(files[number], found)
 
     pixels = scene.render.width * scene.render.height
