@@ -2,6 +2,8 @@
 """Signals that come at a bad time."""
 
 import signal
+import subprocess
+import sys
 import threading
 from collections.abc import Iterator
 
@@ -62,6 +64,22 @@ def test_only_the_first_signal_interrupts() -> None:
     assert done
     with pytest.raises(KeyboardInterrupt):
         signal.raise_signal(signal.SIGINT)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there Ctrl-C reaches all processes of a terminal")
+def test_ctrl_c_reaches_no_child() -> None:
+    said = []
+
+    def ask() -> None:
+        code = "import signal; print(int(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, [])))"
+        said.append(subprocess.run([sys.executable, "-ISc", code], capture_output=True, text=True, check=True).stdout)
+
+    thread = threading.Thread(target=ask)
+    with interruption.children_uninterrupted():
+        thread.start()
+    thread.join()
+    assert said == ["1\n"]
+    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
 
 
 def test_a_driver_compiles_to_the_end(ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch) -> None:

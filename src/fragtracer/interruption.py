@@ -2,6 +2,7 @@
 """Signals that Python handles, as Ctrl-C, where an exception at any time would break something."""
 
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -45,6 +46,23 @@ def once() -> Iterator[None]:
 
     with _handled(first):
         yield
+
+
+@contextmanager
+def children_uninterrupted() -> Iterator[None]:
+    """Have Ctrl-C, which a terminal sends to all processes of a command, reach none that is started in this block, or
+    later by a thread that is; on Windows it does."""
+    if sys.platform == "win32":
+        yield
+        return
+    from multiprocessing import resource_tracker
+
+    resource_tracker.ensure_running()  # started later, it would take the signal from the mask
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """One message for each way in which there is no cluster."""
 
+import signal
 import sys
 import warnings
 
@@ -39,6 +40,32 @@ def test_bad_input_gets_one_message(tmp_path, monkeypatch, capsys, arguments, wo
     assert words in err
     assert len(err.splitlines()) == 1
     assert not list(tmp_path.iterdir())
+
+
+def test_an_interrupted_start_is_finished_and_closed(monkeypatch) -> None:
+    """Dask cannot close a cluster that has started in part."""
+    done = []
+
+    class Started:
+        def __init__(self, *_, **__):
+            signal.raise_signal(signal.SIGINT)
+            done.append("started")
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_):
+            done.append("closed")
+
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # it may be ignored in the background
+    monkeypatch.setattr("distributed.LocalCluster", Started)
+    monkeypatch.setattr("distributed.Client", Started)
+    try:
+        with pytest.raises(KeyboardInterrupt), cluster.connected("local:2"):
+            done.append("used")
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert done == ["started", "started", "closed", "closed"]
 
 
 @pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
