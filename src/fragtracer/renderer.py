@@ -700,14 +700,27 @@ class Renderer:
         self.close()
 
 
+def warn_if_dark(scene: Scene) -> None:
+    """Warn, by a UserWarning, if ``scene`` has no light."""
+    if not scene.has_light:
+        mend = "give it a [[light]], [ambient] or [environment], or a material an emission"
+        warnings.warn(f"{scene.name}: this scene has no light, and is black: {mend}", stacklevel=3)
+
+
 def render(
     scene: Scene, size: tuple[int, int] | None = None, spp: int | None = None, **settings: Any
 ) -> NDArray[np.float32]:
     """Render ``scene`` and return (height, width, 3) float32 linear radiance, row 0 at the top.
 
     ``size``, ``spp`` and ``settings`` take the place of the scene's own values; see :class:`Renderer`.
+
+    Warns
+    -----
+    UserWarning
+        If the scene has no light.
     """
     if spp is not None:
         settings["spp"] = spp
     with Renderer(scene, size, **settings) as renderer:
+        warn_if_dark(scene)
         return renderer.render()

@@ -414,6 +414,20 @@ def test_before_the_first_sample_an_interruption_leaves_the_file_that_is_there(t
     assert capsys.readouterr().err.splitlines() == [f"{tmp_path}/{said[0]}", said[1]]
 
 
+@pytest.mark.parametrize("command", ["render", "info", "compare"])
+def test_a_scene_without_light_is_told_of(tmp_path, monkeypatch, capsys, command):
+    monkeypatch.setattr("fragtracer.apps.compare.compare_scene", lambda *_, **__: type("Found", (), {"exit_status": 0}))
+    monkeypatch.setattr("fragtracer.apps.compare.summary", str)
+    scene = tmp_path / "dark.toml"
+    scene.write_text('[[sphere]]\ncenter = [0, 0, 0]\nradius = 1\nmaterial = "a"\n[material.a]\n')
+    options = ["-o", tmp_path / "a.png", *TINY, "--spp", 1] if command == "render" else []
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        assert status_of(monkeypatch, command, scene, *options) == 0
+    said = "warning: dark: this scene has no light, and is black: give it a [[light]], [ambient] or [environment]"
+    assert capsys.readouterr().err.count(said) == 1
+
+
 def test_a_picture_made_of_a_frame_is_none(tmp_path, monkeypatch):
     metadata = {"frame": "1", "frame_digest": "abc", "denoised_layer": "OIDN", "scene": "box"}
     write_image(tmp_path / "a.exr", np.ones((2, 2, 3)), metadata)

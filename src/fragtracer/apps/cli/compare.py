@@ -47,6 +47,7 @@ def compare(
     from fragtracer.apps.compare.page import check_installed
     from fragtracer.io.toml import load
     from fragtracer.output import check_writable
+    from fragtracer.renderer import warn_if_dark
 
     _refuse_pictures(scene, denoise)
     for path, suffixes in ((report, {".html"}), (json, {".json"})):
@@ -56,6 +57,7 @@ def compare(
         check_installed()
     settings = {"bounces": bounces, "light_samples": light_samples, "geometry": geometry}
     loaded = options.with_settings(load(scene), multiple_scattering=multiple_scattering, **settings)
+    warn_if_dark(loaded)
     pixels = options.parse_size(size)
     numbers: dict[str, Any] = {} if spp is None else {"spp": spp}
     if split_sum:

@@ -122,7 +122,7 @@ def render(
     from fragtracer.display.look import Look
     from fragtracer.io.images import check_writable
     from fragtracer.io.toml import load
-    from fragtracer.renderer import Renderer, expected_spp
+    from fragtracer.renderer import Renderer, expected_spp, warn_if_dark
 
     moves = any(option is not None for option in (frames, path, turntable, fps))
     moves |= output.suffix.lower() in video.SUFFIXES
@@ -170,6 +170,7 @@ def render(
         on_cluster.check_options(limits, picture, moves, first_sample)
     if moves and first_sample:
         raise FragtracerError("--first-sample is for one picture; leave it out where the camera moves")
+    warn_if_dark(lit)
     context.with_resource(once())
     kept = None
     if checkpoint is not None:
