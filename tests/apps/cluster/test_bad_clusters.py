@@ -24,7 +24,7 @@ COMMAND = ("render", "three-spheres-ambient", *TINY, "-o", "a.png")
         (["--cluster", "local:1", "--light-tracing", "on"], "needs --light-tracing auto or off"),
         (["--cluster", "local:1", "--gradient-domain", "on"], "needs --gradient-domain auto or off"),
         (["--cluster", "local:1", "--worst", 5], "give --until in place of --worst"),
-        (["--cluster", "local:1", "--first-sample", 2, "--no-adaptive"], "leave out --first-sample"),
+        (["--cluster", "local:1", "--first-sample", 0, "--no-adaptive"], "leave out --first-sample"),
         (["--cluster", "local:1", "--turntable", 3, "-o", "a.#.png", "--time", 3], "give --spp or --until for frames"),
         (["--cluster", "local:1", "--turntable", 3, "-o", "a.png"], "mark the place of the frame's number"),
         (["--cluster", "local:1", "--turntable", 3, "-o", "a.#.png", "--block", 30], "--block 30: give an even number"),

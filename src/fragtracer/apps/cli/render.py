@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from fragtracer.apps.cli import options
+from fragtracer.apps.cli.words import counted, finished_before
 from fragtracer.errors import FragtracerError
 from fragtracer.interruption import deferred, once
 
@@ -168,7 +169,7 @@ def render(
         from fragtracer.apps.cli import on_cluster
 
         on_cluster.check_options(limits, picture, moves, first_sample)
-    if moves and first_sample:
+    if moves and first_sample is not None:
         raise FragtracerError("--first-sample is for one picture; leave it out where the camera moves")
     warn_if_dark(lit)
     context.with_resource(once())
@@ -186,7 +187,7 @@ def render(
             finished = _render_frames(lit, moving, limits, picture, kept)
         if finished and moving.film is not None:
             video.encode(list(moving.files.values()), moving.film, moving.fps)
-            print(f"{moving.film}: {len(moving.files)} frames, {float(moving.fps):g} a second")
+            print(f"{moving.film}: {counted(len(moving.files), 'frame')}, {float(moving.fps):g} a second")
     elif cluster is not None:
         _with_limit(limits, lit.render)
         finished = on_cluster.render_picture(lit, cluster, block, limits, output, picture, kept, _progress)
@@ -264,7 +265,7 @@ def _render_frames(scene: Any, frames: Any, limits: dict[str, Any], picture: Any
             if keeper is not None:
                 keeper.remove()
     if done:
-        print(f"{done} of {len(files)} frames were finished before")
+        print(finished_before(done, len(files)))
     return True
 
 
