@@ -23,7 +23,7 @@ from fragtracer.aov import DENOISING
 from fragtracer.apps.cli.options import parse_size
 from fragtracer.apps.compare.measures import auto_exposure, displayed, mean_flip
 from fragtracer.apps.compare.relative_error import relative_weight
-from fragtracer.denoise import denoise
+from fragtracer.denoising import denoise
 from fragtracer.io.toml import load
 from fragtracer.renderer import Renderer
 from fragtracer.scene import PLAIN

@@ -11,7 +11,7 @@ from rendering import rendered
 from fragtracer.aov import DENOISING
 from fragtracer.apps import cli
 from fragtracer.apps.compare.relative_error import relative_weight
-from fragtracer.denoise import denoise
+from fragtracer.denoising import denoise
 from fragtracer.errors import FragtracerError
 from fragtracer.io.images import read_image, read_layers, read_metadata, write_image
 from fragtracer.io.toml import load

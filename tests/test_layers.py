@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+import fragtracer
 from fragtracer.shader_composer import compose
 
 CHECKOUT = Path(__file__).parents[1]
@@ -19,10 +20,10 @@ SHADERS = CHECKOUT / "shaders"
 # table, and a package itself; modules of one row do not know each other.
 LAYERS = [
     {"errors"},  # 0
-    {"resources", "output", "display"},  # 0
+    {"resources", "output", "display", "interruption"},  # 0
     {"cache"},  # 0
     {"scene", "bvh", "sampling", "aov"},  # 1
-    {"shader_composer", "archive", "denoise", "camera_path"},  # 2
+    {"shader_composer", "archive", "arguments", "denoising", "camera_path"},  # 2
     {"films"},  # 3
     {"io", "packing"},  # 3
     {"gpu"},  # 4
@@ -199,3 +200,9 @@ def test_right_import_passes(path: str, text: str) -> None:
 )
 def test_wrong_include_is_found(path: str, text: str) -> None:
     assert list(shader_violations(path, text))
+
+
+def test_no_module_has_the_name_of_something_offered():
+    """Importing it would put the module in the place of that."""
+    modules = {path.stem for path in SOURCE.iterdir()}
+    assert modules.isdisjoint(fragtracer.__all__)

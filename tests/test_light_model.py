@@ -2,12 +2,24 @@
 """Lights and disks of the scene model: their derived quantities against integrals, and what they refuse."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from fragtracer.scene import DirectionalLight, Disk, Light, Material, Scene, SpotLight
+from fragtracer.scene import (
+    Ambient,
+    DirectionalLight,
+    Disk,
+    Environment,
+    Gradient,
+    Light,
+    Material,
+    Scene,
+    Sphere,
+    SpotLight,
+)
 
 
 @pytest.mark.parametrize(("inner", "outer"), [(0.0, 45.0), (0.0, 90.0), (30.0, 31.0), (20.0, 60.0), (1e-3, 1.0)])
@@ -56,3 +68,20 @@ def test_mistakes_are_named(make, message: str) -> None:  # type: ignore[no-unty
 def test_disks_can_emit() -> None:
     scene = Scene(disks=[Disk((0, 0, 0), (0, 0, 1), 1, "lamp")], materials={"lamp": Material(emission=5)})
     assert scene.disks[0].material == "lamp"
+
+
+def test_where_there_is_light() -> None:
+    ball, dark, glowing = Sphere((0, 0, 0), 1, "a"), {"a": Material()}, {"a": Material(emission=1.0)}
+    without = Scene(materials=dark | {"unused": Material(emission=1.0)}, spheres=[ball])
+    assert not without.has_light
+    lit = (
+        {"lights": [Light((0, 3, 0), power=1.0)]},
+        {"directional_lights": [DirectionalLight((0, -1, 0), 1.0)]},
+        {"ambient": Ambient(0.1)},
+        {"environment": Environment(gradient=Gradient((1, 1, 1), (1, 1, 1), (1, 1, 1)))},
+        {"materials": glowing},
+        {"materials": {"a": Material(blend="b"), "b": Material(emission=1.0)}},
+        {"materials": {"a": Material(unlit=True)}},
+    )
+    for changes in lit:
+        assert replace(without, **changes).has_light

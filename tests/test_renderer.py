@@ -2,7 +2,9 @@
 """The renderer from the outside: several of them, one that begins again, what compiles, and what it says of itself."""
 
 import math
+import re
 from dataclasses import replace
+from functools import partial
 
 import moderngl
 import numpy as np
@@ -16,7 +18,8 @@ from small_pictures import SCENES, SIZE, SPP, picture
 from textured_scenes import mesh, texture
 
 import fragtracer
-from fragtracer.errors import DeviceError
+from fragtracer.arguments import checked_size
+from fragtracer.errors import DeviceError, FragtracerError
 from fragtracer.gpu import tracer
 from fragtracer.gpu.accumulation import Accumulation
 from fragtracer.gpu.context import create_context
@@ -315,6 +318,50 @@ def test_settings_are_checked():
         render(Scene(), (8, 8), bounces=-1)
     with pytest.raises(ValueError, match="bounce"):
         render(Scene(), (8, 8), bounce=1)
+
+
+@pytest.mark.parametrize("size", [(8.5, 8), (8, 8, 8), 8, "8x8", (0, 8), (8, 20000), None])
+def test_a_size_is_two_whole_numbers(size):
+    mend = re.escape(f"size = {size!r}: give width and height in pixels, each from 1 to 16384, as (640, 480)")
+    with pytest.raises(FragtracerError, match=mend):
+        checked_size(size)
+    assert checked_size((np.int64(8), np.int32(9))) == (8, 9)
+
+
+def test_a_name_is_no_scene(ctx, tmp_path):
+    furnace = Renderer(load("furnace"), SIZE, context=ctx)
+    export = partial(fragtracer.export_html, path=tmp_path / "a.html")
+    for function in (
+        fragtracer.render,
+        fragtracer.Renderer,
+        fragtracer.show,
+        export,
+        partial(fragtracer.save, path="a.toml"),
+        furnace.reset,
+    ):
+        with pytest.raises(FragtracerError, match=r"^'furnace' is no scene; give one, as ft\.load\('furnace'\)$"):
+            function("furnace")
+    furnace.close()
+    with pytest.raises(FragtracerError, match=r"^until is a limit of Renderer\.render: with ft\.Renderer\(scene\)"):
+        render(load("furnace"), SIZE, until=0.1)
+
+
+def test_a_renderer_that_refuses_goes_on_until_it_is_closed(ctx):
+    with Renderer(load("furnace"), SIZE, context=ctx) as renderer:
+        assert renderer.relative_error() == renderer.worst_error() == np.inf
+        for spp in (64.5, -1, "64"):
+            for sample in (renderer.sample, renderer.render):
+                with pytest.raises(FragtracerError, match=f"^spp = {spp!r}: give a whole number of samples per pixel$"):
+                    sample(spp)
+        with pytest.raises(FragtracerError, match=r"^there is no matte 'foo'; there are object and material$"):
+            renderer.matte_names("foo")
+        renderer.render(np.int64(2))
+        assert renderer.spp == 2
+        assert renderer.relative_error() < np.inf
+    renderer.close()
+    for use in (renderer.image, renderer.sample, renderer.render, renderer.reset, renderer.metadata):
+        with pytest.raises(FragtracerError, match=r"^this renderer is closed; make another one$"):
+            use()
 
 
 def test_metadata_say_what_made_the_image(ctx):

@@ -23,7 +23,7 @@ _PLACES = {
     "widget": "apps.web",
     "read_image": "io.images",
     "write_image": "io.images",
-    "denoise": "denoise",
+    "denoise": "denoising",
     "FragtracerError": "errors",
 }
 

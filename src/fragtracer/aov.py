@@ -52,7 +52,7 @@ AOVS: Mapping[str, Aov] = {
     "samples": Aov("Y", "how many finite samples the pixel has"),
     "standard_error": Aov("RGB", "of the radiance; infinite below two samples"),
 }
-# What a denoiser wants, in the order of its arguments (:func:`fragtracer.denoise.denoise`).
+# What a denoiser wants, in the order of its arguments (:func:`fragtracer.denoising.denoise`).
 DENOISING = (*(name for name in AOVS if name.startswith("denoising_")), "standard_error")
 
 

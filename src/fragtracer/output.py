@@ -5,7 +5,7 @@ import hashlib
 import os
 import sys
 import uuid
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
@@ -83,6 +83,24 @@ def replacing(path: str | Path, durable: bool = False) -> Iterator[Path]:
     finally:
         with suppress(OSError):
             part.unlink()
+
+
+def write_each(writers: Mapping[Path, Callable[[Path], None]]) -> None:
+    """Have each file written by its own function, those after one that cannot be, too.
+
+    Raises
+    ------
+    OutputError
+        In the end, of all that could not be written.
+    """
+    problems = []
+    for path, write in writers.items():
+        try:
+            write(path)
+        except OutputError as error:
+            problems.append(str(error))
+    if problems:
+        raise OutputError("; ".join(problems))
 
 
 def _part(target: Path, which: str) -> str:

@@ -2,6 +2,7 @@
 """From a scene to an image: progressive rendering with as many samples as asked for."""
 
 import logging
+import math
 import time
 import warnings
 from collections.abc import Callable, Iterable, Mapping
@@ -15,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.aov import AOVS, checked
+from fragtracer.arguments import check_scene, checked_size, checked_spp
 from fragtracer.decisions import Decider, adaptive_sampling, gradient_domain, in_origin, noise_is_rare
 from fragtracer.errors import FilmError, FragtracerError
 from fragtracer.films import DECIDED, MOST_SAMPLES, SavedFilm, origin_of
@@ -103,7 +105,8 @@ class Renderer:
     DeviceError
         Without OpenGL 3.3, or if the GPU cannot hold an image of this size, or the scene.
     FragtracerError
-        If there is no such layer, or the integrator knows no parts of the light.
+        If there is no such layer, or the integrator knows no parts of the light; if ``scene`` is none, or ``size`` is
+        not two whole numbers. Of everything, after :meth:`close`.
     """
 
     def __init__(
@@ -121,14 +124,15 @@ class Renderer:
         pictures: int = 1,
         **settings: Any,
     ) -> None:
+        check_scene(scene)
         self._has_parts = any(AOVS[name].is_light for name in checked(aovs))
         if size is not None:
-            settings |= {"width": size[0], "height": size[1]}
+            settings |= dict(zip(("width", "height"), checked_size(size), strict=True))
         self.settings: RenderSettings = replace(scene.render, **settings)
         self.scene = scene
         self._expected_spp = self.settings.spp
         self._seconds, self._resumed_at = 0.0, 0  # that the samples after so many per pixel have taken
-        self._owns_context = context is None
+        self._owns_context, self._is_closed = context is None, False
         self.context = create_context() if context is None else context
         with ExitStack() as failing:
             if self._owns_context:
@@ -170,9 +174,10 @@ class Renderer:
         Raises
         ------
         FragtracerError
-            If there would be more than 2^24, in the mean over pixels, which float32 counts.
+            If there would be more than 2^24, in the mean over pixels, which float32 counts; if ``spp`` is no whole
+            number, or negative.
         """
-        target = self.spp + spp
+        target = self.spp + checked_spp(spp)
         if target > MOST_SAMPLES:
             raise FragtracerError(
                 f"{target} samples per pixel are more than the {MOST_SAMPLES} that a film can count; it has {self.spp}"
@@ -237,12 +242,14 @@ class Renderer:
 
         Raises
         ------
+        FragtracerError
+            If ``spp`` is no whole number, or negative.
         KeyboardInterrupt
             On Ctrl-C; the passes that were finished stay in the image.
         """
         if spp is None and seconds is None and until is None and worst is None:
             spp = self.settings.spp
-        spp = MOST_SAMPLES if spp is None else min(spp, MOST_SAMPLES)
+        spp = MOST_SAMPLES if spp is None else min(checked_spp(spp), MOST_SAMPLES)
         start = time.perf_counter()
 
         def report(done: float) -> None:
@@ -403,6 +410,8 @@ class Renderer:
         """
         if not {"width", "height"}.isdisjoint(settings):
             raise ValueError("a renderer keeps its size; make another one")
+        if scene is not None:
+            check_scene(scene)
         before = self.scene, self.settings
         wanted = scene or self.scene, replace(self.settings, **settings) if settings else self.settings
         with self._current():
@@ -440,12 +449,15 @@ class Renderer:
         return np.sqrt(self._read().variance[..., :3])
 
     def relative_error(self) -> float:
-        """Mean standard error over mean radiance of the whole image; 0 for a black one."""
-        return self._read().relative_error()
+        """Mean standard error over mean radiance of the whole image; 0 for a black one, infinite before any sample."""
+        pixels = self._read()
+        return pixels.relative_error() if self.spp else math.inf
 
     def worst_error(self) -> float:
-        """The relative standard error that 99 % of the pixels do not exceed (:meth:`Pixels.worst_error`)."""
-        return self._read().worst_error()
+        """The relative standard error that 99 % of the pixels do not exceed (:meth:`Pixels.worst_error`); infinite
+        before any sample."""
+        pixels = self._read()
+        return pixels.worst_error() if self.spp else math.inf
 
     def samples(self) -> NDArray[np.float32]:
         """How many finite samples each pixel has had, (height, width)."""
@@ -503,7 +515,10 @@ class Renderer:
 
     def matte_names(self, name: str) -> list[str]:
         """The names whose ids the matte ``name`` has: meshes by theirs, other shapes by their place in the scene file,
-        as "sphere[0]"; materials by their keys."""
+        as "sphere[0]"; materials by their keys. Raises FragtracerError if there is no such matte."""
+        if name not in AOVS or not AOVS[name].matte:
+            mattes = " and ".join(one for one, aov in AOVS.items() if aov.matte)
+            raise FragtracerError(f"there is no matte {name!r}; there are {mattes}")
         return matte_names(self.scene)[name == "material"]
 
     @property
@@ -680,14 +695,20 @@ class Renderer:
 
     def _current(self) -> AbstractContextManager[Any]:
         """Several renderers may live at once: each makes its own context current while it works."""
+        if self._is_closed:
+            raise FragtracerError("this renderer is closed; make another one")
         return self.context if self._owns_context else nullcontext()
 
     def close(self) -> None:
-        """Release what is held on the GPU."""
+        """Release what is held on the GPU; nothing can be asked of the renderer any more, and to close it again does
+        nothing."""
+        if self._is_closed:
+            return
         with self._current():
             self._tracer.release()
             self._film.release()
             self._release_light()
+        self._is_closed = True
         if self._owns_context:
             self.context.release()
 
@@ -700,14 +721,35 @@ class Renderer:
         self.close()
 
 
+def warn_if_dark(scene: Scene) -> None:
+    """Warn, by a UserWarning, if ``scene`` has no light."""
+    if not scene.has_light:
+        mend = "give it a [[light]], [ambient] or [environment], or a material an emission"
+        warnings.warn(f"{scene.name}: this scene has no light, and is black: {mend}", stacklevel=3)
+
+
 def render(
     scene: Scene, size: tuple[int, int] | None = None, spp: int | None = None, **settings: Any
 ) -> NDArray[np.float32]:
     """Render ``scene`` and return (height, width, 3) float32 linear radiance, row 0 at the top.
 
     ``size``, ``spp`` and ``settings`` take the place of the scene's own values; see :class:`Renderer`.
+
+    Raises
+    ------
+    DeviceError, FragtracerError
+        As :class:`Renderer`; and if a limit of :meth:`Renderer.render` is given.
+
+    Warns
+    -----
+    UserWarning
+        If the scene has no light.
     """
+    if limits := [name for name in ("seconds", "until", "worst") if name in settings]:
+        mend = f"with ft.Renderer(scene) as renderer: renderer.render({limits[0]}=...)"
+        raise FragtracerError(f"{limits[0]} is a limit of Renderer.render: {mend}")
     if spp is not None:
-        settings["spp"] = spp
+        settings["spp"] = checked_spp(spp)
     with Renderer(scene, size, **settings) as renderer:
+        warn_if_dark(scene)
         return renderer.render()

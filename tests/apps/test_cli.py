@@ -18,8 +18,9 @@ from command import TINY, status_of
 import fragtracer as ft
 from fragtracer.apps import cli
 from fragtracer.apps.cli.info import contents
+from fragtracer.apps.cli.picture import write_or_rescue
 from fragtracer.apps.cli.preparation import preparing
-from fragtracer.errors import OutputError
+from fragtracer.errors import FragtracerError, OutputError
 from fragtracer.films import SavedFilm
 from fragtracer.gpu import context as contexts
 from fragtracer.io.images import read_image, read_metadata, write_image
@@ -153,13 +154,60 @@ def test_no_memory_left_is_a_sentence(monkeypatch, capsys):
         raise MemoryError("Unable to allocate 9 EiB")
 
     monkeypatch.setattr(cli, "app", need_too_much)
-    monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)  # which main() changes
-    before = {signum: signal.getsignal(signum) for signum in (signal.SIGTERM, signal.SIGHUP)}
-    with pytest.raises(SystemExit, match="2"):
-        cli.main()
+    assert status_of(monkeypatch) == 2
+    assert capsys.readouterr().err == "fragtracer: there is not enough memory for this: Unable to allocate 9 EiB\n"
+
+
+@pytest.fixture
+def interrupted(monkeypatch):
+    """Calls a command, in this process, that is to end as an interrupted one."""
+
+    def call(*words):
+        monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)  # which main() changes
+        monkeypatch.setattr(sys, "argv", ["fragtracer", *map(str, words)])
+        with pytest.raises(SystemExit, match="130"):
+            cli.main()
+
+    before = {signum: signal.getsignal(signum) for signum in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
+    yield call
     for signum, handler in before.items():
         signal.signal(signum, handler)
-    assert capsys.readouterr().err == "fragtracer: there is not enough memory for this: Unable to allocate 9 EiB\n"
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, RuntimeError, FragtracerError])
+def test_what_others_make_of_an_interruption_is_one(monkeypatch, capsys, interrupted, error):
+    """C code may have met the signal, and turned the exception into one of its own."""
+
+    def interrupt(*_, **__):
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGTERM)
+        raise error
+
+    monkeypatch.setattr("fragtracer.io.toml.load", interrupt)
+    interrupted("compare", "cornell-box")
+    assert capsys.readouterr().err == "fragtracer: interrupted\n"
+
+
+@pytest.mark.parametrize("is_first", [False, True])
+def test_a_signal_while_a_picture_is_written_waits(tmp_path, monkeypatch, capsys, interrupted, is_first):
+    sample, write = ft.Renderer.render, ft.write_image
+
+    def render(renderer, **_):
+        sample(renderer, spp=1)
+        if not is_first:
+            signal.raise_signal(signal.SIGTERM)
+
+    def write_slowly(*arguments, **options):
+        signal.raise_signal(signal.SIGTERM)
+        write(*arguments, **options)
+
+    monkeypatch.setattr(ft.Renderer, "render", render)
+    monkeypatch.setattr("fragtracer.io.images.write_image", write_slowly)
+    output = tmp_path / "a.exr"
+    interrupted("render", "cornell-box", "-o", output, *TINY)
+    assert read_metadata(output)["spp"] == "1"
+    said = [] if is_first else ["interrupted: writing what there is; other signals wait until that is done"]
+    assert capsys.readouterr().err.splitlines() == [*said, "fragtracer: interrupted"]
 
 
 @pytest.mark.parametrize("signum", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
@@ -362,7 +410,22 @@ def test_before_the_first_sample_an_interruption_leaves_the_file_that_is_there(t
     output.write_text("a picture")
     assert status_of(monkeypatch, "render", "cornell-box", "-o", output, *TINY) == 130
     assert output.read_text() == "a picture"
-    assert "a.png: interrupted before the first sample; not written" in capsys.readouterr().err
+    said = ["a.png: interrupted before the first sample; not written", "fragtracer: interrupted"]
+    assert capsys.readouterr().err.splitlines() == [f"{tmp_path}/{said[0]}", said[1]]
+
+
+@pytest.mark.parametrize("command", ["render", "info", "compare"])
+def test_a_scene_without_light_is_told_of(tmp_path, monkeypatch, capsys, command):
+    monkeypatch.setattr("fragtracer.apps.compare.compare_scene", lambda *_, **__: type("Found", (), {"exit_status": 0}))
+    monkeypatch.setattr("fragtracer.apps.compare.summary", str)
+    scene = tmp_path / "dark.toml"
+    scene.write_text('[[sphere]]\ncenter = [0, 0, 0]\nradius = 1\nmaterial = "a"\n[material.a]\n')
+    options = ["-o", tmp_path / "a.png", *TINY, "--spp", 1] if command == "render" else []
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        assert status_of(monkeypatch, command, scene, *options) == 0
+    said = "warning: dark: this scene has no light, and is black: give it a [[light]], [ambient] or [environment]"
+    assert capsys.readouterr().err.count(said) == 1
 
 
 def test_a_picture_made_of_a_frame_is_none(tmp_path, monkeypatch):
@@ -389,6 +452,48 @@ def test_a_disk_that_is_full_is_noticed_before_the_work(tmp_path, monkeypatch, c
     command = ["render", "cornell-box", "-o", output, *TINY, "--checkpoint", tmp_path / "kept"]
     assert status_of(monkeypatch, *command) == 2
     assert "kept: a checkpoint takes up to 1 MB, 0 MB are free" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("has_room", [True, False])
+def test_a_picture_whose_disk_has_become_full_is_elsewhere(tmp_path, monkeypatch, has_room):
+    def write(path, *arguments):
+        if path.parent == tmp_path or not has_room:
+            raise OutputError(f"{path}: cannot write: No space left on device")
+        write_image(path, *arguments)
+
+    monkeypatch.setattr("fragtracer.io.images.write_image", write)
+    here, elsewhere = tmp_path / "here", tmp_path / "elsewhere"
+    here.mkdir()
+    elsewhere.mkdir()
+    monkeypatch.chdir(here)
+    monkeypatch.setattr("tempfile.tempdir", str(elsewhere))
+    problem = f"{tmp_path}/a.npy: cannot write: No space left on device"
+    if has_room:
+        with pytest.raises(OutputError) as raised:
+            write_or_rescue(tmp_path / "a.npy", np.ones((2, 2, 3)))
+        (rescued,) = here.glob("rescued-*/a.npy")
+        assert str(raised.value) == f"{problem}; the picture is in {rescued}"
+        assert read_image(rescued).all()
+    else:
+        with pytest.raises(OutputError, match=f"{re.escape(problem)}$"):
+            write_or_rescue(tmp_path / "a.npy", np.ones((2, 2, 3)))
+        assert not [*here.iterdir(), *elsewhere.iterdir()]
+
+
+def test_a_verdict_is_printed_though_no_file_can_be_written(tmp_path, monkeypatch, capsys):
+    def fail(path, *_):
+        raise OutputError(f"{path.name}: cannot write: No space left on device")
+
+    for name in ("compare_scene", "to_json"):
+        monkeypatch.setattr(f"fragtracer.apps.compare.{name}", lambda *_, **__: {})
+    monkeypatch.setattr("fragtracer.apps.compare.summary", lambda _: "they agree")
+    monkeypatch.setattr("fragtracer.apps.compare.write_report", fail)
+    monkeypatch.setattr("fragtracer.output.replacing", fail)
+    command = ["compare", "cornell-box", "--report", tmp_path / "a.html", "--json", tmp_path / "a.json"]
+    assert status_of(monkeypatch, *command) == 2
+    out, err = capsys.readouterr()
+    assert out == "they agree\n"
+    assert all(f"{name}: cannot write: No space" in err for name in ("a.json", "a.html"))
 
 
 def test_a_disk_that_fills_up_is_a_warning(tmp_path, monkeypatch, capsys):

@@ -48,7 +48,7 @@ def test_a_frame_with_motion_is_rendered_again_where_the_one_before_has_moved(tm
         keys = "[[key]]\nframe = {}\nposition = [{}, 1, 6]\n"
         (tmp_path / "way.toml").write_text(keys.format(1, x) + keys.format(2, 3.0))
         assert status_of(monkeypatch, *command) == 0
-        assert ("1 of 1 frames were finished before" in capsys.readouterr().out) == finished
+        assert ("1 of 1 frame was finished before" in capsys.readouterr().out) == finished
 
 
 def test_frames_are_those_of_their_cameras_and_seeds(tmp_path, monkeypatch, compiled):
@@ -118,7 +118,7 @@ def test_a_damaged_png_is_rendered_again(tmp_path, monkeypatch, capsys):
     good = file.read_bytes()
     file.write_bytes(content)
     assert status_of(monkeypatch, *command) == 0
-    assert "1 of 2 frames were finished before" in capsys.readouterr().out
+    assert "1 of 2 frames was finished before" in capsys.readouterr().out
     assert file.read_bytes() == good
     assert status_of(monkeypatch, *command, "--exposure", 1) == 0
     assert "were finished" not in capsys.readouterr().out
@@ -182,12 +182,12 @@ def _srgb(image):
         (["--path", "a.toml", "-o", "a.#.png"], "a.toml: no such file"),
         (["-o", "a.mp4"], "frames need a moving camera"),
         (["--turntable", 4, "-o", "a.png"], "by #, as -o a.####.png"),
-        (["--turntable", 4, "-o", "a.#.npy"], "cannot say which frame it is"),
-        (["--turntable", 4, "-o", "a.#.jpg"], "cannot write .jpg"),
+        (["--turntable", 4, "-o", "a.#.npy"], "frames are not written to .npy"),
+        (["--turntable", 4, "-o", "a.gif"], "a film, .mp4 or .webm, or numbered pictures, as a.####.png, .exr or .hdr"),
         (["--turntable", 4, "-o", "nowhere/a.mp4"], "there is no folder"),
         (["--turntable", 4, "-o", "a.mp4", "--size", "15x12"], "even width and height, not 15x12"),
         (["--turntable", 4, "-o", "a.#.png", "--fps", 12], "--fps is for films"),
-        (["--turntable", 4, "-o", "a.#.png", "--first-sample", 2], "leave it out where the camera moves"),
+        (["--turntable", 4, "-o", "a.#.png", "--first-sample", 0], "leave it out where the camera moves"),
     ],
 )
 def test_bad_frames_get_one_message(tmp_path, monkeypatch, capsys, arguments, words):

@@ -63,7 +63,7 @@ def test_another_status_stays(monkeypatch, capsys):
         with stream() as output:
             monkeypatch.setattr(sys, "stdout", output)
             assert status_of(monkeypatch) == 130
-        assert capsys.readouterr().err == message
+        assert capsys.readouterr().err == "fragtracer: interrupted\n" + message
 
 
 def test_python_is_silent_about_a_broken_pipe_as_it_ends():

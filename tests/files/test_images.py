@@ -176,6 +176,18 @@ def test_an_interrupted_write_loses_nothing(
     assert list(tmp_path.iterdir()) == [path]
 
 
+@pytest.mark.parametrize("suffix", FORMATS)
+def test_a_file_that_finds_no_room_says_why(tmp_path: Path, suffix: str) -> None:
+    resource = pytest.importorskip("resource", reason="only POSIX limits the size of files")
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (10000, hard))
+    try:
+        with pytest.raises(OutputError, match=rf"a\{suffix}: cannot write: File too large$"):
+            write_image(tmp_path / f"a{suffix}", np.random.default_rng(0).random((64, 64, 3)))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
 def test_a_link_stays_a_link(tmp_path: Path, image: npt.NDArray[np.float32]) -> None:
     (tmp_path / "a.npy").symlink_to(tmp_path / "b.npy")
     write_image(tmp_path / "a.npy", image)

@@ -263,5 +263,5 @@ def test_the_plugin_needs_no_fragtracer(mi, tmp_path):
 
 def test_a_folder_that_cannot_be_made(tmp_path):
     (tmp_path / "file").touch()
-    with pytest.raises(OutputError, match="cannot write"):
+    with pytest.raises(OutputError, match=r"file: cannot write the Mitsuba scene: File exists$"):
         export_mitsuba(SCENE, tmp_path / "file")

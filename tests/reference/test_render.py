@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The reference renderer: batches, seeds, passes and progress."""
 
+import signal
 from dataclasses import replace
 
 import numpy as np
@@ -30,6 +31,27 @@ def test_batches_are_independent_estimates(mi):
     noise = [images[i] - images.mean(axis=0) for i in range(4)]
     assert all(np.abs(np.corrcoef(noise[0].ravel(), noise[i].ravel())[0, 1] + 1 / 3) < 0.2 for i in (1, 2, 3))
     assert images.mean(axis=(1, 2, 3)) == pytest.approx(np.full(4, images.mean()), rel=0.1)
+
+
+@pytest.mark.parametrize("name", ["set_variant", "load_dict", "render"])
+def test_signals_wait_while_mitsuba_works(mi, monkeypatch, name):
+    """It calls Python, and makes other errors of an exception from there."""
+    work, done = getattr(mi, name), []
+
+    def interrupted(*arguments, **options):
+        signal.raise_signal(signal.SIGINT)
+        found = work(*arguments, **options)
+        done.append(name)
+        return found
+
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # it may be ignored in the background
+    monkeypatch.setattr(mi, name, interrupted)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            render.render_reference(SCENE, (4, 4), 1)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert done == [name]
 
 
 @pytest.mark.parametrize(

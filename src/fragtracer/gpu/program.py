@@ -11,6 +11,7 @@ import moderngl
 from fragtracer.errors import ShaderError
 from fragtracer.gpu.context import has_images
 from fragtracer.gpu.reachable import reachable
+from fragtracer.interruption import deferred
 from fragtracer.shader_composer import compose
 
 _UNIFORM = re.compile(r"^uniform\s+(?:highp\s+)?\w+\s+(\w+)", re.MULTILINE)
@@ -46,7 +47,8 @@ class _Program:
         source = compose(fragment, defines or {}, root, generated, language, optional)
         text = reachable(source.text if text_pass is None else text_pass(source.text))
         try:
-            self._program = ctx.program(vertex_shader=vertices.text, fragment_shader=text)
+            with deferred():
+                self._program = ctx.program(vertex_shader=vertices.text, fragment_shader=text)
         except moderngl.Error as error:
             log = str(error)
             is_of_vertices = "\nvertex_shader\n" in log  # as moderngl says

@@ -226,8 +226,8 @@ def _bvh(
         return None
     if extent > _MOST_EXTENT:
         raise SceneError(
-            f"shapes, meshes or the camera lie {extent:.3g} m from the middle of the scene, more than the {_MOST_EXTENT:.0e} m "
-            "that can be traced; use a smaller scale"
+            f"shapes, meshes or the camera lie {extent:.3g} m from the middle of the scene, more than the "
+            f"{_MOST_EXTENT:.0e} m that can be traced; use a smaller scale"
         )
     materials = tuple(
         (name, _mesh_material(scene.materials[name], number)) for name, number in surfaces.of_meshes.items()

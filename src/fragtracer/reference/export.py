@@ -72,7 +72,7 @@ def export_mitsuba(scene: Scene, folder: Path | str, plugin: bool = False) -> li
         if plugin:
             _copy_plugins(folder / "fragtracer_plugins")
     except OSError as error:
-        raise OutputError(f"cannot write the Mitsuba scene to {folder}: {error}") from error
+        raise OutputError(f"{folder}: cannot write the Mitsuba scene: {error.strerror or error}") from error
     python = "open it from Python, as the first lines of fragtracer_plugins/__init__.py show"
     return [*notes.values(), python if plugin else "open it with: mitsuba -m llvm_ad_rgb scene.xml"]
 

@@ -12,6 +12,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from fragtracer.interruption import deferred
 from fragtracer.reference.plugins import BESIDE
 from fragtracer.reference.translate import to_mitsuba
 from fragtracer.reference.variant import mitsuba_variant
@@ -56,7 +57,8 @@ class ReferenceRenderer:
             tree = to_mitsuba(self.scene, Path(folder), exact=self._exact)
             tree["sensor"]["sampler"] = {"type": self._sampler, "sample_count": self.passes_of}
             self._sensor = tree["sensor"]
-            self._world = mi.load_dict(tree, parallel=False)
+            with deferred():
+                self._world = mi.load_dict(tree, parallel=False)
             self._stack = stack.pop_all()
         return self
 
@@ -120,7 +122,9 @@ class ReferenceRenderer:
         passes = _split(spp, self.passes_of)
         seeds = np.random.SeedSequence(seed).generate_state(len(passes)).tolist()
         for samples, pass_seed in zip(passes, seeds, strict=True):
-            total += np.array(mi.render(self._world, sensor=sensor, spp=samples, seed=pass_seed)) * (samples / spp)
+            with deferred():  # it calls Python for the plugins
+                film = np.array(mi.render(self._world, sensor=sensor, spp=samples, seed=pass_seed))
+            total += film * (samples / spp)
             if progress:
                 progress(samples)
         return total

@@ -16,6 +16,7 @@ from contextlib import contextmanager
 from functools import lru_cache
 
 from fragtracer.errors import FragtracerError
+from fragtracer.interruption import deferred
 
 OLDEST_LLVM = 16
 
@@ -120,18 +121,19 @@ def mitsuba_variant(variant: str | None = None) -> Iterator[str]:
         If Mitsuba is not installed, or the variant does not start on this machine.
     """
     name = choose_variant(variant)
-    try:
-        import mitsuba as mi
-    except ImportError as error:
-        raise FragtracerError("Mitsuba is not installed; pip install 'fragtracer[reference]'") from error
-    before = mi.variant()
-    try:
-        mi.set_variant(name)
-    except (ImportError, AttributeError) as error:
-        raise FragtracerError(f"Mitsuba's variant {name!r} does not start here: {error}") from error
-    from fragtracer.reference.plugins import register
+    with deferred():
+        try:
+            import mitsuba as mi
+        except ImportError as error:
+            raise FragtracerError("Mitsuba is not installed; pip install 'fragtracer[reference]'") from error
+        before = mi.variant()
+        try:
+            mi.set_variant(name)
+        except (ImportError, AttributeError) as error:
+            raise FragtracerError(f"Mitsuba's variant {name!r} does not start here: {error}") from error
+        from fragtracer.reference.plugins import register
 
-    register()
+        register()
     try:
         yield name
     finally:

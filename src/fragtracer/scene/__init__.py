@@ -94,6 +94,19 @@ class Scene(ShapeLists, LightLists):
         if problem := conflict(self):
             raise ValueError(problem)
 
+    @property
+    def has_light(self) -> bool:
+        """Whether there is any: without, a picture is black."""
+        shaped = {shape.material for kind in SHAPES for shape in getattr(self, kind)}
+        used = shaped | {mesh.material_of(part) for mesh in self.meshes for part in mesh.parts}
+        shown = [self.materials[name] for own in used for name in self.blended(own)]
+        return (
+            any(getattr(self, kind) for kind in LIGHTS)
+            or max(self.ambient.radiance) > 0
+            or self.environment is not None
+            or any(material.is_emissive or material.unlit for material in shown)
+        )
+
     def blended(self, name: str) -> tuple[str, ...]:
         """The materials by which a surface of the material ``name`` scatters: this one, and that of its blend."""
         other = self.materials[name].blend

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """One message for each way in which there is no cluster."""
 
+import signal
 import sys
 import warnings
 
@@ -23,7 +24,7 @@ COMMAND = ("render", "three-spheres-ambient", *TINY, "-o", "a.png")
         (["--cluster", "local:1", "--light-tracing", "on"], "needs --light-tracing auto or off"),
         (["--cluster", "local:1", "--gradient-domain", "on"], "needs --gradient-domain auto or off"),
         (["--cluster", "local:1", "--worst", 5], "give --until in place of --worst"),
-        (["--cluster", "local:1", "--first-sample", 2, "--no-adaptive"], "leave out --first-sample"),
+        (["--cluster", "local:1", "--first-sample", 0, "--no-adaptive"], "leave out --first-sample"),
         (["--cluster", "local:1", "--turntable", 3, "-o", "a.#.png", "--time", 3], "give --spp or --until for frames"),
         (["--cluster", "local:1", "--turntable", 3, "-o", "a.png"], "mark the place of the frame's number"),
         (["--cluster", "local:1", "--turntable", 3, "-o", "a.#.png", "--block", 30], "--block 30: give an even number"),
@@ -39,6 +40,32 @@ def test_bad_input_gets_one_message(tmp_path, monkeypatch, capsys, arguments, wo
     assert words in err
     assert len(err.splitlines()) == 1
     assert not list(tmp_path.iterdir())
+
+
+def test_an_interrupted_start_is_finished_and_closed(monkeypatch) -> None:
+    """Dask cannot close a cluster that has started in part."""
+    done = []
+
+    class Started:
+        def __init__(self, *_, **__):
+            signal.raise_signal(signal.SIGINT)
+            done.append("started")
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_):
+            done.append("closed")
+
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # it may be ignored in the background
+    monkeypatch.setattr("distributed.LocalCluster", Started)
+    monkeypatch.setattr("distributed.Client", Started)
+    try:
+        with pytest.raises(KeyboardInterrupt), cluster.connected("local:2"):
+            done.append("used")
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert done == ["started", "started", "closed", "closed"]
 
 
 @pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")

@@ -1,10 +1,16 @@
 # SPDX-License-Identifier: MIT
 """What is open: its history, its files, and what is remembered."""
 
+import signal
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
+import numpy as np
 import pytest
+from PIL import Image
 
 import fragtracer as ft
 from fragtracer.apps.viewer import actions, camera, run, settings
@@ -87,6 +93,31 @@ def test_edits_survive_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     with pytest.raises(FragtracerError, match=r"driver gave up.*rescued-mirror.toml"), run.rescue(FakeViewer(session)):
         raise RuntimeError("driver gave up")
     assert ft.load(tmp_path / "fragtracer" / "rescued-mirror.toml").spheres == expected
+
+
+def test_an_interrupted_viewer_writes_its_window(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Window(nullcontext[Any]):
+        is_open, times, session, drawn = True, SimpleNamespace(), Session.of(ft.load("mirror")), 0
+
+        def __init__(self, *_: object) -> None:
+            super().__init__(self)
+
+        def frame(self) -> None:
+            signal.raise_signal(signal.SIGINT)
+            self.drawn += 1
+
+        def grab(self) -> np.ndarray:
+            return np.full((1, 1, 3), self.drawn, np.uint8)
+
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # it may be ignored in the background
+    monkeypatch.setattr(run, "Viewer", Window)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            run.view(Window.session.document.scene, frames=3, screenshot=tmp_path / "a.png")
+    finally:
+        signal.signal(signal.SIGINT, before)
+    with Image.open(tmp_path / "a.png") as picture:
+        assert picture.getpixel((0, 0)) == (1, 1, 1)
 
 
 def test_display_is_remembered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

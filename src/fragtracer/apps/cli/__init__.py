@@ -6,14 +6,14 @@ import gc
 import signal
 import sys
 import warnings
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from fragtracer import __version__
 from fragtracer.apps.cli import bench, compare, develop, doctor, info, merge, render, scenes, streams, view, web
 from fragtracer.apps.cli.options import Command
-from fragtracer.errors import FragtracerError
+from fragtracer.errors import FragtracerError, OutputError
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -65,13 +65,10 @@ def main() -> None:
     status 2."""
     # A scene is many small objects that stay: by default, looking for garbage among them takes a third of its loading.
     gc.set_threshold(100_000)
-    for name in ("SIGTERM", "SIGHUP"):  # as Ctrl-C: what there is is written; Windows has no SIGHUP
-        number = getattr(signal, name, None)
-        if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
-            signal.signal(number, signal.default_int_handler)
+    came = _note_signals()
     warnings.showwarning = lambda message, *_, **__: _tell(f"warning: {message}")
     with streams.lossy("stderr"), streams.lossy("stdout") as output:
-        status = _run()
+        status = _run(came)
         sys.stdout.flush()
         if isinstance(output.error, BrokenPipeError):
             status = status or 1
@@ -81,22 +78,44 @@ def main() -> None:
     sys.exit(status)
 
 
-def _run() -> int:
-    """The exit status of the command."""
+def _note_signals() -> list[int]:
+    """Have SIGTERM and SIGHUP do what Ctrl-C does, and return where the signals that come are noted."""
+    came: list[int] = []
+
+    def interrupt(number: int, frame: Any) -> None:
+        came.append(number)
+        signal.default_int_handler(number, frame)
+
+    for name in ("SIGINT", "SIGTERM", "SIGHUP"):  # Windows has no SIGHUP
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, interrupt)
+    return came
+
+
+def _run(came: list[int]) -> int:
+    """The exit status of the command. After a signal that ``came`` any error is an interruption."""
     try:
         app()
+        status = 0
     except SystemExit as end:
-        return int(end.code or 0)
+        status = int(end.code or 0)
     except FragtracerError as error:
-        _tell(str(error))
-        return 2
+        status = 130 if came and not isinstance(error, OutputError) else 2
+        if status == 2:
+            _tell(str(error))
     except MemoryError as error:
         _tell(f"there is not enough memory for this: {error}")
-        return 2
+        status = 2
     except KeyboardInterrupt:
+        status = 130
+    except Exception:
+        if not came:
+            raise
+        status = 130
+    if status == 130:
         _tell("interrupted")
-        return 130
-    return 0
+    return status
 
 
 def _tell(message: str) -> None:

@@ -138,13 +138,17 @@ def _print(results: "Results", markdown: bool) -> None:
 def _write(results: "Results", outputs: dict[str, Path]) -> None:
     from fragtracer.apps.bench.report import to_html
     from fragtracer.apps.bench.tables import to_csv, to_json
-    from fragtracer.output import replacing
+    from fragtracer.output import replacing, write_each
 
     writers = {".json": to_json, ".csv": to_csv, ".html": to_html}
-    for suffix, path in outputs.items():
+
+    def write(path: Path) -> None:
         with replacing(path) as part:
-            part.write_text(writers[suffix](results), encoding="utf-8", errors="replace")  # names of files
+            text = writers[path.suffix.lower()](results)
+            part.write_text(text, encoding="utf-8", errors="replace")  # names of files
         print(f"{path}: written", file=sys.stderr)
+
+    write_each(dict.fromkeys(outputs.values(), write))
 
 
 @contextmanager

@@ -2,6 +2,7 @@
 """``fragtracer compare`` and ``export-mitsuba``: the same scene in Mitsuba."""
 
 import json as json_format
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -46,6 +47,7 @@ def compare(
     from fragtracer.apps.compare.page import check_installed
     from fragtracer.io.toml import load
     from fragtracer.output import check_writable
+    from fragtracer.renderer import warn_if_dark
 
     _refuse_pictures(scene, denoise)
     for path, suffixes in ((report, {".html"}), (json, {".json"})):
@@ -55,6 +57,7 @@ def compare(
         check_installed()
     settings = {"bounces": bounces, "light_samples": light_samples, "geometry": geometry}
     loaded = options.with_settings(load(scene), multiple_scattering=multiple_scattering, **settings)
+    warn_if_dark(loaded)
     pixels = options.parse_size(size)
     numbers: dict[str, Any] = {} if spp is None else {"spp": spp}
     if split_sum:
@@ -77,17 +80,14 @@ def compare(
             progress=progress,
             **numbers,
         )
-    if json is not None:
-        _write_json(json, to_json(comparison))
-    if report is not None:
-        write_report(report, comparison)
     print(summary(comparison))
+    _write(json, to_json, report, write_report, comparison)
     raise typer.Exit(comparison.exit_status)
 
 
 def _refuse_pictures(scene: str, denoise: bool) -> None:
     """What is compared are the means of independent samples; a denoised picture has a bias that nobody knows."""
-    from fragtracer.denoise import KEY
+    from fragtracer.denoising import KEY
     from fragtracer.io.images import READABLE, read_metadata
 
     if denoise:
@@ -106,18 +106,26 @@ def _compare_split_sum(
 
     with comparison_progress() as progress:
         found = measure_approximation(scene, size or (320, 180), progress=progress, **numbers)
-    if json is not None:
-        _write_json(json, approximation_report.to_json(found))
-    if report is not None:
-        approximation_report.write_report(report, found)
     print(approximation_report.summary(found))
+    _write(json, approximation_report.to_json, report, approximation_report.write_report, found)
 
 
-def _write_json(path: Path, numbers: dict[str, Any]) -> None:
-    from fragtracer.output import replacing
+def _write(
+    json: Path | None,
+    to_json: Callable[[Any], dict[str, Any]],
+    report: Path | None,
+    write_report: Callable[[Path, Any], None],
+    found: Any,
+) -> None:
+    """Write the files that are asked for; raises as :func:`fragtracer.output.write_each`."""
+    from fragtracer.output import replacing, write_each
 
-    with replacing(path) as part:
-        part.write_text(json_format.dumps(numbers, indent=2) + "\n", encoding="utf-8")
+    def write_json(path: Path) -> None:
+        with replacing(path) as part:
+            part.write_text(json_format.dumps(to_json(found), indent=2) + "\n", encoding="utf-8")
+
+    writers = {json: write_json, report: lambda path: write_report(path, found)}
+    write_each({path: write for path, write in writers.items() if path is not None})
 
 
 def export_mitsuba(

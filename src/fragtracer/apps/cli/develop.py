@@ -23,7 +23,7 @@ def develop(
 ) -> None:
     """Make a picture of IMAGE, with exposure, glare and tone curve; with --denoise from an .exr that was rendered
     with --aov denoising, or albedo,normal."""
-    from fragtracer.denoise import LAYER_KEY, check_installed
+    from fragtracer.denoising import LAYER_KEY, check_installed
     from fragtracer.display.look import Look
     from fragtracer.io.images import read_content, write_image
     from fragtracer.output import check_writable
@@ -48,7 +48,7 @@ def develop(
 def _denoised(path: Path) -> tuple[Any, dict[str, str]]:
     """The image of a file, denoised, and metadata that say so."""
     from fragtracer.aov import DENOISING
-    from fragtracer.denoise import KEY, denoise, denoiser
+    from fragtracer.denoising import KEY, denoise, denoiser
     from fragtracer.io.images import read_layers
 
     for layers in (DENOISING, ("albedo", "normal")):

@@ -22,6 +22,7 @@ from fragtracer.scene.content import content_digest
 
 _NUMBERS = re.compile(r"#+")
 _SEEDS = 2**32
+_PICTURES = (".png", ".exr", ".hdr")  # a .npy cannot say which frame it is
 
 
 @dataclass(frozen=True)
@@ -59,6 +60,11 @@ def frames_of(
     """
     if (path is None) == (turns is None):
         raise FragtracerError("frames need a moving camera: give --path FILE or --turntable FRAMES, one of the two")
+    if output.suffix.lower() not in (*video.SUFFIXES, *_PICTURES):
+        films, numbered = " or ".join(video.SUFFIXES), f"{output.stem.rstrip('.#')}.####.png"
+        kind = output.suffix or "a file without an extension"
+        mend = f"give a film, {films}, or numbered pictures, as {numbered}, .exr or .hdr"
+        raise OutputError(f"{output}: frames are not written to {kind}; {mend}")
     if fps is not None and output.suffix.lower() not in video.SUFFIXES:
         raise FragtracerError(f"--fps is for films; write one, as -o film.mp4, or leave it out for {output}")
     moving = turntable(scene.camera, turns) if turns is not None else None
@@ -69,8 +75,6 @@ def frames_of(
     rate = Fraction(fps or 24).limit_denominator(1001)
     width, height = scene.render.width, scene.render.height
     (video.check(output, width, height, rate) if film else check_writable(files[numbers[0]]))
-    if output.suffix.lower() == ".npy":
-        raise FragtracerError(f"{output}: a .npy cannot say which frame it is; choose .exr, .hdr or .png")
     scenes = {number: replace(scene, camera=_camera(moving, number)) for number in numbers}
     seeds = {number: (scene.render.seed + number) % _SEEDS for number in numbers}
     scenes = {n: replace(s, render=replace(s.render, seed=seeds[n])) for n, s in scenes.items()}

@@ -20,8 +20,10 @@ def info(scene: Annotated[str | None, typer.Argument(help=SCENE_HELP)] = None) -
     """Print the OpenGL vendor, renderer, version and limits, and what is missing; with a SCENE, what is in it."""
     if scene is not None:
         from fragtracer.io.toml import load
+        from fragtracer.renderer import warn_if_dark
 
         loaded = load(scene)
+        warn_if_dark(loaded)
         print("\n".join(contents(loaded)))
         _print_guiding(loaded)
         return

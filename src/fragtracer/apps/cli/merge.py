@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from fragtracer.apps.cli import options
+from fragtracer.apps.cli.words import counted
 
 Films = Annotated[list[Path], typer.Argument(metavar="FILM...", help="Folders of checkpoints, or .npz films.")]
 Output = Annotated[
@@ -44,4 +45,4 @@ def merge(
     else:
         write_image(output, joined.pixels.mean[..., :3], joined.metadata, *look)
     error = joined.pixels.relative_error()
-    print(f"{output}: {joined.spp} samples per pixel of {len(paths)} films, {100 * error:.2g} % mean error")
+    print(f"{output}: {joined.spp} samples per pixel of {counted(len(paths), 'film')}, {100 * error:.2g} % mean error")

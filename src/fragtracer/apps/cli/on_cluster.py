@@ -10,10 +10,11 @@ from typing import Any
 from fragtracer.apps import cluster
 from fragtracer.apps.cli.frames import Frames, is_finished
 from fragtracer.apps.cli.keeping import Keeping
-from fragtracer.apps.cli.picture import Picture
+from fragtracer.apps.cli.picture import WRITING, Picture, write_or_rescue
+from fragtracer.apps.cli.words import counted, finished_before
 from fragtracer.apps.cluster.work import BLOCK
 from fragtracer.errors import FragtracerError
-from fragtracer.io.images import write_image
+from fragtracer.interruption import deferred
 from fragtracer.scene import Scene
 from fragtracer.scene.content import content_digest
 
@@ -22,7 +23,7 @@ Show = Callable[[dict[str, Any], int], AbstractContextManager[Callable[[Any], No
 
 def check_options(limits: Mapping[str, Any], picture: Picture, moves: bool, first_sample: int | None) -> None:
     """Raise FragtracerError where a cluster cannot do what is asked for."""
-    if first_sample:
+    if first_sample is not None:
         raise FragtracerError("--cluster renders from the first sample; leave out --first-sample")
     if picture.aovs or picture.denoise:
         raise FragtracerError("--cluster renders the picture alone; leave out --aov and --denoise")
@@ -48,7 +49,10 @@ def render_picture(
     begin = None if keeping is None else keeping.begin
     with cluster.connected(address) as client, show(limits, scene.render.width * scene.render.height) as report:
         found = cluster.render(scene, client, **bounds, progress=report, block=block or BLOCK, begin=begin)
-    write_image(output, found.pixels.mean[..., :3], found.metadata, *picture.look)
+    if found.interrupted:
+        print(WRITING, file=sys.stderr)
+    with deferred():
+        write_or_rescue(output, found.pixels.mean[..., :3], found.metadata, *picture.look)
     _tell(output, found)
     if found.problem:
         raise FragtracerError(found.problem)
@@ -79,13 +83,14 @@ def render_frames(
     }
     due = {n: moved for n, moved in frames.scenes.items() if not is_finished(files[n], digests[n])}
     if len(due) < len(files):
-        print(f"{len(files) - len(due)} of {len(files)} frames were finished before")
+        print(finished_before(len(files) - len(due), len(files)))
     if not due:
         return True
 
     def write(number: int, found: cluster.Picture) -> None:
         more = {"frame": str(number), "frame_digest": digests[number]}
-        write_image(files[number], found.pixels.mean[..., :3], found.metadata | more, *picture.look)
+        with deferred():
+            write_or_rescue(files[number], found.pixels.mean[..., :3], found.metadata | more, *picture.look)
         _tell(files[number], found)
 
     pixels = scene.render.width * scene.render.height
@@ -114,5 +119,5 @@ def render_frames(
 def _tell(output: Path, found: cluster.Picture) -> None:
     note = ", interrupted" if found.interrupted or found.problem else ""
     error = 100 * found.pixels.relative_error()
-    workers = found.metadata["workers"]
-    print(f"{output}: {found.metadata['spp']} samples per pixel of {workers} workers{note}, {error:.2g} % mean error")
+    workers = counted(int(found.metadata["workers"]), "worker")
+    print(f"{output}: {found.metadata['spp']} samples per pixel of {workers}{note}, {error:.2g} % mean error")

@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
 from fragtracer import renderer
+from fragtracer.apps.cli.words import counted
 
 
 @contextmanager
@@ -40,7 +41,7 @@ def render_progress(
                 samples=f"{state.spp:.0f} spp" if spp is None else f"{state.spp:.0f}/{spp} spp",
                 speed=f"{rate:.1f} Msamples/s",
                 error="" if state.relative_error is None else f"error {100 * state.relative_error:.2g} %",
-                workers="" if state.workers is None else f"{state.workers} workers",
+                workers="" if state.workers is None else counted(state.workers, "worker"),
             )
 
         yield report

@@ -11,7 +11,9 @@ from typing import Annotated, Any, Literal
 import typer
 
 from fragtracer.apps.cli import options
+from fragtracer.apps.cli.words import counted, finished_before
 from fragtracer.errors import FragtracerError
+from fragtracer.interruption import deferred, once
 
 _BADLY_EXPOSED = 5  # stops from automatic exposure
 
@@ -121,7 +123,7 @@ def render(
     from fragtracer.display.look import Look
     from fragtracer.io.images import check_writable
     from fragtracer.io.toml import load
-    from fragtracer.renderer import Renderer, expected_spp
+    from fragtracer.renderer import Renderer, expected_spp, warn_if_dark
 
     moves = any(option is not None for option in (frames, path, turntable, fps))
     moves |= output.suffix.lower() in video.SUFFIXES
@@ -167,8 +169,10 @@ def render(
         from fragtracer.apps.cli import on_cluster
 
         on_cluster.check_options(limits, picture, moves, first_sample)
-    if moves and first_sample:
+    if moves and first_sample is not None:
         raise FragtracerError("--first-sample is for one picture; leave it out where the camera moves")
+    warn_if_dark(lit)
+    context.with_resource(once())
     kept = None
     if checkpoint is not None:
         kept = context.with_resource(keeping(checkpoint, 60.0 if every is None else every, resume))
@@ -183,7 +187,7 @@ def render(
             finished = _render_frames(lit, moving, limits, picture, kept)
         if finished and moving.film is not None:
             video.encode(list(moving.files.values()), moving.film, moving.fps)
-            print(f"{moving.film}: {len(moving.files)} frames, {float(moving.fps):g} a second")
+            print(f"{moving.film}: {counted(len(moving.files), 'frame')}, {float(moving.fps):g} a second")
     elif cluster is not None:
         _with_limit(limits, lit.render)
         finished = on_cluster.render_picture(lit, cluster, block, limits, output, picture, kept, _progress)
@@ -199,7 +203,8 @@ def render(
                 keeper = kept and kept.begin(renderer)
             finished = _sample(renderer, limits, keeper)
             if renderer.spp:
-                picture.write(renderer, output)
+                with deferred():
+                    picture.write(renderer, output)
                 _report(renderer, output, finished, denoise)
                 _say_if_badly_exposed(renderer, output, picture.look[0])
             else:
@@ -249,17 +254,18 @@ def _render_frames(scene: Any, frames: Any, limits: dict[str, Any], picture: Any
                 done += 1
                 continue
             keeper = keeping and keeping.begin(renderer, f"{number:04}")
-            if not _sample(renderer, dict(limits), keeper):
+            if not _sample(renderer, dict(limits), keeper, keeper is not None):
                 how = "the same command" if keeper is None else "the same command with --resume"
                 print(f"{files[number]}: interrupted; {how} goes on with this frame", file=sys.stderr)
                 return False
             more = {"frame": str(number), "frame_digest": digest}
-            picture.write(renderer, files[number], more, frames.previous_cameras[number])
+            with deferred():
+                picture.write(renderer, files[number], more, frames.previous_cameras[number])
             _report(renderer, files[number], True, picture.denoise)
             if keeper is not None:
                 keeper.remove()
     if done:
-        print(f"{done} of {len(files)} frames were finished before")
+        print(finished_before(done, len(files)))
     return True
 
 
@@ -267,13 +273,18 @@ def _share(percent: float | None) -> float | None:
     return None if percent is None else percent / 100
 
 
-def _sample(renderer: Any, limits: dict[str, Any], keeper: Any) -> bool:
-    """Render, under a progress bar if it takes long; False if the user interrupted."""
+def _sample(renderer: Any, limits: dict[str, Any], keeper: Any, is_kept: bool = True) -> bool:
+    """Render, under a progress bar if it takes long; False if the user interrupted. Says then that what there is is
+    being written, if it ``is_kept``."""
+    from fragtracer.apps.cli.picture import WRITING
+
     _with_limit(limits, renderer.settings)
     with _progress(limits, renderer.settings.width * renderer.settings.height) as report:
         try:
             renderer.render(**limits, progress=report, keep=keeper)
         except KeyboardInterrupt:
+            if renderer.spp and is_kept:
+                print(WRITING, file=sys.stderr)
             return False
         finally:
             if keeper is not None:

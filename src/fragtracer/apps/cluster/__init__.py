@@ -7,13 +7,14 @@ import pickle
 import re
 import warnings
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from fragtracer.apps.cluster.work import BLOCK, NOT_OF_WORKERS, Frame
 from fragtracer.errors import FragtracerError
 from fragtracer.films import origin_of
+from fragtracer.interruption import children_uninterrupted, deferred
 from fragtracer.renderer import Progress
 from fragtracer.sampling.allocation import FIRST_STAGE
 from fragtracer.sampling.pixels import Pixels
@@ -211,8 +212,9 @@ def connected(address: str) -> Iterator[Any]:
         If Dask is not installed, the cluster cannot be reached, or has no workers.
     """
     try:
-        from dask import config
-        from distributed import Client, LocalCluster
+        with deferred():
+            from dask import config
+            from distributed import Client, LocalCluster
     except ImportError:
         raise FragtracerError(
             "rendering on a cluster needs Dask: type  pip install 'fragtracer[cluster]'  on each machine"
@@ -224,18 +226,19 @@ def connected(address: str) -> Iterator[Any]:
         if not workers:
             raise FragtracerError(f"--cluster {address}: give at least one process, as local:2")
         threads = {"LP_NUM_THREADS": str(max(1, (os.cpu_count() or 1) // workers))}  # of Mesa, which takes all else
-        with (
-            config.set(_SPARING),
-            LocalCluster(
-                n_workers=workers,
-                threads_per_worker=1,
-                processes=True,
-                dashboard_address=":0",
-                silence_logs=logging.CRITICAL,
-                env=threads if "LP_NUM_THREADS" not in os.environ else {},
-            ) as cluster,
-            Client(cluster, direct_to_workers=True) as client,  # films need not pass through the scheduler
-        ):
+        with config.set(_SPARING), ExitStack() as started:
+            # Dask cannot close a cluster that has started in part; and its processes say much if they are interrupted.
+            with deferred(), children_uninterrupted():
+                cluster = LocalCluster(
+                    n_workers=workers,
+                    threads_per_worker=1,
+                    processes=True,
+                    dashboard_address=":0",
+                    silence_logs=logging.CRITICAL,
+                    env=threads if "LP_NUM_THREADS" not in os.environ else {},
+                )
+                started.enter_context(cluster)
+                client = started.enter_context(Client(cluster, direct_to_workers=True))  # not through the scheduler
             yield client
         return
     if not re.match(r"[a-z]+://", address):

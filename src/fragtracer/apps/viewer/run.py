@@ -15,6 +15,7 @@ from fragtracer.apps.viewer.app import Viewer
 from fragtracer.apps.viewer.session import Session, path_of
 from fragtracer.apps.viewer.settings import config_folder, remember_display, remembered_display
 from fragtracer.errors import FragtracerError
+from fragtracer.interruption import deferred
 from fragtracer.io import toml
 from fragtracer.output import check_writable, replacing
 from fragtracer.scene import Scene
@@ -53,6 +54,8 @@ def view(
     ------
     FragtracerError
         If the scene cannot be read, a file cannot be written, or there is no display.
+    KeyboardInterrupt
+        On Ctrl-C, after the frame that is being drawn; the files are written.
     """
     for path, suffix in ((screenshot, ".png"), (stats, ".json")):
         if path is not None:
@@ -64,16 +67,18 @@ def view(
         by_hand = frames is None
         if by_hand:
             viewer.session.display = remembered_display()
-        with rescue(viewer):
-            viewer.frame()  # with which the window appears
-            viewer.times.keeps_all = stats is not None
-            _loop(viewer, frames, orbit)
-        if by_hand:
-            remember_display(viewer.session.display)
-        if screenshot is not None:
-            save_window(viewer, screenshot)
-        if stats is not None:
-            _write_stats(viewer, stats)
+        try:
+            with rescue(viewer):
+                with deferred():
+                    viewer.frame()  # with which the window appears
+                viewer.times.keeps_all = stats is not None
+                _loop(viewer, frames, orbit)
+            if by_hand:
+                remember_display(viewer.session.display)
+        except KeyboardInterrupt:
+            _write(viewer, screenshot, stats)
+            raise
+        _write(viewer, screenshot, stats)
 
 
 def _loop(viewer: Viewer, frames: int | None, orbit: bool) -> None:
@@ -83,7 +88,8 @@ def _loop(viewer: Viewer, frames: int | None, orbit: bool) -> None:
             viewer.session.camera = cameras.orbit(viewer.session.camera, _ORBIT, 0.0)
             if done % _EDIT_EVERY == _EDIT_EVERY - 1:
                 _edit(viewer.session)
-        viewer.frame()
+        with deferred():
+            viewer.frame()
         done += 1
 
 
@@ -121,6 +127,13 @@ def _rescued(viewer: Viewer) -> Path | None:
     path = config_folder() / f"rescued-{viewer.session.document.scene.name}.toml"
     viewer.session.save(path)
     return path
+
+
+def _write(viewer: Viewer, screenshot: Path | None, stats: Path | None) -> None:
+    if screenshot is not None:
+        save_window(viewer, screenshot)
+    if stats is not None:
+        _write_stats(viewer, stats)
 
 
 def save_window(viewer: Viewer, path: Path) -> None:

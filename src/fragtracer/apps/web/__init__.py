@@ -22,9 +22,10 @@ from fragtracer import __version__
 from fragtracer.aov import DENOISING
 from fragtracer.apps.web.payload import packed_for_page, scene_payload
 from fragtracer.apps.web.smaller import with_quantised_meshes, with_smaller_images
+from fragtracer.arguments import check_scene, checked_size
 from fragtracer.camera_path import turntable
-from fragtracer.denoise import check_installed
-from fragtracer.denoise import denoise as denoised
+from fragtracer.denoising import check_installed
+from fragtracer.denoising import denoise as denoised
 from fragtracer.display.look import Look
 from fragtracer.errors import FragtracerError, SceneError
 from fragtracer.output import check_writable, replacing
@@ -104,10 +105,12 @@ def export_html(
     OutputError
         If the file cannot be written.
     FragtracerError
-        If pictures are to be denoised, and Open Image Denoise is not installed.
+        If pictures are to be denoised, and Open Image Denoise is not installed; if ``scene`` is none, or ``size`` is
+        not two whole numbers.
     SceneError
         If the scene is more than a browser can hold, or cannot be made as small.
     """
+    check_scene(scene)
     check_writable(path, SUFFIXES)
     made = page(scene, size, spp, seconds, Look(exposure, tonemap), size_limit, fallback, denoise)
     with replacing(path) as part:
@@ -148,8 +151,9 @@ def page(
     denoise: bool = False,
 ) -> Page:
     """The page that :func:`export_html` writes."""
+    check_scene(scene)
     look = look or Look()
-    width, height = size or (scene.render.width, scene.render.height)
+    width, height = (scene.render.width, scene.render.height) if size is None else checked_size(size)
     settings = replace(scene.render, width=width, height=height)
     packed_for_page(scene, settings)  # refused here, not after the work
     if denoise:

@@ -5,6 +5,7 @@ Pixels are (h, w, 3) float32, row 0 at the top; those for PNG are sRGB values in
 A damaged file raises OSError, RuntimeError or ValueError, a valid one of a kind that is not read FragtracerError.
 """
 
+import io
 import json
 import os
 import subprocess
@@ -38,7 +39,8 @@ def write_exr(
         with OpenEXR.File(header, {"RGB": pixels, **planes}) as file:
             file.write(os.fsencode(path))
     except RuntimeError as error:
-        raise OSError(str(error)) from error
+        reason = str(error).rpartition('". ')[2]  # after the name of the temporary file
+        raise OSError(reason.removesuffix(".")) from error
 
 
 def read_exr(path: Path, layers: Sequence[str] = (), alpha: bool = False) -> Content:
@@ -79,8 +81,9 @@ def read_hdr(path: Path) -> Content:
 
 def write_npy(path: Path, pixels: FloatImage, metadata: Mapping[str, str]) -> None:
     """The bare array; the format has no place for metadata."""
-    with path.open("wb") as file:
-        np.save(file, pixels)
+    file = io.BytesIO()
+    np.save(file, pixels)  # to a file it would say of a full disk only how many bytes that has taken
+    path.write_bytes(file.getbuffer())
 
 
 def read_npy(path: Path) -> Content:

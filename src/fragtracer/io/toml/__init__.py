@@ -20,6 +20,7 @@ import rtoml
 import tomli_w
 
 from fragtracer import output, resources
+from fragtracer.arguments import check_scene
 from fragtracer.errors import OutputError, SceneError
 from fragtracer.io import SUFFIXES, files_of, read_model, staging
 from fragtracer.io import qualified as with_qualified_names
@@ -156,6 +157,7 @@ def save(scene: Scene, path: str | Path) -> None:
         If ``path`` does not end in .toml or cannot be written, or if a file that it refers to has a name that is not
         UTF-8.
     """
+    check_scene(scene)
     output.check_writable(path, [".toml"])
     stored = with_files(scene, Path(path))
     text = dump(stored, Path(path).parent)
