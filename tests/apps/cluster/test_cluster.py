@@ -63,6 +63,7 @@ def spoilt(client, tmp_path):
         fragtracer.__version__ = worker.__dict__.setdefault("_version", fragtracer.__version__)
         worker.close()
 
+    client.wait_for_workers(2, timeout=60)  # those of the test before may have died
     client.run(mend)
 
     def spoil(change, *arguments) -> str:
@@ -72,6 +73,7 @@ def spoilt(client, tmp_path):
 
     yield spoil
     flag.unlink()
+    client.wait_for_workers(2, timeout=60)  # those of the test before may have died
     client.run(mend)
 
 
