@@ -112,7 +112,8 @@ def test_the_command_line_names_an_environment(picture, monkeypatch, tmp_path):
     assert mine.std() > 0
     turned = sky("--environment", str(picture), "--environment-rotation", "120")
     assert not np.array_equal(mine, turned)
-    assert not sky("--environment", "none").any()
+    with pytest.warns(UserWarning, match="this scene has no light, and is black"):
+        assert not sky("--environment", "none").any()
 
 
 def test_a_picture_beside_another_light_is_named_as_the_file_names_it(picture, tmp_path):
