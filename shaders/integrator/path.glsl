@@ -249,8 +249,11 @@ void path_trace(inout Film film, ivec2 pixel, ivec2 numbers, int count) {
 #if FILM_LIGHT == FILM_LIGHT_UNTRACED
         light_traced_scatter(path.traced, vertex, hit, scattered, path.depth, path.passed);
 #endif
-        // Unit again: within glass, rounding adds up over hundreds of reflections, and spheres would be met from within.
-        path.ray = Ray(vertex_origin(vertex, scattered.wi), normalize(frame_to_world(vertex.frame, scattered.wi)));
+        // Unit again, by a step of Newton's method for the inverse root: within glass, rounding adds up over hundreds of
+        // reflections, and spheres would be met from within.
+        vec3 direction = frame_to_world(vertex.frame, scattered.wi);
+        direction *= 1.5 - 0.5 * dot(direction, direction);
+        path.ray = Ray(vertex_origin(vertex, scattered.wi), direction);
         path.throughput *= scattered.weight * vertex_shading_factor(vertex, scattered.wi);
         path.eta_scale *= square(scattered.eta);
         path.inside = interior_behind_vertex(vertex, scattered.wi);
