@@ -104,7 +104,7 @@ def path_class(mi: Any, dr: Any) -> type:
             seen, depth = seen | scatters, dr.select(scatters, depth + 1, depth)
 
             brightest = dr.max(throughput)
-            survival = dr.select(scatters & (depth >= self.rr_depth), dr.minimum(brightest, 0.95), 1)
+            survival = dr.select(scatters & (depth >= self.rr_depth), dr.minimum(brightest, 1), 1)
             active &= (brightest > 0) & (sampler.next_1d(active) < survival)
             throughput = dr.select(active, throughput / survival, throughput)
             return active, ray, radiance, throughput, scattered, pdf, alone, seen, depth, medium, sampler
