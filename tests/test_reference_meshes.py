@@ -144,7 +144,7 @@ CASES: dict[str, Callable[[], Scene]] = {
         CROWD[::5],
         spheres=[Sphere((0.0, 0.2, 0.5), 0.7, "m")],
     ),
-    "a coat over a normal map": lambda: scene(
+    "a coat and its base with normal maps of their own": lambda: scene(
         Material(
             albedo=(0.7, 0.2, 0.1),
             coat=1.0,
@@ -153,6 +153,8 @@ CASES: dict[str, Callable[[], Scene]] = {
             normal_texture=Texture(BUMPS),
             coat_texture=Texture(NUMBERS),
             coat_roughness_texture=Texture(PICTURE, channel="g"),
+            coat_normal_texture=Texture(BUMPS, scale=(2.0, 2.0), rotation=0.7),
+            coat_normal_scale=-0.7,
         ),
         globe(),
     ),

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // A clear coat over Cook-Torrance: GGX facets of a dielectric, and below them the base, which gets and gives what they
 // pass. Of light from an angle that is all but c R(cos), R being what cook_torrance.glsl takes a rough interface to
-// reflect. Directions are local to the coat, which has the normal of the surface, whatever a normal map makes of that of
-// the base (Khronos Group 2020, KHR_materials_clearcoat, with factors that are reciprocal). Values count what shading
-// normals take from each of the two.
+// reflect. Directions are local to the coat, whose normal is that of the surface or of a normal map of its own, whatever
+// another one makes of that of the base (Khronos Group 2020, KHR_materials_clearcoat, with factors that are reciprocal).
+// Values count what shading normals take from each of the two.
 #include "bsdf/cook_torrance.glsl"
 #include "bsdf/fresnel.glsl"
 #include "bsdf/ggx.glsl"

@@ -18,7 +18,7 @@ struct Bsdf {
     float coat_weight;   // of a clear coat
     float coat_alpha;    // its GGX width
     float coat_f0;       // its reflectance at normal incidence
-    vec3 base_normal;    // of what lies below a clear coat, local: a normal map bends that alone
+    vec3 base_normal;    // of what lies below a clear coat, local: normal maps bend the two apart
     vec3 base_tangent;   // perpendicular to it
     vec3 geometric;      // unit normal of the surface itself on the side of wo, local; of a clear coat
 };

@@ -58,11 +58,12 @@ Vertex vertex_at(Surface surface, Material material, vec3 direction, uint seed) 
     }
 #if HAS_EXACT_FRESNEL
     if (bsdf_is(vertex.bsdf, BSDF_COATED)) {
-        vec3 coat_normal = side * surface.shading_normal;
+        ClearCoat coat = clear_coat_load(material.record);
+        vec3 coat_normal = side * material_coat_normal(surface, coat);
         float coat_bend = u_has_shading_normals != 0 ? shading_normal_bend(coat_normal, normal, -direction) : 0.0;
         vertex.is_bent = vertex.is_bent || coat_bend > 0.0;
         if (coat_bend > 0.0) coat_normal = normalize(coat_normal - coat_bend * direction);
-        material_set_coat(vertex.bsdf, surface, clear_coat_load(material.record));
+        material_set_coat(vertex.bsdf, surface, coat);
         Frame base = vertex.frame;
         vertex.frame = frame_from_normal(coat_normal);
         vertex.bsdf.base_normal = frame_to_local(vertex.frame, base.normal);

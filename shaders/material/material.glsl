@@ -85,10 +85,11 @@ int material_texture(Maps maps, int use) {
 }
 #endif
 
-// The interpolated normal of a surface with what a normal map makes of it, whose value is `local`; on the side of the
-// surface's front. The tangent is made perpendicular to the normal; the bitangent is cross(normal, tangent) times the sign
+// The interpolated normal of a surface with what a normal map of the value `rgb` makes of it; on the side of the surface's
+// front. The tangent is made perpendicular to the normal; the bitangent is cross(normal, tangent) times the sign
 // in w (glTF 2.0, sections 3.7.2.1 and 3.9.3). Without a tangent nothing changes.
-vec3 material_mapped_normal(Surface surface, vec3 local) {
+vec3 material_mapped_normal(Surface surface, vec3 rgb, float scale) {
+    vec3 local = (2.0 * rgb - 1.0) * vec3(scale, scale, 1.0);
     vec3 normal = surface.shading_normal;
     vec3 along = surface.tangent.xyz - normal * dot(normal, surface.tangent.xyz);
     float size = length(along);
@@ -119,11 +120,7 @@ Material material_with_maps(Material material, inout Surface surface) {
             if (maps.metallic_channel >= 0) metallic *= texture_pick(maps.metallic_channel, value);
         }
         if (use == TEXTURE_EMISSION && !material_is_unlit(material)) material.emission *= value.rgb;
-        if (use == TEXTURE_NORMAL) {
-            vec3 local = 2.0 * value.xyz - 1.0;
-            local.xy *= maps.normal_scale;
-            surface.mapped_normal = material_mapped_normal(surface, local);
-        }
+        if (use == TEXTURE_NORMAL) surface.mapped_normal = material_mapped_normal(surface, value.rgb, maps.normal_scale);
     } while (uses != 0);
 #endif
     albedo = clamp(albedo, 0.0, 1.0);
@@ -191,6 +188,17 @@ void material_set_coat(inout Bsdf b, Surface surface, ClearCoat coat) {
     b.coat_weight = clamp(weight, 0.0, 1.0);
     b.coat_alpha = max(square(clamp(roughness, 0.0, 1.0)), ALPHA_DELTA);
     b.coat_f0 = coat.f0;
+}
+
+// The normal of a coat, on the side of the surface's front.
+vec3 material_coat_normal(Surface surface, ClearCoat coat) {
+#if HAS_TEXTURES
+    if (textures_change(TEXTURE_COAT_NORMAL) && coat.normal_texture >= 0) {
+        vec3 rgb = texture_value(texture_load(coat.normal_texture), surface.uv).rgb;
+        return material_mapped_normal(surface, rgb, coat.normal_scale);
+    }
+#endif
+    return surface.shading_normal;
 }
 
 // How facets are wider: of a texture, red and green are the direction in the plane of the tangent, which is turned by the

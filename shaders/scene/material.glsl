@@ -140,9 +140,13 @@ struct ClearCoat {
     int half_vector;  // 1: the base has the factor of the half vector
     int weight_texture;  // -1: there is none
     int roughness_texture;
+    int normal_texture;
+    float normal_scale;
 };
 ClearCoat clear_coat_of(uvec4 t0, uvec4 t1) {
-    return ClearCoat(uintBitsToFloat(t0.x), uintBitsToFloat(t0.y), uintBitsToFloat(t0.z), int(t0.w), int(t1.x), int(t1.y));
+    return ClearCoat(
+        uintBitsToFloat(t0.x), uintBitsToFloat(t0.y), uintBitsToFloat(t0.z), int(t0.w), int(t1.x), int(t1.y), int(t1.z),
+        uintBitsToFloat(t1.w));
 }
 ClearCoat clear_coat_load(int index) {
     int first = u_first_clear_coat + 2 * index;

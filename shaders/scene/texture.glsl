@@ -14,6 +14,7 @@ const int TEXTURE_ANISOTROPY = 64;
 const int TEXTURE_BLEND_WEIGHT = 128;
 const int TEXTURE_COAT = 256;
 const int TEXTURE_COAT_ROUGHNESS = 512;
+const int TEXTURE_COAT_NORMAL = 1024;
 
 const int TEXTURE_SRGB = 1;  // flags of a texture
 const int TEXTURE_FLOAT = 2;

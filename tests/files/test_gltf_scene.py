@@ -324,9 +324,12 @@ def lacquered(coat: dict[str, Any], **item: Any) -> Gltf:
 
 def test_a_coat(tmp_path: Path) -> None:
     maps = {"clearcoatTexture": {"index": 0}, "clearcoatRoughnessTexture": {"index": 0}}
+    maps |= {"clearcoatNormalTexture": {"index": 0, "scale": 0.5}}
     (made,) = lacquered(LACQUER | maps, normalTexture={"index": 0}).read(tmp_path).materials.values()
     assert (made.coat, made.coat_roughness, made.coat_ior) == (0.75, 0.25, 1.5)
     assert made.normal_texture is not None
+    assert made.coat_normal_texture == made.normal_texture
+    assert (made.normal_scale, made.coat_normal_scale) == (1.0, 0.5)
     for texture, channel in ((made.coat_texture, "r"), (made.coat_roughness_texture, "g")):
         assert texture is not None
         assert (texture.channel, texture.image.color_space) == (channel, "linear")
@@ -337,10 +340,11 @@ def test_a_coat_of_factor_0_is_none(tmp_path: Path) -> None:
     assert lacquered(off).read(tmp_path).materials == lacquered({}).read(tmp_path).materials
 
 
-@pytest.mark.parametrize("normal", [{}, {"normalTexture": {"index": 0}}])
-def test_normals_of_a_coat_are_ignored(tmp_path: Path, normal: dict[str, Any]) -> None:
-    gltf = lacquered(LACQUER | {"clearcoatNormalTexture": {"index": 0}}, **normal)
-    note = r"ignored: clearcoatNormalTexture of materials\[0\], whose coat has the normals of its mesh$"
+def test_normals_of_a_coat_by_other_coordinates_are_ignored(tmp_path: Path) -> None:
+    """The tangents are those of the other map."""
+    normals = {"clearcoatNormalTexture": {"index": 0, "texCoord": 1}}
+    gltf = lacquered(LACQUER | normals, normalTexture={"index": 0})
+    note = r"ignored: clearcoatNormalTexture of materials\[0\], which has not the coordinates of its normalTexture$"
     with pytest.warns(UserWarning, match=note):
         model = gltf.read(tmp_path)
     assert model.materials["material 0"].coat == 0.75

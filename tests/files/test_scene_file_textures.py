@@ -49,6 +49,7 @@ def test_every_key_survives_the_trip(tmp_path: Path) -> None:
     )
     rest = 'normal_scale = -2\nalpha_mode = "mask"\nalpha_cutoff = 0.25\nopacity = 0.5\ndouble_sided = false\n'
     rest += 'coat_texture = "maps/grey.png"\ncoat_roughness_texture = { file = "maps/wood.png", channel = "g" }\n'
+    rest += 'coat_normal_texture = "maps/grey.png"\ncoat_normal_scale = 2.0\n'
     scene = load(write(tmp_path, f'albedo_texture = {table}\nnormal_texture = "maps/wood.png"\nunlit = true\n{rest}'))
     texture = scene.materials["red"].albedo_texture
     assert isinstance(texture, Texture)
@@ -93,6 +94,26 @@ def test_mistakes_are_named(tmp_path: Path, value: str, message: str) -> None:
     [line] = str(raised.value).splitlines()
     assert "scene.toml: material.red.albedo_texture" in line
     assert message in line
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        (
+            'model = "plastic"\ncoat_normal_texture = "maps/wood.png"',
+            "coat_normal_texture means nothing to model = 'plastic'; leave it out",
+        ),
+        (
+            'coat = 1\nnormal_texture = "maps/wood.png"\n'
+            'coat_normal_texture = { file = "maps/wood.png", coordinates = 1 }',
+            "normal_texture and coat_normal_texture must have the same coordinates, which the tangents follow",
+        ),
+    ],
+    ids=["of a plastic", "by other coordinates"],
+)
+def test_normal_maps_that_cannot_be(tmp_path: Path, keys: str, message: str) -> None:
+    with pytest.raises(SceneError, match=f"material.red: {message}"):
+        load(write(tmp_path, keys))
 
 
 @pytest.mark.parametrize("value", [10**400, -(10**400), 1e39, float("nan"), True])

@@ -38,8 +38,8 @@ MUTATIONS = [
     Mutation(
         "scale of a normal map ignored",
         "material/material.glsl",
-        "    local.xy *= maps.normal_scale;\n",
-        "",
+        "* vec3(scale, scale, 1.0);",
+        ";",
         Check(test_material.test_mapped_normal, scale=0.5, sign=1.0),
     ),
     Mutation(

@@ -182,6 +182,7 @@ def test_unlit_shows_its_albedo(ctx: moderngl.Context) -> None:
 @pytest.mark.parametrize("scale", [1.0, 0.5, -2.0, 0.0])
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_mapped_normal(ctx: moderngl.Context, scale: float, sign: float) -> None:
+    """Of a surface, and of a coat that has a map of its own."""
     count = 200
     local = RNG.normal(size=(count, 3))
     local[:, 2] = np.abs(local[:, 2])
@@ -192,11 +193,23 @@ def test_mapped_normal(ctx: moderngl.Context, scale: float, sign: float) -> None
     tangent = RNG.normal(size=(count, 3))
     uv = np.stack([(np.arange(count) + 0.5) / count, np.full(count, 0.5)] * 2, axis=1)
     tangents = np.column_stack([tangent, np.full(count, sign)])
+    texture = Texture(image, filter="nearest")
     found = material_probe(
         ctx,
-        packed_materials([Material(normal_texture=Texture(image, filter="nearest"), normal_scale=scale)]),
-        "material_at(surface); value = surface.mapped_normal;",
-        {"index": np.zeros(count), "normal": normal, "uv": uv, "tangent": tangents},
+        packed_materials(
+            [
+                Material(normal_texture=texture, normal_scale=scale),
+                Material(coat=1.0, coat_normal_texture=texture, coat_normal_scale=scale),
+            ]
+        ),
+        "Material material = material_at(surface); value = surface.mapped_normal;"
+        "if (index == 1) value = material_coat_normal(surface, clear_coat_load(material.record));",
+        {
+            "index": np.repeat([0, 1], count),
+            "normal": np.tile(normal, (2, 1)),
+            "uv": np.tile(uv, (2, 1)),
+            "tangent": np.tile(tangents, (2, 1)),
+        },
         {"value": 3},
     )["value"]
     along = tangent - normal * (normal * tangent).sum(axis=1, keepdims=True)
@@ -204,7 +217,7 @@ def test_mapped_normal(ctx: moderngl.Context, scale: float, sign: float) -> None
     x, y, z = (local * (scale, scale, 1))[:, :, None].transpose(1, 0, 2)
     expected = x * along + y * sign * np.cross(normal, along) + z * normal
     expected /= np.linalg.norm(expected, axis=1, keepdims=True)
-    np.testing.assert_allclose(found, expected, atol=1e-5)
+    np.testing.assert_allclose(found, np.tile(expected, (2, 1)), atol=1e-5)
 
 
 def test_without_a_tangent_or_a_map_the_normal_stays(ctx: moderngl.Context) -> None:

@@ -169,7 +169,14 @@ def full_scene() -> Scene:
         "metal": Material(model="conductor", metal="gold", anisotropy=0.5),
         "varnish": Material(model="plastic", nonlinear=False),
         "satin": Material(model="rough-plastic"),
-        "lacquer": Material(coat=0.7, coat_roughness=0.2, coat_ior=1.4, coat_texture=Texture(image, channel="b")),
+        "lacquer": Material(
+            coat=0.7,
+            coat_roughness=0.2,
+            coat_ior=1.4,
+            coat_texture=Texture(image, channel="b"),
+            coat_normal_texture=Texture(image),
+            coat_normal_scale=0.5,
+        ),
         "cloud": Material(model="null", interior="haze", priority=1),
     }
     bumpy = replace(bumpy, blend="glass", blend_weight=0.7, blend_weight_texture=Texture(image, channel="g"))

@@ -292,7 +292,7 @@ def _maps(material: Material, index: Mapping[Texture, int]) -> dict[str, Any]:
     dielectric = replace(material, metal=None, metallic=0.0) if material.model == DEFAULT_MODEL else material
     numbers = {f"{name}_texture": index[textures[name]] if name in textures else -1 for name in TEXTURED}
     transmittance = numbers.pop("transmittance_texture")
-    for name in ("anisotropy", "blend_weight", "coat", "coat_roughness"):  # of records of their own
+    for name in ("anisotropy", "blend_weight", "coat", "coat_roughness", "coat_normal"):  # of records of their own
         del numbers[f"{name}_texture"]
     if material.is_dielectric:  # in the place of an albedo, which it has not
         numbers["albedo_texture"] = transmittance
@@ -313,7 +313,7 @@ def _maps(material: Material, index: Mapping[Texture, int]) -> dict[str, Any]:
 
 
 def _clear_coat(material: Material, index: Mapping[Texture, int]) -> dict[str, Any]:
-    weight, roughness = material.coat_texture, material.coat_roughness_texture
+    weight, roughness, normal = material.coat_texture, material.coat_roughness_texture, material.coat_normal_texture
     return {
         "weight": material.coat,
         "roughness": material.coat_roughness,
@@ -321,6 +321,8 @@ def _clear_coat(material: Material, index: Mapping[Texture, int]) -> dict[str, A
         "half_vector": _has_half_vector(material),
         "weight_texture": -1 if weight is None else index[weight],
         "roughness_texture": -1 if roughness is None else index[roughness],
+        "normal_texture": -1 if normal is None else index[normal],
+        "normal_scale": material.coat_normal_scale,
     }
 
 
@@ -373,7 +375,7 @@ def needed_attributes(scene: Scene) -> Iterable[str]:
         for part in mesh.parts
         for name in scene.blended(mesh.material_of(part))
     ]
-    has_bumps = any(material.normal_texture is not None for material, _ in parts)
+    has_bumps = any(material.normal_maps for material, _ in parts)
     has_brushing = any(material.anisotropy > 0 for material, _ in parts)
     if has_bumps or any(geometry.normals is not None for _, geometry in parts):
         yield "normal"

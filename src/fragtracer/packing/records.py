@@ -32,6 +32,7 @@ MATERIAL_RECORDS: dict[str, Record] = {
     "ClearCoat": (
         *(("weight", "float"), ("roughness", "float"), ("f0", "float"), ("half_vector", "int")),
         *(("weight_texture", "int"), ("roughness_texture", "int")),
+        *(("normal_texture", "int"), ("normal_scale", "float")),
     ),
     "Anisotropy": (("strength", "float"), ("cosine", "float"), ("sine", "float"), ("texture_index", "int")),
     "Opacity": (("opacity", "float"), ("mode", "int"), ("cutoff", "float"), ("texture_index", "int")),

@@ -169,7 +169,8 @@ def surface(material: Material, geometry: str, attributes: MeshAttributes, textu
         "normal_scale": float(material.normal_scale),
     }
     if material.is_coated:
-        tree |= {name: float(getattr(material, name)) for name in ("coat", "coat_f0", "coat_roughness")}
+        numbers = ("coat", "coat_f0", "coat_roughness", "coat_normal_scale")
+        tree |= {name: float(getattr(material, name)) for name in numbers}
     images: dict[str, tuple[Texture | None, Any]] = {
         "albedo": (material.albedo_texture, "color"),
         "alpha": (material.albedo_texture if material.alpha_mode != "opaque" else None, "a"),
@@ -177,6 +178,7 @@ def surface(material: Material, geometry: str, attributes: MeshAttributes, textu
         "metallic": (t := material.metallic_texture, t and t.channel),
         "coat": (t := material.coat_texture if material.is_coated else None, t and t.channel),
         "coat_roughness": (t := material.coat_roughness_texture if material.is_coated else None, t and t.channel),
+        "coat_normal": (material.coat_normal_texture if material.is_coated else None, "color"),
         "normal": (material.normal_texture, "color"),
     }
     for name, (texture, use) in images.items():

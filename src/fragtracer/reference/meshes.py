@@ -42,7 +42,7 @@ class MeshAttributes:
         texture = material.emission_texture or material.albedo_texture if material.is_emissive else None
         return cls(
             geometry.normals is not None,
-            any(part.normal_texture is not None for part in blended) and geometry.tangents is not None,
+            any(part.normal_maps for part in blended) and geometry.tangents is not None,
             geometry.colors is not None,
             alpha,
             texture.coordinates if texture else 0,
@@ -60,8 +60,8 @@ class MeshAttributes:
 
 
 def with_needed_tangents(geometry: Geometry, blended: Sequence[Material]) -> Geometry:
-    """The geometry with the tangents that a normal map needs, the first of those ``blended``."""
-    maps = [part.normal_texture for part in blended if part.normal_texture]
+    """The geometry with the tangents that normal maps need, those of the first of ``blended``."""
+    maps = [texture for part in blended for texture in part.normal_maps]
     return with_tangents(geometry, maps[0].coordinates) if maps else geometry
 
 

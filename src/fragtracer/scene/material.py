@@ -21,7 +21,7 @@ from fragtracer.scene.texture import Texture
 # The parameters that can be textured, by the field NAME_texture.
 DEFAULT_MODEL: Final = "metallic-roughness"
 _BRUSHED = ("anisotropy", "anisotropy_rotation_degrees")
-_COAT = ("coat", "coat_roughness", "coat_ior")
+_COAT = ("coat", "coat_roughness", "coat_ior", "coat_normal_scale")
 LEAST_COAT_ALPHA = 1e-4  # a coat is never a perfect mirror
 # The keys that mean something to each model besides those of all: textures of these, emission, opacity, sides, normals.
 MODELS: dict[str, tuple[str, ...]] = {
@@ -55,7 +55,7 @@ _OF_MODELS = {key for keys in MODELS.values() for key in keys}
 _OF_OTHERS = {model: sorted(_OF_MODELS - set(keys)) for model, keys in MODELS.items()}  # keys that mean nothing to it
 TEXTURED = (
     *("albedo", "roughness", "metallic", "normal", "occlusion", "emission", "transmittance", "anisotropy"),
-    *("blend_weight", "coat", "coat_roughness"),
+    *("blend_weight", "coat", "coat_roughness", "coat_normal"),
 )
 _TEXTURE_FIELDS = {name: f"{name}_texture" for name in TEXTURED}
 
@@ -97,7 +97,8 @@ class Material:
 
     ``coat`` is the weight of a clear coat over a metallic-roughness material, as lacquer on paint: of a dielectric of
     the index ``coat_ior``, by facets of a GGX width of ``coat_roughness**2``, which is never a perfect mirror
-    (shaders/bsdf/coated.glsl; glTF's ``KHR_materials_clearcoat``). A normal texture bends the base, not the coat.
+    (shaders/bsdf/coated.glsl; glTF's ``KHR_materials_clearcoat``). ``normal_texture`` bends the base, and
+    ``coat_normal_texture``, with its ``coat_normal_scale``, the coat.
 
     A texture multiplies the parameter of its name; those of numbers, such as roughness, use one channel of it. Of
     ``anisotropy_texture`` that is blue, while red and green, times 2 less 1, are the direction from the tangent along
@@ -141,6 +142,8 @@ class Material:
     coat_ior: Annotated[float, Field(ge=1, le=LARGEST)] = 1.5
     coat_texture: Texture | None = None
     coat_roughness_texture: Texture | None = None
+    coat_normal_texture: Texture | None = None
+    coat_normal_scale: Number = 1.0
     transmittance: Reflectance = (1.0, 1.0, 1.0)
     attenuation_color: Reflectance = (1.0, 1.0, 1.0)
     attenuation_distance: Positive = 1.0
@@ -172,6 +175,10 @@ class Material:
     def __post_init__(self) -> None:
         self._check_model()
         self._check_blend()
+        if len({texture.coordinates for texture in self.normal_maps}) > 1:
+            raise ValueError(
+                "normal_texture and coat_normal_texture must have the same coordinates, which the tangents follow"
+            )
         if min(self.attenuation_color) <= 0:
             raise ValueError("attenuation_color must be greater than 0; 0.001 is all but black")
         if self.interior is not None and min(self.attenuation_color) < 1:
@@ -204,7 +211,7 @@ class Material:
 
     def _check_model(self) -> None:
         for key in _OF_OTHERS[self.model]:
-            names = (key, f"{key}_texture")
+            names = (key, f"{key.removesuffix('_scale')}_texture")
             given = next((k for k in names if getattr(self, k, None) != getattr(Material, k, None)), None)
             if given:
                 keys = ", ".join(MODELS[self.model])
@@ -253,10 +260,16 @@ class Material:
         return self.alpha + (1 - self.alpha) * self.anisotropy**2
 
     @property
+    def normal_maps(self) -> list[Texture]:
+        """Those of base and coat, as far as it has them."""
+        of_coat = self.coat_normal_texture if self.is_coated else None
+        return [texture for texture in (self.normal_texture, of_coat) if texture is not None]
+
+    @property
     def tangent_coordinates(self) -> int | None:
         """The set of texture coordinates that tangents follow, None where it needs no tangents."""
-        if self.normal_texture is not None:
-            return self.normal_texture.coordinates
+        if self.normal_maps:
+            return self.normal_maps[0].coordinates
         if self.anisotropy > 0 and self.anisotropy_texture is not None:
             return self.anisotropy_texture.coordinates
         return 0 if self.anisotropy > 0 else None

@@ -81,7 +81,7 @@ class Materials:
         old = self._container.extension(gltf.SpecularGlossiness, item, "KHR_materials_pbrSpecularGlossiness", place)
         made |= self._reflectance(item, place) if old is None else self._specular_glossiness(old, place)
         made |= self._anisotropy(item, place)
-        coat = self._coat(item, place, made["unlit"])
+        coat = self._coat(item, place, made["unlit"], made["normal_texture"])
         made |= coat
         if item.alphaMode == "MASK" and item.alphaCutoff > 1:  # above every alpha
             made["opacity"] = 0.0
@@ -150,21 +150,25 @@ class Materials:
             "anisotropy_texture": self._texture(found.anisotropyTexture, place, "linear"),
         }
 
-    def _coat(self, item: gltf.Material, place: str, unlit: bool) -> dict[str, Any]:
+    def _coat(self, item: gltf.Material, place: str, unlit: bool, of_base: Texture | None) -> dict[str, Any]:
         found = self._container.extension(gltf.Clearcoat, item, "KHR_materials_clearcoat", place)
         if found is None or found.clearcoatFactor == 0:
             return {}
         if unlit:
             self.notes.append(f"KHR_materials_clearcoat of {place}, which is unlit")
             return {}
-        if found.clearcoatNormalTexture:
-            self.notes.append(f"clearcoatNormalTexture of {place}, whose coat has the normals of its mesh")
-        return {
+        made: dict[str, Any] = {
             "coat": found.clearcoatFactor,
             "coat_roughness": found.clearcoatRoughnessFactor,
             "coat_texture": self._texture(found.clearcoatTexture, place, "linear"),
             "coat_roughness_texture": self._texture(found.clearcoatRoughnessTexture, place, "linear", "g"),
         }
+        normal = self._texture(found.clearcoatNormalTexture, place, "linear")
+        if normal and of_base and normal.coordinates != of_base.coordinates:
+            self.notes.append(f"clearcoatNormalTexture of {place}, which has not the coordinates of its normalTexture")
+        elif normal and found.clearcoatNormalTexture:
+            made |= {"coat_normal_texture": normal, "coat_normal_scale": found.clearcoatNormalTexture.scale}
+        return made
 
     def _specular_glossiness(self, old: gltf.SpecularGlossiness, place: str) -> dict[str, Any]:
         """The specular-glossiness workflow, which replaces metallic-roughness."""

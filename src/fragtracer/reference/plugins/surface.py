@@ -3,14 +3,15 @@
 
 Its parameters: ``model`` (models/), ``albedo`` (three numbers), ``roughness``, ``metallic``, ``specular``,
 ``dielectric_f0`` (three numbers), ``geometry``, ``diffuse_factor``, ``opacity``, ``alpha_mode`` ("opaque", "mask" or
-"blend"), ``alpha_cutoff``, ``double_sided``, ``normal_scale``, of a coat (coat.py) ``coat``, ``coat_roughness`` and
-``coat_f0`` (a number); and children ``albedo_texture``, ``alpha_texture``, ``roughness_texture``, ``metallic_texture``,
-``coat_texture``, ``coat_roughness_texture`` and ``normal_texture``, each a ``fragtracer_texture`` and
-each with its set of coordinates, as ``albedo_set``: "uv", or the name of an attribute of the mesh.
+"blend"), ``alpha_cutoff``, ``double_sided``, ``normal_scale``, of a coat (coat.py) ``coat``, ``coat_roughness``,
+``coat_f0`` (a number) and ``coat_normal_scale``; and children ``albedo_texture``, ``alpha_texture``,
+``roughness_texture``, ``metallic_texture``, ``coat_texture``, ``coat_roughness_texture``, ``coat_normal_texture`` and
+``normal_texture``, each a ``fragtracer_texture`` and each with its set of
+coordinates, as ``albedo_set``: "uv", or the name of an attribute of the mesh.
 
 The mesh has face normals, so that Mitsuba's normal is the geometric one. Shading normals that face away from
 the viewer are bent towards it, and scattering fades out towards the geometric horizon, so that no light leaks
-and no triangle edge shows (Chiang, Li and Burley 2019). The normal map is of the base alone, not of its coat.
+and no triangle edge shows (Chiang, Li and Burley 2019). Base and coat have each a normal map of its own.
 Attributes of the mesh, ``vertex_shading`` (shading normal), ``vertex_tangent`` and ``vertex_handed`` (glTF's tangent
 and its sign), ``vertex_color`` and ``vertex_alpha`` are read where ``has_shading`` and so on are true.
 """
@@ -36,14 +37,15 @@ def surface_class(mi: Any, dr: Any) -> type:
             defaults |= {"coat": 0, "coat_roughness": 0, "coat_f0": 0}
             self.values = {name: mi.Float(float(props.get(name, default))) for name, default in defaults.items()}
             self.is_coated = float(props.get("coat", 0)) > 0
-            self.normal_scale, self.cutoff = float(props.get("normal_scale", 1)), float(props.get("alpha_cutoff", 0.5))
+            self.scales = {n: float(props.get(f"{n}_scale", 1)) for n in ("normal", "coat_normal")}
+            self.cutoff = float(props.get("alpha_cutoff", 0.5))
             self.albedo = mi.Color3f([float(x) for x in props["albedo"]])
             self.dielectric_f0 = mi.Color3f([float(x) for x in props.get("dielectric_f0", [0.0, 0.0, 0.0])])
             self.geometry, self.alpha_mode = str(props.get("geometry", "smith")), str(props.get("alpha_mode", "opaque"))
             self.model = str(props.get("model", "metallic-roughness"))
             self.diffuse_factor = str(props.get("diffuse_factor", "interface"))
             self.double_sided = bool(props.get("double_sided", True))
-            names = ("albedo", "alpha", "roughness", "metallic", "coat", "coat_roughness", "normal")
+            names = ("albedo", "alpha", "roughness", "metallic", "coat", "coat_roughness", "coat_normal", "normal")
             self.textures = {n: props[f"{n}_texture"] for n in names if f"{n}_texture" in props}
             self.sets = {n: str(props.get(f"{n}_set", "uv")) for n in names}
             attributes = ("shading", "tangent", "color", "alpha")
@@ -152,18 +154,19 @@ def surface_class(mi: Any, dr: Any) -> type:
             (frame, front), lobes = self._frame(si, active), self._lobes(si, active)
             if not self.is_coated:
                 return frame, front, lobes
-            own = mi.Frame3f(_bent(self._shading_normal(si, active), si))
-            base = mi.Frame3f(own.to_local(frame.n)) if self._is_mapped() else None
-            front = own.to_local(frame.to_world(front))
+            own, own_front = self._frame(si, active, "coat_normal")
+            is_apart = self._is_mapped("normal") or self._is_mapped("coat_normal")
+            base = mi.Frame3f(own.to_local(frame.n)) if is_apart else None
             alpha = dr.maximum(dr.square(self._number("coat_roughness", si, active)), DELTA_ALPHA)
             coat = self._number("coat", si, active), self.values["coat_f0"], alpha
-            return own, front, Coated.of(lobes, *coat, base, front)
+            return own, own_front, Coated.of(lobes, *coat, base, own_front)
 
-        def _frame(self, si: Any, active: Any) -> Any:
-            """The frame around the shading normal, and in it the geometric normal, both on the viewer's side."""
+        def _frame(self, si: Any, active: Any, name: str = "normal") -> Any:
+            """The frame around the shading normal as the normal map of a ``name`` has it, and in it the geometric
+            normal, both on the viewer's side."""
             normal = self._shading_normal(si, active)
-            if self._is_mapped():
-                normal = self._mapped(normal, si, active)
+            if self._is_mapped(name):
+                normal = self._mapped(name, normal, si, active)
             frame = mi.Frame3f(_bent(normal, si))
             return frame, frame.to_local(mi.Vector3f(si.n) * _side(si))
 
@@ -175,12 +178,12 @@ def surface_class(mi: Any, dr: Any) -> type:
             given = si.shape.eval_attribute_3("vertex_shading", si, active)
             return _unit(dr.mulsign(mi.Vector3f(given), dr.dot(given, si.n)), normal)
 
-        def _is_mapped(self) -> bool:
-            return "normal" in self.textures and self.has["tangent"]
+        def _is_mapped(self, name: str) -> bool:
+            return name in self.textures and self.has["tangent"]
 
-        def _mapped(self, normal: Any, si: Any, active: Any) -> Any:
-            """The normal of the normal map, in the tangent frame of glTF 2.0, section 3.7.2.1."""
-            texel = self.textures["normal"].at(si, self._uv("normal", si, active), active)
+        def _mapped(self, name: str, normal: Any, si: Any, active: Any) -> Any:
+            """The normal of the normal map of a ``name``, in the tangent frame of glTF 2.0, section 3.7.2.1."""
+            texel = self.textures[name].at(si, self._uv(name, si, active), active)
             x, y, z = (2 * c - 1 for c in texel)
             given = mi.Vector3f(si.shape.eval_attribute_3("vertex_tangent", si, active))
             handed = dr.sign(si.shape.eval_attribute_1("vertex_handed", si, active))
@@ -188,7 +191,7 @@ def surface_class(mi: Any, dr: Any) -> type:
             known = dr.squared_norm(tangent) > 0
             tangent = _unit(tangent, tangent)
             bitangent = dr.cross(normal, tangent) * handed
-            mapped = x * self.normal_scale * tangent + y * self.normal_scale * bitangent + z * normal
+            mapped = self.scales[name] * (x * tangent + y * bitangent) + z * normal
             return dr.select(known, _unit(mapped, normal), normal)
 
     def _side(si: Any) -> Any:

@@ -103,6 +103,9 @@ def _coat(material: Material) -> dict[str, object]:
     if material.coat > 0:
         new["coat_roughness"] = widgets.slider("Coat roughness", material.coat_roughness, 0.0, 1.0, "%.2f")
         new["coat_ior"] = widgets.slider("Coat index", material.coat_ior, 1.0, 3.0, "%.3f")
+        if material.coat_normal_texture is not None:
+            scale = widgets.number("Coat normal scale", material.coat_normal_scale, 0.01, -10.0, 10.0, "%.2f")
+            new["coat_normal_scale"] = scale
     return new
 
 
