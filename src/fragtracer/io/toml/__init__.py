@@ -11,7 +11,7 @@ The tables are ``[camera]``, ``[render]``, ``[ambient]``, ``[environment]``, ``[
 
 import re
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -51,8 +51,9 @@ def load(name_or_path: str | Path, light_models: bool = True) -> Scene:
     SceneError
         If the file cannot be read or is not a scene; the message has a line for each mistake.
     """
-    path = _bundled_files().get(str(name_or_path), Path(name_or_path))
-    with _told(path, f"no such file or bundled scene; {suggest(path.stem, _bundled_files())}"):
+    files = _bundled_files()
+    path = files.get(str(name_or_path), Path(name_or_path))
+    with _told(path, lambda: f"no such file or bundled scene; {suggest(path.stem, files)}"):
         if path.suffix.lower() in SUFFIXES:
             return staging.stage(with_qualified_names(read_model(path), stem(path)), stem(path), light_models)
         if path.suffix.lower() != ".toml" and path.is_file():
@@ -63,19 +64,19 @@ def load(name_or_path: str | Path, light_models: bool = True) -> Scene:
 
 def read_document(path: Path) -> dict[str, Any]:
     """The tables of a TOML file. Raises :class:`SceneError` if it cannot be read or is none."""
-    with _told(path, "no such file"):
+    with _told(path, lambda: "no such file"):
         return _toml(path.read_bytes().decode("utf-8-sig"), path)
 
 
 @contextmanager
-def _told(path: Path, missing: str) -> Iterator[None]:
-    """Make :class:`SceneError` of what goes wrong as a file is read."""
+def _told(path: Path, missing: Callable[[], str]) -> Iterator[None]:
+    """Make :class:`SceneError` of what goes wrong as a file is read, with what is to be said where there is none."""
     try:
         yield
     except UnicodeDecodeError as error:
         raise SceneError(f"{path}: not UTF-8 text at byte {error.start}; save the file as UTF-8") from error
     except (FileNotFoundError, NotADirectoryError) as error:
-        raise SceneError(f"{path}: {missing}") from error
+        raise SceneError(f"{path}: {missing()}") from error
     except (OSError, ValueError) as error:
         raise SceneError(f"{path}: cannot read: {getattr(error, 'strerror', None) or error}") from error
 
