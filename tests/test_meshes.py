@@ -32,8 +32,10 @@ from fragtracer.scene import (
     RenderSettings,
     Scene,
     Sphere,
+    Texture,
     Triangle,
 )
+from fragtracer.scene import Image as Pixels
 
 BATCHES = 8
 LEVEL = 1e-3
@@ -228,6 +230,34 @@ def test_copies_are_where_their_matrices_put_them(
     assert pack(copied, scene.render, 32, 32).features["HAS_INSTANCES"] == (most_copied == 0)
     agree(expected, batches(ctx, copied, 128, range(100, 100 + BATCHES)))
     hierarchy.pack_bvh.cache_clear()
+
+
+def test_copies_have_the_normals_of_a_mesh_that_is_there_once(
+    ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Unit vectors at the vertices of the copy, between which they are interpolated; so too the tangents, which a
+    normal map shows."""
+    points, triangles = ball(8, 4)
+    uvs = np.column_stack([np.arctan2(points[:, 0], points[:, 2]) / (2 * np.pi), points[:, 1]])
+    body = Geometry(points, triangles, points, uvs)
+    bumps = Texture(Pixels(np.array([[[0.8, 0.3, 0.7]]]), "linear"))
+    flat = Placement((0.7, 0.4, 0.2), (0, 50, 0), (-0.5, 0.1, 0.9))
+    scene = replace(
+        lit_corner(),
+        spheres=(),
+        materials=lit_corner().materials | {"ball": Material(normal_texture=bumps)},
+        meshes=(Mesh((Part(body, "ball"),), (PLACEMENTS[0], flat)),),
+    )
+    found = []
+    for most_copied in (10**6, 0):
+        monkeypatch.setattr(instances, "MOST_REPEATED", most_copied)
+        hierarchy.pack_bvh.cache_clear()
+        with Renderer(scene, (96, 64), context=ctx, spp=1) as renderer:
+            renderer.render()
+            found.append(renderer.aov("normal"))
+    hierarchy.pack_bvh.cache_clear()
+    assert np.ptp(found[0]) > 1
+    np.testing.assert_allclose(found[0], found[1], atol=2e-4)  # the flat copy is seen at grazing angles
 
 
 def fails(*_: object, **__: object) -> None:

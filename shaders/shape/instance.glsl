@@ -17,8 +17,6 @@ mat3 instance_matrix(Instance instance) {
     return inverse(transpose(mat3(instance.row_x, instance.row_y, instance.row_z)));
 }
 
-// A normal in the scene, not of unit length; its front stays the front even through a mirror.
-vec3 instance_normal_to_world(Instance instance, vec3 n) {
-    return n.x * instance.row_x + n.y * instance.row_y + n.z * instance.row_z;
-}
+// Of normals, whose lengths it changes; their front stays the front even through a mirror.
+mat3 instance_normal_matrix(Instance instance) { return mat3(instance.row_x, instance.row_y, instance.row_z); }
 #endif

@@ -49,6 +49,21 @@ vec3 triangle_normal(vec3 a, vec3 b, vec3 c) {
 }
 
 #if HAS_MESHES
+// A direction between those of three vertices, which are unit vectors in the scene, with barycentric coordinates b; in w
+// what lies there beside them.
+vec4 triangle_direction(int first, uvec3 vertices, vec3 b, mat3 to_world) {
+#if HAS_INSTANCES
+    vec4 sum = vec4(0.0);
+    for (int i = 0; i < 3; i++) {
+        vec4 value = vertex_texel(first + int(vertices[i]));
+        sum += b[i] * vec4(unit_or(to_world * value.xyz, vec3(0.0)), value.w);
+    }
+    return sum;
+#else
+    return vertex_interpolate(first, vertices, b);
+#endif
+}
+
 void triangle_set_surface(inout Surface surface, Hit hit, Triangle t) {
     vec3 b = vec3(1.0 - hit.barycentrics.x - hit.barycentrics.y, hit.barycentrics);
     surface.position = b.x * t.a + b.y * t.b + b.z * t.c;
@@ -57,25 +72,28 @@ void triangle_set_surface(inout Surface surface, Hit hit, Triangle t) {
     surface.light = t.density > 0.0 ? u_mesh_light : -1;
     surface.light_density = t.density;
     vec3 bounds = max(abs(t.a), max(abs(t.b), abs(t.c)));
-    vec3 shading_normal = vec3(0.0);
-    if (vertices_have(ATTRIBUTE_NORMAL)) shading_normal = vertex_interpolate(u_first_normal, t.vertices, b).xyz;
     if (vertices_have(ATTRIBUTE_UV)) surface.uv = vertex_interpolate(u_first_uv, t.vertices, b);
-    if (vertices_have(ATTRIBUTE_TANGENT)) surface.tangent = vertex_interpolate(u_first_tangent, t.vertices, b);
     if (vertices_have(ATTRIBUTE_COLOR)) surface.color = vertex_interpolate(u_first_color, t.vertices, b);
+    mat3 to_world = mat3(1.0), normals_to_world = mat3(1.0);
 #if HAS_INSTANCES
     if (hit.instance >= 0) {
         Instance instance = instance_load(hit.instance);
-        mat3 to_world = instance_matrix(instance);
+        to_world = instance_matrix(instance);
+        normals_to_world = instance_normal_matrix(instance);
         surface.position = to_world * surface.position + instance.translation;
-        surface.normal = normalize(instance_normal_to_world(instance, surface.normal));
+        surface.normal = normalize(normals_to_world * surface.normal);
         surface.material = int(instance.material);
         bounds = abs(instance.translation) + abs(to_world[0]) * bounds.x + abs(to_world[1]) * bounds.y + abs(to_world[2]) * bounds.z;
-        shading_normal = instance_normal_to_world(instance, shading_normal);
-        surface.tangent = vec4(to_world * surface.tangent.xyz, determinant(to_world) < 0.0 ? -surface.tangent.w : surface.tangent.w);
     }
 #endif
+    vec3 shading_normal = vec3(0.0);
+    if (vertices_have(ATTRIBUTE_NORMAL)) shading_normal = triangle_direction(u_first_normal, t.vertices, b, normals_to_world).xyz;
     surface.shading_normal = unit_or(shading_normal, surface.normal);
-    surface.tangent = vec4(unit_or(surface.tangent.xyz, vec3(0.0)), surface.tangent.w < 0.0 ? -1.0 : 1.0);
+    if (vertices_have(ATTRIBUTE_TANGENT)) {
+        vec4 tangent = triangle_direction(u_first_tangent, t.vertices, b, to_world);
+        bool is_left_handed = (tangent.w < 0.0) != (determinant(to_world) < 0.0);
+        surface.tangent = vec4(unit_or(tangent.xyz, vec3(0.0)), is_left_handed ? -1.0 : 1.0);
+    }
     surface.extent = max_component(max(bounds, abs(surface.position)));
 }
 #endif

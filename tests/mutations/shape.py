@@ -179,8 +179,8 @@ MUTATIONS = [
     Mutation(
         "normal of a copy taken along as a point",
         "shape/instance.glsl",
-        "n.x * instance.row_x + n.y * instance.row_y + n.z * instance.row_z",
-        "instance_matrix(instance) * n",
+        "return mat3(instance.row_x, instance.row_y, instance.row_z);",
+        "return instance_matrix(instance);",
         Check(test_mesh.test_surface, most_repeated=0),
     ),
     Mutation(
