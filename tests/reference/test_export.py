@@ -128,6 +128,17 @@ def test_disks_spot_and_directional_lights_are_exported(mi, tmp_path, plugin, in
     assert f"<!-- {notes[2]} -->" in (tmp_path / "scene.xml").read_text()
 
 
+@pytest.mark.parametrize(("radius", "kind"), [(0.1, "point"), (2.0, "sphere")])
+def test_a_far_lamp_is_as_bright(mi, tmp_path, radius, kind):
+    """Of a small one Mitsuba rounds the solid angle, to 1.4 times as much here."""
+    lamp = Light((0.0, 200.0, -275.0), radius, power=1e6)
+    scene = replace(lit_scene(SpotLight((0.5, 3.0, 0.0), (0.0, -2.0, 0.0), 50.0)), spot_lights=[], lights=[lamp])
+    notes = export_mitsuba(scene, tmp_path)
+    expected = render_reference(scene, spp=256)[0]
+    assert load_and_render(mi, tmp_path).mean() == pytest.approx(expected.mean(), rel=0.01)
+    assert any(note.startswith("light_0: point, nearly the same: no width") for note in notes) == (kind == "point")
+
+
 def leaf_scene():
     """Meshes with all that a mesh can bring."""
     rng = np.random.default_rng(3)

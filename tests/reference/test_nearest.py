@@ -63,7 +63,7 @@ def test_eon_has_no_specular_lobe(tmp_path: Path, roughness: float, text: str) -
 
 
 def test_colors_of_vertices_multiply_the_albedo(tmp_path: Path) -> None:
-    tree, _, note = nearest(tmp_path, Material(albedo=BASE), COLORS)
+    tree, _, note = nearest(tmp_path, Material(albedo=BASE, metallic=1.0), COLORS)
     assert tree["bsdf"]["base_color"] == {"type": "mesh_attribute", "name": "vertex_color"}
     np.testing.assert_allclose(vertices(tmp_path, *"rgb"), COLORS[:, :3] * BASE, rtol=1e-6)
     assert "colours of vertices" not in note
@@ -73,7 +73,7 @@ def test_colors_of_vertices_multiply_the_albedo(tmp_path: Path) -> None:
 
 def test_each_part_of_a_blend_has_its_own_colors_of_vertices(tmp_path: Path) -> None:
     metal = Material(metal="gold")
-    tree, _, _ = nearest(tmp_path, Material(albedo=BASE, blend="metal"), COLORS, metal=metal)
+    tree, _, _ = nearest(tmp_path, Material(albedo=BASE, metallic=1.0, blend="metal"), COLORS, metal=metal)
     assert tree["bsdf_0"]["bsdf"]["base_color"]["name"] == "vertex_color"
     assert tree["bsdf_1"]["bsdf"]["base_color"]["name"] == "vertex_blended"
     np.testing.assert_allclose(vertices(tmp_path, *"rgb"), COLORS[:, :3] * BASE, rtol=1e-6)
@@ -94,7 +94,8 @@ def test_alpha_of_vertices(tmp_path: Path) -> None:
 
 def test_vertices_are_opened(mi: Any, tmp_path: Path) -> None:
     """Mitsuba finds the colours of both parts of a blend, and the alpha, where they are looked up."""
-    nearest(tmp_path, Material(albedo=BASE, blend="white"), COLORS, white=Material(albedo=1.0))
+    white = Material(albedo=1.0, specular=0.0)
+    nearest(tmp_path, Material(albedo=BASE, specular=0.0, blend="white"), COLORS, white=white)
     world = mi.load_file(str(tmp_path / "scene.xml"))
     si = world.ray_intersect(mi.Ray3f(mi.Point3f(0.9999, 0.9999, 5), mi.Vector3f(0, 0, -1)))
     for name, expected in (("vertex_color", BASE), ("vertex_blended", (1.0, 1.0, 1.0))):
@@ -190,6 +191,35 @@ def test_notes_are_of_what_the_tree_has(tmp_path: Path, material: Material, expe
     assert re.fullmatch(expected, note)
     if not material.double_sided:
         assert tree["type"] != "twosided"
+
+
+WHITE = Texture(Image(np.full((1, 1, 3), 255, np.uint8)))
+
+
+def test_the_base_is_as_bright_with_a_texture_or_colours_of_vertices(tmp_path: Path) -> None:
+    """``principled`` loses next to nothing of it: a lower albedo stands for what our interface reflects."""
+    material = Material(albedo=BASE, f0=(0.04, 0.08, 0.3))
+    expected = nearest(tmp_path, material)[0]["bsdf"]["base_color"]["value"]
+    assert (np.array(expected) < np.multiply(BASE, (0.9, 0.82, 0.5))).all()
+    textured = nearest(tmp_path, replace(material, albedo_texture=WHITE))[0]["bsdf"]["base_color"]
+    np.testing.assert_allclose(pixels(textured)[0, 0], expected, rtol=1e-3)
+    nearest(tmp_path, material, np.ones((4, 3)))
+    np.testing.assert_allclose(vertices(tmp_path, "r", "g", "b")[0], expected, rtol=1e-5)
+
+
+def test_of_what_is_a_metal_in_part_the_base_alone_is_darker(tmp_path: Path) -> None:
+    material = Material(albedo=BASE, metallic=0.25)
+    base = nearest(tmp_path, material)[0]["bsdf"]["bsdf_0"]["base_color"]["value"]
+    in_part = 0.75 * np.array(base) + 0.25 * np.array(BASE)
+    others: Any
+    for others, expected, is_told in (
+        ({}, in_part, False),
+        ({"metallic": 1.0}, BASE, False),
+        ({"metallic_texture": WHITE}, BASE, True),
+    ):
+        tree, _, note = nearest(tmp_path, replace(material, albedo_texture=WHITE, **others))
+        np.testing.assert_allclose(pixels(tree["bsdf"]["base_color"])[0, 0], expected, rtol=1e-3)
+        assert ("a base 20 % brighter" in note) == is_told
 
 
 def test_notes_are_of_all_meshes(tmp_path: Path) -> None:

@@ -96,7 +96,7 @@ def _notes(scene: Scene, plugin: bool, tree: Tree) -> dict[str, str]:
     for kind in LIGHTS:
         for i, light in enumerate(getattr(scene, kind)):
             key = f"{kind.removesuffix('s')}_{i}"
-            if text := lights.note(light, plugin):
+            if text := lights.note(light, scene.camera.target, plugin):
                 notes[key] = f"{key}: {text}"
     return notes
 

@@ -11,30 +11,43 @@ import numpy as np
 from fragtracer.reference.plugins import SPHERE_LIGHT, SPOT
 from fragtracer.reference.shapes import Tree, rgb, towards
 from fragtracer.scene import DirectionalLight, Light, SpotLight
+from fragtracer.scene.fields import Triple
 
 TYPES = ("area", "point", "spot", "directional", SPOT, SPHERE_LIGHT)  # of emitters below
 
 
-def emitter(light: Any, plugins: bool) -> Tree:
-    """A light of any kind, with fragtracer's own ``plugins`` where Mitsuba has none that is the same."""
+_FARTHEST = 400  # radii from a sphere, beyond which Mitsuba's 1 - cos of its cone is off by more than 1 %
+
+
+def emitter(light: Any, target: Triple, plugins: bool) -> Tree:
+    """A light of any kind, with fragtracer's own ``plugins`` where Mitsuba has none that is the same, or else the
+    nearest to it as seen from the camera's ``target``."""
     match light:
         case SpotLight():
             return _spot(light) if plugins else _nearest_spot(light)
         case DirectionalLight():
             return _directional(light)
         case Light():
-            return _light(light, plugins)
+            return _light(light, target, plugins)
     raise TypeError(f"there is no {type(light).__name__} in Mitsuba")
 
 
-def note(light: Any, plugins: bool) -> str | None:
+def note(light: Any, target: Triple, plugins: bool) -> str | None:
     """What a light becomes in an exported scene, and how near that is; None where it is the same."""
-    return _spot_note(light, plugins) if isinstance(light, SpotLight) else None
+    if isinstance(light, SpotLight):
+        return _spot_note(light, plugins)
+    if isinstance(light, Light) and light.radius > 0 and not plugins and _is_far(light, target):
+        return "point, nearly the same: no width, of so small a sphere Mitsuba would round the solid angle"
+    return None
 
 
-def _light(light: Light, plugins: bool) -> Tree:
+def _is_far(light: Light, target: Triple) -> bool:
+    return math.dist(light.position, target) > _FARTHEST * light.radius
+
+
+def _light(light: Light, target: Triple, plugins: bool) -> Tree:
     """A ``point`` emitter, or a black sphere that emits."""
-    if light.radius == 0:
+    if light.radius == 0 or (not plugins and _is_far(light, target)):
         return {"type": "point", "position": list(light.position), "intensity": rgb(light.intensity)}
     return black_sphere(light.position, light.radius, light.surface_radiance, plugins)
 

@@ -15,7 +15,7 @@ from fragtracer.reference.plugins import DELTA_ALPHA, UNLIT
 from fragtracer.reference.shapes import Tree, rgb
 from fragtracer.reference.textures import TextureFolder, linear_pixels, opacity_at
 from fragtracer.scene import Image, Material, Texture
-from fragtracer.scene.material import MODELS
+from fragtracer.scene.material import DEFAULT_MODEL, MODELS
 
 
 def nearest_bsdf(
@@ -36,7 +36,7 @@ def nearest_bsdf(
         own = own_plugin(material)
         inner = own.get("bsdf", own)
     elif _is_diffuse(material) or has_images(material) or attributes.color:
-        inner = _textured(material, attributes, textures, vertex_color)
+        inner = _textured(with_base_as_bright(material), attributes, textures, vertex_color)
     else:
         inner = _untextured(material)
     is_passed = material.is_dielectric and not material.unlit
@@ -99,6 +99,28 @@ def _textured(material: Material, attributes: MeshAttributes, textures: TextureF
     return tree
 
 
+def with_base_as_bright(material: Material) -> Material:
+    """One that ``principled`` shows about as bright as ours, whose base loses what the interface reflects; the same
+    where a texture says how much of it is a metal, since the albedo is that of both."""
+    if material.model != DEFAULT_MODEL or material.metal or material.unlit or _is_diffuse(material):
+        return material
+    if _is_metal_in_places(material):
+        return material
+    kept = [m + (1 - m) * p**2 for m, p in zip([material.metallic] * 3, _passed(material), strict=True)]
+    red, green, blue = np.multiply(material.albedo, kept)
+    return replace(material, albedo=(red, green, blue))
+
+
+def _is_metal_in_places(material: Material) -> bool:
+    return material.metallic_texture is not None and material.metalness > 0
+
+
+def _passed(material: Material) -> list[float]:
+    """What the interface lets through of diffuse light, by Schlick's mean over the hemisphere,
+    F = F0 + (F90 - F0) / 21."""
+    return [1 - (f0 + (f90 - f0) / 21) for f0, f90 in zip(material.specular_f0, material.specular_f90, strict=True)]
+
+
 def _scaled(normals: Texture, scale: float) -> Texture:
     """A normal map, x and y of its vectors times ``scale``, which ``normalmap`` does not have.
 
@@ -122,14 +144,12 @@ def _metal(material: Material) -> Tree:
 def _dielectric(material: Material) -> Tree:
     """The dielectric part, its base made as bright as ours.
 
-    Our base loses what the interface reflects, on the way in and out: on average (1 - F)² with
-    F = F0 + (F90 - F0) / 21, Schlick's mean over the hemisphere. The base of ``principled`` loses next to
-    nothing, that of ``plastic`` (1 - F)² / (1 - F) for its own F.
+    Our base loses what the interface reflects, on the way in and out. That of ``principled`` loses next to nothing,
+    that of ``plastic`` as much on one of them, by its own F.
     """
     mean = _mean_f0(material)
     ior = _index(mean)
-    passed = [1 - (f0 + (f90 - f0) / 21) for f0, f90 in zip(material.specular_f0, material.specular_f90, strict=True)]
-    base = [c * p**2 for c, p in zip(material.albedo, passed, strict=True)]
+    base = [c * p**2 for c, p in zip(material.albedo, _passed(material), strict=True)]
     if material.alpha >= DELTA_ALPHA:
         return {"type": "principled", "base_color": rgb(base), "roughness": float(material.roughness), "eta": ior}
     lost = 1 - (mean + (1 - mean) / 21)
@@ -202,6 +222,9 @@ def _specular_differences(material: Material, geometry: str, kinds: Sequence[str
     is_metal = any(kind.endswith("conductor") for kind in kinds)
     if "principled" in kinds:
         found.append("the exact Fresnel term in place of Schlick's, a base brighter towards grazing")
+        if _is_metal_in_places(material):
+            passed = min(_passed(replace(material, metallic=0.0)))
+            found.append(f"a base {100 * (1 / passed**2 - 1):.0f} % brighter")
     elif "plastic" in kinds:
         found.append("the exact Fresnel term in place of Schlick's")
     if is_metal:

@@ -64,7 +64,7 @@ from fragtracer.reference.meshes import (
     with_needed_tangents,
     world_mesh,
 )
-from fragtracer.reference.nearest import nearest_bsdf
+from fragtracer.reference.nearest import nearest_bsdf, with_base_as_bright
 from fragtracer.reference.plugins import PATH, SPHERE_LIGHT, UNLIT
 from fragtracer.reference.shapes import Tree, rgb
 from fragtracer.reference.textures import TextureFolder
@@ -157,7 +157,7 @@ def scene_tree(scene: Scene, folder: Path, plugins: bool = True) -> Tree:
             tree[key]["emitter"]["of"] = key
     for kind in LIGHTS:
         for i, light in enumerate(getattr(scene, kind)):
-            tree[f"{kind.removesuffix('s')}_{i}"] = lights.emitter(light, plugins)
+            tree[f"{kind.removesuffix('s')}_{i}"] = lights.emitter(light, scene.camera.target, plugins)
     tree |= environment_emitters(scene, folder, plugins)
     if scene.environment is None and max(scene.ambient.radiance) > 0:
         tree["ambient"] = {"type": "constant", "radiance": rgb(scene.ambient.radiance)}
@@ -296,7 +296,7 @@ def _shapes(scene: Scene, folder: Path, plugins: bool) -> Found:
             matrix = placement.matrix @ np.asarray(part.matrix)
             if len(geometry.triangles):
                 forward = material.is_emissive and not material.double_sided
-                factors = [] if plugins else blended
+                factors = [] if plugins else [with_base_as_bright(each) for each in blended]
                 tree = world_mesh(folder / f"{key}.ply", geometry, matrix, attributes, factors, forward)
                 found[key] = (tree, name, attributes)
     return found
