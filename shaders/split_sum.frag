@@ -17,6 +17,36 @@ OUTPUT(2) out_half_difference;
 uniform int u_rays;
 uniform int u_bounces;
 
+// Of the light that comes from all around, by this step.
+vec3 split_sum_surrounded(Vertex vertex, float occlusion, ivec2 pixel, uint index) {
+#if SPLIT_SUM_STEP >= SPLIT_SUM_LOOKUPS
+    return split_sum_environment(vertex, occlusion);
+#else
+    return split_sum_step(vertex, pixel, index);
+#endif
+}
+
+// What a surface scatters. A coat and what lies below it are surfaces of their own, of which the light of the lower one
+// passes the coat as if all of it came and went at the angle of view: under lights always, under light from all around
+// from the step on that has no factor for the direction that light comes from.
+vec3 split_sum_scattered(Vertex vertex, float occlusion, ivec2 pixel, uint index) {
+#if HAS_EXACT_FRESNEL
+    if (bsdf_is(vertex.bsdf, BSDF_COATED)) {
+        Vertex base = split_sum_base(vertex), coat = split_sum_coat(vertex);
+        float passed = square(coated_transmittance(vertex.bsdf, vertex.wo));
+        float weight = vertex.bsdf.coat_weight;
+        vec3 lit = passed * split_sum_lights(base) + weight * split_sum_lights(coat);
+#if SPLIT_SUM_STEP < SPLIT_SUM_DIFFUSE
+        return lit + split_sum_surrounded(vertex, occlusion, pixel, index);
+#else
+        return lit + passed * split_sum_surrounded(base, occlusion, pixel, index)
+            + weight * split_sum_surrounded(coat, occlusion, pixel, index);
+#endif
+    }
+#endif
+    return split_sum_surrounded(vertex, occlusion, pixel, index) + split_sum_lights(vertex);
+}
+
 // Radiance along a camera ray.
 vec3 split_sum_radiance(Ray ray, uint seed, ivec2 pixel, uint index) {
     Hit hit = closest_hit(ray, seed);
@@ -29,25 +59,7 @@ vec3 split_sum_radiance(Ray ray, uint seed, ivec2 pixel, uint index) {
     if (is_light || material_is_unlit(material)) radiance += material.emission;
     if (material_is_unlit(material) || u_bounces == 0) return radiance;
     Vertex vertex = vertex_at(surface, material, ray.direction, hash_uint(~seed));
-#if SPLIT_SUM_STEP >= SPLIT_SUM_LOOKUPS
-    float occlusion = material_occlusion(surface);
-    Vertex base = vertex;
-#if HAS_EXACT_FRESNEL
-    if (bsdf_is(vertex.bsdf, BSDF_COATED)) base = split_sum_base(vertex);
-#endif
-    vec3 scattered = split_sum_environment(base, occlusion) + split_sum_lights(base);
-#if HAS_EXACT_FRESNEL
-    if (bsdf_is(vertex.bsdf, BSDF_COATED)) {
-        Vertex coat = split_sum_coat(vertex);
-        vec3 reflected = split_sum_environment(coat, occlusion) + split_sum_lights(coat);
-        float passed = coated_transmittance(vertex.bsdf, vertex.wo);
-        scattered = passed * passed * scattered + vertex.bsdf.coat_weight * reflected;
-    }
-#endif
-    return radiance + scattered;
-#else
-    return radiance + split_sum_step(vertex, pixel, index) + split_sum_lights(vertex);
-#endif
+    return radiance + split_sum_scattered(vertex, material_occlusion(surface), pixel, index);
 }
 
 void main() {

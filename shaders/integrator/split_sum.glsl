@@ -76,6 +76,7 @@ Vertex split_sum_base(Vertex vertex) {
     vec3 normal = frame_to_world(vertex.frame, base.normal), tangent = frame_to_world(vertex.frame, base.tangent);
     vertex.frame = Frame(tangent, cross(normal, tangent), normal);
     vertex.wo = frame_to_local(base, vertex.wo);
+    vertex.bsdf.model = BSDF_COOK_TORRANCE;
     return vertex;
 }
 #endif

@@ -7,6 +7,21 @@
 
 #if SPLIT_SUM_STEP < SPLIT_SUM_LOOKUPS
 
+// As those of bsdf/bsdf.glsl; layers of coats are Cook-Torrance also where no material of the scene is.
+vec4 split_sum_bsdf_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
+#if HAS_EXACT_FRESNEL
+    if (b.model == BSDF_COOK_TORRANCE) return cook_torrance_eval_pdf(b, wo, wi);
+#endif
+    return bsdf_eval_pdf(b, wo, wi);
+}
+
+BsdfSample split_sum_bsdf_sample(Bsdf b, vec3 wo, vec2 u) {
+#if HAS_EXACT_FRESNEL
+    if (b.model == BSDF_COOK_TORRANCE) return cook_torrance_sample(b, wo, u);
+#endif
+    return bsdf_sample(b, wo, u);
+}
+
 // The frame around the mirrored direction, local.
 Frame split_sum_mirrored(Vertex vertex) { return frame_from_normal(vec3(-vertex.wo.xy, vertex.wo.z)); }
 
@@ -43,13 +58,14 @@ float split_sum_specular_share(Vertex vertex) {
 vec4 split_sum_kernel_pdf(Vertex vertex, vec3 wi) {
     Bsdf b = vertex.bsdf;
 #if SPLIT_SUM_STEP < SPLIT_SUM_DIFFUSE
-    return bsdf_eval_pdf(b, vertex.wo, wi);
+    return split_sum_bsdf_eval_pdf(b, vertex.wo, wi);
 #else
     vec3 diffuse = (1.0 - split_sum_fresnel(b, vertex.wo.z)) * b.diffuse * square_to_cosine_hemisphere_pdf(wi);
 #if SPLIT_SUM_STEP < SPLIT_SUM_FACTORS
     Bsdf specular = b;
     specular.diffuse = vec3(0.0);
-    return vec4(diffuse + bsdf_eval(specular, vertex.wo, wi), bsdf_pdf(b, vertex.wo, wi));
+    vec3 lobe = split_sum_bsdf_eval_pdf(specular, vertex.wo, wi).rgb;
+    return vec4(diffuse + lobe, split_sum_bsdf_eval_pdf(b, vertex.wo, wi).a);
 #else
     float share = split_sum_specular_share(vertex);
     float pdf = (1.0 - share) * square_to_cosine_hemisphere_pdf(wi);
@@ -70,7 +86,7 @@ BsdfSample split_sum_step_sample(Vertex vertex, vec2 u) {
     Bsdf b = vertex.bsdf;
     BsdfSample s;
 #if SPLIT_SUM_STEP < SPLIT_SUM_FACTORS
-    s = bsdf_sample(b, vertex.wo, u);
+    s = split_sum_bsdf_sample(b, vertex.wo, u);
     if (bsdf_is_delta(s)) return s;
 #else
     float share = split_sum_specular_share(vertex);

@@ -6,6 +6,7 @@ differences of neighbours add up to the whole difference, pixel by pixel: nothin
 order, and what an error is worth depends on those that were made before it.
 """
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
@@ -19,6 +20,7 @@ from fragtracer.apps.compare.measures import relative
 from fragtracer.apps.compare.rendering import Progress, part_of
 from fragtracer.renderer import Renderer
 from fragtracer.scene import LIGHTS, Scene
+from fragtracer.scene.material import DEFAULT_MODEL
 
 Floats = NDArray[np.float64]
 
@@ -78,14 +80,14 @@ class Term:
 
     ``bias`` is the mean of the change, ``bias_error`` its standard error, from what two independent halves of the
     samples differ by in each pixel; ``rms`` the root mean square over pixels with the noise taken out, by multiplying
-    the halves.
+    the halves; None where the noise hides it.
     """
 
     error: str
     explanation: str
     bias: float
     bias_error: float
-    rms: float
+    rms: float | None
 
 
 @dataclass(frozen=True)
@@ -124,7 +126,14 @@ class Approximation:
         pairs.append((0, len(self.stages) - 1, "all together", "the split-sum approximation against the truth"))
         return [Term(error, text, *self._measure(before, after)) for before, after, error, text in pairs]
 
-    def _measure(self, before: int, after: int) -> tuple[float, float, float]:
+    @property
+    def others(self) -> list[str]:
+        """The names of materials that are not what the steps are about, isotropic metallic-roughness, perhaps coated;
+        and "fog" where there is some."""
+        found = [n for n, m in self.scene.materials.items() if m.model != DEFAULT_MODEL or m.anisotropy > 0]
+        return found + (["fog"] if self.scene.fog else [])
+
+    def _measure(self, before: int, after: int) -> tuple[float, float, float | None]:
         if not self.surfaces.any():
             return 0.0, 0.0, 0.0
         level = max(float(self.truth[self.surfaces].mean()), 1e-30)
@@ -132,7 +141,8 @@ class Approximation:
         bias = float((first + second).mean() / 2)
         noise = (first - second).mean(axis=1) / 2
         error = float(np.linalg.norm(noise) / len(noise))
-        return bias, error, float(np.sqrt(max(0.0, (first * second).mean())))
+        square = float((first * second).mean())
+        return bias, error, math.sqrt(square) if square >= 0 else None
 
     def relative(self, stage: int = -1, against: int = 0) -> Floats:
         """(stage - another) / truth of each pixel's mean of the colours, (height, width)."""
@@ -199,7 +209,8 @@ def by_roughness_and_angle(
         for low, high in pairwise(ANGLES):
             here = of_kind & (angle >= low) & (angle < high)
             change = (radiance[stage] - radiance[against])[here].sum()
-            row.append(float(change / radiance[0][here].sum()) if here.any() else float("nan"))
+            truth = radiance[0][here].sum()
+            row.append(float(change / truth) if truth > 0 else math.nan)
         yield kind[0], kind[1], row
 
 

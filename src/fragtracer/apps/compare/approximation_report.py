@@ -20,7 +20,16 @@ def summary(found: Approximation) -> str:
     for term in found.terms():
         bias = words.with_error(term.bias, term.bias_error)
         lines.append(f"{term.error:28}{bias:>22}{words.percent(term.rms):>10}")
-    return "\n".join([*lines, "Relative to the mean radiance of the surfaces in truth; the biases add up to the last."])
+    lines.append("Relative to the mean radiance of the surfaces in truth; the biases add up to the last.")
+    return "\n".join([*lines, *doubts(found)])
+
+
+def doubts(found: Approximation) -> list[str]:
+    """What makes rows of the table mean something else, a sentence; empty if nothing does."""
+    if not found.others:
+        return []
+    names = ", ".join(found.others)
+    return [f"Rows mix in what the approximation leaves out of what is not isotropic metallic-roughness: {names}."]
 
 
 def to_json(found: Approximation) -> dict[str, Any]:
@@ -33,6 +42,7 @@ def to_json(found: Approximation) -> dict[str, Any]:
         "settings": {"width": width, "height": height, "spp": found.spp},
         "stages": [stage.name for stage in found.stages],
         "terms": [dict(vars(term)) for term in found.terms()],
+        "doubts": doubts(found),
         "angles": list(ANGLES),
         "spheres": [
             {"metallic": metallic, "roughness": roughness, "difference": [v if v == v else None for v in row]}
@@ -55,6 +65,7 @@ def _facts(found: Approximation) -> dict[str, Any]:
     return {
         "found": found,
         "terms": found.terms(),
+        "doubts": doubts(found),
         "truth": pictures.data_uri(shown(found, 0)),
         "split_sum": pictures.data_uri(shown(found, -1)),
         "total": pictures.data_uri(pictures.diverging(total, limit)),

@@ -14,8 +14,10 @@ _SAYS = {
 }
 
 
-def percent(share: float, signed: bool = False) -> str:
-    """Two significant digits, none finer than 0.0001 %."""
+def percent(share: float | None, signed: bool = False) -> str:
+    """Two significant digits, none finer than 0.0001 %; a dash for None."""
+    if share is None:
+        return "—"
     return minus(f"{100 * share:{'+' if signed else ''}.{_decimals(share)}f} %")
 
 
