@@ -97,7 +97,9 @@ pictures is tested with softpipe (`tests/test_gpu.py`); `doctor` and 588 tests p
 OpenGL over Vulkan (lavapipe, Mesa 22.3). An NVIDIA driver was asked twice: by `fragtracer doctor`, whose 55 checks it
 passed, and by 2,087 tests, of which 21 failed, and, when that was mended, by 2,588, of which three failed. What they
 show is in [performance.md](performance.md#on-a-gpu). Apple's, Intel's and AMD's drivers were never asked; `fragtracer
-doctor` asks a driver first what these tests ask.
+doctor` asks a driver the first of what these tests ask: whether it compiles all programs, and whether arithmetic,
+sampled directions, intersections, the way through the BVH, texels, energy and the agreement of estimators are right.
+Dielectrics, media and environments it only compiles.
 
 **Random scenes** put together what neither bundled scenes nor tests do:
 

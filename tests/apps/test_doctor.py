@@ -21,6 +21,12 @@ SICKNESS = {
     ),
     "intersections": ("shape/sphere.glsl", "near = b - half_chord;", "near = b - 1.001 * half_chord;"),
     "flat intersections": ("shape/flat.glsl", "dot(uv, uv) - 1.0", "dot(uv, uv) - 1.01"),
+    "traversal": ("shape/bvh.glsl", "near.w <= far.w && node.count > 3u", "false"),
+    "texels in traversal": (
+        "texture/texture.glsl",
+        "texture_wrap(uv.y, t.wrap_v)",
+        "texture_wrap(uv.y + 0.01, t.wrap_v)",
+    ),
     "furnace": ("integrator/path.glsl", "*= scattered.weight", "*= 0.99 * scattered.weight"),
     "estimators": ("light/area.glsl", "(cos_theta * area)", "(1.1 * cos_theta * area)"),
     "determinism": ("film/film.glsl", "first + uint(max(mean.a + variance.a, 0.0))", "first + uint(u_rays)"),

@@ -165,8 +165,8 @@ def _around(scene: Scene, solid: Solid, others: list[Solid]) -> str:
         priority = scene.materials[other.material].priority
         if not _contains(other, solid) or priority >= scene.materials[solid.material].priority:
             raise FragtracerError(
-                f"Mitsuba cannot show the dielectrics {solid.material!r} and {other.material!r} where they overlap: "
-                "it knows no priorities; put one of them within the other"
+                f"Mitsuba cannot show the dielectrics {solid.material!r} and {other.material!r}, whose bounding boxes "
+                "overlap: it knows no priorities; move them apart, or put one of them within the other"
             )
         if not found or priority > scene.materials[found].priority:
             found = other.material

@@ -18,6 +18,7 @@ CHECKS = {
     "numbers": "integer or bit operations differ from the standard: images are noise, or biased",
     "samplers": "directions do not follow their pdf: images are biased",
     "intersections": "rays hit the wrong shape: holes, acne or light leaks",
+    "traversal": "rays miss the nearest of many shapes, or read other texels: holes, or wrong colours",
     "furnace": "the integrator loses or gains energy on this driver: brightness is wrong",
     "estimators": "light sampling and BSDF sampling disagree: shadows or reflections are wrong",
     "determinism": "the same seed gives different images: results cannot be repeated",
