@@ -3,6 +3,7 @@
 
 import json
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
@@ -12,6 +13,7 @@ from PIL import Image
 from fragtracer.apps.bench.error import Reference
 from fragtracer.apps.compare import pictures, to_json, words, write_report, write_side_by_side
 from fragtracer.apps.compare.report import render_report
+from fragtracer.apps.compare.run import compare_renderings
 from fragtracer.errors import FragtracerError, OutputError
 
 from .conftest import HEIGHT, WIDTH
@@ -71,7 +73,15 @@ def test_page_has_the_verdict_and_the_numbers(compared):
 
 
 def test_page_of_black_pictures(compared):
-    assert "agree on" in render_report(compared(0.0, 0.0))
+    assert "disagree on" in render_report(compared(0.0, 0.0))
+    ours, reference = (replace(each, pictures=0 * each.pictures) for each in (compared().ours, compared().reference))
+    comparison = compare_renderings(compared().scene, ours, reference)
+    assert "Mitsuba agree on" in render_report(comparison)
+    none, both = words.reasons(comparison)
+    assert none.startswith("None of ")
+    assert both == "Both pictures are black."
+    only_theirs = compare_renderings(compared().scene, compared().ours, reference)
+    assert "the clearest is +∞ %" in words.summary(only_theirs)
 
 
 def test_report_file(compared, tmp_path):
@@ -101,6 +111,8 @@ def test_json_is_strict_and_comes_back(compared, factor):
     assert again["verdict"]["regions_judged"] == again["verdict"]["regions_lit"] == 48
     assert np.shape(again["blocks"]["detectable_bias"]) == comparison.verdict.blocks.z.shape
     assert again["settings"]["bounces"] == comparison.scene.render.bounces
+    off = ("guiding", "gradient_domain", "adaptive", "light_tracing")
+    assert [again["settings"][name] for name in off] == ["off"] * 4
 
 
 def test_measures_describe_the_noise(compared):
@@ -128,6 +140,18 @@ def test_without_flip_the_page_does(compared, monkeypatch):
     comparison = compared()
     assert comparison.measures.flip is None
     assert "—" in render_report(comparison)
+
+
+def test_words_say_what_was_left_off_and_what_few_batches_tell(compared):
+    comparison = compared()
+    text = words.summary(comparison)
+    assert "leaves off" not in text
+    render = replace(comparison.scene.render, guiding="on", gradient_domain="on")
+    asked = replace(comparison, scene=replace(comparison.scene, render=render))
+    assert "asks for guiding and gradient domain, which compare leaves off." in words.summary(asked)
+    few = replace(comparison, ours=replace(comparison.ours, pictures=comparison.ours.pictures[:8]))
+    is_told = ["batches these probabilities are lower" in words.summary(each) for each in (comparison, few)]
+    assert is_told == [comparison.batches < 16, True]
 
 
 def test_words_name_the_place(compared):

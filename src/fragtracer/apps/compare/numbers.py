@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.apps.compare import statistics
+from fragtracer.apps.compare.rendering import as_compared
 from fragtracer.apps.compare.run import Comparison
 from fragtracer.apps.compare.verdict import Scale, Verdict
 from fragtracer.apps.compare.words import summary
@@ -58,11 +59,12 @@ def to_json(comparison: Comparison) -> dict[str, Any]:
 
 
 def settings(comparison: Comparison) -> dict[str, Any]:
-    """The settings of both renderers."""
+    """The settings of both renderers, as they were."""
     width, height = comparison.size
     used = {"width": width, "height": height, "spp": comparison.spp}
     used |= {"batches": comparison.batches, "seed": comparison.seed}
-    scene = {key: value for key, value in vars(comparison.scene.render).items() if not key.startswith("_")}
+    render = as_compared(comparison.scene.render, comparison.spp // comparison.batches)
+    scene = {key: value for key, value in vars(render).items() if not key.startswith("_")}
     return used | {key: value for key, value in scene.items() if key not in used}
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from fragtracer.errors import FragtracerError
 from fragtracer.reference.render import ReferenceRenderer
 from fragtracer.renderer import Renderer
-from fragtracer.scene import Scene
+from fragtracer.scene import RenderSettings, Scene
 
 Progress = Callable[[str, float, int], None]
 
@@ -62,14 +62,7 @@ def render_ours(
     pictures: list[NDArray[np.float32]] = []
     non_finite, rendering = 0, 0.0
     begin = time.perf_counter()
-    # Without guiding and light tracing, as the reference: light that they alone find, too rare for any batch of the
-    # other side, would show as a difference (docs/correctness.md). Batches are too short for a pilot of adaptive
-    # sampling to pay. In the gradient domain the errors of neighbours would not be independent, as the tests take them.
-    settings: dict[str, Any] = {
-        name: "off" for name in ("adaptive", "light_tracing") if getattr(scene.render, name) == "auto"
-    }
-    settings |= {"rays": min(each, scene.render.rays), "guiding": "off", "gradient_domain": "off"}
-    scene = replace(scene, render=replace(scene.render, **settings))
+    scene = replace(scene, render=as_compared(scene.render, each))
     with Renderer(scene, size, context) as renderer:
         device = renderer.context_info["GL renderer"]
         for batch_seed in np.random.SeedSequence((seed, 0)).generate_state(batches):
@@ -82,6 +75,18 @@ def render_ours(
             non_finite += renderer.non_finite_samples()
     starting = time.perf_counter() - begin - rendering
     return Rendering(OURS, np.stack(pictures), spp, starting, rendering, device, non_finite)
+
+
+def as_compared(settings: RenderSettings, samples: int) -> RenderSettings:
+    """Those of fragtracer in a comparison, ``samples`` of each pixel in a batch.
+
+    Without guiding and light tracing, as the reference: light that they alone find, too rare for any batch of the other
+    side, would show as a difference (docs/correctness.md). Batches are too short for a pilot of adaptive sampling to
+    pay. In the gradient domain the errors of neighbours would not be independent, as the tests take them.
+    """
+    off: dict[str, Any] = {name: "off" for name in ("adaptive", "light_tracing") if getattr(settings, name) == "auto"}
+    off |= {"guiding": "off", "gradient_domain": "off"}
+    return replace(settings, rays=min(samples, settings.rays), **off)
 
 
 def part_of(progress: Progress | None, name: str, before: int, spp: int) -> Callable[[float], None] | None:

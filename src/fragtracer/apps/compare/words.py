@@ -6,6 +6,7 @@ import numpy as np
 from fragtracer.apps.compare.run import Comparison
 from fragtracer.apps.compare.verdict import Scale
 
+_ENOUGH_BATCHES = 16  # for the noise to be known so well that the power is what is said
 COLOURS = ("red", "green", "blue")
 _SAYS = {
     "agreement": "fragtracer and Mitsuba agree on {}.",
@@ -18,7 +19,7 @@ def percent(share: float | None, signed: bool = False) -> str:
     """Two significant digits, none finer than 0.0001 %; a dash for None."""
     if share is None:
         return "—"
-    return minus(f"{100 * share:{'+' if signed else ''}.{_decimals(share)}f} %")
+    return minus(f"{100 * share:{'+' if signed else ''}.{_decimals(share)}f} %").replace("inf", "∞")
 
 
 def with_error(share: float, error: float) -> str:
@@ -59,12 +60,26 @@ def reasons(comparison: Comparison) -> list[str]:
     said = [_differences(comparison), _equivalence(comparison)]
     if verdict.non_finite:
         said.insert(0, f"{verdict.non_finite} samples of fragtracer were NaN or infinite; every one is an error.")
-    bias = percent(float(np.max(verdict.detectable_bias)))
-    said.append(f"A bias of the picture's mean of {bias} would have been found with a probability of 95 %.")
-    median, worst = (percent(bias) for bias in verdict.block_biases)
-    said.append(f"So would one of {median} of the median block's mean, and one of {worst} of any block's.")
+    render = comparison.scene.render
+    if ignored := [name.replace("_", " ") for name in ("guiding", "gradient_domain") if getattr(render, name) == "on"]:
+        said.append(f"The scene asks for {' and '.join(ignored)}, which compare leaves off.")
+    if comparison.reference.pictures.any():
+        said += _power(comparison)
     if verdict.outcome == "inconclusive":
         said.append(f"About {comparison.spp_needed} samples per pixel would do: use --spp {comparison.spp_needed}.")
+    return said
+
+
+def _power(comparison: Comparison) -> list[str]:
+    """What would have been found."""
+    bias = percent(float(np.max(comparison.verdict.detectable_bias)))
+    median, worst = (percent(bias) for bias in comparison.verdict.block_biases)
+    said = [
+        f"A bias of the picture's mean of {bias} would have been found with a probability of 95 %.",
+        f"So would one of {median} of the median block's mean, and one of {worst} of any block's.",
+    ]
+    if comparison.batches < _ENOUGH_BATCHES:
+        said.append(f"With {comparison.batches} batches these probabilities are lower: use {_ENOUGH_BATCHES} or more.")
     return said
 
 
@@ -102,6 +117,8 @@ def place(comparison: Comparison, scale: Scale, row: int, column: int) -> str:
 def _equivalence(comparison: Comparison) -> str:
     verdict = comparison.verdict
     judged, lit = verdict.judged_share
+    if not lit and not comparison.ours.pictures.any():
+        return "Both pictures are black."
     proved = verdict.equivalent_regions & verdict.judged_regions & verdict.regions.lit
     margin = f"within ±{exact(verdict.margin)}"
     mean = "is" if verdict.equivalent_image.all() else "is not shown to be"
