@@ -18,9 +18,9 @@
 #define LAYERS LAYERS_GEOMETRY
 #endif
 
+#include "integrator/interior.glsl"
 #if LAYERS == LAYERS_DENOISING
 #include "integrator/escape.glsl"
-#include "integrator/interior.glsl"
 
 uniform int u_bounces;
 uniform int u_russian_roulette_vertex;
@@ -54,6 +54,33 @@ vec3 layers_albedo(Surface surface, Material material, bool is_front) {
 
 #endif
 
+const int MOST_FOLLOWED = 16;  // surfaces that are passed, one after the other
+
+#if LAYERS != LAYERS_DENOISING
+// What a ray of a path that has this `seed` meets first, past the boundaries of media, at the last of which the ray begins
+// then; the seed becomes that of the vertex there.
+Hit layers_hit(inout Ray ray, inout uint seed) {
+    uint path_seed = seed;
+    Hit hit;
+    int number = 0;
+    bool goes_on;
+    do {
+        seed = hash_uint(path_seed + uint(number));
+        hit = closest_hit(ray, seed);
+        goes_on = false;
+        if (u_has_null != 0 && hit.primitive != NO_PRIMITIVE) {
+            Surface surface = surface_at(ray, hit);
+            material_choose(surface, seed);
+            goes_on = interior_bounds_medium(material_load(surface.material)) && number < MOST_FOLLOWED;
+            vec3 behind = dot(surface.normal, ray.direction) < 0.0 ? -surface.normal : surface.normal;
+            if (goes_on) ray.origin = ray_offset_origin(surface.position, ray.direction + behind, surface.extent);
+        }
+        number++;
+    } while (goes_on);
+    return hit;
+}
+#endif
+
 #if LAYERS == LAYERS_GEOMETRY
 uniform mat4 u_to_pixel;  // from homogeneous points to pixels, row 0 at the bottom
 uniform mat4 u_to_previous_pixel;
@@ -68,8 +95,7 @@ vec2 layers_motion(vec4 point) {
 }
 
 void layers_add(inout Film film, ivec2 pixel, uint index, Ray ray, uint seed) {
-    seed = hash_uint(seed);
-    Hit hit = closest_hit(ray, seed);
+    Hit hit = layers_hit(ray, seed);
     bool is_hit = hit.primitive != NO_PRIMITIVE;
     Surface surface = surface_at(ray, hit);
     material_choose(surface, seed);
@@ -86,8 +112,6 @@ void layers_add(inout Film film, ivec2 pixel, uint index, Ray ray, uint seed) {
     layers[1] += (vec4(surface.position, depth) - layers[1]) / layers[0].a;
 }
 #elif LAYERS == LAYERS_DENOISING
-const int MOST_FOLLOWED = 16;  // smooth surfaces, one after the other
-
 vec4 layers[3];  // normal; light
 
 // Of the surface that is met first after smooth ones, which are followed as paths follow them (integrator/path.glsl, with
@@ -167,7 +191,7 @@ void layers_count(float number) {
 }
 
 void layers_add(inout Film film, ivec2 pixel, uint index, Ray ray, uint seed) {
-    Hit hit = closest_hit(ray, hash_uint(seed));
+    Hit hit = layers_hit(ray, seed);
     film_add(film, vec3(0.0));
     if (hit.primitive == NO_PRIMITIVE) return;
 #if LAYERS == LAYERS_OBJECTS

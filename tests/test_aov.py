@@ -19,7 +19,7 @@ from fragtracer.gpu.context import is_software
 from fragtracer.io.images import read_image, read_layers, write_image
 from fragtracer.io.toml import load
 from fragtracer.renderer import Renderer
-from fragtracer.scene import Ambient, Camera, DirectionalLight, Material, Plane, Scene, Sphere
+from fragtracer.scene import Ambient, Camera, DirectionalLight, Material, Medium, Plane, Scene, Sphere
 
 LIGHT = [name for name, layer in AOVS.items() if layer.is_light]
 CENTRE = ("camera/camera.glsl", "+ pixel_filter_sample(u.xy)", "+ 0.0 * u.xy")
@@ -260,6 +260,30 @@ def test_mattes_anti_alias_as_the_picture_does(ctx: moderngl.Context, opacity: f
         np.testing.assert_allclose(found[name][..., 0, 1], image, atol=1e-6)
         np.testing.assert_array_equal(found[name][..., 0, 0][image > 0], np.float32(matte_id(of)))
         assert not found[name][..., 1:, :].any()
+
+
+def test_boundaries_of_media_are_passed(ctx: moderngl.Context) -> None:
+    """What lies within two of them, one empty and one a cloud, has the layers that it has alone; where it is there in
+    part, its share of a pixel is that of the picture."""
+    red = Material(albedo=(0.7, 0.1, 0.1))
+    around = {"empty": Material(model="null"), "cloud": Material(model="null", interior="cloud", priority=1)}
+    alone = Scene(Camera((0, 0, 5), (0, 0, 0)), {"ball": red}, spheres=[Sphere((0, 0, 0), 0.5, "ball")])
+    spheres = (*alone.spheres, Sphere((0, 0, 0), 2, "empty"), Sphere((0, 0, 0), 1.5, "cloud"))
+    clouds = {"cloud": Medium(extinction=0.1)}
+    bounded = replace(alone, materials=alone.materials | around, spheres=spheres, media=clouds)
+    found = []
+    for scene in (alone, bounded):
+        with Renderer(scene, SIZE, context=ctx) as renderer:
+            renderer.sample(SPP)
+            found.append({name: renderer.aov(name) for name in ("depth", "normal", "albedo", "object", "material")})
+    assert np.isfinite(found[0]["depth"]).any()
+    for name, layer in found[0].items():
+        np.testing.assert_allclose(found[1][name], layer, rtol=1e-3, atol=1e-4, err_msg=name)
+    glow = Material(albedo=1.0, unlit=True, alpha_mode="blend", opacity=0.5)
+    veiled = replace(bounded, materials=bounded.materials | {"ball": glow}, spheres=spheres[:2])
+    with Renderer(veiled, SIZE, context=ctx) as renderer:
+        renderer.sample(SPP)
+        np.testing.assert_allclose(renderer.aov("object")[..., 0, 1], renderer.image()[..., 0], atol=1e-6)
 
 
 def test_mattes_name_what_is_seen(ctx: moderngl.Context) -> None:

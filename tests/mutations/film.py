@@ -125,7 +125,7 @@ MUTATIONS = [
     Mutation(
         "a matte of other samples than the picture",
         "layers.frag",
-        "closest_hit(ray, hash_uint(seed));\n    film_add",
+        "layers_hit(ray, seed);\n    film_add",
         "closest_hit(ray, seed);\n    film_add",
         Check(test_aov.test_mattes_anti_alias_as_the_picture_does, opacity=0.5),
     ),
