@@ -71,7 +71,7 @@ vec4 cook_torrance_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
         vec3 wh = normalize(wo + wi);
         float pdf = 0.25 * facets_visible_d(b, wo, wh);
         vec3 fresnel = fresnel_schlick(b.f0, b.f90, dot(wo, wh));
-        if (u_multiple_scattering != 0) fresnel *= ggx_compensation(b.f0, facets_width(b, wo), wo.z);
+        if (u_multiple_scattering != 0) fresnel *= ggx_compensation(b.f0, facets_mean_width(b), wo.z);
         result += vec4(fresnel * (pdf * facets_shadowing(b, wo, wi)), specular_probability * pdf);
     }
     return result;

@@ -41,7 +41,7 @@ MUTATIONS = [
     Mutation(
         "light scattered between facets lost",
         "bsdf/cook_torrance.glsl",
-        "        if (u_multiple_scattering != 0) fresnel *= ggx_compensation(b.f0, facets_width(b, wo), wo.z);\n",
+        "        if (u_multiple_scattering != 0) fresnel *= ggx_compensation(b.f0, facets_mean_width(b), wo.z);\n",
         "",
         Check(test_bsdf_values.test_white_metal_with_multiple_scattering_reflects_everything),
     ),

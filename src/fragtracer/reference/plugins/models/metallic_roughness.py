@@ -156,6 +156,15 @@ class Lobes:
         alpha = 0.95 * self.alpha if self.geometry == "smith-height-correlated" else self.alpha
         return self.f0 + (dr.maximum((1 - alpha) * self.f90, self.f0) - self.f0) * (1 - c) ** 5
 
+    @property
+    def mean_width(self) -> Any:
+        """That of isotropic facets which reflect about as much once."""
+        import drjit as dr
+
+        if self.widths is None:
+            return self.alpha
+        return dr.sqrt((dr.square(self.widths[0]) + dr.square(self.widths[1])) / 2)
+
     def width(self, w: Any) -> Any:
         """The width of the facets along a direction."""
         import drjit as dr
@@ -205,7 +214,7 @@ class Lobes:
         d = dr.select(self.delta, 0, ggx_d(wh, *alphas) / 4)
         specular = self.fresnel(dr.dot(wo, wh)) * (d * self.g_over_cosines(wo, wi) * wi.z)
         if self.geometry == "smith-multiple-scattering":
-            once = smith_albedo(dr.maximum(wo.z, 1e-6), self.width(wo))
+            once = smith_albedo(dr.maximum(wo.z, 1e-6), self.mean_width)
             specular *= 1 + self.f0 * (1 - once) / once
         value += specular
         return value, pdf + p_specular * d * smith_g1_over_cos(wo.z, self.width(wo))
