@@ -77,7 +77,7 @@ class InProcess(workers.Workers):
         future.key = str(id(future))
         try:
             future.set_result(self.returned(Asked(address, frame, part), rendered))
-        except FragtracerError as error:
+        except Exception as error:
             future.set_exception(error)
         return future
 
@@ -213,6 +213,49 @@ def test_tries_of_a_frame_are_none_of_another(returning) -> None:
     frames = {n: replace(scene(), render=replace(scene().render, seed=n)) for n in range(12)}
     cluster.render_frames(scene(), frames, None, lambda *_: gc.collect(), spp=32, block=32)
     assert len(tries) == 12 * 6
+
+
+def version_of_another(_, rendered):
+    return replace(rendered, origin=rendered.origin | {"version": "0.0.1"})
+
+
+def cannot_render(_, __):
+    raise DeviceError("there is no OpenGL")
+
+
+def cannot_import(_, __):
+    raise ModuleNotFoundError("No module named 'fragtracer'")
+
+
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        (version_of_another, r"it would render another picture: version is 0\.0\.1 there"),
+        (cannot_render, "it cannot render: there is no OpenGL"),
+        (cannot_import, "it cannot render: No module named 'fragtracer'"),
+    ],
+)
+def test_a_worker_that_does_not_fit_is_left(returning, change, why) -> None:
+    """Also where it is the one that is asked first."""
+    right = render(scene(), spp=256)
+    for bad in (A, B):
+        returning(lambda task, rendered, bad=bad: change(task, rendered) if task.address == bad else rendered)
+        with pytest.warns(UserWarning, match=f"the worker {bad} is not used any more: {why}") as warned:
+            found = render(scene(), spp=256)
+        assert len(warned) == 1
+        assert same(found, right)
+        assert found.metadata["banned_workers"].startswith(bad)
+
+
+def test_where_no_worker_can_render_all_are_told_of(returning, monkeypatch) -> None:
+    monkeypatch.setattr(workers, "_GLANCE", 0)
+    returning(cannot_render)
+    with (
+        pytest.warns(UserWarning, match="is not used any more: it cannot render"),
+        pytest.raises(FragtracerError, match="no worker of the cluster is left to render") as error,
+    ):
+        render(scene(), spp=128)
+    assert all(f"{name}: it cannot render: there is no OpenGL" in str(error.value) for name in NAMES)
 
 
 @pytest.mark.parametrize("wrong", ["size", "colours"])

@@ -25,7 +25,8 @@ from fragtracer.films import differences
 from fragtracer.renderer import Progress
 
 _MOST_RENDERS = 4  # frames that are rendered at a time, so that workers do not wait for the end of one
-_MOST_TRIES = 4  # of a task that comes to nothing
+_MOST_TRIES = 4  # of a task that does not come back
+_MOST_FAILURES = 8  # of a worker, one after the other
 _MOMENT = 0.1  # seconds
 _SLOW = 20  # times the slowest task so far, after which one is given up
 
@@ -68,6 +69,7 @@ class Dispatcher:
         self._authors: list[set[str]] = []  # the workers that have had a part in each of them
         self._exposed: list[str] = []  # workers
         self._tries: WeakKeyDictionary[Sampling, Counter[Task]] = WeakKeyDictionary()
+        self._failures: Counter[str] = Counter()  # of workers since they have rendered anything
         self._flights: dict[str, _Flight] = {}
         self._arrived: queue.SimpleQueue[tuple[str, concurrent.futures.Future[Rendered]]] = queue.SimpleQueue()
         self._draws = audit.draws()
@@ -210,14 +212,12 @@ class Dispatcher:
     def _take_in(self, flight: _Flight, result: concurrent.futures.Future[Rendered]) -> None:
         try:
             rendered = result.result()
-        except FragtracerError as error:
-            self._retry(flight, str(error))
         except (CancelledError, FutureCancelledError):  # the worker has lost the scene
             self.workers.lose_scene(flight.worker)
             self._put_back(flight)
         except Exception as error:  # of a worker, its death included
-            self.workers.known()  # raises if it is the scheduler that is gone
-            self._retry(flight, str(error) or type(error).__name__)
+            is_there = flight.worker in self.workers.known()  # raises if it is the scheduler that is gone
+            (self._fail if is_there else self._retry)(flight, str(error) or type(error).__name__)
         else:
             self._take(flight, replace(rendered, worker=flight.worker))
 
@@ -228,6 +228,13 @@ class Dispatcher:
         if tries[flight.task] >= _MOST_TRIES:
             raise FragtracerError(f"a part of the picture cannot be rendered by the cluster: {problem}")
 
+    def _fail(self, flight: _Flight, problem: str) -> None:
+        """A worker could not render a task. Others may, and it may do so later."""
+        self._put_back(flight)
+        self._failures[flight.worker] += 1
+        if self._failures[flight.worker] >= _MOST_FAILURES and flight.worker not in self.workers.banned:
+            self.workers.ban(flight.worker, f"it cannot render: {problem}")
+
     def _put_back(self, flight: _Flight) -> None:
         if flight.suspect is None:
             flight.sampling.put_back(flight.task)
@@ -235,13 +242,17 @@ class Dispatcher:
     def _take(self, flight: _Flight, rendered: Rendered) -> None:
         render, sampling, task, author = flight.render, flight.sampling, flight.task, flight.worker
         *_, part = flight.arguments
-        agreed, found = self._agreed[render], _without_adaptive(rendered.origin)
-        if different := differences(agreed, {name: found.get(name, "unknown") for name in agreed}):
-            raise FragtracerError(f"the worker {author} would render another picture: {different}")
-        self._agreed[render] = found
         if author in self.workers.banned:
             self._put_back(flight)
             return
+        found = _without_adaptive(rendered.origin)
+        if different := _different(_without_adaptive(render.origin), found):  # it came after the others were greeted
+            self._put_back(flight)
+            self.workers.ban(author, f"it would render another picture: {different}")
+            return
+        if different := _different(self._agreed[render], found):
+            raise FragtracerError(f"the worker {author} would render another picture: {different}")
+        self._agreed[render] = found
         wrong = flaw(part, rendered.pixels)
         if not wrong and pixels_digest(rendered.pixels) != rendered.digest:
             wrong = "returned a block that is not what it rendered"
@@ -249,6 +260,7 @@ class Dispatcher:
             self._put_back(flight)
             self._expose(author, wrong)
             return
+        del self._failures[author]
         if flight.suspect is not None:
             self._compare(flight, flight.suspect, rendered)
             return
@@ -283,6 +295,11 @@ class Dispatcher:
                 "delete the frames of this render to have them rendered again",
                 stacklevel=2,
             )
+
+
+def _different(agreed: dict[str, str], found: dict[str, str]) -> str:
+    """What an origin that was ``found`` does not have of the one that is ``agreed`` upon, in words."""
+    return differences(agreed, {name: found.get(name, "unknown") for name in agreed})
 
 
 def _without_adaptive(origin: dict[str, str]) -> dict[str, str]:
