@@ -156,7 +156,7 @@ def test_a_film_has_the_frames(tmp_path, monkeypatch, suffix):
     assert status_of(monkeypatch, *command, "-o", output) == 0
     reader = [imageio_ffmpeg.get_ffmpeg_exe(), "-i", output, "-f", "rawvideo", "-pix_fmt", "rgb24", "-"]
     done = subprocess.run(reader, capture_output=True, check=True)
-    assert b"yuv420p(tv, bt709" in done.stderr
+    assert b"yuv420p(tv, bt709/bt709/iec61966-2-1" in done.stderr
     assert b"12 fps" in done.stderr
     pictures = np.frombuffer(done.stdout, np.uint8).reshape(3, 48, 64, 3).astype(float)
     for number, picture in enumerate(pictures, start=1):

@@ -20,8 +20,11 @@ _CODECS = {
 SUFFIXES = tuple(_CODECS)
 _PATIENCE = 60.0  # seconds for a film of one frame
 # The pictures are sRGB; its primaries are those of Rec. 709, of which the film gets the matrix and the studio range.
-_COLORS = ["-vf", "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int,format=yuv420p"]
-_COLORS += ["-color_range", "tv", "-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "iec61966-2-1"]
+# The filters say so of the frames, which FFmpeg 9 asks for it, and the options after them are for versions that do not.
+_FILTERS = "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int,format=yuv420p"
+_FILTERS += ",setparams=color_primaries=bt709:color_trc=iec61966-2-1"
+_COLORS = ["-vf", _FILTERS, "-color_range", "tv", "-colorspace", "bt709"]
+_COLORS += ["-color_primaries", "bt709", "-color_trc", "iec61966-2-1"]
 
 
 def check(path: Path, width: int, height: int, fps: Fraction) -> None:
