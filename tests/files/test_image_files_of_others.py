@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from fragtracer.errors import FragtracerError
-from fragtracer.io.images import read_image, write_image
+from fragtracer.io.images import exr_child, read_image, read_layers, write_image
 
 OpenEXR = pytest.importorskip("OpenEXR")
 DAMAGED = Path(__file__).parents[3] / "shared" / "data" / "malformed" / "exr"
@@ -258,6 +258,25 @@ def test_changed_bytes_never_end_the_process(tmp_path, seed):
     except FragtracerError as error:
         message = str(error)
     assert not message or (str(path) in message and "\n" not in message)
+
+
+def test_only_what_is_asked_for_is_held_in_memory(tmp_path, monkeypatch):
+    """Of a file of more layers than there is memory for."""
+    pages = "int(open('/proc/self/statm').read().split()[0])"
+    source = Path(exr_child.__file__).read_text()
+    assert source.count("_MOST_BYTES = 2**33\n") == 1
+    room = f"import OpenEXR, resource\n_MOST_BYTES = {pages} * resource.getpagesize() + 2**26\n"
+    (tmp_path / "child.py").write_text(source.replace("_MOST_BYTES = 2**33\n", room))
+    monkeypatch.setattr("fragtracer.io.images.formats.exr_child.__file__", str(tmp_path / "child.py"))
+    image = np.full((512, 1024, 3), 0.5, np.float32)
+    layers = {f"l{number}": image for number in range(20)}
+    write_image(tmp_path / "a.exr", image, {"key": "value"}, layers=layers)
+    (pixels, layer), metadata = read_layers(tmp_path / "a.exr", ["l7"])
+    assert metadata == {"key": "value"}
+    assert (pixels == 0.5).all()
+    assert (layer == 0.5).all()
+    with pytest.raises(FragtracerError, match=r"cannot read this kind of \.exr file: it needs more than .* of memory"):
+        read_layers(tmp_path / "a.exr", list(layers))
 
 
 def test_a_crash_of_the_library_is_a_message(tmp_path, monkeypatch):

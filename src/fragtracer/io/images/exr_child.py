@@ -8,16 +8,19 @@ It does not import fragtracer, to start fast.
 import json
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-MOST_PIXELS = 2**27  # 16384 x 8192
+MOST_PIXELS = 2**28  # 16384 x 16384, the largest that is rendered
 _MOST_BYTES = 2**33
 _MOST_SECONDS = 120
+Shapes = Mapping[str, tuple[int, int]]  # of channels, by name
 _REC_709 = (0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329)
+_TYPES = (np.uint32, np.float16, np.float32)  # of a channel, by the number of its type in the file
+_CHROMA = ("Y", "RY", "BY")
 # Of the samples 1, 3, … 13 pixels away on either side, for a pixel between two (OpenEXR, ImfRgbaYca.cpp).
 _CHROMA_FILTER = (0.627123, -0.186077, 0.087929, -0.043159, 0.019597, -0.007540, 0.002128)
 
@@ -56,24 +59,29 @@ def read(path: str, layers: Sequence[str] = (), alpha: bool = False) -> tuple[ND
         chromaticities = header.get("chromaticities") or _REC_709
         if "deep" in str(header.get("type")):
             raise Unsupported("it is a deep image, of many samples a pixel; flatten it")
-    with OpenEXR.File(name, separate_channels=True) as file:
-        if not file.parts:
-            raise ValueError("its pixels cannot be decoded")
-        channels = {name: channel.pixels for name, channel in file.channels().items()}
-        texts = {key: value for key, value in file.header().items() if isinstance(value, str)}
+        texts = {key: value for key, value in header.items() if isinstance(value, str)}
+    file = OpenEXR.InputFile(name)  # not a File, which reads all channels: there may be more than memory
+    channels = file.header()["channels"]
     size = data[3] - data[1] + 1, data[2] - data[0] + 1
-    if {"Y", "RY", "BY"} <= channels.keys():
-        stack, opacity = _from_luminance_chroma(channels, size, chromaticities), "A"
-    else:
-        colors, opacity = _colors(channels, size)
-        stack = np.stack(colors, axis=-1)
-    if alpha and opacity in channels and channels[opacity].shape == size:
-        stack = np.concatenate([stack, channels[opacity][..., None]], axis=-1)
-    for layer in layers:
-        stack = np.concatenate([stack, np.stack(_layer(channels, layer, size), axis=-1)], axis=-1)
-    if data != display:
-        stack = _placed(stack, data, display)
-    return stack, texts
+    shapes = {name: (size[0] // one.ySampling, size[1] // one.xSampling) for name, one in channels.items()}
+    is_chroma = shapes.keys() >= set(_CHROMA)
+    colors, opacity = (_CHROMA, "A") if is_chroma else _colors(shapes, size)
+    names = [*colors, *([opacity] if alpha and shapes.get(opacity) == size else [])]
+    names += [name for layer in layers for name in _layer(shapes, layer, size)]
+    types = {name: np.dtype(_TYPES[channels[name].type.v]) for name in names}
+    if 2 * size[0] * size[1] * sum(kind.itemsize for kind in types.values()) > _MOST_BYTES:  # with their stack
+        raise MemoryError
+    # Channels of fewer samples than pixels are not among those that the library reads at once.
+    samples = [file.channel(name) for name in types] if is_chroma else file.channels(list(types))
+    read = {
+        name: np.frombuffer(one, kind).reshape(shapes[name])
+        for (name, kind), one in zip(types.items(), samples, strict=True)
+    }
+    planes = [read[name] for name in names]
+    if is_chroma:
+        planes[:3] = _from_luminance_chroma(planes[:3], chromaticities)
+    stack = np.stack(planes, axis=-1)
+    return (stack if data == display else _placed(stack, data, display)), texts
 
 
 def _window(header: Any, name: str) -> tuple[int, int, int, int]:
@@ -85,27 +93,27 @@ def _window(header: Any, name: str) -> tuple[int, int, int, int]:
     return left, top, right, bottom
 
 
-def _colors(channels: dict[str, NDArray[Any]], size: tuple[int, int]) -> tuple[list[NDArray[Any]], str]:
-    """Red, green and blue: the channels R, G and B, or those of the first layer that has them, or a single grey one;
+def _colors(shapes: Shapes, size: tuple[int, int]) -> tuple[Sequence[str], str]:
+    """Of red, green and blue: the channels R, G and B, or those of the first layer that has them, or a single grey one;
     and the name of the channel with their alpha, if there is one."""
-    layers = ["", *sorted({name.removesuffix("R") for name in channels if name.endswith(".R")})]
+    layers = ["", *sorted({name.removesuffix("R") for name in shapes if name.endswith(".R")})]
     found = [([f"{layer}{color}" for color in "RGB"], f"{layer}A") for layer in layers]
-    if (grey := _grey(channels.keys() - {"A"})) is not None:
+    if (grey := _grey(shapes.keys() - {"A"})) is not None:
         found.append(([grey] * 3, "A"))
     for names, alpha in found:
-        if channels.keys() >= set(names):
-            if any(channels[name].shape != size for name in names):
+        if shapes.keys() >= set(names):
+            if any(shapes[name] != size for name in names):
                 raise Unsupported(f"its channels {', '.join(dict.fromkeys(names))} have fewer samples than pixels")
-            return [channels[name] for name in names], alpha
-    raise Unsupported(f"it has no channels R, G and B, only {', '.join(sorted(channels)) or 'none'}")
+            return names, alpha
+    raise Unsupported(f"it has no channels R, G and B, only {', '.join(sorted(shapes)) or 'none'}")
 
 
-def _layer(channels: dict[str, NDArray[Any]], layer: str, size: tuple[int, int]) -> list[NDArray[Any]]:
+def _layer(shapes: Shapes, layer: str, size: tuple[int, int]) -> list[str]:
     """The three channels of a layer: LAYER.R, G and B, or X, Y and Z."""
     for letters in ("RGB", "XYZ"):
         names = [f"{layer}.{letter}" for letter in letters]
-        if channels.keys() >= set(names) and all(channels[name].shape == size for name in names):
-            return [channels[name] for name in names]
+        if all(shapes.get(name) == size for name in names):
+            return names
     raise Unsupported(f"it has no layer {layer}")
 
 
@@ -117,18 +125,18 @@ def _grey(names: set[str]) -> str | None:
 
 
 def _from_luminance_chroma(
-    channels: dict[str, NDArray[Any]], size: tuple[int, int], chromaticities: tuple[float, ...]
-) -> NDArray[np.float32]:
-    """(h, w, 3) RGB of luminance Y and the chroma RY = (R - Y) / Y and BY = (B - Y) / Y, subsampled by 2 or not."""
-    height, width = size
-    y, ry, by = (channels[name].astype(np.float32) for name in ("Y", "RY", "BY"))
-    if y.shape != size or ry.shape != by.shape or ry.shape not in (size, (height // 2, width // 2)):
-        raise Unsupported("it has luminance and chroma, which this version of the OpenEXR library cannot decode")
-    if ry.shape != size:
+    planes: Sequence[NDArray[Any]], chromaticities: tuple[float, ...]
+) -> list[NDArray[np.float32]]:
+    """RGB of luminance Y and the chroma RY = (R - Y) / Y and BY = (B - Y) / Y, subsampled by 2 or not."""
+    y, ry, by = (plane.astype(np.float32) for plane in planes)
+    height, width = y.shape
+    if ry.shape != by.shape or ry.shape not in (y.shape, (height // 2, width // 2)):
+        raise Unsupported("it has luminance and chroma, but not of each pixel or every second one")
+    if ry.shape != y.shape:
         ry, by = (_upsampled(_upsampled(chroma, 0), 1) for chroma in (ry, by))
     red, green, blue = _luminance_weights(chromaticities)
     r, b = (ry + 1) * y, (by + 1) * y
-    return np.stack([r, (y - red * r - blue * b) / green, b], axis=-1).astype(np.float32)
+    return [plane.astype(np.float32) for plane in (r, (y - red * r - blue * b) / green, b)]
 
 
 def _upsampled(samples: NDArray[np.float32], axis: int) -> NDArray[np.float32]:
@@ -173,7 +181,7 @@ def main() -> None:
     except Unsupported as error:
         print(json.dumps({"unsupported": str(error)}))
     except MemoryError:
-        print(json.dumps({"error": "it needs too much memory"}))
+        print(json.dumps({"unsupported": f"it needs more than {_MOST_BYTES / 2**30:.3g} GiB of memory"}))
     except Exception as error:
         first, *_ = [*str(error).strip().splitlines(), repr(error)]
         print(json.dumps({"error": first.partition(" when attempting to open")[0]}))

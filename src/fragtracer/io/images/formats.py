@@ -66,7 +66,7 @@ def read_exr(path: Path, layers: Sequence[str] = (), alpha: bool = False) -> Con
             raise FragtracerError(f"{path}: cannot read this kind of .exr file: {answer['unsupported']}")
         if "error" in answer:
             raise ValueError(answer["error"])
-        return np.load(result).astype(np.float32), answer["metadata"]
+        return np.load(result).astype(np.float32, copy=False), answer["metadata"]
 
 
 def write_hdr(path: Path, pixels: FloatImage, metadata: Mapping[str, str]) -> None:
