@@ -110,6 +110,8 @@ def read_channels(path):
 
 
 def test_a_damaged_png_is_rendered_again(tmp_path, monkeypatch, capsys):
+    """Of any size."""
+    monkeypatch.setattr("PIL.Image.MAX_IMAGE_PIXELS", 16)
     command = [*COMMAND, "--turntable", 2, "-o", tmp_path / "a.#.png"]
     assert status_of(monkeypatch, *command) == 0
     file = tmp_path / "a.1.png"
@@ -150,6 +152,7 @@ def test_an_interrupted_frame_goes_on_from_its_checkpoint(tmp_path, monkeypatch,
 
 @pytest.mark.parametrize("suffix", [".mp4", ".webm"])
 def test_a_film_has_the_frames(tmp_path, monkeypatch, suffix):
+    monkeypatch.setattr("PIL.Image.MAX_IMAGE_PIXELS", 16)
     imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg", reason="there is no FFmpeg to read it")
     output = tmp_path / f"film{suffix}"
     command = ["render", SCENE, "--size", "64x48", "--bounces", 1, "--spp", 64, "--turntable", 3, "--fps", 12]

@@ -314,6 +314,21 @@ def test_a_truncated_file_is_damaged(tmp_path: Path, image: npt.NDArray[np.float
         read_image(path)
 
 
+def test_pictures_beyond_the_limit_of_pillow_are_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, image: npt.NDArray[np.float32]
+) -> None:
+    """Up to that of what is rendered."""
+    path = tmp_path / "a.png"
+    write_image(path, image, METADATA)
+    monkeypatch.setattr("PIL.Image.MAX_IMAGE_PIXELS", image[..., 0].size // 3)
+    assert read_image(path).shape == image.shape
+    assert METADATA.items() <= read_metadata(path).items()
+    monkeypatch.setattr("fragtracer.io.images.exr_child.MOST_PIXELS", image[..., 0].size - 1)
+    for read in (read_image, read_metadata):
+        with pytest.raises(FragtracerError, match="pixels, more than"):
+            read(path)
+
+
 def test_other_arrays_and_channels_are_refused(tmp_path: Path) -> None:
     import OpenEXR
 

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from fragtracer import output
 from fragtracer.errors import FragtracerError, OutputError
+from fragtracer.io.images.formats import opened_png
 
 # 8 bits, 4:2:0, as every player reads them.
 _CODECS = {
@@ -36,10 +37,8 @@ def check(path: Path, width: int, height: int, fps: Fraction) -> None:
 
 
 def encode(pictures: Sequence[Path], path: Path, fps: Fraction) -> None:
-    """Write a film of 8-bit pictures of one size."""
-    from PIL import Image
-
-    with Image.open(pictures[0]) as first:
+    """Write a film of .png pictures of one size."""
+    with opened_png(pictures[0]) as first:
         width, height = first.size
     program = _ffmpeg(path, width, height, fps)
     with output.replacing(path) as part:
@@ -49,9 +48,7 @@ def encode(pictures: Sequence[Path], path: Path, fps: Fraction) -> None:
 
 
 def _pixels(picture: Path) -> bytes:
-    from PIL import Image
-
-    with Image.open(picture) as image:
+    with opened_png(picture) as image:
         return image.convert("RGB").tobytes()
 
 

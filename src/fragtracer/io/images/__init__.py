@@ -8,7 +8,8 @@ cannot: there they become magenta, as bright as the brightest pixel, with a warn
 """
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Literal
 
@@ -26,6 +27,7 @@ from fragtracer.io.images.formats import (
     read_hdr,
     read_npy,
     read_png,
+    read_png_metadata,
     write_exr,
     write_hdr,
     write_npy,
@@ -167,8 +169,12 @@ def read_layers(path: str | Path, layers: Sequence[str]) -> tuple[list[FloatImag
 
 
 def read_metadata(path: str | Path) -> dict[str, str]:
-    """The metadata that :func:`write_image` stored in a file, perhaps none. Raises as :func:`read_image`."""
-    return read_content(path)[1]
+    """The metadata that :func:`write_image` stored in a file, perhaps none. Raises as :func:`read_image`, and of a .png
+    file also where a checksum is wrong."""
+    if Path(path).suffix.lower() != ".png":
+        return read_content(path)[1]
+    with _reading(path):
+        return _ours(read_png_metadata(Path(path)))
 
 
 def read_content(path: str | Path) -> Content:
@@ -191,10 +197,17 @@ def _read(path: str | Path, layers: Sequence[str] = (), alpha: bool = False) -> 
     reader = _READERS.get(Path(path).suffix.lower())
     if reader is None:
         raise FragtracerError(f"{path}: cannot read this kind of image; choose from {', '.join(_READERS)}")
+    with _reading(path):
+        return read_exr(Path(path), layers, alpha) if reader is read_exr else reader(Path(path))
+
+
+@contextmanager
+def _reading(path: str | Path) -> Iterator[None]:
+    """Makes one FragtracerError of what may go wrong with a file."""
     try:
         check_regular(path)
         Path(path).open("rb").close()
-        return read_exr(Path(path), layers, alpha) if reader is read_exr else reader(Path(path))
+        yield
     except (OSError, RuntimeError, ValueError, EOFError) as error:
         if isinstance(error, OSError) and error.strerror:
             raise FragtracerError(f"{path}: cannot read: {error.strerror}") from error

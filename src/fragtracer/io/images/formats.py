@@ -11,14 +11,19 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fragtracer.display.tone import FloatImage, srgb_decode
 from fragtracer.errors import FragtracerError
 from fragtracer.io.images import exr_child, npy, rgbe
+
+if TYPE_CHECKING:
+    from PIL.PngImagePlugin import PngImageFile
 
 Content = tuple[FloatImage, dict[str, str]]
 _SECONDS = 120
@@ -106,16 +111,36 @@ def write_png(path: Path, pixels: FloatImage, metadata: Mapping[str, str]) -> No
     Image.fromarray(np.rint(255 * pixels).astype(np.uint8)).save(path, format="PNG", pnginfo=info)
 
 
-def read_png(path: Path) -> Content:
-    """Any PNG of 8 bits, its transparency ignored, made linear."""
-    from PIL import Image
+@contextmanager
+def opened_png(path: Path) -> Iterator["PngImageFile"]:
+    """A PNG file for Pillow, whose own limit is below the largest pictures that are rendered."""
+    from PIL.PngImagePlugin import PngImageFile
 
     try:
-        with Image.open(path, formats=["PNG"]) as picture:
-            if picture.mode[0] in "IF":
-                raise ValueError("only pictures of 8 bits a channel can be read")
-            pixels = np.asarray(picture.convert("RGB"))
-            metadata = {str(key): value for key, value in picture.info.items() if isinstance(value, str)}
-    except (SyntaxError, Image.DecompressionBombError) as error:
+        with PngImageFile(path) as picture:
+            if picture.width * picture.height > exr_child.MOST_PIXELS:
+                raise ValueError(f"it has {picture.width} x {picture.height} pixels, more than {exr_child.MOST_PIXELS}")
+            yield picture
+    except SyntaxError as error:
         raise ValueError(str(error)) from error
+
+
+def read_png(path: Path) -> Content:
+    """Any PNG of 8 bits, its transparency ignored, made linear."""
+    with opened_png(path) as picture:
+        if picture.mode[0] in "IF":
+            raise ValueError("only pictures of 8 bits a channel can be read")
+        pixels = np.asarray(picture.convert("RGB"))
+        metadata = _texts(picture)
     return srgb_decode(np.divide(pixels, 255, dtype=np.float32)), metadata
+
+
+def read_png_metadata(path: Path) -> dict[str, str]:
+    """Of a file that is whole: the checksums of all its chunks are looked at, which reading the pixels passes over."""
+    with opened_png(path) as picture:
+        picture.verify()
+        return _texts(picture)
+
+
+def _texts(picture: "PngImageFile") -> dict[str, str]:
+    return {str(key): value for key, value in picture.info.items() if isinstance(value, str)}

@@ -11,10 +11,10 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
+from fragtracer.io.images.exr_child import MOST_PIXELS
 from fragtracer.io.images.scanlines import decode_scanlines
 
 LARGEST = float(np.float32(2.0**127 * 255 / 256))
-MOST_PIXELS = 2**27  # 16384 x 8192
 _FORMAT = "32-bit_rle_rgbe"
 _LONGEST_HEADER = 2**20
 _RESOLUTION = re.compile(rb"([+-][XY]) +(\d{1,9}) +([+-][XY]) +(\d{1,9})")
