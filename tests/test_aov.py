@@ -356,7 +356,8 @@ def test_a_file_keeps_all_layers(ctx: moderngl.Context, tmp_path: Path) -> None:
     with OpenEXR.File(str(path), separate_channels=True) as file:
         found = {name: channel.pixels for name, channel in file.channels().items()}
         header = dict(file.header())
-    expected = {name: plane for layer, values in layers.items() for name, plane in channels(layer, values).items()}
+    planes = [channels(layer, values, 8, 12) for layer, values in layers.items()]
+    expected = {name: plane for one in planes for name, plane in one.items()}
     assert found.keys() == {"R", "G", "B", *expected}
     for name, plane in expected.items():
         np.testing.assert_array_equal(found[name], plane, err_msg=name)
@@ -385,6 +386,11 @@ def test_mistakes(ctx: moderngl.Context, tmp_path: Path) -> None:
     assert checked(["denoising", "normal"]) == (*DENOISING, "normal")
     with pytest.raises(OutputError, match=r"a\.png: only \.exr files have layers; give a\.exr"):
         write_image(tmp_path / "a.png", image, layers={"albedo": image})
+    for name, shape in (("albedo", (2, 2)), ("depth", (2, 2, 3)), ("own", (2, 3, 3)), ("object", (2, 2, 4))):
+        with pytest.raises(
+            OutputError, match=rf"the layer {name} is an array of \(2, 2, .*, got float64 \({shape[0]}, "
+        ):
+            write_image(tmp_path / "b.exr", image, layers={name: np.zeros(shape)})
     write_image(tmp_path / "a.exr", image, layers={"albedo": image})
     with pytest.raises(FragtracerError, match="it has no layer normal"):
         read_layers(tmp_path / "a.exr", ["albedo", "normal"])

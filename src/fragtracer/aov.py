@@ -7,9 +7,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from fragtracer.errors import FragtracerError
+from fragtracer.errors import FragtracerError, OutputError
 
 Floats = NDArray[np.float32]
 RANKS = 6  # of a matte, two a layer
@@ -73,15 +73,26 @@ def checked(names: Iterable[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(one for name in asked for one in groups.get(name, (name,))))
 
 
-def channels(name: str, values: Floats) -> dict[str, Floats]:
+def channels(name: str, values: ArrayLike, height: int, width: int) -> dict[str, Floats]:
     """The channels of a layer (height, width) or (height, width, n), or of a matte (height, width, 6, 2), by the names
-    that they have in a file: LAYER.LETTER."""
-    height, width = values.shape[:2]
-    aov = AOVS.get(name, Aov("RGB", ""))
+    that they have in a file: LAYER.LETTER.
+
+    Raises
+    ------
+    OutputError
+        If it is of another shape.
+    """
+    aov, array = AOVS.get(name, Aov("RGB", "")), np.asarray(values)
+    count = len(aov.channels)
+    shapes = [(RANKS, 2)] if aov.matte else [(count,), *([()] if count == 1 else [])]
+    if array.shape not in [(height, width, *shape) for shape in shapes] or array.dtype.kind not in "fiub":
+        wanted = (height, width, *shapes[0])
+        raise OutputError(f"the layer {name} is an array of {wanted} numbers here, got {array.dtype} {array.shape}")
+    array = array.astype(np.float32, copy=False)
     if not aov.matte:
-        planes = values.reshape(height, width, len(aov.channels))
+        planes = array.reshape(height, width, count)
         return {f"{name}.{letter}": planes[..., i] for i, letter in enumerate(aov.channels)}
-    pairs = values.reshape(height, width, RANKS // 2, 4)
+    pairs = array.reshape(height, width, RANKS // 2, 4)
     return {
         f"{aov.matte}{level:02}.{letter}": pairs[:, :, level, i]
         for level in range(RANKS // 2)

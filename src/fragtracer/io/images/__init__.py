@@ -96,6 +96,9 @@ def write_image(
         check_layers_writable(path)
     suffix = Path(path).suffix.lower()
     pixels = _as_image(image)
+    planes: dict[str, npt.NDArray[np.float32]] = {}
+    for name, values in (layers or {}).items():
+        planes |= channels(name, values, *pixels.shape[:2])
     entries = {_PREFIX + key: value for key, value in (metadata or {}).items()}
     if suffix == ".hdr":
         bad = _non_finite(pixels, path)
@@ -110,8 +113,7 @@ def write_image(
         entries |= matte_metadata(name, names)
     with output.replacing(path) as part:
         if layers:
-            planes = [channels(name, np.asarray(values, np.float32)) for name, values in layers.items()]
-            write_exr(part, pixels, entries, {name: plane for one in planes for name, plane in one.items()})
+            write_exr(part, pixels, entries, planes)
         else:
             _WRITERS[suffix](part, pixels, entries)
 
