@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 import OpenEXR
@@ -12,6 +13,7 @@ import pytest
 from command import TINY, status_of
 
 from fragtracer import light_tracing
+from fragtracer.apps.cli.frames import frames_of
 from fragtracer.camera_path import turntable
 from fragtracer.gpu import tracer
 from fragtracer.io.images import read_image, read_metadata, write_image
@@ -49,6 +51,8 @@ def test_a_frame_with_motion_is_rendered_again_where_the_one_before_has_moved(tm
         (tmp_path / "way.toml").write_text(keys.format(1, x) + keys.format(2, 3.0))
         assert status_of(monkeypatch, *command) == 0
         assert ("1 of 1 frame was finished before" in capsys.readouterr().out) == finished
+    assert status_of(monkeypatch, *command, "--frames", 1) == 0
+    assert not read_channels(tmp_path / "a.1.exr")["motion.X"].any()
 
 
 def test_frames_are_those_of_their_cameras_and_seeds(tmp_path, monkeypatch, compiled):
@@ -90,14 +94,14 @@ def test_it_is_learned_for_all_frames(tmp_path, monkeypatch):
 
 
 def test_frames_have_layers_and_motion(tmp_path, monkeypatch):
-    """The motion is that from the frame before, also where that one is not asked for."""
+    """The motion is that from the frame before, also where that one is not asked for; that of the first is the last."""
     command = [*COMMAND, "--turntable", 8, "--aov", "motion,diffuse", "-o", tmp_path / "a.#.exr"]
     assert status_of(monkeypatch, *command, "--frames", "1-3") == 0
     (tmp_path / "a.3.exr").rename(tmp_path / "third.exr")
     assert status_of(monkeypatch, *command, "--frames", 3, "--denoise") == 0
     channels = {name: read_channels(tmp_path / name) for name in ("a.1.exr", "third.exr", "a.3.exr")}
     motion = {name: np.hypot(found["motion.X"], found["motion.Y"]) for name, found in channels.items()}
-    assert not motion["a.1.exr"].any()
+    assert motion["a.1.exr"].max() == pytest.approx(motion["a.3.exr"].max(), rel=0.2)
     assert motion["a.3.exr"].max() > 1
     np.testing.assert_array_equal(motion["a.3.exr"], motion["third.exr"])
     assert channels["a.3.exr"]["denoised.R"].any()
@@ -170,6 +174,24 @@ def test_a_film_has_the_frames(tmp_path, monkeypatch, suffix):
         assert np.abs(picture - expected).mean() == min(np.abs(picture - other).mean() for other in others)
 
 
+@pytest.mark.parametrize(
+    ("fps", "rate"),
+    [
+        (23.976, (24000, 1001)),
+        (23.98, (24000, 1001)),
+        (29.97, (30000, 1001)),
+        (119.88, (120000, 1001)),
+        (24, (24, 1)),
+        (3, (3, 1)),
+        (12.5, (25, 2)),
+        (23.9, (239, 10)),
+    ],
+)
+def test_rates_of_television_are_whole_ones_by_1001(tmp_path, monkeypatch, fps, rate):
+    monkeypatch.setattr("fragtracer.apps.cli.video.check", lambda *_: None)
+    assert frames_of(load(SCENE), tmp_path / "a.mp4", None, None, 2, fps).fps == Fraction(*rate)
+
+
 def _srgb(image):
     return np.where(image <= 0.0031308, 12.92 * image, 1.055 * np.maximum(image, 1e-9) ** (1 / 2.4) - 0.055)
 
@@ -232,6 +254,22 @@ def test_an_encoder_that_is_missing_is_told_before_the_work(
     assert problem in message
     assert "pip install 'fragtracer[video]'" in message
     assert list(tmp_path.iterdir()) == [tmp_path / "bin"]
+
+
+def test_a_film_of_some_frames_does_not_replace_one_of_more(tmp_path, monkeypatch, capsys):
+    """Nor is anything rendered."""
+    monkeypatch.setattr("fragtracer.apps.cli.video.check", lambda *_: None)
+    monkeypatch.setattr("fragtracer.apps.cli.video.encode", lambda files, film, _: film.write_text(str(len(files))))
+    film = tmp_path / "a.mp4"
+    command = [*COMMAND, "--turntable", 3, "-o", film]
+    for frames, count in ((["--frames", "1-2"], "2"), (["--frames", "1-2"], "2"), ([], "3")):
+        assert status_of(monkeypatch, *command, *frames) == 0
+        assert film.read_text() == count
+    (tmp_path / "a.frames" / "0002.png").unlink()
+    assert status_of(monkeypatch, *command, "--frames", 2) == 2
+    assert "a.mp4: would be replaced by a film of --frames 2 alone" in capsys.readouterr().err
+    assert film.read_text() == "3"
+    assert not (tmp_path / "a.frames" / "0002.png").exists()
 
 
 def test_what_the_system_cannot_encode_another_ffmpeg_does(tmp_path, monkeypatch, ffmpeg_without_encoders):

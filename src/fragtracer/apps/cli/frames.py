@@ -71,13 +71,18 @@ def frames_of(
     numbers = _asked(frames, moving)
     film = output if output.suffix.lower() in video.SUFFIXES else None
     files = {number: _file(output, number) for number in numbers}
-    rate = Fraction(fps or 24).limit_denominator(1001)
+    if film is not None and frames is not None and film.exists() and _has_others(files):
+        mend = "leave that out, since finished frames are not rendered again, or give another file"
+        raise OutputError(f"{film}: would be replaced by a film of --frames {frames} alone; {mend}")
+    rate = _rate(fps or 24)
     width, height = scene.render.width, scene.render.height
     (video.check(output, width, height, rate) if film else check_writable(files[numbers[0]]))
     scenes = {number: replace(scene, camera=_camera(moving, number)) for number in numbers}
     seeds = {number: (scene.render.seed + number) % _SEEDS for number in numbers}
     scenes = {n: replace(s, render=replace(s.render, seed=seeds[n])) for n, s in scenes.items()}
-    previous = {number: _camera(moving, max(number - 1, moving.frames[0])) for number in numbers}
+    first = moving.frames[0]
+    before_first = first if turns is None else moving.frames[-1]
+    previous = {n: _camera(moving, before_first if n == first else n - 1) for n in numbers}
     return Frames(scenes, len(moving.frames), previous, files, film, rate)
 
 
@@ -105,6 +110,19 @@ def _asked(frames: str | None, path: CameraPath) -> range:
     if asked[0] not in there or asked[-1] not in there:
         raise FragtracerError(f"--frames {frames}: the camera moves from frame {there[0]} to {there[-1]}")
     return asked
+
+
+def _has_others(files: Mapping[int, Path]) -> bool:
+    """Whether there are frames of a film besides these ``files``."""
+    folder = next(iter(files.values())).parent
+    return any(file not in files.values() for file in folder.glob("*.png"))
+
+
+def _rate(fps: float) -> Fraction:
+    """Also of 23.976 and 29.97, which are short for 24000/1001 and 30000/1001."""
+    of_television = Fraction(round(fps) * 1000, 1001)
+    is_short_for_it = fps != round(fps) and abs(fps - of_television) < 0.005
+    return of_television if is_short_for_it else Fraction(fps).limit_denominator(1001)
 
 
 def _camera(path: CameraPath, frame: int) -> Camera:
