@@ -15,6 +15,7 @@ from command import TINY, status_of
 from fragtracer import light_tracing
 from fragtracer.apps.cli.frames import frames_of
 from fragtracer.camera_path import turntable
+from fragtracer.display.exposure import automatic_exposure
 from fragtracer.gpu import tracer
 from fragtracer.io.images import read_image, read_metadata, write_image
 from fragtracer.io.toml import load
@@ -128,6 +129,20 @@ def test_a_damaged_png_is_rendered_again(tmp_path, monkeypatch, capsys):
     assert file.read_bytes() == good
     assert status_of(monkeypatch, *command, "--exposure", 1) == 0
     assert "were finished" not in capsys.readouterr().out
+
+
+def test_frames_are_exposed_alike(tmp_path, monkeypatch, capsys):
+    """Whichever are asked for, by what is seen on the whole path."""
+    command = ["render", "three-spheres", *TINY, "--spp", 16, "--turntable", 4, "--exposure"]
+    assert status_of(monkeypatch, *command, 0, "-o", tmp_path / "a.#.hdr") == 0
+    apart = [automatic_exposure(read_image(tmp_path / f"a.{number}.hdr")) for number in range(1, 5)]
+    assert np.ptp(apart) > 0.6
+    for frames, said in (("2", "a.2.png: 16 samples"), ("1-4", "1 of 4 frames was finished before")):
+        assert status_of(monkeypatch, *command, "auto", "-o", tmp_path / "a.#.png", "--frames", frames) == 0
+        assert said in capsys.readouterr().out
+    stops = {float(read_metadata(tmp_path / f"a.{number}.png")["exposure"]) for number in range(1, 5)}
+    assert len(stops) == 1
+    assert min(apart) + 0.2 < stops.pop() < max(apart) - 0.2
 
 
 def test_an_interrupted_frame_goes_on_from_its_checkpoint(tmp_path, monkeypatch, capsys):

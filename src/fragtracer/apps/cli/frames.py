@@ -8,10 +8,14 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from pydantic import ValidationError
 
 from fragtracer.apps.cli import video
+from fragtracer.apps.cli.picture import Picture
+from fragtracer.apps.cli.preparation import preparing
 from fragtracer.camera_path import CameraPath, turntable
+from fragtracer.display.exposure import cells, stops_for
 from fragtracer.errors import FragtracerError, OutputError
 from fragtracer.io.images import check_writable, read_metadata
 from fragtracer.io.toml.camera_paths import load_camera_path
@@ -21,21 +25,27 @@ from fragtracer.scene.content import content_digest
 
 _NUMBERS = re.compile(r"#+")
 _SEEDS = 2**32
+_METERED, _METERED_SPP, _METERED_SIDE = 8, 16, 256  # frames that decide over the exposure, samples and pixels of them
 _PICTURES = (".png", ".exr", ".hdr")  # a .npy cannot say which frame it is
 
 
 @dataclass(frozen=True)
 class Frames:
-    """The ``scenes`` of the frames that are asked for, by number, of ``count`` in all, the cameras of the frames before
-    them, and the ``files`` that they go to; a ``film`` of ``fps`` frames a second is made of them if its name is
+    """The ``scenes`` of the frames that are asked for, by number, of those of a ``path``, the cameras of the frames
+    before them, and the ``files`` that they go to; a ``film`` of ``fps`` frames a second is made of them if its name is
     given."""
 
     scenes: Mapping[int, Scene]
-    count: int
+    path: CameraPath
     previous_cameras: Mapping[int, Camera]
     files: Mapping[int, Path]
     film: Path | None
     fps: Fraction
+
+    @property
+    def count(self) -> int:
+        """Frames of the whole path."""
+        return len(self.path.frames)
 
     def make_folder(self) -> None:
         """Make the one that the files of a film go to; raises :class:`OutputError` where that cannot be."""
@@ -83,7 +93,26 @@ def frames_of(
     first = moving.frames[0]
     before_first = first if turns is None else moving.frames[-1]
     previous = {n: _camera(moving, before_first if n == first else n - 1) for n in numbers}
-    return Frames(scenes, len(moving.frames), previous, files, film, rate)
+    return Frames(scenes, moving, previous, files, film, rate)
+
+
+def exposed_alike(picture: Picture, frames: Frames, scene: Scene) -> Picture:
+    """``picture`` with one exposure for all frames of the path in the place of an automatic one for each, which would
+    flicker: that of small pictures of some of them together, whichever are asked for."""
+    if picture.look[0] != "auto" or next(iter(frames.files.values())).suffix.lower() != ".png":
+        return picture
+    width, height = scene.render.width, scene.render.height
+    shrink = max(1, width / _METERED_SIDE, height / _METERED_SIDE)
+    size = max(1, round(width / shrink)), max(1, round(height / shrink))
+    even = replace(scene.render, adaptive="off", guiding="off", light_tracing="off", gradient_domain="off")
+    luminances = []
+    with preparing(), Renderer(replace(scene, render=even), size, moves=True) as renderer:
+        for number in frames.path.frames[:: -(-frames.count // _METERED)]:
+            renderer.reset(replace(scene, camera=_camera(frames.path, number)))
+            luminances.append(cells(renderer.render(_METERED_SPP)).ravel())
+    stops = round(stops_for(np.concatenate(luminances)), 2)
+    print(f"exposure {stops:+.2f} stops for all frames")
+    return replace(picture, look=(stops, *picture.look[1:]))
 
 
 def digest_of(renderer: Renderer, *more: Any) -> str:

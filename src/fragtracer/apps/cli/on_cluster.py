@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from fragtracer.apps import cluster
-from fragtracer.apps.cli.frames import Frames, is_finished
+from fragtracer.apps.cli.frames import Frames, exposed_alike, is_finished
 from fragtracer.apps.cli.keeping import Keeping
 from fragtracer.apps.cli.picture import WRITING, Picture, write_or_rescue
 from fragtracer.apps.cli.words import counted, finished_before
@@ -75,6 +75,7 @@ def render_frames(
     files = frames.files
     picture.check(files[min(files)])
     frames.make_folder()
+    picture = exposed_alike(picture, frames, scene)
     digests = {
         number: content_digest(
             repr(sorted(cluster.origin_of_frame(moved, block).items())), repr((scene.render.spp, limits, picture))

@@ -235,13 +235,14 @@ def _check_parts(settings: Any, picture: Any, first_sample: int) -> None:
 
 def _render_frames(scene: Any, frames: Any, limits: dict[str, Any], picture: Any, keeping: Any) -> bool:
     """Render the frames that are not finished; False if interrupted."""
-    from fragtracer.apps.cli.frames import digest_of, is_finished
+    from fragtracer.apps.cli.frames import digest_of, exposed_alike, is_finished
     from fragtracer.apps.cli.preparation import preparing
     from fragtracer.renderer import Renderer
 
     files = frames.files
     picture.check(files[min(files)])
     frames.make_folder()
+    picture = exposed_alike(picture, frames, scene)
     with preparing():
         renderer = Renderer(scene, moves=True, pictures=frames.count, aovs=picture.aovs)
     with renderer:
