@@ -60,8 +60,9 @@ def read(path: str, layers: Sequence[str] = (), alpha: bool = False) -> tuple[ND
         if "deep" in str(header.get("type")):
             raise Unsupported("it is a deep image, of many samples a pixel; flatten it")
         texts = {key: value for key, value in header.items() if isinstance(value, str)}
-    file = OpenEXR.InputFile(name)  # not a File, which reads all channels: there may be more than memory
-    channels = file.header()["channels"]
+    # A File reads all channels, which may be more than there is memory for.
+    source = OpenEXR.InputFile(name)
+    channels = source.header()["channels"]
     size = data[3] - data[1] + 1, data[2] - data[0] + 1
     shapes = {name: (size[0] // one.ySampling, size[1] // one.xSampling) for name, one in channels.items()}
     is_chroma = shapes.keys() >= set(_CHROMA)
@@ -72,12 +73,9 @@ def read(path: str, layers: Sequence[str] = (), alpha: bool = False) -> tuple[ND
     if 2 * size[0] * size[1] * sum(kind.itemsize for kind in types.values()) > _MOST_BYTES:  # with their stack
         raise MemoryError
     # Channels of fewer samples than pixels are not among those that the library reads at once.
-    samples = [file.channel(name) for name in types] if is_chroma else file.channels(list(types))
-    read = {
-        name: np.frombuffer(one, kind).reshape(shapes[name])
-        for (name, kind), one in zip(types.items(), samples, strict=True)
-    }
-    planes = [read[name] for name in names]
+    samples = [source.channel(name) for name in types] if is_chroma else source.channels(list(types))
+    pixels = {name: np.frombuffer(one, types[name]) for name, one in zip(types, samples, strict=True)}
+    planes = [pixels[name].reshape(shapes[name]) for name in names]
     if is_chroma:
         planes[:3] = _from_luminance_chroma(planes[:3], chromaticities)
     stack = np.stack(planes, axis=-1)
