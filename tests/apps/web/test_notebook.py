@@ -58,6 +58,9 @@ def test_what_is_set_is_checked_and_kept(widget):
     assert (widget.settings["bounces"], widget.settings["exposure"]) == (2, 0)
     widget.camera = replace(scene.camera, fov_degrees=20)
     assert widget.scene == replace(scene, camera=widget.camera, render=replace(scene.render, bounces=2))
+    widget.settings = {"bounces": np.int64(2), "exposure": np.float32(0.5), "albedo-0": "#FF8000"}
+    sent = json.loads(json.dumps(widget.get_state("settings")["settings"]))
+    assert [sent[name] for name in ("bounces", "exposure", "albedo-0")] == [2, 0.5, "#ff8000"]
     for settings, message in (
         ({"bounce": 1}, "there is no setting 'bounce'; there are exposure, tonemap, bounces"),
         ({"bounces": -1}, "bounces: must be an integer from 0 to 32, got -1"),

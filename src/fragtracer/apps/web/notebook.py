@@ -5,6 +5,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import asdict, replace
 from importlib.resources import files
+from numbers import Integral, Real
 from types import MappingProxyType
 from typing import Any
 
@@ -54,25 +55,30 @@ class Widget(anywidget.AnyWidget):
 
     @traitlets.validate("settings")
     def _merged(self, proposal: Mapping[str, Any]) -> Mapping[str, Any]:
-        given = proposal["value"]
+        given = dict(proposal["value"])
         for name, value in given.items():
             if name not in self._controls:
                 raise traitlets.TraitError(f"there is no setting {name!r}; there are {', '.join(self._controls)}")
-            problem = _problem(self._controls[name], value)
-            if problem:
-                raise traitlets.TraitError(f"{name}: {problem}, got {value!r}")
+            try:
+                given[name] = _checked(self._controls[name], value)
+            except ValueError as error:
+                raise traitlets.TraitError(f"{name}: {error}, got {value!r}") from None
         before = self.settings if self.trait_has_value("settings") else {}
         return MappingProxyType({**before, **given})
 
 
-def _problem(control: Control, value: Any) -> str | None:
-    """What is wrong with a value of a control, if anything is."""
+def _checked(control: Control, value: Any) -> int | float | str:
+    """A value of a control as the page has it; raises ValueError if it is none."""
     if "choices" in control:
-        return None if value in control["choices"] else f"must be one of {', '.join(control['choices'])}"
+        if value not in control["choices"]:
+            raise ValueError(f"must be one of {', '.join(control['choices'])}")
+        return str(value)
     if "min" in control:
         least, most = control["min"], control["max"]
-        counts = control["effect"] == "set"
-        is_number = isinstance(value, int if counts else int | float) and not isinstance(value, bool)
-        kind = "an integer" if counts else "a number"
-        return None if is_number and least <= value <= most else f"must be {kind} from {least:g} to {most:g}"
-    return None if re.fullmatch("#[0-9a-f]{6}", str(value)) else "must be a colour, as '#ff8000'"
+        kind, name = (Integral, "an integer") if control["effect"] == "set" else (Real, "a number")
+        if not (isinstance(value, kind) and not isinstance(value, bool) and least <= value <= most):
+            raise ValueError(f"must be {name} from {least:g} to {most:g}")
+        return int(value) if isinstance(value, Integral) else float(value)
+    if not re.fullmatch("#[0-9a-f]{6}", str(value).lower()):
+        raise ValueError("must be a colour, as '#ff8000'")
+    return str(value).lower()
