@@ -2,6 +2,8 @@
 """Arguments of Python callers, refused where they come in and not where they would break something."""
 
 import operator
+import re
+from numbers import Real
 from typing import Any
 
 from fragtracer.errors import FragtracerError
@@ -17,14 +19,14 @@ def check_scene(scene: Any) -> None:
         raise FragtracerError(f"{scene!r} is no scene; give one{mend}")
 
 
-def checked_size(size: Any) -> tuple[int, int]:
-    """Width and height in pixels; raises FragtracerError if ``size`` is not that."""
+def checked_size(size: Any, most: int = _MOST_PIXELS) -> tuple[int, int]:
+    """Width and height in pixels, at most so many; raises FragtracerError if ``size`` is not that."""
     try:
         width, height = map(operator.index, size)
     except (TypeError, ValueError):
         width = height = 0
-    if not (1 <= width <= _MOST_PIXELS and 1 <= height <= _MOST_PIXELS):
-        mend = f"give width and height in pixels, each from 1 to {_MOST_PIXELS}, as (640, 480)"
+    if not (1 <= width <= most and 1 <= height <= most):
+        mend = f"give width and height in pixels, each from 1 to {most}, as (640, 480)"
         raise FragtracerError(f"size = {size!r}: {mend}")
     return width, height
 
@@ -38,3 +40,20 @@ def checked_spp(spp: Any) -> int:
     if count < 0:
         raise FragtracerError(f"spp = {spp!r}: give a whole number of samples per pixel")
     return count
+
+
+def checked_seconds(seconds: Any) -> float:
+    """A time; raises FragtracerError if ``seconds`` is none, or negative."""
+    if not (isinstance(seconds, Real) and float(seconds) >= 0):
+        raise FragtracerError(f"seconds = {seconds!r}: give a number of seconds, not negative")
+    return float(seconds)
+
+
+def checked_bytes(size: Any) -> float:
+    """A number of bytes, from that or a text as "5MB"; raises FragtracerError if ``size`` is none of these."""
+    match = re.fullmatch(r"(\d+(?:\.\d+)?) ?(kB|MB)", size, re.IGNORECASE) if isinstance(size, str) else None
+    if match:
+        return float(match[1]) * {"kb": 1e3, "mb": 1e6}[match[2].lower()]
+    if not (isinstance(size, Real) and float(size) > 0):
+        raise FragtracerError(f"size limit {size!r}: give a number of kB or MB, as 5MB, or of bytes")
+    return float(size)

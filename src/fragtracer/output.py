@@ -36,7 +36,7 @@ def check_writable(path: str | Path, suffixes: Collection[str]) -> None:
     """
     try:
         problem = _problem(Path(path), suffixes)
-    except (OSError, ValueError) as error:
+    except (OSError, TypeError, ValueError) as error:
         problem = getattr(error, "strerror", None) or str(error)
     if problem:
         raise OutputError(f"{path}: {problem}")

@@ -17,12 +17,12 @@ import PIL.Image
 import pytest
 
 import fragtracer as ft
-from fragtracer.apps import cli
+from fragtracer.apps import cli, web
 from fragtracer.apps.web import page, payload
 from fragtracer.apps.web.payload import scene_payload
 from fragtracer.apps.web.smaller import with_quantised_meshes, with_smaller_images
 from fragtracer.display.look import Look
-from fragtracer.errors import SceneError
+from fragtracer.errors import FragtracerError, SceneError
 from fragtracer.packing import pack
 from fragtracer.packing.atlas import mean_color
 
@@ -178,16 +178,20 @@ def test_an_approximation_is_refused():
             scene_payload(scene, replace(scene.render, **changes), Look())
 
 
-def test_a_page_is_made_as_small_as_asked_for():
+def test_a_page_is_made_as_small_as_asked_for(monkeypatch):
     scene = ft.load("leaves")
     whole = page(scene, SIZE, 1)
     assert whole.notes == []
     made = page(scene, SIZE, 1, size_limit=int(0.7 * len(whole.text)))
     assert len(made.text) <= 0.7 * len(whole.text)
     assert [re.sub(r"\d+", "N", note) for note in made.notes] == [
-        "images have N texels a side at most",
-        "vertices of meshes lie on a grid of N^N steps",
+        "to keep it small, images have N texels a side at most",
+        "to keep it small, vertices of meshes lie on a grid of N^N steps",
     ]
+    noise = np.random.default_rng(1).random((128, 256, 3))
+    made = page(ft.Scene(environment=ft.Environment(image=ft.Panorama(noise))), SIZE, 1, size_limit="250kB")
+    assert made.notes == ["to keep it small, images have 64 texels a side at most"]
+    monkeypatch.delattr(web, "Renderer")  # refused before the work
     with pytest.raises(SceneError, match=r"the page takes \d+ kB at least; the limit is 1 kB"):
         page(ft.load("cornell-box"), SIZE, 1, size_limit=1000)
 
@@ -200,6 +204,12 @@ def test_smaller_images_have_the_same_mean_and_vertices_move_by_half_a_step():
     assert side == max(max(image.pixels.shape[:2]) for image in images) // 4
     for image, other in zip(images, found, strict=True):
         np.testing.assert_allclose(mean_color(other), mean_color(image), atol=0.01)
+    noise = np.random.default_rng(1).random((32, 64, 3)) ** 8
+    scene = ft.Scene(environment=ft.Environment(image=ft.Panorama(noise)))
+    smaller, side = with_smaller_images(scene, 2)
+    assert side == 16
+    assert smaller.environment.image.pixels.shape == (8, 16, 3)
+    np.testing.assert_allclose(smaller.environment.image.pixels.mean(axis=(0, 1)), noise.mean(axis=(0, 1)), rtol=1e-5)
     scene = ft.load("knot")
     for mesh, other in zip(scene.meshes, with_quantised_meshes(scene, 10).meshes, strict=True):
         for part, coarse in zip(mesh.parts, other.parts, strict=True):
@@ -238,6 +248,9 @@ def test_a_scene_shows_itself_in_a_notebook():
     frame = Frame()
     frame.feed(shown._repr_html_())
     assert frame.page == shown.text
+    bright = ft.show(scene, SIZE, 1, exposure=1.5, tonemap="agx")
+    assert bright.look == Look(1.5, "agx")
+    assert bright.settings == shown.settings
     assert "_repr_html_" in dir(scene)
 
 
@@ -258,6 +271,7 @@ def test_a_renderer_shows_its_picture_in_a_notebook():
         (["cornell-box", "page.html", "--size-limit", "5"], "give a number of kB or MB"),
         (["cornell-box", "page.html", "--fallback", "0x9,3"], "give width, height and number of pictures"),
         (["cornell-box", "page.html", "--exposure", "bright"], "give a number of stops"),
+        (["cornell-box", "page.html", "--size", "16384x1"], "each from 1 to 16383"),
     ],
 )
 def test_bad_input_is_one_sentence(arguments, message, monkeypatch, capsys, tmp_path):
@@ -270,3 +284,24 @@ def test_bad_input_is_one_sentence(arguments, message, monkeypatch, capsys, tmp_
     assert message in error
     assert "Traceback" not in error
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"path": None}, "^None: "),
+        ({"size": (1, 16384)}, "each from 1 to 16383"),
+        ({"spp": 1.5}, r"^spp = 1\.5: "),
+        ({"seconds": float("nan")}, "^seconds = nan: give a number of seconds, not negative$"),
+        ({"seconds": "5"}, "^seconds = '5': "),
+        ({"size_limit": "5"}, "^size limit '5': give a number of kB or MB"),
+        ({"size_limit": -5}, "^size limit -5: "),
+        ({"fallback": (8, 8)}, r"^fallback = \(8, 8\): give width, height and number of pictures"),
+        ({"fallback": (0, 0, 0)}, r"^fallback = \(0, 0, 0\): "),
+        ({"fallback": (8, 16384, 1)}, "^fallback = "),
+    ],
+)
+def test_bad_arguments_are_one_sentence_before_the_work(arguments, message, monkeypatch, tmp_path):
+    monkeypatch.delattr(web, "Renderer")
+    with pytest.raises(FragtracerError, match=message):
+        ft.export_html(**{"scene": ft.load("cornell-box"), "path": tmp_path / "page.html", **arguments})

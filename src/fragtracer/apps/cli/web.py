@@ -39,22 +39,13 @@ def export_html(
     from fragtracer.output import check_writable
 
     check_writable(output, SUFFIXES)
-    stops, limit, pictures = options.parse_exposure(exposure), _bytes(size_limit), _turntable(fallback)
+    stops, pictures = options.parse_exposure(exposure), _turntable(fallback)
     pixels = options.parse_size(size)
     with preparing():
-        made = export(load(scene), output, pixels, spp, time, stops, tonemap, limit, pictures, denoise)
+        made = export(load(scene), output, pixels, spp, time, stops, tonemap, size_limit, pictures, denoise)
     for note in made.notes:
-        print(f"{output}: to keep it small, {note}")
+        print(f"{output}: {note}")
     print(f"{output}: {output.stat().st_size / 1e3:,.0f} kB")
-
-
-def _bytes(text: str | None) -> int | None:
-    if text is None:
-        return None
-    match = re.fullmatch(r"(\d+(?:\.\d+)?) ?(kB|MB)", text, re.IGNORECASE)
-    if not match:
-        raise FragtracerError(f"--size-limit {text}: give a number of kB or MB, as 5MB")
-    return int(float(match[1]) * {"kb": 1e3, "mb": 1e6}[match[2].lower()])
 
 
 def _turntable(text: str | None) -> tuple[int, int, int] | None:

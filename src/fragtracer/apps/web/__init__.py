@@ -7,7 +7,7 @@ import html
 import io
 import json
 import logging
-from collections.abc import Iterator
+import operator
 from dataclasses import dataclass, replace
 from importlib.resources import files
 from pathlib import Path
@@ -22,7 +22,7 @@ from fragtracer import __version__
 from fragtracer.aov import DENOISING
 from fragtracer.apps.web.payload import packed_for_page, scene_payload
 from fragtracer.apps.web.smaller import with_quantised_meshes, with_smaller_images
-from fragtracer.arguments import check_scene, checked_size
+from fragtracer.arguments import check_scene, checked_bytes, checked_seconds, checked_size, checked_spp
 from fragtracer.camera_path import turntable
 from fragtracer.denoising import check_installed
 from fragtracer.denoising import denoise as denoised
@@ -40,7 +40,7 @@ _log = logging.getLogger(__name__)
 SUFFIXES = (".html", ".htm")
 POSTER_SECONDS = 30.0
 CELL_SECONDS = 5.0  # of a cell of a notebook
-_QUALITY = 85  # of WebP
+_QUALITY, _MOST_PIXELS = 85, 16383  # of WebP, the second a side
 _MOST_HALVINGS = 4  # of images
 _FIRST_BITS = 18  # of vertices, two fewer at each step
 
@@ -71,7 +71,7 @@ def export_html(
     seconds: float = POSTER_SECONDS,
     exposure: float | Literal["auto"] = 0.0,
     tonemap: str = "linear",
-    size_limit: int | None = None,
+    size_limit: int | str | None = None,
     fallback: tuple[int, int, int] | None = None,
     denoise: bool = False,
 ) -> Page:
@@ -94,7 +94,7 @@ def export_html(
     tonemap
         "linear", "reinhard", "aces" or "agx".
     size_limit
-        Bytes that the page may have: images lose texels and meshes digits until it fits.
+        Bytes that the page may have, or a text as "5MB": images lose texels and meshes digits until it fits.
     fallback
         Width, height and number of pictures from all around, which can be turned where nothing can be traced.
     denoise
@@ -105,8 +105,7 @@ def export_html(
     OutputError
         If the file cannot be written.
     FragtracerError
-        If pictures are to be denoised, and Open Image Denoise is not installed; if ``scene`` is none, or ``size`` is
-        not two whole numbers.
+        If pictures are to be denoised, and Open Image Denoise is not installed; if an argument is not of its kind.
     SceneError
         If the scene is more than a browser can hold, or cannot be made as small.
     """
@@ -118,9 +117,20 @@ def export_html(
     return made
 
 
-def show(scene: Scene, size: tuple[int, int] | None = None, spp: int | None = None, **options: Any) -> Page:
-    """The page of ``scene`` for a notebook, which shows it as the value of a cell; ``options`` as :func:`page`."""
-    return page(scene, size, spp, **{"seconds": CELL_SECONDS, **options})
+def show(
+    scene: Scene,
+    size: tuple[int, int] | None = None,
+    spp: int | None = None,
+    *,
+    exposure: float | Literal["auto"] = 0.0,
+    tonemap: str = "linear",
+    **options: Any,
+) -> Page:
+    """The page of ``scene`` for a notebook, which shows it as the value of a cell.
+
+    The arguments are those of :func:`export_html`, but ``seconds`` is 5 where it is left out.
+    """
+    return page(scene, size, spp, **{"seconds": CELL_SECONDS, "look": Look(exposure, tonemap), **options})
 
 
 def widget(scene: Scene, size: tuple[int, int] | None = None, spp: int | None = None, **options: Any) -> "Widget":
@@ -146,27 +156,26 @@ def page(
     spp: int | None = None,
     seconds: float = POSTER_SECONDS,
     look: Look | None = None,
-    size_limit: int | None = None,
+    size_limit: int | str | None = None,
     fallback: tuple[int, int, int] | None = None,
     denoise: bool = False,
 ) -> Page:
     """The page that :func:`export_html` writes."""
     check_scene(scene)
     look = look or Look()
-    width, height = (scene.render.width, scene.render.height) if size is None else checked_size(size)
+    size = checked_size((scene.render.width, scene.render.height) if size is None else size, _MOST_PIXELS)
+    width, height = size
     settings = replace(scene.render, width=width, height=height)
-    packed_for_page(scene, settings)  # refused here, not after the work
+    spp = checked_spp(spp or settings.spp)
+    seconds = checked_seconds(seconds)
+    limit = np.inf if size_limit is None else checked_bytes(size_limit)
+    fallback = None if fallback is None else _checked_fallback(fallback)
     if denoise:
         check_installed()
-    spp = spp or settings.spp
-    with Renderer(scene, (width, height), spp=expected_spp(settings, spp, seconds)) as renderer:
-        _log.info("rendering the poster")
-        image = _rendered(renderer, spp, seconds, denoise)
-    look = replace(look, exposure=look.stops(image))
-    poster = _picture(image, look)
+    packed_for_page(scene, settings)  # refused here, not after the work
     style = Template(_text("page.css")).substitute(width=width, height=height)
     script = _text("runner.js")
-    turntable = "[]" if fallback is None else json.dumps(_turntable(scene, fallback, look, seconds, denoise))
+    template = Template(_text("page.html"))
     fields = {
         "style_hash": _hash(style),
         "script_hash": _hash(script),
@@ -174,36 +183,62 @@ def page(
         "name": html.escape(scene.name),
         "rendered": "rendered and denoised" if denoise else "rendered",
         "style": style,
-        "poster": _base64(poster),
         "width": width,
         "height": height,
-        "turntable": turntable,
         "script": script,
     }
-    template = Template(_text("page.html"))
-    text = ""
-    for smaller, notes in _made_smaller(scene):
+
+    def written(step: int, look: Look, poster: bytes = b"", turntable: str = "[]") -> tuple[str, list[str]]:
+        smaller, notes = _made_smaller(scene, step)
         payload = scene_payload(smaller, settings, look)
-        text = template.substitute(fields, scene=_base64(payload))
-        if size_limit is None or len(text.encode()) <= size_limit:
-            return Page(text, notes, settings, look, poster)
-    raise SceneError(
-        f"the page takes {len(text) / 1e3:,.0f} kB at least; the limit is {(size_limit or 0) / 1e3:,.0f} kB"
-    )
+        pictures = {"poster": _base64(poster), "turntable": turntable}
+        return template.substitute(fields, scene=_base64(payload), **pictures), notes
+
+    def check_fits(text: str) -> None:
+        if len(text.encode()) > limit:
+            raise SceneError(f"the page takes {len(text) / 1e3:,.0f} kB at least; the limit is {limit / 1e3:,.0f} kB")
+
+    last = _MOST_HALVINGS if _has_images(scene) or scene.meshes else 0
+    if size_limit is not None:
+        check_fits(written(last, Look())[0])  # without its pictures
+    with Renderer(scene, size, spp=expected_spp(settings, spp, seconds)) as renderer:
+        _log.info("rendering the poster")
+        image = _rendered(renderer, spp, seconds, denoise)
+    look = replace(look, exposure=look.stops(image))
+    poster = _picture(image, look)
+    turntable = "[]" if fallback is None else json.dumps(_turntable(scene, fallback, look, seconds, denoise))
+    for step in range(last + 1):
+        text, notes = written(step, look, poster, turntable)
+        if len(text.encode()) <= limit:
+            break
+    check_fits(text)
+    return Page(text, notes, settings, look, poster)
 
 
-def _made_smaller(scene: Scene) -> Iterator[tuple[Scene, list[str]]]:
-    """The scene as it is, then ever smaller ones, and what was done to them."""
-    yield scene, []
-    has_images = any(material.textures for material in scene.materials.values())
-    if not (has_images or scene.meshes):
-        return
-    for step in range(1, _MOST_HALVINGS + 1):
-        smaller, side = with_smaller_images(scene, step)
-        bits = _FIRST_BITS - 2 * step
-        notes = [f"images have {side} texels a side at most"] if has_images else []
-        notes += [f"vertices of meshes lie on a grid of 2^{bits} steps"] if scene.meshes else []
-        yield with_quantised_meshes(smaller, bits), notes
+def _checked_fallback(fallback: Any) -> tuple[int, int, int]:
+    try:
+        width, height, count = map(operator.index, fallback)
+    except (TypeError, ValueError):
+        width = height = count = 0
+    if not (1 <= width <= _MOST_PIXELS and 1 <= height <= _MOST_PIXELS and count >= 1):
+        raise FragtracerError(f"fallback = {fallback!r}: give width, height and number of pictures, as (320, 180, 24)")
+    return width, height, count
+
+
+def _has_images(scene: Scene) -> bool:
+    is_lit = scene.environment is not None and scene.environment.image is not None
+    return is_lit or any(material.textures for material in scene.materials.values())
+
+
+def _made_smaller(scene: Scene, step: int) -> tuple[Scene, list[str]]:
+    """The scene as it is at step 0, then ever smaller, and what was done to it."""
+    if step == 0:
+        return scene, []
+    smaller, side = with_smaller_images(scene, step)
+    bits = _FIRST_BITS - 2 * step
+    notes = [f"to keep it small, images have {side} texels a side at most"] if _has_images(scene) else []
+    notes += [f"to keep it small, vertices of meshes lie on a grid of 2^{bits} steps"] if scene.meshes else []
+    return with_quantised_meshes(smaller, bits), notes
 
 
 def _rendered(renderer: Renderer, spp: int, seconds: float, denoise: bool) -> NDArray[np.float32]:

@@ -11,7 +11,8 @@ from fragtracer.scene import Geometry, Material, Mesh, Scene
 
 
 def with_smaller_images(scene: Scene, halvings: int) -> tuple[Scene, int]:
-    """``scene`` with images whose sides are halved so many times, and the longest side that is left; 0 for none."""
+    """``scene`` with images whose sides are halved so many times, that of the environment as long as they are even, and
+    the longest side that is left; 0 for none."""
     longest = 0
 
     def reduced(material: Material) -> Material:
@@ -23,7 +24,13 @@ def with_smaller_images(scene: Scene, halvings: int) -> tuple[Scene, int]:
             changes[f"{name}_texture"] = replace(texture, image=image)
         return replace(material, **changes)
 
-    return replace(scene, materials={name: reduced(m) for name, m in scene.materials.items()}), longest
+    environment = scene.environment
+    if environment is not None and environment.image is not None:
+        image = environment.image.reduced(environment.image.pixels.shape[1] >> halvings)
+        longest = max(longest, *image.pixels.shape[:2])
+        environment = replace(environment, image=image)
+    materials = {name: reduced(m) for name, m in scene.materials.items()}
+    return replace(scene, materials=materials, environment=environment), longest
 
 
 def with_quantised_meshes(scene: Scene, bits: int) -> Scene:
