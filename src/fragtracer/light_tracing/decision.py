@@ -22,6 +22,7 @@ from fragtracer.light_tracing.tracer import PHOTONS, LightTracer
 from fragtracer.packing import PackedScene, pack
 from fragtracer.packing.digest import program_digest
 from fragtracer.packing.interiors import is_closed
+from fragtracer.packing.materials import ALPHA_DELTA
 from fragtracer.packing.mirrors import camera_is_in_mirror
 from fragtracer.packing.targets import Targets, may_be_narrow, target_names, targets_of, too_many
 from fragtracer.sampling.pixels import bright
@@ -172,6 +173,20 @@ def impossible(scene: Scene, settings: RenderSettings) -> str:
     if (scene.environment or scene.directional_lights) and any(isinstance(solid.shape, Plane) for solid in inside):
         return "light from afar is inside of a dielectric"
     return ""
+
+
+def is_needed(scene: Scene, settings: RenderSettings) -> bool:
+    """Whether light tracing alone brings some of the light: paths do not meet lights without a size by way of a mirror
+    or of smooth glass."""
+    has_points = scene.spot_lights or scene.directional_lights or any(light.radius == 0 for light in scene.lights)
+    shapes = (shape.material for kind in SHAPES for shape in getattr(scene, kind))
+    parts = (mesh.material_of(part) for mesh in scene.meshes for part in mesh.parts)
+    materials = (scene.materials[name] for used in {*shapes, *parts} for name in scene.blended(used))
+    return (
+        bool(has_points)
+        and any(material.alpha < ALPHA_DELTA and may_be_narrow(material) for material in materials)
+        and not impossible(scene, settings)
+    )
 
 
 def _has_open_fronts(scene: Scene) -> bool:

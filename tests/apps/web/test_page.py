@@ -23,6 +23,7 @@ from fragtracer.apps.web.payload import scene_payload
 from fragtracer.apps.web.smaller import with_quantised_meshes, with_smaller_images
 from fragtracer.display.look import Look
 from fragtracer.errors import FragtracerError, SceneError
+from fragtracer.light_tracing import is_needed
 from fragtracer.packing import pack
 from fragtracer.packing.atlas import mean_color
 
@@ -176,6 +177,33 @@ def test_an_approximation_is_refused():
     for changes in ({"integrator": "split-sum"}, {"background": "irradiance"}):
         with pytest.raises(SceneError, match="a page traces paths"):
             scene_payload(scene, replace(scene.render, **changes), Look())
+
+
+def caustic() -> ft.Scene:
+    """What a glass ball throws onto a floor below a light without a size."""
+    materials = {"floor": ft.Material(specular=0), "glass": ft.Material(model="dielectric", roughness=0)}
+    floor, ball = ft.Plane((0, 0, 0), (0, 1, 0), "floor"), ft.Sphere((0, 0.6, 0), 0.5, "glass")
+    return ft.Scene(materials=materials, planes=(floor,), spheres=(ball,), lights=(ft.Light((0, 3, 1), power=100),))
+
+
+def test_what_the_live_picture_lacks_is_said():
+    """What paths meet is not: rough glass, a light with a size; nor what the poster does not have either."""
+    scene = caustic()
+    (light,) = scene.lights
+    rough = replace(scene, materials=scene.materials | {"glass": ft.Material(model="dielectric", roughness=0.3)})
+    for case, lacks in (
+        (scene, True),
+        (replace(scene, lights=(), directional_lights=(ft.DirectionalLight((0, -1, 0), 1),)), True),
+        (rough, False),
+        (replace(scene, lights=(replace(light, radius=0.1),)), False),
+        (replace(scene, spheres=()), False),
+    ):
+        assert is_needed(case, case.render) == lacks
+    for light_tracing in ("auto", "off"):
+        made = page(replace(scene, render=replace(scene.render, light_tracing=light_tracing)), SIZE, 1)
+        said = "he live picture lacks what lights without a size throw through smooth glass"
+        assert [said in note for note in made.notes] == [True] * (light_tracing == "auto")
+        assert (f'<p id="lacks">T{said}' in made.text) == (light_tracing == "auto")
 
 
 def test_a_page_is_made_as_small_as_asked_for(monkeypatch):

@@ -28,6 +28,7 @@ from fragtracer.denoising import check_installed
 from fragtracer.denoising import denoise as denoised
 from fragtracer.display.look import Look
 from fragtracer.errors import FragtracerError, SceneError
+from fragtracer.light_tracing import is_needed
 from fragtracer.output import check_writable, replacing
 from fragtracer.renderer import Renderer, expected_spp
 from fragtracer.scene import RenderSettings, Scene
@@ -43,11 +44,15 @@ CELL_SECONDS = 5.0  # of a cell of a notebook
 _QUALITY, _MOST_PIXELS = 85, 16383  # of WebP, the second a side
 _MOST_HALVINGS = 4  # of images
 _FIRST_BITS = 18  # of vertices, two fewer at each step
+_LACKS = (
+    "the live picture lacks what lights without a size throw through smooth glass or off mirrors onto other things: "
+    "light tracing alone brings that, and pages trace paths"
+)
 
 
 @dataclass(frozen=True)
 class Page:
-    """The text of a page, what was done to make it small, a line each, and what it begins with."""
+    """The text of a page, what was done to make it small and what it lacks, a line each, and what it begins with."""
 
     text: str
     notes: list[str]
@@ -173,6 +178,7 @@ def page(
     if denoise:
         check_installed()
     packed_for_page(scene, settings)  # refused here, not after the work
+    lacks = [_LACKS] if settings.light_tracing != "off" and is_needed(scene, settings) else []
     style = Template(_text("page.css")).substitute(width=width, height=height)
     script = _text("runner.js")
     template = Template(_text("page.html"))
@@ -185,6 +191,7 @@ def page(
         "style": style,
         "width": width,
         "height": height,
+        "lacks": "".join(f"{line[0].upper()}{line[1:]}." for line in lacks),
         "script": script,
     }
 
@@ -212,7 +219,7 @@ def page(
         if len(text.encode()) <= limit:
             break
     check_fits(text)
-    return Page(text, notes, settings, look, poster)
+    return Page(text, notes + lacks, settings, look, poster)
 
 
 def _checked_fallback(fallback: Any) -> tuple[int, int, int]:
