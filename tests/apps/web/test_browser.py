@@ -388,6 +388,7 @@ def test_where_nothing_can_be_traced_there_are_pictures(mesa, tmp_path):
             mesa.wait("note.textContent.includes('device')")
             assert mesa.run("note.textContent") == f"This is {kind}: {why}"
             mesa.wait("poster.naturalWidth === 48")
+            assert mesa.run("getComputedStyle(poster).objectFit") == "contain"  # others have other proportions
     finally:
         mesa.call("Page.removeScriptToEvaluateOnNewDocument", identifier=script)
     pictures = mesa.run("JSON.parse(turntable.textContent)")
