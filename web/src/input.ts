@@ -5,6 +5,8 @@ import type { Camera } from "./payload";
 
 const TURN = 2 * Math.PI; // radians for the picture's height
 const WHEEL = 0.0015; // of the logarithm of the distance, for a unit of a wheel
+const PINCH = 0.01; // the same of a trackpad, whose pinch comes as a wheel with Ctrl and small units
+const MOST_WHEEL = 0.6; // of that logarithm, for an event
 const KEY_TURN = Math.PI / 36;
 const KEY_PAN = 0.03; // of the picture's height
 const KEY_DOLLY = 1.1;
@@ -63,7 +65,8 @@ export function listen(
       if (!takesWheel()) return;
       event.preventDefault();
       const units = event.deltaY * [1, 16, 100][event.deltaMode];
-      move((camera) => cameras.dolly(camera, Math.exp(WHEEL * Math.max(-400, Math.min(400, units)))));
+      const change = (event.ctrlKey ? PINCH : WHEEL) * units;
+      move((camera) => cameras.dolly(camera, Math.exp(Math.max(-MOST_WHEEL, Math.min(MOST_WHEEL, change)))));
     },
     { passive: false },
   );
@@ -81,6 +84,7 @@ export function listen(
     else if (step) move((camera) => cameras.orbit(camera, KEY_TURN * step[0], KEY_TURN * step[1]));
     else if (event.key === "+" || event.key === "=") move((camera) => cameras.dolly(camera, 1 / KEY_DOLLY));
     else if (event.key === "-") move((camera) => cameras.dolly(camera, KEY_DOLLY));
+    else if (event.key === "Enter") pick(0.5, 0.5);
     else return;
     event.preventDefault();
   });

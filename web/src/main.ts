@@ -172,9 +172,10 @@ async function page(live: Live, payload: Payload, canvas: HTMLCanvasElement, not
     const button = element("button", { type: "button", "aria-keyshortcuts": key, title: `Key: ${key}` }, label);
     button.addEventListener("click", action);
     document.addEventListener("keydown", (event) => {
-      const isTyping = event.target instanceof Element && event.target.matches("input, select, textarea");
+      const isTyping = event.target instanceof Element && event.target.matches("select, textarea");
       const isShown = !find("panel").hidden;
-      if (event.key === key && isShown && !isTyping && !event.ctrlKey && !event.metaKey && !event.altKey) action();
+      const isMeant = event.key.toLowerCase() === key && isShown && !isTyping && !button.disabled;
+      if (isMeant && !event.ctrlKey && !event.metaKey && !event.altKey) action();
     });
     find("actions").append(button);
     return button;

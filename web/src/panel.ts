@@ -15,7 +15,7 @@ export function element<K extends keyof HTMLElementTagNameMap>(
 }
 
 export class Panel {
-  private readonly fields = new Map<string, { input: HTMLInputElement | HTMLSelectElement; show: () => void }>();
+  private readonly fields = new Map<string, { input: HTMLInputElement | HTMLSelectElement; show: (value: number | string) => void }>();
 
   constructor(
     private readonly parent: HTMLElement,
@@ -27,15 +27,16 @@ export class Panel {
     const output = element("output", { for: id });
     const isNumber = typeof control.value === "number";
     const input = control.choices ? this.choice(id, control.choices) : isNumber ? this.slider(id, control) : this.color(id);
-    const show = (): void => {
-      output.textContent = isNumber ? input.value + (control.unit ? ` ${control.unit}` : "") : "";
+    // The value itself: a slider rounds its own to its step.
+    const show = (value: number | string): void => {
+      output.textContent = isNumber ? `${Number(Number(value).toPrecision(4))} ${control.unit ?? ""}`.trim() : "";
     };
     input.value = String(value);
     input.addEventListener("input", () => {
-      show();
+      show(input.value);
       this.change(control.id, isNumber ? Number(input.value) : input.value);
     });
-    show();
+    show(value);
     this.parent.append(element("label", { for: id }, control.label), input, output);
     this.fields.set(control.id, { input, show });
   }
@@ -48,7 +49,7 @@ export class Panel {
   set(settings: Settings): void {
     for (const [id, { input, show }] of this.fields) {
       input.value = String(settings[id]);
-      show();
+      show(settings[id]);
     }
   }
 

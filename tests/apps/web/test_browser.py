@@ -111,6 +111,8 @@ def test_settings_that_are_left_out_stay(opened):
     before = browser.run("fragtracer.live.settings")
     browser.run("fragtracer.set(fragtracer.live.camera, {bounces: 2})")
     assert browser.run("fragtracer.live.settings") == {**before, "bounces": 2}
+    browser.run("fragtracer.set(fragtracer.live.camera, {exposure: 0.123})")  # between two steps of its slider
+    assert browser.run("document.querySelector('output[for=control-exposure]').textContent") == "0.123 stops"
 
 
 def test_as_many_bounces_as_there_are_leave_no_sample_out(opened):
@@ -162,9 +164,16 @@ def test_keys_and_mouse_move_the_camera_as_in_the_window(opened):
     assert_camera(browser, expected)
     browser.mouse("mouseWheel", *MIDDLE, {"deltaX": 0, "deltaY": 100})
     assert_camera(browser, moves.dolly(expected, np.exp(0.15)))
+    browser.mouse("mouseWheel", *MIDDLE, {"deltaX": 0, "deltaY": -3, "modifiers": 2})  # as trackpads say a pinch
+    assert_camera(browser, moves.dolly(expected, np.exp(0.15 - 0.03)))
     browser.wait("stage.classList.contains('live')")  # at once, not when the picture is as good as the poster
-    browser.key("r")
+    browser.run("settings.open = true, document.getElementById('control-exposure').focus()")
+    browser.key("R")  # by Caps Lock
     assert_camera(browser, scene.camera)
+    assert browser.run("picking.hidden && picture.ariaLabel.includes('Enter chooses')")
+    browser.run("picture.focus()")
+    browser.key("Enter")
+    browser.wait("picked.textContent === 'white'")
 
 
 def test_fingers_move_the_camera(opened):
