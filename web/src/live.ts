@@ -65,17 +65,18 @@ export class Live {
     this.isReady = true;
   }
 
-  // Settings that are left out stay as they are.
-  set(camera: Camera, changed: Settings): void {
+  // Settings that are left out stay as they are. Whether it takes another picture.
+  set(camera: Camera, changed: Settings): boolean {
     const settings = { ...this.settings, ...changed };
     const traced = this.payload.header.controls.some((control) => isTraced(control) && settings[control.id] !== this.settings[control.id]);
     const shown = this.tonemap !== settings.tonemap;
-    const moved = camera !== this.camera;
+    const moved = JSON.stringify(camera) !== JSON.stringify(this.camera);
     this.camera = camera;
     this.settings = settings;
     if (traced || moved) this.restart();
     if (shown) void this.display.prepare(this.tonemap).then(() => this.show());
     else if (!traced) this.show();
+    return traced || moved;
   }
 
   restart(): void {

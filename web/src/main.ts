@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The page: a poster first, then the scene as it is traced, and what a reader can do with it.
 import { toml } from "./camera";
-import { type Settings, isTraced } from "./controls";
+import type { Settings } from "./controls";
 import type { Film } from "./film";
 import { isSoftware } from "./gl";
 import { type Move, listen } from "./input";
@@ -93,13 +93,13 @@ async function page(live: Live, payload: Payload, canvas: HTMLCanvasElement, not
   const stage = find("stage");
   const initial = { camera: live.camera, settings: live.settings };
   const set = (camera: Camera, settings: Settings): void => {
-    live.set(camera, settings);
+    if (live.set(camera, settings)) setPaused(false); // or it would not be seen
+  };
+  const setByReader = (camera: Camera, settings: Settings): void => {
+    set(camera, settings);
     api.onChange(live.camera, live.settings);
   };
-  const change = (id: string, value: number | string): void => {
-    if (isTraced(header.controls.find((control) => control.id === id)!)) setPaused(false); // or it would not be seen
-    set(live.camera, { [id]: value });
-  };
+  const change = (id: string, value: number | string): void => setByReader(live.camera, { [id]: value });
   const panel = new Panel(find("controls"), change);
   const objectPanel = new Panel(find("object"), change);
   header.controls.filter(({ object }) => object === undefined).forEach((control) => panel.add(control, control.value));
@@ -113,7 +113,7 @@ async function page(live: Live, payload: Payload, canvas: HTMLCanvasElement, not
     state: { samples: 0, seconds: 0, error: Infinity, speed: 0 },
     controls: header.controls,
     set: (camera, settings) => {
-      live.set(camera, settings);
+      set(camera, settings);
       panel.set(live.settings);
       objectPanel.set(live.settings);
     },
@@ -155,8 +155,7 @@ async function page(live: Live, payload: Payload, canvas: HTMLCanvasElement, not
   const move = (how: Move): void => {
     if (!firstFrame) return;
     isTouched = true;
-    setPaused(false);
-    set(how(live.camera), {});
+    setByReader(how(live.camera), {});
   };
   const pick = async (x: number, y: number): Promise<void> => {
     if (!firstFrame) return;

@@ -320,16 +320,19 @@ def test_a_pause_lasts_until_the_picture_is_moved(opened):
     browser.wait(f"fragtracer.live.shown.samples > {before}")
 
 
-@pytest.mark.parametrize("how", ["reset", "bounces"])
+@pytest.mark.parametrize("how", ["reset", "bounces", "python"])
 def test_a_pause_ends_where_another_picture_is_asked_for(opened, how):
     browser = opened(ft.load("three-spheres"))
     browser.run("picture.focus()")
     browser.key("ArrowLeft")
     browser.key("p")
     set_control(browser, "exposure", 1)  # of the picture as it is
+    browser.run("fragtracer.set({...fragtracer.live.camera}, {exposure: 2})")
     assert browser.run("actions.firstChild.textContent") == "Go on"
     if how == "reset":
         browser.key("r")
+    elif how == "python":
+        browser.run("fragtracer.set({...fragtracer.live.camera, fov_degrees: 12}, {})")
     else:
         set_control(browser, "bounces", 1)
     assert browser.run("[actions.firstChild.textContent, fragtracer.live.paused]") == ["Pause", False]
