@@ -196,6 +196,7 @@ async function page(live: Live, payload: Payload, canvas: HTMLCanvasElement, not
   act("Copy camera", "c", () => void copy(toml(live.camera)).then((how) => (note.textContent = how)));
 
   const resize = (): void => {
+    if (matchMedia("print").matches) return; // laid out for paper
     const box = stage.getBoundingClientRect();
     const [width, height] = [box.width, box.height].map((side) => Math.max(1, Math.round(side * devicePixelRatio)));
     if (canvas.width === width && canvas.height === height) return;

@@ -320,6 +320,17 @@ def test_a_pause_lasts_until_the_picture_is_moved(opened):
     browser.wait(f"fragtracer.live.shown.samples > {before}")
 
 
+def test_paper_has_the_picture_as_it_is(opened):
+    browser = opened(ft.load("cornell-box"))
+    before = browser.run("[picture.width, fragtracer.live.version]")
+    browser.call("Page.printToPDF")
+    browser.run("new Promise(requestAnimationFrame)")
+    assert browser.run("[picture.width, fragtracer.live.version]") == before
+    browser.call("Emulation.setEmulatedMedia", media="print")
+    assert browser.run("getComputedStyle(panel).display") == "none"
+    browser.call("Emulation.setEmulatedMedia", media="")
+
+
 @pytest.mark.parametrize("how", ["reset", "bounces", "python"])
 def test_a_pause_ends_where_another_picture_is_asked_for(opened, how):
     browser = opened(ft.load("three-spheres"))
