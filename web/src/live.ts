@@ -27,6 +27,7 @@ export class Live {
   camera: Camera;
   settings: Settings;
   paused = false;
+  gl!: Gl;
   tracer!: Tracer;
   shown: Film | null = null;
   onFrame: (state: State, isCoarse: boolean) => void = () => {};
@@ -45,11 +46,31 @@ export class Live {
   private lastMetered = 0;
 
   constructor(
-    readonly gl: Gl,
+    gl: Gl,
     private readonly payload: Payload,
   ) {
+    this.use(gl);
     this.camera = payload.header.camera;
     this.settings = Object.fromEntries(payload.header.controls.map(({ id, value }) => [id, value]));
+  }
+
+  // Draw by this context from now on.
+  use(gl: Gl): void {
+    this.gl = gl;
+    this.isReady = false;
+    this.canvas.addEventListener("webglcontextlost", (event) => {
+      event.preventDefault(); // then it comes back
+      if (gl !== this.gl) return;
+      this.isReady = false;
+      this.onLoss(true);
+      this.wake();
+    });
+    this.canvas.addEventListener("webglcontextrestored", () => this.wake());
+    this.wake();
+  }
+
+  get canvas(): HTMLCanvasElement {
+    return this.gl.canvas as HTMLCanvasElement;
   }
 
   // Compile and upload everything, again after the context was lost.
@@ -97,19 +118,12 @@ export class Live {
 
   // Draw for as long as the page is there.
   async run(): Promise<void> {
-    const canvas = this.gl.canvas as HTMLCanvasElement;
-    canvas.addEventListener("webglcontextlost", (event) => {
-      event.preventDefault(); // then it comes back
-      this.isReady = false;
-      this.onLoss(true);
-      this.wake();
-    });
-    canvas.addEventListener("webglcontextrestored", () => this.wake());
     for (;;) {
-      if (this.gl.isContextLost()) await this.woken();
+      const { gl } = this;
+      if (!this.isOn || gl.isContextLost()) await this.woken();
       else
         await this.draw().catch((error: unknown) => {
-          if (!(error instanceof ContextLost || this.gl.isContextLost())) throw error;
+          if (!(error instanceof ContextLost || gl.isContextLost())) throw error;
         });
     }
   }
@@ -167,6 +181,13 @@ export class Live {
   show(): void {
     if (this.shown && this.isReady) this.display.draw(this.shown, Number(this.settings.exposure), this.tonemap);
     this.lastShown = performance.now();
+  }
+
+  // What is seen, as a .png.
+  async png(): Promise<Blob | null> {
+    await this.display.prepare(this.tonemap);
+    this.show();
+    return new Promise((done) => this.canvas.toBlob(done, "image/png"));
   }
 
   private woken(): Promise<void> {

@@ -12,6 +12,7 @@ import { randomTexture } from "./random";
 
 const SHOWN_FROM = 16; // samples of each pixel, at which the traced picture takes the place of the poster
 const SHOWN_AFTER = 3000; // milliseconds after which it does anyway
+const PREPARING = "This is a still picture; the live one is being prepared.";
 
 const find = <T extends HTMLElement>(id: string): T => document.getElementById(id) as T;
 
@@ -35,9 +36,9 @@ declare global {
 }
 
 async function main(): Promise<void> {
-  const canvas = find<HTMLCanvasElement>("picture");
-  const note = find("note");
-  const gl = canvas.getContext("webgl2", { alpha: false, antialias: false, depth: false, powerPreference: "high-performance" });
+  find("note").textContent = PREPARING;
+  await seen(find("stage"));
+  const gl = contextOf(find("picture"));
   const missing = whatIsMissing(gl);
   if (!gl || missing) {
     standIn(missing || "WebGL 2 is missing");
@@ -45,7 +46,23 @@ async function main(): Promise<void> {
   }
   performance.mark("start");
   const payload = await decode(find("scene").textContent!, isSoftware(gl));
-  await page(new Live(gl, payload), payload, canvas, note);
+  await page(new Live(gl, payload), payload);
+}
+
+// Until some of an element is in view: a document may have more pages than a browser has contexts.
+function seen(target: Element): Promise<void> {
+  return new Promise((done) => {
+    const observer = new IntersectionObserver((entries) => {
+      if (!entries.some(({ isIntersecting }) => isIntersecting)) return;
+      observer.disconnect();
+      done();
+    });
+    observer.observe(target);
+  });
+}
+
+function contextOf(canvas: HTMLCanvasElement): WebGL2RenderingContext | null {
+  return canvas.getContext("webgl2", { alpha: false, antialias: false, depth: false, powerPreference: "high-performance" });
 }
 
 // The poster stays, or, where the page has them, pictures from all around that can be turned.
@@ -88,8 +105,9 @@ function whatIsMissing(gl: WebGL2RenderingContext | null): string {
   return "";
 }
 
-async function page(live: Live, payload: Payload, canvas: HTMLCanvasElement, note: HTMLElement): Promise<void> {
+async function page(live: Live, payload: Payload): Promise<void> {
   const { header } = payload;
+  const note = find("note");
   const stage = find("stage");
   const initial = { camera: live.camera, settings: live.settings };
   const set = (camera: Camera, settings: Settings): void => {
@@ -126,9 +144,10 @@ async function page(live: Live, payload: Payload, canvas: HTMLCanvasElement, not
     },
     film: () => textures(live.shown!),
     pixels: () => {
-      const bytes = new Uint8Array(4 * canvas.width * canvas.height);
+      const { width, height } = live.canvas;
+      const bytes = new Uint8Array(4 * width * height);
       live.gl.bindFramebuffer(live.gl.FRAMEBUFFER, null);
-      live.gl.readPixels(0, 0, canvas.width, canvas.height, live.gl.RGBA, live.gl.UNSIGNED_BYTE, bytes);
+      live.gl.readPixels(0, 0, width, height, live.gl.RGBA, live.gl.UNSIGNED_BYTE, bytes);
       return base64(bytes);
     },
     randomTexture: () => base64(randomTexture(header.random)),
@@ -140,16 +159,18 @@ async function page(live: Live, payload: Payload, canvas: HTMLCanvasElement, not
     if (!firstFrame) {
       firstFrame = performance.now();
       performance.mark("first-frame");
-      canvas.tabIndex = 0;
+      live.canvas.tabIndex = 0;
       window.dispatchEvent(new Event("traced"));
     }
     const isGood = state.samples >= SHOWN_FROM || performance.now() - firstFrame > SHOWN_AFTER;
     if (isTouched || (isGood && !isCoarse)) reveal();
     find("status").textContent = describe(state);
+    saveButton.disabled = false;
   };
   live.onLoss = (isLost) => {
     stage.classList.toggle("live", false);
-    note.textContent = isLost ? "The graphics device was lost; the scene goes on when it is back." : "";
+    saveButton.disabled = true;
+    note.textContent = isLost ? "The graphics device was lost; the scene goes on when it is back, or comes into view again." : "";
   };
 
   const move = (how: Move): void => {
@@ -157,7 +178,7 @@ async function page(live: Live, payload: Payload, canvas: HTMLCanvasElement, not
     isTouched = true;
     setByReader(how(live.camera), {});
   };
-  const pick = async (x: number, y: number): Promise<void> => {
+  const pickAt = async (x: number, y: number): Promise<void> => {
     if (!firstFrame) return;
     const number = await live.pick(x, y);
     const own = header.controls.filter(({ object }) => object === number);
@@ -166,7 +187,8 @@ async function page(live: Live, payload: Payload, canvas: HTMLCanvasElement, not
     find("picked").textContent = own.length ? String(own[0].name) : "Nothing here can be changed.";
     find("picking").hidden = false;
   };
-  listen(canvas, move, (x, y) => void pick(x, y));
+  const pick = (x: number, y: number): void => void pickAt(x, y);
+  listen(live.canvas, move, pick);
   const act = (label: string, key: string, action: () => void): HTMLButtonElement => {
     const button = element("button", { type: "button", "aria-keyshortcuts": key, title: `Key: ${key}` }, label);
     button.addEventListener("click", action);
@@ -189,19 +211,16 @@ async function page(live: Live, payload: Payload, canvas: HTMLCanvasElement, not
     api.set(initial.camera, initial.settings);
     api.onChange(live.camera, live.settings);
   });
-  act("Save PNG", "s", () => {
-    live.show();
-    canvas.toBlob((blob) => blob && save(blob, `${header.file}.png`), "image/png");
-  });
+  const saveButton = act("Save PNG", "s", () => void live.png().then((blob) => blob && save(blob, `${header.file}.png`)));
+  saveButton.disabled = true; // there is no picture yet
   act("Copy camera", "c", () => void copy(toml(live.camera)).then((how) => (note.textContent = how)));
 
   const resize = (): void => {
     if (matchMedia("print").matches) return; // laid out for paper
     const box = stage.getBoundingClientRect();
     const [width, height] = [box.width, box.height].map((side) => Math.max(1, Math.round(side * devicePixelRatio)));
-    if (canvas.width === width && canvas.height === height) return;
-    canvas.width = width;
-    canvas.height = height;
+    if (live.canvas.width === width && live.canvas.height === height) return;
+    Object.assign(live.canvas, { width, height });
     live.show();
     live.restart();
   };
@@ -216,16 +235,28 @@ async function page(live: Live, payload: Payload, canvas: HTMLCanvasElement, not
     resolution.addEventListener("change", renew, { once: true });
   };
   followScreen();
-  const seen = { tab: !document.hidden, place: true };
-  document.addEventListener("visibilitychange", () => {
-    seen.tab = !document.hidden;
-    live.setOn(seen.tab && seen.place);
-  });
+  // Where there are too many contexts, browsers take those that were used longest ago, and may keep them.
+  const renew = (): void => {
+    const canvas = live.canvas.cloneNode() as HTMLCanvasElement;
+    const gl = contextOf(canvas);
+    if (!gl) return;
+    live.canvas.replaceWith(canvas);
+    live.use(gl);
+    listen(canvas, move, pick);
+    note.textContent = PREPARING;
+  };
+  let isInView = true;
+  const follow = (): void => {
+    const isOn = isInView && !document.hidden;
+    if (isOn && live.gl.isContextLost()) renew();
+    live.setOn(isOn);
+  };
+  document.addEventListener("visibilitychange", follow);
   new IntersectionObserver((entries) => {
-    seen.place = entries[entries.length - 1].isIntersecting;
-    live.setOn(seen.tab && seen.place);
+    isInView = entries[entries.length - 1].isIntersecting;
+    follow();
   }).observe(stage);
-  live.setOn(seen.tab);
+  follow();
   await live.run();
 }
 

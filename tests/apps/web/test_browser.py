@@ -331,6 +331,36 @@ def test_paper_has_the_picture_as_it_is(opened):
     browser.call("Emulation.setEmulatedMedia", media="")
 
 
+SLOWLY_COMPILED = """
+const compiled = WebGL2RenderingContext.prototype.getProgramParameter;
+WebGL2RenderingContext.prototype.getProgramParameter = function (program, name) {
+    return name === 0x91B1 ? Boolean(window.isCompiled) : compiled.call(this, program, name);
+};"""
+
+
+def test_a_page_that_is_being_prepared_says_so(mesa, tmp_path):
+    """There is no picture to be saved yet."""
+    mesa.events.clear()
+    path = tmp_path / "page.html"
+    path.write_text(page(ft.load("cornell-box"), (48, 32), 1).text, encoding="utf-8")
+    script = mesa.call("Page.addScriptToEvaluateOnNewDocument", source=SLOWLY_COMPILED)["identifier"]
+    try:
+        mesa.open(path)
+    finally:
+        mesa.call("Page.removeScriptToEvaluateOnNewDocument", identifier=script)
+    mesa.wait("window.fragtracer")
+    assert mesa.run("note.textContent") == "This is a still picture; the live one is being prepared."
+    mesa.run("window.saved = []; HTMLCanvasElement.prototype.toBlob = () => saved.push('black')")
+    mesa.run("actions.children[2].click()")
+    mesa.key("s")
+    mesa.run("window.isCompiled = true")
+    mesa.wait("fragtracer.live.shown && !note.textContent")
+    assert mesa.run("saved") == []
+    mesa.key("s")
+    mesa.wait("saved.length === 1")
+    assert mesa.problems() == []
+
+
 @pytest.mark.parametrize("how", ["reset", "bounces", "python"])
 def test_a_pause_ends_where_another_picture_is_asked_for(opened, how):
     browser = opened(ft.load("three-spheres"))
@@ -425,13 +455,27 @@ def test_where_nothing_can_be_traced_there_are_pictures(mesa, tmp_path):
     assert mesa.problems() == []
 
 
-def test_a_frame_of_a_notebook_traces(mesa, tmp_path):
+def test_frames_of_a_notebook_trace_where_they_are_seen(mesa, tmp_path):
+    """Browsers have 16 contexts: more pages wait for theirs, and one that has lost it to others gets another."""
     mesa.events.clear()
+    mesa.resize(400, 500)
     path = tmp_path / "notebook.html"
-    path.write_text("<!DOCTYPE html><p>A cell</p>" + ft.show(ft.load("cornell-box"), (48, 32), 1)._repr_html_())
+    cell = "<p>A cell</p>" + ft.show(ft.load("cornell-box"), (48, 32), 1)._repr_html_()
+    path.write_text("<!DOCTYPE html>" + 18 * cell)
     mesa.open(path)
     mesa.wait("frames[0].fragtracer && frames[0].fragtracer.state.samples > 0")
+    assert mesa.run("Array.from({length: 17}, (_, i) => frames[i + 1].fragtracer)") == [None] * 17
     assert mesa.problems() == []
+    mesa.run("scrollTo(0, 1e6)")
+    mesa.wait("frames[17].fragtracer && frames[17].fragtracer.state.samples > 0")
+    mesa.run("window.others = Array.from({length: 15}, () => document.createElement('canvas').getContext('webgl2'))")
+    mesa.wait("frames[0].document.getElementById('note').textContent.includes('lost')")
+    mesa.run("frames[0].fragtracer.state.samples = 0, scrollTo(0, 0)")
+    mesa.wait("frames[0].fragtracer.state.samples > 0 && !frames[0].document.getElementById('note').textContent", 30)
+    mesa.run("frames[0].document.getElementById('picture').focus(), frames[0].focus()")
+    mesa.key("+")
+    before, after = (mesa.run(f"frames[{i}].fragtracer.live.camera.position") for i in (17, 0))
+    assert before != after
 
 
 def test_a_hostile_name_does_nothing(opened):
