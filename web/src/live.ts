@@ -15,6 +15,8 @@ const MOVING = 150; // milliseconds after a change in which there is no finer pi
 const SHOWN = 50; // milliseconds between two drawings of the canvas
 const METERED = 1000; // milliseconds between two measurements of the error
 const MOST_PIXELS = 2_100_000; // of the picture
+const MOST_SAMPLES = 2 ** 24; // of a pixel, as src/fragtracer/films.py
+const GOOD = { error: 0.005, least: 16, most: 4096 }; // the error and the samples of a pixel at which a picture rests
 
 export interface State {
   samples: number;
@@ -27,6 +29,7 @@ export class Live {
   camera: Camera;
   settings: Settings;
   paused = false;
+  rests = true; // once the picture is good, and not only where a film can count no more samples; again after a change
   gl!: Gl;
   tracer!: Tracer;
   shown: Film | null = null;
@@ -73,6 +76,13 @@ export class Live {
     return this.gl.canvas as HTMLCanvasElement;
   }
 
+  // Whether no more is traced until something changes.
+  get isDone(): boolean {
+    const { samples, error } = this.state;
+    const isGood = this.rests && samples >= GOOD.least && error <= GOOD.error;
+    return this.drawn === this.version && (isGood || samples >= this.most);
+  }
+
   // Compile and upload everything, again after the context was lost.
   private async start(): Promise<void> {
     const { header } = this.payload;
@@ -102,6 +112,7 @@ export class Live {
 
   restart(): void {
     this.version++;
+    this.rests = true;
     this.changed = performance.now();
     this.wake();
   }
@@ -138,7 +149,7 @@ export class Live {
     if (this.drawn !== version) await this.begin(version);
     const goesOn = async (): Promise<boolean> => {
       const isValid = (): boolean => version === this.version && this.isReady;
-      while (isValid() && (this.paused || !this.isOn)) await this.woken();
+      while (isValid() && (this.paused || !this.isOn || this.isDone)) await this.woken();
       return isValid();
     };
     await this.refine(goesOn);
@@ -233,12 +244,13 @@ export class Live {
       this.begun = this.tracer.seconds;
     }
     this.tracer.set(this.view(film.width, film.height));
-    const rays = Math.min(this.tracer.rays(film, PASS), Math.max(1, film.samples));
+    const rays = Math.min(this.tracer.rays(film, PASS), Math.max(1, film.samples), this.most - film.samples);
     if (!(await this.tracer.pass(film, rays, goesOn))) return false;
     this.shown = film;
     if (share === 1) {
       this.state.samples = film.samples;
-      if (film.samples >= 2 && performance.now() - this.lastMetered > METERED) {
+      const isLast = film.samples === this.most;
+      if (film.samples >= 2 && (isLast || performance.now() - this.lastMetered > METERED)) {
         await this.tracer.settle();
         this.state.error = this.display.relativeError(film);
         this.lastMetered = performance.now();
@@ -246,10 +258,15 @@ export class Live {
       this.state.seconds = this.tracer.seconds - this.begun;
       if (this.state.seconds) this.state.speed = (film.samples * film.width * film.height) / this.state.seconds;
     }
-    if (film.samples <= rays || performance.now() - this.lastShown > SHOWN) this.show();
+    if (this.isDone || film.samples <= rays || performance.now() - this.lastShown > SHOWN) this.show();
     this.onFrame(this.state, share > 1);
     await pause();
     return true;
+  }
+
+  // Samples of each pixel.
+  private get most(): number {
+    return this.rests ? GOOD.most : MOST_SAMPLES;
   }
 
   // Of the picture: that of the canvas, if it is not too large.

@@ -164,8 +164,9 @@ async function page(live: Live, payload: Payload): Promise<void> {
     }
     const isGood = state.samples >= SHOWN_FROM || performance.now() - firstFrame > SHOWN_AFTER;
     if (isTouched || (isGood && !isCoarse)) reveal();
-    find("status").textContent = describe(state);
+    find("status").textContent = describe(state, live.isDone);
     saveButton.disabled = false;
+    labelPause();
   };
   live.onLoss = (isLost) => {
     stage.classList.toggle("live", false);
@@ -201,10 +202,19 @@ async function page(live: Live, payload: Payload): Promise<void> {
     find("actions").append(button);
     return button;
   };
-  const pauseButton = act("Pause", "p", () => setPaused(!live.paused));
+  const stands = (): boolean => live.paused || live.isDone;
+  const pauseButton = act("Pause", "p", () => {
+    const goesOn = stands();
+    if (live.isDone) live.rests = false;
+    setPaused(!goesOn);
+  });
+  const labelPause = (): void => {
+    const label = stands() ? "Go on" : "Pause";
+    if (pauseButton.textContent !== label) pauseButton.textContent = label;
+  };
   const setPaused = (paused: boolean): void => {
     live.setPaused(paused);
-    pauseButton.textContent = paused ? "Go on" : "Pause";
+    labelPause();
   };
   act("Reset", "r", () => {
     setPaused(false);
@@ -260,12 +270,16 @@ async function page(live: Live, payload: Payload): Promise<void> {
   await live.run();
 }
 
-function describe({ samples, seconds, error, speed }: State): string {
+function describe({ samples, seconds, error, speed }: State, isDone: boolean): string {
   if (!samples) return "";
   const percent = 100 * error;
   const parts = [samples === 1 ? "1 sample" : `${samples} samples`, `${seconds.toFixed(seconds < 10 ? 1 : 0)} s`];
-  if (Number.isFinite(percent)) parts.push(`error ${percent.toPrecision(2)} %`);
-  return [...parts, `${(speed / 1e6).toPrecision(3)} M samples/s`].join(" · ");
+  if (Number.isFinite(percent)) parts.push(`error ${rounded(percent, 2)} %`);
+  return [...parts, isDone ? "done" : `${rounded(speed / 1e6, 3)} M samples/s`].join(" · ");
+}
+
+function rounded(x: number, digits: number): string {
+  return x.toLocaleString("en", { minimumSignificantDigits: digits, maximumSignificantDigits: digits });
 }
 
 function save(blob: Blob, name: string): void {

@@ -292,6 +292,7 @@ def test_what_is_traced_begins_anew_after_a_loss_of_the_context(opened):
 def test_a_hidden_page_rests_and_goes_on(opened):
     browser = opened(ft.load("three-spheres"))
     browser.wait("fragtracer.state.samples > 1")
+    browser.run("fragtracer.live.rests = false")
     other = browser.call("Target.createTarget", url="about:blank")["targetId"]
     try:
         browser.wait("document.hidden")
@@ -318,6 +319,34 @@ def test_a_pause_lasts_until_the_picture_is_moved(opened):
     browser.key("ArrowLeft")
     assert browser.run("actions.firstChild.textContent") == "Pause"
     browser.wait(f"fragtracer.live.shown.samples > {before}")
+
+
+def test_a_good_picture_rests_until_more_is_asked_for(opened):
+    """And at as many samples as a film can count, as on the desktop."""
+    browser = opened(ft.load("light-size-0"))
+    browser.resize(80, 400)
+    browser.wait("picture.width < 80")
+    browser.wait("fragtracer.live.isDone && actions.firstChild.textContent === 'Go on'", 30)
+    found = browser.run("fragtracer.state")
+    assert found["samples"] == 4096 or (found["samples"] >= 16 and found["error"] <= 0.005)
+    status = "document.getElementById('status').textContent"
+    assert browser.run(status).endswith(" % · done")
+    time.sleep(0.2)
+    assert browser.run("fragtracer.state") == found
+    browser.run("actions.firstChild.click()")
+    browser.wait(f"fragtracer.state.samples > {found['samples']}")
+    assert browser.run("actions.firstChild.textContent") == "Pause"
+    browser.run("actions.firstChild.click()")
+    time.sleep(0.3)  # what had begun is finished
+    browser.run("fragtracer.live.shown.samples = 2 ** 24 - 1, actions.firstChild.click()")
+    browser.wait("fragtracer.live.isDone && fragtracer.state.samples === 2 ** 24", 10)
+    browser.run("picture.focus()")
+    browser.key("ArrowLeft")
+    assert browser.run("fragtracer.live.rests")
+    browser.wait("fragtracer.state.samples < 2 ** 24")
+    frame = "fragtracer.live.onFrame({samples: 20, seconds: 1, error: 1.004, speed: 1.234e9}, true)"
+    assert browser.run(f"{frame}, {status}") == "20 samples · 1.0 s · error 100 % · 1,230 M samples/s"
+    browser.resize(400, 500)
 
 
 def test_paper_has_the_picture_as_it_is(opened):
@@ -383,7 +412,7 @@ def test_the_time_of_a_pause_is_not_that_of_the_picture(opened):
     """Nor is time left out: what is shown is what all bands of the picture took."""
     browser = opened(ft.load("three-spheres"))
     browser.wait("fragtracer.state.samples > 1")
-    browser.run("fragtracer.live.setPaused(true)")
+    browser.run("fragtracer.live.rests = false, fragtracer.live.setPaused(true)")
     time.sleep(0.5)  # what had begun is drawn
     before = browser.run("fragtracer.state")
     time.sleep(3)
