@@ -6,7 +6,7 @@ import pytest
 
 import fragtracer as ft
 from fragtracer.apps.viewer import actions, camera, picking
-from fragtracer.apps.viewer.document import Document
+from fragtracer.apps.viewer.document import Document, materials_of
 from fragtracer.apps.viewer.input import Click
 from fragtracer.apps.viewer.panels import materials, objects
 from fragtracer.apps.viewer.session import Session
@@ -66,7 +66,7 @@ def test_mesh_is_edited_like_other_objects() -> None:
     document = Document(tetrahedra())
     mesh = document.part(("meshes", 0))
     assert objects.title(document.scene, ("meshes", 0)) == "two of them"
-    assert objects.materials_of(mesh) == ["a"]
+    assert materials_of(mesh) == ["a"]
     shifted = objects.moved(mesh, (1.0, -2.0, 3.0))
     for before, after in zip(mesh.instances, shifted.instances, strict=True):
         np.testing.assert_allclose(after.matrix - before.matrix, [[0, 0, 0, 1], [0, 0, 0, -2], [0, 0, 0, 3], [0] * 4])
@@ -131,7 +131,7 @@ def test_every_kind_is_hidden_removed_and_called_by_a_name(kind: str) -> None:
     assert twice.part((kind, 1)) == document.part(part)
     name = {"disks": "Disk 2", "spot_lights": "Spot light 2", "directional_lights": "Directional light 2"}[kind]
     assert objects.title(twice.scene, (kind, 1)) == name
-    assert objects.materials_of(document.part(part)) == (["a"] if kind == "disks" else [])
+    assert materials_of(document.part(part)) == (["a"] if kind == "disks" else [])
 
 
 @pytest.mark.parametrize("kind", ["spheres", "planes", "rectangles", "disks", "lights", "spot_lights"])

@@ -16,11 +16,11 @@ import fragtracer as ft
 from fragtracer.apps.viewer import actions, camera, run, settings
 from fragtracer.apps.viewer.display import DisplaySettings
 from fragtracer.apps.viewer.document import Document, History
-from fragtracer.apps.viewer.session import Session
+from fragtracer.apps.viewer.session import Session, path_of
 from fragtracer.apps.viewer.watch import Watch, scene_files, shader_files
 from fragtracer.errors import FragtracerError
 from fragtracer.resources import folder
-from fragtracer.scene import Environment, Material, Scene, Sphere
+from fragtracer.scene import Environment, Material, Placement, Scene, Sphere
 
 from .models import tetrahedra
 
@@ -118,6 +118,167 @@ def test_an_interrupted_viewer_writes_its_window(tmp_path: Path, monkeypatch: py
         signal.signal(signal.SIGINT, before)
     with Image.open(tmp_path / "a.png") as picture:
         assert picture.getpixel((0, 0)) == (1, 1, 1)
+
+
+LAMP = """# lengths from the drawing
+[environment]
+file = "sky.hdr"
+[material.clay]
+[[mesh]]
+file = "x.obj"
+material = "clay"
+[[sphere]]
+center = [0, 1, 0]
+radius = 0.5
+material = "clay"
+[[sphere]]
+center = [2, 1, 0]
+radius = 0.5
+material = "clay"
+"""
+
+
+def sky(path: Path, blue: float) -> None:
+    ft.write_image(path, np.tile(np.float32((0.25, 0.5, blue)), (4, 8, 1)))
+
+
+def triangle(path: Path, height: float) -> None:
+    path.write_text(f"v 0 0 0\nv 1 0 0\nv 0 {height} 0\nf 1 2 3\n", "utf-8")
+
+
+@pytest.fixture
+def lamp(tmp_path: Path) -> Session:
+    """A scene file, whose panorama and mesh are files, too."""
+    sky(tmp_path / "sky.hdr", 1.0)
+    triangle(tmp_path / "x.obj", 1.0)
+    path = tmp_path / "lamp.toml"
+    path.write_text(LAMP, "utf-8")
+    return Session.of(ft.load(path), path)
+
+
+def rescued(name: str = "rescued-lamp") -> Scene:
+    return ft.load(settings.config_folder() / f"{name}.toml")
+
+
+def test_opening_another_scene_rescues_what_was_edited(lamp: Session, tmp_path: Path) -> None:
+    lamp.open("mirror")
+    assert lamp.toast == "Opened mirror"
+    for name, left in (("rescued-mirror", 1), ("rescued-mirror-2", 0)):
+        while len(lamp.document.scene.spheres) > left:
+            lamp.edit(lamp.document.without_part(("spheres", 0)), "remove")
+        expected = lamp.document.scene.spheres
+        with pytest.raises(FragtracerError):
+            lamp.open("no-such-scene")
+        assert not lamp.is_saved
+        actions.take(lamp, path_of("mirror"))
+        assert lamp.toast.endswith(f"the edits that were not saved are in {settings.config_folder() / name}.toml")
+        assert rescued(name).spheres == expected
+        assert lamp.is_saved
+        assert lamp.path == path_of("mirror")
+    with pytest.raises(FragtracerError, match=r"\.hdr or \.exr"):
+        actions.take(lamp, tmp_path / "sky.png")
+
+
+def test_files_behind_a_scene_are_read_again_and_edits_stay(lamp: Session, tmp_path: Path) -> None:
+    """Also a panorama that was dropped on the window, and in all that undo returns to."""
+    before = lamp.document.scene
+    lamp.follow({tmp_path / "sky.hdr"})
+    assert lamp.is_saved
+    shifted = replace(before.meshes[0], instances=(Placement(translation=(1.0, 0.0, 0.0)),))
+    lamp.edit(lamp.document.with_part(("meshes", 0), shifted), "move")
+    lamp.edit(lamp.document.without_part(("spheres", 0)).with_hidden(("spheres", 0), True), "remove")
+    triangle(tmp_path / "x.obj", 2.0)
+    sky(tmp_path / "sky.hdr", 0.25)
+    lamp.follow({tmp_path / "sky.hdr", tmp_path / "x.obj"})
+    now = lamp.document.scene
+    assert lamp.toast == "Reloaded sky.hdr, x.obj"
+    assert lamp.document.hidden == {("spheres", 0)}
+    assert now.spheres == before.spheres[1:]
+    assert now.meshes[0].instances == shifted.instances
+    assert now.meshes[0].parts[0].geometry.positions.max() == 2.0
+    assert now.environment is not None
+    assert now.environment.image is not None
+    assert now.environment.image.pixels[0, 0, 2] == np.float32(0.25)
+    assert not lamp.is_saved
+    sky(tmp_path / "other.hdr", 0.5)
+    lamp.light_by(tmp_path / "other.hdr")
+    sky(tmp_path / "other.hdr", 0.75)
+    lamp.follow({tmp_path / "other.hdr"})
+    light = lamp.document.scene.environment
+    assert light is not None
+    assert light.image is not None
+    assert light.image.pixels[0, 0, 2] == np.float32(0.75)
+    while lamp.history.past:
+        lamp.undo()
+    assert lamp.document.scene.meshes[0].parts[0].geometry.positions.max() == 2.0
+    assert lamp.document.scene.environment == now.environment
+    assert lamp.is_saved
+    (tmp_path / "sky.hdr").unlink()
+    lamp.follow({tmp_path / "sky.hdr"})
+    assert "sky.hdr" in lamp.file_problem
+    assert lamp.document.scene.environment == now.environment
+
+
+def test_a_changed_scene_file_takes_the_place_of_edits_that_are_rescued(lamp: Session, tmp_path: Path) -> None:
+    assert lamp.path is not None
+    lamp.edit(lamp.document.without_part(("spheres", 0)), "remove")
+    edited = lamp.document.scene
+    lamp.edit(replace(lamp.document, hidden=frozenset({("spheres", 0), ("meshes", 0)})), "hide")
+    lamp.path.write_text("[camera", "utf-8")
+    lamp.follow({lamp.path})
+    assert "not a TOML file" in lamp.file_problem
+    assert lamp.document.scene == edited
+    for radius in (0.6, 0.7, 0.8):
+        lamp.path.write_text(LAMP[: LAMP.rindex("[[sphere]]")].replace("0.5", str(radius)), "utf-8")
+        lamp.follow({lamp.path})
+        assert not lamp.file_problem
+        assert [sphere.radius for sphere in lamp.document.scene.spheres] == [radius]
+        assert lamp.document.hidden == {("spheres", 0), ("meshes", 0)}
+        assert lamp.is_saved
+    assert rescued().spheres == edited.spheres
+    assert not (tmp_path / "config" / "fragtracer" / "rescued-lamp-2.toml").exists()
+    assert len(lamp.history.past) == 3, "what is read again, and again, is one step"
+    lamp.undo()
+    assert lamp.document.scene == edited
+
+
+def test_undo_keeps_the_object_selected_where_others_come_back() -> None:
+    session = Session.of(ft.load("three-spheres"))
+    first, second, _ = session.document.scene.spheres
+    session.edit(session.document.without_part(("spheres", 0)), "remove")
+    session.selected = ("spheres", 0)
+    session.undo()
+    assert session.selected == ("spheres", 1)
+    assert session.document.part(session.selected) is second
+    session.selected = ("spheres", 0)
+    session.redo()
+    assert session.selected is None
+    session.undo()
+    session.edit(session.document.with_part(("spheres", 0), replace(first, radius=0.1)), "radius")
+    session.selected = ("spheres", 0)
+    session.undo()
+    assert session.selected == ("spheres", 0)
+
+
+def test_a_file_that_is_written_for_the_first_time_is_kept(lamp: Session, tmp_path: Path) -> None:
+    """Whoever wrote it: it may have comments."""
+    assert lamp.path is not None
+    for _ in range(2):
+        actions.carry_out(lamp, "save")
+        assert (tmp_path / "lamp.toml~").read_text("utf-8") == LAMP
+        assert "#" not in lamp.path.read_text("utf-8")
+        lamp.edit(lamp.document.without_part(("spheres", 0)), "remove")
+    assert lamp.toast == f"Saved {lamp.path}"
+
+
+def test_names_of_scenes_become_names_of_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    session = Session.of(replace(ft.load("mirror"), name="a/../b: c"))
+    session.edit(session.document.without_part(("spheres", 0)), "remove")
+    assert session.rescue() == settings.config_folder() / "rescued-a-..-b- c.toml"
+    assert actions.save_path(session) == tmp_path / "a-..-b- c.toml"
+    assert "--size 3x2" in actions.render_command(session, (3, 2), 1)
+    assert actions.save_path(Session.of(replace(ft.load("mirror"), name=""))) == tmp_path / "scene.toml"
 
 
 def test_display_is_remembered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

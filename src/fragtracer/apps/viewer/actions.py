@@ -11,7 +11,8 @@ from fragtracer.apps.viewer import picking
 from fragtracer.apps.viewer.display import DisplaySettings
 from fragtracer.apps.viewer.input import Click
 from fragtracer.apps.viewer.panels import scene as scene_panel
-from fragtracer.apps.viewer.session import Session
+from fragtracer.apps.viewer.session import Session, file_name, fresh
+from fragtracer.errors import SceneError
 from fragtracer.io import toml
 from fragtracer.resources import folder
 
@@ -55,8 +56,17 @@ def carry_out(session: Session, action: str) -> bool:
 
 
 def take(session: Session, path: Path) -> None:
-    """Take a dropped file: an .hdr or .exr image becomes the environment, anything else is opened."""
-    if path.suffix.lower() in (".hdr", ".exr"):
+    """Take a dropped file: an .hdr or .exr image becomes the environment, anything else is opened.
+
+    Raises
+    ------
+    FragtracerError
+        If that is impossible; nothing has changed then.
+    """
+    suffix = path.suffix.lower()
+    if suffix in (".png", ".jpg", ".jpeg"):
+        raise SceneError(f"{path}: a picture that is dropped becomes the environment, and must be an .hdr or .exr file")
+    if suffix in (".hdr", ".exr"):
         session.light_by(path)
     else:
         session.open(path)
@@ -94,16 +104,7 @@ def save_path(session: Session) -> Path:
     is_scene = session.path is not None and session.path.suffix.lower() == ".toml"
     if is_scene and session.path is not None and session.path.parent != folder("scenes"):
         return session.path
-    return fresh(Path.cwd() / f"{session.document.scene.name}.toml")
-
-
-def fresh(path: Path) -> Path:
-    """``path``, numbered if that file exists."""
-    number, free = 1, path
-    while free.exists():
-        number += 1
-        free = path.with_stem(f"{path.stem}-{number}")
-    return free
+    return fresh(Path.cwd() / f"{file_name(session.document.scene.name)}.toml")
 
 
 def render_command(session: Session, size: tuple[int, int], spp: int) -> str:
@@ -115,10 +116,10 @@ def render_command(session: Session, size: tuple[int, int], spp: int) -> str:
     if session.is_saved and session.path is not None and session.camera == session.home and not session.document.hidden:
         name = scene.name if session.path.parent == folder("scenes") else str(session.path)
     else:
-        path = fresh(Path.cwd() / f"{scene.name}.toml")
+        path = fresh(Path.cwd() / f"{file_name(scene.name)}.toml")
         toml.save(session.shown, path)
         name = path.name
-    words = ["fragtracer", "render", name, "-o", f"{scene.name}.png"]
+    words = ["fragtracer", "render", name, "-o", f"{file_name(scene.name)}.png"]
     words += ["--size", f"{size[0]}x{size[1]}", "--spp", str(max(spp, 1))]
     usual = look(DisplaySettings())
     for key, value in look(session.display).items():

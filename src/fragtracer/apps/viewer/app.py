@@ -19,7 +19,7 @@ from fragtracer.apps.viewer.live import LiveRenderer
 from fragtracer.apps.viewer.panels.statistics import Figures
 from fragtracer.apps.viewer.refiner import Refiner
 from fragtracer.apps.viewer.screen import Screen
-from fragtracer.apps.viewer.session import Session
+from fragtracer.apps.viewer.session import Session, file_name, fresh
 from fragtracer.apps.viewer.statistics import FilmStatistics, FrameTimes
 from fragtracer.apps.viewer.watch import Watch, scene_files, shader_files
 from fragtracer.apps.viewer.wipe import Wipe
@@ -75,7 +75,8 @@ class Viewer:
     def problem(self) -> str:
         """The message that the window shows, "" for none."""
         of_picture = self.refiner.problem, self.refiner.tracing_problem
-        problems = self._shader_problem, self.screen.problem, *of_picture, self.session.problem
+        of_session = self.session.problem, self.session.file_problem
+        problems = self._shader_problem, self.screen.problem, *of_picture, *of_session
         return next(filter(None, problems), "")
 
     @property
@@ -164,8 +165,8 @@ class Viewer:
         for path in self.screen.window.take_dropped():
             self.attempt(lambda path=path: actions.take(self.session, Path(path)))  # type: ignore[misc]
             self._file.accept()
-        if self._file.changed():
-            self.session.reload()
+        if changed := self._file.changed():
+            self.attempt(lambda: self.session.follow(changed))
         if self._shaders.changed():
             self.refiner.prepare_shaders()
         if self.refiner.take_shaders():
@@ -200,11 +201,13 @@ class Viewer:
         match action:
             case "panels" | "help" | "layout":
                 self.interface.show(action)
+            case "dismiss":
+                self.session.problem = ""
             case "close":
                 self.screen.window.request_close()
             case "image png" | "image exr":
-                name = f"{self.session.document.scene.name}.{action.split()[1]}"
-                self.attempt(lambda: self.save_image(actions.fresh(Path.cwd() / name)))
+                name = f"{file_name(self.session.document.scene.name)}.{action.split()[1]}"
+                self.attempt(lambda: self.save_image(fresh(Path.cwd() / name)))
             case "reference":
                 self.wipe.step(self.session.shown, self.refiner.size)
             case "copy command":

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: MIT
 """The edited scene, which parts of it are hidden, and the history for undo and redo."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
-from fragtracer.scene import LIGHTS, SHAPES, Material, Scene
+from fragtracer.scene import LIGHTS, SHAPES, Material, Mesh, Scene
 
 Part: TypeAlias = tuple[str, int]  # the name of a tuple of Scene, as "spheres", and the index in it
 OBJECTS = (*SHAPES, "meshes")
@@ -16,6 +16,13 @@ _MOST_STEPS = 200
 def is_light(part: Any) -> bool:
     """Whether a part is a light, and no object."""
     return isinstance(part, tuple(LIGHTS.values()))
+
+
+def materials_of(part: Any) -> list[str]:
+    """The names of the materials of an object, each once; none for a light."""
+    if isinstance(part, Mesh):
+        return list(dict.fromkeys(map(part.material_of, part.parts)))
+    return [] if is_light(part) else [part.material]
 
 
 @dataclass(frozen=True)
@@ -77,21 +84,26 @@ class History:
     now: Document
     past: list[Document] = field(default_factory=list)
     future: list[Document] = field(default_factory=list)
-    _open: str = ""
+    _label: str = ""  # of the last step
+    _is_open: bool = False
 
-    def edit(self, document: Document, label: str) -> bool:
-        """Add a step, or merge it with the last one if that has the same ``label`` and :meth:`close` was not
-        called since: the drag of a slider is one step. Returns whether anything changed."""
+    def edit(self, document: Document, label: str, joins: bool = False) -> bool:
+        """Add a step, or merge it with the last one if that has the same ``label`` and, unless it ``joins``,
+        :meth:`close` was not called since: the drag of a slider is one step. Returns whether anything changed."""
         if document == self.now:
             return False
-        if label != self._open:
+        if label != self._label or not (self._is_open or joins):
             self.past = [*self.past, self.now][-_MOST_STEPS:]
-        self._open, self.now, self.future = label, document, []
+        self._label, self._is_open, self.now, self.future = label, True, document, []
         return True
+
+    def map(self, change: Callable[[Document], Document]) -> None:
+        """Apply ``change`` to the document, and to all that undo and redo return to; all stays if it raises."""
+        self.now, self.past, self.future = change(self.now), [*map(change, self.past)], [*map(change, self.future)]
 
     def close(self) -> None:
         """The next edit is a step of its own."""
-        self._open = ""
+        self._is_open = False
 
     def undo(self) -> bool:
         return self._step(self.past, self.future)
@@ -104,7 +116,7 @@ class History:
             return False
         target.append(self.now)
         self.now = source.pop()
-        self.close()
+        self._label = ""
         return True
 
 

@@ -34,6 +34,7 @@ HELP = (
     ("Save scene, save image", "Ctrl+S, F12"),
     ("Compare with Mitsuba, see significance", "M, M again; drag the line"),
     ("Panels on and off", "Tab"),
+    ("Dismiss a message", "Escape"),
     ("This list", "F1"),
 )
 

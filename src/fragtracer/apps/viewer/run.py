@@ -98,7 +98,7 @@ def _edit(session: Session) -> None:
     name, material = next(iter(session.document.scene.materials.items()))
     edited = replace(material, roughness=0.6 if material.roughness < 0.55 else 0.5)
     session.edit(session.document.with_material(name, edited), "measure")
-    session.saved = session.document  # an edit that need not be rescued
+    session.saved = session.document.scene  # an edit that need not be rescued
 
 
 @contextmanager
@@ -113,20 +113,12 @@ def rescue(viewer: Viewer) -> Iterator[None]:
     try:
         yield
     except Exception as error:
-        path = _rescued(viewer)
+        path = viewer.session.rescue()
         place = f"; the scene is in {path}" if path else ""
         raise FragtracerError(f"the viewer cannot go on: {error}{place}") from error
     finally:
-        if path := _rescued(viewer):
+        if path := viewer.session.rescue():
             print(f"fragtracer: the edits that were not saved are in {path}", file=sys.stderr)
-
-
-def _rescued(viewer: Viewer) -> Path | None:
-    if viewer.session.is_saved:
-        return None
-    path = config_folder() / f"rescued-{viewer.session.document.scene.name}.toml"
-    viewer.session.save(path)
-    return path
 
 
 def _write(viewer: Viewer, screenshot: Path | None, stats: Path | None) -> None:

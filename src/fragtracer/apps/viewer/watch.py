@@ -12,7 +12,7 @@ _PERIOD = 0.3  # seconds between two polls
 
 
 class Watch:
-    """Tells when any of the files that ``list_files`` names has changed, come or gone.
+    """Tells which of the files that ``list_files`` names have changed, come or gone.
 
     With ``whole_folder``, a file that enters or leaves the list has come or gone. Without, the list follows
     the scene, and a file that enters or leaves it is no change.
@@ -24,17 +24,16 @@ class Watch:
         self._looked_at = 0.0
         self._known = self._look()
 
-    def changed(self) -> bool:
-        """Whether something changed since the last call."""
+    def changed(self) -> set[Path]:
+        """The files that have changed since the last call."""
         now = time.monotonic()
         if now - self._looked_at < _PERIOD:
-            return False
+            return set()
         self._looked_at = now
         seen, known = self._look(), self._known
         self._known = seen
-        if self._whole_folder:
-            return seen != known
-        return any(seen[path] != known[path] for path in seen.keys() & known.keys())
+        paths = seen.keys() | known.keys() if self._whole_folder else seen.keys() & known.keys()
+        return {path for path in paths if seen.get(path) != known.get(path)}
 
     def accept(self) -> None:
         """Ignore the changes so far, such as of a file that the viewer itself has written."""

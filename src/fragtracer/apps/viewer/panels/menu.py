@@ -24,6 +24,7 @@ KEYS = {
     _KEY.h: "hide",
     _ALT | _KEY.h: "show all",
     _KEY.delete: "remove",
+    _KEY.escape: "dismiss",
 }
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from imgui_bundle import imgui
 
-from fragtracer.apps.viewer.document import KINDS, Document, Part, is_light
+from fragtracer.apps.viewer.document import KINDS, Document, Part, materials_of
 from fragtracer.apps.viewer.panels import widgets
 from fragtracer.apps.viewer.theme import MUTED
 from fragtracer.scene import Mesh, Placement, Scene, Vector
@@ -54,13 +54,6 @@ def title(scene: Scene, part: Part) -> str:
     name = getattr(getattr(scene, kind)[index], "name", "mesh")
     singular = {"meshes": "mesh"}.get(kind, kind.removesuffix("s")).replace("_", " ")
     return f"{singular.capitalize()} {index + 1}" if name == "mesh" else str(name)
-
-
-def materials_of(part: Any) -> list[str]:
-    """The names of the materials of an object, each once; none for a light."""
-    if isinstance(part, Mesh):
-        return list(dict.fromkeys(map(part.material_of, part.parts)))
-    return [] if is_light(part) else [part.material]
 
 
 def edit(part: Any, materials: list[str]) -> Any:

@@ -6,7 +6,7 @@ from typing import Any
 
 from imgui_bundle import imgui
 
-from fragtracer.apps.viewer.document import KINDS, OBJECTS, Document, Part, is_light
+from fragtracer.apps.viewer.document import KINDS, Part, is_light, materials_of
 from fragtracer.apps.viewer.panels import camera, environment, lights, materials, media, objects, widgets
 from fragtracer.apps.viewer.session import Session
 from fragtracer.apps.viewer.theme import MUTED
@@ -76,7 +76,7 @@ def _selected(session: Session, place: Part) -> None:
         material = materials.edit(scene.materials[name], isinstance(part, Mesh), list(scene.media), others)
         with session.checked():  # two dielectrics that overlap cannot have the same priority
             session.edit(session.document.with_material(name, material), f"material {name}")
-        users = sum(name in objects.materials_of(p) for p in _shapes(document))
+        users = session.users(name)
         if users > 1:
             imgui.text_colored(MUTED, f"shared by {users} objects")
     imgui.pop_id()
@@ -114,7 +114,7 @@ def _ambient(session: Session) -> None:
 
 def _material_of(session: Session, place: Part) -> str:
     """The name of the material to edit; of a mesh with several, or of a blend, the chosen one."""
-    scene, own = session.document.scene, objects.materials_of(session.document.part(place))
+    scene, own = session.document.scene, materials_of(session.document.part(place))
     names = list(dict.fromkeys(blended for name in own for blended in scene.blended(name)))
     if len(names) > 1:
         name = session.material if session.material in names else names[0]
@@ -144,10 +144,6 @@ def remove(session: Session, place: Part) -> None:
     session.edit(session.document.without_part(place), f"remove {place}")
     session.history.close()
     session.selected = None
-
-
-def _shapes(document: Document) -> list[Any]:
-    return [shape for kind in OBJECTS for shape in getattr(document.scene, kind)]
 
 
 def _edit(session: Session, scene: Scene, label: str) -> None:
