@@ -89,6 +89,19 @@ def test_window_and_files_show_the_same(ctx: moderngl.Context, size: tuple[int, 
     np.testing.assert_allclose(shown(ctx, pixels, settings), expected, atol=1e-4)
 
 
+def test_a_picture_is_all_of_the_film_as_it_is_shown(ctx: moderngl.Context) -> None:
+    """Also where another picture is beside it in the window."""
+    settings, pixels = DisplaySettings(view="standard error"), picture((33, 70), bad=False)
+    film, display = FakeFilm(ctx, pixels), Display(ctx)
+    display.compare_with(np.zeros_like(pixels))
+    found = display.picture(film, settings, 1)
+    assert found.dtype == np.uint8
+    np.testing.assert_allclose(found / 255, shown(ctx, pixels, settings), atol=0.51 / 255)
+    assert len(np.unique(found)) > 20
+    display.release()
+    film.release()
+
+
 def test_errors_are_relative(ctx: moderngl.Context) -> None:
     """A film of two samples and a variance that is its mean: the relative error of x is its inverse root."""
     errors = np.array([0.19, 0.15, 0.1, 0.05, 0.01])

@@ -41,15 +41,19 @@ def test_picture_goes_on_and_is_then_guided_or_traced_from_its_lights(ctx: moder
             samples.append(renderer.spp)
             return renderer.is_guided
 
+        assert refiner.is_deciding
         until(refiner, is_guided, limit=256)
+        assert not refiner.is_deciding
         assert renderer.metadata()["guiding_decision"].startswith("on: the variance falls")
         assert samples[0] == before
         assert (np.diff(samples) >= 0).all()
         refiner.change(replace(scene, ambient=Ambient(0.5)))  # other light: what was learned is out of date
         until(refiner, lambda: not refiner.is_moving)
         assert not renderer.is_guided
+        assert refiner.is_deciding
         refiner.change(both)
         until(refiner, lambda: renderer.traces_light, limit=256)
         assert renderer.metadata()["light_tracing_decision"].startswith("on: the variance falls")
+        assert not refiner.is_deciding
     finally:
         refiner.close()

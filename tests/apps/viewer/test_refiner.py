@@ -464,7 +464,9 @@ def test_light_is_traced_from_the_lights_while_the_picture_rests(
     refiner = make(scene)
     until(refiner, lambda: refiner.renderer.is_specialised, limit=80)
     until(refiner, lambda: refiner.renderer.spp >= 80, limit=80)
-    renderer = learned(refiner, scene)
+    assert not refiner.is_deciding
+    renderer, begun = learned(refiner, scene), refiner.renderer.begun
+    assert refiner.is_deciding
     adopt, left = renderer.adopt, list[int]()
 
     def adopting(plan: Plan) -> None:
@@ -474,6 +476,8 @@ def test_light_is_traced_from_the_lights_while_the_picture_rests(
     monkeypatch.setattr(renderer, "adopt", adopting)
     until(refiner, lambda: renderer.traces_light, limit=80)
     assert left == [0], "the samples of before are of all light"
+    assert renderer.begun > begun
+    assert not refiner.is_deciding
     until(refiner, lambda: renderer.spp > 8)
     assert 0 < refiner.held_weight < 1, "they fade out slowly"
     until(refiner, lambda: refiner.held is None)
@@ -521,7 +525,9 @@ def test_photons_that_fail_leave_all_light_to_paths(
     until(refiner, lambda: refiner.renderer.is_specialised, limit=1)
     renderer = learned(refiner, scene)
     used = renderer._tracer._key
+    assert refiner.is_deciding
     until(refiner, lambda: not refiner._traces)
+    assert not refiner.is_deciding
     until(refiner, lambda: renderer.spp > 2)
     assert not renderer.traces_light
     assert renderer._tracer._key == used, "the program leaves no light to photons"

@@ -17,6 +17,7 @@ from fragtracer.apps.viewer import actions, camera, run, settings
 from fragtracer.apps.viewer.display import DisplaySettings
 from fragtracer.apps.viewer.document import Document, History
 from fragtracer.apps.viewer.session import Session, path_of
+from fragtracer.apps.viewer.settings import Limits
 from fragtracer.apps.viewer.watch import Watch, scene_files, shader_files
 from fragtracer.errors import FragtracerError
 from fragtracer.resources import folder
@@ -281,14 +282,18 @@ def test_names_of_scenes_become_names_of_files(tmp_path: Path, monkeypatch: pyte
     assert actions.save_path(Session.of(replace(ft.load("mirror"), name=""))) == tmp_path / "scene.toml"
 
 
-def test_display_is_remembered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_display_and_limits_are_remembered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     monkeypatch.setattr("sys.platform", "linux")
     assert settings.remembered_display() == DisplaySettings()
-    settings.remember_display(DisplaySettings(exposure=1.5, tone_curve="agx"))
+    assert settings.remembered_limits() == Limits(4096, 0.005)
+    settings.remember(DisplaySettings(exposure=1.5, tone_curve="agx"), Limits(0, 0.01))
     assert settings.remembered_display() == DisplaySettings(exposure=1.5, tone_curve="agx")
-    (tmp_path / "fragtracer" / "viewer.json").write_text("{", "utf-8")
-    assert settings.remembered_display() == DisplaySettings()
+    assert settings.remembered_limits() == Limits(0, 0.01)
+    for text in ("{", '{"exposure": "x", "limits": {"samples": -1}}', '{"limits": 3}', "3"):
+        (tmp_path / "fragtracer" / "viewer.json").write_text(text, "utf-8")
+        assert settings.remembered_display() == DisplaySettings()
+        assert settings.remembered_limits() == Limits()
 
 
 def test_render_command_takes_an_edited_scene_along(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

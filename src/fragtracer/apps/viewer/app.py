@@ -20,9 +20,10 @@ from fragtracer.apps.viewer.panels.statistics import Figures
 from fragtracer.apps.viewer.refiner import Refiner
 from fragtracer.apps.viewer.screen import Screen
 from fragtracer.apps.viewer.session import Session, file_name, fresh
-from fragtracer.apps.viewer.statistics import FilmStatistics, FrameTimes
+from fragtracer.apps.viewer.statistics import LAG, FilmStatistics, FrameTimes
 from fragtracer.apps.viewer.watch import Watch, scene_files, shader_files
 from fragtracer.apps.viewer.wipe import Wipe
+from fragtracer.display.tone import srgb_decode
 from fragtracer.errors import DeviceError, FragtracerError, ShaderError
 from fragtracer.gpu.context import is_software
 from fragtracer.io.images import write_image
@@ -62,6 +63,9 @@ class Viewer:
         self._shader_problem = ""
         self._presented: tuple[object, ...] = ()
         self._presented_at = 0.0
+        self._still = 0  # frames that were shown since the last sample
+        self._begun = 0  # pictures, when the film was looked at last
+        self._image: Path | None = None  # to be saved once the picture rests
 
     @property
     def is_open(self) -> bool:
@@ -80,26 +84,48 @@ class Viewer:
         return next(filter(None, problems), "")
 
     @property
-    def is_done(self) -> bool:
-        """Whether the target error or number of samples is reached, or refining is paused."""
+    def _is_whole(self) -> bool:
+        """Whether there is a picture that is no preview, of a pass at least."""
+        return not self.refiner.is_moving and self.renderer.spp > 0
+
+    @property
+    def _is_full(self) -> bool:
+        """Whether it has as many samples as were asked for."""
+        return self._is_whole and 0 < self.session.max_samples <= self.renderer.spp
+
+    @property
+    def _limit(self) -> str:
+        """The limit that the picture has reached, "" for none."""
         session, error = self.session, self.film_statistics.relative_error
-        if self.refiner.is_moving:
+        if session.target_error > 0 and error is not None and error <= session.target_error:
+            return f"error below {100 * session.target_error:.2g} %"
+        return f"{session.max_samples:,} samples" if self._is_full else ""
+
+    @property
+    def is_done(self) -> bool:
+        """Whether there is a picture, and a limit is reached or refining is paused. A limit ends nothing while it is
+        being decided how light is found best."""
+        if not self._is_whole:
             return False
-        fine = session.target_error > 0 and error is not None and error <= session.target_error
-        return session.paused or fine or bool(session.max_samples and self.renderer.spp >= session.max_samples)
+        return self.session.paused or (self._limit != "" and not self.refiner.is_deciding)
 
     def frame(self) -> None:
         """One turn of the loop; sleeps for a while if nothing changes."""
-        asleep = time.perf_counter() - self.interface.used_at > _AWAKE
-        idle = asleep and self.is_done and not self._draws_for_comparison
+        is_asleep = time.perf_counter() - self.interface.used_at > _AWAKE
+        idle = is_asleep and (self.is_done or self._is_full) and not self._draws_for_comparison
         window = self.screen.window
         window.poll(_NAP if idle else 0.0)
         start = time.perf_counter()
+        if window.was_touched:
+            self.interface.used_at = start
         if window.is_minimised:
             time.sleep(0.05)
             return
         if self._shows_nothing_new(start):
-            self._refine()
+            if self.is_done:
+                self._watch()
+            else:
+                self._refine()
             return
         self._watch()
         with window.panels():
@@ -109,10 +135,10 @@ class Viewer:
         self._sync(area)
         self._compare()
         traced = self._refine()
-        if self.refiner.is_moving:
-            self.film_statistics.forget()
-        elif self.renderer.spp > 1:
+        if self._is_whole and self.renderer.spp > 1:
             self.film_statistics.look(self.renderer.film)
+        if self._image is not None and self._is_whole:
+            self.attempt(lambda path=self._image: self.save_image(path))  # type: ignore[misc]
         self._set_title()
         self._presented = self._on_screen()
         self._presented_at = time.perf_counter()
@@ -122,17 +148,27 @@ class Viewer:
         self.times.add(seconds, self.renderer.pass_seconds)
 
     def _shows_nothing_new(self, now: float) -> bool:
-        """Whether a frame would show nothing new but samples, and the last one was a moment ago."""
+        """Whether a frame would show nothing new, or nothing but samples, and the last one was a moment ago."""
         refiner = self.refiner
-        if refiner.is_moving or refiner.is_fading or self.is_done or self.screen.window.was_touched:
+        if refiner.is_moving or refiner.is_fading or self.screen.window.was_touched:
             return False
-        wait = max(_SHOWN_EVERY, 2 * refiner.resolution.overhead)
-        return now - self._presented_at < wait and self._presented == self._on_screen()
+        if self._presented != self._on_screen():
+            return False
+        if self.is_done:
+            return self._is_at_rest(now)
+        return now - self._presented_at < max(_SHOWN_EVERY, 2 * refiner.resolution.overhead)
+
+    def _is_at_rest(self, now: float) -> bool:
+        """Whether a picture that is done, and all that is shown with it, has come to rest."""
+        adapts = self.session.display.auto_exposure and not self.screen.display.is_adapted
+        asleep = now - self.interface.used_at > _AWAKE
+        return asleep and self._still >= LAG and not (adapts or self.refiner.held is not None or self.wipe.is_on)
 
     def _on_screen(self) -> tuple[object, ...]:
         """What the next frame depends on, apart from samples and events."""
         session = self.session
-        return session.version, session.camera, session.display, session.toast, session.max_samples
+        limits = session.max_samples, session.target_error, session.paused
+        return session.version, session.camera, session.display, session.toast, self.problem, *limits
 
     def _compare(self) -> None:
         if problem := self.wipe.update(self.session.shown, self.refiner.size, self.screen.display):
@@ -144,9 +180,15 @@ class Viewer:
         if self._draws_for_comparison and (self.is_done or self.screen.frames % 2):
             return self._draw_for_comparison()
         if self.is_done:
+            self._still += 1
             self.refiner.fade(limit=0)
             return 0.0
-        return self.refiner.frame(self.session.max_samples or None)
+        self._still = 0
+        seconds = self.refiner.frame(self.session.max_samples or None)
+        if self.refiner.is_moving or self.renderer.begun != self._begun:
+            self._begun = self.renderer.begun
+            self.film_statistics.forget()
+        return seconds
 
     @property
     def _draws_for_comparison(self) -> bool:
@@ -223,11 +265,22 @@ class Viewer:
         self.session.say(f"Copied: {command}")
 
     def save_image(self, path: Path) -> None:
-        """Write the picture, without panels, with the metadata of ``fragtracer render``."""
-        shown = self.session.display
-        metadata = self.renderer.metadata() | {"view": self._auxiliary() or "radiance"}
-        write_image(path, self.renderer.image(), metadata, **actions.look(shown))
-        self.session.say(f"Saved {path}")
+        """Write the picture, without panels, with the metadata of ``fragtracer render``; one that is a preview, once it
+        rests. A .png file is the view that is shown, others are what is rendered for it."""
+        if not self._is_whole:
+            self._image = path
+            self.session.say("The picture will be saved once it is no preview")
+            return
+        self._image = None
+        shown, what = self.session.display, self._auxiliary() or "radiance"
+        image, look = self.renderer.image(), actions.look(shown)
+        if path.suffix.lower() == ".png":
+            what = shown.view
+            if what not in ("radiance", "bloom"):
+                picture = self.screen.display.picture(self.renderer.film, shown, self.renderer.spp)
+                image, look = srgb_decode(np.divide(picture, 255, dtype=np.float32)), {}
+        write_image(path, image, self.renderer.metadata() | {"view": what}, **look)
+        self.session.say(f"Saved {what} to {path}")
 
     def _sync(self, area: Area) -> None:
         """Tell the refiner what has changed since the last frame."""
@@ -264,7 +317,7 @@ class Viewer:
             pass_seconds=self.renderer.pass_seconds,
             specialised=self.renderer.is_specialised,
             traces_light=self.renderer.traces_light,
-            state="done" if state == "refining" and self.is_done else state,
+            state=f"done: {self._limit}" if state == "refining" and self.is_done else state,
         )
 
     def _set_title(self) -> None:

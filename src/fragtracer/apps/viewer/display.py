@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Shows a film in the window, through shaders/display/display.frag."""
 
+from dataclasses import replace
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -93,6 +94,29 @@ class Display:
     @property
     def compares(self) -> bool:
         return self._other is not None
+
+    @property
+    def is_adapted(self) -> bool:
+        """Whether automatic exposure has come to rest."""
+        return self._meter.is_adapted
+
+    def picture(self, film: ShownFilm, settings: DisplaySettings, spp: int) -> NDArray[np.uint8]:
+        """All of ``film`` as :meth:`draw` shows it, (height, width, 3) sRGB bytes, row 0 at the top.
+
+        Raises
+        ------
+        ShaderError
+            If a program that is new does not compile.
+        """
+        width, height = film.size
+        target = self._context.simple_framebuffer(film.size, 3)
+        try:
+            self.draw(target, film, (0, 0, width, height), replace(settings, wipe=1.0), spp)
+            pixels = np.frombuffer(target.read(target.viewport, 3, alignment=1), np.uint8)
+        finally:
+            self._context.detect_framebuffer(0).use()  # moderngl would bind the released one again
+            target.release()
+        return np.ascontiguousarray(pixels.reshape(height, width, 3)[::-1])
 
     def draw(
         self,

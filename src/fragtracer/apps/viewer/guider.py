@@ -35,7 +35,7 @@ class Guider:
         """Begin to decide about ``scene`` with ``settings``, unless that is asked already or another is being made."""
         if self._thread is not None:
             return
-        if self._asked is not None and self._asked[1] == settings and same_light(self._asked[0], scene):
+        if self.has_answered(scene, settings):
             return
         self._asked, self._answer = (scene, settings), None
         self._process = subprocess.Popen(
@@ -46,6 +46,12 @@ class Guider:
         )
         self._thread = threading.Thread(target=self._talk, args=(self._process, self._asked), daemon=True)
         self._thread.start()
+
+    def has_answered(self, scene: Scene, settings: RenderSettings) -> bool:
+        """Whether it was asked about these last, and what was decided, if it has not failed, was taken."""
+        if self._thread is not None or self._asked is None:
+            return False
+        return self._asked[1] == settings and same_light(self._asked[0], scene)
 
     def take(self) -> Decided | None:
         """What has been decided since the last call."""

@@ -62,6 +62,7 @@ class LiveRenderer(Renderer):
         self._slices = 0.0  # seconds that the pass has taken so far
         self._speeds: dict[tuple[bool, bool], float] = {}  # in samples per second, by kinds of programs
         self.pass_seconds = 0.0  # that the last whole pass took
+        self.begun = 0  # pictures so far, each of which forgets the samples of the one before
         self._is_specialised = False
         self._is_guided = False
         self._learned: Decided | None = None
@@ -215,6 +216,7 @@ class LiveRenderer(Renderer):
     def restart(self) -> None:
         """Forget all samples."""
         self._pass = None
+        self.begun += 1
         self.reset()
 
     def refine(self, seconds: float, rays: int, most: int | None = None, whole: bool = False) -> float:

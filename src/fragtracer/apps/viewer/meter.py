@@ -55,6 +55,11 @@ class Meter:
         self._moved_at = now
         return self._stops
 
+    @property
+    def is_adapted(self) -> bool:
+        """Whether the exposure is that of the film of the last measurement."""
+        return self._stops == self._target
+
     def forget(self) -> None:
         """Adapt to the next film at once."""
         self._target = self._stops = None

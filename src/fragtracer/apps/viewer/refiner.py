@@ -79,6 +79,22 @@ class Refiner:
         return not (self.is_preparing or self.problem)
 
     @property
+    def is_deciding(self) -> bool:
+        """Whether the picture may still get another way to find its light, by what is being learned or compiled."""
+        if self._view or not self._is_shown:
+            return False
+        learns = self._guider is not None and not self._guider.has_answered(self._scene, decides(self._scene.render))
+        return learns or (self._guides and self._wants_to_specialise) or self._wants_light
+
+    @property
+    def _wants_light(self) -> bool:
+        """Whether light is to be traced from the lights, and is not yet."""
+        renderer = self.renderer
+        if renderer.traces_light or not self._is_shown or self._view or self._compares or not self._traces:
+            return False
+        return renderer.may_trace_light(self._scene) and renderer.follows(self._scene.camera)
+
+    @property
     def _wants_to_specialise(self) -> bool:
         is_new = (self._guides or not self.renderer.is_specialised) and not self.renderer.traces_light
         return self._specialises and is_new and self._is_shown
@@ -241,9 +257,7 @@ class Refiner:
     def _trace_light(self) -> None:
         """Trace light of a picture that rests from the lights, where that pays and the programs for it are compiled."""
         renderer = self.renderer
-        if renderer.traces_light or not self._is_shown or self._view or self._compares or not self._traces:
-            return
-        if not (renderer.may_trace_light(self._scene) and renderer.follows(self._scene.camera)):
+        if not self._wants_light:
             return
         if self._lighting is None:
             plan = self._lit_plan()

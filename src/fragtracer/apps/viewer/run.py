@@ -13,7 +13,7 @@ import numpy as np
 from fragtracer.apps.viewer import camera as cameras
 from fragtracer.apps.viewer.app import Viewer
 from fragtracer.apps.viewer.session import Session, path_of
-from fragtracer.apps.viewer.settings import config_folder, remember_display, remembered_display
+from fragtracer.apps.viewer.settings import Limits, config_folder, remember, remembered_display, remembered_limits
 from fragtracer.errors import FragtracerError
 from fragtracer.interruption import deferred
 from fragtracer.io import toml
@@ -67,6 +67,8 @@ def view(
         by_hand = frames is None
         if by_hand:
             viewer.session.display = remembered_display()
+            limits = remembered_limits()
+            viewer.session.max_samples, viewer.session.target_error = limits.samples, limits.error
         try:
             with rescue(viewer):
                 with deferred():
@@ -74,7 +76,8 @@ def view(
                 viewer.times.keeps_all = stats is not None
                 _loop(viewer, frames, orbit)
             if by_hand:
-                remember_display(viewer.session.display)
+                limits = Limits(viewer.session.max_samples, viewer.session.target_error)
+                remember(viewer.session.display, limits)
         except KeyboardInterrupt:
             _write(viewer, screenshot, stats)
             raise

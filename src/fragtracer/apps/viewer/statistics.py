@@ -11,6 +11,7 @@ from fragtracer.sampling.pixels import Pixels
 
 _FRAMES = 160  # that are plotted
 _SLICES = 16  # of the film, one read in each frame
+LAG = 2 * _SLICES  # frames without a sample after which the figures are those of the film
 
 
 class FilmStatistics:

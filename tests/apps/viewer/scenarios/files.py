@@ -6,14 +6,16 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from common import opened, picture, refined
+from common import above_status_bar, opened, picture, refined, set_scene
 from hand import Hand
 
 import fragtracer as ft
 from fragtracer import resources
 from fragtracer.apps.viewer import app, programs
+from fragtracer.display.look import Look
 from fragtracer.gpu import tracer
 from fragtracer.io.images import read_image, read_metadata
+from fragtracer.scene import Ambient
 
 
 def reloads_shaders() -> None:
@@ -115,8 +117,27 @@ def saves_images() -> None:
         assert read_metadata("three-spheres.png")["spp"] == "4"
         viewer.do("image exr")
         assert np.array_equal(read_image("three-spheres.exr"), viewer.renderer.image())
+        viewer.session.display = replace(viewer.session.display, view="samples")
+        viewer.do("image png")
+        assert viewer.session.toast == f"Saved samples to {Path('three-spheres-2.png').resolve()}"
+        assert read_metadata("three-spheres-2.png")["view"] == "samples"
+        viewer.session.display = replace(viewer.session.display, view="radiance")
+        viewer.session.paused = True
+        set_scene(viewer, ambient=Ambient(0.5))
+        viewer.frame()
+        hand.key("F12")
+        hand.until(lambda: Path("three-spheres-3.png").exists(), "the picture after the preview")
+        hand.until(lambda: viewer.is_done and viewer.refiner.held is None, "the rest")
+        hand.frames(1)
+        assert viewer.renderer.spp > 0
+        assert viewer.renderer.size == viewer.refiner.size
+        free = above_status_bar(viewer)
+        saved = Look().show(read_image("three-spheres-3.png"))
+        viewer.session.say("")
+        viewer.frame()
+        assert np.abs(saved - picture(viewer))[free].max() < 1.6 / 255
         viewer.do("copy command")
-        assert "fragtracer render three-spheres" in viewer.session.toast
+        assert "fragtracer render" in viewer.session.toast
 
 
 def is_lit_by_a_dropped_picture() -> None:

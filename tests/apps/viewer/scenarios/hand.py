@@ -24,9 +24,10 @@ class Hand:
         self.frames(2)
 
     def frames(self, count: int) -> None:
-        """Turn the loop until so many frames were shown."""
+        """Turn the loop until so many frames were shown, which takes somebody who is awake where nothing changes."""
         end = self.viewer.screen.frames + count
         while self.viewer.screen.frames < end:
+            self.viewer.interface.used_at = time.perf_counter()
             self.viewer.frame()
 
     def until(self, condition: Callable[[], bool], what: str, seconds: float = 500.0) -> None:

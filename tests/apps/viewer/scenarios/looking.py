@@ -72,10 +72,17 @@ def orbits() -> None:
 
 
 def stops_at_a_target_error() -> None:
-    """Refining ends when the error is as small as was asked for, and not before."""
+    """Refining ends when the error is as small as was asked for, and not before, nor while something is learned."""
     with opened("mirror", (420, 260), guides=True) as viewer:
         hand = Hand(viewer)
+        guider = viewer.refiner._guider
+        assert guider is not None
+        guider.has_answered = lambda *_: False  # type: ignore[method-assign]
         viewer.session.target_error = 0.05
+        hand.until(lambda: viewer._limit != "", "the error")
+        assert viewer.figures.state == "refining"
+        viewer.refiner._guider = None
+        guider.close()
         hand.until(lambda: viewer.is_done, "the target")
         assert viewer.renderer.relative_error() <= 0.05
         assert viewer.renderer.spp >= 4

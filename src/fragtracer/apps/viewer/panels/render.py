@@ -61,8 +61,10 @@ def limits(session: Session) -> None:
     session.max_samples = widgets.whole(
         "Samples", session.max_samples, 0, 65536, "Per pixel; 0 for no limit.", log=True
     )
-    percent = widgets.slider("Error", 100 * session.target_error, 0.0, 10.0, "%.2f %%")
-    session.target_error = percent / 100
+    before = 100 * session.target_error
+    percent = widgets.slider("Error", before, 0.0, 10.0, "%.2f %%")
+    if percent != before:
+        session.target_error = percent / 100
     label = "Resume" if session.paused else "Pause"
     if imgui.button(label, imgui.ImVec2(-1, 0)):
         session.paused = not session.paused
