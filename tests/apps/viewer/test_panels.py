@@ -64,19 +64,19 @@ def test_only_what_is_edited_of_a_light_changes(monkeypatch: pytest.MonkeyPatch)
     def row(text: str, value: object, *_: object, **__: object) -> object:
         return rows.get(text, value)
 
-    for name in ("point", "color", "number", "slider", "choice"):
+    for name in ("point", "color", "number", "quantity", "length", "vector", "slider", "choice"):
         monkeypatch.setattr(lights.widgets, name, row)
     spot = SpotLight((0.0, 1.0, 0.0), (0.3, -1.0, 0.1), (0.8, 0.4, 0.2), 10.0, 30.0)
     sun = DirectionalLight((0.3, -1.0, 0.1), (0.8, 0.4, 0.2))
     lamp = Light((0.0, 1.0, 0.0), 0.2, power=(0.7, 0.3, 0.1))
     for light in (spot, sun, lamp):
-        assert lights.edit(light) is light
+        assert lights.edit(light, 1.0) is light
     rows = {"Position": (1.0, 2.0, 3.0), "Direction": (0.0, 0.0, -1.0), "Intensity": 8.0, "Outer angle": 20.0}
-    assert lights.edit(spot) == SpotLight((1.0, 2.0, 3.0), (0.0, 0.0, -1.0), (8.0, 4.0, 2.0), 10.0, 20.0)
+    assert lights.edit(spot, 1.0) == SpotLight((1.0, 2.0, 3.0), (0.0, 0.0, -1.0), (8.0, 4.0, 2.0), 10.0, 20.0)
     rows = {"Colour": (1.0, 1.0, 0.5)}
-    assert lights.edit(sun) == DirectionalLight(sun.direction, (0.8, 0.8, 0.4))
+    assert lights.edit(sun, 1.0) == DirectionalLight(sun.direction, (0.8, 0.8, 0.4))
     rows = {"Direction": (0.0, 0.0, 0.0)}
-    assert lights.edit(sun) is sun, "no direction"
+    assert lights.edit(sun, 1.0) is sun, "no direction"
 
 
 def test_only_what_is_edited_of_media_changes(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -86,7 +86,7 @@ def test_only_what_is_edited_of_media_changes(monkeypatch: pytest.MonkeyPatch) -
     def row(text: str, value: object, *_: object, **__: object) -> object:
         return rows.get(text, value)
 
-    for name in ("whole", "color", "number", "slider", "choice"):
+    for name in ("whole", "color", "number", "length", "slider", "choice"):
         monkeypatch.setattr(media.widgets, name, row)
     given = [
         Medium(),

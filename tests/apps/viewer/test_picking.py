@@ -10,6 +10,7 @@ from fragtracer.apps.viewer.document import Document, materials_of
 from fragtracer.apps.viewer.input import Click
 from fragtracer.apps.viewer.panels import materials, objects
 from fragtracer.apps.viewer.session import Session
+from fragtracer.scene import Camera, Light, Material, Scene, Sphere, SpotLight
 
 from .models import stage, tetrahedra
 
@@ -29,6 +30,37 @@ def test_pick_finds_what_is_in_front() -> None:
     behind = picking.pick(hidden, *camera.ray(scene.camera, *place, 1.5))
     assert behind is not None
     assert behind[0][0] == "planes"
+
+
+def test_pick_finds_the_nearest_of_many_spheres_that_is_visible() -> None:
+    rng = np.random.default_rng(5)
+    spheres = [Sphere(tuple(center), 0.2, "a") for center in rng.uniform(-2, 2, (500, 3))]
+    document = Document(Scene(Camera((0.0, 0.0, 9.0), (0.0, 0.0, 0.0)), {"a": Material()}, spheres=spheres))
+    for x, y in rng.uniform(0.35, 0.65, (20, 2)):
+        origin, direction = camera.ray(document.scene.camera, x, y, 1.0)
+        distances = [sphere.intersect(origin, direction) for sphere in spheres]
+        for index in np.argsort(distances)[:2]:
+            found = picking.pick(document, origin, direction)
+            if np.isinf(distances[index]):
+                assert found is None
+            else:
+                assert found == (("spheres", index), distances[index])
+            document = document.with_hidden(("spheres", int(index)), True)
+        document = Document(document.scene)
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e4])
+def test_a_light_is_framed_in_a_part_of_what_was_looked_at(size: float) -> None:
+    """Or all of it, if it is larger."""
+    lights = Light((0.0, size, 0.0), power=1.0), Light((0.0, 0.0, 0.0), 0.5 * size, power=1.0)
+    spot = SpotLight((size, 0.0, 0.0), (0.0, -1.0, 0.0), (1.0, 1.0, 1.0))
+    session = Session.of(Scene(Camera((0.0, 0.0, 2 * size), (0.0, 0.0, 0.0)), lights=lights, spot_lights=(spot,)))
+    for part, radius in ((("lights", 0), 0.2), (("lights", 1), 0.5), (("spot_lights", 0), 0.2)):
+        session.camera, session.selected = session.home, part
+        actions.look_at_selected(session)
+        assert session.camera.target == pytest.approx(session.document.part(part).position)
+        expected = camera.distance(camera.frame(session.home, (0.0, 0.0, 0.0), radius * size))
+        assert camera.distance(session.camera) == pytest.approx(expected)
 
 
 def test_pick_finds_the_lamp_and_the_walls_of_the_cornell_box() -> None:

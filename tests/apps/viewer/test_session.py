@@ -243,6 +243,20 @@ def test_a_changed_scene_file_takes_the_place_of_edits_that_are_rescued(lamp: Se
     assert lamp.document.scene == edited
 
 
+def test_what_is_asked_for_in_each_frame_is_made_anew_only_where_it_changes() -> None:
+    session = Session.of(ft.load("three-spheres"))
+    shown = session.shown
+    assert session.shown is shown
+    assert session.users("gold") == 1
+    session.camera = camera.orbit(session.camera, 0.5, 0.0)
+    assert session.shown.camera == session.camera
+    session.edit(session.document.with_hidden(("spheres", 0), True), "hide")
+    assert len(session.shown.spheres) == 2
+    golden = replace(session.document.part(("spheres", 0)), material="gold")
+    session.edit(session.document.with_part(("spheres", 0), golden), "gold")
+    assert session.users("gold") == 2
+
+
 def test_undo_keeps_the_object_selected_where_others_come_back() -> None:
     session = Session.of(ft.load("three-spheres"))
     first, second, _ = session.document.scene.spheres

@@ -9,12 +9,15 @@ from typing import Any
 from fragtracer.apps.viewer import camera as cameras
 from fragtracer.apps.viewer import picking
 from fragtracer.apps.viewer.display import DisplaySettings
+from fragtracer.apps.viewer.document import is_light
 from fragtracer.apps.viewer.input import Click
 from fragtracer.apps.viewer.panels import scene as scene_panel
 from fragtracer.apps.viewer.session import Session, file_name, fresh
 from fragtracer.errors import SceneError
 from fragtracer.io import toml
 from fragtracer.resources import folder
+
+_LIGHT_SHARE = 0.1  # of the distance to the target, that is framed around a light that is smaller
 
 
 def carry_out(session: Session, action: str) -> bool:
@@ -92,11 +95,14 @@ def look_at_selected(session: Session) -> None:
     if session.selected is None:
         session.say("Nothing is selected: click on an object to frame it")
         return
-    ball = picking.bounds(session.document.part(session.selected))
+    part = session.document.part(session.selected)
+    ball = picking.bounds(part)
     if ball is None:
         session.say("This has no bounds to frame")
         return
-    session.camera = cameras.frame(session.camera, *ball)
+    center, radius = ball
+    least = _LIGHT_SHARE * cameras.distance(session.camera) if is_light(part) else 0.0
+    session.camera = cameras.frame(session.camera, center, max(radius, least))
 
 
 def save_path(session: Session) -> Path:

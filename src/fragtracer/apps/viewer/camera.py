@@ -27,6 +27,11 @@ def axes(camera: Camera) -> tuple[Vector, Vector, Vector]:
     return right, np.cross(right, forward), forward
 
 
+def distance(camera: Camera) -> float:
+    """From the camera to its target."""
+    return float(np.linalg.norm(np.subtract(camera.position, camera.target)))
+
+
 def orbit(camera: Camera, right: float, down: float) -> Camera:
     """Turn the scene about the target, to the ``right`` and ``down``."""
     back = np.subtract(camera.position, camera.target)
@@ -41,14 +46,14 @@ def look_around(camera: Camera, right: float, down: float) -> Camera:
 
 def pan(camera: Camera, right: float, down: float) -> Camera:
     """Shift the scene in the plane of the target, by parts of the picture's height."""
-    height = 2 * _distance(camera) * np.tan(np.radians(camera.fov_degrees) / 2)
+    height = 2 * distance(camera) * np.tan(np.radians(camera.fov_degrees) / 2)
     x, y, _ = axes(camera)
     return _moved(camera, height * (y * down - x * right))
 
 
 def dolly(camera: Camera, factor: float) -> Camera:
     """Multiply the distance to the target, within what can be rendered."""
-    return _looking(camera, camera.target, factor * _distance(camera))
+    return _looking(camera, camera.target, factor * distance(camera))
 
 
 def fly(camera: Camera, right: float, up: float, forward: float) -> Camera:
@@ -94,18 +99,12 @@ def _turned(camera: Camera, arm: Vector, yaw: float, pitch: float) -> Vector:
     return turned
 
 
-def _distance(camera: Camera) -> float:
-    return float(np.linalg.norm(np.subtract(camera.position, camera.target)))
-
-
-def _looking(camera: Camera, target: Sequence[float], distance: float) -> Camera:
-    """Look at ``target`` from the current direction and a distance, both within what can be rendered."""
+def _looking(camera: Camera, target: Sequence[float], away: float) -> Camera:
+    """Look at ``target`` from the current direction and so far ``away``, both within what can be rendered."""
     back = _unit(np.subtract(camera.position, camera.target))
     place: Vector = np.clip(target, -_FARTHEST, _FARTHEST)
     nearest = max(_NEAREST, _PRECISION * np.abs(place).max())
-    return replace(
-        camera, position=_triple(place + np.clip(distance, nearest, _FARTHEST) * back), target=_triple(place)
-    )
+    return replace(camera, position=_triple(place + np.clip(away, nearest, _FARTHEST) * back), target=_triple(place))
 
 
 def _moved(camera: Camera, step: Vector) -> Camera:

@@ -129,6 +129,5 @@ def _walked(camera: Camera, io: imgui.IO) -> Camera:
     right, up, forward = held(key.d, key.a), held(key.e, key.q), held(key.w, key.s)
     if not (right or up or forward):
         return camera
-    distance = float(np.linalg.norm(np.subtract(camera.target, camera.position)))
-    step = distance * _WALK * (_RUN if io.key_shift else 1.0) * min(io.delta_time, 0.1)
+    step = cameras.distance(camera) * _WALK * (_RUN if io.key_shift else 1.0) * min(io.delta_time, 0.1)
     return cameras.fly(camera, step * right, step * up, step * forward)

@@ -2,7 +2,7 @@
 """What lies under the mouse: one ray through the scene model, on the CPU, and marks of lights."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,22 +14,34 @@ from fragtracer.scene import Camera, Disk, Geometry, Light, Mesh, Sphere, SpotLi
 from fragtracer.scene.shapes import NEAREST
 
 Vector = NDArray[np.float64]
-_MARKED = 0.1  # metres around a light without a surface
+_SLACK = 1e-9  # of their distance, by which spheres are taken to be larger as they are sought
 MARK = 0.014  # radius of the mark of such a light, of the picture's height
 
 
 def pick(document: Document, origin: Vector, direction: Vector) -> tuple[Part, float] | None:
     """The nearest visible object or light on a ray, and its distance; ``direction`` has length 1."""
+    spheres = _near(document.scene.spheres, origin, direction)
     hits = [
         (distance, (kind, index))
         for kind in KINDS
-        for index, part in enumerate(getattr(document.scene, kind))
+        for index, part in (spheres if kind == "spheres" else enumerate(getattr(document.scene, kind)))
         if (kind, index) not in document.hidden and (distance := _distance(part, origin, direction)) < math.inf
     ]
     if not hits:
         return None
     distance, part = min(hits)
     return part, distance
+
+
+def _near(spheres: Sequence[Sphere], origin: Vector, direction: Vector) -> list[tuple[int, Sphere]]:
+    """Those that the line through ``origin`` meets or nearly meets, with their indices."""
+    if not spheres:
+        return []
+    to_center = np.array([sphere.center for sphere in spheres]) - origin
+    radius = np.array([sphere.radius for sphere in spheres])
+    aside = np.linalg.norm(to_center - np.outer(to_center @ direction, direction), axis=1)
+    slack = _SLACK * np.linalg.norm(to_center, axis=1)
+    return [(index, spheres[index]) for index in np.flatnonzero(aside <= radius + slack).tolist()]
 
 
 def marked(document: Document) -> Iterator[tuple[Part, Light | SpotLight]]:
@@ -56,9 +68,9 @@ def bounds(part: Any) -> tuple[tuple[float, float, float], float] | None:
     without triangles."""
     match part:
         case Light():
-            return part.position, max(part.radius, _MARKED)
+            return part.position, part.radius
         case SpotLight():
-            return part.position, _MARKED
+            return part.position, 0.0
         case Sphere() | Disk():
             return part.center, part.radius
         case Mesh():

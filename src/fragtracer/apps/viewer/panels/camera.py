@@ -5,22 +5,24 @@ from collections.abc import Mapping
 
 from imgui_bundle import imgui
 
+from fragtracer.apps.viewer import camera as cameras
 from fragtracer.apps.viewer.panels import widgets
 from fragtracer.scene import Camera
 
 
 def edit(camera: Camera) -> Camera:
     """Controls for ``camera``."""
+    around = cameras.distance(camera)
     new: dict[str, object] = {
         "fov_degrees": widgets.slider("Field of view", camera.fov_degrees, 2.0, 140.0, "%.1f°"),
-        "aperture_radius": widgets.number("Aperture", camera.aperture_radius, 0.0005, 0.0, 10.0, "%.4f m"),
+        "aperture_radius": widgets.length("Aperture", camera.aperture_radius, 0.1 * around),
     }
     if camera.aperture_radius > 0:
         before = camera.focal_distance
-        after = widgets.number("Focus", before, 0.005 * before, 1e-3, 1e6, "%.3f m", "Or Ctrl+click in the picture.")
+        after = widgets.length("Focus", before, 2 * before, 1e-6, "Or Ctrl+click in the picture.")
         new["focus_distance"] = after if after != before else camera.focus_distance
-    new["position"] = widgets.point("Position", camera.position)
-    new["target"] = widgets.point("Target", camera.target)
+    new["position"] = widgets.point("Position", camera.position, around)
+    new["target"] = widgets.point("Target", camera.target, around)
     return widgets.edited(camera, **new)
 
 

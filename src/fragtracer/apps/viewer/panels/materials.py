@@ -46,9 +46,7 @@ def edit(material: Material, of_mesh: bool = False, known: Sequence[str] = (), o
         if material.f0 is not None:
             new["f0"] = widgets.color("F0", material.f0)
         else:
-            before = 1.5 if material.ior is None else material.ior
-            after = widgets.slider("Index of refr.", before, 1.0, 3.0, "%.3f")
-            new["ior"] = after if after != before else material.ior
+            new["ior"] = _index(material)
     if model == DEFAULT_MODEL:
         new |= _coat(material)
     new |= _blend(material, others)
@@ -81,11 +79,13 @@ _CONTROLS: dict[str, Callable[[Material], Any]] = {
     "anisotropy_rotation_degrees": lambda m: widgets.slider(
         "turned by", m.anisotropy_rotation_degrees, -180.0, 180.0, "%.0f°"
     ),
-    "ior": lambda m: widgets.slider("Index of refr.", m.index, 1.0, 3.0, "%.3f"),
+    "ior": lambda m: _index(m),
     "transmittance": lambda m: widgets.color("Transmittance", m.transmittance),
-    "attenuation_color": lambda m: tuple(max(1e-4, c) for c in widgets.color("Attenuation", m.attenuation_color)),
-    "attenuation_distance": lambda m: widgets.slider(
-        "at a distance", m.attenuation_distance, 1e-3, 1e3, "%.3f m", log=True
+    "attenuation_color": lambda m: widgets.at_least(
+        1e-4, m.attenuation_color, widgets.color("Attenuation", m.attenuation_color)
+    ),
+    "attenuation_distance": lambda m: widgets.length(
+        "at a distance", m.attenuation_distance, 5 * m.attenuation_distance, 1e-6
     ),
     "abbe_number": lambda m: (
         widgets.number("Abbe number", m.abbe_number or 0.0, 0.2, 0.0, 100.0, "%.1f", "0: none") or None
@@ -96,6 +96,11 @@ _CONTROLS: dict[str, Callable[[Material], Any]] = {
     "eta": lambda m: widgets.color("eta", m.eta, hdr=True) if m.eta else None,
     "k": lambda m: widgets.color("k", m.k, hdr=True) if m.k else None,
 }
+
+
+def _index(material: Material) -> float | None:
+    after = widgets.slider("Index of refr.", material.index, 1.0, 3.0, "%.3f")
+    return after if after != material.index else material.ior
 
 
 def _coat(material: Material) -> dict[str, object]:

@@ -19,7 +19,7 @@ def edit(medium: Medium) -> Medium:
         new["absorption"] = widgets.color("Absorption", medium.absorption, hdr=True)
     elif medium.mean_free_path is not None:
         lengths = widgets.color("Mean free path", medium.mean_free_path, hdr=True)
-        new["mean_free_path"] = tuple(max(_SHORTEST, length) for length in lengths)
+        new["mean_free_path"] = widgets.at_least(_SHORTEST, medium.mean_free_path, lengths)
     else:
         extinction = widgets.color("Extinction", medium.sigma_t, hdr=True)
         new["extinction"] = extinction if extinction != medium.sigma_t else medium.extinction

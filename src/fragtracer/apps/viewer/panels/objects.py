@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: MIT
 """The list of objects and lights, and the controls of one object."""
 
+from bisect import bisect_right
 from dataclasses import Field, fields
+from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
@@ -15,15 +17,18 @@ from fragtracer.scene.fields import Point, Points, Positive
 
 _OWN = "its own"
 _MOST_INSTANCES = 8  # that are shown
+_SMALLEST = 1e-6  # of what is looked at, that a size can be dragged to
 
 
 def choose(document: Document, selected: Part | None) -> tuple[Document, Part | None]:
     """A list with a check box for the visibility of each part; returns the document and what is selected."""
-    places = [(kind, index) for kind in KINDS for index in range(len(getattr(document.scene, kind)))]
+    ends = [*accumulate(len(getattr(document.scene, kind)) for kind in KINDS)]
     rows = imgui.ListClipper()
-    rows.begin(len(places))
+    rows.begin(ends[-1])
     while rows.step():
-        for place in places[rows.display_start : rows.display_end]:
+        for row in range(rows.display_start, rows.display_end):
+            kind = bisect_right(ends, row)
+            place = KINDS[kind], row - (ends[kind - 1] if kind else 0)
             imgui.push_id(f"{place}")
             document, selected = _row(document, selected, place)
             imgui.pop_id()
@@ -56,26 +61,29 @@ def title(scene: Scene, part: Part) -> str:
     return f"{singular.capitalize()} {index + 1}" if name == "mesh" else str(name)
 
 
-def edit(part: Any, materials: list[str]) -> Any:
-    """Controls for the position, size and material of an object."""
+def edit(part: Any, materials: list[str], around: float) -> Any:
+    """Controls for the position, size and material of an object, of which ``around`` metres are looked at."""
     if isinstance(part, Mesh):
-        return _mesh(part, materials)
+        return _mesh(part, materials, around)
     material = widgets.choice("Material", part.material, materials)
-    new = {field.name: _control(field, getattr(part, field.name)) for field in fields(part) if field.name != "material"}
+    rest = (field for field in fields(part) if field.name != "material")
+    new = {field.name: _control(field, getattr(part, field.name), around) for field in rest}
     return widgets.edited(part, material=material, **new)
 
 
-def _control(field: Field[Any], value: Any) -> Any:
-    """The control of a number, a vector or several vectors in metres."""
+def _control(field: Field[Any], value: Any, around: float) -> Any:
+    """The control of a length, a vector or several places."""
     name = field.name.capitalize().replace("_", " ")
     if field.type == Positive:
-        return widgets.number(name, value, 0.005, 1e-4, 1e6, "%.3f m")
-    if field.type in (Vector, Point):
-        return widgets.point(name, value)
-    return tuple(widgets.point(f"{name} {i + 1}", v) for i, v in enumerate(value))
+        return widgets.length(name, value, around, _SMALLEST)
+    if field.type == Vector:
+        return widgets.vector(name, value)
+    if field.type == Point:
+        return widgets.point(name, value, around)
+    return tuple(widgets.point(f"{name} {i + 1}", v, around) for i, v in enumerate(value))
 
 
-def _mesh(mesh: Mesh, materials: list[str]) -> Mesh:
+def _mesh(mesh: Mesh, materials: list[str], around: float) -> Mesh:
     """Controls for the instances of a mesh and the material that may replace its own."""
     count = sum(len(part.geometry.triangles) for part in mesh.parts)
     widgets.pair("Triangles", f"{count:,}" + (f" × {len(mesh.instances)}" if len(mesh.instances) > 1 else ""))
@@ -87,18 +95,18 @@ def _mesh(mesh: Mesh, materials: list[str]) -> Mesh:
         if len(instances) > 1:
             imgui.separator_text(f"Instance {i + 1}")
         imgui.push_id(i)
-        instances[i] = _placement(placement)
+        instances[i] = _placement(placement, around)
         imgui.pop_id()
     if len(instances) > _MOST_INSTANCES:
         imgui.text_colored(MUTED, f"and {len(instances) - _MOST_INSTANCES} more instances")
     return widgets.edited(mesh, material=None if chosen == _OWN else chosen, instances=tuple(instances))
 
 
-def _placement(placement: Placement) -> Placement:
+def _placement(placement: Placement, around: float) -> Placement:
     new = {
-        "translation": widgets.point("Translation", placement.translation),
-        "rotation_degrees": widgets.point("Rotation", placement.rotation_degrees, 0.5),
-        "scale": widgets.point("Scale", placement.scale, 0.005),
+        "translation": widgets.point("Translation", placement.translation, around),
+        "rotation_degrees": widgets.triple("Rotation", placement.rotation_degrees, 0.5),
+        "scale": widgets.vector("Scale", placement.scale),
     }
     return widgets.edited(placement, **new)
 

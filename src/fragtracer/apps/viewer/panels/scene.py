@@ -6,6 +6,7 @@ from typing import Any
 
 from imgui_bundle import imgui
 
+from fragtracer.apps.viewer import camera as cameras
 from fragtracer.apps.viewer.document import KINDS, Part, is_light, materials_of
 from fragtracer.apps.viewer.panels import camera, environment, lights, materials, media, objects, widgets
 from fragtracer.apps.viewer.session import Session
@@ -60,22 +61,26 @@ def _contents(session: Session) -> None:
 
 
 def _selected(session: Session, place: Part) -> None:
-    document = session.document
+    document, around = session.document, cameras.distance(session.camera)
     part: Any = document.part(place)
     imgui.push_id(f"{place}")
     if is_light(part):
-        session.edit(document.with_part(place, lights.edit(part)), f"light {place}")
+        changed = lights.edit(part, around)
+        if changed is not part:
+            session.edit(document.with_part(place, changed), f"light {place}")
     else:
-        changed = objects.edit(part, list(document.scene.materials))
-        with session.checked():  # a plane cannot have a material that emits
-            session.edit(document.with_part(place, changed), f"object {place}")
+        changed = objects.edit(part, list(document.scene.materials), around)
+        if changed is not part:
+            with session.checked():  # a plane cannot have a material that emits
+                session.edit(document.with_part(place, changed), f"object {place}")
         name = _material_of(session, place)
         imgui.separator_text(f"Material “{name}”")
         scene = session.document.scene
         others = [n for n, other in scene.materials.items() if n != name and not (other.blend or other.unlit)]
         material = materials.edit(scene.materials[name], isinstance(part, Mesh), list(scene.media), others)
-        with session.checked():  # two dielectrics that overlap cannot have the same priority
-            session.edit(session.document.with_material(name, material), f"material {name}")
+        if material is not scene.materials[name]:
+            with session.checked():  # two dielectrics that overlap cannot have the same priority
+                session.edit(session.document.with_material(name, material), f"material {name}")
         users = session.users(name)
         if users > 1:
             imgui.text_colored(MUTED, f"shared by {users} objects")
@@ -84,13 +89,16 @@ def _selected(session: Session, place: Part) -> None:
 
 def _media(session: Session) -> None:
     scene = session.document.scene
-    _edit(session, replace(scene, fog=media.fog(scene.fog, list(scene.media))), "fog")
+    fog = media.fog(scene.fog, list(scene.media))
+    if fog != scene.fog:
+        _edit(session, replace(scene, fog=fog), "fog")
     for name, medium in scene.media.items():
         imgui.push_id(f"medium {name}")
         imgui.separator_text(f"Medium “{name}”")
         changed = media.edit(medium)
-        scene = session.document.scene
-        _edit(session, replace(scene, media={**scene.media, name: changed}), f"medium {name}")
+        if changed is not medium:
+            scene = session.document.scene
+            _edit(session, replace(scene, media={**scene.media, name: changed}), f"medium {name}")
         imgui.pop_id()
     if imgui.button("Add medium"):
         add_medium(session)

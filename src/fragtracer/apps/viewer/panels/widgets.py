@@ -5,14 +5,19 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, TypeVar
 
+import numpy as np
 from imgui_bundle import imgui
 
 from fragtracer.apps.viewer.theme import FONT_SIZE, MUTED
+from fragtracer.scene.fields import LARGEST
 
 T = TypeVar("T")
 Triple = tuple[float, float, float]
 _LABEL_WIDTH = 8.1  # heights of the font
 _CLAMP = imgui.SliderFlags_.always_clamp
+_UNROUNDED = imgui.SliderFlags_.no_round_to_format
+_DRAG = 0.002  # of what is looked at, for each unit of a drag
+_TURN = 0.01  # of the largest component, for each unit of a drag
 
 
 def edited(value: T, **changes: Any) -> T:
@@ -39,7 +44,7 @@ def slider(text: str, value: float, low: float, high: float, form: str = "%.3f",
     label(text)
     flags = _CLAMP | (imgui.SliderFlags_.logarithmic if log else 0)
     changed, new = imgui.slider_float(f"##{text}", value, low, high, form, flags)
-    return new if changed else value
+    return _shortest(new) if changed else value
 
 
 def whole(text: str, value: int, low: int, high: int, tip: str = "", log: bool = False) -> int:
@@ -50,16 +55,39 @@ def whole(text: str, value: int, low: int, high: int, tip: str = "", log: bool =
 
 
 def number(text: str, value: float, speed: float, low: float, high: float, form: str = "%.3f", tip: str = "") -> float:
-    """A value to drag, or to type after a double click."""
+    """A value to drag, or to type after a double click, rounded as it is shown."""
     label(text, tip)
     changed, new = imgui.drag_float(f"##{text}", value, speed, low, high, form, _CLAMP)
-    return new if changed else value
+    return _shortest(new) if changed else value
 
 
-def point(text: str, value: Triple, speed: float = 0.01) -> Triple:
+def quantity(text: str, value: float, speed: float, low: float, unit: str, tip: str = "") -> float:
+    """A value of any size, ``low`` at least, to drag, or to type with all its digits."""
+    label(text, tip)
+    flags = _CLAMP | _UNROUNDED
+    changed, new = imgui.drag_float(f"##{text}", value, speed, low, LARGEST, f"%.4g {unit}", flags)
+    return _shortest(new) if changed else value
+
+
+def length(text: str, value: float, around: float, low: float = 0.0, tip: str = "") -> float:
+    """A length where ``around`` metres are looked at, ``low`` of these at least."""
+    return quantity(text, value, _DRAG * around, low * around, "m", tip)
+
+
+def point(text: str, value: Triple, around: float) -> Triple:
+    """A place where ``around`` metres are looked at."""
+    return triple(text, value, _DRAG * around)
+
+
+def vector(text: str, value: Triple) -> Triple:
+    """A direction, or factors, of any size."""
+    return triple(text, value, _TURN * max(map(abs, value)))
+
+
+def triple(text: str, value: Triple, speed: float) -> Triple:
     label(text)
-    changed, new = imgui.drag_float3(f"##{text}", list(value), speed, format="%.3f")
-    return (new[0], new[1], new[2]) if changed else value
+    changed, new = imgui.drag_float3(f"##{text}", list(value), speed, 0.0, 0.0, "%.5g", _UNROUNDED)
+    return _taken_over(value, new) if changed else value
 
 
 def color(text: str, value: Triple, hdr: bool = False) -> Triple:
@@ -67,7 +95,25 @@ def color(text: str, value: Triple, hdr: bool = False) -> Triple:
     label(text)
     flags = imgui.ColorEditFlags_.float | (imgui.ColorEditFlags_.hdr if hdr else 0)
     changed, new = imgui.color_edit3(f"##{text}", list(value), flags)
-    return (max(0.0, new[0]), max(0.0, new[1]), max(0.0, new[2])) if changed else value
+    return at_least(0.0, value, _taken_over(value, new)) if changed else value
+
+
+def at_least(low: float, before: Triple, after: Triple) -> Triple:
+    """``after``, but ``low`` where it is less and is not as ``before``."""
+    x, y, z = (new if new == old else max(low, new) for old, new in zip(before, after, strict=True))
+    return x, y, z
+
+
+def _taken_over(before: Triple, after: Sequence[float]) -> Triple:
+    """What imgui made of ``before``, whose values it has as float32: those that it left are as they were."""
+    with np.errstate(over="ignore"):
+        x, y, z = (old if np.float32(old) == new else _shortest(new) for old, new in zip(before, after, strict=True))
+    return x, y, z
+
+
+def _shortest(value: float) -> float:
+    """The number of the fewest digits that is ``value`` as float32."""
+    return float(str(np.float32(value)))
 
 
 def choice(text: str, value: str, options: Sequence[str], tip: str = "") -> str:
