@@ -16,6 +16,7 @@ import fragtracer as ft
 from fragtracer.apps.viewer import actions, camera, run, settings
 from fragtracer.apps.viewer.display import DisplaySettings
 from fragtracer.apps.viewer.document import Document, History
+from fragtracer.apps.viewer.merge import merged
 from fragtracer.apps.viewer.session import Session, path_of
 from fragtracer.apps.viewer.settings import Limits
 from fragtracer.apps.viewer.watch import Watch, scene_files, shader_files
@@ -218,6 +219,43 @@ def test_files_behind_a_scene_are_read_again_and_edits_stay(lamp: Session, tmp_p
     lamp.follow({tmp_path / "sky.hdr"})
     assert "sky.hdr" in lamp.file_problem
     assert lamp.document.scene.environment == now.environment
+
+
+def test_changes_of_both_sides_are_merged_by_parts_and_ours_stay_where_there_are_none() -> None:
+    base = Scene(
+        materials={"a": Material(), "b": Material(), "c": Material()},
+        spheres=(Sphere((0, 0, 0), 1.0, "a"), Sphere((1, 0, 0), 1.0, "a")),
+        name="base",
+    )
+    rough, red, gold = Material(roughness=0.1), Material(albedo=(1, 0, 0)), Material(metal="gold")
+    first, second = base.spheres
+    ours = replace(
+        base,
+        materials={"a": rough, "b": gold, "ours": gold},
+        spheres=(replace(first, radius=2.0), replace(second, radius=2.0)),
+        name="ours",
+    )
+    theirs = replace(
+        base,
+        materials={"a": red, "b": red, "c": Material(), "theirs": red},
+        spheres=(first, replace(second, radius=3.0, center=(5, 0, 0))),
+        name="theirs",
+        description="theirs",
+    )
+    found = merged(base, ours, theirs)
+    assert found.materials == {
+        "a": replace(rough, albedo=(1, 0, 0)),
+        "b": gold,  # which has no albedo
+        "ours": gold,
+        "theirs": red,
+    }
+    assert found.spheres == (ours.spheres[0], Sphere((5, 0, 0), 2.0, "a"))
+    assert (found.name, found.description) == ("ours", "theirs")
+    without = replace(base, spheres=(second,))
+    assert merged(base, without, theirs).spheres == (second,)
+    assert merged(base, without, replace(base, name="theirs")).spheres[0] is second
+    with pytest.raises(ValueError, match="no material"):
+        merged(base, replace(base, spheres=(replace(first, material="b"), second)), replace(base, materials={"a": red}))
 
 
 def test_a_changed_scene_file_takes_the_place_of_edits_that_are_rescued(lamp: Session, tmp_path: Path) -> None:

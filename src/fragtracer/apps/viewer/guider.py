@@ -19,7 +19,7 @@ from fragtracer.light_tracing import Decisions, decide_both
 from fragtracer.scene import RenderSettings, Scene
 
 Wanted = tuple[Scene, RenderSettings]
-_SAMPLES = 2**14  # of a pixel, at least, that a picture in a window is taken to have: it has no end
+_SAMPLES = 2**14  # of a pixel, at least, that a picture in a window is taken to have: it need not have an end
 
 
 class Guider:
