@@ -111,8 +111,7 @@ class Viewer:
 
     def frame(self) -> None:
         """One turn of the loop; sleeps for a while if nothing changes."""
-        is_asleep = time.perf_counter() - self.interface.used_at > _AWAKE
-        idle = is_asleep and (self.is_done or self._is_full) and not self._draws_for_comparison
+        idle = self._is_asleep and (self.is_done or self._is_full) and not self._draws_for_comparison
         window = self.screen.window
         window.poll(_NAP if idle else 0.0)
         start = time.perf_counter()
@@ -155,14 +154,20 @@ class Viewer:
         if self._presented != self._on_screen():
             return False
         if self.is_done:
-            return self._is_at_rest(now)
+            return self._is_at_rest
         return now - self._presented_at < max(_SHOWN_EVERY, 2 * refiner.resolution.overhead)
 
-    def _is_at_rest(self, now: float) -> bool:
-        """Whether a picture that is done, and all that is shown with it, has come to rest."""
+    @property
+    def _is_asleep(self) -> bool:
+        """Whether there was no input lately."""
+        return time.perf_counter() - self.interface.used_at > _AWAKE
+
+    @property
+    def _is_at_rest(self) -> bool:
+        """Whether all that is shown with a picture that is done has come to rest."""
         adapts = self.session.display.auto_exposure and not self.screen.display.is_adapted
-        asleep = now - self.interface.used_at > _AWAKE
-        return asleep and self._still >= LAG and not (adapts or self.refiner.held is not None or self.wipe.is_on)
+        changes = adapts or self.refiner.held is not None or self.wipe.is_on
+        return self._is_asleep and self._still >= LAG and not changes
 
     def _on_screen(self) -> tuple[object, ...]:
         """What the next frame depends on, apart from samples and events."""

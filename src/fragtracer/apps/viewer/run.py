@@ -41,7 +41,8 @@ def view(
     size
         Width and height of the window, in screen coordinates.
     frames
-        Close after so many frames; left out, when the user closes the window.
+        Close after so many frames, and refine without end; left out, close when the user does, and refine up to
+        the limits that are remembered.
     screenshot
         A .png file to write the window to, panels and all, when it closes.
     stats
