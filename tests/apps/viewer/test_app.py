@@ -93,11 +93,11 @@ def test_an_image_is_saved_once_the_picture_is_no_preview(viewer: Any, tmp_path:
         assert (tmp_path / "a.npy").exists() == (spp == 1 and not moving)
         assert viewer._image == (None if spp == 1 and not moving else tmp_path / "a.npy")
     assert viewer.session.toast == f"Saved radiance to {tmp_path / 'a.npy'}"
-    viewer.session.display = replace(viewer.session.display, view="depth")
+    viewer.session.display = replace(viewer.session.display, view="samples")
     shown = np.random.default_rng(1).integers(0, 256, (2, 3, 3), np.uint8)
     viewer.renderer.film, viewer.screen.display.picture = None, lambda *_: shown
     viewer.save_image(tmp_path / "a.png")
-    assert viewer.session.toast == f"Saved depth to {tmp_path / 'a.png'}"
+    assert viewer.session.toast == f"Saved samples to {tmp_path / 'a.png'}"
     with Image.open(tmp_path / "a.png") as saved:
         assert np.array_equal(saved, shown), "as it is shown"
 

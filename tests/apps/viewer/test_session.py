@@ -270,6 +270,7 @@ def test_a_changed_scene_file_takes_the_place_of_edits_that_are_rescued(lamp: Se
     for radius in (0.6, 0.7, 0.8):
         lamp.path.write_text(LAMP[: LAMP.rindex("[[sphere]]")].replace("0.5", str(radius)), "utf-8")
         lamp.follow({lamp.path})
+        lamp.history.close()
         assert not lamp.file_problem
         assert [sphere.radius for sphere in lamp.document.scene.spheres] == [radius]
         assert lamp.document.hidden == {("spheres", 0), ("meshes", 0)}
@@ -322,6 +323,9 @@ def test_a_file_that_is_written_for_the_first_time_is_kept(lamp: Session, tmp_pa
         assert "#" not in lamp.path.read_text("utf-8")
         lamp.edit(lamp.document.without_part(("spheres", 0)), "remove")
     assert lamp.toast == f"Saved {lamp.path}"
+    lamp.file_problem = "the file is broken"
+    actions.carry_out(lamp, "save")
+    assert not lamp.file_problem
 
 
 def test_names_of_scenes_become_names_of_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

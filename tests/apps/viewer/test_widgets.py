@@ -10,7 +10,7 @@ import pytest
 from imgui_bundle import imgui
 
 import fragtracer as ft
-from fragtracer.apps.viewer.document import KINDS
+from fragtracer.apps.viewer.document import KINDS, Document
 from fragtracer.apps.viewer.panels import render, scene, widgets
 from fragtracer.apps.viewer.session import Session
 from fragtracer.scene import Light, Material, Medium, Rectangle, Scene, Sphere, SpotLight
@@ -124,7 +124,15 @@ def everything() -> Scene:
 
 
 @pytest.mark.usefixtures("panels")
-def test_panels_that_are_shown_change_nothing() -> None:
+def test_panels_that_are_shown_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nor do they make another scene, which takes long where it has many parts."""
+
+    def refused(*_: object) -> None:
+        pytest.fail("a scene was made")
+
+    for name in ("with_part", "with_material"):
+        monkeypatch.setattr(Document, name, refused)
+    monkeypatch.setattr(scene, "_edit", refused)
     session = Session.of(everything())
     before, camera = session.document, session.camera
 
