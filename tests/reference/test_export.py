@@ -128,10 +128,13 @@ def test_disks_spot_and_directional_lights_are_exported(mi, tmp_path, plugin, in
     assert f"<!-- {notes[2]} -->" in (tmp_path / "scene.xml").read_text()
 
 
-@pytest.mark.parametrize(("radius", "kind"), [(0.1, "point"), (2.0, "sphere")])
-def test_a_far_lamp_is_as_bright(mi, tmp_path, radius, kind):
+@pytest.mark.parametrize(
+    ("radius", "brightness", "kind"),
+    [(0.1, {"power": 1e6}, "point"), (0.1, {"radiance": 1e6}, "point"), (2.0, {"power": 1e6}, "sphere")],
+)
+def test_a_far_lamp_is_as_bright(mi, tmp_path, radius, brightness, kind):
     """Of a small one Mitsuba rounds the solid angle, to 1.4 times as much here."""
-    lamp = Light((0.0, 200.0, -275.0), radius, power=1e6)
+    lamp = Light((0.0, 200.0, -275.0), radius, **brightness)
     scene = replace(lit_scene(SpotLight((0.5, 3.0, 0.0), (0.0, -2.0, 0.0), 50.0)), spot_lights=[], lights=[lamp])
     notes = export_mitsuba(scene, tmp_path)
     expected = render_reference(scene, spp=256)[0]

@@ -48,7 +48,9 @@ def _is_far(light: Light, target: Triple) -> bool:
 def _light(light: Light, target: Triple, plugins: bool) -> Tree:
     """A ``point`` emitter, or a black sphere that emits."""
     if light.radius == 0 or (not plugins and _is_far(light, target)):
-        return {"type": "point", "position": list(light.position), "intensity": rgb(light.intensity)}
+        area = math.pi * light.radius**2  # as seen from anywhere
+        intensity = light.intensity if light.radius == 0 else [area * radiance for radiance in light.surface_radiance]
+        return {"type": "point", "position": list(light.position), "intensity": rgb(intensity)}
     return black_sphere(light.position, light.radius, light.surface_radiance, plugins)
 
 
