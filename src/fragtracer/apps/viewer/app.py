@@ -3,6 +3,7 @@
 
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -137,7 +138,7 @@ class Viewer:
         if self._is_whole and self.renderer.spp > 1:
             self.film_statistics.look(self.renderer.film)
         if self._image is not None and self._is_whole:
-            self.attempt(lambda path=self._image: self.save_image(path))  # type: ignore[misc]
+            self.attempt(partial(self.save_image, self._image))
         self._set_title()
         self._presented = self._on_screen()
         self._presented_at = time.perf_counter()
@@ -210,7 +211,7 @@ class Viewer:
 
     def _watch(self) -> None:
         for path in self.screen.window.take_dropped():
-            self.attempt(lambda path=path: actions.take(self.session, Path(path)))  # type: ignore[misc]
+            self.attempt(partial(actions.take, self.session, Path(path)))
             self._file.accept()
         if changed := self._file.changed():
             self.attempt(lambda: self.session.follow(changed))
