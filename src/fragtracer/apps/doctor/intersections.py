@@ -30,7 +30,7 @@ def findings(context: Any) -> Iterator[Finding]:
         p = plane_intersect(normalize(c), r, Ray(o, d));"""
     found = probe(context, _SHAPES, body, inputs, {"s": 1, "p": 1})
     o, d, c = (a.astype(np.float64) for a in (origin, direction, center))
-    yield _compare("spheres", found["s"], *_sphere(o, d, c, radius.astype(np.float64)))
+    yield _compare("spheres", found["s"], *sphere_distance(o, d, c, radius.astype(np.float64)))
     normal = c / np.linalg.norm(c, axis=1, keepdims=True)
     slope = (normal * d).sum(1)
     distance = (radius - (normal * o).sum(1)) / slope
@@ -69,16 +69,17 @@ def _flat_findings(
         yield _compare(subject, found[name.lower()], expected, unclear)
 
 
-def _sphere(
-    o: NDArray[np.float64], d: NDArray[np.float64], c: NDArray[np.float64], r: NDArray[np.float64]
+def sphere_distance(
+    o: NDArray[np.float64], d: NDArray[np.float64], c: NDArray[np.float64], r: NDArray[np.float64] | float
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Distance, infinite for a miss, and whether rounding of the inputs could change it much."""
+    """Distances (n,) from ``o`` along ``d`` (n, 3) to a sphere, infinite for a miss, and whether rounding of the inputs
+    could change them much; ``o`` and ``c`` are (n, 3) or (3,)."""
     d = d / np.linalg.norm(d, axis=1, keepdims=True)
     b = ((c - o) * d).sum(1)
     off = np.linalg.norm(c - o - b[:, None] * d, axis=1)
     half = np.sqrt(np.maximum(0, r**2 - off**2))
     near = np.where(b - half > 0, b - half, b + half)
-    size = np.linalg.norm(c - o, axis=1) + r
+    size = np.linalg.norm(c - o, axis=-1) + r
     grazing = (np.abs(off - r) < 1e-3 * size) | (np.minimum(np.abs(b - half), np.abs(b + half)) < 1e-3 * size)
     return np.where((off < r) & (near > 0), near, np.inf), grazing
 

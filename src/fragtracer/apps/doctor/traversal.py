@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.apps.doctor import Finding
+from fragtracer.apps.doctor.intersections import sphere_distance
 from fragtracer.renderer import Renderer
 from fragtracer.scene import Ambient, Camera, Geometry, Image, Material, Mesh, Part, Scene, Sphere, Texture
 
@@ -25,19 +26,16 @@ class _Rays:
 
     def __init__(self, points: Floats) -> None:
         self.origin = np.array(_CAMERA.position)
-        self.direction = points - self.origin  # at distance 1 there are the points
+        self.length = np.linalg.norm(points - self.origin, axis=1)
+        self.direction = (points - self.origin) / self.length[:, None]
         self.distance = np.full(len(points), np.inf)
         self.albedo = np.full((len(points), 3), _GREY)
         self.unclear = np.zeros(len(points), bool)  # where rounding may decide what is met
 
     def add_sphere(self, center: Floats, radius: float) -> None:
-        offset = self.origin - center
-        a, b = (self.direction**2).sum(axis=1), self.direction @ offset
-        discriminant = b**2 - a * (offset @ offset - radius**2)
-        root = np.sqrt(np.maximum(discriminant, 0))
-        distance = np.where(-b - root > 0, -b - root, root - b) / a
-        self._add(np.where(discriminant > 0, distance, np.inf), np.full(3, _GREY))
-        self.unclear |= np.abs(discriminant) < 2e-3 * a * radius**2
+        distance, is_grazing = sphere_distance(self.origin, self.direction, center, radius)
+        self._add(distance, np.full(3, _GREY))
+        self.unclear |= is_grazing
 
     def add_triangle(self, corners: Floats, uvs: Floats, texels: Floats) -> None:
         """Möller and Trumbore 1997, "Fast, minimum storage ray/triangle intersection"."""
@@ -90,7 +88,8 @@ def findings(context: Any) -> Iterator[Finding]:
         rays.add_sphere(center, radius)
     for abc, uv in zip(corners, uvs, strict=True):
         rays.add_triangle(abc, uv, texels / 255)
-    wrong_shape, wrong_albedo = np.abs(rays.distance - 1) > 1e-4, np.abs(rays.albedo - albedo).max(axis=1) > 1e-3
+    wrong_shape = np.abs(rays.distance - rays.length) > 1e-4 * rays.length
+    wrong_albedo = np.abs(rays.albedo - albedo).max(axis=1) > 1e-3
     for subject, wrong in (("nearest shapes", wrong_shape), ("texels", wrong_albedo & ~wrong_shape)):
         count, certain = int((wrong & ~rays.unclear).sum()), int((~rays.unclear).sum())
         yield Finding("traversal", subject, count == 0, f"{count} of {certain} rays wrong")
