@@ -1,32 +1,41 @@
 # SPDX-License-Identifier: MIT
-"""Random scenes, rendered here and by Mitsuba, and whether the pictures agree.
+"""Random scenes, rendered here and by Mitsuba, or here in several ways, and whether the pictures agree.
 
-They put together what neither bundled scenes nor tests do: materials of all models, textured, with alpha and blended,
-on meshes with all attributes or none and on spheres; dielectrics and media within each other; lights of all kinds,
-environments, fog.
+They put together what neither bundled scenes nor tests do: materials of all models, textured, coated, with alpha and
+blended, on meshes with all attributes or none and on other shapes; dielectrics and media within each other; lights of
+all kinds, environments, fog.
 
-    python scripts/random_scenes.py [--seeds FIRST END] [--spp N] [--numbers SEED]
+    python scripts/random_scenes.py [--ways] [--seeds FIRST END] [--spp N] [--numbers SEED]
 
 Writes a row for each: its seed and the outcome; where something differs, how many parts of the three scales do, and
 their largest standard normal deviates. One scene in a hundred differs by chance, and one with rare bright samples more
 often: only what differs with other random numbers too (``--numbers``) is an error. Where Mitsuba cannot show a scene
 the row says why.
+
+With ``--ways`` Mitsuba is not asked: pictures with guiding, with light tracing, and with both, sampled adaptively or
+made from differences of neighbours, are held against those with none of these.
 """
 
 import argparse
 import warnings
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.apps.compare import compare_scene
+from fragtracer.apps.compare.run import BATCHES, rounded_up
+from fragtracer.apps.compare.verdict import Verdict, judge
 from fragtracer.errors import FragtracerError
+from fragtracer.renderer import Renderer
 from fragtracer.scene import (
     Camera,
     Density,
     DirectionalLight,
+    Disk,
     Environment,
     Fog,
     Geometry,
@@ -39,12 +48,15 @@ from fragtracer.scene import (
     Panorama,
     Part,
     Placement,
+    Plane,
+    Rectangle,
     RenderSettings,
     Scene,
     Sky,
     Sphere,
     SpotLight,
     Texture,
+    Triangle,
 )
 from fragtracer.scene.material import DEFAULT_MODEL, MODELS, SOLIDS
 
@@ -53,6 +65,15 @@ NESTED = 0.08  # metres, the radius of what lies within another solid
 _VARIED = (DEFAULT_MODEL, "eon")  # whose textures, normals and alpha Mitsuba shows exactly
 _SURFACES = [DEFAULT_MODEL] * 3 + [model for model in MODELS if model not in (DEFAULT_MODEL, *SOLIDS)]
 _TEXTURED = ("albedo", "roughness", "metallic", "emission", "normal")
+_COAT = ("coat", "coat_roughness", "coat_normal")
+_NORMALS = ("normal", "coat_normal")
+PLAIN: dict[str, Any] = dict.fromkeys(("guiding", "light_tracing", "adaptive", "gradient_domain"), "off")
+WAYS = {
+    "guiding": ("guiding",),
+    "light tracing": ("light_tracing",),
+    "adaptive with both": ("guiding", "light_tracing", "adaptive"),
+    "differences with both": ("guiding", "light_tracing", "gradient_domain"),
+}
 
 
 class RandomScene:
@@ -100,10 +121,11 @@ class RandomScene:
 
     def texture(self, name: str, is_scalar: bool) -> Texture:
         """A small image, mapped anyhow; of roughness not too dark, of normals not too steep."""
-        shape = (*self.rng.integers(1, 9, 2), 3 if name == "normal" else self.rng.integers(1, 5))
-        least, most = {"normal": (0.3, 0.7), "roughness": (0.3, 1.0)}.get(name, (0.0, 1.0))
+        is_normal, is_roughness = name in _NORMALS, name.endswith("roughness")
+        shape = (*self.rng.integers(1, 9, 2), 3 if is_normal else self.rng.integers(1, 5))
+        least, most = (0.3, 0.7) if is_normal else (0.3 if is_roughness else 0.0, 1.0)
         pixels = self.rng.uniform(least, most, shape)
-        if name == "normal":
+        if is_normal:
             pixels[..., 2] = 0.95
         space = self.pick("srgb", "linear") if name in ("albedo", "emission") else "linear"
         image = Image(np.uint8(255 * pixels) if self.chance(0.5) else pixels, space)
@@ -134,12 +156,21 @@ class RandomScene:
         self.media[name] = made
         return name
 
-    def material(self, models: list[str]) -> str:
+    def unbrushed(self, models: list[str], may_emit: bool = True) -> str:
+        """As :meth:`material`, its facets alike along all tangents: Mitsuba has its own, those of meshes one for each
+        triangle, and of flat shapes."""
+        name = self.material(models, may_emit)
+        self.materials[name] = replace(self.materials[name], anisotropy=0.0, anisotropy_rotation_degrees=0.0)
+        return name
+
+    def material(self, models: list[str], may_emit: bool = True) -> str:
         """The name of a new material of one of ``models``."""
         while True:
             try:
                 made = self._material(self.pick(*models))
             except ValueError:  # keys that exclude each other
+                continue
+            if made.is_emissive and not may_emit:
                 continue
             name = f"material {len(self.materials)}"
             self.materials[name] = made
@@ -152,12 +183,20 @@ class RandomScene:
         made |= {"ior": self.number(1.05, 2.0)} if model == "dielectric" else {}  # not that of what is around it
         made |= {"emission": self.color(0.1, 2.0)} if self.chance(0.12) else {}
         made |= {"unlit": True} if self.chance(0.06) else {}
+        is_coated = model == DEFAULT_MODEL and self.chance(0.25)
+        if is_coated:
+            made |= {"coat": self.number(0.2, 1.0), "coat_roughness": self.number(0.1, 0.9)}
+            made |= {"coat_ior": self.pick(1.5, self.number(1.2, 2.0))}
         if model not in _VARIED or "anisotropy" in made:
             return Material(model=model, **made)
-        for name in _TEXTURED:
-            has_meaning = name in MODELS[model] or name == "normal" or name in made
+        for name in _TEXTURED + (_COAT if is_coated else ()):
+            has_meaning = name in MODELS[model] or name in _NORMALS or name in made
             if has_meaning and self.chance(0.4):
-                made[f"{name}_texture"] = self.texture(name, name in ("roughness", "metallic"))
+                is_scalar = name in ("roughness", "metallic", "coat", "coat_roughness")
+                made[f"{name}_texture"] = self.texture(name, is_scalar)
+        if made.keys() >= {"normal_texture", "coat_normal_texture"}:
+            coordinates = made["normal_texture"].coordinates
+            made["coat_normal_texture"] = replace(made["coat_normal_texture"], coordinates=coordinates)
         if self.chance(0.3):
             made |= {"alpha_mode": self.pick("mask", "blend"), "alpha_cutoff": self.number(0.2, 0.7)}
             made |= {"opacity": self.pick(1.0, self.number(0.4, 1.0))}
@@ -180,10 +219,8 @@ class RandomScene:
 
     def mesh(self, models: list[str], places: list[Placement] | None = None) -> Mesh:
         """A ball, a box or a sheet, without ``places`` anywhere; of attributes some that Mitsuba can show there."""
-        name = self.material(models)
-        # Tangents of meshes are Mitsuba's own, one for each triangle.
-        material = replace(self.materials[name], anisotropy=0.0, anisotropy_rotation_degrees=0.0)
-        self.materials[name] = material
+        name = self.unbrushed(models)
+        material = self.materials[name]
         is_varied = material.model in _VARIED
         solids = [ball(*self.rng.integers((5, 4), (16, 9))), box()]
         points, triangles, normals, uvs = self.pick(*solids, *([] if material.is_solid else [sheet()] * 2))
@@ -218,6 +255,22 @@ class RandomScene:
                     turned = self.point((-180,) * 3, (180,) * 3)
                     meshes.append(self.mesh([*SOLIDS], [Placement(center, turned, (radius / 3**0.5,) * 3)]))
         return meshes, spheres
+
+    def flat_shapes(self) -> dict[str, list[Any]]:
+        """Of each kind perhaps one; of panes, which are both interfaces, too."""
+        made: dict[str, list[Any]] = {"rectangles": [], "disks": [], "triangles": []}
+        for shapes in made.values():
+            if not self.chance(0.3):
+                continue
+            place, material = self.point((-1.8, 0.3, -1.8), (1.8, 1.5, 0.5)), self.unbrushed(_SURFACES)
+            u, v = self.rng.normal(size=(2, 3)) * 0.4
+            if shapes is made["disks"]:
+                shapes.append(Disk(place, self.rng.normal(size=3), self.number(0.2, 0.6), material))
+            elif shapes is made["triangles"]:
+                shapes.append(Triangle((place, place + u, place + v), material))
+            else:  # whose edges are at right angles
+                shapes.append(Rectangle(place, u, np.cross(u, v) / np.linalg.norm(u), material))
+        return made
 
     def environment(self) -> Environment:
         pixels = self.rng.uniform(size=(*self.rng.integers((2, 2), (20, 40)), 3)) ** 3
@@ -256,9 +309,12 @@ class RandomScene:
         floor = Placement(scale=(5.0, 1.0, 5.0))
         points, triangles, _, uvs = sheet()
         tiles = Geometry(points, triangles, uvs=6 * uvs, uvs_1=3 * uvs)
-        ground = Mesh([Part(tiles, self.material(_SURFACES))], [floor])
+        is_plane = self.chance(0.25)
+        name = self.unbrushed(_SURFACES, may_emit=not is_plane)
+        planes = [Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), name)] if is_plane else []
         meshes, spheres = self.solids()
-        meshes += [ground, *(self.mesh(_SURFACES) for _ in range(self.rng.integers(1, 4)))]
+        meshes += [] if is_plane else [Mesh([Part(tiles, name)], [floor])]
+        meshes += [self.mesh(_SURFACES) for _ in range(self.rng.integers(1, 4))]
         for _ in range(self.rng.integers(0, 3)):
             center = self.point((-2, 0.2, -2), (2, 1.2, 0))
             spheres.append(Sphere(center, self.number(0.15, 0.5), self.material(_SURFACES)))
@@ -277,15 +333,18 @@ class RandomScene:
             fog=fog,
             meshes=meshes,
             spheres=spheres,
+            planes=planes,
             environment=environment,
             render=RenderSettings(
                 bounces=int(self.rng.integers(2, 8)),
                 russian_roulette=self.chance(0.5),
-                pixel_filter=self.pick("box", "tent"),
+                pixel_filter=self.pick("box", "tent", "gaussian"),
+                light_samples=self.pick(1, 1, 3),
                 sampler=self.pick("texture", "hash"),
                 **self.pick({}, {"multiple_scattering": True}, {"geometry": "smith-height-correlated"}),
             ),
             name="random",
+            **self.flat_shapes(),
             **self.lights(int(self.rng.integers(environment is None, 3))),
         )
 
@@ -328,18 +387,46 @@ def sheet() -> Shape:
 
 
 def row(seed: int, spp: int, numbers: int) -> str:
+    return f"{seed}: " + outcome_of(lambda: compare_scene(RandomScene(seed).scene(), SIZE, spp, seed=numbers).verdict)
+
+
+def rows_of_ways(seed: int, spp: int, numbers: int) -> Iterator[str]:
+    scene = RandomScene(seed).scene()
+    plain = pictures(scene, PLAIN, spp, numbers)
+
+    def verdict_of(names: tuple[str, ...]) -> Verdict:
+        return judge(pictures(scene, PLAIN | dict.fromkeys(names, "on"), spp, numbers + 1), plain)
+
+    for way, names in WAYS.items():
+        yield f"{seed}, {way}: " + outcome_of(partial(verdict_of, names))
+
+
+def pictures(scene: Scene, settings: dict[str, Any], spp: int, numbers: int) -> NDArray[np.float32]:
+    """(batches, height, width, 3), of ``spp`` samples of each pixel together."""
+    each = rounded_up(spp, BATCHES) // BATCHES
+    with Renderer(replace(scene, render=replace(scene.render, **settings)), SIZE) as renderer:
+        batches = []
+        for seed in np.random.SeedSequence(numbers).generate_state(BATCHES):
+            renderer.reset(seed=int(seed))
+            renderer.sample(each)
+            batches.append(renderer.image())
+        if count := renderer.non_finite_samples():
+            raise ValueError(f"{count} samples were not finite")
+    return np.stack(batches)
+
+
+def outcome_of(judged: Callable[[], Verdict]) -> str:
     try:
-        comparison = compare_scene(RandomScene(seed).scene(), SIZE, spp, seed=numbers)
+        verdict = judged()
     except FragtracerError as error:
-        return f"{seed}: not compared: {error}"
+        return f"not compared: {error}"
     except Exception as error:  # which nobody should see; the other scenes are still to come
-        return f"{seed}: failed: {error!r}"
-    scales = comparison.verdict.scales
-    if not any(scale.differs.any() for scale in scales):
-        return f"{seed}: {comparison.verdict.outcome}"
-    counts = ", ".join(str(int(scale.differs.sum())) for scale in scales)
-    largest = ", ".join(f"{np.abs(scale.z).max():.1f}" for scale in scales)
-    return f"{seed}: {comparison.verdict.outcome} ({counts} parts, deviates to {largest})"
+        return f"failed: {error!r}"
+    if not verdict.differing:
+        return verdict.outcome
+    counts = ", ".join(str(int(scale.differs.sum())) for scale in verdict.scales)
+    largest = ", ".join(f"{np.abs(scale.z).max():.1f}" for scale in verdict.scales)
+    return f"{verdict.outcome} ({counts} parts, deviates to {largest})"
 
 
 def main() -> None:
@@ -347,10 +434,13 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, nargs=2, default=(0, 100), metavar=("FIRST", "END"))
     parser.add_argument("--spp", type=int, default=1024, help="samples per pixel of each renderer")
     parser.add_argument("--numbers", type=int, default=0, metavar="SEED", help="of the random numbers of the pictures")
+    parser.add_argument("--ways", action="store_true", help="hold our own ways to sample against each other")
     arguments = parser.parse_args()
     warnings.simplefilter("ignore")
     for seed in range(*arguments.seeds):
-        print(row(seed, arguments.spp, arguments.numbers), flush=True)
+        numbers = seed, arguments.spp, arguments.numbers
+        for line in rows_of_ways(*numbers) if arguments.ways else [row(*numbers)]:
+            print(line, flush=True)
 
 
 if __name__ == "__main__":

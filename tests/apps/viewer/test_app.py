@@ -44,7 +44,8 @@ def viewer_of(session: Session) -> Any:
     viewer.screen = SimpleNamespace(problem="", window=window, display=SimpleNamespace(is_adapted=True))
     viewer.interface, viewer.wipe = SimpleNamespace(used_at=0.0), SimpleNamespace(is_on=False, wants_pictures=False)
     viewer.film_statistics = SimpleNamespace(relative_error=0.01, forget=lambda: forget(viewer.film_statistics))
-    viewer._begun, viewer._still, viewer._presented, viewer._presented_at, viewer._image = 1, 0, (), -math.inf, None
+    viewer._begun, viewer._still, viewer._presented, viewer._presented_at = 1, 0, (), -math.inf
+    viewer._awaited_image = ""
     return viewer
 
 
@@ -86,19 +87,26 @@ def test_a_pause_waits_for_a_picture_that_is_no_preview(viewer: Any) -> None:
     assert viewer.is_done
 
 
-def test_an_image_is_saved_once_the_picture_is_no_preview(viewer: Any, tmp_path: Path) -> None:
-    for moving, spp in ((True, 1), (False, 0), (False, 1)):
+def test_an_image_is_saved_once_the_picture_is_no_preview(
+    viewer: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for moving, spp in ((True, 1), (False, 0)):
         viewer.refiner.is_moving, viewer.renderer.spp = moving, spp
-        viewer.save_image(tmp_path / "a.npy")
-        assert (tmp_path / "a.npy").exists() == (spp == 1 and not moving)
-        assert viewer._image == (None if spp == 1 and not moving else tmp_path / "a.npy")
-    assert viewer.session.toast == f"Saved radiance to {tmp_path / 'a.npy'}"
+        viewer.do("image exr")
+        assert not list(tmp_path.iterdir())
+        assert viewer._awaited_image == "exr"
+    viewer.session.open("lamp")
+    viewer.renderer.spp = 1
+    viewer.save_image(viewer._awaited_image)
+    assert viewer._awaited_image == ""
+    assert viewer.session.toast == f"Saved radiance to {tmp_path / 'lamp.exr'}", "of the scene that is shown by then"
     viewer.session.display = replace(viewer.session.display, view="samples")
     shown = np.random.default_rng(1).integers(0, 256, (2, 3, 3), np.uint8)
     viewer.renderer.film, viewer.screen.display.picture = None, lambda *_: shown
-    viewer.save_image(tmp_path / "a.png")
-    assert viewer.session.toast == f"Saved samples to {tmp_path / 'a.png'}"
-    with Image.open(tmp_path / "a.png") as saved:
+    viewer.do("image png")
+    assert viewer.session.toast == f"Saved samples to {tmp_path / 'lamp.png'}"
+    with Image.open(tmp_path / "lamp.png") as saved:
         assert np.array_equal(saved, shown), "as it is shown"
 
 

@@ -3,13 +3,17 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from pathlib import Path
+from shutil import copyfile
 from typing import Any
 
 import numpy as np
 import pytest
 from imgui_bundle import imgui
+from matplotlib.font_manager import findfont
 
 import fragtracer as ft
+from fragtracer.apps.viewer import theme
 from fragtracer.apps.viewer.document import KINDS, Document
 from fragtracer.apps.viewer.panels import render, scene, widgets
 from fragtracer.apps.viewer.session import Session
@@ -147,3 +151,23 @@ def test_panels_that_are_shown_change_nothing(monkeypatch: pytest.MonkeyPatch) -
             assert session.document is before, session.selected
             assert session.camera is camera
     assert session.toast == ""
+
+
+@pytest.mark.usefixtures("panels")
+def test_letters_of_other_scripts_are_those_of_a_font_of_the_system(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def has_letters(text: str) -> list[bool]:
+        fonts = imgui.get_io().fonts
+        fonts.clear_fonts()
+        theme.load_font()
+        return [fonts.fonts[0].is_glyph_in_font(ord(letter)) for letter in text]
+
+    monkeypatch.setattr(theme, "_SYSTEM_FONTS", ("of-this-test.ttf",))
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert has_letters("aЖΩ") == [True] * 3
+    assert has_letters("א") == [False]
+    folder = tmp_path / ".local" / "share" / "fonts" / "some"
+    folder.mkdir(parents=True)
+    copyfile(findfont("DejaVu Sans"), folder / "of-this-test.ttf")
+    assert has_letters("aא") == [True] * 2

@@ -66,7 +66,7 @@ class Viewer:
         self._presented_at = 0.0
         self._still = 0  # frames that were shown since the last sample
         self._begun = 0  # pictures, when the film was looked at last
-        self._image: Path | None = None  # to be saved once the picture rests
+        self._awaited_image = ""  # its suffix: to be saved once the picture rests
 
     @property
     def is_open(self) -> bool:
@@ -137,8 +137,8 @@ class Viewer:
         traced = self._refine()
         if self._is_whole and self.renderer.spp > 1:
             self.film_statistics.look(self.renderer.film)
-        if self._image is not None and self._is_whole:
-            self.attempt(partial(self.save_image, self._image))
+        if self._awaited_image and self._is_whole:
+            self.attempt(partial(self.save_image, self._awaited_image))
         self._set_title()
         self._presented = self._on_screen()
         self._presented_at = time.perf_counter()
@@ -254,8 +254,7 @@ class Viewer:
             case "close":
                 self.screen.window.request_close()
             case "image png" | "image exr":
-                name = f"{file_name(self.session.document.scene.name)}.{action.split()[1]}"
-                self.attempt(lambda: self.save_image(fresh(Path.cwd() / name)))
+                self.attempt(partial(self.save_image, action.split()[1]))
             case "reference":
                 self.wipe.step(self.session.shown, self.refiner.size)
             case "copy command":
@@ -270,17 +269,19 @@ class Viewer:
         imgui.set_clipboard_text(command)
         self.session.say(f"Copied: {command}")
 
-    def save_image(self, path: Path) -> None:
-        """Write the picture, without panels, with the metadata of ``fragtracer render``; one that is a preview, once it
-        rests. A .png file is the view that is shown, others are what is rendered for it."""
+    def save_image(self, suffix: str) -> None:
+        """Write the picture, without panels, with the metadata of ``fragtracer render``, to a new file of the name of
+        its scene; one that is a preview, once it rests. A .png file is the view that is shown, others are what is
+        rendered for it."""
         if not self._is_whole:
-            self._image = path
+            self._awaited_image = suffix
             self.session.say("The picture will be saved once it is no preview")
             return
-        self._image = None
+        self._awaited_image = ""
+        path = fresh(Path.cwd() / f"{file_name(self.session.document.scene.name)}.{suffix}")
         shown, what = self.session.display, self._auxiliary() or "radiance"
         image, look = self.renderer.image(), actions.look(shown)
-        if path.suffix.lower() == ".png":
+        if suffix == "png":
             what = shown.view
             if what not in ("radiance", "bloom"):
                 picture = self.screen.display.picture(self.renderer.film, shown, self.renderer.spp)

@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: MIT
 """The look of the panels: dark, quiet, one accent colour."""
 
+import os
+from collections.abc import Iterator
 from importlib.resources import files
+from pathlib import Path
 
 from imgui_bundle import imgui, implot
 
@@ -13,6 +16,12 @@ BAD = imgui.ImVec4(0.98, 0.45, 0.40, 1.0)
 _BACKGROUND = (0.105, 0.110, 0.122)
 _RAISED = (0.165, 0.172, 0.190)
 _LINE = (0.235, 0.245, 0.270)
+# Of other scripts than those of Europe, as systems have them; the first that has a letter draws it.
+_SYSTEM_FONTS = (
+    *("NotoSansCJK-Regular.ttc", "wqy-zenhei.ttc", "wqy-microhei.ttc", "DejaVuSans.ttf"),
+    *("Hiragino Sans GB.ttc", "AppleSDGothicNeo.ttc", "Arial Unicode.ttf"),
+    *("msyh.ttc", "YuGothM.ttc", "malgun.ttf", "segoeui.ttf"),
+)
 
 
 def apply(scale: float) -> None:
@@ -39,11 +48,23 @@ def apply(scale: float) -> None:
 
 
 def load_font() -> None:
-    """Once, for all scales: imgui draws the letters again in each size that it needs."""
-    path = files("imgui_bundle") / "assets" / "fonts" / "Roboto" / "Roboto-Regular.ttf"
-    if path.is_file():
-        imgui.get_io().fonts.add_font_from_file_ttf(str(path), FONT_SIZE)
+    """Once, for all scales: imgui draws the letters again in each size that it needs. Letters that its font lacks, of
+    names in other scripts, are drawn in those of the system."""
+    roboto = Path(str(files("imgui_bundle"))) / "assets" / "fonts" / "Roboto" / "Roboto-Regular.ttf"
+    fonts = imgui.get_io().fonts
+    for path in (roboto, *_system_fonts()):
+        if path.is_file():
+            configuration = imgui.ImFontConfig()
+            configuration.merge_mode = len(fonts.fonts) > 0
+            fonts.add_font_from_file_ttf(str(path), FONT_SIZE, configuration)
     imgui.get_style().font_size_base = FONT_SIZE
+
+
+def _system_fonts() -> Iterator[Path]:
+    folders = ["/usr/share/fonts", "/usr/local/share/fonts", "~/.local/share/fonts"]
+    folders += ["/System/Library/Fonts", "/Library/Fonts", f"{os.environ.get('WINDIR', 'C:/Windows')}/Fonts"]
+    there = {path.name: path for folder in folders for path in Path(folder).expanduser().rglob("*.tt[cf]")}
+    return (there[name] for name in _SYSTEM_FONTS if name in there)
 
 
 def _color(style: imgui.Style) -> None:
