@@ -105,7 +105,7 @@ def test_roulette_knows_what_refraction_does_to_radiance(ctx):
 
 
 def test_absorption_is_beers_law(ctx):
-    """Through the middle of a sphere whose index is that of air, but for where rays start: 4e-6 of the largest
+    """Through the middle of a sphere whose index is that of air, but for where rays start: 1e-6 of the largest
     coordinate off a surface. And of glass, where what goes to and fro between the two walls is a geometric series."""
     sphere, camera = Sphere((0.0, 0.0, 0.0), 0.7, "tint"), stare((0.0, 0.0, 0.0), (0.0, 0.0, 3.0))
     scene = Scene(camera, {"tint": tinted(COLOR, distance=0.5)}, spheres=[sphere], ambient=Ambient(1.0))

@@ -16,8 +16,11 @@ from fragtracer.scene import (
     Ambient,
     Camera,
     DirectionalLight,
+    Geometry,
     Light,
     Material,
+    Mesh,
+    Part,
     Plane,
     Rectangle,
     Scene,
@@ -200,6 +203,45 @@ def test_no_surface_shades_itself(ctx, factor, height):
     assert image.min() > 0
 
 
+def test_a_wide_rectangle_does_not_shade_itself(ctx):
+    """10 km wide, turned anyhow, and seen over its middle: each point sees nothing but the ambient light."""
+    turn = rotation()
+    corner, u, v = (tuple(1e4 * turn @ x) for x in ((-0.5, 0.0, 0.5), (1.0, 0.0, 0.0), (0.0, 0.0, -1.0)))
+    eye, target, up = (tuple(turn @ x) for x in ((0.0, 100.0, 0.0), (300.0, 0.0, 0.0), (0.0, 1.0, 0.0)))
+    scene = Scene(
+        Camera(eye, target, up),
+        {"white": lambert(1.0)},
+        rectangles=[Rectangle(corner, u, v, "white")],
+        ambient=Ambient((1.0,) * 3),
+    )
+    assert (rendered(ctx, scene, 16, (96, 64), bounces=1) == 1).all()
+
+
+def balls_on(ground: str) -> Scene:
+    """Two balls of less than a metre."""
+    wide = np.array([(-5e3, 0.0, 5e3), (5e3, 0.0, 5e3), (5e3, 0.0, -5e3), (-5e3, 0.0, -5e3)])
+    quad = Mesh([Part(Geometry(wide, np.array([(0, 1, 2), (0, 2, 3)])), "matte")])
+    balls = [Sphere((0.0, 0.5, 0.0), 0.5, "matte"), Sphere((0.8, 0.3, 0.3), 0.3, "matte")]
+    stray = Sphere((0.0, 0.0, 1e5), 1.0, "matte")
+    plane = Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), "matte")
+    return Scene(
+        Camera((0.0, 1.2, 4.0), (0.0, 0.4, 0.0)),
+        {"matte": lambert(0.7)},
+        spheres=[*balls, *([stray] if ground == "a stray ball" else [])],
+        planes=[] if ground == "a wide mesh" else [plane],
+        meshes=[quad] if ground == "a wide mesh" else [],
+        lights=[Light((2.0, 3.0, 2.0), power=100.0)],
+        ambient=Ambient((0.2,) * 3),
+    )
+
+
+@pytest.mark.parametrize("ground", ["a wide mesh", "a stray ball"])
+def test_contact_shadows_do_not_depend_on_what_is_far_away(ctx, ground):
+    """A ground 10 km wide in place of a plane, and a ball that is 100 km away."""
+    image, other = (rendered(ctx, balls_on(name), 64, (64, 48))[20:] for name in ("a plane", ground))
+    assert abs(other.mean(dtype=np.float64) / image.mean(dtype=np.float64) - 1) < 2.5e-3
+
+
 def test_floor_to_the_horizon_has_its_brightness(ctx):
     """Seen from 1 cm above, to a kilometre's distance: what each pixel shows is its own irradiance."""
     power, height = 1e6, 3.0
@@ -223,8 +265,16 @@ def test_floor_to_the_horizon_has_its_brightness(ctx):
 # Errors that these tests must find: file, text, what stands there instead, and the check.
 PLANTED = {
     "rays start on the surface": (
-        *("shape/ray.glsl", "RAY_OFFSET = 4e-6", "RAY_OFFSET = 0.0"),
+        *("shape/ray.glsl", "RAY_OFFSET = 1e-6", "RAY_OFFSET = 0.0"),
         lambda ctx: test_no_surface_shades_itself(ctx, 1.0, 1.0),
+    ),
+    "rays start high above a wide mesh": (
+        *("shape/ray.glsl", "RAY_OFFSET = 1e-6", "RAY_OFFSET = 4e-6"),
+        lambda ctx: test_contact_shadows_do_not_depend_on_what_is_far_away(ctx, "a wide mesh"),
+    ),
+    "rays start on a rectangle whose corners are far away": (
+        *("shape/flat.glsl", "dot(abs(shape.normal), abs(shape.a))", "0.0"),
+        test_a_wide_rectangle_does_not_shade_itself,
     ),
     "rays start a constant above the surface": (
         *("shape/ray.glsl", "(RAY_OFFSET * extent)", "1e-5"),

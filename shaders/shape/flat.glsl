@@ -73,6 +73,7 @@ vec2 flat_centroid(uint kind) {
 
 void flat_set_surface(inout Surface surface, Flat shape) {
     surface_set_plane(surface, shape.normal, dot(shape.normal, surface.position - shape.a));
+    surface.extent = max(surface.extent, dot(abs(shape.normal), abs(shape.a)));
     surface.material = int(shape.material);
     surface.light = int(shape.light) - 1;
 }

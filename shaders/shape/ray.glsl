@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Rays, and where they start: a secondary ray leaves from a point moved off its surface by a few
-// dozen units in the last place of the coordinates involved, so no constant depends on scene scale.
+// units in the last place of the coordinates involved, so no constant depends on scene scale.
 
 #include "core/frame.glsl"
 
@@ -15,7 +15,7 @@ struct Hit {
 };
 
 const int NO_PRIMITIVE = -1;
-const float RAY_OFFSET = 4e-6;
+const float RAY_OFFSET = 1e-6;
 
 // `extent` is the largest coordinate that took part in computing `position`.
 vec3 ray_offset_origin(vec3 position, vec3 normal, float extent) {

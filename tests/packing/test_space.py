@@ -34,6 +34,19 @@ def test_origin_is_the_middle_of_what_is_finite_however_far_the_camera_is() -> N
     assert space_of(planes_alone).extent == 5.0, "as far as the target"
 
 
+def test_origin_is_among_what_is_small_where_something_is_wide_or_far_away() -> None:
+    """What is 64 times as far away as most lies apart takes the precision from it otherwise."""
+    near = [Sphere((x, 0.0, 0.0), 1.0, "a") for x in (99.0, 100.0, 101.5)]
+    for other in (Sphere((1e4, 0.0, 0.0), 1.0, "a"), Sphere((100.0, -1e3, 0.0), 1e3, "a")):
+        space = space_of(replace(SCENE, spheres=(*near, other)))
+        assert np.abs(space.origin - (100.0, 0.0, 0.0)).max() < 1.5
+        assert space.extent >= np.abs(np.subtract(other.center, space.origin)).max()
+    even = [Sphere((x, 0.0, 0.0), 1.0, "a") for x in (0.0, 10.0, 90.0, 100.0)]
+    np.testing.assert_allclose(
+        space_of(replace(SCENE, spheres=(*even, Sphere((300.0, 0, 0), 1.0, "a")))).origin[0], 150.0
+    )
+
+
 def test_nothing_but_planes_is_seen_from_all_sides() -> None:
     before = space_of(Scene(Camera((104.0, 0.0, 0.0), (100.0, 0.0, 0.0))))
     assert before.serves(Camera((100.0, 0.0, 4.0), (100.0, 0.0, 0.0)))

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Scene -> textures of 32-bit words, features and uniforms for the shader.
 
-Positions are packed relative to the middle of the scene, so that a scene far from the origin keeps its precision.
+Positions are packed relative to the middle of the scene (:mod:`fragtracer.packing.space`), so that a scene far from the
+origin keeps its precision.
 """
 
 from collections.abc import Mapping

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""The coordinates of the shader: relative to the middle of the scene, which may be far from the origin of the world and
-from the camera, and keeps its precision."""
+"""The coordinates of the shader: relative to the middle of the scene, or of what is small and close together in it.
+
+That may be far from the origin of the world and from the camera, and keeps its precision."""
 
 from dataclasses import dataclass, replace
 
@@ -17,6 +18,7 @@ Floats = NDArray[np.float64]
 _MOST_CAMERA = 8.0
 _MOST_CONTENT = 2.0
 _MOST_SHRUNK = 16.0
+_LEAST_CORE = 1 / 64  # of the extent, within which a quarter of the shapes must be for their middle to be the origin
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,10 +54,19 @@ def space_of(scene: Scene, before: Space | None = None) -> Space:
     if before is not None and (kept := replace(before, low=low, high=high)).serves(scene.camera):
         return kept
     corners = np.stack([np.minimum(low, scene.camera.position), np.maximum(high, scene.camera.position)])
-    origin: Floats = (low + high) / 2 if len(points) else np.array(scene.camera.position, np.float64)
+    origin = _middle(points) if len(points) else np.array(scene.camera.position, np.float64)
     seen = np.linalg.norm(np.subtract(scene.camera.target, scene.camera.position)) if not len(points) else 0.0
     extent = float(max(np.abs(corners - origin).max(), seen, np.finfo(np.float32).tiny))
     return Space(origin, extent, low, high)
+
+
+def _middle(points: Floats) -> Floats:
+    """Of the bounds of ``points``, (3,); or their median, where a quarter of them lies so close to it that a ground or
+    a shape that is far away would take the precision from them."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    median: Floats = np.median(points, axis=0)
+    core = np.quantile(np.abs(points - median).max(axis=1), 0.25)
+    return median if core < _LEAST_CORE * (high - low).max() / 2 else (low + high) / 2
 
 
 def _points(scene: Scene) -> Floats:
