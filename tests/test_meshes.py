@@ -260,6 +260,35 @@ def test_copies_have_the_normals_of_a_mesh_that_is_there_once(
     np.testing.assert_allclose(found[0], found[1], atol=2e-4)  # the flat copy is seen at grazing angles
 
 
+@pytest.mark.parametrize("radius", [4e-3, 2e-4])
+def test_copies_share_a_looser_tree_where_they_are_tiny_and_many(
+    ctx: moderngl.Context, monkeypatch: pytest.MonkeyPatch, radius: float
+) -> None:
+    """On a floor of 20 m, seen from near: the pictures differ by what rounding does at edges."""
+    rng = np.random.default_rng(7)
+    places = [Placement((x, radius, z), scale=radius) for x, z in 8 * radius * rng.uniform(-1.0, 1.0, (40, 2))]
+    floor = Rectangle((-10.0, 0.0, 10.0), (20.0, 0.0, 0.0), (0.0, 0.0, -20.0), "floor")
+    points, triangles = ball(16, 8)
+    scene = replace(
+        lit_corner(),
+        camera=Camera((0.0, 12 * radius, 30 * radius), (0.0, 0.0, 0.0)),
+        spheres=(),
+        planes=(),
+        rectangles=(floor,),
+        meshes=(Mesh((Part(Geometry(points, triangles, points), "ball"),), places),),
+    )
+    found = []
+    for most_copied in (10**6, 0):
+        monkeypatch.setattr(instances, "MOST_REPEATED_LOOSE", most_copied)
+        hierarchy.pack_bvh.cache_clear()
+        assert pack(scene, scene.render, 32, 32).features["HAS_INSTANCES"] == (most_copied == 0)
+        found.append(rendered(ctx, scene, 64, (96, 64)))
+    hierarchy.pack_bvh.cache_clear()
+    differs = np.abs(found[0] - found[1]).max(axis=2) > 0.02 * found[0].mean()
+    assert differs.mean() < 0.01
+    assert found[1].mean(dtype=np.float64) == pytest.approx(found[0].mean(dtype=np.float64), rel=1e-3)
+
+
 def fails(*_: object, **__: object) -> None:
     raise AssertionError("a tree was built")
 

@@ -25,8 +25,10 @@ _BVH_VERSION = 9  # of fragtracer.bvh, for the files kept on disk
 _FILES, _SMALL = 64, 1024
 # Instances of a geometry have a BLAS each while they add fewer triangles than this: rays then need no matrix.
 MOST_REPEATED = 100_000
-# Instances through whose matrices bounds would grow by more than this, relative to the mesh, do not share a BLAS.
-_MOST_EPSILON = 1e-3
+# Those through whose matrices bounds grow by more than the first of these, relative to the mesh, share a looser BLAS
+# where copies of them would add more triangles than that; by more than the second they share none.
+_LOOSE_EPSILON, _MOST_EPSILON = 1e-3, 0.05
+MOST_REPEATED_LOOSE = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -99,14 +101,16 @@ def fit(instances: Sequence[Instance], epsilon: float) -> tuple[list[Blas], list
     """The BLAS that are shared, and all instances in their order; bounds grow by ``epsilon`` metres."""
     _find_topologies(instance.geometry for instance in instances)
     local = _local_epsilons(instances, epsilon)
-    may_share: dict[Geometry, list[int]] = {}
+    may_share: dict[tuple[Geometry, bool], list[int]] = {}
     for i, instance in enumerate(instances):
         if local[i] < np.inf:
-            may_share.setdefault(instance.geometry, []).append(i)
+            is_loose = bool(local[i] > _LOOSE_EPSILON * _size(instance.geometry))
+            may_share.setdefault((instance.geometry, is_loose), []).append(i)
     shared: list[Blas] = []
     transformed: dict[int, TransformedInstance] = {}
-    for geometry, numbers in may_share.items():
-        if (len(numbers) - 1) * len(geometry.triangles) > MOST_REPEATED:
+    for (geometry, is_loose), numbers in may_share.items():
+        most = MOST_REPEATED_LOOSE if is_loose else MOST_REPEATED
+        if (len(numbers) - 1) * len(geometry.triangles) > most:
             blas = _blas(_in_own_space(geometry), local[numbers].max())
             shared.append(blas)
             bounds = _instance_bounds([instances[i] for i in numbers], blas.bounds, epsilon)
@@ -124,7 +128,7 @@ def _local_epsilons(instances: Sequence[Instance], epsilon: float) -> Floats:
     """
     matrices = np.array([instance.matrix[:, :3] for instance in instances]).reshape(-1, 3, 3)
     least = np.linalg.svd(matrices, compute_uv=False)[:, 2]  # what a unit shrinks to at most
-    size = np.array([np.ptp(instance.geometry.bounds, axis=0).max() for instance in instances])
+    size = np.array([_size(instance.geometry) for instance in instances])
     emits = np.array([instance.material.power > 0 for instance in instances], bool)
     local = np.divide(epsilon, least, out=np.full(len(least), np.inf), where=least > 0)
     return np.where(emits | (local > _MOST_EPSILON * size), np.inf, local)
@@ -192,6 +196,10 @@ def _built(geometries: Sequence[Geometry]) -> list[Bvh]:
     ends = np.cumsum(arrays["nodes"])
     parts = np.split(arrays["children"], ends[:-1])
     return [Bvh(children, int(depth)) for children, depth in zip(parts, arrays["depth"], strict=True)]
+
+
+def _size(geometry: Geometry) -> float:
+    return float(np.ptp(geometry.bounds, axis=0).max())
 
 
 def _middle(geometry: Geometry) -> Floats:
