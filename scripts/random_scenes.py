@@ -66,6 +66,7 @@ _VARIED = (DEFAULT_MODEL, "eon")  # whose textures, normals and alpha Mitsuba sh
 _SURFACES = [DEFAULT_MODEL] * 3 + [model for model in MODELS if model not in (DEFAULT_MODEL, *SOLIDS)]
 _TEXTURED = ("albedo", "roughness", "metallic", "emission", "normal")
 _COAT = ("coat", "coat_roughness", "coat_normal")
+_SHEEN = ("sheen_color", "sheen_roughness")
 _NORMALS = ("normal", "coat_normal")
 PLAIN: dict[str, Any] = dict.fromkeys(("guiding", "light_tracing", "adaptive", "gradient_domain"), "off")
 WAYS = {
@@ -187,12 +188,15 @@ class RandomScene:
         if is_coated:
             made |= {"coat": self.number(0.2, 1.0), "coat_roughness": self.number(0.1, 0.9)}
             made |= {"coat_ior": self.pick(1.5, self.number(1.2, 2.0))}
+        has_sheen = model == DEFAULT_MODEL and self.chance(0.2)
+        if has_sheen:
+            made |= {"sheen_color": self.color(0.1, 1.0), "sheen_roughness": self.number(0.1, 1.0)}
         if model not in _VARIED or "anisotropy" in made:
             return Material(model=model, **made)
-        for name in _TEXTURED + (_COAT if is_coated else ()):
+        for name in _TEXTURED + (_COAT if is_coated else ()) + (_SHEEN if has_sheen else ()):
             has_meaning = name in MODELS[model] or name in _NORMALS or name in made
             if has_meaning and self.chance(0.4):
-                is_scalar = name in ("roughness", "metallic", "coat", "coat_roughness")
+                is_scalar = name in ("roughness", "metallic", "coat", "coat_roughness", "sheen_roughness")
                 made[f"{name}_texture"] = self.texture(name, is_scalar)
         if made.keys() >= {"normal_texture", "coat_normal_texture"}:
             coordinates = made["normal_texture"].coordinates

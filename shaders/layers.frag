@@ -41,15 +41,23 @@ vec3 layers_albedo(Surface surface, Material material, bool is_front) {
     if (material_is_unlit(material)) return material.emission;
 #if HAS_EXACT_FRESNEL
     Bsdf b = material_bsdf(material, is_front);
+    vec3 base = material.diffuse + material.f0;
+    if (u_without_sheen == 0) {
+        material_set_sheen(b, surface);
+        float sheen = sheen_reflectance(b, vec3(0.0, 0.0, 1.0));
+        base = (1.0 - max_component(b.sheen_color) * sheen) * base + sheen * b.sheen_color;
+    }
     if (bsdf_is(b, BSDF_COATED)) {
         material_set_coat(b, surface, clear_coat_load(material.record));
         float reflected = b.coat_weight * b.coat_f0;
-        return square(1.0 - reflected) * (material.diffuse + material.f0) + reflected;
+        return square(1.0 - reflected) * base + reflected;
     }
     if (b.model == BSDF_DIELECTRIC || b.model == BSDF_THIN_DIELECTRIC) return b.transmittance;
     if (b.model == BSDF_CONDUCTOR) return fresnel_conductor(1.0, b.index, b.extinction);
-#endif
+    return base;
+#else
     return material.diffuse + material.f0;
+#endif
 }
 
 #endif

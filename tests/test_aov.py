@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from rendering import Planter, assert_same
 from scene_builders import lambert
+from shaders.bsdf_oracle import sheen_albedo
 from small_pictures import SIZE, SPP
 
 from fragtracer.aov import AOVS, DENOISING, channels, checked, matte, matte_id, matte_metadata, murmur3
@@ -68,24 +69,29 @@ def test_parts_of_a_furnace(ctx: moderngl.Context, estimator: str) -> None:
         np.testing.assert_allclose(renderer.aov("emission")[0, 0], 1.0)
 
 
-@pytest.mark.parametrize(("integrator", "layer"), [("path", "albedo"), ("path", "denoising_albedo"), ("split-sum", "")])
-def test_a_coat_from_above(ctx: moderngl.Context, integrator: str, layer: str) -> None:
-    """It reflects F0 and passes the rest, in and out, in layers and by the split sum."""
+@pytest.mark.parametrize(
+    ("integrator", "layer", "sheen"),
+    [("path", "albedo", 0.0), ("path", "albedo", 0.5), ("path", "denoising_albedo", 0.5), ("split-sum", "", 0.0)],
+)
+def test_a_coat_from_above(ctx: moderngl.Context, integrator: str, layer: str, sheen: float) -> None:
+    """It reflects F0 and passes the rest, in and out, in layers and by the split sum; in layers to sheen, too."""
     paint = Material(albedo=0.6, specular=0.0, coat=0.8, coat_ior=2.0, coat_roughness=0.1)
+    paint = replace(paint, sheen_color=sheen, sheen_roughness=1.0)
     scene = Scene(Camera((0, 0, 3), (0, 0, 0)), {"m": paint}, spheres=[Sphere((0, 0, 0), 1, "m")], ambient=Ambient(1))
-    reflected = 0.8 / 9
+    reflected, of_sheen = 0.8 / 9, sheen * sheen_albedo(1.0, np.array(1.0))
     with Renderer(scene, (33, 33), context=ctx, integrator=integrator, bounces=1) as renderer:
         renderer.sample(64)
         found = (renderer.aov(layer) if layer else renderer.image())[16, 16]
-    np.testing.assert_allclose(found, (1 - reflected) ** 2 * 0.6 + reflected, rtol=0.01)
+    base = (1 - of_sheen) * 0.6 + of_sheen
+    np.testing.assert_allclose(found, (1 - reflected) ** 2 * base + reflected, rtol=0.01)
 
 
-@pytest.mark.parametrize("model", ["default", "rough-plastic"])
+@pytest.mark.parametrize("model", ["default", "rough-plastic", "sheen"])
 def test_what_is_diffuse_of_a_coated_base(ctx: moderngl.Context, model: str) -> None:
-    """By one directional light, without noise: the part of the coat does not depend on the base."""
+    """By one directional light, without noise: the part of the coat does not depend on the base. Sheen is diffuse."""
 
     def parts(albedo: float) -> tuple[np.ndarray, np.ndarray]:
-        keys = {} if model == "default" else {"model": model}
+        keys = {"default": {}, "sheen": {"sheen_color": 0.7, "sheen_roughness": 0.6}}.get(model, {"model": model})
         scene = Scene(
             Camera((0, 0, 3), (0, 0, 0)),
             {"m": Material(albedo=albedo, roughness=0.4, **keys)},
@@ -99,7 +105,7 @@ def test_what_is_diffuse_of_a_coated_base(ctx: moderngl.Context, model: str) -> 
 
     (diffuse, specular), (no_diffuse, same) = parts(0.8), parts(0.0)
     assert min(diffuse.max(), specular.max()) > 0.01
-    assert not no_diffuse.any()
+    assert no_diffuse.any() == (model == "sheen")
     np.testing.assert_allclose(specular, same, rtol=1e-4, atol=1e-6)
 
 

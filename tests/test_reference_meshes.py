@@ -158,6 +158,18 @@ CASES: dict[str, Callable[[], Scene]] = {
         ),
         globe(),
     ),
+    "sheen": lambda: scene(
+        Material(
+            albedo=(0.7, 0.2, 0.1),
+            roughness=0.4,
+            normal_texture=Texture(BUMPS),
+            sheen_color=(0.9, 0.8, 0.5),
+            sheen_roughness=0.8,
+            sheen_color_texture=Texture(PICTURE),
+            sheen_roughness_texture=ALPHA_PICTURE,
+        ),
+        globe(),
+    ),
     "an alpha mask": lambda: scene(Material(albedo=0.9, albedo_texture=ALPHA_PICTURE, alpha_mode="mask"), globe()),
     "an alpha blend": lambda: scene(
         Material(albedo=0.9, albedo_texture=ALPHA_PICTURE, alpha_mode="blend", opacity=0.8), globe()

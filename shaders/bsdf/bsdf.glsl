@@ -18,6 +18,7 @@
 #include "bsdf/eon.glsl"
 #include "bsdf/plastic.glsl"
 #include "bsdf/rough_plastic.glsl"
+#include "bsdf/sheen.glsl"
 #include "bsdf/thin_dielectric.glsl"
 
 const int BSDF_DIFFUSE = 0;
@@ -29,6 +30,7 @@ const int BSDF_CONDUCTOR = 5;
 const int BSDF_PLASTIC = 6;
 const int BSDF_ROUGH_PLASTIC = 7;
 const int BSDF_COATED = 8;
+const int BSDF_SHEEN = 9;
 
 uniform int u_absent_models;  // bit m: no material is of model m, which needs no code
 
@@ -56,6 +58,7 @@ vec4 bsdf_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
     if (bsdf_is(b, BSDF_PLASTIC)) result = plastic_eval_pdf(b, wo, wi);
     if (bsdf_is(b, BSDF_ROUGH_PLASTIC)) result = rough_plastic_eval_pdf(b, wo, wi);
     if (bsdf_is(b, BSDF_COATED)) result = coated_eval_pdf(b, wo, wi);
+    if (bsdf_is(b, BSDF_SHEEN)) result = sheen_eval_pdf(b, wo, wi);
 #endif
     return result;
 }
@@ -97,6 +100,7 @@ vec3 bsdf_diffuse(Bsdf b, vec3 wo, vec3 wi, vec3 value) {
     if (bsdf_is(b, BSDF_PLASTIC)) diffuse = value;  // the coat is a mirror
     if (bsdf_is(b, BSDF_ROUGH_PLASTIC)) diffuse = rough_plastic_diffuse(b, wo, wi);
     if (bsdf_is(b, BSDF_COATED)) diffuse = coated_diffuse(b, wo, wi);
+    if (bsdf_is(b, BSDF_SHEEN)) diffuse = sheen_diffuse(b, wo, wi);
 #endif
     return diffuse;
 }
@@ -120,6 +124,7 @@ BsdfSample bsdf_sample(Bsdf b, vec3 wo, vec2 u) {
     if (bsdf_is(b, BSDF_PLASTIC)) s = plastic_sample(b, wo, u);
     if (bsdf_is(b, BSDF_ROUGH_PLASTIC)) s = rough_plastic_sample(b, wo, u);
     if (bsdf_is(b, BSDF_COATED)) s = coated_sample(b, wo, u);
+    if (bsdf_is(b, BSDF_SHEEN)) s = sheen_sample(b, wo, u);
 #endif
     return s;
 }

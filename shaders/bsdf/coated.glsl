@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT
-// A clear coat over Cook-Torrance: GGX facets of a dielectric, and below them the base, which gets and gives what they
-// pass. Of light from an angle that is all but c R(cos), R being what cook_torrance.glsl takes a rough interface to
-// reflect. Directions are local to the coat, whose normal is that of the surface or of a normal map of its own, whatever
-// another one makes of that of the base (Khronos Group 2020, KHR_materials_clearcoat, with factors that are reciprocal).
-// Values count what shading normals take from each of the two.
+// A clear coat over Cook-Torrance, with sheen or without: GGX facets of a dielectric, and below them the base, which gets
+// and gives what they pass. Of light from an angle that is all but c R(cos), R being what cook_torrance.glsl takes a rough
+// interface to reflect. Directions are local to the coat, whose normal is that of the surface or of a normal map of its
+// own, whatever another one makes of that of the base (Khronos Group 2020, KHR_materials_clearcoat, with factors that are
+// reciprocal). Values count what shading normals take from each of the two.
 #include "bsdf/cook_torrance.glsl"
 #include "bsdf/fresnel.glsl"
 #include "bsdf/ggx.glsl"
 #include "bsdf/model.glsl"
 #include "bsdf/shading_normal.glsl"
+#include "bsdf/sheen.glsl"
 #include "core/frame.glsl"
 #include "core/math.glsl"
 
@@ -46,7 +47,7 @@ vec2 coated_facets(Bsdf b, vec3 wo, vec3 wi) {
 // Probability of choosing the coat: about its share of the energy reflected towards wo.
 float coated_probability(Bsdf b, vec3 wo) {
     float passed = coated_transmittance(b, wo);
-    vec2 base = passed * passed * cook_torrance_reflected(b, frame_to_local(coated_base_frame(b), wo));
+    vec2 base = passed * passed * sheen_reflected(b, frame_to_local(coated_base_frame(b), wo));
     return (1.0 - passed) / max(1.0 - passed + base.x + base.y, 1e-30);
 }
 
@@ -55,7 +56,7 @@ vec4 coated_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
     if (wo.z <= 0.0 || wi.z <= 0.0 || dot(sum, sum) <= 0.0) return vec4(0.0);
     Frame frame = coated_base_frame(b);
     vec3 base_wo = frame_to_local(frame, wo), base_wi = frame_to_local(frame, wi);
-    vec4 base = cook_torrance_eval_pdf(b, base_wo, base_wi);
+    vec4 base = sheen_eval_pdf(b, base_wo, base_wi);
     vec2 facets = coated_facets(b, wo, wi);
     return vec4(base.rgb * coated_base_share(b, wo, base_wi) + facets.x, mix(base.a, facets.y, coated_probability(b, wo)));
 }
@@ -64,7 +65,7 @@ vec3 coated_diffuse(Bsdf b, vec3 wo, vec3 wi) {
     Frame frame = coated_base_frame(b);
     vec3 base_wo = frame_to_local(frame, wo), base_wi = frame_to_local(frame, wi);
     if (base_wo.z <= 0.0 || base_wi.z <= 0.0) return vec3(0.0);
-    return cook_torrance_diffuse(b, base_wo, base_wi) * coated_base_share(b, wo, base_wi);
+    return sheen_diffuse(b, base_wo, base_wi) * coated_base_share(b, wo, base_wi);
 }
 
 // What is scattered by lobes that are wider than `width`, without delta lobes.
@@ -73,7 +74,7 @@ vec3 coated_wide(Bsdf b, vec3 wo, vec3 wi, float width) {
     if (b.alpha <= width) return wide + coated_diffuse(b, wo, wi);
     Frame frame = coated_base_frame(b);
     vec3 base_wi = frame_to_local(frame, wi);
-    vec3 base = cook_torrance_eval_pdf(b, frame_to_local(frame, wo), base_wi).rgb;
+    vec3 base = sheen_eval_pdf(b, frame_to_local(frame, wo), base_wi).rgb;
     return wide + base * coated_base_share(b, wo, base_wi);
 }
 
@@ -85,7 +86,7 @@ BsdfSample coated_sample(Bsdf b, vec3 wo, vec2 u) {
         s.wi = reflect(-wo, ggx_sample_vndf(b.coat_alpha, wo, u));
     } else {
         Frame frame = coated_base_frame(b);
-        s = cook_torrance_sample(b, frame_to_local(frame, wo), u);
+        s = sheen_sample(b, frame_to_local(frame, wo), u);
         if (s.pdf <= 0.0) return s;
         float share = coated_base_share(b, wo, s.wi);
         s.wi = frame_to_world(frame, s.wi);

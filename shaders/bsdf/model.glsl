@@ -21,13 +21,15 @@ struct Bsdf {
     vec3 base_normal;    // of what lies below a clear coat, local: normal maps bend the two apart
     vec3 base_tangent;   // perpendicular to it
     vec3 geometric;      // unit normal of the surface itself on the side of wo, local; of a clear coat
+    vec3 sheen_color;    // of cloth, over the base; black: there is none
+    float sheen_roughness;
 };
 
-// One without parameters of dielectrics, conductors, plastic and coats.
+// One without parameters of dielectrics, conductors, plastic, coats and sheen.
 Bsdf bsdf_of(int model, vec3 diffuse, float alpha, vec3 f0, vec3 f90) {
     return Bsdf(
         model, diffuse, alpha, f0, f90, 0.0, 0, 1.0, vec3(1.0), vec3(1.0), vec3(0.0), vec4(0.0), vec3(0.0), 0.0, 1.0, 0.0,
-        vec3(0.0, 0.0, 1.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 0.0, 1.0));
+        vec3(0.0, 0.0, 1.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 0.0, 1.0), vec3(0.0), 1.0);
 }
 
 // What happened at a sampled event: one of the first two, whether the lobe is a delta, and whether the direction is that

@@ -33,6 +33,7 @@ Bsdf material_bsdf(Material material, bool is_front) {
     if (u_without_half_vector == 0 && bsdf_is(b, BSDF_COOK_TORRANCE)) b.half_vector = material.record;
 #endif
 #if HAS_EXACT_FRESNEL
+    if (u_without_half_vector == 0 && bsdf_is(b, BSDF_SHEEN)) b.half_vector = material.record;
     if (bsdf_is_present(BSDF_DIELECTRIC) || bsdf_is_present(BSDF_THIN_DIELECTRIC)) {
         Dielectric dielectric = dielectric_load(material.record);
         b.eta = is_front || bsdf_is(b, BSDF_THIN_DIELECTRIC) ? dielectric.eta : 1.0 / dielectric.eta;
@@ -66,7 +67,7 @@ Bsdf material_bsdf(Material material, bool is_front) {
 }
 
 #if HAS_TEXTURES
-// What the textures of a material are, those of occlusion, anisotropy, coats and blends apart.
+// What the textures of a material are, those of occlusion, anisotropy, coats, sheen and blends apart.
 int material_uses(Maps maps) {
     int uses = 0;
     if (textures_change(TEXTURE_ALBEDO) && maps.albedo_texture >= 0) uses |= TEXTURE_ALBEDO;
@@ -171,6 +172,23 @@ float material_occlusion(Surface surface) {
     }
 #endif
     return 1.0;
+}
+
+// The sheen over the base, black where it has none.
+void material_set_sheen(inout Bsdf b, Surface surface) {
+    Sheen sheen = sheen_load(surface.material);
+    b.sheen_color = sheen.color;
+    b.sheen_roughness = sheen.roughness;
+#if HAS_TEXTURES
+    if (textures_change(TEXTURE_SHEEN_COLOR) && sheen.color_texture >= 0) {
+        b.sheen_color *= texture_value(texture_load(sheen.color_texture), surface.uv).rgb;
+    }
+    if (textures_change(TEXTURE_SHEEN_ROUGHNESS) && sheen.roughness_texture >= 0) {
+        b.sheen_roughness *= texture_channel(texture_load(sheen.roughness_texture), surface.uv);
+    }
+#endif
+    b.sheen_color = clamp(b.sheen_color, 0.0, 1.0);
+    b.sheen_roughness = clamp(b.sheen_roughness, SHEEN_LEAST_ROUGHNESS, 1.0);
 }
 
 // The coat of a coated material, and what it says of the base.

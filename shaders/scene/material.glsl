@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Records of materials: their constant values, what textures and the colours of vertices change of them, what is
-// peculiar to dielectrics, conductors and plastics, their coats, their opacity, what they are blended with.
+// peculiar to dielectrics, conductors and plastics, their coats, their sheen, their opacity, what they are blended with.
 #include "scene/storage.glsl"
 
 uniform int u_first_material;  // texels of u_scene where the tables begin
@@ -10,6 +10,7 @@ uniform int u_first_conductor;
 uniform int u_first_plastic;
 uniform int u_first_coat;
 uniform int u_first_clear_coat;
+uniform int u_first_sheen;
 uniform int u_first_anisotropy;
 uniform int u_first_opacity;
 uniform int u_first_blend;
@@ -151,6 +152,21 @@ ClearCoat clear_coat_of(uvec4 t0, uvec4 t1) {
 ClearCoat clear_coat_load(int index) {
     int first = u_first_clear_coat + 2 * index;
     return clear_coat_of(scene_texel(first), scene_texel(first + 1));
+}
+
+// Over what a metallic-roughness material is without it, below a coat; of every material, where any has it.
+struct Sheen {
+    vec3 color;  // black: there is none
+    float roughness;
+    int color_texture;  // -1: there is none
+    int roughness_texture;
+};
+Sheen sheen_of(uvec4 t0, uvec4 t1) {
+    return Sheen(uintBitsToFloat(t0.xyz), uintBitsToFloat(t0.w), int(t1.x), int(t1.y));
+}
+Sheen sheen_load(int index) {
+    int first = u_first_sheen + 2 * index;
+    return sheen_of(scene_texel(first), scene_texel(first + 1));
 }
 
 // Of facets that are wider along a tangent; of every material, where any has them.

@@ -15,6 +15,8 @@ const int TEXTURE_BLEND_WEIGHT = 128;
 const int TEXTURE_COAT = 256;
 const int TEXTURE_COAT_ROUGHNESS = 512;
 const int TEXTURE_COAT_NORMAL = 1024;
+const int TEXTURE_SHEEN_COLOR = 2048;
+const int TEXTURE_SHEEN_ROUGHNESS = 4096;
 
 const int TEXTURE_SRGB = 1;  // flags of a texture
 const int TEXTURE_FLOAT = 2;

@@ -102,6 +102,12 @@ MISTAKES = {
         '[material.m]\nmodel = "plastic"\ncoat = 0.5',
         "material.m: coat means nothing to model = 'plastic'; leave it out; its keys are albedo, ior, nonlinear (model",
     ),
+    "bright sheen": ("[material.m]\nsheen_color = 1.5", "material.m.sheen_color: must be at most 1, got 1.5"),
+    "rough sheen": ("[material.m]\nsheen_roughness = -1", "material.m.sheen_roughness: must be at least 0, got -1"),
+    "sheen of clay": (
+        '[material.m]\nmodel = "eon"\nsheen_color = 0.5',
+        "material.m: sheen_color means nothing to model = 'eon'; leave it out; its keys are albedo, roughness (model",
+    ),
     "quoted name": ('[material."a b"]\nior = 0', 'material."a b".ior: must be at least 1, got 0'),
     "material without a name": (
         "[material]\nalbedo = 1",

@@ -50,6 +50,9 @@ def test_every_key_survives_the_trip(tmp_path: Path) -> None:
     rest = 'normal_scale = -2\nalpha_mode = "mask"\nalpha_cutoff = 0.25\nopacity = 0.5\ndouble_sided = false\n'
     rest += 'coat_texture = "maps/grey.png"\ncoat_roughness_texture = { file = "maps/wood.png", channel = "g" }\n'
     rest += 'coat_normal_texture = "maps/grey.png"\ncoat_normal_scale = 2.0\n'
+    rest += (
+        'sheen_color_texture = "maps/wood.png"\nsheen_roughness_texture = { file = "maps/wood.png", channel = "a" }\n'
+    )
     scene = load(write(tmp_path, f'albedo_texture = {table}\nnormal_texture = "maps/wood.png"\nunlit = true\n{rest}'))
     texture = scene.materials["red"].albedo_texture
     assert isinstance(texture, Texture)

@@ -60,6 +60,27 @@ MUTATIONS = [
         values("coated", "lacquer"),
     ),
     Mutation(
+        "sheen lost to the base on one way alone",
+        "bsdf/sheen.glsl",
+        "    float most = max(albedo.x, albedo.y);\n",
+        "    float most = albedo.x;\n",
+        values("sheen", "cloth"),
+    ),
+    Mutation(
+        "sheen sampled by the cosine",
+        "bsdf/sheen.glsl",
+        "s.wi = square_to_uniform_cone(u, 1.0);",
+        "s.wi = square_to_cosine_hemisphere(u);",
+        Check(test_bsdf_sample.test_samples_have_their_density, name="sheen", material="velvet"),
+    ),
+    Mutation(
+        "what sheen reflects a hundredth less",
+        "bsdf/sheen.glsl",
+        "return exp(x) / (4.0 * cosines * (1.0 + lambda));",
+        "return 0.99 * exp(x) / (4.0 * cosines * (1.0 + lambda));",
+        Check(test_bsdf_values.test_the_albedo_of_sheen_is_that_of_its_lobe),
+    ),
+    Mutation(
         "alpha for alpha squared in D",
         "bsdf/ggx.glsl",
         "return a2 * INVERSE_PI / (t * t);",

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""Coats in Mitsuba: their values against numpy, their densities, and what becomes of them without our plugins."""
+"""Coats in Mitsuba: their values against numpy, their densities, and what becomes of them, and of sheen, without our
+plugins."""
 
 from dataclasses import replace
 
@@ -237,12 +238,17 @@ def test_a_part_of_a_blend_may_have_a_coat(mi):
         (Material(roughness=0.0), "plastic"),
     ],
 )
-def test_mitsubas_own_materials_are_without_the_coat(tmp_path, material, kind):
-    lacquered = replace(material, coat=0.5, coat_texture=grey(0.5))
+@pytest.mark.parametrize("layer", ["coat", "sheen"])
+def test_mitsubas_own_materials_are_without_coat_and_sheen(tmp_path, material, kind, layer):
+    layers = {
+        "coat": {"coat": 0.5, "coat_texture": grey(0.5)},
+        "sheen": {"sheen_color": 0.5, "sheen_color_texture": grey(0.5)},
+    }
+    lacquered = replace(material, **layers[layer])
     notes = export_mitsuba(Scene(materials={"m": material, "lacquered": lacquered}), tmp_path)
     tree = scene_tree(Scene(materials={"m": material, "lacquered": lacquered}), tmp_path, plugins=False)
     assert tree["material_0"] == tree["material_1"]
     assert tree["material_0"]["bsdf"]["type"] == kind
-    assert ["without its coat" in note for note in notes[:2]] == [False, True]
+    assert [f"without its {layer}" in note for note in notes[:2]] == [False, True]
     assert notes[1].startswith(f"lacquered: {kind}, nearly the same: ")
     assert export_mitsuba(Scene(materials={"m": lacquered}), tmp_path, plugin=True)[0].endswith(", the same")

@@ -11,8 +11,10 @@ import pytest
 from shaders.bsdf_models import (
     MODELS,
     Brushed,
+    Coated,
     Conductor,
     Dielectric,
+    Sheened,
     plastic_of,
     rough_plastic_chance,
     rough_plastic_interface,
@@ -29,6 +31,8 @@ from fragtracer.reference.plugins import register
 from fragtracer.reference.textures import TextureFolder
 from fragtracer.scene import Material, Medium
 from fragtracer.scene.reflectance import METAL_INDEX
+
+from .test_bsdf import follow_the_density
 
 DEGREES = [3, 40, 65, 85]
 EVAL = "value = bsdf_eval(b, wo, wi); pdf = bsdf_pdf(b, wo, wi);"
@@ -187,6 +191,35 @@ def test_anisotropic_plugin_of_the_default_model(ctx: moderngl.Context, mi: Any)
             ours = run(ctx, MODELS[model], parameters, EVAL, {"wi": wi}, {"value": 3, "pdf": 1}, wo)
             value = theirs.eval(mi.BSDFContext(), seen_from(mi, wo), mi.Vector3f(wi.T))
             np.testing.assert_allclose(ours["value"], value.numpy().T, rtol=1e-3, atol=1e-6)
+
+
+@pytest.mark.parametrize("material", MODELS["sheen"].scene_materials, ids=["bare", "coated"])
+@pytest.mark.parametrize("mirror", [False, True])
+def test_sheen(ctx: moderngl.Context, mi: Any, material: Material, mirror: bool) -> None:
+    """Bare and under a coat, over a rough base and a mirror: values, and densities of what is drawn."""
+    register()
+    material = replace(material, roughness=0.0) if mirror else material
+    theirs = mi.load_dict(exact_bsdf(material, "smith", MeshAttributes(), TextureFolder(Path())))
+    parameters = {
+        **{name: getattr(material, name) for name in ("alpha", "sheen_color", "sheen_roughness")},
+        "diffuse": material.diffuse_albedo,
+        "f0": material.specular_f0,
+        "f90": material.specular_f90,
+    }
+    coat = {"coat_weight": material.coat, "coat_alpha": material.coat_alpha, "coat_f0": material.coat_f0}
+    model, values = ("coated", Coated(**parameters, **coat)) if material.is_coated else ("sheen", Sheened(**parameters))
+    for degrees in DEGREES:
+        wo, wi = direction(degrees), over_the_sphere(4096)
+        ours = run(ctx, MODELS[model], values, EVAL, {"wi": wi}, {"value": 3, "pdf": 1}, wo)
+        value = theirs.eval(mi.BSDFContext(), seen_from(mi, wo), mi.Vector3f(wi.T))
+        np.testing.assert_allclose(ours["value"], value.numpy().T, rtol=1e-3, atol=1e-6)
+    seen = seen_from(mi, direction(65))
+    follow_the_density(mi, theirs, seen, 4)
+    bs, weight = theirs.sample(mi.BSDFContext(), seen, mi.Float(np.linspace(0, 0.999, 999)), mi.Point2f(0.4, 0.6))
+    found = (weight * bs.pdf).numpy()[:, bs.sampled_type.numpy() == int(mi.BSDFFlags.DeltaReflection)]
+    for lobe in MODELS[model].deltas(values, np.array([direction(65)])):
+        np.testing.assert_allclose(found, np.broadcast_to(lobe.value.T, found.shape), rtol=1e-4)
+    assert (found.shape[1] > 0) == mirror
 
 
 @pytest.mark.parametrize("values", [{"anisotropy": 0.7}, {"model": "conductor", "metal": "gold"}])

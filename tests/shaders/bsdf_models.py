@@ -20,7 +20,7 @@ from fragtracer.scene.reflectance import METAL_INDEX
 
 from . import Floats, bsdf_oracle
 from .bsdf_oracle import Direction, Lambert, Material
-from .domains import Cone, Domain, Reflections, Sides
+from .domains import Cone, Domain, Grazing, Reflections, Sides
 
 # The parameters of a model: a dataclass whose fields are named as those of the shader's Bsdf.
 Parameters = Any
@@ -328,8 +328,106 @@ HALF_VECTOR = replace(
 
 
 @dataclass(frozen=True)
-class Coated(Material):
-    """Of BSDF_COATED, whose coat has the normal of the base."""
+class Sheened(Material):
+    """Of BSDF_SHEEN."""
+
+    sheen_color: Direction = (0.0, 0.0, 0.0)
+    sheen_roughness: float = 1.0
+
+
+def sheen_factors(m: Sheened, wo: Floats, wi: Floats) -> tuple[Floats, Floats]:
+    """f |cos_i| of the sheen (..., 3), and the factor of the base (..., 1)."""
+    albedos = [bsdf_oracle.sheen_albedo(m.sheen_roughness, w[..., 2:]) for w in (wo, wi)]
+    most = np.maximum(*albedos)
+    lobe = bsdf_oracle.sheen_lobe(m.sheen_roughness, wo, wi)[..., None]
+    return lobe / np.maximum(most, 1) * m.sheen_color, 1 - max(m.sheen_color) * np.minimum(most, 1)
+
+
+def sheen_shares(m: Sheened, wo: Floats) -> tuple[Floats, Floats]:
+    """Estimates of what the sheen and the base reflect (...,)."""
+    white = np.minimum(1, bsdf_oracle.sheen_albedo(m.sheen_roughness, wo[..., 2]))
+    r = bsdf_oracle.interface_reflectance(m, wo[..., 2])
+    base = (r + np.asarray(m.diffuse) * (1 - r) * (1 - np.asarray(m.f0))) @ bsdf_oracle.REC_709
+    return white * (m.sheen_color @ bsdf_oracle.REC_709), (1 - max(m.sheen_color) * white) * base
+
+
+def sheen_probability(m: Sheened, wo: Floats) -> Floats:
+    sheen, base = sheen_shares(m, wo)
+    return sheen / np.maximum(sheen + base, 1e-300)
+
+
+def sheen_eval(m: Sheened, wo: Floats, wi: Floats) -> Floats:
+    sheen, kept = sheen_factors(m, wo, wi)
+    return sheen + kept * cook_torrance("SMITH").value(m, wo, wi)
+
+
+def sheen_pdf(m: Sheened, wo: Floats, wi: Floats) -> Floats:
+    chance = sheen_probability(m, wo)
+    return chance / (2 * np.pi) + (1 - chance) * bsdf_oracle.bsdf_pdf(m, wo, wi)
+
+
+def sheen_deltas(m: Sheened, wo: Floats) -> Sequence[Delta]:
+    """Of a mirror below the sheen."""
+    return [
+        Delta(d.wi, d.value * sheen_factors(m, wo, d.wi)[1], d.chance * (1 - sheen_probability(m, wo)))
+        for d in cook_torrance("SMITH").deltas(m, wo)
+    ]
+
+
+def sheen_largest_weight(m: Sheened, cosine: Floats) -> Floats:
+    """The larger one of sheen and base alone, each divided by its chance; D is at most (2 + 1 / alpha) / 2 pi."""
+    wo = np.stack([np.sqrt(1 - cosine**2), 0 * cosine, np.maximum(cosine, 1e-30)], -1)
+    chance, o = sheen_probability(m, wo)[:, None], np.maximum(wo[:, 2:], 1e-3)
+    masked = 4 * o * (1 + bsdf_oracle.sheen_lambda(m.sheen_roughness, o))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        sheen = (2 + m.sheen_roughness**-2) / masked * m.sheen_color / chance
+        return np.fmax(sheen, np.where(chance < 1, cook_torrance("SMITH").largest_weight(m, cosine) / (1 - chance), 0))
+
+
+def sheen_tolerance(m: Sheened, wo: Floats, wi: Floats) -> Floats:
+    """What the exponent 1 / alpha makes of rounding the half vector."""
+    return float32_tolerance(m, wo, wi) + 4e-7 / (m.sheen_roughness**2 * np.linalg.norm(wo + wi, axis=-1))
+
+
+def sheened(name: str, alpha: float, color: Direction, roughness: float) -> Sheened:
+    m = COOK_TORRANCE[name]
+    return Sheened(m.diffuse, alpha, m.f0, m.f90, color, roughness)
+
+
+RED = (0.8, 0.2, 0.1)
+GRAZING = Grazing()
+SHEEN = Model(
+    "SHEEN",
+    {
+        "cloth": [sheened("lambert", 1.0, RED, roughness) for roughness in (0.1, 0.3, 1.0)],
+        "over plastic": [sheened("plastic", 0.3, RED, roughness) for roughness in (0.15, 0.6)],
+        "over a mirror": [sheened("gold", 0.0, RED, 0.4)],
+        "velvet": [Sheened(sheen_color=RED, sheen_roughness=0.5)],
+    },
+    sheen_eval,
+    sheen_pdf,
+    sheen_largest_weight,
+    {"GEOMETRY_TERM": "GEOMETRY_SMITH"},
+    sheen_deltas,
+    domain=lambda m, wo: GRAZING if m.alpha in (0.0, 1.0) else Reflections(m.alpha, wo),
+    tolerance=sheen_tolerance,
+    whitest=[
+        replace(m, sheen_color=WHITE, sheen_roughness=roughness)
+        for m in (sheened("white dielectric", 0.0, WHITE, 1.0), Sheened(WHITE), sheened("white metal", 0.0, WHITE, 1.0))
+        for roughness in (0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.6, 0.8, 1.0)
+    ],
+    scene_materials=[
+        scene.Material(albedo=(0.1, 0.02, 0.02), roughness=0.8, sheen_color=RED, sheen_roughness=0.5),
+        scene.Material(
+            albedo=0.3, metallic=0.5, roughness=0.5, sheen_color=0.9, sheen_roughness=0.2, coat=0.5, coat_roughness=0.3
+        ),
+    ],
+)
+
+
+@dataclass(frozen=True)
+class Coated(Sheened):
+    """Of BSDF_COATED, whose coat has the normal of the base; without sheen."""
 
     coat_weight: float = 1.0
     coat_alpha: float = 0.1
@@ -350,26 +448,25 @@ class Coated(Material):
 
 def coated_probability(m: Coated, wo: Floats) -> Floats:
     """How often the coat is sampled."""
-    passed, r = m.passed(wo), bsdf_oracle.interface_reflectance(m, wo[..., 2])
-    base = (r + np.asarray(m.diffuse) * (1 - r) * (1 - np.asarray(m.f0))) @ bsdf_oracle.REC_709
+    passed, base = m.passed(wo), sum(sheen_shares(m, wo))
     return (1 - passed) / np.maximum(1 - passed + passed**2 * base, 1e-300)
 
 
 def coated_eval(m: Coated, wo: Floats, wi: Floats) -> Floats:
-    base = cook_torrance("SMITH").value(m, wo, wi) * (m.passed(wo) * m.passed(wi))[..., None]
+    base = sheen_eval(m, wo, wi) * (m.passed(wo) * m.passed(wi))[..., None]
     return base + m.coat_weight * bsdf_oracle.bsdf_eval(m.lacquer, "SMITH", wo, wi)
 
 
 def coated_pdf(m: Coated, wo: Floats, wi: Floats) -> Floats:
     chance = coated_probability(m, wo)
-    return chance * bsdf_oracle.bsdf_pdf(m.lacquer, wo, wi) + (1 - chance) * bsdf_oracle.bsdf_pdf(m, wo, wi)
+    return chance * bsdf_oracle.bsdf_pdf(m.lacquer, wo, wi) + (1 - chance) * sheen_pdf(m, wo, wi)
 
 
 def coated_deltas(m: Coated, wo: Floats) -> Sequence[Delta]:
     """Of a mirror below the coat."""
     return [
         Delta(d.wi, d.value * m.passed(wo)[:, None] ** 2, d.chance * (1 - coated_probability(m, wo)))
-        for d in cook_torrance("SMITH").deltas(m, wo)
+        for d in sheen_deltas(m, wo)
     ]
 
 
@@ -377,18 +474,18 @@ def coated_largest_weight(m: Coated, cosine: Floats) -> Floats:
     """The larger one of coat and base alone, each divided by its chance."""
     wo = np.stack([np.sqrt(1 - cosine**2), 0 * cosine, np.maximum(cosine, 1e-30)], -1)
     chance, passed = coated_probability(m, wo)[:, None], m.passed(wo)[:, None] * (1 - m.coat_weight * m.coat_f0)
-    base = cook_torrance("SMITH").largest_weight(m, cosine) * passed
+    base = sheen_largest_weight(m, cosine) * passed
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.fmax(m.coat_weight / chance, np.where(chance < 1, base / (1 - chance), 0))
 
 
 def coated_tolerance(m: Coated, wo: Floats, wi: Floats) -> Floats:
-    return float32_tolerance(m, wo, wi) + 4e-7 / (m.coat_alpha * np.linalg.norm(wo + wi, axis=-1))
+    return sheen_tolerance(m, wo, wi) + 4e-7 / (m.coat_alpha * np.linalg.norm(wo + wi, axis=-1))
 
 
 def coated(name: str, alpha: float, weight: float, coat_alpha: float, f0: float = 0.04) -> Coated:
     m = COOK_TORRANCE[name]
-    return Coated(m.diffuse, alpha, m.f0, m.f90, weight, coat_alpha, f0)
+    return Coated(m.diffuse, alpha, m.f0, m.f90, coat_weight=weight, coat_alpha=coat_alpha, coat_f0=f0)
 
 
 COATED = Model(
@@ -398,6 +495,7 @@ COATED = Model(
         "thin": [coated("half metallic", 0.1, 0.3, 0.01, 0.1)],
         "over matte": [coated("lambert", 1.0, 1.0, 0.3)],
         "over a mirror": [coated("gold", 0.0, 1.0, 0.1), coated("gold", 0.0, 0.5, 0.5)],
+        "over sheen": [replace(coated("plastic", 0.5, 0.7, 0.3), sheen_color=RED, sheen_roughness=0.5)],
     },
     coated_eval,
     coated_pdf,
@@ -890,6 +988,7 @@ MODELS: dict[str, Model] = {
     "rough-plastic": ROUGH_PLASTIC,
     "half-vector": HALF_VECTOR,
     "coated": COATED,
+    "sheen": SHEEN,
     **{f"brushed {term}": brushed(term) for term in TERMS[:2]},
     "plastic": PLASTIC,
     "conductor": CONDUCTOR,

@@ -94,6 +94,46 @@ def g(term: str, alpha: ArrayLike, co: ArrayLike, ci: ArrayLike) -> Floats:
     return 1 / (1 / one + 1 / other - 1) if term == "SMITH_HEIGHT_CORRELATED" else one * other
 
 
+# Of the fit to what sheen reflects (docs/material.md): a row for each power of the root of the cosine.
+SHEEN_FIT = [
+    [0.1183, -1.1427, 0.8352, -0.002],
+    [0.9044, 0.0743, -1.1209, -0.2244],
+    [-3.5838, 4.8836, 1.4523, 0.3529],
+    [1.8672, -16.8722, 4.0374, -3.5829],
+    [3.3552, 15.1436, -7.1205, 2.3312],
+]
+
+
+def sheen_lambda(roughness: float, cosine: Floats) -> Floats:
+    """Lambda of the sheen by the fit of Estevez and Kulla 2017, mirrored at a cosine of 1/2."""
+    t = (1 - roughness**2) ** 2
+    a, b, c, d, e = (1 - t) * np.array([21.5473, 3.82987, 0.19823, -1.97760, -4.32054]) + t * np.array(
+        [25.3245, 3.32435, 0.16801, -1.27393, -4.85967]
+    )
+
+    def log(x: Floats) -> Floats:
+        return a / (1 + b * x**c) + d * x + e
+
+    half = np.full_like(cosine, 0.5)
+    low, high = log(np.minimum(cosine, half)), 2 * log(half) - log(np.minimum(1 - cosine, half))
+    return np.exp(np.where(cosine < 0.5, low, high))
+
+
+def sheen_lobe(roughness: float, wo: Floats, wi: Floats) -> Floats:
+    """D V cos_i, whose cosines in V are at least 0.001."""
+    alpha, wh = roughness**2, (wo + wi) / np.linalg.norm(wo + wi, axis=-1, keepdims=True)
+    o, i = np.maximum(wo[..., 2], 1e-3), np.maximum(wi[..., 2], 1e-3)
+    d = (2 + 1 / alpha) * np.hypot(wh[..., 0], wh[..., 1]) ** (1 / alpha) / (2 * np.pi)
+    return d * wi[..., 2] / ((1 + sheen_lambda(roughness, o) + sheen_lambda(roughness, i)) * 4 * o * i)
+
+
+def sheen_albedo(roughness: float, cosine: Floats) -> Floats:
+    """The fit to the integral of sheen_lobe() over wi."""
+    c = np.maximum(cosine, 1e-3)
+    rows = np.array(SHEEN_FIT) @ [1, np.log(roughness), roughness, 1 / roughness]
+    return np.exp(np.polynomial.polynomial.polyval(np.sqrt(c), rows)) / (4 * c * (1 + sheen_lambda(roughness, c)))
+
+
 def width_along(alpha: float, anisotropy: float, w: Floats) -> Floats:
     """The width of facets along w; along x it is alpha + (1 - alpha) anisotropy²."""
     if anisotropy == 0:

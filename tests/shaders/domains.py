@@ -112,6 +112,18 @@ class Cone:
         return np.stack([x, np.cross(z, x), z])
 
 
+class Grazing:
+    """Directions above the surface, in rings that are the closer the lower they are: s = 1 - sqrt(z)."""
+
+    def place(self, s: Floats, t: Floats) -> tuple[Floats, Floats]:
+        z = (1 - s) ** 2
+        return np.concatenate([np.sqrt(1 - z**2)[:, None] * _circle(t), z[:, None]], 1), 4 * np.pi * (1 - s)
+
+    def locate(self, points: Floats) -> tuple[Floats, Floats]:
+        z = points[:, 2]
+        return np.where(z > 0, 1 - np.sqrt(np.maximum(z, 0)), -1), _turns(points)
+
+
 @dataclass(frozen=True)
 class VisibleNormals:
     """Half vectors wh above the surface with wo . wh > 0, in rings around the normal that widen from a

@@ -179,6 +179,22 @@ def test_unlit_shows_its_albedo(ctx: moderngl.Context) -> None:
     assert not found["f90"].any()
 
 
+def test_sheen_at_a_point(ctx: moderngl.Context) -> None:
+    """Its textures multiply it, its roughness is bounded, and other materials have none."""
+    sheen = Material(sheen_color=(0.8, 0.4, 0.2), sheen_roughness=0.9)
+    maps = {
+        "sheen_color_texture": constant(0.5, 0.25, 1, 0.3),
+        "sheen_roughness_texture": constant(1, 1, 1, 0.5, channel="a"),
+    }
+    materials = [sheen, replace(sheen, **maps), replace(sheen, **maps, sheen_roughness=0.1), Material(coat=0.5)]
+    body = "Bsdf b = material_bsdf(material_at(surface), true); material_set_sheen(b, surface);"
+    body += "value = vec4(b.sheen_color, b.sheen_roughness);"
+    inputs = {"index": np.arange(4), "uv": np.zeros((4, 4))}
+    found = material_probe(ctx, packed_materials(materials), body, inputs, {"value": 4})["value"]
+    expected = [(0.8, 0.4, 0.2, 0.9), (0.4, 0.1, 0.2, 0.45), (0.4, 0.1, 0.2, 0.1), (0, 0, 0, 0.1)]
+    np.testing.assert_allclose(found, expected, rtol=1e-6)
+
+
 @pytest.mark.parametrize("scale", [1.0, 0.5, -2.0, 0.0])
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_mapped_normal(ctx: moderngl.Context, scale: float, sign: float) -> None:

@@ -176,6 +176,10 @@ def full_scene() -> Scene:
             coat_texture=Texture(image, channel="b"),
             coat_normal_texture=Texture(image),
             coat_normal_scale=0.5,
+            sheen_color=(0.2, 0.4, 0.6),
+            sheen_roughness=0.3,
+            sheen_color_texture=Texture(image),
+            sheen_roughness_texture=Texture(image, channel="a"),
         ),
         "cloud": Material(model="null", interior="haze", priority=1),
     }

@@ -68,12 +68,13 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
     colored = any(part.geometry.colors is not None for mesh in scene.meshes for part in mesh.parts)
     has_maps = bool(textures) or colored
     mapped = np.array([colored or bool(m.textures) for m in packed])
+    has_sheen = any(m.has_sheen for m in packed)
     is_anisotropic = any(m.anisotropy > 0 for m in packed)
     has_alpha = any(m.alpha_mode != "opaque" for m in packed)
     lobes = [(m.specular_f0, m.specular_f90) for m in packed]
     plain = [(m, lobe) for m, lobe in zip(packed, lobes, strict=True) if m.model == DEFAULT_MODEL and not m.unlit]
     specular = [m for m, lobe in plain if _specular_from(m, *lobe) > 0]
-    models = [_model(m, any(not bare.is_coated for bare in specular)) for m in packed]
+    models = [_model(m, any(not (other.is_coated or other.has_sheen) for other in specular)) for m in packed]
     words = {
         "Material": _material_words(packed, models, lobes, numbers, mapped),
         "Maps": words_of_rows(MATERIAL_RECORDS["Maps"], [_maps(m, index) for m in packed] if has_maps else []),
@@ -82,6 +83,7 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
         "Plastic": words_of_rows(MATERIAL_RECORDS["Plastic"], _plastics(materials, coats)),
         "Coat": words_of_rows(MATERIAL_RECORDS["Coat"], [row for rows in coats.values() for row in rows]),
         "ClearCoat": words_of_rows(MATERIAL_RECORDS["ClearCoat"], [_clear_coat(m, index) for m in coated]),
+        "Sheen": words_of_rows(MATERIAL_RECORDS["Sheen"], [_sheen(m, index) for m in packed] if has_sheen else []),
         "Anisotropy": words_of_rows(
             MATERIAL_RECORDS["Anisotropy"], [_anisotropy(m, index) for m in packed] if is_anisotropic else []
         ),
@@ -109,6 +111,7 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
         "u_absent_models": sum(1 << model for model in BsdfModel if model not in models),
         "u_dielectrics_are_smooth": int(not any(map(_is_rough_dielectric, packed))),
         "u_facets_are_isotropic": int(not is_anisotropic),
+        "u_without_sheen": int(not has_sheen),
         "u_without_half_vector": int(not any(map(_has_half_vector, packed))),
         "u_texture_uses": sum(_USES[name] for name in used),
         "u_has_float_texels": int(len(atlas.floats) > 0),
@@ -187,6 +190,8 @@ def _model(material: Material, specular: bool) -> BsdfModel:
     sides of a branch."""
     if material.is_coated:
         return BsdfModel.COATED
+    if material.has_sheen:
+        return BsdfModel.SHEEN
     if material.model == DEFAULT_MODEL:
         return BsdfModel.COOK_TORRANCE if specular else BsdfModel.DIFFUSE
     if material.model == "rough-plastic" and not _is_rough(material):
@@ -292,7 +297,8 @@ def _maps(material: Material, index: Mapping[Texture, int]) -> dict[str, Any]:
     dielectric = replace(material, metal=None, metallic=0.0) if material.model == DEFAULT_MODEL else material
     numbers = {f"{name}_texture": index[textures[name]] if name in textures else -1 for name in TEXTURED}
     transmittance = numbers.pop("transmittance_texture")
-    for name in ("anisotropy", "blend_weight", "coat", "coat_roughness", "coat_normal"):  # of records of their own
+    others = ("anisotropy", "blend_weight", "coat", "coat_roughness", "coat_normal", "sheen_color", "sheen_roughness")
+    for name in others:  # of records of their own
         del numbers[f"{name}_texture"]
     if material.is_dielectric:  # in the place of an albedo, which it has not
         numbers["albedo_texture"] = transmittance
@@ -323,6 +329,16 @@ def _clear_coat(material: Material, index: Mapping[Texture, int]) -> dict[str, A
         "roughness_texture": -1 if roughness is None else index[roughness],
         "normal_texture": -1 if normal is None else index[normal],
         "normal_scale": material.coat_normal_scale,
+    }
+
+
+def _sheen(material: Material, index: Mapping[Texture, int]) -> dict[str, Any]:
+    color, roughness = material.sheen_color_texture, material.sheen_roughness_texture
+    return {
+        "color": material.sheen_color if material.has_sheen else (0.0, 0.0, 0.0),
+        "roughness": material.sheen_roughness,
+        "color_texture": -1 if color is None else index[color],
+        "roughness_texture": -1 if roughness is None else index[roughness],
     }
 
 

@@ -34,6 +34,7 @@ MATERIAL_RECORDS: dict[str, Record] = {
         *(("weight_texture", "int"), ("roughness_texture", "int")),
         *(("normal_texture", "int"), ("normal_scale", "float")),
     ),
+    "Sheen": (("color", "vec3"), ("roughness", "float"), ("color_texture", "int"), ("roughness_texture", "int")),
     "Anisotropy": (("strength", "float"), ("cosine", "float"), ("sine", "float"), ("texture_index", "int")),
     "Opacity": (("opacity", "float"), ("mode", "int"), ("cutoff", "float"), ("texture_index", "int")),
     "Blend": (("weight", "float"), ("texture_index", "int"), ("other", "int")),
@@ -66,6 +67,7 @@ class BsdfModel(IntEnum):
     PLASTIC = 6
     ROUGH_PLASTIC = 7
     COATED = 8
+    SHEEN = 9
 
     @property
     def feature(self) -> str:

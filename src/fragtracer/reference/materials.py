@@ -22,9 +22,10 @@ OR_NEAREST = "or take the nearest that Mitsuba has, which export-mitsuba writes 
 
 
 def is_lambert(material: Material) -> bool:
-    """Whether the material is a Lambert base without a specular lobe and a coat."""
+    """Whether the material is a Lambert base without a specular lobe, a coat and a sheen."""
     reflectance = max(*material.specular_f0, *material.specular_f90)
-    return material.model == DEFAULT_MODEL and reflectance == 0 and not material.is_coated
+    is_bare = not (material.is_coated or material.has_sheen)
+    return material.model == DEFAULT_MODEL and reflectance == 0 and is_bare
 
 
 def lambert(material: Material) -> Tree:
@@ -55,9 +56,9 @@ def own_plugin(material: Material) -> Tree:
 
 def has_images(material: Material) -> bool:
     """Whether images change how the material scatters."""
-    of_coat = ("coat", "coat_roughness") if material.is_coated else ()
+    layers = ["coat", "coat_roughness"] * material.is_coated + ["sheen_color", "sheen_roughness"] * material.has_sheen
     return not material.textures.keys().isdisjoint(
-        ("albedo", "roughness", "metallic", "normal", "transmittance", "anisotropy", *of_coat)
+        ("albedo", "roughness", "metallic", "normal", "transmittance", "anisotropy", *layers)
     )
 
 
@@ -116,7 +117,14 @@ def exact_bsdf(material: Material, geometry: str, attributes: MeshAttributes, te
     }
     if material.is_coated:
         tree |= {name: float(getattr(material, name)) for name in ("coat", "coat_f0", "coat_alpha")}
-    return tree
+    return tree | _sheen(material)
+
+
+def _sheen(material: Material) -> Tree:
+    """The parameters of the plugins for the sheen, as far as there is one."""
+    if not material.has_sheen:
+        return {}
+    return {"sheen_color": list(material.sheen_color), "sheen_roughness": float(material.sheen_roughness)}
 
 
 def _unlit_as_lambert(material: Material, albedo: Triple) -> Material:
@@ -171,6 +179,7 @@ def surface(material: Material, geometry: str, attributes: MeshAttributes, textu
     if material.is_coated:
         numbers = ("coat", "coat_f0", "coat_roughness", "coat_normal_scale")
         tree |= {name: float(getattr(material, name)) for name in numbers}
+    tree |= _sheen(material)
     images: dict[str, tuple[Texture | None, Any]] = {
         "albedo": (material.albedo_texture, "color"),
         "alpha": (material.albedo_texture if material.alpha_mode != "opaque" else None, "a"),
@@ -179,6 +188,8 @@ def surface(material: Material, geometry: str, attributes: MeshAttributes, textu
         "coat": (t := material.coat_texture if material.is_coated else None, t and t.channel),
         "coat_roughness": (t := material.coat_roughness_texture if material.is_coated else None, t and t.channel),
         "coat_normal": (material.coat_normal_texture if material.is_coated else None, "color"),
+        "sheen_color": (material.sheen_color_texture if material.has_sheen else None, "color"),
+        "sheen_roughness": (t := material.sheen_roughness_texture if material.has_sheen else None, t and t.channel),
         "normal": (material.normal_texture, "color"),
     }
     for name, (texture, use) in images.items():

@@ -24,10 +24,10 @@ def nearest_bsdf(
     """Mitsuba's own material nearest to ours; its geometry term is Smith's, uncorrelated.
 
     Rough dielectrics become ``principled``, since ``roughplastic`` loses light as it gets rougher: at
-    alpha = 1 its base is less than half as bright as ours. The coat is left away: that of ``principled`` has other
-    facets and a fixed index. ``vertex_color`` names the colours of vertices, times the albedo.
+    alpha = 1 its base is less than half as bright as ours. Coat and sheen are left away: those of ``principled`` have
+    other facets, and the coat a fixed index. ``vertex_color`` names the colours of vertices, times the albedo.
     """
-    material = replace(material, coat=0.0)
+    material = _bare(material)
     if material.unlit:
         inner: Tree = {"type": "diffuse", "reflectance": rgb((0, 0, 0))}
     elif is_rough_pane(material):
@@ -61,7 +61,12 @@ def _opacity(material: Material, attributes: MeshAttributes, textures: TextureFo
 
 def _is_diffuse(material: Material) -> bool:
     """Whether it has no specular lobe."""
-    return material.model == "eon" or is_lambert(replace(material, coat=0.0))
+    return material.model == "eon" or is_lambert(_bare(material))
+
+
+def _bare(material: Material) -> Material:
+    """Without what lies over the base."""
+    return replace(material, coat=0.0, sheen_color=(0.0, 0.0, 0.0))
 
 
 def _untextured(material: Material) -> Tree:
@@ -209,7 +214,7 @@ def _differences(
             found.append("Lambert's model in place of Oren and Nayar's, up to a fifth brighter on average")
     else:
         found += _specular_differences(material, geometry, kinds)
-    found += ["without its coat"] * material.is_coated
+    found += ["without its coat"] * material.is_coated + ["without its sheen"] * material.has_sheen
     if material.normal_texture and not material.unlit and not is_own_plugin(material):
         found.append("a normal map whose green is inverted where the image is mirrored")
     if not material.double_sided:

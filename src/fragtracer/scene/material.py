@@ -22,6 +22,7 @@ from fragtracer.scene.texture import Texture
 DEFAULT_MODEL: Final = "metallic-roughness"
 _BRUSHED = ("anisotropy", "anisotropy_rotation_degrees")
 _COAT = ("coat", "coat_roughness", "coat_ior", "coat_normal_scale")
+_SHEEN = ("sheen_color", "sheen_roughness")
 LEAST_COAT_ALPHA = 1e-4  # a coat is never a perfect mirror
 # The keys that mean something to each model besides those of all: textures of these, emission, opacity, sides, normals.
 MODELS: dict[str, tuple[str, ...]] = {
@@ -29,6 +30,7 @@ MODELS: dict[str, tuple[str, ...]] = {
         *("albedo", "roughness", "metallic", "ior", "f0", "metal", "specular", "diffuse_factor"),
         *_BRUSHED,
         *_COAT,
+        *_SHEEN,
     ),
     "eon": ("albedo", "roughness"),
     "dielectric": (
@@ -55,7 +57,7 @@ _OF_MODELS = {key for keys in MODELS.values() for key in keys}
 _OF_OTHERS = {model: sorted(_OF_MODELS - set(keys)) for model, keys in MODELS.items()}  # keys that mean nothing to it
 TEXTURED = (
     *("albedo", "roughness", "metallic", "normal", "occlusion", "emission", "transmittance", "anisotropy"),
-    *("blend_weight", "coat", "coat_roughness", "coat_normal"),
+    *("blend_weight", "coat", "coat_roughness", "coat_normal", "sheen_color", "sheen_roughness"),
 )
 _TEXTURE_FIELDS = {name: f"{name}_texture" for name in TEXTURED}
 
@@ -99,6 +101,11 @@ class Material:
     the index ``coat_ior``, by facets of a GGX width of ``coat_roughness**2``, which is never a perfect mirror
     (shaders/bsdf/coated.glsl; glTF's ``KHR_materials_clearcoat``). ``normal_texture`` bends the base, and
     ``coat_normal_texture``, with its ``coat_normal_scale``, the coat.
+
+    ``sheen_color`` is the reflectance of a sheen over a metallic-roughness material, below its coat, as of velvet: of
+    fibres that stand about upright, the more so the smaller ``sheen_roughness`` is, which is taken for at least 0.1
+    (Estevez and Kulla 2017, "Production friendly microfacet sheen BRDF"; shaders/bsdf/sheen.glsl; glTF's
+    ``KHR_materials_sheen``).
 
     A texture multiplies the parameter of its name; those of numbers, such as roughness, use one channel of it. Of
     ``anisotropy_texture`` that is blue, while red and green, times 2 less 1, are the direction from the tangent along
@@ -144,6 +151,10 @@ class Material:
     coat_roughness_texture: Texture | None = None
     coat_normal_texture: Texture | None = None
     coat_normal_scale: Number = 1.0
+    sheen_color: Reflectance = (0.0, 0.0, 0.0)
+    sheen_roughness: Fraction = 0.0
+    sheen_color_texture: Texture | None = None
+    sheen_roughness_texture: Texture | None = None
     transmittance: Reflectance = (1.0, 1.0, 1.0)
     attenuation_color: Reflectance = (1.0, 1.0, 1.0)
     attenuation_distance: Positive = 1.0
@@ -243,6 +254,11 @@ class Material:
     def is_coated(self) -> bool:
         """Whether it has a coat, perhaps somewhere."""
         return self.coat > 0 and not self.unlit
+
+    @property
+    def has_sheen(self) -> bool:
+        """Whether it has a sheen, perhaps somewhere."""
+        return max(self.sheen_color) > 0 and not self.unlit
 
     @property
     def coat_alpha(self) -> float:

@@ -4,14 +4,16 @@
 Its parameters: ``diffuse_albedo``, ``specular_f0`` and ``specular_f90`` (three numbers each),
 ``alpha`` (GGX width), ``geometry`` ("smith", "smith-height-correlated", "schlick-beckmann", "karis" or
 "smith-multiple-scattering") and ``diffuse_factor`` ("interface" or "half-vector"); of
-facets of two widths ``alpha_u``, along the tangent, and ``alpha_v`` besides; and of a coat (coat.py) its weight
-``coat``, ``coat_f0`` (a number) and ``coat_alpha``.
+facets of two widths ``alpha_u``, along the tangent, and ``alpha_v`` besides; of a sheen (sheen.py) ``sheen_color``
+(three numbers) and ``sheen_roughness``; and of a coat (coat.py) its weight ``coat``, ``coat_f0`` (a number) and
+``coat_alpha``.
 """
 
 from typing import Any
 
 from .coat import Coated
 from .models.metallic_roughness import DELTA_ALPHA, Lobes, schlick_k
+from .sheen import Sheened
 
 
 def plain_class(mi: Any, dr: Any) -> type:
@@ -27,9 +29,10 @@ def plain_class(mi: Any, dr: Any) -> type:
             (albedo, f0, f90), alpha = map(mi.Color3f, colors), mi.Float(float(props["alpha"]))
             geometry = str(props.get("geometry", "smith"))
             k = mi.Float(schlick_k(geometry, alpha))
+            has_sheen = "sheen_color" in props
             has_diffuse, has_specular = max(colors[0]) > 0, max(colors[1] + colors[2]) > 0
             coated = float(props.get("coat", 0)) > 0
-            self._set_lobes(has_diffuse, has_specular, float(props["alpha"]) < DELTA_ALPHA, coated)
+            self._set_lobes(has_diffuse or has_sheen, has_specular, float(props["alpha"]) < DELTA_ALPHA, coated)
             # Opaque, that is, unknown to the compiler: materials of one kind share their code.
             dr.make_opaque(albedo, f0, f90, alpha, k)
             specular_range = (0.25, 0.75) if has_diffuse and has_specular else (float(has_specular),) * 2
@@ -38,7 +41,12 @@ def plain_class(mi: Any, dr: Any) -> type:
             if "alpha_u" in props:
                 widths = mi.Float(float(props["alpha_u"])), mi.Float(float(props["alpha_v"]))
                 dr.make_opaque(*widths)
-            self.base = Lobes(albedo, f0, f90, alpha, geometry, k, specular_range, diffuse_factor, widths)
+            self.base: Any = Lobes(albedo, f0, f90, alpha, geometry, k, specular_range, diffuse_factor, widths)
+            if has_sheen:
+                color = mi.Color3f([float(x) for x in props["sheen_color"]])
+                sheen_roughness = mi.Float(float(props["sheen_roughness"]))
+                dr.make_opaque(color, sheen_roughness)
+                self.base = Sheened(self.base, color, sheen_roughness)
             self.lobes = self._coated(props) if coated else self.base
 
         def _coated(self, props: Any) -> Coated:
@@ -82,7 +90,7 @@ def plain_class(mi: Any, dr: Any) -> type:
             return self.eval_pdf(ctx, si, wo, active)[1]
 
         def to_string(self) -> str:
-            return f"FragtracerCookTorrance[geometry={self.base.geometry}, alpha={self.base.alpha}, f0={self.base.f0}]"
+            return f"FragtracerCookTorrance[geometry={self.base.geometry}]"
 
         def _to_front(self, w: Any) -> Any:
             """``w`` mirrored to the front of the surface, and the sign that undoes it."""

@@ -4,9 +4,10 @@
 Its parameters: ``model`` (models/), ``albedo`` (three numbers), ``roughness``, ``metallic``, ``specular``,
 ``dielectric_f0`` (three numbers), ``geometry``, ``diffuse_factor``, ``opacity``, ``alpha_mode`` ("opaque", "mask" or
 "blend"), ``alpha_cutoff``, ``double_sided``, ``normal_scale``, of a coat (coat.py) ``coat``, ``coat_roughness``,
-``coat_f0`` (a number) and ``coat_normal_scale``; and children ``albedo_texture``, ``alpha_texture``,
-``roughness_texture``, ``metallic_texture``, ``coat_texture``, ``coat_roughness_texture``, ``coat_normal_texture`` and
-``normal_texture``, each a ``fragtracer_texture`` and each with its set of
+``coat_f0`` (a number) and ``coat_normal_scale``, of a sheen (sheen.py) ``sheen_color`` (three numbers) and
+``sheen_roughness``; and children ``albedo_texture``, ``alpha_texture``, ``roughness_texture``, ``metallic_texture``,
+``coat_texture``, ``coat_roughness_texture``, ``coat_normal_texture``, ``sheen_color_texture``,
+``sheen_roughness_texture`` and ``normal_texture``, each a ``fragtracer_texture`` and each with its set of
 coordinates, as ``albedo_set``: "uv", or the name of an attribute of the mesh.
 
 The mesh has face normals, so that Mitsuba's normal is the geometric one. Shading normals that face away from
@@ -21,6 +22,7 @@ from typing import Any
 from .coat import Coated, shadowing
 from .models import Parameters, lobes_of
 from .models.metallic_roughness import DELTA_ALPHA
+from .sheen import Sheened
 
 _SPECULAR_RANGE = (0.1, 0.9)
 # The shading normal bends to the viewer where the cosine between them is less than this, and than that of the surface.
@@ -34,18 +36,21 @@ def surface_class(mi: Any, dr: Any) -> type:
         def __init__(self, props: Any) -> None:
             super().__init__(props)
             defaults = {"roughness": 0.5, "metallic": 0, "specular": 1, "opacity": 1}
-            defaults |= {"coat": 0, "coat_roughness": 0, "coat_f0": 0}
+            defaults |= {"coat": 0, "coat_roughness": 0, "coat_f0": 0, "sheen_roughness": 0}
             self.values = {name: mi.Float(float(props.get(name, default))) for name, default in defaults.items()}
             self.is_coated = float(props.get("coat", 0)) > 0
             self.scales = {n: float(props.get(f"{n}_scale", 1)) for n in ("normal", "coat_normal")}
             self.cutoff = float(props.get("alpha_cutoff", 0.5))
             self.albedo = mi.Color3f([float(x) for x in props["albedo"]])
             self.dielectric_f0 = mi.Color3f([float(x) for x in props.get("dielectric_f0", [0.0, 0.0, 0.0])])
+            self.sheen_color = mi.Color3f([float(x) for x in props.get("sheen_color", [0.0, 0.0, 0.0])])
+            self.has_sheen = "sheen_color" in props
             self.geometry, self.alpha_mode = str(props.get("geometry", "smith")), str(props.get("alpha_mode", "opaque"))
             self.model = str(props.get("model", "metallic-roughness"))
             self.diffuse_factor = str(props.get("diffuse_factor", "interface"))
             self.double_sided = bool(props.get("double_sided", True))
-            names = ("albedo", "alpha", "roughness", "metallic", "coat", "coat_roughness", "coat_normal", "normal")
+            names = ["albedo", "alpha", "roughness", "metallic", "coat", "coat_roughness", "coat_normal", "normal"]
+            names += ["sheen_color", "sheen_roughness"]
             self.textures = {n: props[f"{n}_texture"] for n in names if f"{n}_texture" in props}
             self.sets = {n: str(props.get(f"{n}_set", "uv")) for n in names}
             attributes = ("shading", "tangent", "color", "alpha")
@@ -57,7 +62,7 @@ def surface_class(mi: Any, dr: Any) -> type:
             self.m_flags = sides
             for kind in self.types:
                 self.m_flags = self.m_flags | kind
-            dr.make_opaque(self.albedo, self.dielectric_f0, *self.values.values())
+            dr.make_opaque(self.albedo, self.dielectric_f0, self.sheen_color, *self.values.values())
 
         def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
             opacity = self.opacity_at(si, active)
@@ -146,7 +151,15 @@ def surface_class(mi: Any, dr: Any) -> type:
             parameters = Parameters(
                 (1 - metallic) * albedo, f0, f90, alpha, self.geometry, _SPECULAR_RANGE, self.diffuse_factor
             )
-            return lobes_of(self.model, parameters)
+            return self._sheened(lobes_of(self.model, parameters), si, active)
+
+        def _sheened(self, base: Any, si: Any, active: Any) -> Any:
+            if not self.has_sheen:
+                return base
+            color = self.sheen_color
+            if "sheen_color" in self.textures:
+                color = color * self.textures["sheen_color"].at(si, self._uv("sheen_color", si, active), active)
+            return Sheened(base, dr.clip(color, 0, 1), self._number("sheen_roughness", si, active))
 
         def _layers(self, si: Any, active: Any) -> Any:
             """The frame of the lobes, which is the coat's if there is one, in it the geometric normal on the viewer's
