@@ -115,6 +115,13 @@ MISTAKES: dict[str, tuple[Any, str]] = {
         ),
         "materials[0].extensions.KHR_materials_clearcoat: clearcoatFactor: must be at most 1, got 2",
     ),
+    "sheen": (
+        lambda d: (
+            d["meshes"][0]["primitives"][0].update(material=0),
+            d.update(materials=[{"extensions": {"KHR_materials_sheen": {"sheenColorFactor": [0, 1.5, 0]}}}]),
+        ),
+        "materials[0].extensions.KHR_materials_sheen: sheenColorFactor[1]: must be at most 1, got 1.5",
+    ),
     "light": (
         lambda d: d.update(nodes=[{"mesh": 0, "extensions": {"KHR_lights_punctual": {"light": 0}}}]),
         "nodes[0].light: there is no number 0, only 0",

@@ -310,12 +310,18 @@ def test_anisotropy(tmp_path: Path, transmits: bool) -> None:
 
 
 LACQUER: dict[str, Any] = {"clearcoatFactor": 0.75, "clearcoatRoughnessFactor": 0.25}
+VELVET: dict[str, Any] = {"sheenColorFactor": [0.75, 0.5, 0], "sheenRoughnessFactor": 0.5}
 TRANSMITS: dict[str, Any] = {"KHR_materials_transmission": {"transmissionFactor": 1}}
 
 
 def lacquered(coat: dict[str, Any], **item: Any) -> Gltf:
     """A triangle under a coat, and a texture."""
-    item["extensions"] = {"KHR_materials_clearcoat": coat} | item.get("extensions", {})
+    return layered({"KHR_materials_clearcoat": coat}, **item)
+
+
+def layered(layers: dict[str, Any], **item: Any) -> Gltf:
+    """A triangle under coats and sheen, by their extensions, and a texture."""
+    item["extensions"] = layers | item.get("extensions", {})
     gltf = Gltf(materials=[item], extensionsUsed=list(item["extensions"]), textures=[{"source": 0}])
     gltf.content["images"] = [{"bufferView": gltf.view(PNG), "mimeType": "image/png"}]
     gltf.triangle(material=0)
@@ -350,6 +356,25 @@ def test_normals_of_a_coat_by_other_coordinates_are_ignored(tmp_path: Path) -> N
     assert model.materials["material 0"].coat == 0.75
 
 
+def test_sheen(tmp_path: Path) -> None:
+    """Both textures are one image, which each has where its transform says."""
+    moved = {"extensions": {"KHR_texture_transform": {"scale": [2, 3], "offset": [0.5, 0]}}}
+    maps = {"sheenColorTexture": {"index": 0}, "sheenRoughnessTexture": {"index": 0, **moved}}
+    (made,) = layered({"KHR_materials_sheen": VELVET | maps}).read(tmp_path).materials.values()
+    assert (made.sheen_color, made.sheen_roughness) == ((0.75, 0.5, 0), 0.5)
+    color, roughness = made.sheen_color_texture, made.sheen_roughness_texture
+    assert color is not None
+    assert roughness is not None
+    assert color.image is roughness.image
+    assert color.image.color_space == "srgb"
+    assert (roughness.channel, roughness.scale, roughness.offset) == ("a", (2, 3), (0.5, 0))
+
+
+def test_sheen_of_a_black_factor_is_none(tmp_path: Path) -> None:
+    off = {"sheenRoughnessFactor": 0.5, "sheenColorTexture": {"index": 0}}
+    assert layered({"KHR_materials_sheen": off}).read(tmp_path).materials == layered({}).read(tmp_path).materials
+
+
 @pytest.mark.parametrize(
     ("extensions", "metallic", "where", "coats"),
     [
@@ -358,13 +383,16 @@ def test_normals_of_a_coat_by_other_coordinates_are_ignored(tmp_path: Path) -> N
         (TRANSMITS, 0.5, " where it transmits", [0.75, 0]),
     ],
 )
-def test_where_a_coat_is_ignored(
+def test_where_coat_and_sheen_are_ignored(
     tmp_path: Path, extensions: dict[str, Any], metallic: float, where: str, coats: list[float]
 ) -> None:
-    gltf = lacquered(LACQUER, pbrMetallicRoughness={"metallicFactor": metallic}, extensions=extensions)
-    with pytest.warns(UserWarning, match=rf"ignored: KHR_materials_clearcoat of materials\[0\]{where}$"):
+    layers = {"KHR_materials_clearcoat": LACQUER, "KHR_materials_sheen": VELVET}
+    gltf = layered(layers, pbrMetallicRoughness={"metallicFactor": metallic}, extensions=extensions)
+    notes = ", ".join(rf"{name} of materials\[0\]{where}" for name in layers)
+    with pytest.warns(UserWarning, match=f"ignored: {notes}$"):
         materials = gltf.read(tmp_path).materials
     assert [material.coat for material in materials.values()] == coats
+    assert [material.sheen_color[0] for material in materials.values()] == coats
 
 
 def test_a_metal_that_would_transmit_keeps_its_coat(tmp_path: Path) -> None:
@@ -552,7 +580,7 @@ def test_the_picture_has_the_shape_that_the_first_camera_gives_it(
 
 def test_what_is_not_shown_is_listed(tmp_path: Path) -> None:
     gltf = Gltf(
-        extensionsUsed=["KHR_materials_unlit", "KHR_materials_sheen", "KHR_xmp_json_ld"],
+        extensionsUsed=["KHR_materials_unlit", "KHR_materials_iridescence", "KHR_xmp_json_ld"],
         animations=[{}],
         nodes=[{"mesh": 0}],
         scenes=[{"nodes": [0]}, {"nodes": []}],
@@ -568,7 +596,7 @@ def test_what_is_not_shown_is_listed(tmp_path: Path) -> None:
         model = gltf.read(tmp_path)
     assert len(caught) == 1
     assert str(caught[0].message).endswith(
-        "x.gltf: ignored: KHR_materials_sheen, KHR_xmp_json_ld, animations, scenes but one, "
+        "x.gltf: ignored: KHR_materials_iridescence, KHR_xmp_json_ld, animations, scenes but one, "
         "COLOR_1, _ID, COLOR_1 of morph targets, "
         "images[0]: none.png: no such file, points and lines"
     )

@@ -166,7 +166,7 @@ def test_materials(tmp_path: Path) -> None:
     """
     names = ("phong", "pbr", "matte", "masked", "lost")
     faces = "".join(f"usemtl {name}\nf 1 2 3\n" for name in names)
-    notes = r"refl in .mtl, ps in .mtl, ks in .mtl above 1 \(taken as 1\), image none.png: "
+    notes = r"refl in .mtl, ks in .mtl above 1 \(taken as 1\), image none.png: "
     with pytest.warns(UserWarning, match=notes):
         model = read(tmp_path, f"mtllib x.mtl\n{SQUARE}{faces}", mtl)
     phong, pbr, matte, masked, lost = (model.materials[name] for name in names)
@@ -191,6 +191,7 @@ def test_materials(tmp_path: Path) -> None:
     assert masked.albedo_texture.image.pixels.shape == (2, 2, 4)
     assert masked.alpha_mode == "blend"
     assert lost.albedo_texture is None
+    assert (lost.sheen_color, lost.sheen_roughness) == ((0.5, 0.5, 0.5), 0.5)
 
 
 @pytest.mark.parametrize(

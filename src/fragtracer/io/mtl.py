@@ -24,8 +24,9 @@ from fragtracer.scene.texture import ColorSpace
 _OPTIONS = {"-o": 3, "-s": 3, "-t": 3, "-mm": 2, "-bm": 1, "-boost": 1, "-texres": 1, "-clamp": 1, "-blendu": 1}
 _OPTIONS |= {"-blendv": 1, "-imfchan": 1, "-type": 1, "-cc": 1}
 _UNSUPPORTED = ("map_ks", "map_ns", "map_refl", "refl", "disp", "map_disp", "decal", "map_ps", "map_rma", "map_orm")
-_UNSUPPORTED_NUMBERS = ("ps", "aniso")
+_UNSUPPORTED_NUMBERS = ("aniso",)
 _MATTE, _MIRRORS, _REFRACTS = ("0", "1"), ("3", "5", "8"), ("6", "7")  # of illum
+_SHEEN_ROUGHNESS = 0.5  # of Ps, as Blender takes it
 _LEAST_ALBEDO = 0.1  # of Kd: what has less, and refracts, is glass
 
 
@@ -102,6 +103,8 @@ def _material(values: dict[str, str], images: ModelImages) -> Material:
     made |= _reflectance(values, made)
     if (coat := _number(values, "pc", 0.0, 1)) > 0:
         made |= {"coat": coat, "coat_roughness": _number(values, "pcr", 0.0, 1)}
+    if (sheen := _number(values, "ps", 0.0, 1)) > 0:
+        made |= {"sheen_color": (sheen, sheen, sheen), "sheen_roughness": _SHEEN_ROUGHNESS}
     emission = _color(values, "ke", 0.0, np.inf)
     if "map_ke" in values and (texture := _texture(values["map_ke"], "srgb", images)):
         made["emission_texture"], emission = texture, emission if any(emission) else (1.0, 1.0, 1.0)

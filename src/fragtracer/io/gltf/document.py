@@ -140,6 +140,13 @@ class Clearcoat(Item):
     clearcoatNormalTexture: TextureInfo | None = None
 
 
+class Sheen(Item):
+    sheenColorFactor: tuple[Fraction, Fraction, Fraction] = (0.0, 0.0, 0.0)
+    sheenColorTexture: TextureInfo | None = None
+    sheenRoughnessFactor: Fraction = 0.0
+    sheenRoughnessTexture: TextureInfo | None = None
+
+
 class Volume(Item):
     thicknessFactor: Positive = 0.0
     thicknessTexture: TextureInfo | None = None

@@ -82,7 +82,8 @@ class Materials:
         made |= self._reflectance(item, place) if old is None else self._specular_glossiness(old, place)
         made |= self._anisotropy(item, place)
         coat = self._coat(item, place, made["unlit"], made["normal_texture"])
-        made |= coat
+        sheen = self._sheen(item, place, made["unlit"])
+        made |= coat | sheen
         if item.alphaMode == "MASK" and item.alphaCutoff > 1:  # above every alpha
             made["opacity"] = 0.0
         name = self._names[index]
@@ -91,6 +92,8 @@ class Materials:
             return {name: Material(**made)}
         if coat:
             self.notes.append(f"KHR_materials_clearcoat of {place} where it transmits")
+        if sheen:
+            self.notes.append(f"KHR_materials_sheen of {place} where it transmits")
         dielectric = self._dielectric(item, place, index, made)
         if weight == Varying(1.0) and not _has_alpha_texture(made):
             return {name: replace(dielectric, **{key: made[key] for key in _OF_SURFACES})}
@@ -169,6 +172,21 @@ class Materials:
         elif normal and found.clearcoatNormalTexture:
             made |= {"coat_normal_texture": normal, "coat_normal_scale": found.clearcoatNormalTexture.scale}
         return made
+
+    def _sheen(self, item: gltf.Material, place: str, unlit: bool) -> dict[str, Any]:
+        found = self._container.extension(gltf.Sheen, item, "KHR_materials_sheen", place)
+        if found is None or max(found.sheenColorFactor) == 0:
+            return {}
+        if unlit:
+            self.notes.append(f"KHR_materials_sheen of {place}, which is unlit")
+            return {}
+        return {
+            "sheen_color": found.sheenColorFactor,
+            "sheen_roughness": found.sheenRoughnessFactor,
+            "sheen_color_texture": self._texture(found.sheenColorTexture, place, "srgb"),
+            # Alpha is linear in either space, and often of the image of the colour.
+            "sheen_roughness_texture": self._texture(found.sheenRoughnessTexture, place, "srgb", "a"),
+        }
 
     def _specular_glossiness(self, old: gltf.SpecularGlossiness, place: str) -> dict[str, Any]:
         """The specular-glossiness workflow, which replaces metallic-roughness."""
