@@ -12,7 +12,7 @@ from fragtracer.resources import folder
 from fragtracer.scene.microfacets import internal_reflectance, rough_interface
 
 from . import bsdf_oracle
-from .bsdf_models import MODELS, HalfVector
+from .bsdf_models import MODELS, HalfVector, Sheened
 from .bsdf_oracle import Material, interface_reflectance
 from .chi_square import nodes
 from .directions import direction
@@ -144,6 +144,15 @@ def test_the_fit_of_what_a_white_metal_reflects() -> None:
     assert 100 * max(errors) <= largest + 0.005
     (percent,) = figures("F0 = 0.04 grows by at most # %")
     assert 100 * 0.04 * (1 - least) / least == pytest.approx(percent, abs=0.5)
+
+
+@pytest.mark.parametrize("degrees", [0, 60, 80])
+def test_what_white_sheen_reflects(ctx: moderngl.Context, degrees: int) -> None:
+    """Alone, and over a white base."""
+    for label, diffuse in (("white sheen", (0.0, 0.0, 0.0)), ("over white", WHITE)):
+        cloth = [Sheened(diffuse, sheen_color=WHITE, sheen_roughness=r) for r in row("roughness of the sheen")]
+        found = albedos(ctx, MODELS["sheen"], cloth, [degrees], (8, 8))[:, 0, 0]
+        np.testing.assert_allclose(row(f"{label}, from {degrees}°"), found, atol=0.0051)
 
 
 def test_what_white_under_a_rough_coat_reflects() -> None:

@@ -135,14 +135,22 @@ def test_report(two: Approximation, tmp_path: Path) -> None:
     assert "lost multiple scattering" in text
     assert "Rows mix in" not in text
     brushed = replace(
-        two.scene, materials=METALS | {"brushed": Material(anisotropy=0.5), "glass": Material(model="dielectric")}
+        two.scene,
+        materials=METALS
+        | {
+            "brushed": Material(anisotropy=0.5),
+            "velvet": Material(sheen_color=0.5),
+            "glass": Material(model="dielectric"),
+        },
     )
     noisy = (
         np.where(np.arange(2)[:, None, None, None] == 0, 1.0, -1.0)
         * np.arange(len(two.stages))[:, None, None, None, None]
     )
     others = replace(two, scene=brushed, halves=np.broadcast_to(noisy, two.halves.shape))
-    assert report.summary(others).endswith("what is not isotropic metallic-roughness: brushed, glass.")
+    assert report.summary(others).endswith(
+        "what is not isotropic metallic-roughness without sheen: brushed, velvet, glass."
+    )
     assert "—" in report.summary(others)
     numbers = json.loads(json.dumps(report.to_json(others), allow_nan=False))
     assert numbers["terms"][0]["rms"] is None

@@ -126,8 +126,8 @@ def test_a_material_is_blended_with_another(monkeypatch: pytest.MonkeyPatch, bef
     assert materials.edit(before, others=["a", "b"]) == Material()
 
 
-def test_a_coat_is_edited(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of the default model alone, its roughness and index where there is one."""
+def test_coat_and_sheen_are_edited(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of the default model alone, their roughnesses and an index where there is one."""
     rows: dict[str, object] = {}
     shown: list[str] = []
 
@@ -144,5 +144,8 @@ def test_a_coat_is_edited(monkeypatch: pytest.MonkeyPatch) -> None:
     rows = {"Coat": 0.75, "Coat roughness": 0.25, "Coat index": 1.7}
     assert materials.edit(bare) == Material(coat=0.75)
     assert materials.edit(gold) == Material(metal="gold", coat=0.75, coat_roughness=0.25, coat_ior=1.7)
-    clay = Material(model="eon")
+    clay, velvet = Material(model="eon"), Material(sheen_color=0.5, sheen_roughness=0.3)
     assert materials.edit(clay) is clay
+    rows = {"Sheen": (0.25, 0.5, 0.75), "Sheen roughness": 0.6}
+    assert materials.edit(bare) == Material(sheen_color=(0.25, 0.5, 0.75))
+    assert materials.edit(velvet) == Material(sheen_color=(0.25, 0.5, 0.75), sheen_roughness=0.6)

@@ -136,19 +136,32 @@ def test_a_size_is_that_of_its_sphere_beside_a_grid():
     assert [shapes[t["word"]] for t in size["targets"] if t.get("table") == "u_shapes"] == [0.75]
 
 
-COATED = {"albedo", "roughness", "metallic", "coat", "coat_roughness"}
+BASE = {"albedo", "roughness", "metallic"}
+LAYERS = [
+    ({}, {"albedo"}),
+    ({"coat": 0.5}, {*BASE, "coat", "coat_roughness"}),
+    ({"sheen_color": (0.5, 0.25, 0.0)}, {*BASE, "sheen", "sheen_roughness"}),
+]
 
 
-@pytest.mark.parametrize(("coat", "found"), [(0.0, {"albedo"}), (0.5, COATED)])
-def test_what_of_a_lambert_base_can_be_changed(coat, found):
-    """Under a coat it is of a program that has a specular lobe, and the coat is what the scene with its values would
-    have."""
-    base = {"plain": ft.Material(coat=0.75), "base": ft.Material(specular=0.0, coat=coat)}
+@pytest.mark.parametrize(("layer", "found"), LAYERS, ids=["bare", "coat", "sheen"])
+def test_what_of_a_lambert_base_can_be_changed(layer, found):
+    """Under a coat or sheen it is of a program that has a specular lobe, and these are what the scene with their values
+    would have."""
+    base = {"plain": ft.Material(coat=0.75), "base": ft.Material(specular=0.0, **layer)}
     spheres = [ft.Sphere((0, 0, 0), 1, name) for name in base]
     scene = ft.Scene(materials=base, spheres=spheres, ambient=ft.Ambient(1.0))
     controls = payload.controls_by_name(scene, scene.render, Look())
     assert {name.removesuffix("-1") for name in controls if name.endswith("-1")} == found
-    for name in found & {"coat", "coat_roughness"}:
+    if "sheen" in found:
+        (target,) = controls["sheen-1"]["targets"]
+        words = pack(scene, scene.render, 8, 8).tables["u_scene"][0].view(np.float32).flat
+        assert (
+            [words[target["word"] + i] for i in range(3)]
+            == [0.5 * share for share in target["value"]]
+            == [0.5, 0.25, 0]
+        )
+    for name in found & {"coat", "coat_roughness", "sheen_roughness"}:
         (target,) = controls[f"{name}-1"]["targets"]
         edited = replace(scene, materials=base | {"base": replace(base["base"], **{name: 0.625})})
         words = [pack(s, s.render, 8, 8).tables["u_scene"][0].view(np.float32).flat for s in (scene, edited)]

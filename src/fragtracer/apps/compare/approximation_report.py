@@ -29,7 +29,8 @@ def doubts(found: Approximation) -> list[str]:
     if not found.others:
         return []
     names = ", ".join(found.others)
-    return [f"Rows mix in what the approximation leaves out of what is not isotropic metallic-roughness: {names}."]
+    what = "what is not isotropic metallic-roughness without sheen"
+    return [f"Rows mix in what the approximation leaves out of {what}: {names}."]
 
 
 def to_json(found: Approximation) -> dict[str, Any]:

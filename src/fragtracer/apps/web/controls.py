@@ -96,7 +96,7 @@ def _objects(scene: Scene, packed: PackedScene) -> Iterator[Control]:
 
 
 def _surface(material: Material, packed: PackedScene, number: int) -> Iterator[Control]:
-    """Colour, roughness, metallic and the coat; the program has no specular lobe where no material had one."""
+    """Colour, roughness, metallic, coat and sheen; the program has no specular lobe where no material had one."""
     if material.unlit or material.is_emissive or material.model not in (DEFAULT_MODEL, "eon"):
         return
     words = _words(packed, "material", MATERIAL_RECORDS["Material"], number)
@@ -120,7 +120,8 @@ def _surface(material: Material, packed: PackedScene, number: int) -> Iterator[C
     encoded = srgb_encode(np.array(material.base_color, np.float32))
     color = "#" + "".join(f"{round(255 * float(channel)):02x}" for channel in encoded)
     yield {"id": "albedo", "label": "Colour", "effect": "surface", "value": color, "targets": [{"surface": surface}]}
-    if material.is_coated or (material.model == DEFAULT_MODEL and packed.features["HAS_COOK_TORRANCE"]):
+    is_layered = material.is_coated or material.has_sheen
+    if is_layered or (material.model == DEFAULT_MODEL and packed.features["HAS_COOK_TORRANCE"]):
         least = min(0.02, material.roughness)  # smoother ones are deltas, which the program may not have
         for name, value, low in (("roughness", material.roughness, least), ("metallic", material.metalness, 0.0)):
             yield _slider(name, name.capitalize(), "surface", value, low, 1.0, 0.01, targets=[{"surface": surface}])
@@ -133,6 +134,13 @@ def _surface(material: Material, packed: PackedScene, number: int) -> Iterator[C
         ):
             target = {"word": coat[field], "value": [1.0]}
             yield _slider(label.lower().replace(" ", "_"), label, "scale", value, 0.0, 1.0, 0.01, targets=[target])
+    if material.has_sheen:
+        sheen, most = _words(packed, "sheen", MATERIAL_RECORDS["Sheen"], number), max(material.sheen_color)
+        scaled = {"word": sheen["color"], "value": [channel / most for channel in material.sheen_color]}
+        yield _slider("sheen", "Sheen", "scale", most, 0.0, 1.0, 0.01, targets=[scaled])
+        roughness = {"word": sheen["roughness"], "value": [1.0]}
+        value = material.sheen_roughness
+        yield _slider("sheen_roughness", "Sheen roughness", "scale", value, 0.0, 1.0, 0.01, targets=[roughness])
 
 
 def _emission(

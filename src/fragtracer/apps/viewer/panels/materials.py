@@ -49,6 +49,7 @@ def edit(material: Material, of_mesh: bool = False, known: Sequence[str] = (), o
             new["ior"] = _index(material)
     if model == DEFAULT_MODEL:
         new |= _coat(material)
+        new |= _sheen(material)
     new |= _blend(material, others)
     if material.is_emissive:
         new["emission"] = widgets.color("Emission", material.emission, hdr=True)
@@ -111,6 +112,13 @@ def _coat(material: Material) -> dict[str, object]:
         if material.coat_normal_texture is not None:
             scale = widgets.number("Coat normal scale", material.coat_normal_scale, 0.01, -10.0, 10.0, "%.2f")
             new["coat_normal_scale"] = scale
+    return new
+
+
+def _sheen(material: Material) -> dict[str, object]:
+    new: dict[str, object] = {"sheen_color": widgets.color("Sheen", material.sheen_color)}
+    if max(material.sheen_color) > 0:
+        new["sheen_roughness"] = widgets.slider("Sheen roughness", material.sheen_roughness, 0.0, 1.0, "%.2f")
     return new
 
 
