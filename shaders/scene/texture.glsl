@@ -32,11 +32,9 @@ struct Texture {
     int coordinates;
     vec3 v_row;
     int channel;  // that a single number is read from
-    int x;  // texels of `layer`
-    int y;
+    int first;  // texel of the atlas
     int width;
     int height;
-    int layer;
     int flags;
     int wrap_u;
     int wrap_v;
@@ -44,7 +42,7 @@ struct Texture {
 Texture texture_of(uvec4 t0, uvec4 t1, uvec4 t2, uvec4 t3) {
     return Texture(
         uintBitsToFloat(t0.xyz), int(t0.w), uintBitsToFloat(t1.xyz), int(t1.w), int(t2.x), int(t2.y),
-        int(t2.z), int(t2.w), int(t3.x), int(t3.y), int(t3.z), int(t3.w));
+        int(t2.z), int(t2.w), int(t3.x), int(t3.y));
 }
 Texture texture_load(int index) {
     int first = u_first_texture + 4 * index;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Textures of any size out of two arrays (packing/atlas.py). Filtered by hand: a texel is decoded to
-// linear values before it is mixed with its neighbours, as glTF 2.0 asks (section 3.9.2), and the
-// neighbours are those of the image, whatever lies beside it in the array.
+// Textures of any size out of two arrays, in whose layers of 4096 x 256 texels those of all images follow each other
+// (packing/atlas.py). Filtered by hand: a texel is decoded to linear values before it is mixed with its neighbours, as
+// glTF 2.0 asks (section 3.9.2), and the neighbours are those of the image, wherever they lie.
 #include "scene/texture.glsl"
 
 #ifndef HAS_TEXTURES
@@ -25,13 +25,15 @@ vec3 texture_decode_srgb(vec3 v) {
 
 // The linear value of a texel; (0, 0) is the upper left one.
 vec4 texture_texel(Texture t, int x, int y) {
-    vec2 center = vec2(t.x + x, t.y + y) + 0.5;
+    int i = t.first + y * t.width + x;
+    vec2 center = vec2(i & 4095, (i >> 12) & 255) + 0.5;
+    float layer = float(i >> 20);
     if (u_has_float_texels != 0 && (t.flags & TEXTURE_FLOAT) != 0) {
         vec2 size = vec2(textureSize(u_float_texels, 0).xy);
-        return textureLod(u_float_texels, vec3(center * (1.0 / size), t.layer), 0.0);
+        return textureLod(u_float_texels, vec3(center * (1.0 / size), layer), 0.0);
     }
     vec2 size = vec2(textureSize(u_byte_texels, 0).xy);
-    vec4 value = textureLod(u_byte_texels, vec3(center * (1.0 / size), t.layer), 0.0);
+    vec4 value = textureLod(u_byte_texels, vec3(center * (1.0 / size), layer), 0.0);
     if ((t.flags & TEXTURE_SRGB) != 0) value.rgb = texture_decode_srgb(value.rgb);
     return value;
 }

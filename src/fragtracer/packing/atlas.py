@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: MIT
 """Many images in two texture arrays (shaders/texture/texture.glsl).
 
-Images keep their own size: the shader filters by hand, texel by texel, so regions need no gutters
-and wrap as exactly as a texture of their own. Bytes stay bytes, sRGB with them, since the shader
-decodes each texel before it filters; images of floats lie in an array of their own, linear.
+The texels of images follow each other, row by row, in rows and layers of the array, whatever the sizes of images: the
+shader filters by hand, texel by texel, and so wraps as exactly as a texture of their own would. Bytes stay bytes, sRGB
+with them, since the shader decodes each texel before it filters; images of floats lie in an array of their own, linear.
 """
 
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -20,7 +20,8 @@ from fragtracer.scene import Image
 
 TEXTURE_SRGB, TEXTURE_FLOAT = 1, 2  # of scene/texture.glsl
 
-MAX_SIDE = 4096  # every driver has textures of this size
+COLUMNS, ROWS = 4096, 256  # of a layer, as texture.glsl has them; every driver has 256 layers, which are 1 GiB of bytes
+MAX_SIDE = 4096
 MAX_BYTES = 2**30
 _STRIP = 64  # rows or columns that are computed at once, which bounds the memory
 _KEPT = 2  # scenes whose atlas is not made again at every edit
@@ -28,21 +29,19 @@ _KEPT = 2  # scenes whose atlas is not made again at every edit
 
 @dataclass(frozen=True)
 class Region:
-    """Where an image lies: texels from (x, y) of ``layer``, row 0 the image's top row; ``flags`` are
-    :data:`TEXTURE_SRGB` and :data:`TEXTURE_FLOAT`."""
+    """Where an image lies: from texel ``first`` on, row 0 the image's top row; ``flags`` are :data:`TEXTURE_SRGB` and
+    :data:`TEXTURE_FLOAT`."""
 
-    x: int
-    y: int
+    first: int
     width: int
     height: int
-    layer: int
     flags: int
 
 
 @dataclass(frozen=True, eq=False)
 class Atlas:
-    """The texels, (layers, height, width, 4) uint8 and float32, either without layers where no image
-    needs it, and the region of each image."""
+    """The texels, (layers, rows, :data:`COLUMNS`, 4) uint8 and float32, either without layers where no image needs it,
+    and the region of each image."""
 
     bytes: NDArray[np.uint8]
     floats: NDArray[np.float32]
@@ -78,14 +77,16 @@ def _build(images: tuple[Image, ...], max_side: int, max_bytes: int) -> Atlas:
     arrays = []
     for dtype in (np.uint8, np.float32):
         chosen = {image: p for image, p in pixels.items() if p.dtype == dtype}
-        shape, places = _layout([(p.shape[1], p.shape[0]) for p in chosen.values()], max_side)
-        array = np.zeros((*shape, 4), dtype)
-        for (image, p), (layer, y, x) in zip(chosen.items(), places, strict=True):
-            height, width, _ = p.shape
-            array[layer, y : y + height, x : x + width] = p
-            regions[image] = Region(x, y, width, height, layer, _flags(image, p))
-        array.setflags(write=False)
-        arrays.append(array)
+        sizes = [p.shape[0] * p.shape[1] for p in chosen.values()]
+        ends = np.cumsum(sizes, dtype=int).tolist()
+        rows = -(-sum(sizes) // COLUMNS)
+        layers = -(-rows // ROWS)
+        texels = np.zeros((layers * min(rows, ROWS) * COLUMNS, 4), dtype)
+        for (image, p), size, end in zip(chosen.items(), sizes, ends, strict=True):
+            texels[end - size : end] = p.reshape(-1, 4)
+            regions[image] = Region(end - size, p.shape[1], p.shape[0], _flags(image, p))
+        texels.setflags(write=False)
+        arrays.append(texels.reshape(layers, max(1, min(rows, ROWS)), COLUMNS, 4))
     return Atlas(arrays[0], arrays[1], regions)
 
 
@@ -183,37 +184,3 @@ def mean_color(image: Image) -> tuple[float, float, float]:
         total += strip[..., :3].sum(axis=(0, 1), dtype=np.float64)
     r, g, b = (total / (rgba.shape[0] * rgba.shape[1])).tolist()
     return (r, g, b)
-
-
-Place = tuple[int, int, int]  # layer, y, x
-Shape = tuple[int, int, int]  # layers, height, width
-
-
-def _layout(sizes: Sequence[tuple[int, int]], max_side: int) -> tuple[Shape, list[Place]]:
-    """The smallest of the layouts on layers of some widths and heights, for (width, height) ``sizes``."""
-    if not sizes:
-        return (0, 1, 1), []
-    sides = [2**k for k in range(max_side.bit_length()) if 2**k <= max_side] + [max_side]
-    width, height = (max(column) for column in zip(*sizes, strict=True))
-    layouts = [
-        _shelves(sizes, w, h)
-        for w in {width, *(side for side in sides if side > width)}
-        for h in {height, *(side for side in sides if side > height)}
-    ]
-    return min(layouts, key=lambda layout: (np.prod(layout[0]), layout[0]))
-
-
-def _shelves(sizes: Sequence[tuple[int, int]], max_width: int, max_height: int) -> tuple[Shape, list[Place]]:
-    """Rows of images, the highest first, that fill one layer after the other."""
-    places: list[Place] = [(0, 0, 0)] * len(sizes)
-    layer = x = y = shelf = used_width = used_height = 0
-    for i in sorted(range(len(sizes)), key=lambda i: (-sizes[i][1], -sizes[i][0])):
-        width, height = sizes[i]
-        if x + width > max_width:
-            x, y, shelf = 0, y + shelf, 0
-        if y + height > max_height:
-            layer, x, y, shelf = layer + 1, 0, 0, 0
-        places[i] = (layer, y, x)
-        x, shelf = x + width, max(shelf, height)
-        used_width, used_height = max(used_width, x), max(used_height, y + shelf)
-    return (layer + 1, used_height, used_width), places

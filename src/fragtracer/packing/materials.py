@@ -376,7 +376,7 @@ def _texture(texture: Texture, region: Region) -> dict[str, Any]:
         "v_row": (-sin * scale_u, cos * scale_v, offset_v),
         "coordinates": texture.coordinates,
         "channel": "rgba".index(texture.channel),
-        **{name: getattr(region, name) for name in ("x", "y", "width", "height", "layer")},
+        **{name: getattr(region, name) for name in ("first", "width", "height")},
         "flags": region.flags | (TEXTURE_NEAREST if texture.filter == "nearest" else 0),
         "wrap_u": _WRAP_MODES.index(texture.wrap_u),
         "wrap_v": _WRAP_MODES.index(texture.wrap_v),

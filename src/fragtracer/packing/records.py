@@ -40,8 +40,8 @@ MATERIAL_RECORDS: dict[str, Record] = {
     "Blend": (("weight", "float"), ("texture_index", "int"), ("other", "int")),
     "Texture": (
         *(("u_row", "vec3"), ("coordinates", "int"), ("v_row", "vec3"), ("channel", "int")),
-        *(("x", "int"), ("y", "int"), ("width", "int"), ("height", "int")),
-        *(("layer", "int"), ("flags", "int"), ("wrap_u", "int"), ("wrap_v", "int")),
+        *(("first", "int"), ("width", "int"), ("height", "int")),
+        *(("flags", "int"), ("wrap_u", "int"), ("wrap_v", "int")),
     ),
 }
 MEDIUM_RECORDS: dict[str, Record] = {
