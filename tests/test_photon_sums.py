@@ -37,6 +37,7 @@ def test_a_gpu_adds_up_as_the_process_does(ctx: Any, size: tuple[int, int]) -> N
         splats[splats[..., 3] < 0, :3] = np.nan
         places[..., :2] = rng.integers(0, size, (40, 30, 2))
         drawn = [nearest_texture(ctx, (30, 40), 4, texels.tobytes()) for texels in (splats, places)]
+        ctx.blend_equation = moderngl.FUNC_SUBTRACT  # as a program beside this one may have left it
         for each in both:
             each.add((drawn[0], drawn[1]), half)
     assert both[1].non_finite == both[0].non_finite > 300

@@ -265,17 +265,22 @@ def no_memory(*_arguments, **_options):
     raise MemoryError
 
 
+def ctrl_c(*_arguments, **_options):
+    raise KeyboardInterrupt
+
+
 @pytest.mark.parametrize(
     ("others", "load_light", "error"),
     [
         ({"bounces": -1}, no_room, ValidationError),
         ({"light_tracing": "on"}, no_room, DeviceError),
         ({"light_tracing": "on"}, no_memory, MemoryError),
+        ({"light_tracing": "on"}, ctrl_c, KeyboardInterrupt),
     ],
-    ids=["settings", "the GPU", "the processor"],
+    ids=["settings", "the GPU", "the processor", "the user"],
 )
 def test_a_reset_that_fails_begins_anew_with_what_there_was(ctx, monkeypatch, others, load_light, error):
-    """Settings that are none, and a scene of which there is no room for a part."""
+    """Settings that are none, a scene of which there is no room for a part, and one that was given up."""
     image = picture(ctx, SCENES[0])
     with Renderer(load(SCENES[0]), SIZE, context=ctx) as renderer:
         origin = renderer.origin()
@@ -285,8 +290,7 @@ def test_a_reset_that_fails_begins_anew_with_what_there_was(ctx, monkeypatch, ot
             with pytest.raises(error):
                 renderer.reset(load("three-spheres"), **others)
         assert renderer.origin() == origin
-        renderer.reset()
-        renderer.sample(SPP)
+        renderer.sample(SPP - renderer.spp)
         np.testing.assert_array_equal(renderer.image(), image)
 
 

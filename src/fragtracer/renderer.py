@@ -3,10 +3,11 @@
 
 import logging
 import math
+import threading
 import time
 import warnings
-from collections.abc import Callable, Iterable, Mapping
-from contextlib import AbstractContextManager, ExitStack, nullcontext
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import TracebackType
@@ -21,10 +22,11 @@ from fragtracer.decisions import Decider, adaptive_sampling, gradient_domain, in
 from fragtracer.errors import FilmError, FragtracerError
 from fragtracer.films import DECIDED, MOST_SAMPLES, SavedFilm, origin_of
 from fragtracer.gpu.accumulation import Accumulation
-from fragtracer.gpu.context import create_context, describe, max_size
+from fragtracer.gpu.context import borrowed, create_context, describe, max_size
 from fragtracer.gpu.layers import LayerTextures
 from fragtracer.gpu.specialise import MOST_LISTED, Level
 from fragtracer.gpu.tracer import Tracer, TracerProgram, most_outside_grid, picture_level
+from fragtracer.interruption import deferred
 from fragtracer.layers import PARTS, FirstSurface, Picture, light
 from fragtracer.light_tracing import Decisions, LightTracing
 from fragtracer.packing import PackedScene, matte_names, pack
@@ -66,6 +68,8 @@ class Progress:
 class Renderer:
     """Renders ``scene`` progressively on its own OpenGL context; use it in a ``with`` block.
 
+    Threads may share it: they wait for each other's passes. Functions that a method is given may use it, too.
+
     What takes long before the first sample is told to the logger "fragtracer", at the level INFO. Whether that pays is
     judged by the setting ``spp``, whatever is sampled in the end, or by what :meth:`expect` is told.
 
@@ -76,7 +80,9 @@ class Renderer:
     size
         (width, height) in pixels; left out, the scene's own.
     context
-        A moderngl context to render on instead of a new one without a window; the caller keeps it.
+        A moderngl context to render on instead of a new one without a window; the caller keeps it. It may have any
+        state. Each method makes it current, and leaves it so; :func:`fragtracer.gpu.context.borrowed` says what of its
+        state is given back. One of the renderer's own is current only in a method; after it, none may be.
     specialised
         Whether what the scene holds is compiled into the program (:mod:`fragtracer.gpu.specialise`).
     defines
@@ -133,21 +139,24 @@ class Renderer:
         self._expected_spp = self.settings.spp
         self._seconds, self._resumed_at = 0.0, 0  # that the samples after so many per pixel have taken
         self._owns_context, self._is_closed = context is None, False
+        self._lock = threading.RLock()
+        self._scope: AbstractContextManager[Any] | None = None  # in which the context is current
+        self._is_loaded = True  # what scene and settings are, once all is made
         self.context = create_context() if context is None else context
         with ExitStack() as failing:
             if self._owns_context:
                 failing.callback(self.context.release)
-            self._most_listed = MOST_LISTED["default"]
-            self._level = picture_level(self.context, moves) if specialised else Level.NOTHING
-            self._defines, self._name, self._shaders = dict(defines or {}), program, shaders
-            self._moves = moves
-            self._space: Space | None = None
-            self.first_sample = first_sample
-            self._decider = Decider(self.context, self._untraced, moves, pictures)
-            width, height = self.settings.width, self.settings.height
-            window = Window(0, 0, width, height, first_sample) if first_sample else None
-            self._check_window(window)
             with self._current(), ExitStack() as made:
+                self._most_listed = MOST_LISTED["default"]
+                self._level = picture_level(self.context, moves) if specialised else Level.NOTHING
+                self._defines, self._name, self._shaders = dict(defines or {}), program, shaders
+                self._moves = moves
+                self._space: Space | None = None
+                self.first_sample = first_sample
+                self._decider = Decider(self.context, self._untraced, moves, pictures)
+                width, height = self.settings.width, self.settings.height
+                window = Window(0, 0, width, height, first_sample) if first_sample else None
+                self._check_window(window)
                 size = width, height
                 self._parts = LayerTextures(self.context, size, len(PARTS)) if self._has_parts else None
                 self._film = Accumulation(self.context, *size, self._adaptive_sampling[0], self._parts, window)
@@ -188,12 +197,13 @@ class Renderer:
     def _draw_pass(self, most: int, on_band: Callable[[float], None] | None) -> None:
         """Draw a pass of ``most`` samples per pixel at most."""
         start = time.perf_counter()
-        with self._current():
+        with self._drawing():
             if self._light is not None:
                 self._light.advance(max(1, self.spp))  # no sample without photons, however the pass ends
             for share in self._film.bands(self._tracer, pass_rays(self.settings.rays, self.spp), most):
                 if on_band is not None:
-                    on_band(self.spp + self._film.pass_rays * share)
+                    with self._suspended():
+                        on_band(self.spp + self._film.pass_rays * share)
             if self._light is not None:
                 self._light.advance(self.spp)
         self._seconds += time.perf_counter() - start
@@ -207,7 +217,8 @@ class Renderer:
         if self.spp == FIRST_STAGE > self._resumed_at and self._seconds:
             rate = (FIRST_STAGE - self._resumed_at) / self._seconds
             self._expected_spp = int(min(spp, FIRST_STAGE + rate * max(0.0, seconds)))
-            self._choose_sampling()
+            with self._drawing():
+                self._choose_sampling()
 
     def render(
         self,
@@ -253,15 +264,15 @@ class Renderer:
         start = time.perf_counter()
 
         def report(done: float) -> None:
-            if progress is not None:
-                progress(Progress(done, time.perf_counter() - start, self._last_error))
+            assert progress is not None
+            progress(Progress(done, time.perf_counter() - start, self._last_error))
 
         looks = until is not None or worst is not None
         is_good = looks and 0 < self.spp == self._looked and self._is_good(until, worst)
         while self.spp < spp and not is_good:
             if seconds is not None:
                 self.expect(seconds - (time.perf_counter() - start), spp)
-            self._draw_pass(spp - self.spp, report)
+            self._draw_pass(spp - self.spp, report if progress is not None else None)
             if looks and self.spp >= self._next_look:
                 is_good = self._is_good(until, worst)
                 self._looked, self._next_look = self.spp, self.spp + max(_FIRST_LOOK, self.spp // 4)
@@ -292,7 +303,7 @@ class Renderer:
         """
         if not self.can_go_on:
             raise FilmError(f"{path}: adaptive sampling has ended within a pass; save the film before its last pass")
-        with self._current():
+        with self._drawing():
             state, arrays = self._film.state()
             if self._light is not None:
                 light_state, light_arrays = self._light.state()
@@ -327,7 +338,7 @@ class Renderer:
         ((first, _),) = film.ranges
         if first != self.first_sample:
             raise FilmError(f"{path}: its first sample is {first} there, {self.first_sample} here")
-        with self._current():
+        with self._drawing():
             left_out = self._decider.decide_as(film.origin, self.scene, self.settings)
             if self.origin() != here:
                 self._load()
@@ -356,7 +367,7 @@ class Renderer:
         Raises ValueError where sampling is adaptive, or the integrator is not "path".
         """
         self._check_window(window)
-        with self._current():
+        with self._drawing():
             film = Accumulation(self.context, self.settings.width, self.settings.height, "off", window=window)
             try:
                 while film.spp < spp:
@@ -368,13 +379,13 @@ class Renderer:
 
     def stage_part(self, part: StagePart) -> Pixels:
         """Its film with the samples that it asks for, beside the film of this renderer."""
-        with self._current():
+        with self._drawing():
             return self._film.stage_part(self._tracer, part)
 
     def pilot(self) -> Pixels:
         """What says whether adaptive sampling pays, by :meth:`fragtracer.sampling.pilot.Pilot.of`; the picture must
         have a tile."""
-        with self._current():
+        with self._drawing():
             return self._film.pilot(self._tracer)
 
     def _check_window(self, window: Window | None) -> None:
@@ -406,7 +417,7 @@ class Renderer:
         Raises
         ------
         FragtracerError
-            If the scene cannot be rendered so. After any error the renderer begins anew with what it had.
+            If the scene cannot be rendered so. After any error, and Ctrl-C, the renderer begins anew with what it had.
         """
         if not {"width", "height"}.isdisjoint(settings):
             raise ValueError("a renderer keeps its size; make another one")
@@ -417,20 +428,27 @@ class Renderer:
         with self._current():
             try:
                 if scene is not None or settings:
+                    light_too = not self._is_loaded or scene is not None or settings.keys() != {"seed"}
                     self.scene, self.settings = wanted
-                    self._load(scene is not None or settings.keys() != {"seed"})
-            except Exception:
-                self.scene, self.settings = before
-                self._load()
+                    self._load(light_too)
+            except BaseException:
+                with deferred():
+                    self.scene, self.settings = before
+                    self._release_light()
                 raise
             finally:
-                if self._light is not None:
-                    self._light.clear(self.settings.seed)
-                self._expected_spp, self._seconds, self._resumed_at = self.settings.spp, 0.0, 0
-                self._choose_sampling()
-                self._film.clear()
-                self._first_surface.forget()
-                self._last_error, self._looked, self._next_look = None, 0, _FIRST_LOOK
+                with deferred():
+                    self._forget()
+            self._choose_sampling()
+
+    def _forget(self) -> None:
+        """Be without samples."""
+        if self._light is not None:
+            self._light.clear(self.settings.seed)
+        self._film.clear()
+        self._expected_spp, self._seconds, self._resumed_at = self.settings.spp, 0.0, 0
+        self._first_surface.forget()
+        self._last_error, self._looked, self._next_look = None, 0, _FIRST_LOOK
 
     def image(self) -> NDArray[np.float32]:
         """Mean radiance, (height, width, 3) float32 linear Rec. 709, row 0 at the top."""
@@ -502,7 +520,7 @@ class Renderer:
         if name == "denoising_half_difference":
             return self._read().centred_half_difference().astype(np.float32)
         settings = self.settings
-        with self._current():
+        with self._drawing():
             if AOVS[name].is_light:
                 if self._parts is None:
                     raise FragtracerError(
@@ -610,9 +628,11 @@ class Renderer:
 
     def _load(self, light_too: bool = True) -> None:
         """Have the GPU hold the scene, as the settings ask for it."""
+        self._is_loaded = False
         self._tracer.load(self._packed(), self._program())
         if light_too:
             self._load_light()
+        self._is_loaded = True
 
     def _load_light(self) -> None:
         """Trace light of the scene from its lights, or no longer."""
@@ -693,24 +713,66 @@ class Renderer:
             pixels = self._film.read()
             return pixels if self._light is None else self._light.added_to(pixels)
 
-    def _current(self) -> AbstractContextManager[Any]:
-        """Several renderers may live at once: each makes its own context current while it works."""
+    @contextmanager
+    def _current(self) -> Iterator[None]:
+        """Where the context is current, for one thread at a time. Such a block may be in another: several renderers may
+        live at once."""
+        with self._lock:
+            is_outermost = self._scope is None
+            if is_outermost:
+                self._enter()
+            try:
+                yield
+            finally:
+                if is_outermost:
+                    self._leave()
+
+    @contextmanager
+    def _drawing(self) -> Iterator[None]:
+        """The same with the scene on the GPU, which a :meth:`reset` that has failed leaves to be loaded."""
+        with self._current():
+            if not self._is_loaded:
+                self._load()
+                self._choose_sampling()
+            yield
+
+    @contextmanager
+    def _suspended(self) -> Iterator[None]:
+        """In such a block, as if it were not there: for functions of the caller's."""
+        self._leave()
+        try:
+            yield
+        finally:
+            self._enter()
+
+    def _enter(self) -> None:
+        self._check_open()
+        scope = self.context if self._owns_context else borrowed(self.context)
+        scope.__enter__()
+        self._scope = scope
+
+    def _leave(self) -> None:
+        scope, self._scope = self._scope, None
+        if scope is not None:
+            scope.__exit__(None, None, None)
+
+    def _check_open(self) -> None:
         if self._is_closed:
             raise FragtracerError("this renderer is closed; make another one")
-        return self.context if self._owns_context else nullcontext()
 
     def close(self) -> None:
         """Release what is held on the GPU; nothing can be asked of the renderer any more, and to close it again does
         nothing."""
-        if self._is_closed:
-            return
-        with self._current():
-            self._tracer.release()
-            self._film.release()
-            self._release_light()
-        self._is_closed = True
-        if self._owns_context:
-            self.context.release()
+        with self._lock:
+            if self._is_closed:
+                return
+            with self._current():
+                self._tracer.release()
+                self._film.release()
+                self._release_light()
+            self._is_closed = True
+            if self._owns_context:
+                self.context.release()
 
     def __enter__(self) -> Self:
         return self

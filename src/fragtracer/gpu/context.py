@@ -5,7 +5,8 @@ import ctypes
 import os
 import re
 import sys
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -95,6 +96,31 @@ def attach_context() -> moderngl.Context:
     if _has_512_bits(context):
         raise DeviceError(f"llvmpipe cannot draw a window with vectors of 512 bits: unset {_VECTOR_BITS}")
     return context
+
+
+@contextmanager
+def borrowed(ctx: moderngl.Context) -> Iterator[None]:
+    """A context that others draw on, too: current, and in the state that the programs here need.
+
+    It stays current. It gets back its framebuffer with viewport, scissor and masks, what ``enable`` has set,
+    ``wireframe`` and ``point_size``; not what textures, images, samplers and programs are bound, ``blend_func`` and
+    ``blend_equation``, which nobody can ask moderngl for, nor what was set by other libraries than moderngl.
+    """
+    ctx.mglo.__enter__()  # and not left: with EGL, none would be current then
+    bound = ctx.detect_framebuffer()
+    before = ctx.fbo if ctx.fbo is not None and ctx.fbo.glo == bound.glo else bound
+    wireframe, point_size = ctx.wireframe, ctx.point_size
+    screen = ctx.detect_framebuffer(0)
+    screen.use()  # what the scope binds again, where the block releases the other one
+    with ctx.scope(screen, moderngl.NOTHING):
+        ctx.wireframe, ctx.point_size = False, 1.0
+        ctx.clear_samplers()
+        try:
+            yield
+        finally:
+            ctx.wireframe, ctx.point_size = wireframe, point_size
+    if not isinstance(before.mglo, moderngl.InvalidObject):
+        before.use()
 
 
 def _checked(context: moderngl.Context) -> moderngl.Context:

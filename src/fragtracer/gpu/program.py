@@ -111,6 +111,7 @@ class PointsProgram(_Program):
         """Draw ``count`` points, and add their colors to those of the bound framebuffer, one after the other."""
         self._ctx.enable(moderngl.BLEND)
         self._ctx.blend_func = moderngl.ONE, moderngl.ONE
+        self._ctx.blend_equation = moderngl.FUNC_ADD, moderngl.FUNC_ADD
         try:
             self._draw(moderngl.POINTS, count)
         finally:
