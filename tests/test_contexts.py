@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: MIT
 """Contexts that others draw on, too, and renderers that several threads use."""
 
+import os
 import threading
 
 import moderngl
 import numpy as np
+import pytest
 from small_pictures import SCENES, SIZE, picture
 
 from fragtracer.errors import DeviceError
@@ -88,3 +90,12 @@ def test_threads_wait_for_each_other(ctx):
         worker.join()
         assert not failed
         np.testing.assert_array_equal(renderer.image(), image)
+
+
+def test_a_forked_process_is_told_what_to_do(ctx, monkeypatch):
+    """Its driver would wait for ever."""
+    with Renderer(load("furnace"), SIZE, context=ctx) as renderer, monkeypatch.context() as forked:
+        forked.setattr(os, "getpid", lambda: -1)
+        for use in (create_context, renderer.image):
+            with pytest.raises(DeviceError, match=r'multiprocessing\.get_context\("spawn"\)'):
+                use()

@@ -22,7 +22,7 @@ from fragtracer.decisions import Decider, adaptive_sampling, gradient_domain, in
 from fragtracer.errors import FilmError, FragtracerError
 from fragtracer.films import DECIDED, MOST_SAMPLES, SavedFilm, origin_of
 from fragtracer.gpu.accumulation import Accumulation
-from fragtracer.gpu.context import borrowed, create_context, describe, max_size
+from fragtracer.gpu.context import borrowed, check_process, create_context, describe, max_size
 from fragtracer.gpu.layers import LayerTextures
 from fragtracer.gpu.specialise import MOST_LISTED, Level
 from fragtracer.gpu.tracer import Tracer, TracerProgram, most_outside_grid, picture_level
@@ -109,7 +109,8 @@ class Renderer:
     Raises
     ------
     DeviceError
-        Without OpenGL 3.3, or if the GPU cannot hold an image of this size, or the scene.
+        Without OpenGL 3.3, or if the GPU cannot hold an image of this size, or the scene. Of everything, in a process
+        that was forked from one that has used OpenGL.
     FragtracerError
         If there is no such layer, or the integrator knows no parts of the light; if ``scene`` is none, or ``size`` is
         not two whole numbers. Of everything, after :meth:`close`.
@@ -747,6 +748,7 @@ class Renderer:
 
     def _enter(self) -> None:
         self._check_open()
+        check_process()
         scope = self.context if self._owns_context else borrowed(self.context)
         scope.__enter__()
         self._scope = scope

@@ -27,6 +27,7 @@ _MEND = {
     "'dnf install mesa-libEGL mesa-libGL mesa-dri-drivers' (Fedora)",
     "darwin": "macOS has OpenGL built in; run from a session that is logged in to the desktop",
 }
+_process: int | None = None  # that has used OpenGL
 
 
 def use_wide_vectors() -> None:
@@ -65,8 +66,9 @@ def create_context() -> moderngl.Context:
     Raises
     ------
     DeviceError
-        If none can be made; the message says what to install.
+        If none can be made; the message says what to install. As :func:`check_process`.
     """
+    check_process()
     reasons = []
     for options in _attempts():
         try:
@@ -87,8 +89,9 @@ def attach_context() -> moderngl.Context:
     Raises
     ------
     DeviceError
-        If it is older than OpenGL 3.3.
+        If it is older than OpenGL 3.3. As :func:`check_process`.
     """
+    check_process()
     try:
         context = moderngl.create_context(require=_VERSION)
     except Exception as error:  # as above
@@ -96,6 +99,18 @@ def attach_context() -> moderngl.Context:
     if _has_512_bits(context):
         raise DeviceError(f"llvmpipe cannot draw a window with vectors of 512 bits: unset {_VECTOR_BITS}")
     return context
+
+
+def check_process() -> None:
+    """Raise DeviceError in a process that was forked from one that has used OpenGL: its driver would wait for ever, for
+    threads that were not forked."""
+    global _process
+    _process = _process or os.getpid()
+    if _process != os.getpid():
+        raise DeviceError(
+            "this process was forked from one that has used OpenGL, which then works no more: start processes by "
+            'multiprocessing.get_context("spawn"), or before anything is rendered'
+        )
 
 
 @contextmanager
