@@ -127,15 +127,15 @@ def borrowed(ctx: moderngl.Context) -> Iterator[None]:
     wireframe, point_size = ctx.wireframe, ctx.point_size
     screen = ctx.detect_framebuffer(0)
     screen.use()  # what the scope binds again, where the block releases the other one
-    with ctx.scope(screen, moderngl.NOTHING):
-        ctx.wireframe, ctx.point_size = False, 1.0
-        ctx.clear_samplers()
-        try:
+    try:
+        with ctx.scope(screen, moderngl.NOTHING):
+            ctx.wireframe, ctx.point_size = False, 1.0
+            ctx.clear_samplers()
             yield
-        finally:
-            ctx.wireframe, ctx.point_size = wireframe, point_size
-    if not isinstance(before.mglo, moderngl.InvalidObject):
-        before.use()
+    finally:
+        ctx.wireframe, ctx.point_size = wireframe, point_size
+        if not isinstance(before.mglo, moderngl.InvalidObject):
+            before.use()
 
 
 def _checked(context: moderngl.Context) -> moderngl.Context:
