@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: MIT
 """Meshes and images from arrays: what fits is kept, what does not is one clear error."""
 
+import copy
+import pickle
 from typing import Any
 
 import numpy as np
 import pytest
 
-from fragtracer import Geometry, Image, Material, Part
+from fragtracer import Density, Geometry, Image, Material, Panorama, Part
 
 POSITIONS = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
 WHOLE = "triangles must hold whole numbers from 0 to 2, the last of the vertices"
@@ -72,6 +74,25 @@ def test_the_arrays_of_the_caller_stay_his() -> None:
     assert image == Image(np.zeros((2, 2, 3), np.uint8))
     assert not geometry.positions.flags.writeable
     assert not image.pixels.any()
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        Geometry(POSITIONS, [[0, 1, 2]], normals=POSITIONS),
+        Image(np.zeros((2, 2, 3), np.uint8)),
+        Density(np.ones((2, 2, 2))),
+        Panorama(np.ones((2, 4, 3))),
+    ],
+    ids=lambda content: type(content).__name__,
+)
+def test_copies_of_arrays_are_as_read_only(content: Any) -> None:
+    """In another process, too: what they are known by was computed once."""
+    for copied in (pickle.loads(pickle.dumps(content)), copy.copy(content), copy.deepcopy(content)):
+        assert copied == content
+        arrays = [value for value in vars(copied).values() if isinstance(value, np.ndarray)]
+        assert arrays
+        assert not any(array.flags.writeable for array in arrays)
 
 
 @pytest.mark.parametrize("matrix", [np.diag([2, 3, 4, 1]), np.diag([2.0, 3, 4, 1]).tolist()])

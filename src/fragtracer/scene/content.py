@@ -22,6 +22,12 @@ class Content:
     def __deepcopy__(self, _: object) -> Self:
         return self
 
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        for value in state.values():
+            if isinstance(value, np.ndarray):
+                value.setflags(write=False)  # which pickle forgets
+
 
 def read_only(values: ArrayLike, dtype: DTypeLike) -> NDArray[Any]:
     """``values`` as a C-contiguous read-only array; a copy where the caller could still write to the memory."""
