@@ -4,7 +4,7 @@
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -27,7 +27,7 @@ from fragtracer.packing.mirrors import camera_is_in_mirror
 from fragtracer.packing.targets import Targets, may_be_narrow, target_names, targets_of, too_many
 from fragtracer.sampling.pixels import bright
 from fragtracer.scene import SHAPES, Geometry, Plane, RenderSettings, Scene, Sphere
-from fragtracer.scene.content import content_digest
+from fragtracer.scene.content import content_digest, kept_by_digest
 from fragtracer.scene.fields import Triple
 from fragtracer.scene.interiors import has_media, solids, winding_number
 
@@ -246,12 +246,12 @@ def _is_behind_mesh(matrix: Floats, geometry: Geometry, points: Floats) -> NDArr
     return is_behind
 
 
-@lru_cache(maxsize=4096)
+@kept_by_digest(4096)
 def _is_inside(geometry: Geometry, point: Triple) -> bool:
     return abs(winding_number(geometry.positions[geometry.triangles] - point)) > 0.5
 
 
-@lru_cache(maxsize=64)
+@kept_by_digest(64)
 def _looks_outwards(geometry: Geometry) -> bool:
     """Whether the fronts of a closed mesh are outside: by the sign of its volume."""
     corners = geometry.positions[geometry.triangles] - geometry.bounds[0]

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from fragtracer.display.tone import srgb_decode, srgb_encode
 from fragtracer.scene import Image
+from fragtracer.scene.content import kept_by_digest
 
 TEXTURE_SRGB, TEXTURE_FLOAT = 1, 2  # of scene/texture.glsl
 
@@ -175,7 +176,7 @@ def _area_means(values: NDArray[Any], count: int, axis: int) -> NDArray[np.float
     return np.moveaxis(means, 0, axis)
 
 
-@lru_cache(256)
+@kept_by_digest(256)
 def mean_color(image: Image) -> tuple[float, float, float]:
     """The linear mean of the colours over the whole image."""
     rgba, total = _rgba(image), np.zeros(3)

@@ -3,12 +3,12 @@
 
 import warnings
 from collections.abc import Mapping
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from fragtracer.scene import Geometry, Material, Scene
+from fragtracer.scene.content import kept_by_digest
 from fragtracer.scene.interiors import fillings, has_interiors, has_media, solids
 
 _KIND_OF = {"dielectric": "dielectric", "null": "boundary"}
@@ -52,12 +52,13 @@ def camera_interiors(scene: Scene) -> dict[str, Any]:
     return {"u_camera_interiors": (*inside, *[0] * (MOST_INTERIORS - len(inside)))}
 
 
-@lru_cache(maxsize=64)
+@kept_by_digest(64)
 def is_closed(geometry: Geometry) -> bool:
     """Whether each edge of a triangle is one of another too, the other way round; vertices of one place are one."""
-    _, place = np.unique(geometry.positions, axis=0, return_inverse=True)
+    rows = (geometry.positions + 0.0).view(np.dtype((np.void, 3 * geometry.positions.itemsize)))  # -0 is 0
+    _, place = np.unique(rows, return_inverse=True)
     corners = place.reshape(-1)[geometry.triangles]
-    edges = np.concatenate([corners[:, [i, (i + 1) % 3]] for i in range(3)])
-    edges = edges[edges[:, 0] != edges[:, 1]]
-    there, back = (np.unique(some, axis=0, return_counts=True) for some in (edges, edges[:, ::-1]))
-    return np.array_equal(there[0], back[0]) and np.array_equal(there[1], back[1])
+    starts, ends = corners.ravel(), np.roll(corners, -1, axis=1).ravel()
+    is_edge = starts != ends
+    there, back = (np.sort((a * len(rows) + b)[is_edge]) for a, b in ((starts, ends), (ends, starts)))
+    return np.array_equal(there, back)

@@ -2,10 +2,16 @@
 """Large read-only arrays, compared by a digest of their content."""
 
 import hashlib
-from typing import Any, Self
+from collections.abc import Callable
+from functools import lru_cache, wraps
+from typing import Any, Self, TypeVar, TypeVarTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
+
+C = TypeVar("C", bound="Content")
+R = TypeVar("R")
+Ts = TypeVarTuple("Ts")
 
 
 class Content:
@@ -27,6 +33,40 @@ class Content:
         for value in state.values():
             if isinstance(value, np.ndarray):
                 value.setflags(write=False)  # which pickle forgets
+
+
+class _Key:
+    """Equal to others of the same digest; a cache may keep it without the content."""
+
+    def __init__(self, content: Content) -> None:
+        self.digest, self.content = content.digest, content
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Key) and self.digest == other.digest
+
+    def __hash__(self) -> int:
+        return hash(self.digest)
+
+
+def kept_by_digest(most: int) -> Callable[[Callable[[C, *Ts], R]], Callable[[C, *Ts], R]]:
+    """As ``lru_cache``, for functions whose first argument is a :class:`Content`, which is not kept."""
+
+    def keeping(function: Callable[[C, *Ts], R]) -> Callable[[C, *Ts], R]:
+        @lru_cache(most)
+        def kept(key: Any, *others: *Ts) -> R:
+            return function(key.content, *others)
+
+        @wraps(function)
+        def found(content: C, *others: *Ts) -> R:
+            key: Any = _Key(content)
+            try:
+                return kept(key, *others)
+            finally:
+                del key.content
+
+        return found
+
+    return keeping
 
 
 def read_only(values: ArrayLike, dtype: DTypeLike) -> NDArray[Any]:
