@@ -17,6 +17,8 @@ if sys.platform == "win32":
 else:
     import fcntl
 
+_NO_FILE = "this is a device, a pipe or the like, which a file would replace; give the name of a file"
+
 
 def check_writable(path: str | Path, suffixes: Collection[str]) -> None:
     """Find out, before any work is done, that a file could not be written.
@@ -31,8 +33,8 @@ def check_writable(path: str | Path, suffixes: Collection[str]) -> None:
     Raises
     ------
     OutputError
-        If the extension is not one of ``suffixes``, the path is a folder or a file that is write-protected,
-        or its folder is missing or cannot be written to.
+        If the extension is not one of ``suffixes``, the path is a folder, a file that is write-protected, or something
+        else than a file, or its folder is missing or cannot be written to.
     """
     try:
         problem = _problem(Path(path), suffixes)
@@ -46,6 +48,8 @@ def _problem(path: Path, suffixes: Collection[str]) -> str | None:
     folder = Path(os.path.realpath(path)).parent
     if path.is_dir():
         return "this is a folder; give the name of a file"
+    if path.exists() and not path.is_file():
+        return _NO_FILE
     if path.suffix.lower() not in suffixes:
         return f"cannot write {path.suffix or 'a file without an extension'}; choose from {', '.join(suffixes)}"
     if not folder.is_dir():
@@ -67,11 +71,13 @@ def replacing(path: str | Path, durable: bool = False) -> Iterator[Path]:
     Raises
     ------
     OutputError
-        If the file cannot be written, as on a full disk.
+        If the file cannot be written, as on a full disk, or if ``path`` is there and no file.
     """
     target = Path(os.path.realpath(path))
     part = target.with_name(_part(target, uuid.uuid4().hex))
     try:
+        if target.exists() and not (target.is_file() or target.is_dir()):
+            raise OutputError(f"{path}: {_NO_FILE}")
         yield part
         if durable:
             _flush(part)

@@ -3,6 +3,7 @@
 
 import errno
 import os
+import re
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ import pytest
 from fragtracer.display import tone
 from fragtracer.display.look import Look
 from fragtracer.errors import FragtracerError, OutputError
+from fragtracer.films import SavedFilm
 from fragtracer.io import images
 from fragtracer.io.images import check_writable, read_image, read_metadata, rgbe, write_image
 from fragtracer.io.textures import read_texture
@@ -230,6 +232,19 @@ def test_permissions_are_known_before(
     monkeypatch.setattr(os, "access", lambda path, mode: Path(path) != tmp_path / closed)
     with pytest.raises(OutputError, match=message):
         check_writable(tmp_path / "a.exr")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+def test_what_is_no_file_is_not_replaced(tmp_path: Path) -> None:
+    """By a film either, which is written without a check before."""
+    for path in (tmp_path / "a.exr", tmp_path / "a.npz"):
+        os.mkfifo(path)
+    write_film = SavedFilm({}, "", (), {}, {}, {}).write
+    for write, path in ((check_writable, tmp_path / "a.exr"), (write_film, tmp_path / "a.npz")):
+        with pytest.raises(OutputError, match=f"^{re.escape(str(path))}: this is a device, a pipe or the like"):
+            write(path)
+        assert path.is_fifo()
+    assert len(list(tmp_path.iterdir())) == 2
 
 
 def test_checking_leaves_no_trace(tmp_path: Path) -> None:
