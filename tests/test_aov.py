@@ -387,6 +387,7 @@ def test_mistakes(ctx: moderngl.Context, tmp_path: Path) -> None:
     image = np.zeros((2, 2, 3), np.float32)
     with pytest.raises(FragtracerError, match="there is no layer 'normals'; the layers are: albedo, normal, "):
         checked(["albedo, normals"])
+    assert checked("albedo") == ("albedo",)
     assert checked(["normal,albedo", "normal"]) == ("normal", "albedo")
     assert checked(["albedo", "all"]) == tuple(AOVS)
     assert checked(["denoising", "normal"]) == (*DENOISING, "normal")

@@ -20,7 +20,7 @@ from fragtracer.renderer import Renderer
 from fragtracer.sampling.allocation import FIRST_STAGE, Window
 from fragtracer.sampling.merging import Moments
 from fragtracer.sampling.pixels import Pixels
-from fragtracer.scene import Mesh, Part
+from fragtracer.scene import Ambient, Camera, Mesh, Part, Scene
 from fragtracer.scene.digest import scene_digests
 
 SCENE, SIZE, SPP = "three-spheres-ambient", (36, 20), 100
@@ -312,6 +312,13 @@ def test_a_scene_is_known_by_its_content() -> None:
     bent = Mesh((Part(geometry, part.material, part.matrix), *mesh.parts[1:]), mesh.instances)
     changed = scene_digests(replace(scene, meshes=[bent, *others]))
     assert {name for name in digests if changed[name] != digests[name]} == {"meshes"}
+
+
+def test_minus_zero_is_zero() -> None:
+    """Two scenes that are equal have the same film."""
+    one, other = (Scene(Camera(target=(0.0, zero, -1.0)), ambient=Ambient(zero)) for zero in (0.0, -0.0))
+    assert one == other
+    assert scene_digests(one) == scene_digests(other)
 
 
 def test_every_damage_is_noticed(tmp_path) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fragtracer import Density, Geometry, Image, Material, Panorama, Part
+from fragtracer import Density, Geometry, Image, Material, Panorama, Part, RenderSettings
 
 POSITIONS = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
 WHOLE = "triangles must hold whole numbers from 0 to 2, the last of the vertices"
@@ -99,8 +99,18 @@ def test_copies_of_arrays_are_as_read_only(content: Any) -> None:
 def test_the_matrix_of_a_part_may_be_an_array(matrix: Any) -> None:
     part = Part(Geometry(POSITIONS, [[0, 1, 2]]), "m", matrix)
     np.testing.assert_array_equal(part.matrix, np.diag([2, 3, 4, 1]))
-    with pytest.raises(ValueError, match="matrix"):
-        Part(part.geometry, "m", matrix=np.eye(3))  # type: ignore[arg-type]
+    for wrong in (np.eye(3), np.array(1.0)):
+        with pytest.raises(ValueError, match="matrix"):
+            Part(part.geometry, "m", matrix=wrong)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match=r"the last row of matrix must be 0 0 0 1, got \(0\.0, 0\.0, 0\.0, 2\.0\)"):
+        Part(part.geometry, "m", matrix=2 * np.eye(4))  # type: ignore[arg-type]
+
+
+def test_numbers_of_numpy_are_numbers() -> None:
+    assert Material(albedo=np.array(0.3)) == Material(albedo=0.3)  # type: ignore[arg-type]
+    assert RenderSettings(bounces=np.int64(2), spp=np.array(3)) == RenderSettings(bounces=2, spp=3)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="bounces"):
+        RenderSettings(bounces=np.float64(2))  # type: ignore[arg-type]
 
 
 def test_a_path_is_no_texture() -> None:

@@ -18,7 +18,7 @@ from small_pictures import SCENES, SIZE, SPP, picture
 from textured_scenes import mesh, texture
 
 import fragtracer
-from fragtracer.arguments import checked_size
+from fragtracer.arguments import checked_first_sample, checked_size
 from fragtracer.errors import DeviceError, FragtracerError
 from fragtracer.gpu import tracer
 from fragtracer.gpu.accumulation import Accumulation
@@ -332,6 +332,13 @@ def test_a_size_is_two_whole_numbers(size):
     assert checked_size((np.int64(8), np.int32(9))) == (8, 9)
 
 
+@pytest.mark.parametrize("number", [-2, 1, 2.0, 2**32])
+def test_a_first_sample_has_an_even_number(number):
+    with pytest.raises(FragtracerError, match=f"^first_sample = {number}: give an even number from 0 to "):
+        checked_first_sample(number)
+    assert checked_first_sample(np.int64(4)) == 4
+
+
 def test_a_name_is_no_scene(ctx, tmp_path):
     furnace = Renderer(load("furnace"), SIZE, context=ctx)
     export = partial(fragtracer.export_html, path=tmp_path / "a.html")
@@ -363,7 +370,10 @@ def test_a_renderer_that_refuses_goes_on_until_it_is_closed(ctx):
         assert renderer.spp == 2
         assert renderer.relative_error() < np.inf
     renderer.close()
-    for use in (renderer.image, renderer.sample, renderer.render, renderer.reset, renderer.metadata):
+    names = ("spp", "pass_spp", "can_go_on", "draw_seconds", "gpu_clock", "gpu_bytes", "driver", "context_info")
+    asked = [partial(getattr, renderer, name) for name in names]
+    methods = (renderer.image, renderer.sample, renderer.render, renderer.reset, renderer.metadata, renderer.origin)
+    for use in (*methods, *asked):
         with pytest.raises(FragtracerError, match=r"^this renderer is closed; make another one$"):
             use()
 

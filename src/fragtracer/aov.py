@@ -65,7 +65,8 @@ def checked(names: Iterable[str]) -> tuple[str, ...]:
     FragtracerError
         If there is no such layer.
     """
-    asked = [part.strip() for name in names for part in name.split(",")]
+    texts = [names] if isinstance(names, str) else names
+    asked = [part.strip() for text in texts for part in text.split(",")]
     for name in asked:
         if name not in ("all", "denoising", *AOVS):
             raise FragtracerError(f"there is no layer {name!r}; the layers are: {', '.join(AOVS)}, or all of them: all")

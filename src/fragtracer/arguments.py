@@ -10,6 +10,7 @@ from fragtracer.errors import FragtracerError
 from fragtracer.scene import Scene
 
 _MOST_PIXELS = 16384  # a side
+_LAST_FIRST_SAMPLE = 2**32 - 2**24  # before the most that a film has, all with numbers of 32 bits
 
 
 def check_scene(scene: Any) -> None:
@@ -40,6 +41,20 @@ def checked_spp(spp: Any) -> int:
     if count < 0:
         raise FragtracerError(f"spp = {spp!r}: give a whole number of samples per pixel")
     return count
+
+
+def checked_first_sample(number: Any) -> int:
+    """The number of a first sample; raises FragtracerError if it is none."""
+    try:
+        first = operator.index(number)
+    except TypeError:
+        first = -1
+    if not 0 <= first <= _LAST_FIRST_SAMPLE or first % 2:
+        raise FragtracerError(
+            f"first_sample = {number!r}: give an even number from 0 to {_LAST_FIRST_SAMPLE}; samples belong to two "
+            "streams in turns"
+        )
+    return first
 
 
 def checked_seconds(seconds: Any) -> float:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fragtracer.aov import AOVS, checked
-from fragtracer.arguments import check_scene, checked_size, checked_spp
+from fragtracer.arguments import check_scene, checked_first_sample, checked_size, checked_spp
 from fragtracer.decisions import Decider, adaptive_sampling, gradient_domain, in_origin, noise_is_rare
 from fragtracer.errors import FilmError, FragtracerError
 from fragtracer.films import DECIDED, MOST_SAMPLES, SavedFilm, origin_of
@@ -112,8 +112,8 @@ class Renderer:
         Without OpenGL 3.3, or if the GPU cannot hold an image of this size, or the scene. Of everything, in a process
         that was forked from one that has used OpenGL.
     FragtracerError
-        If there is no such layer, or the integrator knows no parts of the light; if ``scene`` is none, or ``size`` is
-        not two whole numbers. Of everything, after :meth:`close`.
+        If there is no such layer, or the integrator knows no parts of the light; if ``scene`` is none, ``size`` is not
+        two whole numbers, or ``first_sample`` is not even. Of everything, after :meth:`close`.
     """
 
     def __init__(
@@ -153,7 +153,7 @@ class Renderer:
                 self._defines, self._name, self._shaders = dict(defines or {}), program, shaders
                 self._moves = moves
                 self._space: Space | None = None
-                self.first_sample = first_sample
+                self.first_sample = first_sample = checked_first_sample(first_sample)
                 self._decider = Decider(self.context, self._untraced, moves, pictures)
                 width, height = self.settings.width, self.settings.height
                 window = Window(0, 0, width, height, first_sample) if first_sample else None
@@ -399,6 +399,7 @@ class Renderer:
 
     def origin(self) -> dict[str, str]:
         """What decides over the samples (:func:`fragtracer.films.origin_of`)."""
+        self._check_open()
         more: dict[str, object] = {"program": self._program().name, "defines": self._defines}
         more |= {"light_parts": self._has_parts}
         return origin_of(self.scene, self.settings, self._shaders, **more, **in_origin(self._decisions()))
@@ -406,7 +407,7 @@ class Renderer:
     @property
     def driver(self) -> str:
         """What renders, with its version."""
-        info = describe(self.context)
+        info = self.context_info
         return f"{info['GL renderer']}, OpenGL {info['GL version']}"
 
     def reset(self, scene: Scene | None = None, **settings: Any) -> None:
@@ -554,6 +555,7 @@ class Renderer:
     @property
     def spp(self) -> int:
         """Samples per pixel so far; with adaptive sampling, in the mean over pixels."""
+        self._check_open()
         return self._film.spp
 
     @property
@@ -565,26 +567,31 @@ class Renderer:
     def can_go_on(self) -> bool:
         """Whether more samples give the picture of a render that was asked for them at once: not after adaptive
         sampling was told to stop within a pass."""
+        self._check_open()
         return self._film.can_go_on
 
     @property
     def draw_seconds(self) -> float:
         """Time that all draws of passes have taken, by the GPU's clock where it has one."""
+        self._check_open()
         return self._tracer.timer.seconds
 
     @property
     def gpu_clock(self) -> bool:
         """Whether :attr:`draw_seconds` is by the GPU's clock, else by the wall clock."""
+        self._check_open()
         return self._tracer.timer.gpu_clock
 
     @property
     def gpu_bytes(self) -> int:
         """Size of the textures and buffers held on the GPU; drivers round up, and add the program."""
+        self._check_open()
         return self._film.gpu_bytes + self._tracer.gpu_bytes + (self._light.gpu_bytes if self._light else 0)
 
     @property
     def context_info(self) -> dict[str, str]:
         """What renders, as :func:`fragtracer.gpu.context.describe` says it."""
+        self._check_open()
         return describe(self.context)
 
     def metadata(self) -> dict[str, str]:

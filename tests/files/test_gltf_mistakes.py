@@ -173,6 +173,10 @@ MISTAKES: dict[str, tuple[Any, str]] = {
         lambda d: d.update(nodes=[{"scale": [1e30, 1, 1], "children": [1]}, {"mesh": 0, "scale": [1e30, 1, 1]}]),
         "nodes[1]: its world matrix overflows",
     ),
+    "projection": (
+        lambda d: d.update(nodes=[{"matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -1, 0, 0, 0, 0], "mesh": 0}]),
+        "nodes[0].matrix: the last of each four numbers must be 0, 0, 0 and 1",
+    ),
     "lines": (
         lambda d: d["meshes"][0]["primitives"][0].update(mode=1),
         "the scene of this file has no triangles; points and lines are not drawn, make a mesh of them",

@@ -63,7 +63,7 @@ def _part(path: Path, prefix: str, arrays: dict[str, NDArray[Any]]) -> Part:
     try:
         return Part(geometry(f"{path}: part {prefix[:-1]}", **values), str(material), matrix_rows(matrix))
     except ValueError as error:
-        raise SceneError(f"{path}: {prefix}matrix must be finite") from error
+        raise SceneError(f"{path}: {prefix}matrix must be finite, and its last row 0 0 0 1") from error
 
 
 def _unpack(data: bytes) -> dict[str, NDArray[Any]]:

@@ -14,24 +14,38 @@ CONFIG = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, arbitrary_
 _HUGE = 10**300  # an int beyond it stays too large as a float
 
 
+def _unboxed(value: Any) -> Any:
+    """The number that an array without axes is; anything else unchanged."""
+    return value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
+
+
 def as_number(value: Any) -> Any:
-    """An int or a numpy number as a float; anything else unchanged, for the field to reject."""
+    """An int or a numpy number as a float, and -0 as 0; anything else unchanged, for the field to reject."""
     if type(value) is float:
-        return value
+        return value + 0.0
+    value = _unboxed(value)
     if isinstance(value, int) and not isinstance(value, bool):
         return float(max(min(value, _HUGE), -_HUGE))
-    return float(value) if isinstance(value, (np.integer, np.floating)) else value
+    return float(value) + 0.0 if isinstance(value, (np.integer, np.floating)) else value
+
+
+def as_whole(value: Any) -> Any:
+    """A numpy integer as an int; anything else unchanged."""
+    value = _unboxed(value)
+    return int(value) if isinstance(value, np.integer) else value
 
 
 def as_vector(value: Any) -> Any:
     """Any iterable as a tuple."""
     if isinstance(value, list):
         return tuple(value)
+    value = _unboxed(value)
     return value if isinstance(value, str) or not isinstance(value, Iterable) else tuple(value)
 
 
 def as_color(value: Any) -> Any:
     """One number as a grey (r, g, b)."""
+    value = _unboxed(value)
     return (value,) * 3 if isinstance(value, (int, float, np.number)) else as_vector(value)
 
 
@@ -42,6 +56,7 @@ def as_tuple(value: Any) -> Any:
 
 LARGEST = 3.4e38  # of a 32-bit float, which is what the shader computes with
 Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST), BeforeValidator(as_number)]
+Whole = Annotated[int, BeforeValidator(as_whole)]
 Triple = tuple[Number, Number, Number]
 NonNegative = Annotated[float, Field(ge=0, le=LARGEST), BeforeValidator(as_number)]
 Positive = Annotated[float, Field(gt=0, le=LARGEST), BeforeValidator(as_number)]

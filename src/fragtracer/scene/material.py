@@ -8,7 +8,7 @@ from typing import Annotated, Any, Final, Literal
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from fragtracer.scene.fields import CONFIG, LARGEST, Fraction, Number, Positive, Reflectance, Strength, Triple
+from fragtracer.scene.fields import CONFIG, LARGEST, Fraction, Number, Positive, Reflectance, Strength, Triple, Whole
 from fragtracer.scene.reflectance import (
     METAL_F0,
     METAL_INDEX,
@@ -159,7 +159,7 @@ class Material:
     attenuation_color: Reflectance = (1.0, 1.0, 1.0)
     attenuation_distance: Positive = 1.0
     abbe_number: Positive | None = None
-    priority: int = 0
+    priority: Whole = 0
     interior: str | None = None
     eta: Strength | None = None
     k: Strength | None = None

@@ -103,7 +103,8 @@ def _frozen(values: ArrayLike, dtype: Any, widths: tuple[int, ...], name: str) -
 
 
 def _as_rows(value: Any) -> Any:
-    return tuple(map(as_vector, value)) if isinstance(value, list | np.ndarray) else value
+    rows = as_vector(value)
+    return tuple(map(as_vector, rows)) if isinstance(rows, tuple) else rows
 
 
 Row = tuple[Number, Number, Number, Number]
@@ -145,6 +146,10 @@ class Part:
     geometry: Geometry
     material: str
     matrix: Matrix = IDENTITY
+
+    def __post_init__(self) -> None:
+        if self.matrix[3] != IDENTITY[3]:
+            raise ValueError(f"the last row of matrix must be 0 0 0 1, got {self.matrix[3]}")
 
 
 @dataclass(frozen=True, config=CONFIG)

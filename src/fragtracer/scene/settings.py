@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from fragtracer.scene.fields import CONFIG, Fraction
+from fragtracer.scene.fields import CONFIG, Fraction, Whole
 
 # The settings of which "auto" decides, all off: paths from the camera alone, as many in every pixel.
 PLAIN: dict[str, Any] = dict.fromkeys(("adaptive", "guiding", "light_tracing", "gradient_domain"), "off")
@@ -37,21 +37,21 @@ class RenderSettings:
     without bias and without adaptive sampling (docs/sampling.md); "auto" does so where that promises less error.
     """
 
-    width: Annotated[int, Field(ge=1, le=16384)] = 640
-    height: Annotated[int, Field(ge=1, le=16384)] = 480
-    spp: Annotated[int, Field(ge=1, le=2**24)] = 256
-    bounces: Annotated[int, Field(ge=0, le=10000)] = 5
-    rays: Annotated[int, Field(ge=1, le=1024)] = 16
-    light_samples: Annotated[int, Field(ge=1, le=1024)] = 1
+    width: Annotated[Whole, Field(ge=1, le=16384)] = 640
+    height: Annotated[Whole, Field(ge=1, le=16384)] = 480
+    spp: Annotated[Whole, Field(ge=1, le=2**24)] = 256
+    bounces: Annotated[Whole, Field(ge=0, le=10000)] = 5
+    rays: Annotated[Whole, Field(ge=1, le=1024)] = 16
+    light_samples: Annotated[Whole, Field(ge=1, le=1024)] = 1
     russian_roulette: bool = True
-    russian_roulette_depth: Annotated[int, Field(ge=1, lt=2**31)] = 5
+    russian_roulette_depth: Annotated[Whole, Field(ge=1, lt=2**31)] = 5
     geometry: Literal["smith", "smith-height-correlated", "schlick-beckmann", "karis"] = "smith"
     multiple_scattering: bool = False
     estimator: Literal["mis", "nee", "bsdf"] = "mis"
     sampler: Literal["texture", "hash"] = "texture"
     pixel_filter: Literal["box", "tent", "gaussian"] = "box"
     adaptive: Literal["auto", "on", "off"] = "auto"
-    seed: Annotated[int, Field(ge=0, lt=2**32)] = 0
+    seed: Annotated[Whole, Field(ge=0, lt=2**32)] = 0
     integrator: Literal["path", "split-sum"] = "path"
     background: Literal["environment", "prefiltered", "irradiance", "black"] = "environment"
     background_roughness: Fraction = 0.0

@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field
 from pydantic.dataclasses import dataclass
 
 from fragtracer.scene.content import Content, content_digest, read_only
-from fragtracer.scene.fields import CONFIG, Number, as_vector
+from fragtracer.scene.fields import CONFIG, Number, Whole, as_vector
 
 ColorSpace = Literal["srgb", "linear"]
 Wrap = Literal["repeat", "mirror", "clamp"]
@@ -63,5 +63,5 @@ class Texture:
     offset: Pair = (0.0, 0.0)
     rotation: Number = 0.0
     scale: Pair = (1.0, 1.0)
-    coordinates: Annotated[int, Field(ge=0, le=1)] = 0
+    coordinates: Annotated[Whole, Field(ge=0, le=1)] = 0
     channel: Literal["r", "g", "b", "a"] = "r"

@@ -11,6 +11,7 @@ from fragtracer.io.gltf.container import Container
 from fragtracer.scene.fields import LARGEST
 
 Matrix = NDArray[np.float64]
+_LAST_ROW = (0, 0, 0, 1)
 PlacedNode = tuple[int, gltf.Node, Matrix]
 
 
@@ -34,8 +35,12 @@ def placed_nodes(container: Container) -> Iterator[PlacedNode]:
         if index in met:
             raise container.error(f"nodes[{index}]", "has two parents, or is its own ancestor")
         met.add(index)
+        local = local_matrix(node)
+        if not np.allclose(local[3], _LAST_ROW, atol=1e-6):
+            raise container.error(f"nodes[{index}].matrix", "the last of each four numbers must be 0, 0, 0 and 1")
+        local[3] = _LAST_ROW
         with np.errstate(over="ignore", invalid="ignore"):
-            matrix = above @ local_matrix(node)
+            matrix = above @ local
         if not np.abs(matrix).max() <= LARGEST:
             raise container.error(f"nodes[{index}]", "its world matrix overflows")
         yield index, node, matrix
