@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Contexts that others draw on, too, and renderers that several threads use."""
 
+import gc
 import os
 import threading
 
@@ -99,3 +100,20 @@ def test_a_forked_process_is_told_what_to_do(ctx, monkeypatch):
         for use in (create_context, renderer.image):
             with pytest.raises(DeviceError, match=r'multiprocessing\.get_context\("spawn"\)'):
                 use()
+
+
+def test_a_renderer_that_nobody_has_any_more_is_released(ctx):
+    """Whatever is current in the thread that finds that out stays so; without EGL, contexts stay."""
+    image, renderer = picture(ctx, SCENES[0]), Renderer(load(SCENES[0]), SIZE, **PLAIN)
+    context, uses_egl = renderer.context, renderer.context.extra == "egl"
+    with Renderer(load(SCENES[0]), SIZE, **PLAIN) as other:
+        renderers = [renderer]
+        del renderer
+
+        def let_go(_):
+            renderers.clear()
+            gc.collect()
+
+        other.sample(24, let_go)
+        assert isinstance(context.mglo, moderngl.InvalidObject) == uses_egl
+        np.testing.assert_array_equal(other.image(), image)

@@ -22,7 +22,7 @@ from fragtracer.decisions import Decider, adaptive_sampling, gradient_domain, in
 from fragtracer.errors import FilmError, FragtracerError
 from fragtracer.films import DECIDED, MOST_SAMPLES, SavedFilm, origin_of
 from fragtracer.gpu.accumulation import Accumulation
-from fragtracer.gpu.context import borrowed, check_process, create_context, describe, max_size
+from fragtracer.gpu.context import borrowed, check_process, create_context, describe, max_size, release_with
 from fragtracer.gpu.layers import LayerTextures
 from fragtracer.gpu.specialise import MOST_LISTED, Level
 from fragtracer.gpu.tracer import Tracer, TracerProgram, most_outside_grid, picture_level
@@ -172,6 +172,8 @@ class Renderer:
                 self._choose_sampling()
                 made.pop_all()
             failing.pop_all()
+        if self._owns_context:
+            release_with(self, self.context)
         self._last_error: float | None = None
         self._looked, self._next_look = 0, _FIRST_LOOK  # samples per pixel when the error was looked at, and will be
         self._first_surface = FirstSurface(self.context, self._tracer, self._level, self._shaders)

@@ -5,6 +5,7 @@ import ctypes
 import os
 import re
 import sys
+import weakref
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -72,7 +73,9 @@ def create_context() -> moderngl.Context:
     reasons = []
     for options in _attempts():
         try:
-            return _checked(moderngl.create_context(require=_VERSION, standalone=True, **options))
+            context = _checked(moderngl.create_context(require=_VERSION, standalone=True, **options))
+            context.extra = options.get("backend")
+            return context
         except DeviceError:
             raise
         except Exception as error:  # glcontext raises bare Exception for every way it can fail
@@ -99,6 +102,18 @@ def attach_context() -> moderngl.Context:
     if _has_512_bits(context):
         raise DeviceError(f"llvmpipe cannot draw a window with vectors of 512 bits: unset {_VECTOR_BITS}")
     return context
+
+
+def release_with(owner: object, ctx: moderngl.Context) -> None:
+    """Release a context of :func:`create_context` once nothing refers to ``owner`` any more, in whatever thread that is
+    found. Only with EGL: others take away the context that is current there."""
+    if ctx.extra == "egl":
+        weakref.finalize(owner, _release, ctx, os.getpid()).atexit = False
+
+
+def _release(ctx: moderngl.Context, process: int) -> None:
+    if os.getpid() == process:
+        ctx.release()
 
 
 def check_process() -> None:
