@@ -81,8 +81,9 @@ class Renderer:
         (width, height) in pixels; left out, the scene's own.
     context
         A moderngl context to render on instead of a new one without a window; the caller keeps it. It may have any
-        state. Each method makes it current, and leaves it so; :func:`fragtracer.gpu.context.borrowed` says what of its
-        state is given back. One of the renderer's own is current only in a method; after it, none may be.
+        state that moderngl sets. Each method makes it current, and leaves it so; what of its state is given back, says
+        :func:`fragtracer.gpu.context.borrowed`. One of the renderer's own is current only in a method; after it,
+        none may be.
     specialised
         Whether what the scene holds is compiled into the program (:mod:`fragtracer.gpu.specialise`).
     defines
