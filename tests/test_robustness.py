@@ -182,7 +182,8 @@ def test_light_under_a_floor_stays_there(ctx, factor):
 
 
 def lit_from_the_eye(height: float) -> Scene:
-    """Everything that is seen is lit, for the light is where the camera is: a ball on the floor, a wall."""
+    """Everything that is seen is lit, for the light is where the camera is: a ball on the floor, a wall. No shape has an
+    edge before another one, beyond which a ray that starts off that would pass."""
     eye = (0.3, height, 4.0)
     return Scene(
         Camera(eye, (0.0, 0.3, 0.0), fov_degrees=40.0),
@@ -190,8 +191,20 @@ def lit_from_the_eye(height: float) -> Scene:
         spheres=[Sphere((0.0, 0.5, 0.0), 0.5, "matte")],
         planes=[Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), "matte")],
         rectangles=[rectangle((0.0, 0.0, -2.0), (40.0, 0.0, 0.0), (0.0, 40.0, 0.0), "matte")],
-        triangles=triangles_of(rectangle((1.2, 0.5, 0.0), (0.6, 0.0, 0.6), (0.0, 1.0, 0.0), "matte")),
         lights=[Light(eye, power=100.0)],
+    )
+
+
+def panel_lit_from_the_eye(height: float) -> Scene:
+    """Two triangles, of which the picture is full."""
+    scene = lit_from_the_eye(height)
+    return replace(
+        scene,
+        camera=replace(scene.camera, target=(1.2, 0.5, 0.0), fov_degrees=4.0),
+        spheres=[],
+        planes=[],
+        rectangles=[],
+        triangles=triangles_of(rectangle((1.2, 0.5, 0.0), (0.6, 0.0, 0.6), (0.0, 1.0, 0.0), "matte")),
     )
 
 
@@ -199,11 +212,11 @@ def lit_from_the_eye(height: float) -> Scene:
 @pytest.mark.parametrize(("factor", "height"), [(1e-3, 1.0), (1e-3, 0.01), (1.0, 0.1), (1e3, 1.0), (1e3, 0.01)])
 def test_no_surface_shades_itself(ctx, factor, height):
     """Not one sample of 150,000 is dark, the floor's at grazing angles neither."""
-    image = rendered(ctx, scaled(lit_from_the_eye(height), factor), 1, (480, 320), bounces=1, shared=True)
-    assert image.min() > 0
+    for scene in (lit_from_the_eye(height), panel_lit_from_the_eye(height)):
+        assert rendered(ctx, scaled(scene, factor), 1, (480, 320), bounces=1, shared=True).min() > 0
 
 
-def test_a_wide_rectangle_does_not_shade_itself(ctx):
+def test_a_wide_rectangle_does_not_shade_itself(ctx, storage):
     """10 km wide, turned anyhow, and seen over its middle: each point sees nothing but the ambient light."""
     turn = rotation()
     corner, u, v = (tuple(1e4 * turn @ x) for x in ((-0.5, 0.0, 0.5), (1.0, 0.0, 0.0), (0.0, 0.0, -1.0)))
@@ -215,6 +228,22 @@ def test_a_wide_rectangle_does_not_shade_itself(ctx):
         ambient=Ambient((1.0,) * 3),
     )
     assert (rendered(ctx, scene, 16, (96, 64), bounces=1) == 1).all()
+
+
+def test_a_ground_of_a_kilometre_does_not_shade_itself(ctx, storage):
+    """A lamp lights it as it does a plane."""
+    whole = Scene(
+        Camera((0.0, 2.0, 4.0), (0.0, 0.0, 0.0), fov_degrees=30.0),
+        {"matte": lambert(0.5)},
+        planes=[Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), "matte")],
+        lights=[Light((0.0, 4.0, 0.0), 1.0, power=100.0)],
+    )
+    ground = rectangle((0.0, 0.0, 0.0), (0.0, 0.0, 1000.0), (1000.0, 0.0, 0.0), "matte")
+    image, other = (
+        rendered(ctx, scene, 16, (24, 20), bounces=1)
+        for scene in (whole, replace(whole, planes=[], rectangles=[ground]))
+    )
+    np.testing.assert_allclose(other, image, rtol=0.003)
 
 
 def balls_on(ground: str) -> Scene:
@@ -273,8 +302,8 @@ PLANTED = {
         lambda ctx: test_contact_shadows_do_not_depend_on_what_is_far_away(ctx, "a wide mesh"),
     ),
     "rays start on a rectangle whose corners are far away": (
-        *("shape/flat.glsl", "dot(abs(shape.normal), abs(shape.a))", "0.0"),
-        test_a_wide_rectangle_does_not_shade_itself,
+        *("shape/flat.glsl", ": dot(abs(shape.normal), abs(shape.a))", ": 0.0"),
+        lambda ctx: test_a_wide_rectangle_does_not_shade_itself(ctx, None),
     ),
     "rays start a constant above the surface": (
         *("shape/ray.glsl", "(RAY_OFFSET * extent)", "1e-5"),

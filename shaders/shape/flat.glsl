@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Rectangles, disks and triangles of no mesh. Constant shapes are folded by the compiler to a plane and two rows.
+#include "core/math.glsl"
 #include "core/warp.glsl"
 #include "scene/shape.glsl"
 #include "shape/plane.glsl"
@@ -73,7 +74,11 @@ vec2 flat_centroid(uint kind) {
 
 void flat_set_surface(inout Surface surface, Flat shape) {
     surface_set_plane(surface, shape.normal, dot(shape.normal, surface.position - shape.a));
-    surface.extent = max(surface.extent, dot(abs(shape.normal), abs(shape.a)));
+    // In a BVH rays meet it as triangles are met, whose distance all coordinates take part in.
+    vec3 bounds = max(abs(shape.a), max(abs(shape.b), abs(shape.c)));
+    bool is_in_bvh = (u_bvh_shapes & BVH_FLATS) != 0;
+    float extent = is_in_bvh ? max_component(bounds) : dot(abs(shape.normal), abs(shape.a));
+    surface.extent = max(surface.extent, extent);
     surface.material = int(shape.material);
     surface.light = int(shape.light) - 1;
 }
