@@ -182,8 +182,8 @@ def test_light_under_a_floor_stays_there(ctx, factor):
 
 
 def lit_from_the_eye(height: float) -> Scene:
-    """Everything that is seen is lit, for the light is where the camera is: a ball on the floor, a wall. No shape has an
-    edge before another one, beyond which a ray that starts off that would pass."""
+    """Everything that is seen is lit, for the light is where the camera is: a ball on the floor, a wall. But a ray that
+    starts off a surface beside the edge of another one may meet that: so no edge is before them."""
     eye = (0.3, height, 4.0)
     return Scene(
         Camera(eye, (0.0, 0.3, 0.0), fov_degrees=40.0),
