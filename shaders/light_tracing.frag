@@ -119,7 +119,7 @@ vec4 photon_trace(uint number, out vec3 place) {
     is_met = is_met && (light.primitive != photon.hit.primitive || light.primitive < 0);  // as in direct_sample()
     vec3 away = light.wi + (cosine < 0.0 ? -photon.surface.normal : photon.surface.normal);
     vec3 origin = ray_offset_origin(photon.surface.position, away, photon.surface.extent);
-    is_met = is_met && !is_occluded(Ray(origin, light.wi), light.distance, light.primitive, hash_uint(photon.seed));
+    is_met = is_met && !is_occluded(Ray(origin, light.wi), light.distance, light.primitive, hash_uint(~photon.seed));
     if (!is_met) return UNSEEN;
     photon.flux = light.radiance * (opacity * wanted * abs(cosine) / (light.pdf * target.density));
 

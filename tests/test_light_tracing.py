@@ -214,9 +214,14 @@ def filters() -> Scene:
 
 
 def bulb() -> Scene:
-    """Gold by a pane that glows."""
-    materials = {**MATERIALS, "bulb": Material(model="thin-dielectric", ior=1.5, emission=5.0)}
+    """Gold by a pane that glows, in a veil that photons pass twice."""
+    materials = {
+        **MATERIALS,
+        "bulb": Material(model="thin-dielectric", ior=1.5, emission=5.0),
+        "veil": Material(albedo=0.0, specular=0.0, opacity=0.3, alpha_mode="blend"),
+    }
     balls = [Sphere((-0.6, 0.6, 0.0), 0.5, "bulb"), Sphere((0.5, 0.5, 0.0), 0.4, "gold")]
+    balls.append(Sphere((0.5, 0.5, 0.0), 0.48, "veil"))
     return Scene(LENS, materials, planes=[FLOOR], spheres=balls, lights=[LAMP])
 
 
