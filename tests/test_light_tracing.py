@@ -476,11 +476,38 @@ GOLDEN = Sphere((0.0, 0.0, 0.0), 0.3, "gold")
 PASSED = "light passes a surface that is met from its front alone"
 
 
-def around(center: tuple[float, float, float], radius: float, is_turned: bool = False) -> Mesh:
-    """A closed mesh that is met from outside alone, or, if it is turned inside out, from inside."""
+def around(center: tuple[float, float, float], radius: float, is_turned: bool = False, material: str = "front") -> Mesh:
+    """A closed mesh whose front is outside, or, if it is turned inside out, inside."""
     positions, triangles = ball(12, 6)
-    part = Part(Geometry(positions, triangles[:, ::-1] if is_turned else triangles), "front")
+    part = Part(Geometry(positions, triangles[:, ::-1] if is_turned else triangles), material)
     return Mesh((part,), (Placement(center, scale=(radius,) * 3),))
+
+
+def joined(*meshes: Mesh) -> Mesh:
+    """One part with the triangles of all."""
+    placed = [(matrix, part) for mesh in meshes for matrix, part in mesh.placed()]
+    positions = [part.geometry.positions @ matrix[:3, :3].T + matrix[:3, 3] for matrix, part in placed]
+    first = np.cumsum([0, *map(len, positions)])
+    triangles = [part.geometry.triangles + start for (_, part), start in zip(placed, first[:-1], strict=True)]
+    return Mesh((Part(Geometry(np.concatenate(positions), np.concatenate(triangles)), placed[0][1].material),))
+
+
+def box(low: float, high: float) -> list[Any]:
+    """The six faces of a cube of glass about the y axis, their fronts outside."""
+    middle, edge = (low + high) / 2, high - low
+    axes = np.eye(3)
+    faces = [(sign * axes[i], axes[i - 2], sign * axes[i - 1]) for i in range(3) for sign in (-1, 1)]
+    return [
+        rectangle(np.array((0.0, middle, 0.0)) + edge / 2 * normal, edge * u, edge * v, "glass")
+        for normal, u, v in faces
+    ]
+
+
+IN_GLASS = "a light is, or may be, inside of a dielectric"
+OPEN_GLASS = "what bounds a dielectric is not closed"
+BALL = Sphere((0.0, 0.6, 0.0), 0.5, "glass")
+BULBS = [around((x, 0.6, 0.0), 0.1, material="lamp") for x in (-0.9, 0.9, 0.3)]
+BOTTLE = joined(around((0.0, 0.6, 0.0), 0.5, material="glass"), around((0.0, 0.6, 0.0), 0.4, True, "glass"))
 
 
 @pytest.mark.parametrize(
@@ -522,7 +549,26 @@ def around(center: tuple[float, float, float], radius: float, is_turned: bool = 
         (
             Scene(LENS, {"glass": GLASS}, spheres=[Sphere(LAMP.position, 1.5, "glass")], lights=[LAMP]),
             {"light_tracing": "on"},
-            "a light is inside",
+            IN_GLASS,
+        ),
+        *(
+            (Scene(LENS, {**MATERIALS, "glass": GLASS}, **things), {"light_tracing": "on"}, reason)
+            for things, reason in (
+                ({"spheres": [BALL], "lights": [Light((0.65, 0.6, 0.0), 0.2, power=1.0)]}, IN_GLASS),
+                ({"spheres": [BALL], "lights": [Light((0.45, 1.05, 0.0), 0.1, power=1.0)]}, "on: as asked for"),
+                (
+                    {"spheres": [BALL], "rectangles": [rectangle((0.9, 0.6, 0.0), (2, 0, 0), (0, 0, 0.2), "lamp")]},
+                    IN_GLASS,
+                ),
+                ({"spheres": [BALL], "meshes": [joined(*BULBS[:2])]}, "on: as asked for"),
+                ({"spheres": [BALL], "meshes": [joined(*BULBS)]}, IN_GLASS),
+                ({"meshes": [BOTTLE], "lights": [Light((0.0, 0.6, 0.0), 0.2, power=1.0)]}, "on: as asked for"),
+                ({"meshes": [BOTTLE], "lights": [Light((0.45, 0.6, 0.0), 0.2, power=1.0)]}, IN_GLASS),
+                ({"meshes": [around((0.0, 0.6, 0.0), 0.5, True, "glass")]}, OPEN_GLASS),
+                ({"rectangles": box(0.1, 0.8)}, "on: as asked for"),
+                ({"rectangles": box(0.1, 0.8)[1:]}, OPEN_GLASS),
+                ({"disks": [Disk((0.0, 1.0, 0.0), (0.0, 1.0, 0.0), 0.5, "glass")]}, OPEN_GLASS),
+            )
         ),
         (
             Scene(

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Whether some of the light of a scene is traced from the lights, and why."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
@@ -9,7 +9,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from fragtracer import guiding
 from fragtracer.cache import cached
@@ -29,7 +29,7 @@ from fragtracer.sampling.pixels import bright
 from fragtracer.scene import SHAPES, Geometry, Plane, RenderSettings, Scene, Sphere
 from fragtracer.scene.content import content_digest, kept_by_digest
 from fragtracer.scene.fields import Triple
-from fragtracer.scene.interiors import has_media, solids, winding_number
+from fragtracer.scene.interiors import Solid, fillings, has_media, solids, winding_number
 
 Floats = NDArray[np.float64]
 
@@ -166,10 +166,12 @@ def impossible(scene: Scene, settings: RenderSettings) -> str:
     if camera_is_in_mirror(scene):
         return "the camera is inside of a mirror"
     inside = list(solids(scene))
+    if _has_open_solids(scene, inside):
+        return "what bounds a dielectric is not closed, or has its front inside"
     if any(solid.contains(scene.camera.position) for solid in inside):
         return "the camera is inside of a dielectric"
-    if any(solid.contains(place) for solid in inside for place in _light_places(scene)):
-        return "a light is inside of a dielectric"
+    if any(light.may_be_in(solid) for light in (_lit(scene) if inside else ()) for solid in inside):
+        return "a light is, or may be, inside of a dielectric"
     if (scene.environment or scene.directional_lights) and any(isinstance(solid.shape, Plane) for solid in inside):
         return "light from afar is inside of a dielectric"
     return ""
@@ -258,18 +260,59 @@ def _looks_outwards(geometry: Geometry) -> bool:
     return float(np.linalg.det(corners).sum()) > 0
 
 
-def _light_places(scene: Scene) -> Iterator[ArrayLike]:
-    """A point of each light that is somewhere."""
-    yield from (light.position for light in scene.lights)
-    yield from (light.position for light in scene.spot_lights)
+def _has_open_solids(scene: Scene, found: Iterable[Solid]) -> bool:
+    """Whether what bounds a dielectric is not closed, or has its front inside."""
+    inside = fillings(scene)
+    parts = [(mesh.material_of(part), part.geometry) for mesh in scene.meshes for part in mesh.parts]
+    bounds = [geometry for name, geometry in parts if name in inside and len(geometry.triangles)]
+    for solid in found:
+        if solid.name.startswith("flat_"):
+            corners = ((solid.triangles() - solid.low) / (solid.high - solid.low).max()).reshape(-1, 3)
+            bounds.append(Geometry(np.round(corners, 6), np.arange(len(corners)).reshape(-1, 3)))
+    is_open = not all(is_closed(geometry) and _looks_outwards(geometry) for geometry in bounds)
+    return is_open or any(disk.material in inside for disk in scene.disks)
+
+
+@dataclass(frozen=True)
+class _Lit:
+    """Where a light is: within ``margin`` metres of the box from ``low`` to ``high`` (3,), and within those of its
+    ``parts``, corners (n, 3) of each, where there are several."""
+
+    low: Floats
+    high: Floats
+    margin: float = 0.0
+    parts: Callable[[], tuple[Floats, Floats]] | None = None
+
+    def may_be_in(self, solid: Solid) -> bool:
+        if not solid.may_hold(self.low, self.high, self.margin):
+            return False
+        return self.parts is None or bool(solid.may_meet(*self.parts()).any())
+
+
+def _lit(scene: Scene) -> Iterator[_Lit]:
+    """Where each light is that is somewhere."""
     glowing = {name for name, material in scene.materials.items() if material.is_emissive}
-    for shape in (shape for kind in SHAPES if kind != "planes" for shape in getattr(scene, kind)):
+    balls = [(light.position, light.radius) for light in scene.lights]
+    balls += [(light.position, 0.0) for light in scene.spot_lights]
+    balls += [(sphere.center, sphere.radius) for sphere in scene.spheres if sphere.material in glowing]
+    for center, radius in balls:
+        yield _Lit(np.array(center), np.array(center), radius)
+    for shape in (shape for kind in SHAPES if kind not in ("spheres", "planes") for shape in getattr(scene, kind)):
         if shape.material in glowing:
-            yield np.mean(shape.bounds, axis=0)
+            low, high = map(np.array, shape.bounds)
+            yield _Lit(low, high)
     for mesh in scene.meshes:
         for matrix, part in mesh.placed():
             if mesh.material_of(part) in glowing:
-                yield matrix[:3, :3] @ _middle(part.geometry) + matrix[:3, 3]
+                corners = partial(_corners, matrix, part.geometry)
+                low, high = corners()
+                yield _Lit(low.min(axis=0), high.max(axis=0), parts=corners)
+
+
+def _corners(matrix: Floats, geometry: Geometry) -> tuple[Floats, Floats]:
+    """Of the box of each triangle that ``matrix`` (4, 4) has placed, (n, 3)."""
+    triangles = (geometry.positions @ matrix[:3, :3].T + matrix[:3, 3])[geometry.triangles]
+    return triangles.min(axis=1), triangles.max(axis=1)
 
 
 def measure(ctx: Any, scene: Scene, settings: RenderSettings) -> Measurement:

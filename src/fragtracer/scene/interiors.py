@@ -50,15 +50,38 @@ class Solid:
             return False
         return abs(winding_number(self.triangles() - place)) > 0.5
 
+    def may_meet(self, low: Floats, high: Floats, margin: float = 0.0) -> NDArray[np.bool_]:
+        """Which boxes with the corners ``low`` and ``high`` (..., 3) may have points within ``margin`` metres of which
+        some lie in it, (...): exactly for spheres and planes, else by its own box."""
+        if isinstance(self.shape, Plane):
+            normal = np.asarray(self.shape.normal) / np.linalg.norm(self.shape.normal)
+            heights = (np.where(normal > 0, low, high) - self.shape.point) @ normal
+            return np.asarray(heights < margin)
+        if isinstance(self.shape, Sphere):
+            center = np.asarray(self.shape.center)
+            distances = np.linalg.norm(np.clip(center, low, high) - center, axis=-1)
+            return np.asarray(distances < self.shape.radius + margin)
+        return np.asarray(((low - margin < self.high) & (self.low < high + margin)).all(axis=-1))
+
+    def may_hold(self, low: Floats, high: Floats, margin: float = 0.0) -> bool:
+        """As :meth:`may_meet` of one box, but of triangles only if one may come so near, or the middle lies within."""
+        if self.shape is not None or not self.may_meet(low, high, margin):
+            return bool(self.may_meet(low, high, margin))
+        triangles, middle, half = self.triangles(), (low + high) / 2, (high - low) / 2 + margin
+        a, b, c = (triangles - middle).swapaxes(0, 1)
+        normals = np.cross(b - a, c - a)
+        is_near = (triangles.min(axis=1) < middle + half) & (middle - half < triangles.max(axis=1))
+        is_cut = np.abs((a * normals).sum(axis=1)) < np.abs(normals) @ half
+        return bool((is_near.all(axis=1) & is_cut).any()) or self.contains(middle)
+
     def overlaps(self, other: "Solid") -> bool:
         """Whether the two may have points in common: spheres exactly, others by their bounding boxes."""
         if isinstance(self.shape, Sphere) and isinstance(other.shape, Sphere):
             distance = np.linalg.norm(np.subtract(self.shape.center, other.shape.center))
             return float(distance) < self.shape.radius + other.shape.radius
-        for plane, solid in ((self.shape, other), (other.shape, self)):
-            if isinstance(plane, Plane) and not isinstance(solid.shape, Plane):
-                lowest = np.where(np.asarray(plane.normal) > 0, solid.low, solid.high)
-                return float(np.dot(plane.normal, lowest - plane.point)) < 0
+        for plane, solid in ((self, other), (other, self)):
+            if isinstance(plane.shape, Plane) and not isinstance(solid.shape, Plane):
+                return bool(plane.may_meet(solid.low, solid.high))
         return bool((self.low < other.high).all() and (other.low < self.high).all())
 
 
