@@ -274,6 +274,22 @@ def test_too_few_photons_teach_nothing(ctx: Any, monkeypatch: pytest.MonkeyPatch
     assert learn(ctx, load("three-spheres")) is None
 
 
+def test_lobes_do_not_depend_on_units() -> None:
+    """Of length or power, also where no other light arrives; their ratios are float32, and so is the sum of them."""
+    rng = np.random.default_rng(0)
+    receiver, source = rng.uniform(size=(2, 8000, 3)) * [[[1, 0, 1]], [[1, 1, 1]]] + [[[0, 0, 0]], [[0, 2, 0]]]
+    flux, group, nothing = rng.uniform(size=8000), rng.integers(0, 6, 8000), np.zeros(8000)
+    found = Photons(receiver, source, flux, group // 2, group, nothing)
+    ratios = []
+    for length, power in ((1.0, 1.0), (2.0**-10, 1.0), (1.0, 2.0**40)):
+        lobes = fit(replace(found, receiver=length * receiver, source=length * source, flux=power * found.flux))
+        assert lobes is not None
+        ratios.append(lobes.ratios)
+    assert ratios[0].max() < 1e20
+    for other in ratios[1:]:
+        np.testing.assert_allclose(other, ratios[0], rtol=1e-6)
+
+
 def test_photons_come_from_an_even_sky(ctx: Any) -> None:
     """Which is no light to paths, for BSDF sampling finds it: photons are of light samples alone."""
     scene = replace(load("three-spheres-ambient"), lights=(), ambient=Ambient(), environment=Environment(radiance=1.0))

@@ -22,6 +22,7 @@ _INHERITED = 0.3  # of the flux of the coarse cell goes to a fine one that has n
 _AT_ONCE = 1 << 20  # distances between cells, which bounds the memory
 _OUTLIERS = 0.05  # of the flux at either end of each axis, which the grid leaves out
 _GAIN = 3.0  # by which a lobe counts more than the same irradiance from all around: it has more of the variance
+_LEAST_OTHER = 1e-9  # of the irradiance of the brightest lobe is from all around, so that its ratio is a float32
 
 
 @dataclass(frozen=True)
@@ -82,11 +83,12 @@ def fit(photons: Photons) -> Lobes | None:
         rows, cols = nearest[parent][takes], source[takes]
         points[takes, k], widths[takes, k] = above[0][rows, cols], above[1][rows, cols]
         flux[takes, k] = _INHERITED * parent_flux[takes, cols]
-    area = ((edge / edges) ** 2)[parent][:, None]
+    irradiance = flux / ((edge / edges) ** 2)[parent][:, None]
     indirect = np.minimum(photons.indirect, np.quantile(photons.indirect, 0.95))
     mean = np.bincount(coarse, indirect, total) / np.maximum(count, 1)
     other = (mean + 0.05 * indirect.mean())[nearest[parent]][:, None]
-    ratios = _GAIN * flux / area / np.maximum(other, 1e-30)
+    least = np.maximum(_LEAST_OTHER * irradiance.max(axis=1, keepdims=True), np.finfo(np.float64).tiny)
+    ratios = _GAIN * irradiance / np.maximum(other, least)
     return Lobes(low, edge, size, first, edges, points, widths, ratios)
 
 
