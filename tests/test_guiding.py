@@ -21,6 +21,7 @@ from fragtracer.guiding.lobes import LOBES, Lobes, fit
 from fragtracer.guiding.photons import Photons, PhotonTracer
 from fragtracer.io.toml import load
 from fragtracer.packing import PackedScene, pack
+from fragtracer.packing.shapes import Kind
 from fragtracer.packing.targets import targets_of
 from fragtracer.renderer import Renderer
 from fragtracer.scene import (
@@ -229,7 +230,7 @@ def test_photons_bring_what_mirrors_reflect(ctx: Any) -> None:
     )
     packed = pack(scene, RenderSettings(), 8, 8)
     targets = targets_of(packed, scene, reach=12.0)
-    weights = np.random.default_rng(4).uniform(0.5, 2.0, len(targets)) * np.where(targets.is_divided, 1, 64)
+    weights = np.random.default_rng(4).uniform(0.5, 2.0, len(targets)) * np.where(targets.kind == Kind.TRIANGLE, 64, 1)
     tracer = PhotonTracer(ctx, packed)
     try:
         photons = tracer.trace(targets, weights, range(4))

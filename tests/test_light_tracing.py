@@ -19,11 +19,12 @@ from fragtracer import guiding, light_tracing
 from fragtracer.errors import FilmError
 from fragtracer.films import SavedFilm, merge, most_bytes
 from fragtracer.io.toml import load
-from fragtracer.light_tracing import sums
+from fragtracer.light_tracing import decision, sums
 from fragtracer.light_tracing.decision import Measurement
 from fragtracer.light_tracing.tracer import PHOTONS
 from fragtracer.packing.targets import Targets, targets_of
 from fragtracer.renderer import Renderer
+from fragtracer.sampling.pixels import Pixels
 from fragtracer.scene import (
     Camera,
     DirectionalLight,
@@ -240,6 +241,22 @@ def lacquer() -> Scene:
     return Scene(LENS, materials, planes=[FLOOR], spheres=balls, lights=[LAMP])
 
 
+def grounds() -> Scene:
+    """A ball among walls of all kinds that are two kilometres wide, on a globe."""
+    corners = np.array([[2.0, -900.0, -400.0], [2.0, -900.0, 1400.0], [2.0, 900.0, 1400.0], [2.0, 900.0, -400.0]])
+    wall = Part(geometry((corners, np.array([[0, 1, 2], [0, 2, 3]]))), "satin")
+    materials = {**MATERIALS, "satin": Material(albedo=0.5, roughness=0.5, specular=1.0)}
+    return Scene(
+        replace(LENS, aperture_radius=0.0),
+        materials,
+        rectangles=[rectangle((600.0, 200.0, -1.5), (2000.0, 0.0, 0.0), (0.0, 2000.0, 0.0), "satin")],
+        disks=[Disk((-2.5, 300.0, -500.0), (1.0, 0.0, 0.0), 1000.0, "satin")],
+        spheres=[Sphere((0.0, -800.0, -600.0), 1000.0, "satin"), Sphere((0.2, 0.5, 0.0), 0.5, "mirror")],
+        meshes=[Mesh((wall,))],
+        lights=[LAMP],
+    )
+
+
 def leaning_pane() -> Scene:
     """Before a mirror, with normals that are bent towards the floor."""
     corners = np.array([[-0.3, 0.0, -0.6], [-0.3, 0.0, 0.6], [-0.3, 0.8, 0.6], [-0.3, 0.8, -0.6]])
@@ -280,7 +297,7 @@ def light_of(ctx: Any, scene: Scene, spp: int, seeds: int, **settings: Any) -> t
     [
         *((spheres, 1536, 0.05), (mirrors, 512, 0.05), (rough_mirror, 4096, 0.05), (glass, 3072, 0.06)),
         *((shapes, 640, 0.05), (meshes, 1280, 0.05), (sunlit, 1280, 0.1), (windows, 3072, 0.1), (filters, 512, 0.1)),
-        *((bulb, 1024, 0.1), (leaning_pane, 1024, 0.1), (lacquer, 1024, 0.1)),
+        *((bulb, 1024, 0.1), (leaning_pane, 1024, 0.1), (lacquer, 1024, 0.1), (grounds, 256, 0.1)),
     ],
 )
 def test_photons_bring_what_paths_leave_out(ctx: Any, make: Callable[[], Scene], spp: int, resolution: float) -> None:
@@ -420,14 +437,39 @@ def test_a_gpu_learns_for_more_samples_and_sends_fewer_photons(ctx: Any, monkeyp
         for module in ("guiding", "light_tracing"):
             monkeypatch.setattr(f"fragtracer.{module}.decision.is_software", lambda _, said=is_software: said)
         found[is_software] = light_tracing.decision.measure(ctx, scene, more)
-    for decision in light_tracing.decide_both(ctx, scene, settings):
-        assert decision.reason.startswith("off: to trace the 2048 samples per pixel takes less time than to ")
+    for made in light_tracing.decide_both(ctx, scene, settings):
+        assert made.reason.startswith("off: to trace the 2048 samples per pixel takes less time than to ")
     one = replace(settings, guiding="off")
     for enough in ((more, 1), (one, 4)):
         assert not light_tracing.decide_both(ctx, scene, *enough)[0].reason.startswith("off: to trace")
     assert light_tracing.decide_both(ctx, scene, one, 3)[0].reason.startswith("off: to trace")
     photons = [replace(one, share=0.5).promise(scene, more, guiding.Decision(None, ""))[0] for one in found.values()]
     assert photons == [1 / 2, 1 / 4]
+
+
+def test_photons_that_miss_light_are_not_trusted(ctx: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those that bring less than paths leave to them, beyond the errors of both; to bring more is no mistake, since
+    paths may not have met it."""
+    rng, size = np.random.default_rng(0), (8, 8)
+
+    def pixels(mean: float, error: float) -> Pixels:
+        means = np.concatenate([rng.normal(mean, error, (*size, 3)), np.full((*size, 1), 64.0)], axis=2)
+        halves = rng.normal(0.0, error, (*size, 3))
+        return Pixels(means.astype(np.float32), np.zeros_like(means, np.float32), halves.astype(np.float32))
+
+    def misses(traced: float, noise: float, error: float = 1e-3) -> bool:
+        brought = np.full((*size, 3), traced)
+        return decision._misses(pixels(1.0, error), pixels(0.9, error), brought, np.full(size, noise), np.ones(size))
+
+    assert misses(0.08, 1e-6)
+    assert not misses(0.1, 1e-6)
+    assert not misses(0.3, 1e-6)
+    assert not misses(0.08, 1e-2)
+    assert not misses(0.08, 1e-6, 0.2)
+    monkeypatch.setattr(decision, "_measured", lambda *_: (0.0, 0.0))
+    monkeypatch.setattr(decision, "cached", lambda kind, key, make, doing: make())
+    settings = RenderSettings(spp=2**16)
+    assert decision.decide(ctx, spheres(), settings).reason == "off: photons find less of the light than paths do"
 
 
 def test_a_measurement_promises_what_it_has_found() -> None:

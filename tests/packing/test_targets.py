@@ -6,10 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from mesh_shapes import ball, geometry
-from test_light_tracing import FLOOR, LAMP, LENS, MATERIALS, meshes, shapes
+from test_light_tracing import FLOOR, LAMP, LENS, MATERIALS, grounds, meshes, shapes
 
 from fragtracer.packing import pack
-from fragtracer.packing.targets import targets_of, too_many
+from fragtracer.packing.shapes import Kind
+from fragtracer.packing.targets import Near, targets_of, too_many
 from fragtracer.renderer import Renderer
 from fragtracer.scene import Mesh, Part, RenderSettings, Scene, Sphere
 
@@ -76,3 +77,25 @@ def test_groups_of_triangles_are_pieces_of_meshes() -> None:
     assert np.ptp(counts) <= 1
     spread = [middles[targets.group == group].var(axis=0).sum() for group in groups]
     assert np.mean(spread) < 0.3 * middles.var(axis=0).sum()
+
+
+def test_grounds_are_divided_by_distance() -> None:
+    """Of any kind, with parts as small as what is near wants them there, and no more than that takes."""
+    scene = grounds()
+    packed = pack(scene, RenderSettings(), 8, 8)
+    targets = targets_of(packed, scene)
+    near = Near.of(scene, packed.origin)
+    assert near.radius == pytest.approx(0.5 * np.sqrt(3))
+    np.testing.assert_allclose(near.middle + packed.origin, (0.2, 0.5, 0.0), atol=1e-9)
+    middle = targets.points(0.5, 0.5)
+    corners = [targets.points(x, y) for x in (0.0, 1.0) for y in (0.0, 1.0)]
+    size = np.max([np.linalg.norm(corner - middle, axis=1) for corner in corners], axis=0)
+    distance = np.linalg.norm(middle - near.middle, axis=1)
+    most = np.where(targets.kind == Kind.DISK, 1.0, 0.3)  # the shader counts no more rows around the middle of a disk
+    assert (size < most * np.maximum(near.radius, distance)).all()
+    assert len(targets) < 10_000
+    area = np.bincount(targets.record, targets.area)
+    expected = [2000**2, 1e6 * np.pi, 4e6 * np.pi, np.pi, 1800**2 / 2, 1800**2 / 2]
+    np.testing.assert_allclose(np.sort(area[area > 0]), np.sort(expected), rtol=1e-4)
+    assert (targets.worth == targets.area)[distance < near.radius].all()
+    assert (targets.worth < targets.area)[distance > near.radius].all()

@@ -18,7 +18,7 @@ from fragtracer.scene import Camera, RenderSettings, Scene
 
 Floats = NDArray[np.float64]
 
-VERSION = 19  # of what is done with photons, for the files kept on disk
+VERSION = 20  # of what is done with photons, for the files kept on disk
 _DRAWS = 16  # of photons
 _PILOT = 4  # of them, which find out which targets pass light on
 _PILOT_WEIGHT = 1 / 8  # of what these bring: by area they are up to five times as noisy (docs/sampling.md)

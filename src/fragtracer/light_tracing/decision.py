@@ -25,7 +25,7 @@ from fragtracer.packing.interiors import is_closed
 from fragtracer.packing.materials import ALPHA_DELTA
 from fragtracer.packing.mirrors import camera_is_in_mirror
 from fragtracer.packing.targets import Targets, may_be_narrow, target_names, targets_of, too_many
-from fragtracer.sampling.pixels import bright
+from fragtracer.sampling.pixels import Pixels, bright
 from fragtracer.scene import SHAPES, Geometry, Plane, RenderSettings, Scene, Sphere
 from fragtracer.scene.content import content_digest, kept_by_digest
 from fragtracer.scene.fields import Triple
@@ -33,7 +33,7 @@ from fragtracer.scene.interiors import Solid, fillings, has_media, solids, windi
 
 Floats = NDArray[np.float64]
 
-_VERSION = 8  # of the measurement
+_VERSION = 9  # of the measurement
 _MEASURED = 1 / 8  # photons for a sample, for which the variances are told
 _PHOTONS = (1 / 8, 1 / 4)  # for a sample, of which there may be; twice as many where samples are placed adaptively
 # Of a photon over a sample of a path, the second in scenes of meshes; of GPUs by those of an H200.
@@ -46,6 +46,7 @@ _MARGIN = 1.05  # by which the gain must exceed that: few samples show too littl
 _SAMPLES = (64, 256)  # of it in all, the second where light tracing seems to pay
 _PASSES = 4
 _PAIR = 2 * PHOTONS  # of a picture, at least, after as many that aim them
+_MOST_MISSED = 4.0  # standard errors that photons may bring less than what paths leave to them
 _NOWHERE = 2**31 - 1  # a first shape that light is traced from, so that none is
 
 
@@ -68,8 +69,8 @@ class Decision:
 @dataclass(frozen=True)
 class Measurement:
     """Of light tracing in a scene, with 1/8 photon for a sample that is not placed adaptively: by how much the relative
-    variance falls at equal samples, mean over the pixels, and the ``share`` of photons in what is left of it. A photon
-    costs ``photon_cost`` of a sample."""
+    variance falls at equal samples, mean over the pixels, 0 where photons do not find the light; and the ``share`` of
+    photons in what is left of it. A photon costs ``photon_cost`` of a sample."""
 
     gain: float
     share: float
@@ -116,6 +117,8 @@ def _decide(ctx: Any, scene: Scene, settings: RenderSettings, pictures: int) -> 
         reason = f"off: to trace the {settings.spp} samples per pixel takes less time than to measure"
         return Decision(False, reason), None
     found = measure(ctx, scene, settings)
+    if not found.gain:
+        return Decision(False, "off: photons find less of the light than paths do"), found
     photons, gain, cost = found.promise(scene, settings, _NOT_GUIDED)
     if gain < _MARGIN * cost:
         reason = f"off: the variance would fall by {gain:.2f}, the time of a sample rise by {cost:.2f}"
@@ -342,7 +345,7 @@ def _measured(
     ctx: Any, packed: PackedScene, targets: Targets, size: tuple[int, int], least: float
 ) -> tuple[float, float]:
     """The gain without adaptive sampling, roughly where it is below ``least``, and the share of photons in what is left
-    of the variance."""
+    of the variance; 0 where photons miss some of the light."""
     light = LightTracer(ctx)
     try:
         light.load(packed, targets, size, Level.SCENE)
@@ -356,7 +359,8 @@ def _measured(
         return 1.0, 0.0
     photons = PHOTONS * _PASSES
     traced = radiance / photons
-    noise = squares.mean(axis=2) / photons / (size[0] * size[1])  # of one photon for each pixel
+    of_all = squares.mean(axis=2) / photons**2
+    noise = of_all * photons / (size[0] * size[1])  # of one photon for each pixel
     program = TracerProgram(defines=Decision(True, "").defines, level=Level.SCENE, kept=("u_first_traced",))
     with ExitStack() as held:
         films = [Film(ctx, *size) for _ in range(2)]
@@ -376,8 +380,20 @@ def _measured(
             brightness = bright((pixels[1].mean[..., :3] + traced).astype(np.float32))
             weight = 1 / np.maximum(brightness, 1e-30) ** 2
             of_photons = float((noise / _MEASURED * weight).mean())
+            if _misses(pixels[0], pixels[1], traced, of_all, np.sqrt(weight)):
+                return 0.0, 0.0
             left = max(float((rest * weight).mean()) + of_photons, 1e-30)
             gain, share = float((full * weight).mean()) / left, of_photons / left
             if gain < least:
                 break
     return gain, share
+
+
+def _misses(full: Pixels, rest: Pixels, traced: Floats, noise: Floats, weight: Floats) -> bool:
+    """Whether photons have ``traced`` (height, width, 3) less light, with a variance of ``noise`` (height, width), than
+    all paths have found and those that leave it to them have not, both by the same random numbers; pixels count by
+    their ``weight``. Then too few photons come from where the light does to tell their variance."""
+    missed = (full.mean[..., :3] - rest.mean[..., :3] - traced).mean(axis=2, dtype=np.float64)
+    halves = full.centred_half_difference() - rest.centred_half_difference()
+    variance = np.square(halves.mean(axis=2)) + noise
+    return float((missed * weight).sum()) > _MOST_MISSED * float(np.sqrt((variance * weight**2).sum()))

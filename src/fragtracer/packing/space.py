@@ -49,13 +49,13 @@ class Space:
 def space_of(scene: Scene, before: Space | None = None) -> Space:
     """Coordinates for ``scene``: those of ``before`` while they serve, so that an edit or a step of the camera moves
     nothing else."""
-    points = _points(scene)
-    low, high = points.min(axis=0, initial=np.inf), points.max(axis=0, initial=-np.inf)
+    lows, highs = boxes_of(scene)
+    low, high = lows.min(axis=0, initial=np.inf), highs.max(axis=0, initial=-np.inf)
     if before is not None and (kept := replace(before, low=low, high=high)).serves(scene.camera):
         return kept
     corners = np.stack([np.minimum(low, scene.camera.position), np.maximum(high, scene.camera.position)])
-    origin = _middle(points) if len(points) else np.array(scene.camera.position, np.float64)
-    seen = np.linalg.norm(np.subtract(scene.camera.target, scene.camera.position)) if not len(points) else 0.0
+    origin = _middle(np.concatenate([lows, highs])) if len(lows) else np.array(scene.camera.position, np.float64)
+    seen = np.linalg.norm(np.subtract(scene.camera.target, scene.camera.position)) if not len(lows) else 0.0
     extent = float(max(np.abs(corners - origin).max(), seen, np.finfo(np.float32).tiny))
     return Space(origin, extent, low, high)
 
@@ -69,9 +69,12 @@ def _middle(points: Floats) -> Floats:
     return median if core < _LEAST_CORE * (high - low).max() / 2 else (low + high) / 2
 
 
-def _points(scene: Scene) -> Floats:
-    """Points (n, 3) that bound everything finite but the camera and lights, spheres that emit among them: a far sun
-    loses nothing by its distance, and would take the precision from what it shines on."""
+def boxes_of(scene: Scene) -> tuple[Floats, Floats]:
+    """Lower and upper corners (n, 3) of the boxes of everything finite, of meshes those of their parts where they are
+    placed, but not of the camera and of lights, spheres that emit among them: a far sun loses nothing by its distance,
+    and would take the precision from what it shines on."""
     shapes: list[Shape] = [shape for kind in SHAPES if kind != "planes" for shape in getattr(scene, kind)]
     kept = [s for s in shapes if not (isinstance(s, Sphere) and scene.materials[s.material].is_emissive)]
-    return np.concatenate([*bounds_of(kept), *(mesh.box_corners() for mesh in scene.meshes)])
+    low, high = bounds_of(kept)
+    corners = np.concatenate([np.zeros((0, 8, 3)), *(mesh.box_corners().reshape(-1, 8, 3) for mesh in scene.meshes)])
+    return np.concatenate([low, corners.min(axis=1)]), np.concatenate([high, corners.max(axis=1)])

@@ -2,6 +2,8 @@
 """The shapes that photons are sent to: all that may scatter narrowly or let light pass, as
 shaders/integrator/target.glsl reads them."""
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,6 +15,7 @@ from fragtracer.packing.alias import alias_table
 from fragtracer.packing.hierarchy import rows_of
 from fragtracer.packing.records import Record, Words, words_of
 from fragtracer.packing.shapes import CULLED, STORED, Kind
+from fragtracer.packing.space import boxes_of
 from fragtracer.scene import Material, Scene
 
 Floats = NDArray[np.float64]
@@ -23,31 +26,68 @@ TARGET: Record = (
     *(("density", "float"), ("cells", "uint"), ("cell", "int"), ("is_culled", "int")),
 )
 _WIDEST = 0.5  # GGX width of a lobe that may be narrow somewhere
-_CELLS = (16, 8)  # into which shapes that are no triangles of meshes are divided
+_CELLS = (16, 8)  # into which shapes that are no triangles of meshes are divided, columns and rows
 _MOST_DIVIDED = 512  # with more of them, none is
+_FAR_LARGER = 8.0  # times the extent of all that is smaller: such shapes are a ground or a wall behind that
+_FINEST = 0.25  # of the distance from what is near, or of its radius: parts of targets are no larger
+_MOST_CELLS = 2**15  # along an edge: the shader has 16 bits for their number
+_MOST_PARTS = 2**18  # of all targets together, until which they are divided
 _PIECES = 16  # of all meshes together
 _EVEN = 0.2  # of the photons are spread by area
 _MOST = 2**21  # triangles that are targets: they take 400 MB, and some seconds to list
 
 
 @dataclass(frozen=True, eq=False)
+class Near:
+    """A ball around what there is besides grounds and walls that are far larger than it, about the origin of the
+    packing, in metres."""
+
+    middle: Floats
+    radius: float
+
+    @staticmethod
+    def of(scene: Scene, origin: Floats) -> "Near":
+        """All smaller things of ``scene`` than one that is larger than all these together; else all that is finite."""
+        low, high = boxes_of(scene)
+        if not len(low):
+            return Near(origin, math.inf)
+        size = np.linalg.norm(high - low, axis=1)
+        order = np.argsort(size, kind="stable")
+        low, high = np.minimum.accumulate(low[order]), np.maximum.accumulate(high[order])
+        extent = np.linalg.norm(high - low, axis=1)
+        larger = np.flatnonzero(size[order][1:] > _FAR_LARGER * extent[:-1])
+        last = larger[0] if len(larger) else -1
+        return Near((low[last] + high[last]) / 2 - origin, float(extent[last]) / 2)
+
+
+@dataclass(frozen=True, eq=False)
 class Targets:
     """Shapes (n,), or parts of them, by the ``record`` of the shape, and that of its ``instance`` or -1, with their
-    ``area`` in m^2. Where ``is_divided`` each is one ``cell`` of :data:`_CELLS`; ``is_culled`` says that only its front
-    is met. The parts of a shape, and triangles of meshes that are near to each other, have a ``group`` in common. Of
-    planes, which are infinite, it is what lies within ``reach`` metres of the point that is nearest to the origin."""
+    ``area`` in m^2. Each is one ``cell`` (n, 2) of so many columns and rows of ``cells`` (n, 2); ``is_culled`` says
+    that only its front is met. The parts of a shape, and triangles of meshes that are near to each other, have a
+    ``group`` in common. A ``kind`` of shape has its place by ``corners`` (n, 3, 3), the first three texels of its
+    record about the origin of the packing. ``worth`` is the area, or less far away from what is near. Of planes, which
+    are infinite, it is what lies within ``reach`` metres of the point that is nearest to the origin."""
 
     reach: float
     record: Ints
     instance: Ints
     area: Floats
+    worth: Floats
     is_culled: NDArray[np.bool_]
-    is_divided: NDArray[np.bool_]
+    cells: Ints
     cell: Ints
     group: Ints
+    kind: Ints
+    corners: NDArray[np.float32]
 
     def __len__(self) -> int:
         return len(self.record)
+
+    @staticmethod
+    def joined(some: "Sequence[Targets]") -> "Targets":
+        """All of some, with the same reach."""
+        return Targets(some[0].reach, *map(np.concatenate, zip(*(t.columns() for t in some), strict=True)))
 
     def taken(self, places: Ints) -> "Targets":
         """Those at some places."""
@@ -58,13 +98,13 @@ class Targets:
         return [column for name, column in vars(self).items() if name != "reach"]
 
     def weights(self, squares: Floats | None = None) -> Floats:
-        """In what proportion photons go to each target, (n,): by area, or so that what they bring has the least
-        variance, where photons spread by area have brought ``squares`` (n,), the sum for each target."""
-        area: Floats = self.area / self.area.sum()
-        best = np.zeros(len(self)) if squares is None else np.sqrt(area * squares)
+        """In what proportion photons go to each target, (n,): by what it is worth, or so that what they bring has the
+        least variance, where photons spread by that have brought ``squares`` (n,), the sum for each target."""
+        even: Floats = self.worth / self.worth.sum()
+        best = np.zeros(len(self)) if squares is None else np.sqrt(even * squares)
         if not best.any():
-            return area
-        weights: Floats = (1 - _EVEN) * best / best.sum() + _EVEN * area
+            return even
+        weights: Floats = (1 - _EVEN) * best / best.sum() + _EVEN * even
         return weights
 
     def texels(self, weights: Floats) -> Words:
@@ -77,11 +117,26 @@ class Targets:
             "record": self.record,
             "instance": self.instance + 1,
             "density": probability / self.area,
-            "cells": np.where(self.is_divided, _CELLS[1] << 16 | _CELLS[0], 1 << 16 | 1),
-            "cell": self.cell,
+            "cells": self.cells[:, 1] << 16 | self.cells[:, 0],
+            "cell": self.cell[:, 1] * self.cells[:, 0] + self.cell[:, 0],
             "is_culled": self.is_culled,
         }
         return words_of(TARGET, columns, len(self)).reshape(-1, 4)
+
+    def points(self, x: float, y: float) -> Floats:
+        """One of each, (n, 3), about the origin of the packing, by coordinates from 0 to 1 within its cell, as
+        shaders/integrator/target.glsl places them; of planes the middle of all of it."""
+        u = (self.cell + np.array((x, y))) / self.cells
+        a, b, c = self.corners.astype(np.float64).swapaxes(0, 1)
+        turns = 2 * np.pi * u[:, :1]
+        circle = np.concatenate([np.cos(turns), np.sin(turns)], axis=1)
+        by_kind = self.kind[:, None]
+        folded = np.where(u[:, 1:] > u[:, :1], u @ [[0.5, -0.5], [0, 1]], u @ [[1, 0], [-0.5, 0.5]])
+        place = np.select([by_kind == Kind.RECTANGLE, by_kind == Kind.DISK], [u, np.sqrt(u[:, 1:]) * circle], folded)
+        flat = a + place[:, :1] * (b - a) + place[:, 1:] * (c - a)
+        z = 1 - 2 * u[:, 1:]
+        sphere = a + b[:, :1] * np.concatenate([np.sqrt(np.maximum(0, 1 - z**2)) * circle, z], axis=1)
+        return np.select([by_kind == Kind.SPHERE, by_kind == Kind.PLANE], [sphere, b[:, :1] * a], flat)
 
 
 def may_be_narrow(material: Material) -> bool:
@@ -129,14 +184,15 @@ def targets_of(packed: PackedScene, scene: Scene, reach: float = 0.0) -> Targets
     for part in parts:
         found.append(_of_part(part, first, np.array(materials, np.int64), reach))
         first += rows_of(len(part))
-    targets = Targets(reach, *map(np.concatenate, zip(*(t.columns() for t in found), strict=True)))
-    return _divided(_grouped(targets.taken(np.flatnonzero(targets.area > 0))))
+    targets = Targets.joined(found)
+    divided = _divided(_grouped(targets.taken(np.flatnonzero(targets.area > 0))))
+    return _refined(divided, Near.of(scene, packed.origin)) if len(divided) else divided
 
 
 def _grouped(targets: Targets) -> Targets:
     """A group for each shape, and for each piece of the meshes: in the order of their records, which is that of the
     BVH, neighbours follow each other."""
-    is_shape = targets.is_divided
+    is_shape = targets.kind != Kind.TRIANGLE
     group = np.cumsum(is_shape) - 1
     triangles = np.flatnonzero(~is_shape)
     in_order = triangles[np.lexsort((targets.record[triangles], targets.instance[triangles]))]
@@ -146,14 +202,45 @@ def _grouped(targets: Targets) -> Targets:
 
 def _divided(targets: Targets) -> Targets:
     """Large shapes in parts, so that photons can go to those that throw light."""
-    divided = np.flatnonzero(targets.is_divided)
-    if len(divided) > _MOST_DIVIDED:
-        return replace(targets, is_divided=np.zeros(len(targets), bool))
+    is_shape = targets.kind != Kind.TRIANGLE
+    if is_shape.sum() > _MOST_DIVIDED:
+        return targets
     cells = _CELLS[0] * _CELLS[1]
-    times = np.where(targets.is_divided, cells, 1)
+    times = np.where(is_shape, cells, 1)
     parts = targets.taken(np.repeat(np.arange(len(targets)), times))
     cell = np.arange(len(parts)) - np.repeat(np.cumsum(times) - times, times)
-    return replace(parts, area=parts.area / np.repeat(times, times), cell=cell)
+    rows, columns = np.divmod(cell, _CELLS[0])
+    counts = np.where(np.repeat(is_shape, times)[:, None], _CELLS, 1)
+    return replace(
+        parts, area=parts.area / np.repeat(times, times), cell=np.stack([columns, rows], axis=1), cells=counts
+    )
+
+
+def _refined(targets: Targets, near: Near) -> Targets:
+    """Parts that are large for their distance from what is ``near`` in halves, again and again; photons go to far ones
+    by the inverse square of the distance."""
+    done, left, count = [], targets, len(targets)
+    while len(left):
+        middle = left.points(0.5, 0.5)
+        sides = [
+            sum(np.linalg.norm(left.points(*end) - middle, axis=1) for end in ends)
+            for ends in (((0, 0.5), (1, 0.5)), ((0.5, 0), (0.5, 1)))
+        ]
+        size = np.hypot(*sides) / 2
+        distance = np.linalg.norm(middle - near.middle, axis=1)
+        is_large = size > _FINEST * np.maximum(near.radius, distance - size)
+        along = np.eye(2, dtype=np.int64)[np.argmax(sides, axis=0)]
+        is_split = is_large & (left.kind != Kind.PLANE) & ((left.cells * along).max(axis=1) < _MOST_CELLS)
+        is_split &= count + is_split.sum() <= _MOST_PARTS
+        far = np.minimum(1, near.radius / np.maximum(distance, 1e-300)) ** 2
+        done.append(
+            replace(left, worth=left.area * np.where(left.kind == Kind.PLANE, 1, far)).taken(np.flatnonzero(~is_split))
+        )
+        left, along = left.taken(np.repeat(np.flatnonzero(is_split), 2)), np.repeat(along[is_split], 2, axis=0)
+        second = along * (np.arange(len(left)) % 2)[:, None]
+        left = replace(left, area=left.area / 2, cells=left.cells * (1 + along), cell=left.cell * (1 + along) + second)
+        count += len(left) // 2
+    return Targets.joined(done)
 
 
 def _of_part(words: Words, first: int, materials: Ints, reach: float) -> Targets:
@@ -173,39 +260,44 @@ def _of_part(words: Words, first: int, materials: Ints, reach: float) -> Targets
     is_plane = (of_kind == Kind.PLANE) & (np.abs(words[:, 1, 0].view(np.float32)) < reach)
     material = np.where(is_flat, words[:, 1, 3].astype(np.int64), words[:, 1, 1].astype(np.int64) - STORED)
     own = np.flatnonzero((is_sphere | is_flat | is_plane) & np.isin(material, materials))
-    record, instance = [own], [np.full(len(own), -1)]
-    area = [np.where(is_plane[own], np.pi * reach**2, _areas(words[own], of_kind[own]))]
+    record, instance, corners = [own], [np.full(len(own), -1)], [_corners(words[own])]
     carrier = [own]
     for i in instances[np.isin(words[instances, 2, 3], materials)]:
         triangles = below[root[i]]
         matrix: Floats = np.linalg.inv(words[i, :3, :3].view(np.float32)).astype(np.float64)
         record.append(triangles)
         instance.append(np.full(len(triangles), i + first))
-        area.append(_areas(words[triangles], of_kind[triangles], matrix))
+        corners.append(_corners(words[triangles]) @ matrix.T + words[i, 3, :3].view(np.float32))
         carrier.append(np.full(len(triangles), i))
-    records, instances_of = np.concatenate(record), np.concatenate(instance)
+    records, placed = np.concatenate(record), np.concatenate(corners)
+    area = _areas(placed, of_kind[records], reach)
     return Targets(
         reach,
         records + first,
-        instances_of,
-        np.concatenate(area),
+        np.concatenate(instance),
+        area,
+        area,
         (kind[np.concatenate(carrier)] & CULLED) > 0,
-        of_kind[records] != Kind.TRIANGLE,
+        np.ones((len(records), 2), np.int64),
+        np.zeros((len(records), 2), np.int64),
         np.zeros(len(records), np.int64),
-        np.zeros(len(records), np.int64),
+        of_kind[records],
+        placed.astype(np.float32),
     )
 
 
-def _areas(words: Words, kinds: Ints, matrix: Floats | None = None) -> Floats:
-    """Of records (n, 4, 4), in m^2; of triangles that ``matrix`` (3, 3) takes to the scene there."""
-    a, b, c = (words[:, texel, :3].view(np.float32).astype(np.float64) for texel in range(3))
-    u, v = b - a, c - a
-    if matrix is not None:
-        u, v = u @ matrix.T, v @ matrix.T
-    parallelogram = np.linalg.norm(np.cross(u, v), axis=1)
-    factor = np.select([kinds == Kind.RECTANGLE, kinds == Kind.DISK], [1.0, np.pi], 0.5)
-    radius = words[:, 1, 0].view(np.float32).astype(np.float64)
-    return np.where(kinds == Kind.SPHERE, 4 * np.pi * radius**2, factor * parallelogram)
+def _corners(words: Words) -> Floats:
+    """What records (n, 4, 4) have as corners, (n, 3, 3)."""
+    corners: Floats = np.ascontiguousarray(words[:, :3, :3]).view(np.float32).astype(np.float64)
+    return corners
+
+
+def _areas(corners: Floats, kinds: Ints, reach: float) -> Floats:
+    """In m^2, by what records (n, 3, 3) have as corners; of planes as far as they ``reach``."""
+    parallelogram = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    ball = 4 * np.pi * corners[:, 1, 0] ** 2
+    is_kind = [kinds == kind for kind in (Kind.PLANE, Kind.SPHERE, Kind.RECTANGLE, Kind.DISK)]
+    return np.select(is_kind, [np.pi * reach**2, ball, parallelogram, np.pi * parallelogram], parallelogram / 2)
 
 
 def _triangles_below(words: Words, root: int, first: int) -> Ints:
