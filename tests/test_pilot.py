@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from fragtracer import Renderer, load
 from fragtracer.sampling.allocation import LEAST_GAIN
+from fragtracer.sampling.gradients import Weights
 from fragtracer.sampling.pilot import (
     SAMPLES,
     SURVEY_SAMPLES,
@@ -85,6 +86,22 @@ def test_tiles_are_whole_and_apart(width: int, height: int) -> None:
     assert order.shape == (2, len(tiles.pixels), 16, 16, 1)
     np.testing.assert_array_equal(tiles.tiled(items.first.reshape(-1, 1, 1)).max(axis=(1, 2, 3, 4)), [0, SAMPLES])
     np.testing.assert_array_equal(order[0, 0, ::-1, :, 0], np.sort(tiles.pixels[0]).reshape(16, 16))
+
+
+def test_a_variance_that_is_no_float32_is_the_largest() -> None:
+    """Of a lamp as bright as 1e20: the pilot ends, and its tiles are drawn there."""
+    deviation = np.ones((HEIGHT, WIDTH))
+    work = survey_list(WIDTH, HEIGHT)
+    survey = sampled(work.pixels, deviation, SURVEY_SAMPLES, 0)
+    survey.variance[: 40 * 16, 0, :3] = np.inf
+    _, tiles = Tiles.by(survey, WIDTH, HEIGHT)
+    assert np.isfinite(tiles.weights).all()
+    assert (tiles.weights < 1.5).sum() >= 20
+    pixels = pilot_list(tiles.pixels).pixels
+    items = sampled(pixels, deviation, SAMPLES, 1)
+    items.variance[..., :3] = np.inf
+    assert np.isfinite(Pilot(tiles, items, (tiles, tiles)).gain())
+    assert np.isfinite(Weights.of(np.full((4, 4), np.inf), 0.1).pixels).all()
 
 
 def test_an_image_without_room_has_no_tiles() -> None:

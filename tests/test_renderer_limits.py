@@ -2,6 +2,7 @@
 """What a renderer counts, and when it stops: samples that are no numbers, time, errors, memory, an interruption."""
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -83,6 +84,19 @@ def test_time_runs_out(ctx):
         done = renderer.spp
         renderer.render(seconds=0.0)
         assert done < renderer.spp <= done + 64  # a pass
+
+
+@pytest.mark.parametrize("radiance", [1e-20, 1e20])
+def test_an_error_whose_square_is_no_float32_is_not_known(ctx, radiance):
+    """And is said to be none of those that are asked for, once."""
+    scene = load("cornell-box")
+    lamp = replace(scene.materials["lamp"], emission=radiance)
+    with Renderer(replace(scene, materials={**scene.materials, "lamp": lamp}), SIZE, context=ctx) as renderer:
+        with pytest.warns(UserWarning, match="the error of the picture is not known") as said:
+            renderer.render(48, until=0.5, worst=0.5)
+        assert len(said) == 1
+        assert renderer.spp == 48
+        assert renderer.relative_error() == renderer.worst_error() == np.inf
 
 
 def test_error_is_small_enough(ctx):

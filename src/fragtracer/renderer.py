@@ -288,7 +288,12 @@ class Renderer:
     def _is_good(self, until: float | None, worst: float | None) -> bool:
         """Whether the errors that :meth:`render` has been given are reached."""
         pixels = self._read()
-        self._last_error = pixels.relative_error()
+        before, self._last_error = self._last_error, pixels.relative_error()
+        if math.inf == self._last_error != before:
+            warnings.warn(
+                "the error of the picture is not known: its variance is no float32; until and worst do not end it",
+                stacklevel=3,
+            )
         is_good = until is None or self._last_error <= until
         return is_good and (worst is None or pixels.worst_error() <= worst)
 

@@ -75,7 +75,8 @@ class Weights:
         """The inverse variances that follow from those of single samples, (..., height, width), where neighbours have
         the correlation 1 - ``decorrelation`` > 0: those of pixels are means of twice as many samples as differences.
         """
-        smooth = _smooth(_smooth(variance, -1), -2)
+        largest = float(np.finfo(np.float32).max)  # and what is no float32
+        smooth = _smooth(_smooth(np.nan_to_num(variance, nan=largest, posinf=largest), -1), -2)
         median = float(np.median(smooth[smooth > 0])) if smooth.any() else 1.0
         deviation = np.sqrt(smooth + _LEAST_VARIANCE * median)
 

@@ -31,6 +31,7 @@ _FIRST_TILES = 16  # of those that are drawn
 _PICTURE = 10  # times the samples of the first stage: what a picture is taken to have, when its pilot costs too much
 _SURVEYED = (TILE // BLOCK) ** 2  # pixels of a tile
 _SMOOTH = 5  # pixels, a side of the square over which the variance is averaged
+_LARGEST = 1e30  # of a relative variance, which that of samples is taken to have that is no float32
 _ROUNDING = 1e-6  # relative, of a running mean in float32
 
 
@@ -83,7 +84,7 @@ class Tiles:
         to its square. Both stand for the image."""
         variance = survey.variance[..., :3].mean(axis=2, dtype=np.float64).reshape(-1, _SURVEYED)
         brightness = np.maximum(bright(survey.mean), 1e-30).reshape(-1, _SURVEYED)
-        relative = (variance / brightness**2).mean(axis=1)
+        relative = np.nan_to_num((variance / brightness**2).mean(axis=1), nan=_LARGEST, posinf=_LARGEST)
         shares_of = (values / max(values.mean(), 1e-30) for values in (np.sqrt(relative), relative))
         wanted = 1 + sum(shares_of, np.zeros_like(relative))
         most = _drawn(len(relative))
@@ -249,7 +250,7 @@ class Pilot:
                 for half in zip(mean, variance, half_difference, strict=True)
             ]
         )
-        squares = (error / self._brightness) ** 2 + _ROUNDING**2
+        squares = np.nan_to_num((error / self._brightness) ** 2, nan=_LARGEST, posinf=_LARGEST) + _ROUNDING**2
         return np.array([[around(tile, _SMOOTH) for tile in half] for half in squares])
 
     @cached_property

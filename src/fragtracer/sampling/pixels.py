@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What samples say of pixels: the mean, and how far it may be from the truth."""
 
+import math
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -15,6 +16,7 @@ Floats = NDArray[np.float32]
 _BAND = 32  # rows of a picture, whose arrays stay in the processor's cache while they are worked on
 _NEIGHBOURS = 11  # pixels, a side of the square that tells by how much stratification lowers the variance
 DARK = 0.1  # of the mean brightness
+_DIMMEST = 1e-16  # a mean of which a deviation of a thousandth has a square that is a float32
 
 
 @dataclass(frozen=True)
@@ -56,23 +58,31 @@ class Pixels:
         return np.where(degrees > 0, error, np.inf).astype(np.float32)
 
     def relative_error(self) -> float:
-        """Mean standard error over mean radiance; 0 for a black image."""
+        """Mean standard error over mean radiance; 0 for a black image, and infinite where the variance is no float32,
+        being too large or too small."""
         mean = float(self.mean[..., :3].mean(dtype=np.float64))
-        return float(self.standard_error().mean(dtype=np.float64)) / mean if mean > 0 else 0.0
+        return _known(float(self.standard_error().mean(dtype=np.float64)) / mean, mean) if mean > 0 else 0.0
 
     def worst_error(self) -> float:
         """The 99th percentile of the pixels' standard error over their brightness, in the mean of the colours; pixels
         darker than a tenth of the mean brightness count as if they were that bright. 0 for a black image, and infinite
-        where more than one pixel in a hundred has fewer than two samples."""
+        where more than one pixel in a hundred has fewer than two samples or a variance that is no float32."""
         error = self.standard_error().mean(axis=2, dtype=np.float64)
         brightness = bright(self.mean)
-        return float(np.percentile(error / brightness, 99, method="higher")) if brightness.any() else 0.0
+        if not brightness.any():
+            return 0.0
+        return _known(float(np.percentile(error / brightness, 99, method="higher")), float(brightness.mean()))
 
     def centred_half_difference(self) -> NDArray[np.float64]:
         """Half the difference of the means of two halves, (height, width, 3), also where one has a sample more."""
         count = self.mean[..., 3:].astype(np.float64)
         odd = count - 2 * np.floor(count / 2)
         return np.asarray(self.half_difference - self.mean[..., :3] * odd / np.maximum(count, 1))
+
+
+def _known(error: float, mean: float) -> float:
+    """A relative ``error`` of what has that ``mean``, above 0."""
+    return error if error < math.inf and mean >= _DIMMEST else math.inf
 
 
 def in_bands(
