@@ -127,9 +127,12 @@ def test_what_a_white_metal_reflects() -> None:
 
 
 def test_the_fit_of_what_a_white_metal_reflects() -> None:
-    """Of the matrix on the page; and what it makes of a dielectric's lobe, most where E is least."""
+    """Of the matrix on the page, before which there is that of sheen; and what it makes of a dielectric's lobe, most
+    where E is least."""
     rows = re.findall(r"\| +((?:[−\d.]+ +){4})\|", PAGE)
-    matrix = np.array([[float(x.replace("−", "-")) for x in found.split()] for found in rows])
+    numbers = np.array([[float(x.replace("−", "-")) for x in found.split()] for found in rows])
+    sheen, matrix = np.split(numbers, [len(bsdf_oracle.SHEEN_FIT)])
+    np.testing.assert_array_equal(sheen, bsdf_oracle.SHEEN_FIT)
     assert matrix.shape == (4, 4)
     (largest,) = figures("largest relative error in E is # %")
     errors, least = [], 1.0
