@@ -79,6 +79,20 @@ def test_groups_of_triangles_are_pieces_of_meshes() -> None:
     assert np.mean(spread) < 0.3 * middles.var(axis=0).sum()
 
 
+def test_a_speck_is_not_what_is_near() -> None:
+    """Nor is what has no size, which parts of meshes may have that are a point."""
+    balls = [Sphere((2.0 * i, 0.5, 0.0), 0.5, "gold") for i in range(5)]
+    scene = Scene(LENS, MATERIALS, spheres=balls, lights=[LAMP])
+    near = Near.of(scene, np.zeros(3))
+    for speck in (Sphere((0.0, 0.5, 0.6), 1e-4, "gold"), Sphere((20.0, 0.0, 0.0), 100.0, "gold")):
+        found = Near.of(replace(scene, spheres=[*balls, speck]), np.zeros(3))
+        assert found.radius == pytest.approx(near.radius, rel=0.1)
+    point = Mesh((Part(geometry((np.zeros((3, 3)), np.array([[0, 1, 2]]))), "gold"),))
+    scene = replace(scene, spheres=balls[:1], meshes=[point])
+    targets = targets_of(pack(scene, RenderSettings(), 8, 8), scene)
+    assert targets.weights().sum() == pytest.approx(1)
+
+
 def test_grounds_are_divided_by_distance() -> None:
     """Of any kind, with parts as small as what is near wants them there, and no more than that takes."""
     scene = grounds()

@@ -29,12 +29,13 @@ _WIDEST = 0.5  # GGX width of a lobe that may be narrow somewhere
 _CELLS = (16, 8)  # into which shapes that are no triangles of meshes are divided, columns and rows
 _MOST_DIVIDED = 512  # with more of them, none is
 _FAR_LARGER = 8.0  # times the extent of all that is smaller: such shapes are a ground or a wall behind that
+_LEAST_NEAR = 0.2  # of all shapes and parts of meshes that is: fewer may be a speck on what it is about
 _FINEST = 0.25  # of the distance from what is near, or of its radius: parts of targets are no larger
 _MOST_CELLS = 2**15  # along an edge: the shader has 16 bits for their number
 _MOST_PARTS = 2**18  # of all targets together, until which they are divided
 _PIECES = 16  # of all meshes together
 _EVEN = 0.2  # of the photons are spread by area
-_MOST = 2**21  # triangles that are targets: they take 400 MB, and some seconds to list
+_MOST = 2**21  # triangles that are targets: to list them takes 500 MB and some seconds
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,17 +48,24 @@ class Near:
 
     @staticmethod
     def of(scene: Scene, origin: Floats) -> "Near":
-        """All smaller things of ``scene`` than one that is larger than all these together; else all that is finite."""
+        """All smaller things of ``scene``, if they are a fifth at least, than one that is larger than all these
+        together; else all that is finite. What has no size is no thing."""
         low, high = boxes_of(scene)
-        if not len(low):
-            return Near(origin, math.inf)
         size = np.linalg.norm(high - low, axis=1)
-        order = np.argsort(size, kind="stable")
+        order = np.argsort(size, kind="stable")[np.count_nonzero(size == 0) :]
+        if not len(order):
+            return Near(origin, math.inf)
         low, high = np.minimum.accumulate(low[order]), np.maximum.accumulate(high[order])
         extent = np.linalg.norm(high - low, axis=1)
-        larger = np.flatnonzero(size[order][1:] > _FAR_LARGER * extent[:-1])
+        is_far_larger = size[order][1:] > _FAR_LARGER * extent[:-1]
+        are_enough = np.arange(1, len(order)) >= _LEAST_NEAR * len(order)
+        larger = np.flatnonzero(is_far_larger & are_enough)
         last = larger[0] if len(larger) else -1
         return Near((low[last] + high[last]) / 2 - origin, float(extent[last]) / 2)
+
+    def share(self, distance: Floats) -> Floats:
+        """Of their area that targets are worth at a ``distance`` from the middle, (n,)."""
+        return np.asarray(np.minimum(1, self.radius / np.maximum(distance, 1e-300)) ** 2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,7 +211,7 @@ def _grouped(targets: Targets) -> Targets:
 def _divided(targets: Targets) -> Targets:
     """Large shapes in parts, so that photons can go to those that throw light."""
     is_shape = targets.kind != Kind.TRIANGLE
-    if is_shape.sum() > _MOST_DIVIDED:
+    if not 0 < is_shape.sum() <= _MOST_DIVIDED:
         return targets
     cells = _CELLS[0] * _CELLS[1]
     times = np.where(is_shape, cells, 1)
@@ -219,7 +227,12 @@ def _divided(targets: Targets) -> Targets:
 def _refined(targets: Targets, near: Near) -> Targets:
     """Parts that are large for their distance from what is ``near`` in halves, again and again; photons go to far ones
     by the inverse square of the distance."""
-    done, left, count = [], targets, len(targets)
+    edges = np.linalg.norm(targets.corners[:, 1:] - targets.corners[:, :1], axis=2).max(axis=1)
+    may_be_large = (targets.kind != Kind.TRIANGLE) | (edges > _FINEST * near.radius)
+    rest = targets.taken(np.flatnonzero(~may_be_large))
+    distance = np.linalg.norm(rest.corners.mean(axis=1) - near.middle, axis=1)
+    done = [replace(rest, worth=rest.area * near.share(distance))]
+    left, count = targets.taken(np.flatnonzero(may_be_large)), len(targets)
     while len(left):
         middle = left.points(0.5, 0.5)
         sides = [
@@ -232,10 +245,8 @@ def _refined(targets: Targets, near: Near) -> Targets:
         along = np.eye(2, dtype=np.int64)[np.argmax(sides, axis=0)]
         is_split = is_large & (left.kind != Kind.PLANE) & ((left.cells * along).max(axis=1) < _MOST_CELLS)
         is_split &= count + is_split.sum() <= _MOST_PARTS
-        far = np.minimum(1, near.radius / np.maximum(distance, 1e-300)) ** 2
-        done.append(
-            replace(left, worth=left.area * np.where(left.kind == Kind.PLANE, 1, far)).taken(np.flatnonzero(~is_split))
-        )
+        share = np.where(left.kind == Kind.PLANE, 1, near.share(distance))
+        done.append(replace(left, worth=left.area * share).taken(np.flatnonzero(~is_split)))
         left, along = left.taken(np.repeat(np.flatnonzero(is_split), 2)), np.repeat(along[is_split], 2, axis=0)
         second = along * (np.arange(len(left)) % 2)[:, None]
         left = replace(left, area=left.area / 2, cells=left.cells * (1 + along), cell=left.cell * (1 + along) + second)
@@ -267,10 +278,11 @@ def _of_part(words: Words, first: int, materials: Ints, reach: float) -> Targets
         matrix: Floats = np.linalg.inv(words[i, :3, :3].view(np.float32)).astype(np.float64)
         record.append(triangles)
         instance.append(np.full(len(triangles), i + first))
-        corners.append(_corners(words[triangles]) @ matrix.T + words[i, 3, :3].view(np.float32))
+        placed = _corners(words[triangles]) @ matrix.T + words[i, 3, :3].view(np.float32)
+        corners.append(placed.astype(np.float32))
         carrier.append(np.full(len(triangles), i))
-    records, placed = np.concatenate(record), np.concatenate(corners)
-    area = _areas(placed, of_kind[records], reach)
+    records, all_corners = np.concatenate(record), np.concatenate(corners)
+    area = _areas(all_corners, of_kind[records], reach)
     return Targets(
         reach,
         records + first,
@@ -278,24 +290,24 @@ def _of_part(words: Words, first: int, materials: Ints, reach: float) -> Targets
         area,
         area,
         (kind[np.concatenate(carrier)] & CULLED) > 0,
-        np.ones((len(records), 2), np.int64),
-        np.zeros((len(records), 2), np.int64),
+        np.ones((len(records), 2), np.int32),
+        np.zeros((len(records), 2), np.int32),
         np.zeros(len(records), np.int64),
-        of_kind[records],
-        placed.astype(np.float32),
+        of_kind[records].astype(np.uint8),
+        all_corners,
     )
 
 
-def _corners(words: Words) -> Floats:
+def _corners(words: Words) -> NDArray[np.float32]:
     """What records (n, 4, 4) have as corners, (n, 3, 3)."""
-    corners: Floats = np.ascontiguousarray(words[:, :3, :3]).view(np.float32).astype(np.float64)
-    return corners
+    return np.ascontiguousarray(words[:, :3, :3]).view(np.float32)
 
 
-def _areas(corners: Floats, kinds: Ints, reach: float) -> Floats:
+def _areas(corners: NDArray[np.float32], kinds: Ints, reach: float) -> Floats:
     """In m^2, by what records (n, 3, 3) have as corners; of planes as far as they ``reach``."""
-    parallelogram = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    ball = 4 * np.pi * corners[:, 1, 0] ** 2
+    u, v = (np.subtract(corners[:, i], corners[:, 0], dtype=np.float64) for i in (1, 2))
+    parallelogram = np.linalg.norm(np.cross(u, v), axis=1)
+    ball = 4 * np.pi * np.square(corners[:, 1, 0], dtype=np.float64)
     is_kind = [kinds == kind for kind in (Kind.PLANE, Kind.SPHERE, Kind.RECTANGLE, Kind.DISK)]
     return np.select(is_kind, [np.pi * reach**2, ball, parallelogram, np.pi * parallelogram], parallelogram / 2)
 
