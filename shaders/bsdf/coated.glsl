@@ -96,8 +96,6 @@ BsdfSample coated_sample(Bsdf b, vec3 wo, vec2 u) {
             return s;
         }
     }
-    vec4 eval_pdf = coated_eval_pdf(b, wo, s.wi);
-    s.pdf = eval_pdf.a;
-    s.weight = eval_pdf.a > 0.0 ? eval_pdf.rgb / eval_pdf.a : vec3(0.0);
+    bsdf_weigh(s, coated_eval_pdf(b, wo, s.wi));
     return s;
 }

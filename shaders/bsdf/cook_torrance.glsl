@@ -91,10 +91,6 @@ BsdfSample cook_torrance_sample(Bsdf b, vec3 wo, vec2 u) {
 #endif
     s.wi = square_to_cosine_hemisphere(u);
     if (specular) s.wi = reflect(-wo, facets_sample_vndf(b, wo, u));
-    vec4 eval_pdf = cook_torrance_eval_pdf(b, wo, s.wi);
-    if (eval_pdf.a > 0.0) {
-        s.weight = eval_pdf.rgb / eval_pdf.a;
-        s.pdf = eval_pdf.a;
-    }
+    bsdf_weigh(s, cook_torrance_eval_pdf(b, wo, s.wi));
     return s;
 }

@@ -32,10 +32,6 @@ BsdfSample plastic_sample(Bsdf b, vec3 wo, vec2 u) {
         return BsdfSample(vec3(-wo.xy, wo.z), mirrored, specular_probability, 1.0, EVENT_REFLECTION | EVENT_DELTA);
     }
     s.wi = square_to_cosine_hemisphere(u);
-    vec4 eval_pdf = plastic_eval_pdf(b, wo, s.wi);
-    if (eval_pdf.a > 0.0) {
-        s.weight = eval_pdf.rgb / eval_pdf.a;
-        s.pdf = eval_pdf.a;
-    }
+    bsdf_weigh(s, plastic_eval_pdf(b, wo, s.wi));
     return s;
 }

@@ -47,10 +47,6 @@ BsdfSample rough_plastic_sample(Bsdf b, vec3 wo, vec2 u) {
     bool specular = choose_first(rough_plastic_specular_probability(b, rough_plastic_interface(b, wo.z)), u.x);
     s.wi = square_to_cosine_hemisphere(u);
     if (specular) s.wi = reflect(-wo, ggx_sample_vndf(b.alpha, wo, u));
-    vec4 eval_pdf = rough_plastic_eval_pdf(b, wo, s.wi);
-    if (eval_pdf.a > 0.0) {
-        s.weight = eval_pdf.rgb / eval_pdf.a;
-        s.pdf = eval_pdf.a;
-    }
+    bsdf_weigh(s, rough_plastic_eval_pdf(b, wo, s.wi));
     return s;
 }
