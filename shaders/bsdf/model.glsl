@@ -51,8 +51,10 @@ BsdfSample bsdf_no_sample() { return BsdfSample(vec3(0.0, 0.0, 1.0), vec3(0.0), 
 
 bool bsdf_is_delta(BsdfSample s) { return (s.event & EVENT_DELTA) != 0; }
 
-// Weight and density of a direction by f |cos_i| in rgb and the density in a; not of a delta.
+// Weight and density of a direction by f |cos_i| in rgb and the density in a; not of a delta. Of opposite directions along
+// the horizon, whose half vector is none, the density is no number, and there is no sample.
 void bsdf_weigh(inout BsdfSample s, vec4 eval_pdf) {
-    s.pdf = eval_pdf.a;
-    s.weight = eval_pdf.a > 0.0 ? eval_pdf.rgb / eval_pdf.a : vec3(0.0);
+    bool is_drawn = eval_pdf.a > 0.0;
+    s.pdf = is_drawn ? eval_pdf.a : 0.0;
+    s.weight = is_drawn ? eval_pdf.rgb / eval_pdf.a : vec3(0.0);
 }
