@@ -291,7 +291,8 @@ class Renderer:
         before, self._last_error = self._last_error, pixels.relative_error()
         if math.inf == self._last_error != before:
             warnings.warn(
-                "the error of the picture is not known: its variance is no float32; until and worst do not end it",
+                "the error of the picture is not known, since its variance overflows a float32 or underflows it; until "
+                "and worst do not end it",
                 stacklevel=3,
             )
         is_good = until is None or self._last_error <= until

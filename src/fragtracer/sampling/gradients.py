@@ -75,7 +75,7 @@ class Weights:
         """The inverse variances that follow from those of single samples, (..., height, width), where neighbours have
         the correlation 1 - ``decorrelation`` > 0: those of pixels are means of twice as many samples as differences.
         """
-        largest = float(np.finfo(np.float32).max)  # and what is no float32
+        largest = float(np.finfo(np.float32).max)  # in the place of what overflows
         smooth = _smooth(_smooth(np.nan_to_num(variance, nan=largest, posinf=largest), -1), -2)
         median = float(np.median(smooth[smooth > 0])) if smooth.any() else 1.0
         deviation = np.sqrt(smooth + _LEAST_VARIANCE * median)

@@ -31,7 +31,7 @@ _FIRST_TILES = 16  # of those that are drawn
 _PICTURE = 10  # times the samples of the first stage: what a picture is taken to have, when its pilot costs too much
 _SURVEYED = (TILE // BLOCK) ** 2  # pixels of a tile
 _SMOOTH = 5  # pixels, a side of the square over which the variance is averaged
-_LARGEST = 1e30  # of a relative variance, which that of samples is taken to have that is no float32
+_LARGEST = 1e30  # of a relative variance, and in the place of one that overflows a float32
 _ROUNDING = 1e-6  # relative, of a running mean in float32
 
 

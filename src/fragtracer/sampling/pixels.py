@@ -58,15 +58,15 @@ class Pixels:
         return np.where(degrees > 0, error, np.inf).astype(np.float32)
 
     def relative_error(self) -> float:
-        """Mean standard error over mean radiance; 0 for a black image, and infinite where the variance is no float32,
-        being too large or too small."""
+        """Mean standard error over mean radiance; 0 for a black image, and infinite where the variance overflows
+        a float32 or underflows it."""
         mean = float(self.mean[..., :3].mean(dtype=np.float64))
         return _known(float(self.standard_error().mean(dtype=np.float64)) / mean, mean) if mean > 0 else 0.0
 
     def worst_error(self) -> float:
         """The 99th percentile of the pixels' standard error over their brightness, in the mean of the colours; pixels
         darker than a tenth of the mean brightness count as if they were that bright. 0 for a black image, and infinite
-        where more than one pixel in a hundred has fewer than two samples or a variance that is no float32."""
+        where more than one pixel in a hundred has fewer than two samples or a variance that overflows or underflows."""
         error = self.standard_error().mean(axis=2, dtype=np.float64)
         brightness = bright(self.mean)
         if not brightness.any():

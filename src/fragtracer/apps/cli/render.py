@@ -330,7 +330,7 @@ def _say_if_badly_exposed(renderer: Any, output: Path, exposure: float | Literal
 
 def _report(renderer: Any, output: Path, finished: bool, denoised: bool) -> None:
     note = "" if finished else ", interrupted"
-    error = renderer.relative_error()  # of one sample there is none, and where it is no float32
+    error = renderer.relative_error()  # of one sample there is none, and where it overflows a float32
     found = f"{100 * error:.2g} % mean error" if math.isfinite(error) else "mean error not known"
     found += " before it was denoised" if denoised else ""
     print(f"{output}: {renderer.spp} samples per pixel{note}, {found}")
