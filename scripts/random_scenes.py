@@ -32,6 +32,7 @@ from fragtracer.apps.compare.verdict import Verdict, judge
 from fragtracer.errors import FragtracerError
 from fragtracer.renderer import Renderer
 from fragtracer.scene import (
+    PLAIN,
     Camera,
     Density,
     DirectionalLight,
@@ -68,7 +69,6 @@ _TEXTURED = ("albedo", "roughness", "metallic", "emission", "normal")
 _COAT = ("coat", "coat_roughness", "coat_normal")
 _SHEEN = ("sheen_color", "sheen_roughness")
 _NORMALS = ("normal", "coat_normal")
-PLAIN: dict[str, Any] = dict.fromkeys(("guiding", "light_tracing", "adaptive", "gradient_domain"), "off")
 WAYS = {
     "guiding": ("guiding",),
     "light tracing": ("light_tracing",),

@@ -163,11 +163,12 @@ def test_letters_of_other_scripts_are_those_of_a_font_of_the_system(
         theme.load_font()
         return [fonts.fonts[0].is_glyph_in_font(ord(letter)) for letter in text]
 
-    monkeypatch.setattr(theme, "_SYSTEM_FONTS", ("of-this-test.ttf",))
+    monkeypatch.setattr(theme, "_SYSTEM_FONTS", ("damaged.ttf", "of-this-test.ttf"))
     monkeypatch.setenv("HOME", str(tmp_path))
     assert has_letters("aЖΩ") == [True] * 3
     assert has_letters("א") == [False]
     folder = tmp_path / ".local" / "share" / "fonts" / "some"
     folder.mkdir(parents=True)
+    (folder / "damaged.ttf").write_bytes(b"")
     copyfile(findfont("DejaVu Sans"), folder / "of-this-test.ttf")
     assert has_letters("aא") == [True] * 2

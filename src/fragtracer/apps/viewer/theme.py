@@ -3,6 +3,7 @@
 
 import os
 from collections.abc import Iterator
+from contextlib import suppress
 from importlib.resources import files
 from pathlib import Path
 
@@ -56,7 +57,8 @@ def load_font() -> None:
         if path.is_file():
             configuration = imgui.ImFontConfig()
             configuration.merge_mode = len(fonts.fonts) > 0
-            fonts.add_font_from_file_ttf(str(path), FONT_SIZE, configuration)
+            with suppress(RuntimeError):  # of a damaged file
+                fonts.add_font_from_file_ttf(str(path), FONT_SIZE, configuration)
     imgui.get_style().font_size_base = FONT_SIZE
 
 
