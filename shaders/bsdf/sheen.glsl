@@ -22,7 +22,7 @@ bool sheen_is_there(Bsdf b) {
     return HAS_EXACT_FRESNEL == 1 && u_without_sheen == 0 && max_component(b.sheen_color) > 0.0;
 }
 
-// The density of facets D in 1/sr, an exponentiated sine (their eq. 2), which they call "Charlie".
+// The density of facets D in 1/sr, an exponentiated sine, which they call "Charlie".
 float sheen_d(float alpha, vec3 wh) {
     return (2.0 + 1.0 / alpha) * (0.5 * INVERSE_PI) * pow(min(1.0, dot(wh.xy, wh.xy)), 0.5 / alpha);
 }

@@ -26,7 +26,7 @@ _OPTIONS |= {"-blendv": 1, "-imfchan": 1, "-type": 1, "-cc": 1}
 _UNSUPPORTED = ("map_ks", "map_ns", "map_refl", "refl", "disp", "map_disp", "decal", "map_ps", "map_rma", "map_orm")
 _UNSUPPORTED_NUMBERS = ("aniso",)
 _MATTE, _MIRRORS, _REFRACTS = ("0", "1"), ("3", "5", "8"), ("6", "7")  # of illum
-_SHEEN_ROUGHNESS = 0.5  # of Ps, as Blender takes it
+_SHEEN_ROUGHNESS = 0.5  # of Ps: the default of that of Blender
 _LEAST_ALBEDO = 0.1  # of Kd: what has less, and refracts, is glass
 
 
