@@ -149,6 +149,13 @@ MUTATIONS = [
         "bsdf/model.glsl",
         "vec3(0.0), 0.0, 1.0, EVENT_REFLECTION",
         "vec3(0.0), 1.0, 1.0, EVENT_REFLECTION",
+        Check(test_bsdf_sample.test_weight_is_value_over_density, name="conductor", material="measured gold"),
+    ),
+    Mutation(
+        "a direction without density taken for a sample",
+        "bsdf/model.glsl",
+        "is_drawn ? eval_pdf.a : 0.0",
+        "is_drawn ? eval_pdf.a : 1.0",
         weights("gold"),
     ),
     Mutation("no shadow at the terminator", "bsdf/shading_normal.glsl", "g + square(g) * (1.0 - g)", "1.0", BUMPS),
