@@ -140,8 +140,8 @@ def test_a_pilot_decides_once(client, expected, expected_adaptively, monkeypatch
 
 @pytest.mark.parametrize("adaptive", ["off", "on"])
 def test_a_slow_worker_gets_smaller_parts(client, expected, expected_adaptively, monkeypatch, adaptive) -> None:
-    """The smallest there are where it takes a thousand times as long, by clocks that no other work disturbs. The picture
-    has the same bits."""
+    """The smallest there are where it takes a thousand times as long, by clocks that no other work disturbs. The
+    picture has the same bits."""
     from fragtracer.apps.cluster.dispatch import Dispatcher
     from fragtracer.apps.cluster.workers import Workers
 

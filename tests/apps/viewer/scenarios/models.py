@@ -64,6 +64,7 @@ def works_with_meshes() -> None:
 
 def the_command_makes_the_picture(viewer: Viewer, hand: Hand) -> str:
     """Copy the command, run it, and compare; returns it."""
+    viewer.session.say("", 0.0)  # no message lies over the picture
     refined(viewer, hand, 4)
     viewer.do("copy command")
     assert not viewer.problem
