@@ -36,11 +36,12 @@ PNG = _png()  # 2 x 2 pixels, from 0 to 15
 
 
 class Gltf:
-    """Collects the arrays of a glTF document in one buffer."""
+    """Collects the arrays of a glTF document in one buffer; ``others`` come after that."""
 
     def __init__(self, **content: Any) -> None:
         self.content = {"asset": {"version": "2.0"}, "bufferViews": [], "accessors": [], **content}
         self.data = b""
+        self.others: list[dict[str, Any]] = []
 
     def view(self, data: bytes, stride: int | None = None) -> int:
         self.data += b"\0" * (-len(self.data) % 4)
@@ -69,7 +70,7 @@ class Gltf:
 
     def write(self, path: Path) -> Path:
         if path.suffix == ".glb":
-            self.content["buffers"] = [{"byteLength": len(self.data)}]
+            self.content["buffers"] = [{"byteLength": len(self.data)}, *self.others]
             text = json.dumps(self.content).encode()
             text += b" " * (-len(text) % 4)
             data = self.data + b"\0" * (-len(self.data) % 4)
@@ -78,7 +79,7 @@ class Gltf:
             path.write_bytes(header + chunks)
         else:
             uri = "data:application/octet-stream;base64," + base64.b64encode(self.data).decode()
-            self.content["buffers"] = [{"byteLength": len(self.data), "uri": uri}]
+            self.content["buffers"] = [{"byteLength": len(self.data), "uri": uri}, *self.others]
             path.write_text(json.dumps(self.content))
         return path
 

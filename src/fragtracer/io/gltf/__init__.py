@@ -19,6 +19,7 @@ from fragtracer.io.gltf.instances import instance_matrices
 from fragtracer.io.gltf.lights import EXTENSION as LIGHTS
 from fragtracer.io.gltf.lights import read_lights
 from fragtracer.io.gltf.materials import DEFAULT, Materials, unique
+from fragtracer.io.gltf.meshopt import EXTENSIONS as MESHOPT
 from fragtracer.io.gltf.nodes import PlacedNode, placed_nodes
 from fragtracer.io.gltf.sides import split_double_sided_emitters
 from fragtracer.io.gltf.skins import Skins
@@ -43,6 +44,7 @@ _SUPPORTED = {
     "EXT_texture_webp",
     "KHR_mesh_quantization",
     DRACO,
+    *MESHOPT,
     INSTANCES,
 }
 

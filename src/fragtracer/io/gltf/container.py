@@ -15,11 +15,14 @@ from urllib.parse import unquote, unquote_to_bytes
 from pydantic import ValidationError
 
 from fragtracer.errors import SceneError
+from fragtracer.io.gltf import document as gltf
+from fragtracer.io.gltf import meshopt
 from fragtracer.io.gltf.document import Document, Item, first_mistake
 from fragtracer.io.model import read_file
 
 T = TypeVar("T", bound=Item)
 _JSON, _BIN = 0x4E4F534A, 0x004E4942
+_MOST_BYTES = 2**32  # of all buffer views that are compressed
 
 
 class Container:
@@ -42,7 +45,9 @@ class Container:
         if unknown:
             raise SceneError(f"{path}: this model needs {', '.join(unknown)}, which is not supported; save it without")
         self._fetched: dict[str, bytes] = {}
-        self._buffers = [self._buffer(index) for index in range(len(self.document.buffers))]
+        self._decompressed: dict[int, bytes] = {}
+        self._decompressed_size = 0
+        self._buffers = [None if self._is_fallback(i) else self._buffer(i) for i in range(len(self.document.buffers))]
 
     def error(self, place: str, problem: str) -> SceneError:
         """The error to raise for a ``problem`` at ``place`` in the document."""
@@ -67,10 +72,45 @@ class Container:
         """The bytes of a buffer view."""
         view = self.item(self.document.bufferViews, index, place)
         where = f"bufferViews[{index}]"
+        for name in meshopt.EXTENSIONS:
+            found = self.extension(gltf.Meshopt, view, name, where)
+            if found is not None and (meshopt.is_installed() or not self._is_there(view)):
+                return self._view_decompressed(index, found, f"{where}.extensions.{name}")
+        return self._slice(view, where)
+
+    def _slice(self, view: gltf.BufferView | gltf.Meshopt, where: str) -> memoryview:
         buffer = self.item(self._buffers, view.buffer, f"{where}.buffer")
+        if buffer is None:
+            buffer = self._buffers[view.buffer] = self._buffer(view.buffer)
         if view.byteOffset + view.byteLength > len(buffer):
             raise self.error(where, f"ends behind its buffer, which has {len(buffer)} bytes")
         return memoryview(buffer)[view.byteOffset : view.byteOffset + view.byteLength]
+
+    def _view_decompressed(self, index: int, found: gltf.Meshopt, place: str) -> memoryview:
+        if index not in self._decompressed:
+            size, expected = found.count * found.byteStride, self.document.bufferViews[index].byteLength
+            if size != expected:
+                elements = f"{found.count} elements of {found.byteStride} bytes"
+                raise self.error(place, f"{elements} are not the {expected} of its view")
+            self._decompressed_size += size
+            if self._decompressed_size > _MOST_BYTES:
+                raise self.error(place, f"with it all that is decompressed takes more than {_MOST_BYTES} bytes")
+            try:
+                self._decompressed[index] = meshopt.decompress(self._slice(found, place), found)
+            except ValueError as error:
+                raise self.error(place, str(error)) from error
+        return memoryview(self._decompressed[index])
+
+    def _is_fallback(self, index: int) -> bool:
+        """Whether a buffer is for readers alone that know no compression."""
+        buffer, place = self.document.buffers[index], f"buffers[{index}]"
+        marks = (self.extension(gltf.MeshoptBuffer, buffer, name, place) for name in meshopt.EXTENSIONS)
+        return any(mark is not None and mark.fallback for mark in marks)
+
+    def _is_there(self, view: gltf.BufferView) -> bool:
+        """Whether what a compressed ``view`` holds is there uncompressed as well."""
+        buffers = self.document.buffers
+        return view.buffer < len(buffers) and not (self._is_fallback(view.buffer) and buffers[view.buffer].uri is None)
 
     def fetch(self, uri: str, place: str) -> bytes:
         """The content of a data URI or of a file relative to the model, each read once."""

@@ -248,6 +248,20 @@ class Draco(Item):
     attributes: dict[str, Index]
 
 
+class Meshopt(Item):
+    buffer: Index
+    byteOffset: Count = 0
+    byteLength: Count
+    byteStride: Annotated[int, Field(ge=1, le=256)]
+    count: Count
+    mode: Literal["ATTRIBUTES", "TRIANGLES", "INDICES"]
+    filter: Literal["NONE", "OCTAHEDRAL", "QUATERNION", "EXPONENTIAL", "COLOR"] = "NONE"
+
+
+class MeshoptBuffer(Item):
+    fallback: bool = False  # what is in the buffer is there compressed, and the buffer may have no data
+
+
 class InstanceAttributes(Item):
     TRANSLATION: Index | None = None
     ROTATION: Index | None = None
