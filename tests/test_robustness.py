@@ -348,11 +348,35 @@ def test_a_camera_far_away_sees_the_same(ctx) -> None:
     assert (np.abs(far - near) > 0.05 * near.max()).mean() < 0.02
 
 
+@pytest.mark.parametrize("radius", [1e6, 1e12])
+def test_a_globe_is_a_ground(ctx, storage, monkeypatch, radius) -> None:
+    """However large: balls on it have the shadows that they have on a plane; taken for another sphere it has not."""
+    balls = [Sphere((0.5 * x, 0.1, 0.4 * x * x), 0.1, "a") for x in (-1, 0, 1)]
+    view = Camera((0.0, 2.0, 2.0), (0.0, 0.0, 0.0), fov_degrees=35.0)
+    plain = Scene(view, {"a": lambert(0.5)}, spheres=balls, lights=[Light((1.0, 3.0, 1.0), power=100.0, radius=0.2)])
+    flat = rendered(ctx, replace(plain, planes=[Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), "a")]), 16, SIZE)
+    globe = replace(plain, spheres=[*balls, Sphere((0.0, -radius, 0.0), radius, "a")])
+    assert shares_beyond(rendered(ctx, globe, 16, SIZE), flat, 0.01) < 0.01
+    monkeypatch.setattr("fragtracer.packing.shapes._GLOBE", 1e30)
+    assert shares_beyond(rendered(ctx, globe, 16, SIZE), flat, 0.01) > 0.1
+
+
+def test_globes_are_far_larger_than_what_is_near_and_pass_close_by() -> None:
+    """Those of lights are none: pages change their radii."""
+    spheres = [Sphere((0.0, -y, 0.0), r, "a") for y, r in ((40, 40), (30, 30), (42, 40), (-41, 40), (40, 40))]
+    lights = np.array([-1, -1, -1, -1, 0])
+    records = shape_records(spheres, {"a": lambert(0.5)}, {"a": 0}, lights, np.zeros(3), 100.0, 1.0)
+    assert records.is_globe.tolist() == [True, False, False, True, False]
+    values = records.words[[0, 3]].view(np.float32)
+    np.testing.assert_allclose(values[:, 1, 3], 1 / 40)
+    np.testing.assert_allclose(values[:, 2, :3], [[0, 0, 0], [0, 1, 0]], atol=1e-6)
+
+
 def test_shapes_grow_by_their_own_coordinates_and_lights_do_not() -> None:
     """However large the scene is around them."""
     rectangle = Rectangle((3.0, 0.0, 0.0), (0.01, 0.0, 0.0), (0.0, 0.01, 0.0), "a")
     shapes = [rectangle, replace(rectangle, corner=(300.0, 0.0, 0.0)), rectangle]
-    records = shape_records(shapes, {"a": lambert(0.5)}, {"a": 0}, np.array([-1, -1, 0]), np.zeros(3), 1e4)
+    records = shape_records(shapes, {"a": lambert(0.5)}, {"a": 0}, np.array([-1, -1, 0]), np.zeros(3), 1e4, 1.0)
     corners = np.ascontiguousarray(records.words[:, :2, :3]).view(np.float32).astype(np.float64)
     grown = np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1) - 0.01
     assert (np.abs(grown - [2 * 3.01e-6, 2 * 300.01e-6, 0]) < [5e-7, 5e-5, 5e-7]).all()

@@ -36,7 +36,7 @@ MirroredView mirrored_view(vec3 point, int index, vec2 lens, vec2 u, uint seed) 
         uvec4 t1 = shape_texel(record, 1);
         bool is_sphere = t0.w >> 24u == KIND_SPHERE;
         bool is_plane = t0.w >> 24u == KIND_PLANE;
-        Sphere sphere = sphere_of(t0, t1);
+        Sphere sphere = sphere_of(t0, t1, uvec4(0u));
         Plane plane = plane_of(t0, t1);
         Flat flat_shape = flat_of(t0, t1, shape_texel(record, 2), shape_texel(record, 3));
         vec3 origin = direct.origin;

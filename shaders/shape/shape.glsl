@@ -19,7 +19,7 @@ void hit_plane(inout Hit hit, Ray ray, Plane plane, int primitive, int ignored) 
 
 void hit_sphere(inout Hit hit, Ray ray, Sphere sphere, int primitive, int ignored) {
     bool is_front;
-    float distance = sphere_intersect(sphere.center, sphere.radius, ray.origin, ray.direction, is_front);
+    float distance = sphere_intersect(sphere, ray.origin, ray.direction, is_front);
     if (is_front || (sphere.kind & SHAPE_CULLED) == 0u) hit_update(hit, distance, primitive, ignored);
 }
 
@@ -56,7 +56,7 @@ float shape_intersect(uvec4 t0, uvec4 t1, uvec4 t2, BvhRay ray, out vec2 barycen
         is_front = found.w > 0.0;
     }
     if ((u_bvh_shapes & BVH_SPHERES) != 0 && kind == KIND_SPHERE) {
-        distance = sphere_intersect(uintBitsToFloat(t0.xyz), uintBitsToFloat(t1.x), ray.origin, ray.direction, is_front);
+        distance = sphere_intersect(sphere_of(t0, t1, t2), ray.origin, ray.direction, is_front);
     }
     return distance;
 }
@@ -77,7 +77,7 @@ Surface surface_at(Ray ray, Hit hit) {
     surface.material = 0;
     surface.light = -1;
     if (u_plane_count > 0 && kind == KIND_PLANE) plane_set_surface(surface, plane_of(t0, t1));
-    if (sphere_is_used() && kind == KIND_SPHERE) sphere_set_surface(surface, sphere_of(t0, t1));
+    if (sphere_is_used() && kind == KIND_SPHERE) sphere_set_surface(surface, sphere_of(t0, t1, t2));
     if (flat_is_used() && kind >= KIND_RECTANGLE) flat_set_surface(surface, flat_of(t0, t1, t2, t3));
     surface.shading_normal = surface.normal;
 #if HAS_MESHES

@@ -21,7 +21,7 @@ BALLS = [Sphere((float(x), 0.1 * (x % 3), float(z)), 0.3, "matte") for x in rang
 def records(spheres: list[Sphere]) -> tuple[Shapes, float]:
     extent = float(np.max([np.abs(s.center).max() + s.radius for s in spheres]))
     index = dict.fromkeys(MATERIALS, 0)
-    return shape_records(spheres, MATERIALS, index, np.full(len(spheres), -1), np.zeros(3), extent), extent
+    return shape_records(spheres, MATERIALS, index, np.full(len(spheres), -1), np.zeros(3), extent, 1.0), extent
 
 
 def spheres_of(grid: SphereGrid) -> list[set[int]]:

@@ -83,6 +83,49 @@ def test_sphere(ctx: moderngl.Context, name: str) -> None:
     np.testing.assert_array_equal(is_front[known], outside[known] > 0)
 
 
+def test_globe(ctx: moderngl.Context) -> None:
+    """What passes near the origin is known to a millionth of the distance from there, however large it is."""
+    rng = np.random.default_rng(3)
+    radius = 10 ** rng.uniform(3, 12, COUNT)
+    normal = random_directions(rng, COUNT).astype(np.float64)
+    nearest = rng.uniform(-10, 10, (COUNT, 1)) * normal
+    center = nearest - radius[:, None] * normal
+    origin = nearest + 10 ** rng.uniform(-3, 3, (COUNT, 1)) * random_directions(rng, COUNT)
+    direction = random_directions(rng, COUNT).astype(np.float64)
+    along = unit(direction - (direction * normal).sum(1, keepdims=True) * normal)
+    direction[::3] = unit(along + 10 ** rng.uniform(-6, -2, (COUNT, 1)) * normal)[::3]
+    origin, direction = rounded(origin, direction)
+
+    def height(points: Floats) -> Floats:
+        beside = points - nearest
+        return (normal * beside).sum(1) + np.square(beside).sum(1) / (2 * radius)
+
+    inputs = {"center": center, "r": radius, "curvature": 1 / radius, "nearest": nearest, "o": origin, "d": direction}
+    body = """
+        Sphere globe = Sphere(center, 0u, r, 0u, 0u, curvature, nearest);
+        bool front; t = sphere_intersect_globe(globe, o, d, front); is_front = float(front);"""
+    result = probe(ctx, SHAPES, body, inputs, {"t": 1, "is_front": 1})
+    t, is_front = result["t"].astype(np.float64), result["is_front"] > 0
+    hit, start = t < MISS, height(origin)
+    met = origin + np.where(hit, t, 0)[:, None] * direction
+    error = 1e-6 * (np.linalg.norm(met, axis=1) + np.linalg.norm(origin, axis=1))
+    assert (t[hit] > 0).all()
+    assert (np.abs(height(met)) <= error)[hit].all()
+    known = np.abs(start) > error
+    np.testing.assert_array_equal(is_front[known], start[known] > 0)
+    # From below all rays leave it; from above those that turn down far enough meet it, before they leave it again.
+    slope = (direction * (normal + (origin - nearest) / radius[:, None])).sum(1)
+    assert hit[known & (start < 0)].all()
+    squared = np.square(slope) - 2 * start / radius
+    doubt = 1e-6 * np.abs(slope) + 2 * error / radius
+    meets = (slope < 0) & (squared > 0)
+    sure = known & (start > 0) & (np.abs(squared) > doubt) & (np.abs(slope) > 1e-6)
+    np.testing.assert_array_equal(hit[sure], meets[sure])
+    first = hit & sure
+    assert (t <= -slope * radius * (1 + 1e-5))[first].all()
+    assert sure.mean() > 0.4
+
+
 def test_plane(ctx: moderngl.Context) -> None:
     rng = np.random.default_rng(2)
     normal = random_directions(rng, COUNT)

@@ -30,7 +30,7 @@ _BALL_GROWTH = 1e-3  # by which balls are larger, for the sake of rounding
 _MOST_SELECTED = 8
 
 # Flags of what hardly any scene has, and much of a program is for, which takes time to compile and to run.
-_RARE = ("u_has_sphere_grid", "u_has_panes")
+_RARE = ("u_has_sphere_grid", "u_has_globes", "u_has_panes")
 
 _UNIFORM = re.compile(r"^uniform\s+(?:highp\s+)?(\w+)\s+(\w+)\s*;")
 _LOOP = re.compile(

@@ -111,7 +111,9 @@ def pack(
     plane_objects = len(scene.meshes)
     shape_objects = plane_objects + len(scene.planes)
     light_of = local.of_shapes(len(shapes))
-    records = shape_records(shapes, materials, surfaces.of_shapes, light_of, origin, extent, shape_objects)
+    records = shape_records(
+        shapes, materials, surfaces.of_shapes, light_of, origin, extent, space.detail, shape_objects
+    )
     planes = plane_records(scene.planes, materials, surfaces.of_shapes, origin, plane_objects)
     outside_grid = most_listed if most_outside_grid is None else most_outside_grid
     grid = pack_sphere_grid(records, extent) if len(shapes) > outside_grid else None
@@ -160,7 +162,7 @@ def pack(
         **offsets,
         **attributes.offsets,
         **lights.uniforms,
-        **mirror_uniforms(scene.planes, shapes, materials, primitives),
+        **mirror_uniforms(scene.planes, shapes, materials, np.where(records.is_globe, -1, primitives)),
         **settings_uniforms(settings),
         "u_ambient_radiance": scene.ambient.radiance,
         "u_background_radiance": (0.0, 0.0, 0.0),
@@ -174,6 +176,7 @@ def pack(
         **attribute_flags,
         "u_bvh_shapes": uniforms.pop("u_bvh_shapes"),
         "u_has_sphere_grid": int(grid is not None),
+        "u_has_globes": int(records.is_globe.any()),
         "u_has_panes": int(any(m.is_pane and m.alpha < ALPHA_DELTA for m in scene.materials.values())),
         "u_is_open": int(is_open(np.concatenate(walls), space.low - origin, space.high - origin)),
     }

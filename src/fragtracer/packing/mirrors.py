@@ -22,9 +22,14 @@ def mirror_uniforms(
     materials: Mapping[str, Material],
     primitives: NDArray[np.int64],
 ) -> dict[str, Any]:
-    """The records of the largest mirrors; planes have the records from 0 on, ``shapes`` the records ``primitives``."""
+    """The records of the largest mirrors; planes have the records from 0 on, ``shapes`` the records ``primitives``, or
+    -1 where they are none."""
     records = [*enumerate(planes), *zip(primitives.tolist(), shapes, strict=True)]
-    found = [(_area(shape), record, shape) for record, shape in records if _is_mirror(materials[shape.material])]
+    found = [
+        (_area(shape), record, shape)
+        for record, shape in records
+        if record >= 0 and _is_mirror(materials[shape.material])
+    ]
     largest = sorted(found, key=lambda mirror: -mirror[0])[:MOST_MIRRORS]
     none = MOST_MIRRORS - len(largest)
     widths = [materials[shape.material].alpha for _, _, shape in largest]

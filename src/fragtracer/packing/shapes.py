@@ -33,7 +33,10 @@ class Kind(IntEnum):
 
 SHAPE_RECORDS: dict[str, Record] = {
     "Plane": (("normal", "vec3"), ("kind", "uint"), ("offset", "float"), ("material", "uint")),
-    "Sphere": (("center", "vec3"), ("kind", "uint"), ("radius", "float"), ("material", "uint"), ("light", "uint")),
+    "Sphere": (
+        *(("center", "vec3"), ("kind", "uint"), ("radius", "float"), ("material", "uint"), ("light", "uint")),
+        *(("curvature", "float"), ("nearest", "vec3")),
+    ),
     "Flat": (
         *(("a", "vec3"), ("kind", "uint"), ("b", "vec3"), ("material", "uint"), ("c", "vec3"), ("light", "uint")),
         ("normal", "vec3"),
@@ -68,6 +71,7 @@ _FINITE = [kind for kind in SHAPES if kind != "planes"]
 # edge is known no better.
 GROWTH = 1e-6
 _MOST_OF_TIP = 16.0  # times that, by which the tip of a thin triangle may move
+_GLOBE = 32.0  # times the detail of a scene, and their distance from the origin: the radii of globes
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +90,14 @@ class Shapes:
 
     def __len__(self) -> int:
         return len(self.words)
+
+    @property
+    def is_globe(self) -> Bools:
+        """(n,) which are spheres that shaders/shape/sphere.glsl takes for globes."""
+        found = np.zeros(len(self), bool)
+        spheres = slice(self.counts["sphere"])
+        found[spheres] = self.words[spheres, 1, 3] != 0
+        return found
 
     @cached_property
     def _digest(self) -> str:
@@ -171,10 +183,11 @@ def shape_records(
     lights: NDArray[np.int64],
     origin: Floats,
     extent: float,
+    detail: float,
     first_object: int = 0,
 ) -> Shapes:
-    """The records of ``shapes`` about ``origin``, in a scene that extends ``extent`` metres from there; their objects
-    are numbered from ``first_object`` on.
+    """The records of ``shapes`` about ``origin``, in a scene that extends ``extent`` metres from there and has things
+    of ``detail`` metres; their objects are numbered from ``first_object`` on.
 
     ``shapes`` are in the order of :func:`finite_shapes`, ``index`` has the numbers of materials, ``lights`` (n,) the
     number of the light that each shape is, or -1.
@@ -189,6 +202,8 @@ def shape_records(
         columns["kind"] = kind_words(columns["kind"], flags[part], first_object + first + np.arange(len(some)))
         stored = STORED if noun == "sphere" else 0
         columns |= {"material": material[part] + stored, "light": lights[part] + 1 + stored}
+        if noun == "sphere":
+            columns |= _globes(columns["center"], columns["radius"], detail, lights[part] < 0)
         words.append(words_of(SHAPE_RECORDS[noun.capitalize()], columns, len(some), SHAPE_TEXELS))
         lows.append(low)
         highs.append(high)
@@ -209,6 +224,15 @@ def _sphere_geometry(spheres: Sequence[Sphere], origin: Floats, grows: Bools) ->
     radii = np.array([s.radius for s in spheres], np.float64)
     kinds = np.full(len(spheres), Kind.SPHERE, np.int64)
     return {"kind": kinds, "center": centers, "radius": radii}, centers - radii[:, None], centers + radii[:, None]
+
+
+def _globes(centers: Floats, radii: Floats, detail: float, may_be: Bools) -> dict[str, Floats]:
+    """The columns of spheres that say which of them are globes."""
+    away = np.linalg.norm(centers, axis=1)
+    height = away - radii  # of the origin above the sphere
+    is_globe = may_be & (radii > _GLOBE * max(detail, np.finfo(np.float32).tiny)) & (radii > _GLOBE * np.abs(height))
+    nearest = centers * np.where(is_globe, height / np.where(away > 0, away, 1), 0)[:, None]
+    return {"curvature": np.where(is_globe, 1 / radii, 0), "nearest": nearest}
 
 
 def _flat_geometry(flats: Sequence[Shape], origin: Floats, grows: Bools) -> tuple[dict[str, Any], Floats, Floats]:

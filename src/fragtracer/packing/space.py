@@ -25,12 +25,14 @@ _LEAST_CORE = 1 / 64  # of the extent, within which a quarter of the shapes must
 class Space:
     """``origin`` (3,) is the point of the world that is the shader's (0, 0, 0), ``extent`` how far in metres the scene
     extended from there when it was chosen, camera included, or the camera's target where there are planes at most.
-    ``low`` and ``high`` (3,) bound what is there besides the camera, in the world."""
+    ``low`` and ``high`` (3,) bound what is there besides the camera, in the world, and a quarter of the things there
+    are no larger than ``detail`` metres."""
 
     origin: Floats
     extent: float
     low: Floats
     high: Floats
+    detail: float
 
     def serves(self, camera: Camera) -> bool:
         """Whether these coordinates are precise enough to see the scene by ``camera``."""
@@ -51,13 +53,15 @@ def space_of(scene: Scene, before: Space | None = None) -> Space:
     nothing else."""
     lows, highs = boxes_of(scene)
     low, high = lows.min(axis=0, initial=np.inf), highs.max(axis=0, initial=-np.inf)
-    if before is not None and (kept := replace(before, low=low, high=high)).serves(scene.camera):
+    sizes = np.linalg.norm(highs - lows, axis=1)
+    detail = float(np.quantile(sizes, 0.25, method="lower")) if len(sizes) else 0.0
+    if before is not None and (kept := replace(before, low=low, high=high, detail=detail)).serves(scene.camera):
         return kept
     corners = np.stack([np.minimum(low, scene.camera.position), np.maximum(high, scene.camera.position)])
     origin = _middle(np.concatenate([lows, highs])) if len(lows) else np.array(scene.camera.position, np.float64)
     seen = np.linalg.norm(np.subtract(scene.camera.target, scene.camera.position)) if not len(lows) else 0.0
     extent = float(max(np.abs(corners - origin).max(), seen, np.finfo(np.float32).tiny))
-    return Space(origin, extent, low, high)
+    return Space(origin, extent, low, high, detail)
 
 
 def _middle(points: Floats) -> Floats:
