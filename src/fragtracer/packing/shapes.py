@@ -230,7 +230,7 @@ def _globes(centers: Floats, radii: Floats, detail: float, may_be: Bools) -> dic
     """The columns of spheres that say which of them are globes."""
     away = np.linalg.norm(centers, axis=1)
     height = away - radii  # of the origin above the sphere
-    is_globe = may_be & (radii > _GLOBE * max(detail, np.finfo(np.float32).tiny)) & (radii > _GLOBE * np.abs(height))
+    is_globe = may_be & (radii > _GLOBE * np.maximum(detail, np.abs(height)))
     nearest = centers * np.where(is_globe, height / np.where(away > 0, away, 1), 0)[:, None]
     return {"curvature": np.where(is_globe, 1 / radii, 0), "nearest": nearest}
 
