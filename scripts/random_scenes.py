@@ -317,6 +317,9 @@ class RandomScene:
         name = self.unbrushed(_SURFACES, may_emit=not is_plane)
         planes = [Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), name)] if is_plane else []
         meshes, spheres = self.solids()
+        if is_plane and self.chance(0.5):
+            radius = float(10 ** self.number(1, 6))
+            planes, spheres = [], [*spheres, Sphere((0.0, -radius, 0.0), radius, name)]
         meshes += [] if is_plane else [Mesh([Part(tiles, name)], [floor])]
         meshes += [self.mesh(_SURFACES) for _ in range(self.rng.integers(1, 4))]
         for _ in range(self.rng.integers(0, 3)):

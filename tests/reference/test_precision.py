@@ -2,12 +2,15 @@
 """The reference's single precision against float64 and closed forms, and beside it Mitsuba's own integrator and
 emitter, whose errors are the reason for reference/plugins/path.py and sphere_light.py."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from fragtracer.io import read_model
 from fragtracer.io.toml import load
 from fragtracer.reference.lights import black_sphere
-from fragtracer.reference.translate import to_mitsuba
+from fragtracer.reference.translate import scene_tree, to_mitsuba
 from fragtracer.scene import Camera, DirectionalLight, Disk, Material, Plane, Rectangle, Scene, Sphere, Triangle
 
 COUNT = 2**20
@@ -116,6 +119,53 @@ def test_no_point_of_a_convex_shape_is_in_its_own_shadow(mi, name):
             bright = np.array(si.is_valid()) & (cosine > 1e-3) & (np.abs(view) > 1e-3)
             assert bright.sum() > 1000
             np.testing.assert_allclose(found[bright], 0.5 * cosine[bright], rtol=1e-3)
+
+
+@pytest.mark.parametrize("radius", [500.0, 1e5, 6.4e6])
+def test_a_ground_is_where_it_should_be(mi, monkeypatch, tmp_path, radius):
+    """However large the sphere: met within a millimetre, as precise as the eye is far, and not in its own shadow, which
+    Mitsuba's sphere is."""
+    eye = np.array([0.5, 2.0, -0.3])
+    light = DirectionalLight((0.3, -1.0, 0.2), np.pi)
+    sphere = Sphere((0.1, -radius, 0.2), radius, "m")
+    scene = Scene(Camera(tuple(eye), (0.0, 0.0, 0.0)), MATT, spheres=[sphere], directional_lights=[light])
+    rng = np.random.default_rng(4)
+    aims = np.column_stack([rng.uniform(-5, 5, COUNT // 16), np.zeros(COUNT // 16), rng.uniform(-5, 5, COUNT // 16)])
+    directions = aims - eye
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    directions = directions.astype(np.float32).astype(float)
+    origins = np.broadcast_to(eye, directions.shape)
+
+    def dark(world):
+        return (radiance(mi, world, "fragtracer_path", origins, directions) < 0.45).mean()
+
+    world = mi.load_dict(to_mitsuba(scene, tmp_path))
+    si = world.ray_intersect(mi.Ray3f(*(mi.Vector3f(v.T.astype(np.float32)) for v in (origins, directions))))
+    met = origins + np.array(si.t, float)[:, None] * directions - (sphere.center + np.array([0, radius, 0]))
+    height = met[:, 1] + np.square(met).sum(axis=1) / (2 * radius)
+    assert np.abs(height).max() < 1e-3
+    assert dark(world) == 0
+    np.testing.assert_allclose(np.array(si.n)[1], 1.0, atol=2e-4)
+    monkeypatch.setattr("fragtracer.reference.shapes.is_ground", lambda *_: False)
+    assert dark(mi.load_dict(to_mitsuba(scene))) > 0.01
+
+
+def test_a_ground_is_closed(tmp_path):
+    """And lies on the sphere, its front outside; a sphere seen from further away stays one."""
+    sphere = Sphere((1.0, 2.0, 3.0), 200.0, "m")
+    scene = Scene(Camera((1.0, 2.0, 220.0), (0.0, 0.0, 0.0)), MATT, spheres=[sphere])
+    assert scene_tree(scene, tmp_path)["sphere_0"]["type"] == "sphere"
+    scene = replace(scene, camera=Camera((1.0, 2.0, 199.0), (0.0, 0.0, 0.0)))
+    assert scene_tree(scene, tmp_path)["sphere_0"]["type"] == "ply"
+    [part] = read_model(tmp_path / "sphere_0.ply").mesh.parts
+    points, triangles = part.geometry.positions, part.geometry.triangles
+    np.testing.assert_allclose(np.linalg.norm(points - sphere.center, axis=1), 200.0, atol=1e-4)
+    edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    assert (np.unique(edges, axis=0, return_counts=True)[1] == 2).all()
+    a, b, c = (points[triangles[:, i]] - sphere.center for i in range(3))
+    volumes = (a * np.cross(b, c)).sum(axis=1) / 6
+    assert (volumes > 0).all()
+    assert volumes.sum() == pytest.approx(4 / 3 * np.pi * 200.0**3, rel=2e-3)
 
 
 def test_a_sphere_does_not_light_itself(mi):

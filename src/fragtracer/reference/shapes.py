@@ -24,6 +24,9 @@ def rgb(color: Any) -> Tree:
 
 
 RIM_PIXELS = 2e-5  # the rim lies below the horizon by less than this
+_GROUND = 30.0  # times the camera's distance from it: the radius of a sphere that is a ground
+_STEP = 0.04  # of their distance from the foot of the camera: the edges of its triangles
+_NEAREST = 1e-5  # radians: the distance of the first ring of them
 
 
 def matrix(x: ArrayLike, y: ArrayLike, z: ArrayLike, origin: ArrayLike) -> Matrix:
@@ -119,6 +122,41 @@ def disk(shape: Disk) -> Tree:
 def sphere(shape: Sphere) -> Tree:
     """Mitsuba's sphere, its front outside like ours."""
     return {"type": "sphere", "center": list(shape.center), "radius": float(shape.radius)}
+
+
+def is_ground(scene: Scene, shape: Sphere) -> bool:
+    """Whether the camera is so near to a sphere that Mitsuba, which meets spheres in float32 except in scalar variants,
+    does not know how far away it is: it shades one of 500 m seen from 2 m by itself."""
+    away = float(np.linalg.norm(np.subtract(scene.camera.position, shape.center)))
+    return shape.radius > _GROUND * abs(away - shape.radius)
+
+
+def ground(path: Path, scene: Scene, shape: Sphere) -> Tree:
+    """A sphere as triangles in a PLY file ``path``, the smaller the nearer to the point below the camera."""
+    up = _unit(np.subtract(scene.camera.position, shape.center))
+    frame = towards((0, 0, 0), up)[:3, :3]
+    count = int(np.ceil(2 * np.pi / _STEP))
+    rings = int(np.ceil(np.log(np.pi / _NEAREST) / np.log1p(_STEP)))
+    theta = np.geomspace(_NEAREST, np.pi, rings)[:-1, None]
+    turns = 2 * np.pi * np.arange(count) / count
+    local = np.stack(
+        np.broadcast_arrays(np.sin(theta) * np.cos(turns), np.sin(theta) * np.sin(turns), -2 * np.sin(theta / 2) ** 2),
+        -1,
+    )
+    ends = np.array([(0.0, 0.0, 0.0), (0.0, 0.0, -2.0)])
+    top = shape.center + shape.radius * up
+    points = top + shape.radius * np.concatenate([local.reshape(-1, 3), ends]) @ frame.T
+    first = np.arange((rings - 2) * count).reshape(-1, count)
+    after, last = np.roll(first, -1, axis=1), (rings - 2) * count
+    quads = np.stack([first, first + count, after + count, after], -1).reshape(-1, 4)
+    near, far = np.arange(count), last + np.arange(count)
+    caps = [
+        np.column_stack([np.full(count, last + count), near, np.roll(near, -1)]),
+        np.column_stack([np.full(count, last + count + 1), np.roll(far, -1), far]),
+    ]
+    triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]], *caps]).astype(np.int32)
+    write_ply(path, dict(zip("xyz", points.T, strict=True)), triangles)
+    return {"type": "ply", "filename": str(path), "face_normals": True}
 
 
 def upright_sphere(shape: Tree) -> Tree:

@@ -13,6 +13,7 @@ Where the two renderers differ:
 - An infinite plane is a disk around the foot of the camera, so large that its rim lies less than
   1/50000 pixel under the horizon. It is Mitsuba's one flat shape that is intersected analytically: a
   rectangle is two triangles, whose float32 vertices lose the digits that a nearby hit needs.
+- A sphere that is a ground, so large and near to the camera that Mitsuba would shade it by itself, is a mesh.
 - A light is a black sphere that emits; one of radius 0 is a ``point`` emitter. Mitsuba rounds the cone of a small or
   far sphere: our plugin (plugins/sphere_light.py) does not.
 - Mitsuba starts rays some tenths of a millimetre off a surface: :func:`to_mitsuba` has our integrator
@@ -282,6 +283,11 @@ def _shapes(scene: Scene, folder: Path, plugins: bool) -> Found:
         for i, shape in enumerate(getattr(scene, kind))
         if kind != "triangles" and shape not in around_media
     }
+    for i, sphere in enumerate(scene.spheres):
+        parts = [scene.materials[name] for name in scene.blended(sphere.material)]
+        if shapes.is_ground(scene, sphere) and not any(part.is_emissive or part.anisotropy for part in parts):
+            key = f"sphere_{i}"
+            found[key] = (shapes.ground(folder / f"{key}.ply", scene, sphere), *found[key][1:])
     flats = [(t.material, t.vertices) for t in scene.triangles]
     flats += [(r.material, vertices) for r in around_media for vertices in halves(r)]
     for i, name in enumerate(dict.fromkeys(name for name, _ in flats)):
