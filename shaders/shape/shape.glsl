@@ -19,7 +19,7 @@ void hit_plane(inout Hit hit, Ray ray, Plane plane, int primitive, int ignored) 
 
 void hit_sphere(inout Hit hit, Ray ray, Sphere sphere, int primitive, int ignored) {
     bool is_front;
-    float distance = sphere_intersect(sphere, ray.origin, ray.direction, is_front);
+    float distance = sphere_distance(sphere, ray.origin, ray.direction, is_front);
     if (is_front || (sphere.kind & SHAPE_CULLED) == 0u) hit_update(hit, distance, primitive, ignored);
 }
 
@@ -56,7 +56,7 @@ float shape_intersect(uvec4 t0, uvec4 t1, uvec4 t2, BvhRay ray, out vec2 barycen
         is_front = found.w > 0.0;
     }
     if ((u_bvh_shapes & BVH_SPHERES) != 0 && kind == KIND_SPHERE) {
-        distance = sphere_intersect(sphere_of(t0, t1, t2), ray.origin, ray.direction, is_front);
+        distance = sphere_distance(sphere_of(t0, t1, t2), ray.origin, ray.direction, is_front);
     }
     return distance;
 }

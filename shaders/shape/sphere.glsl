@@ -69,7 +69,7 @@ float sphere_intersect_globe(Sphere sphere, vec3 origin, vec3 direction, out boo
     return discriminant >= 0.0 && distance > 0.0 ? distance : INFINITE_DISTANCE;
 }
 
-float sphere_intersect(Sphere sphere, vec3 origin, vec3 direction, out bool is_front) {
+float sphere_distance(Sphere sphere, vec3 origin, vec3 direction, out bool is_front) {
     if (sphere_is_globe(sphere)) return sphere_intersect_globe(sphere, origin, direction, is_front);
     return sphere_intersect(sphere.center, sphere.radius, origin, direction, is_front);
 }
