@@ -15,9 +15,14 @@ from fragtracer.scene import Camera, DirectionalLight, Geometry, Light, Material
 from fragtracer.scene.fields import Triple
 from fragtracer.scene.mesh import Matrix
 
+LIGHT_KINDS = ("lights", "spot_lights", "directional_lights")  # that a model has
 _FARTHEST = 1e15  # metres
 _FEW = 2**14  # triangles, at a time
 _MOST_PRODUCTS = 2**22  # of vertices with directions, at a time
+
+
+class AnimationError(SceneError):
+    """A model has no such animation."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +43,10 @@ class Model:
     directional_lights: tuple[DirectionalLight, ...] = ()
     ignored: tuple[str, ...] = ()
     files: tuple[Path, ...] = ()
+
+    @property
+    def has_lights(self) -> bool:
+        return any(getattr(self, kind) for kind in LIGHT_KINDS)
 
 
 def stem(path: str | Path) -> str:

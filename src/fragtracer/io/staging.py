@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The scene of a bare model: its camera and lights, or default ones."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,22 +20,22 @@ _KEY_IRRADIANCE = 2.4  # W/m² at the centre: with the ambient light, a white su
 _AMBIENT = 0.3  # W/m²/sr
 
 
-def stage(model: Model, name: str, light: bool = True) -> Scene:
+def stage(model: Model, name: str, light: bool = True, moments: Sequence[Mesh] = ()) -> Scene:
     """Make a scene of a model.
 
     The camera is the first of the file, with its aspect ratio, or one that frames the model from the front, the right
-    and above. A model without lights and without untextured emissive materials gets a large spherical key light, on
-    the left above, and ambient light, unless ``light`` is false. Distances are proportional to the bounds of the
-    model, so that its unit does not matter.
+    and above; of one that moves, all that it is at some ``moments``. A model without lights and without untextured
+    emissive materials gets a large spherical key light, on the left above, and ambient light, unless ``light`` is
+    false. Distances are proportional to the bounds of the model, so that its unit does not matter.
     """
     missing = {model.mesh.material_of(part) for part in model.mesh.parts} - model.materials.keys()
     materials = {**model.materials, **{name: Material() for name in sorted(missing)}}
-    low, high = bounds(model.mesh)
+    framed = Mesh(parts=tuple(part for mesh in moments or (model.mesh,) for part in mesh.parts))
+    low, high = bounds(framed)
     emits = any(item.is_emissive and item.emission_texture is None for item in materials.values())
-    has_lights = bool(model.lights or model.spot_lights or model.directional_lights)
-    lit = has_lights or emits or not light
+    lit = model.has_lights or emits or not light
     return Scene(
-        camera=model.cameras[0] if model.cameras else _camera(model.mesh, low, high),
+        camera=model.cameras[0] if model.cameras else _camera(framed, low, high),
         render=_settings(model.aspect),
         materials=materials,
         meshes=(model.mesh,),

@@ -20,7 +20,7 @@ from fragtracer.scene.light import *
 from fragtracer.scene.light import LIGHTS, Ambient, LightLists
 from fragtracer.scene.material import Material
 from fragtracer.scene.medium import Density, Fog, Medium
-from fragtracer.scene.mesh import Geometry, Mesh, Part, Placement
+from fragtracer.scene.mesh import Geometry, Mesh, Part, Placement, Pose
 from fragtracer.scene.settings import PLAIN, RenderSettings
 from fragtracer.scene.shapes import *
 from fragtracer.scene.shapes import SHAPES, ShapeLists
@@ -45,6 +45,7 @@ __all__ = [
     "Panorama",
     "Part",
     "Placement",
+    "Pose",
     "Reflectance",
     "RenderSettings",
     "Scene",

@@ -8,7 +8,7 @@ from typing import Any
 from fragtracer.scene import Scene
 from fragtracer.scene.content import content_digest
 
-_NAMES = ("name", "description", "file")  # of scenes and meshes, which say nothing of the picture
+_NAMES = ("name", "description", "file", "pose")  # of scenes and meshes, which say nothing of the picture
 
 
 def scene_digests(scene: Scene) -> dict[str, str]:

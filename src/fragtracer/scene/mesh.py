@@ -107,6 +107,7 @@ def _as_rows(value: Any) -> Any:
     return tuple(map(as_vector, rows)) if isinstance(rows, tuple) else rows
 
 
+AnimationName = Annotated[str, BeforeValidator(lambda value: str(value) if type(value) is int else value)]
 Row = tuple[Number, Number, Number, Number]
 Matrix = Annotated[tuple[Row, Row, Row, Row], BeforeValidator(_as_rows)]
 IDENTITY: Matrix = ((1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
@@ -153,10 +154,20 @@ class Part:
 
 
 @dataclass(frozen=True, config=CONFIG)
+class Pose:
+    """A model as an ``animation`` of its file, by name or by number from 0 on, has it at ``time``, in seconds; where
+    that is left out, the animation plays in the frames of a film, and a picture shows its beginning."""
+
+    animation: AnimationName
+    time: Number | None = None
+
+
+@dataclass(frozen=True, config=CONFIG)
 class Mesh:
     """A mesh of one or more parts, drawn once for each of its ``instances``.
 
-    ``material`` overrides those of the parts. ``file`` is the file it was read from, if any.
+    ``material`` overrides those of the parts. ``file`` is the file it was read from, if any, and ``pose`` the one that
+    its parts have there.
     """
 
     parts: Annotated[tuple[Part, ...], BeforeValidator(as_tuple)]
@@ -164,6 +175,7 @@ class Mesh:
     material: str | None = None
     file: str | None = None
     name: str = "mesh"
+    pose: Pose | None = None
 
     def placed(self) -> Iterator[tuple[NDArray[np.float64], Part]]:
         """Each part of each instance that has triangles, with its (4, 4) matrix to world space."""

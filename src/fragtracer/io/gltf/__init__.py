@@ -11,6 +11,7 @@ import numpy as np
 
 from fragtracer.errors import SceneError
 from fragtracer.io.gltf import document as gltf
+from fragtracer.io.gltf.animations import Animations
 from fragtracer.io.gltf.container import Container
 from fragtracer.io.gltf.draco import EXTENSION as DRACO
 from fragtracer.io.gltf.geometry import POINTS_AND_LINES, Primitives
@@ -25,7 +26,7 @@ from fragtracer.io.gltf.sides import split_double_sided_emitters
 from fragtracer.io.gltf.skins import Skins
 from fragtracer.io.model import Model, bounds, check_size, listed, matrix_rows, triple
 from fragtracer.io.polygons import Floats
-from fragtracer.scene import Camera, Material, Mesh, Part
+from fragtracer.scene import Camera, Material, Mesh, Part, Pose
 
 _SUPPORTED = {
     "KHR_texture_transform",
@@ -49,67 +50,97 @@ _SUPPORTED = {
 }
 
 
-def read_gltf(path: Path) -> Model:
-    """Read a .gltf or .glb file: the nodes, cameras and lights of its default scene, without animations.
-
-    Photometric numbers are taken for radiometric ones: 1 cd is 1 W/sr, 1 lx is 1 W/m², and 1 cd/m² of emission is
-    1 W/m²/sr.
+class GltfFile:
+    """A .gltf or .glb file, whose buffers and images are read once for all its poses.
 
     Raises
     ------
     SceneError
         If a file is missing or damaged, or asks for an extension that is not supported.
     """
-    container = Container(path, _SUPPORTED)
-    document = container.document
-    notes = [name for name in document.extensionsUsed if name not in _SUPPORTED]
-    notes += ["animations"] if document.animations else []
-    notes += ["scenes but one"] if len(document.scenes) > 1 else []
-    placed = list(placed_nodes(container))
-    parts, used = _parts(container, placed, notes)
-    if not parts:
-        advice = "; points and lines are not drawn, make a mesh of them" if POINTS_AND_LINES in notes else ""
-        raise SceneError(f"{path}: the scene of this file has no triangles{advice}")
-    mesh = Mesh(parts=tuple(parts))
-    check_size(path, mesh)
-    low, high = bounds(mesh)
-    cameras, aspects = _cameras(container, placed, low, high, notes)
-    lights = read_lights(container, placed, notes)
-    return Model(
-        mesh,
-        used,
-        cameras,
-        aspects[0] if aspects else None,
-        tuple(lights.point),
-        tuple(lights.spot),
-        tuple(lights.directional),
-        listed(notes),
-        tuple(dict.fromkeys(container.files)),
-    )
 
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._container = Container(path, _SUPPORTED)
+        document = self._container.document
+        self._notes = [name for name in document.extensionsUsed if name not in _SUPPORTED]
+        self._primitives = Primitives(self._container, self._notes)
+        self._materials = Materials(self._container, _names(document), self._notes)
+        self.animations = Animations(self._container, self._primitives.accessors, self._notes)
 
-def _parts(container: Container, placed: list[PlacedNode], notes: list[str]) -> tuple[list[Part], dict[str, Material]]:
-    """The primitives of all nodes in world space, and their materials."""
-    primitives, materials = Primitives(container, notes), Materials(container, _names(container.document), notes)
-    skins = Skins(container, primitives.accessors, {index: matrix for index, _, matrix in placed})
-    parts: list[Part] = []
-    used: dict[str, Material] = {}
-    for index, node, matrix in placed:
-        if node.mesh is None:
-            continue
-        mesh: gltf.Mesh = container.item(container.document.meshes, node.mesh, f"nodes[{index}].mesh")
-        places = instance_matrices(container, primitives.accessors, node, matrix, f"nodes[{index}]")
-        for number, primitive in enumerate(mesh.primitives):
-            place = f"meshes[{node.mesh}].primitives[{number}]"
-            if (geometry := primitives.get(primitive, node.weights or mesh.weights, place)) is None:
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """All that were read so far."""
+        return tuple(dict.fromkeys(self._container.files))
+
+    def model(self, pose: Pose | None = None) -> Model:
+        """The nodes, cameras and lights of its default scene in a pose; left out, as they are without animation.
+
+        Photometric numbers are taken for radiometric ones: 1 cd is 1 W/sr, 1 lx is 1 W/m², and 1 cd/m² of emission is
+        1 W/m²/sr.
+
+        Raises
+        ------
+        AnimationError
+            If there is no such animation.
+        SceneError
+            If something is damaged.
+        """
+        container, notes = self._container, self._notes
+        document = container.document
+        nodes = document.nodes
+        if pose is not None:
+            nodes = self.animations.get(pose.animation).posed(nodes, pose.time or 0.0)
+        elif document.animations:
+            notes.append("animations")
+        notes += ["scenes but one"] if len(document.scenes) > 1 else []
+        placed = list(placed_nodes(container, nodes))
+        parts, used = self._parts(placed)
+        if not parts:
+            advice = "; points and lines are not drawn, make a mesh of them" if POINTS_AND_LINES in notes else ""
+            raise SceneError(f"{self.path}: the scene of this file has no triangles{advice}")
+        mesh = Mesh(parts=tuple(parts))
+        check_size(self.path, mesh)
+        low, high = bounds(mesh)
+        cameras, aspects = _cameras(container, placed, low, high, notes)
+        lights = read_lights(container, placed, notes)
+        ignored = listed(notes)
+        notes[:] = ignored
+        return Model(
+            mesh,
+            used,
+            cameras,
+            aspects[0] if aspects else None,
+            tuple(lights.point),
+            tuple(lights.spot),
+            tuple(lights.directional),
+            ignored,
+            self.files,
+        )
+
+    def _parts(self, placed: list[PlacedNode]) -> tuple[list[Part], dict[str, Material]]:
+        """The primitives of all nodes in world space, and their materials."""
+        container, primitives = self._container, self._primitives
+        primitives.begin_pose()
+        skins = Skins(container, primitives.accessors, {index: matrix for index, _, matrix in placed})
+        parts: list[Part] = []
+        used: dict[str, Material] = {}
+        for index, node, matrix in placed:
+            if node.mesh is None:
                 continue
-            at = places
-            if node.skin is not None and (posed := skins.posed(node.skin, primitive, geometry, place)):
-                geometry, at = posed, [np.eye(4)]
-            found = materials.get(primitive.material, f"{place}.material")
-            used |= found
-            parts += [Part(geometry, next(iter(found)), matrix_rows(matrix)) for matrix in at]
-    return split_double_sided_emitters(parts, used)
+            mesh: gltf.Mesh = container.item(container.document.meshes, node.mesh, f"nodes[{index}].mesh")
+            places = instance_matrices(container, primitives.accessors, node, matrix, f"nodes[{index}]")
+            for number, primitive in enumerate(mesh.primitives):
+                place = f"meshes[{node.mesh}].primitives[{number}]"
+                if (geometry := primitives.get(primitive, node.weights or mesh.weights, place)) is None:
+                    continue
+                at = places
+                if node.skin is not None and (posed := skins.posed(node.skin, primitive, geometry, place)):
+                    geometry, at = posed, [np.eye(4)]
+                found = self._materials.get(primitive.material, f"{place}.material")
+                used |= found
+                parts += [Part(geometry, next(iter(found)), matrix_rows(matrix)) for matrix in at]
+        return split_double_sided_emitters(parts, used)
 
 
 def _names(document: gltf.Document) -> list[str]:

@@ -288,6 +288,27 @@ class NodeLight(Item):
     light: Index
 
 
+class AnimationTarget(Item):
+    node: Index | None = None
+    path: str
+
+
+class AnimationChannel(Item):
+    sampler: Index
+    target: AnimationTarget
+
+
+class AnimationSampler(Item):
+    input: Index
+    output: Index
+    interpolation: Literal["LINEAR", "STEP", "CUBICSPLINE"] = "LINEAR"
+
+
+class Animation(Item):
+    channels: list[AnimationChannel]
+    samplers: list[AnimationSampler]
+
+
 class Document(Item):
     asset: Asset
     extensionsUsed: list[str] = []
@@ -305,7 +326,7 @@ class Document(Item):
     scenes: list[Scene] = []
     scene: Index | None = None
     skins: list[Skin] = []
-    animations: list[Any] = []
+    animations: list[Any] = []  # validated when they are asked for: a model is read without, too
 
 
 def first_mistake(error: ValidationError) -> str:

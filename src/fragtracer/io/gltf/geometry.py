@@ -31,13 +31,19 @@ _KNOWN = {"POSITION", "TEXCOORD_0", "TEXCOORD_1", "NORMAL", "TANGENT", "COLOR_0"
 
 
 class Primitives:
-    """The primitives of one model, each read once however many nodes refer to it."""
+    """The primitives of one model, each read once however many nodes refer to it, and kept for the next pose."""
 
     def __init__(self, container: Container, notes: list[str]) -> None:
         self._container, self._notes = container, notes
         self.accessors = Accessors(container)
         self._made: dict[Any, Geometry] = {}
+        self._before: dict[Any, Geometry] = {}  # of the last pose
+        self._compressed: dict[str, NDArray[np.int64] | None] = {}  # by the place of the primitive
         self._triangles = 0
+
+    def begin_pose(self) -> None:
+        """Forget what the last pose did not have."""
+        self._before, self._made, self._triangles = self._made, {}, 0
 
     def get(self, primitive: gltf.Primitive, weights: Sequence[float], place: str) -> Geometry | None:
         """The triangles of a primitive whose morph targets have ``weights``, 0 where there are none; None if it has no
@@ -52,7 +58,7 @@ class Primitives:
         morphed = tuple((*sorted(target.items()), weight) for target, weight in targets)
         key = primitive.mode, primitive.indices, *sorted(primitive.attributes.items()), morphed
         if key not in self._made:
-            made = self._made[key] = self._make(primitive, targets, place)
+            made = self._made[key] = self._before.get(key) or self._make(primitive, targets, place)
             self._triangles += len(made.triangles)
             if self._triangles > _MOST_TRIANGLES:
                 raise self._container.error(place, f"with it the model has more than {_MOST_TRIANGLES} triangles")
@@ -61,7 +67,9 @@ class Primitives:
     def _make(
         self, primitive: gltf.Primitive, targets: Sequence[tuple[Mapping[str, int], float]], place: str
     ) -> Geometry:
-        compressed = decompress(self._container, self.accessors, primitive, place)
+        if place not in self._compressed:
+            self._compressed[place] = decompress(self._container, self.accessors, primitive, place)
+        compressed = self._compressed[place]
         where = f"{place}.attributes"
         position = primitive.attributes["POSITION"]
         arrays: dict[str, NDArray[Any]] = {"positions": self.accessors.get(position, f"{where}.POSITION", ("VEC3",))}

@@ -15,8 +15,9 @@ _LAST_ROW = (0, 0, 0, 1)
 PlacedNode = tuple[int, gltf.Node, Matrix]
 
 
-def placed_nodes(container: Container) -> Iterator[PlacedNode]:
-    """Index, node and (4, 4) world matrix of all nodes of the default scene.
+def placed_nodes(container: Container, nodes: list[gltf.Node]) -> Iterator[PlacedNode]:
+    """Index, node and (4, 4) world matrix of all nodes of the default scene; ``nodes`` are those of the document, in
+    any pose.
 
     Raises SceneError if a node does not exist or has two parents, as in a cycle.
     """
@@ -25,13 +26,13 @@ def placed_nodes(container: Container) -> Iterator[PlacedNode]:
         shown: gltf.Scene = container.item(document.scenes, document.scene or 0, "scene")
         roots = shown.nodes
     else:
-        children = {child for node in document.nodes for child in node.children}
-        roots = [index for index in range(len(document.nodes)) if index not in children]
+        children = {child for node in nodes for child in node.children}
+        roots = [index for index in range(len(nodes)) if index not in children]
     waiting = [(index, np.eye(4)) for index in reversed(roots)]
     met = set()
     while waiting:
         index, above = waiting.pop()
-        node: gltf.Node = container.item(document.nodes, index, "nodes")
+        node: gltf.Node = container.item(nodes, index, "nodes")
         if index in met:
             raise container.error(f"nodes[{index}]", "has two parents, or is its own ancestor")
         met.add(index)

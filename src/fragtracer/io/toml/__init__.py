@@ -22,20 +22,23 @@ import tomli_w
 from fragtracer import output, resources
 from fragtracer.arguments import check_scene
 from fragtracer.errors import OutputError, SceneError
-from fragtracer.io import SUFFIXES, files_of, read_model, staging
+from fragtracer.io import SUFFIXES, AnimationError, files_of, open_gltf, read_model, staging
 from fragtracer.io import qualified as with_qualified_names
 from fragtracer.io.model import stem
+from fragtracer.io.playing import moments, posed
 from fragtracer.io.toml.beside import with_files
 from fragtracer.io.toml.document import from_document, to_document
 from fragtracer.io.toml.tables import show, suggest
 from fragtracer.io.toml.unused import unused
-from fragtracer.scene import Image, Scene
+from fragtracer.scene import Image, Pose, Scene
 from fragtracer.scene.environment import Panorama
 
 _MOST_MISTAKES = 10
 
 
-def load(name_or_path: str | Path, light_models: bool = True) -> Scene:
+def load(
+    name_or_path: str | Path, light_models: bool = True, animation: str | None = None, time: float | None = None
+) -> Scene:
     """Read a scene.
 
     Parameters
@@ -45,9 +48,16 @@ def load(name_or_path: str | Path, light_models: bool = True) -> Scene:
         .gltf, .glb, .npz). A model without a camera is framed.
     light_models
         Whether a model without lights gets default ones; false if an environment will be added.
+    animation
+        One of a model, or of meshes of a scene, by name or number, whose pose is shown in place of that of the file.
+    time
+        Of the animation, in seconds; left out, it plays in frames, and begins in a picture. Without ``animation``, that
+        of the poses in a scene file.
 
     Raises
     ------
+    AnimationError
+        If there is no such animation.
     SceneError
         If the file cannot be read or is not a scene; the message has a line for each mistake.
     """
@@ -55,11 +65,28 @@ def load(name_or_path: str | Path, light_models: bool = True) -> Scene:
     path = files.get(str(name_or_path), Path(name_or_path))
     with _told(path, lambda: f"no such file or bundled scene; {suggest(path.stem, files)}"):
         if path.suffix.lower() in SUFFIXES:
-            return staging.stage(with_qualified_names(read_model(path), stem(path)), stem(path), light_models)
+            return _staged(path, light_models, animation, time)
         if path.suffix.lower() != ".toml" and path.is_file():
             raise SceneError(f"{path}: a scene file ends in .toml, a model in {', '.join(SUFFIXES)}")
         text = path.read_bytes().decode("utf-8-sig")
-    return parse(text, path)
+    scene = parse(text, path)
+    return scene if animation is None and time is None else posed(scene, animation, time)
+
+
+def is_model(name_or_path: str | Path) -> bool:
+    """Whether :func:`load` reads a bare model there."""
+    return str(name_or_path) not in _bundled_files() and Path(name_or_path).suffix.lower() in SUFFIXES
+
+
+def _staged(path: Path, light: bool, animation: str | None, time: float | None) -> Scene:
+    """A bare model in a scene of its own."""
+    if animation is None and time is not None:
+        names = ", ".join(open_gltf(path).animations.names) or "it has none"
+        raise AnimationError(f"{path}: a time is of an animation; choose one of {names}")
+    pose = None if animation is None else Pose(animation, time)
+    model = with_qualified_names(read_model(path, pose), stem(path))
+    seen = () if animation is None else moments(open_gltf(path), animation)
+    return staging.stage(model, stem(path), light, seen)
 
 
 def read_document(path: Path) -> dict[str, Any]:

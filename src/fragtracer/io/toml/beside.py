@@ -47,7 +47,7 @@ def _materials_of(meshes: tuple[Mesh, ...]) -> Mapping[str, Material]:
     models, found = Models(), {}
     for mesh in meshes:
         assert mesh.file is not None
-        found.update(models.get(mesh.file).materials)
+        found.update(models.get(mesh.file, mesh.pose).materials)
     return found
 
 

@@ -8,15 +8,16 @@ from pathlib import Path
 from typing import Any
 
 from fragtracer.errors import OutputError, SceneError
-from fragtracer.io import Model, qualified, read_model
+from fragtracer.io import AnimationError, Model, qualified, read_model
 from fragtracer.io.model import stem
 from fragtracer.io.toml.tables import build, join, plain, show, suggest
 from fragtracer.io.toml.textures import relative
-from fragtracer.scene import Material, Mesh, Placement, Scene
+from fragtracer.scene import Material, Mesh, Placement, Pose, Scene
 
 _PLACEMENT = tuple(item.name for item in fields(Placement))
+_POSE = tuple(item.name for item in fields(Pose))
 _TEXTS = ("file", "name", "material")
-KEYS = (*_TEXTS, *_PLACEMENT, "instance")
+KEYS = (*_TEXTS, *_POSE, *_PLACEMENT, "instance")
 
 
 @dataclass
@@ -28,14 +29,14 @@ class Models:
 
     _prefixes: dict[str, Path] = field(default_factory=dict)
 
-    def get(self, file: str | Path) -> Model:
-        """The model in ``file``. Raises SceneError if it cannot be read."""
+    def get(self, file: str | Path, pose: Pose | None = None) -> Model:
+        """The model in ``file``. Raises SceneError if it cannot be read, AnimationError if it has no such ``pose``."""
         path = Path(os.path.abspath(file))
         number, prefix = 1, stem(path)
         while self._prefixes.setdefault(prefix, path) != path:
             number += 1
             prefix = f"{stem(path)}-{number}"
-        return qualified(read_model(path), prefix)
+        return qualified(read_model(path, pose), prefix)
 
 
 def read_meshes(value: Any, folder: Path, mistakes: list[str]) -> tuple[list[Mesh], dict[str, Material]]:
@@ -81,13 +82,16 @@ def _mesh(
         if key in table and not isinstance(table[key], str):
             mistakes.append(f"{path}.{key}: must be a text in quotes, got {show(table[key])}")
     instances = _instances(table, path, mistakes)
+    pose = {key: table[key] for key in _POSE if key in table}
+    posed = build(Pose, pose, path, mistakes) if pose else None
     if not isinstance(table.get("file"), str):
         mistakes += [] if "file" in table else [f"{path}.file: is missing; name a model"]
         return None
     try:
-        model = models.get(folder / table["file"])
+        model = models.get(folder / table["file"], posed)
     except SceneError as error:
-        mistakes.append(f"{path}.file: {error}")
+        key = "animation" if isinstance(error, AnimationError) else "file"
+        mistakes.append(f"{path}.{key}: {error}")
         return None
     if len(mistakes) > before:
         return None
@@ -142,7 +146,7 @@ def _stored(mesh: Mesh, models: Models) -> Model | None:
     if mesh.file is None:
         return None
     try:
-        model = models.get(mesh.file)
+        model = models.get(mesh.file, mesh.pose)
     except SceneError:
         return None
     return model if model.mesh.parts == mesh.parts else None
@@ -155,6 +159,8 @@ def _plain_mesh(mesh: Mesh, folder: Path) -> dict[str, Any]:
         table["name"] = mesh.name
     if mesh.material is not None:
         table["material"] = mesh.material
+    if mesh.pose is not None:
+        table |= plain(mesh.pose)
     placed = [_plain_placement(item) for item in mesh.instances]
     return table | (placed[0] if len(placed) == 1 else {"instance": placed})
 

@@ -15,12 +15,14 @@ from pydantic_core import ErrorDetails
 from fragtracer.scene import Gradient, Image, Panorama, Reflectance, Sky, Strength, Texture, Vector
 from fragtracer.scene.fields import Point, Points, Scale
 from fragtracer.scene.medium import Box, Density
+from fragtracer.scene.mesh import AnimationName
 from fragtracer.scene.texture import Pair
 
 T = TypeVar("T")
 _KINDS = {
     float: "a number",
     int: "a whole number",
+    AnimationName: "a name in quotes or a number, from 0 on",
     bool: "true or false",
     str: "a text in quotes",
     Vector: "three numbers [x, y, z]",

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: MIT
+"""Scenes whose models move: poses of their meshes, and what an animation moves from frame to frame."""
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fragtracer.io import AnimationError, open_gltf, read_model
+from fragtracer.io.model import LIGHT_KINDS, Model
+from fragtracer.scene import Mesh, Part, Pose, Scene
+
+if TYPE_CHECKING:
+    from fragtracer.io.gltf import GltfFile
+
+_MOMENTS = 9  # of an animation that a camera is to see
+
+
+def in_pose(mesh: Mesh, model: Model) -> Mesh:
+    """``mesh``, which is of this ``model`` in another pose, with its parts where they are now."""
+    parts = zip(mesh.parts, model.mesh.parts, strict=True)
+    moved = tuple(Part(other.geometry, part.material, other.matrix) for part, other in parts)
+    return replace(mesh, parts=moved)
+
+
+def posed(scene: Scene, animation: str | None, time: float | None) -> Scene:
+    """``scene`` with each mesh whose model has that ``animation`` in it, or, left out, with each that has a pose at
+    another ``time``.
+
+    Raises
+    ------
+    AnimationError
+        If there is none.
+    """
+    meshes, problems = [], []
+    for mesh in scene.meshes:
+        pose = mesh.pose and replace(mesh.pose, time=time) if animation is None else Pose(animation, time)
+        try:
+            model = read_model(mesh.file, pose) if mesh.file and pose else None
+        except AnimationError as error:
+            problems.append(str(error))
+            model = None
+        meshes.append(replace(in_pose(mesh, model), pose=pose) if model else mesh)
+    if all(new is old for new, old in zip(meshes, scene.meshes, strict=True)):
+        none = "no mesh of this scene is in an animation" if animation is None else "no mesh of this scene has a file"
+        raise AnimationError("; ".join(dict.fromkeys(problems)) or none)
+    return replace(scene, meshes=tuple(meshes))
+
+
+def moments(file: "GltfFile", animation: str) -> list[Mesh]:
+    """The mesh of a model at some moments of an animation."""
+    times = np.linspace(0.0, file.animations.get(animation).duration, _MOMENTS)
+    return [file.model(Pose(animation, time)).mesh for time in times.tolist()]
+
+
+class Playing:
+    """What moves by itself in ``scene``: meshes whose pose has no time; and, if it ``is_model``, a bare one, the camera
+    and the lights that come with it.
+
+    Raises
+    ------
+    SceneError
+        If a model cannot be read any more.
+    """
+
+    def __init__(self, scene: Scene, is_model: bool) -> None:
+        self._scene = scene
+        poses = {i: (mesh.file, mesh.pose) for i, mesh in enumerate(scene.meshes) if mesh.file and mesh.pose}
+        animations = {i: (file, pose.animation) for i, (file, pose) in poses.items() if pose.time is None}
+        files = {file: open_gltf(file) for file, _ in animations.values()}
+        self._moving = {index: (files[file], animation) for index, (file, animation) in animations.items()}
+        self._has_camera = self._has_lights = False
+        if is_model and self._moving:
+            file, animation = self._moving[0]
+            model = file.model(Pose(animation, 0.0))
+            self._has_camera, self._has_lights = bool(model.cameras), model.has_lights
+
+    def __bool__(self) -> bool:
+        return bool(self._moving)
+
+    @property
+    def duration(self) -> float:
+        """Seconds from the beginning until nothing moves any more."""
+        return max(file.animations.get(animation).duration for file, animation in self._moving.values())
+
+    def at(self, time: float) -> Scene:
+        """The scene ``time`` seconds after the beginning."""
+        moving = dict.fromkeys(self._moving.values())
+        models = {(file, animation): file.model(Pose(animation, time)) for file, animation in moving}
+        meshes = list(self._scene.meshes)
+        for index, key in self._moving.items():
+            meshes[index] = in_pose(meshes[index], models[key])
+        changes: dict[str, Any] = {"meshes": tuple(meshes)}
+        if self._has_camera:
+            changes["camera"] = models[self._moving[0]].cameras[0]
+        if self._has_lights:
+            changes |= {kind: getattr(models[self._moving[0]], kind) for kind in LIGHT_KINDS}
+        return replace(self._scene, **changes)
