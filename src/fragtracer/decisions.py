@@ -25,12 +25,15 @@ class Decided:
     settings: RenderSettings
     decisions: Decisions
 
-    def for_picture(self, scene: Scene, settings: RenderSettings) -> Decisions | None:
-        """What holds for another picture too, which may have another camera; None if more is another."""
-        if guiding.decides(settings) != guiding.decides(self.settings) or not guiding.same_light(scene, self.scene):
+    def for_picture(self, scene: Scene, settings: RenderSettings, animated: bool = False) -> Decisions | None:
+        """What holds for another picture too, which may have another camera and, if ``animated``, be in another pose; None
+        if more is another."""
+        if guiding.decides(settings) != guiding.decides(self.settings):
+            return None
+        if not animated and not guiding.same_light(scene, self.scene):
             return None
         traced, guided = self.decisions
-        # A camera that has moved may be inside of glass, where no photon is seen.
+        # What has moved may have the camera inside of glass, where no photon is seen.
         if traced.is_on and (reason := light_tracing.impossible(scene, settings)):
             traced = light_tracing.Decision(False, f"off: {reason}")
         return traced, guided
@@ -49,10 +52,12 @@ class Decider:
         Whether the camera moves from picture to picture: then the first decides for all.
     pictures
         How many there are.
+    animated
+        Whether they are of one scene in several poses: then the first decides for all, too.
     """
 
-    def __init__(self, context: Any, untraced: str, moves: bool, pictures: int) -> None:
-        self._context, self._untraced, self._moves = context, untraced, moves
+    def __init__(self, context: Any, untraced: str, moves: bool, pictures: int, animated: bool = False) -> None:
+        self._context, self._untraced, self._moves, self._animated = context, untraced, moves, animated
         self.pictures = pictures
         self._decided: Decided | None = None
 
@@ -60,7 +65,7 @@ class Decider:
         """Whether light is traced from the lights of ``scene``, and whether paths are guided."""
         known = self._decided
         if known is not None and (self._moves or settings.light_tracing == "off" or scene.camera == known.scene.camera):
-            decisions = known.for_picture(scene, settings)
+            decisions = known.for_picture(scene, settings, self._animated)
             if decisions is not None:
                 return decisions
         decisions = self._measured(scene, settings)

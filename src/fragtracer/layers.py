@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The layers of :data:`fragtracer.aov.AOVS` from what is drawn: parts of the light, and what paths meet first."""
 
-from dataclasses import dataclass
-from pathlib import Path
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +10,6 @@ from numpy.typing import NDArray
 from fragtracer.aov import AOVS, DENOISING, RANKS, matte
 from fragtracer.gpu.film import Film
 from fragtracer.gpu.layers import LayerTextures
-from fragtracer.gpu.specialise import Level
 from fragtracer.gpu.tracer import Tracer, TracerProgram
 from fragtracer.packing import PackedScene, matte_names
 from fragtracer.packing.camera import pixel_matrix
@@ -56,8 +54,8 @@ class Picture:
 class FirstSurface:
     """Draws layers.frag with a ``tracer``, and keeps what was drawn last of each of its kinds."""
 
-    def __init__(self, ctx: Any, tracer: Tracer, level: Level, shaders: Path | None) -> None:
-        self._ctx, self._tracer, self._level, self._shaders = ctx, tracer, level, shaders
+    def __init__(self, ctx: Any, tracer: Tracer) -> None:
+        self._ctx, self._tracer = ctx, tracer
         self._drawn_last: dict[str, tuple[tuple[Camera, int], list[tuple[Pixels, Floats]]]] = {}
 
     def forget(self) -> None:
@@ -113,7 +111,7 @@ class FirstSurface:
             matrices = {name: pixel_matrix(camera, packed.origin, *picture.size) for name, camera in cameras.items()}
             film = Film(self._ctx, *picture.size, LayerTextures(self._ctx, picture.size, _TARGETS))
             try:
-                program = TracerProgram("layers.frag", {"LAYERS": kind}, self._level, root=self._shaders)
+                program = replace(picture.program, name="layers.frag", defines={"LAYERS": kind})
                 self._tracer.load(packed, program)
                 self._tracer.set({name: tuple(matrix.T.ravel()) for name, matrix in matrices.items()})
                 assert film.layers is not None

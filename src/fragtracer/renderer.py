@@ -24,7 +24,7 @@ from fragtracer.films import DECIDED, MOST_SAMPLES, SavedFilm, origin_of
 from fragtracer.gpu.accumulation import Accumulation
 from fragtracer.gpu.context import borrowed, check_process, create_context, describe, max_size, release_with
 from fragtracer.gpu.layers import LayerTextures
-from fragtracer.gpu.specialise import MOST_LISTED, Level
+from fragtracer.gpu.specialise import MOST_LISTED, OF_POSES, Level
 from fragtracer.gpu.tracer import Tracer, TracerProgram, most_outside_grid, picture_level
 from fragtracer.interruption import deferred
 from fragtracer.layers import PARTS, FirstSurface, Picture, light
@@ -104,6 +104,9 @@ class Renderer:
         guided, are decided by the first.
     pictures
         How many pictures that then are: something is learned for all of them once.
+    animated
+        Whether :meth:`reset` will be given the same scene with its meshes in other poses, and with its lights in other
+        places, which then do not compile. What is learned of the first serves all, without bias.
     settings
         Any field of :class:`RenderSettings` to change for this render, as ``bounces=2``.
 
@@ -130,6 +133,7 @@ class Renderer:
         first_sample: int = 0,
         moves: bool = False,
         pictures: int = 1,
+        animated: bool = False,
         **settings: Any,
     ) -> None:
         check_scene(scene)
@@ -152,10 +156,10 @@ class Renderer:
                 self._most_listed = MOST_LISTED["default"]
                 self._level = picture_level(self.context, moves) if specialised else Level.NOTHING
                 self._defines, self._name, self._shaders = dict(defines or {}), program, shaders
-                self._moves = moves
+                self._moves, self._animated = moves, animated
                 self._space: Space | None = None
                 self.first_sample = first_sample = checked_first_sample(first_sample)
-                self._decider = Decider(self.context, self._untraced, moves, pictures)
+                self._decider = Decider(self.context, self._untraced, moves, pictures, animated)
                 width, height = self.settings.width, self.settings.height
                 window = Window(0, 0, width, height, first_sample) if first_sample else None
                 self._check_window(window)
@@ -177,7 +181,7 @@ class Renderer:
             release_with(self, self.context)
         self._last_error: float | None = None
         self._looked, self._next_look = 0, _FIRST_LOOK  # samples per pixel when the error was looked at, and will be
-        self._first_surface = FirstSurface(self.context, self._tracer, self._level, self._shaders)
+        self._first_surface = FirstSurface(self.context, self._tracer)
 
     def sample(self, spp: int = 1, on_band: Callable[[float], None] | None = None) -> None:
         """Add ``spp`` samples per pixel; ``on_band`` hears how many there are so far.
@@ -406,12 +410,15 @@ class Renderer:
         if window.first_sample % 2:
             raise ValueError("the first sample must have an even number, since samples belong to two streams in turns")
 
-    def origin(self) -> dict[str, str]:
-        """What decides over the samples (:func:`fragtracer.films.origin_of`)."""
+    def origin(self, scene: Scene | None = None, **settings: Any) -> dict[str, str]:
+        """What decides over the samples (:func:`fragtracer.films.origin_of`), or would after :meth:`reset`."""
         self._check_open()
+        shown, chosen = scene or self.scene, replace(self.settings, **settings) if settings else self.settings
         more: dict[str, object] = {"program": self._program().name, "defines": self._defines}
         more |= {"light_parts": self._has_parts}
-        return origin_of(self.scene, self.settings, self._shaders, **more, **in_origin(self._decisions()))
+        with self._current():
+            decisions = self._decider.decide(shown, chosen)
+        return origin_of(shown, chosen, self._shaders, **more, **in_origin(decisions))
 
     @property
     def driver(self) -> str:
@@ -682,7 +689,7 @@ class Renderer:
                 )
             defines = {**defines, "FILM_LIGHT": "FILM_LIGHT_PARTS"}
         defines = {**self._decisions()[0].defines, **defines}
-        return TracerProgram(name, defines, self._level, root=self._shaders)
+        return TracerProgram(name, defines, self._level, OF_POSES if self._animated else (), self._shaders)
 
     def _choose_sampling(self) -> None:
         """Where the samples of the next picture go, by scene and settings."""

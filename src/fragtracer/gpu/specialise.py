@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from fragtracer.bvh import NONE, build
 from fragtracer.packing import PackedScene
+from fragtracer.packing.lights import LIGHT_RECORDS
 from fragtracer.packing.records import Words
 from fragtracer.packing.shapes import LISTED, balls_of
 
@@ -28,6 +29,9 @@ _MOST_IN_A_ROW = 16
 _BALL_GROWTH = 1e-3  # by which balls are larger, for the sake of rounding
 # With more records than these a texture is read faster than a value chosen by comparisons.
 _MOST_SELECTED = 8
+
+# What of a scene is another in each pose of its meshes, and where lights are.
+OF_POSES = ("bvh_root", "u_bvh_stack", "u_mesh_light_count", *LIGHT_RECORDS)
 
 # Flags of what hardly any scene has, and much of a program is for, which takes time to compile and to run.
 _RARE = ("u_has_sphere_grid", "u_has_globes", "u_has_panes")
@@ -123,15 +127,17 @@ _LIST = [f"u_{noun}_count" for noun in LISTED]
 def specialise(
     packed: PackedScene, level: Level, kept: Sequence[str] = (), skips_branches: bool = False
 ) -> Specialisation:
-    """What of ``packed`` is compiled in at a level; what is named in ``kept``, uniforms or "bvh_root", is not. If the
-    driver ``skips_branches`` (:func:`.skips_branches`), long lists of shapes stand below conditions."""
+    """What of ``packed`` is compiled in at a level; what is named in ``kept``, uniforms, records of a scene or
+    "bvh_root", is not. If the driver ``skips_branches`` (:func:`.skips_branches`), long lists of shapes stand below
+    conditions."""
     if level is Level.NOTHING:
         return Specialisation({name: packed.flags[name] for name in _RARE})
     if level is Level.KINDS:
         return Specialisation(dict(packed.flags))
     constants = {**packed.uniforms, **packed.flags, **(packed.movable if level is Level.VIEW else {})}
     constants = {name: value for name, value in constants.items() if name not in kept and name != "u_seed"}
-    tables = {_noun(name): words for name, words in packed.scene_records.items() if 0 < len(words) <= _MOST_SELECTED}
+    few = {name: words for name, words in packed.scene_records.items() if 0 < len(words) <= _MOST_SELECTED}
+    tables = {_noun(name): words for name, words in few.items() if name not in kept}
     tables |= {name: words for name, words in packed.bvh_root.items() if name not in kept}
     return Specialisation(constants, packed.listed, tables, skips_branches)
 

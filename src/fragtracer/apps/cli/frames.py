@@ -14,10 +14,11 @@ from pydantic import ValidationError
 from fragtracer.apps.cli import video
 from fragtracer.apps.cli.picture import Picture
 from fragtracer.apps.cli.preparation import preparing
-from fragtracer.camera_path import CameraPath, turntable
+from fragtracer.camera_path import LAST_FRAME, CameraPath, turntable
 from fragtracer.display.exposure import cells, stops_for
 from fragtracer.errors import FragtracerError, OutputError
 from fragtracer.io.images import check_writable, read_metadata
+from fragtracer.io.playing import Playing
 from fragtracer.io.toml.camera_paths import load_camera_path
 from fragtracer.renderer import Renderer
 from fragtracer.scene import Camera, Scene
@@ -26,26 +27,46 @@ from fragtracer.scene.content import content_digest
 _NUMBERS = re.compile(r"#+")
 _SEEDS = 2**32
 _METERED, _METERED_SPP, _METERED_SIDE = 8, 16, 256  # frames that decide over the exposure, samples and pixels of them
+_ROUNDING = 1e-4  # of a frame, that an animation may be too short for its last
 _PICTURES = (".png", ".exr", ".hdr")  # a .npy cannot say which frame it is
 
 
 @dataclass(frozen=True)
 class Frames:
-    """The ``scenes`` of the frames that are asked for, by number, of those of a ``path``, the cameras of the frames
-    before them, and the ``files`` that they go to; a ``film`` of ``fps`` frames a second is made of them if its name is
-    given."""
+    """Frames of what moves in ``scene``: the camera along a ``path``, or what an animation moves, ``playing``, or both.
 
-    scenes: Mapping[int, Scene]
-    path: CameraPath
-    previous_cameras: Mapping[int, Camera]
+    ``whole`` are the numbers of all frames; those of the ``files`` are asked for. A ``film`` of ``fps`` frames a second
+    is made of them if its name is given.
+    """
+
+    base: Scene
+    path: CameraPath | None
+    is_turntable: bool
+    playing: Playing | None
+    whole: range
     files: Mapping[int, Path]
     film: Path | None
     fps: Fraction
 
     @property
     def count(self) -> int:
-        """Frames of the whole path."""
-        return len(self.path.frames)
+        """Frames in all."""
+        return len(self.whole)
+
+    def scene(self, number: int) -> Scene:
+        """That of a frame, with its seed."""
+        found = self.base if self.playing is None else self.playing.at(float((number - self.whole[0]) / self.fps))
+        camera = found.camera if self.path is None else _camera(self.path, number)
+        seed = (self.base.render.seed + number) % _SEEDS
+        return replace(found, camera=camera, render=replace(found.render, seed=seed))
+
+    def previous_camera(self, number: int) -> Camera | None:
+        """That of the frame before; None where more than the camera moves."""
+        if self.path is None or self.playing is not None:
+            return None
+        first = self.whole[0]
+        before_first = self.whole[-1] if self.is_turntable else first
+        return _camera(self.path, before_first if number == first else number - 1)
 
     def make_folder(self) -> None:
         """Make the one that the files of a film go to; raises :class:`OutputError` where that cannot be."""
@@ -57,67 +78,77 @@ class Frames:
 
 
 def frames_of(
-    scene: Scene, output: Path, frames: str | None, path: Path | None, turns: int | None, fps: float | None
+    scene: Scene,
+    output: Path,
+    frames: str | None,
+    path: Path | None,
+    turns: int | None,
+    fps: float | None,
+    playing: Playing | None = None,
 ) -> Frames:
     """The frames ``frames``, as "1-240" or "7", or all, along a camera path of the file ``path`` or of a turntable of
-    ``turns`` frames. Frame n has the seed of the scene and n.
+    ``turns`` frames, while what is ``playing`` plays, or, without a path, until that ends. Frame n has the seed of the
+    scene and n.
 
     Raises
     ------
     FragtracerError
-        If there is not one path, a frame is not on it, or the files cannot be written.
+        If nothing moves, there are two paths, a frame is not on it, or the files cannot be written.
     """
-    if (path is None) == (turns is None):
-        raise FragtracerError("frames need a moving camera: give --path FILE or --turntable FRAMES, one of the two")
+    is_still = path is None and turns is None and playing is None
+    if is_still or (path is not None and turns is not None):
+        mend = "give --path FILE or --turntable FRAMES, one of the two; or --animation NAME of a model"
+        raise FragtracerError(f"frames need a moving camera: {mend}")
     if output.suffix.lower() not in (*video.SUFFIXES, *_PICTURES):
         films, numbered = " or ".join(video.SUFFIXES), f"{output.stem.rstrip('.#')}.####.png"
         kind = output.suffix or "a file without an extension"
         mend = f"give a film, {films}, or numbered pictures, as {numbered}, .exr or .hdr"
         raise OutputError(f"{output}: frames are not written to {kind}; {mend}")
-    if fps is not None and output.suffix.lower() not in video.SUFFIXES:
+    if fps is not None and output.suffix.lower() not in video.SUFFIXES and playing is None:
         raise FragtracerError(f"--fps is for films; write one, as -o film.mp4, or leave it out for {output}")
+    rate = _rate(fps or 24)
     moving = turntable(scene.camera, turns) if turns is not None else None
-    moving = moving or load_camera_path(str(path), scene.camera)
-    numbers = _asked(frames, moving)
+    moving = load_camera_path(str(path), scene.camera) if path is not None else moving
+    whole = moving.frames if moving is not None else _frames_while(playing, rate)
+    numbers = _asked(frames, whole, "animation plays" if moving is None else "camera moves")
     film = output if output.suffix.lower() in video.SUFFIXES else None
     files = {number: _file(output, number) for number in numbers}
     if film is not None and frames is not None and film.exists() and _has_others(files):
         mend = "leave that out, since finished frames are not rendered again, or give another file"
         raise OutputError(f"{film}: would be replaced by a film of --frames {frames} alone; {mend}")
-    rate = _rate(fps or 24)
     width, height = scene.render.width, scene.render.height
     (video.check(output, width, height, rate) if film else check_writable(files[numbers[0]]))
-    scenes = {number: replace(scene, camera=_camera(moving, number)) for number in numbers}
-    seeds = {number: (scene.render.seed + number) % _SEEDS for number in numbers}
-    scenes = {n: replace(s, render=replace(s.render, seed=seeds[n])) for n, s in scenes.items()}
-    first = moving.frames[0]
-    before_first = first if turns is None else moving.frames[-1]
-    previous = {n: _camera(moving, before_first if n == first else n - 1) for n in numbers}
-    return Frames(scenes, moving, previous, files, film, rate)
+    found = Frames(scene, moving, turns is not None, playing, whole, files, film, rate)
+    if moving is not None:
+        for number in numbers:
+            _camera(moving, number)  # refused here, not after the work
+    return found
 
 
-def exposed_alike(picture: Picture, frames: Frames, scene: Scene) -> Picture:
+def exposed_alike(picture: Picture, frames: Frames) -> Picture:
     """``picture`` with one exposure for all frames of the path in the place of an automatic one for each, which would
     flicker: that of small pictures of some of them together, whichever are asked for."""
     if picture.look[0] != "auto" or next(iter(frames.files.values())).suffix.lower() != ".png":
         return picture
-    width, height = scene.render.width, scene.render.height
+    width, height = frames.base.render.width, frames.base.render.height
     shrink = max(1, width / _METERED_SIDE, height / _METERED_SIDE)
     size = max(1, round(width / shrink)), max(1, round(height / shrink))
-    even = replace(scene.render, adaptive="off", guiding="off", light_tracing="off", gradient_domain="off")
+    even = replace(frames.base.render, adaptive="off", guiding="off", light_tracing="off", gradient_domain="off")
     luminances = []
-    with preparing(), Renderer(replace(scene, render=even), size, moves=True) as renderer:
-        for number in frames.path.frames[:: -(-frames.count // _METERED)]:
-            renderer.reset(replace(scene, camera=_camera(frames.path, number)))
+    base, animated = replace(frames.base, render=even), frames.playing is not None
+    with preparing(), Renderer(base, size, moves=True, animated=animated) as renderer:
+        for number in frames.whole[:: -(-frames.count // _METERED)]:
+            renderer.reset(frames.scene(number))
             luminances.append(cells(renderer.render(_METERED_SPP)).ravel())
     stops = round(stops_for(np.concatenate(luminances)), 2)
     print(f"exposure {stops:+.2f} stops for all frames")
     return replace(picture, look=(stops, *picture.look[1:]))
 
 
-def digest_of(renderer: Renderer, *more: Any) -> str:
-    """Of all that decides over the picture of a frame, ``more`` than the samples included."""
-    return content_digest(repr(sorted(renderer.origin().items())), repr(more))
+def digest_of(renderer: Renderer, scene: Scene, *more: Any) -> str:
+    """Of all that decides over the picture of a frame of ``scene`` by ``renderer``, ``more`` than the samples
+    included."""
+    return content_digest(repr(sorted(renderer.origin(scene, seed=scene.render.seed).items())), repr(more))
 
 
 def is_finished(file: Path, digest: str) -> bool:
@@ -128,8 +159,16 @@ def is_finished(file: Path, digest: str) -> bool:
         return False
 
 
-def _asked(frames: str | None, path: CameraPath) -> range:
-    there = path.frames
+def _frames_while(playing: Playing | None, rate: Fraction) -> range:
+    """From the beginning of what plays to its end, both included."""
+    duration = playing.duration if playing is not None else 0.0
+    count = 1 + int(duration * float(rate) + _ROUNDING)
+    if count > LAST_FRAME:
+        raise FragtracerError(f"the animation lasts {duration:g} s, more than {LAST_FRAME} frames; give --path FILE")
+    return range(1, count + 1)
+
+
+def _asked(frames: str | None, there: range, what: str) -> range:
     if frames is None:
         return there
     found = re.fullmatch(r"(\d{1,7})(?:-(\d{1,7}))?", frames)
@@ -137,7 +176,7 @@ def _asked(frames: str | None, path: CameraPath) -> range:
         raise FragtracerError(f"--frames {frames}: give the first and the last frame, as --frames 1-240")
     asked = range(int(found[1]), int(found[2] or found[1]) + 1)
     if asked[0] not in there or asked[-1] not in there:
-        raise FragtracerError(f"--frames {frames}: the camera moves from frame {there[0]} to {there[-1]}")
+        raise FragtracerError(f"--frames {frames}: the {what} from frame {there[0]} to {there[-1]}")
     return asked
 
 

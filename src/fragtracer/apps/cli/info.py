@@ -10,6 +10,7 @@ import typer
 
 from fragtracer import __version__
 from fragtracer.apps.cli.options import SCENE_HELP
+from fragtracer.apps.cli.words import counted
 from fragtracer.errors import FragtracerError
 
 if TYPE_CHECKING:
@@ -49,6 +50,8 @@ def contents(scene: "Scene") -> Iterator[str]:
             yield _line("blend", f"{name}: {material.blend} by {material.blend_weight:.4g}{times}")
     for mesh in scene.meshes:
         yield from _mesh(mesh)
+    for file in dict.fromkeys(mesh.file for mesh in scene.meshes if mesh.file):
+        yield from _animations(file)
 
 
 def _print_guiding(scene: "Scene") -> None:
@@ -75,6 +78,23 @@ def _mesh(mesh: "Mesh") -> Iterator[str]:
     instances = f", {len(mesh.instances)} instances" if len(mesh.instances) != 1 else ""
     yield _line("mesh", f"{mesh.name}: {triangles} triangles in {len(mesh.parts)} parts{instances}")
     yield _line("", f"from {_row(low)} to {_row(high)} m")
+
+
+def _animations(file: str) -> Iterator[str]:
+    """Those of a model, with how long they last and how many things they move."""
+    from fragtracer.io import AnimationError, open_gltf
+
+    try:
+        animations = open_gltf(file).animations
+    except AnimationError:  # another kind of file
+        return
+    for number, name in enumerate(animations.names):
+        try:
+            found = animations.get(name)
+            text = f"{found.duration:.4g} s, {counted(len(found.curves), 'channel')}"
+        except FragtracerError as error:
+            text = f"not known: {error}"
+        yield _line("animation", f"{number} {name}: {text}")
 
 
 def _line(name: str, text: str) -> str:

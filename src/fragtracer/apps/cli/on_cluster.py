@@ -60,7 +60,6 @@ def render_picture(
 
 
 def render_frames(
-    scene: Scene,
     frames: Frames,
     address: str,
     block: int | None,
@@ -70,19 +69,22 @@ def render_frames(
     show: Show,
 ) -> bool:
     """Render the frames that are not finished, in one queue; False if that was interrupted."""
-    block = block or BLOCK
+    block, scene = block or BLOCK, frames.base
+    if frames.playing is not None:
+        raise FragtracerError("--cluster renders frames of a moving camera; leave it out where an animation plays")
     cluster.check(scene, block)
     files = frames.files
     picture.check(files[min(files)])
     frames.make_folder()
-    picture = exposed_alike(picture, frames, scene)
+    picture = exposed_alike(picture, frames)
+    scenes = {number: frames.scene(number) for number in files}
     digests = {
         number: content_digest(
             repr(sorted(cluster.origin_of_frame(moved, block).items())), repr((scene.render.spp, limits, picture))
         )
-        for number, moved in frames.scenes.items()
+        for number, moved in scenes.items()
     }
-    due = {n: moved for n, moved in frames.scenes.items() if not is_finished(files[n], digests[n])}
+    due = {n: moved for n, moved in scenes.items() if not is_finished(files[n], digests[n])}
     if len(due) < len(files):
         print(finished_before(len(files) - len(due), len(files)))
     if not due:

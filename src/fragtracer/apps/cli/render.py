@@ -62,7 +62,17 @@ CameraPathFile = Annotated[
 Turntable = Annotated[
     int | None, typer.Option(min=1, max=100_000, metavar="FRAMES", help="Turn the camera once around its target.")
 ]
-Fps = Annotated[float | None, typer.Option(min=1, max=1000, help="Frames per second of a film, 24.")]
+Fps = Annotated[
+    float | None, typer.Option(min=1, max=1000, help="Frames per second of a film, or while an animation plays, 24.")
+]
+AnimationName = Annotated[
+    str | None,
+    typer.Option("--animation", metavar="NAME", help="Pose a glTF model by this animation of its; in frames, play it."),
+]
+AnimationTime = Annotated[
+    float | None,
+    typer.Option("--animation-time", metavar="SECONDS", help="Hold this moment of the animation.  [default: play it]"),
+]
 _PATIENCE = 0.5  # seconds until there is a progress bar, which takes time to make
 
 
@@ -103,6 +113,8 @@ def render(
     path: CameraPathFile = None,
     turntable: Turntable = None,
     fps: Fps = None,
+    animation: AnimationName = None,
+    animation_time: AnimationTime = None,
     cluster: Cluster = None,
     block: BlockSamples = None,
     exposure: options.Exposure = "0",
@@ -114,7 +126,7 @@ def render(
     aov: Aovs = None,
     denoise: options.Denoise = False,
 ) -> None:
-    """Render SCENE into an image file, or a film of a moving camera. Ctrl-C writes what there is."""
+    """Render SCENE into an image file, or a film of a moving camera or an animation. Ctrl-C writes what there is."""
     from fragtracer.aov import checked
     from fragtracer.apps.cli import video
     from fragtracer.apps.cli.keeping import keeping
@@ -122,7 +134,8 @@ def render(
     from fragtracer.apps.cli.preparation import preparing
     from fragtracer.display.look import Look
     from fragtracer.io.images import check_writable
-    from fragtracer.io.toml import load
+    from fragtracer.io.playing import Playing
+    from fragtracer.io.toml import is_model, load
     from fragtracer.renderer import Renderer, expected_spp, warn_if_dark
 
     moves = any(option is not None for option in (frames, path, turntable, fps))
@@ -155,7 +168,7 @@ def render(
         "gradient_domain": gradient_domain,
         "integrator": integrator,
     }
-    loaded = load(scene, light_models=environment in (None, "none"))
+    loaded = load(scene, environment in (None, "none"), animation, animation_time)
     lit = options.with_environment(loaded, environment, environment_rotation, environment_strength)
     lit = options.with_settings(lit, **settings)
     if picture.is_for_denoiser and lit.render.gradient_domain == "auto":
@@ -163,6 +176,10 @@ def render(
     limits = {"spp": spp, "seconds": time, "until": _share(until), "worst": _share(worst)}
     if time is not None:
         lit = options.with_settings(lit, spp=expected_spp(lit.render, spp, time))
+    playing = (Playing(lit, is_model(scene)) or None) if moves or "#" in output.name else None
+    moves |= playing is not None
+    if playing is not None and "motion" in picture.aovs:
+        raise FragtracerError("--aov motion knows moving cameras alone; leave it out where an animation plays")
     if cluster is None and block is not None:
         raise FragtracerError("--block is the size of a task of --cluster ADDRESS; leave it out without")
     if cluster is not None:
@@ -179,12 +196,12 @@ def render(
     if moves:
         from fragtracer.apps.cli.frames import frames_of
 
-        moving = frames_of(lit, output, frames, path, turntable, fps)
+        moving = frames_of(lit, output, frames, path, turntable, fps, playing)
         if cluster is not None:
             _with_limit(limits, lit.render)
-            finished = on_cluster.render_frames(lit, moving, cluster, block, limits, picture, kept, _progress)
+            finished = on_cluster.render_frames(moving, cluster, block, limits, picture, kept, _progress)
         else:
-            finished = _render_frames(lit, moving, limits, picture, kept)
+            finished = _render_frames(moving, limits, picture, kept)
         if finished and moving.film is not None:
             video.encode(list(moving.files.values()), moving.film, moving.fps)
             print(f"{moving.film}: {counted(len(moving.files), 'frame')}, {float(moving.fps):g} a second")
@@ -233,7 +250,7 @@ def _check_parts(settings: Any, picture: Any, first_sample: int) -> None:
         raise FragtracerError("--first-sample needs --integrator path")
 
 
-def _render_frames(scene: Any, frames: Any, limits: dict[str, Any], picture: Any, keeping: Any) -> bool:
+def _render_frames(frames: Any, limits: dict[str, Any], picture: Any, keeping: Any) -> bool:
     """Render the frames that are not finished; False if interrupted."""
     from fragtracer.apps.cli.frames import digest_of, exposed_alike, is_finished
     from fragtracer.apps.cli.preparation import preparing
@@ -242,27 +259,29 @@ def _render_frames(scene: Any, frames: Any, limits: dict[str, Any], picture: Any
     files = frames.files
     picture.check(files[min(files)])
     frames.make_folder()
-    picture = exposed_alike(picture, frames, scene)
+    picture = exposed_alike(picture, frames)
     with preparing():
-        renderer = Renderer(scene, moves=True, pictures=frames.count, aovs=picture.aovs)
+        animated = frames.playing is not None
+        renderer = Renderer(frames.base, moves=True, animated=animated, pictures=frames.count, aovs=picture.aovs)
     with renderer:
         done = 0
-        for number, moved in frames.scenes.items():
-            renderer.reset(moved, seed=moved.render.seed)
-            motion = frames.previous_cameras[number] if "motion" in picture.aovs else None
-            digest = digest_of(renderer, moved.render.spp, limits, picture, motion)
-            if is_finished(files[number], digest):
+        for number, file in files.items():
+            moved, previous = frames.scene(number), frames.previous_camera(number)
+            motion = previous if "motion" in picture.aovs else None
+            digest = digest_of(renderer, moved, moved.render.spp, limits, picture, motion)
+            if is_finished(file, digest):
                 done += 1
                 continue
+            renderer.reset(moved, seed=moved.render.seed)
             keeper = keeping and keeping.begin(renderer, f"{number:04}")
             if not _sample(renderer, dict(limits), keeper, keeper is not None):
                 how = "the same command" if keeper is None else "the same command with --resume"
-                print(f"{files[number]}: interrupted; {how} goes on with this frame", file=sys.stderr)
+                print(f"{file}: interrupted; {how} goes on with this frame", file=sys.stderr)
                 return False
             more = {"frame": str(number), "frame_digest": digest}
             with deferred():
-                picture.write(renderer, files[number], more, frames.previous_cameras[number])
-            _report(renderer, files[number], True, picture.denoise)
+                picture.write(renderer, file, more, previous)
+            _report(renderer, file, True, picture.denoise)
             if keeper is not None:
                 keeper.remove()
     if done:
