@@ -26,8 +26,8 @@ class Decided:
     decisions: Decisions
 
     def for_picture(self, scene: Scene, settings: RenderSettings, animated: bool = False) -> Decisions | None:
-        """What holds for another picture too, which may have another camera and, if ``animated``, be in another pose; None
-        if more is another."""
+        """What holds for another picture too, which may have another camera and, if ``animated``, be in another pose;
+        None if more is another."""
         if guiding.decides(settings) != guiding.decides(self.settings):
             return None
         if not animated and not guiding.same_light(scene, self.scene):

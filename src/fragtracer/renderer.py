@@ -156,7 +156,7 @@ class Renderer:
                 self._most_listed = MOST_LISTED["default"]
                 self._level = picture_level(self.context, moves) if specialised else Level.NOTHING
                 self._defines, self._name, self._shaders = dict(defines or {}), program, shaders
-                self._moves, self._animated = moves, animated
+                self._moves, self._kept = moves, OF_POSES if animated else ()
                 self._space: Space | None = None
                 self.first_sample = first_sample = checked_first_sample(first_sample)
                 self._decider = Decider(self.context, self._untraced, moves, pictures, animated)
@@ -667,7 +667,7 @@ class Renderer:
         if self._light is None:
             self._light = LightTracing(self.context)
         size = self.settings.width, self.settings.height
-        self._light.load(self._packed(), self.scene, size, decision.photons, self._level, self._shaders)
+        self._light.load(self._packed(), self.scene, size, decision.photons, self._level, self._shaders, self._kept)
         self._light.warm_up()
 
     def _release_light(self) -> None:
@@ -689,7 +689,7 @@ class Renderer:
                 )
             defines = {**defines, "FILM_LIGHT": "FILM_LIGHT_PARTS"}
         defines = {**self._decisions()[0].defines, **defines}
-        return TracerProgram(name, defines, self._level, OF_POSES if self._animated else (), self._shaders)
+        return TracerProgram(name, defines, self._level, self._kept, self._shaders)
 
     def _choose_sampling(self) -> None:
         """Where the samples of the next picture go, by scene and settings."""

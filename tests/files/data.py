@@ -68,6 +68,16 @@ class Gltf:
         self.content.setdefault("nodes", [{"mesh": 0}])
         self.content.setdefault("scenes", [{"nodes": [0]}])
 
+    def animation(self, name: str | None, *channels: tuple[int, str, Any, Any, str]) -> None:
+        """Each channel is a node, what of it is moved, times, values (keys, width), and an interpolation."""
+        samplers, targets = [], []
+        for number, (node, path, times, values, interpolation) in enumerate(channels):
+            output = self.array(values)
+            samplers.append({"input": self.array(times), "output": output, "interpolation": interpolation})
+            targets.append({"sampler": number, "target": {"node": node, "path": path}})
+        named = {} if name is None else {"name": name}
+        self.content.setdefault("animations", []).append(named | {"samplers": samplers, "channels": targets})
+
     def write(self, path: Path) -> Path:
         if path.suffix == ".glb":
             self.content["buffers"] = [{"byteLength": len(self.data)}, *self.others]

@@ -13,6 +13,8 @@ from fragtracer.errors import OutputError, SceneError
 from fragtracer.io.toml import dump, files_behind, load, save
 from fragtracer.scene import Environment, Panorama
 
+from .data import Gltf
+
 OBJ = "mtllib x.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl red\nf 1/1 2/2 3/3\n"
 
 
@@ -58,6 +60,53 @@ def test_mesh_tables(folder: Path) -> None:
         folder / "models" / "other" / "x.obj",
         folder / "models" / "other" / ".." / "x.mtl",
     }
+
+
+def write_rising(folder: Path) -> None:
+    gltf = Gltf()
+    gltf.triangle()
+    gltf.animation("rise", (0, "translation", [0, 2], [[0, 0, 0], [0, 4, 0]], "LINEAR"))
+    gltf.write(folder / "x.glb")
+
+
+def test_meshes_in_a_pose(tmp_path: Path) -> None:
+    """Of an animation by name or number; a saved scene has it again."""
+    write_rising(tmp_path)
+    made = scene(
+        tmp_path,
+        '[[mesh]]\nfile = "x.glb"\nanimation = "rise"\ntime = 0.5\n'
+        '[[mesh]]\nfile = "x.glb"\nanimation = 0\ntime = 9\nname = "high"\n'
+        '[[mesh]]\nfile = "x.glb"\nanimation = "rise"\n',
+    )
+    assert [mesh.pose for mesh in made.meshes] == [ft.Pose("rise", 0.5), ft.Pose("0", 9), ft.Pose("rise")]
+    assert [mesh.parts[0].matrix[1][3] for mesh in made.meshes] == [1, 4, 0]
+    assert len({mesh.parts[0].geometry for mesh in made.meshes}) == 1
+    (tmp_path / "away").mkdir()
+    save(made, tmp_path / "away" / "scene.toml")
+    assert load(tmp_path / "away" / "scene.toml") == made
+    moved = replace(made.meshes[0], parts=made.meshes[1].parts)
+    save(replace(made, meshes=(moved,)), tmp_path / "away" / "moved.toml")  # what is in no file is written beside
+    (again,) = load(tmp_path / "away" / "moved.toml").meshes
+    assert (again.parts, again.pose) == (moved.parts, None)
+
+
+@pytest.mark.filterwarnings("ignore:.*ignored. animations:UserWarning")
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ('animation = "fall"', r"mesh\[0\].animation: .*x.glb: there is no animation 'fall'; choose from rise$"),
+        ("animation = 1", r"mesh\[0\].animation: .*x.glb: there is no animation '1'; choose from rise$"),
+        ("animation = true", r"mesh\[0\].animation: must be a name in quotes or a number, from 0 on, got true$"),
+        ("time = 3", r"mesh\[0\].animation: is missing; give a name in quotes or a number, from 0 on$"),
+        ('animation = "rise"\ntime = "late"', r'mesh\[0\].time: must be a number, got "late"$'),
+        ('animation = "rise"\ntime = inf', r"mesh\[0\].time: must be a finite number, got inf$"),
+    ],
+)
+def test_mistakes_of_poses(tmp_path: Path, keys: str, message: str) -> None:
+    write_rising(tmp_path)
+    with pytest.raises(SceneError, match=message) as caught:
+        scene(tmp_path, f'[[mesh]]\nfile = "x.glb"\n{keys}\n')
+    assert len(str(caught.value).splitlines()) == 1
 
 
 def test_a_material_that_replaces_none(folder: Path) -> None:

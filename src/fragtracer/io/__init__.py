@@ -118,8 +118,8 @@ def open_gltf(file: str | Path) -> "GltfFile":
     return opened if opened is not None and stamps == _stamps(opened.files) else _open(path)
 
 
-def load_mesh(path: str | Path) -> tuple[Mesh, dict[str, Material]]:
-    """Read a model for a scene made in Python.
+def load_mesh(path: str | Path, pose: Pose | None = None) -> tuple[Mesh, dict[str, Material]]:
+    """Read a model for a scene made in Python, perhaps in the ``pose`` of an animation.
 
     Returns
     -------
@@ -130,10 +130,12 @@ def load_mesh(path: str | Path) -> tuple[Mesh, dict[str, Material]]:
 
     Raises
     ------
+    AnimationError
+        If the file has no such animation.
     SceneError
         If the file, or one that it needs, is missing or damaged.
     """
-    model = qualified(read_model(path), stem(path))
+    model = qualified(read_model(path, pose), stem(path))
     return model.mesh, model.materials
 
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The light of a picture that is traced from the lights, beside the film of its paths."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -44,9 +44,10 @@ class LightTracing:
         per_sample: float,
         level: Level,
         root: Path | None = None,
+        kept: Sequence[str] = (),
     ) -> None:
         """Take over ``scene`` as it is ``packed``, for a picture of ``size`` with so many photons for a sample of a
-        path; forgets all of them.
+        path; forgets all of them. ``level`` and ``kept`` are those of :func:`fragtracer.gpu.specialise.specialise`.
 
         Raises :class:`ShaderError` if the program does not compile, and :class:`DeviceError` if the GPU has no memory
         for the photons.
@@ -58,7 +59,7 @@ class LightTracing:
         targets = self._targets(packed, scene)
         self._has_targets = len(targets) > 0
         if self._has_targets:
-            self._tracer.load(packed, targets, self._size, level, root)
+            self._tracer.load(packed, targets, self._size, level, root, kept)
         self.clear()
 
     def _targets(self, packed: PackedScene, scene: Scene) -> Targets:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Photons, which shaders/light_tracing.frag sends to pixels."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -43,17 +43,23 @@ class LightTracer:
         self._drawn: Drawn = (nearest_texture(ctx, _SIZE), nearest_texture(ctx, _SIZE))
 
     def load(
-        self, packed: PackedScene, targets: Targets, size: tuple[int, int], level: Level, root: Path | None = None
+        self,
+        packed: PackedScene,
+        targets: Targets,
+        size: tuple[int, int],
+        level: Level,
+        root: Path | None = None,
+        kept: Sequence[str] = (),
     ) -> None:
         """Take over ``packed``, for a picture of ``size``, and its ``targets``, at least one; compiles only if the
-        program is another one.
+        program is another one. What is ``kept`` is not compiled in (:func:`.specialise`).
 
         More photons go to targets from which more light is seen, so that the variance is least; :meth:`aim` finds out
         from which.
 
         Raises :class:`ShaderError` if the program does not compile; the last one stays in use.
         """
-        specialisation = specialise(packed, level, skips_branches=skips_branches(self._ctx))
+        specialisation = specialise(packed, level, kept, skips_branches(self._ctx))
         key = root, dict(packed.features), specialisation.key
         if self._program is None or key != self._key:
             program = FullscreenProgram(

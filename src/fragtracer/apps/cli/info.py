@@ -48,10 +48,12 @@ def contents(scene: "Scene") -> Iterator[str]:
         if material.blend is not None:
             times = ", times a texture" if material.blend_weight_texture else ""
             yield _line("blend", f"{name}: {material.blend} by {material.blend_weight:.4g}{times}")
+    told: set[str] = set()
     for mesh in scene.meshes:
         yield from _mesh(mesh)
-    for file in dict.fromkeys(mesh.file for mesh in scene.meshes if mesh.file):
-        yield from _animations(file)
+        if mesh.file and mesh.file not in told:
+            told.add(mesh.file)
+            yield from _animations(mesh.file)
 
 
 def _print_guiding(scene: "Scene") -> None:

@@ -121,7 +121,7 @@ class Animations:
         if re.fullmatch(r"\d{1,9}", name) and int(name) < len(self.names):
             return int(name)
         there = f"choose from {', '.join(self.names)}" if self.names else "it has none"
-        raise AnimationError(f"{self._container.path}: there is no animation {name!r}; {there}")
+        raise AnimationError(f"{self._container.path}: there is no animation {name[:60]!r}; {there}")
 
     def _animation(self, index: int) -> Animation:
         place = f"animations[{index}]"

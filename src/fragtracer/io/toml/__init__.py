@@ -81,8 +81,8 @@ def is_model(name_or_path: str | Path) -> bool:
 def _staged(path: Path, light: bool, animation: str | None, time: float | None) -> Scene:
     """A bare model in a scene of its own."""
     if animation is None and time is not None:
-        names = ", ".join(open_gltf(path).animations.names) or "it has none"
-        raise AnimationError(f"{path}: a time is of an animation; choose one of {names}")
+        names = ", ".join(open_gltf(path).animations.names) or "there are none"
+        raise AnimationError(f"{path}: name the animation that the time is of: {names}")
     pose = None if animation is None else Pose(animation, time)
     model = with_qualified_names(read_model(path, pose), stem(path))
     seen = () if animation is None else moments(open_gltf(path), animation)
