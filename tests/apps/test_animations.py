@@ -17,6 +17,7 @@ from fragtracer.io.images import read_image, read_metadata
 from fragtracer.io.playing import Playing
 from fragtracer.io.toml import load
 from fragtracer.renderer import Renderer
+from fragtracer.scene import Pose
 
 OPTIONS = (*TINY, "--spp", 4)
 
@@ -121,7 +122,14 @@ def test_meshes_of_a_scene_play(tmp_path, monkeypatch, glb, capsys):
     assert not Playing(held, False)
     assert held.meshes[0].parts == later.meshes[0].parts
     turned = load(tmp_path / "s.toml", animation="turn")
-    assert [mesh.pose.animation for mesh in turned.meshes] == ["turn"] * 3
+    assert [mesh.pose for mesh in turned.meshes] == [Pose("turn")] * 3
+    capsys.readouterr()
+    for problem, options in (("x.glb: there is no animation 'fall'", ["--animation", "fall"]), ("none of its", [])):
+        (tmp_path / "t.toml").write_text('[[mesh]]\nfile = "x.glb"\n')
+        command = ["render", tmp_path / "t.toml", "-o", tmp_path / "a.png", "--animation-time", 1, *options]
+        assert status_of(monkeypatch, *command) == 2
+        (message,) = capsys.readouterr().err.splitlines()
+        assert f"t.toml: {problem}" in message or f"t.toml: {tmp_path / problem}" in message
     command = ["render", tmp_path / "s.toml", *OPTIONS, "--fps", 1, "-o", tmp_path / "a.#.png", "--exposure", "auto"]
     assert status_of(monkeypatch, *command) == 0
     assert sorted(file.name for file in tmp_path.glob("*.png")) == ["a.1.png", "a.2.png"]
@@ -188,7 +196,7 @@ def test_info_lists_animations(tmp_path, glb):
         (["--animation-time", 1], "x.glb: name the animation that the time is of: rise, turn"),
         (["--animation", "rise", "--frames", "1-26", "-o", "a.#.png"], "the animation plays from frame 1 to 25"),
         (["--animation", "rise", "-o", "a.#.exr", "--aov", "all"], "--aov motion knows moving cameras alone"),
-        (["--animation", "rise", "-o", "a.#.png", "--cluster", "local:1"], "leave it out where an animation plays"),
+        (["--animation", "rise", "-o", "a.#.png", "--cluster", "local:1"], "give each machine some of the --frames"),
         (["--animation", "rise", "-o", "a.#.png", "--first-sample", 0], "leave it out where the camera moves"),
         (["--animation", "rise", "--animation-time", 1, "-o", "a.mp4"], "frames need a moving camera"),
     ],

@@ -12,6 +12,7 @@ import fragtracer as ft
 from fragtracer.errors import OutputError, SceneError
 from fragtracer.io.toml import dump, files_behind, load, save
 from fragtracer.scene import Environment, Panorama
+from fragtracer.scene.digest import scene_digests
 
 from .data import Gltf
 
@@ -81,6 +82,8 @@ def test_meshes_in_a_pose(tmp_path: Path) -> None:
     assert [mesh.pose for mesh in made.meshes] == [ft.Pose("rise", 0.5), ft.Pose("0", 9), ft.Pose("rise")]
     assert [mesh.parts[0].matrix[1][3] for mesh in made.meshes] == [1, 4, 0]
     assert len({mesh.parts[0].geometry for mesh in made.meshes}) == 1
+    ended = replace(made, meshes=tuple(replace(mesh, pose=ft.Pose("rise", 2)) for mesh in made.meshes))
+    assert scene_digests(ended) == scene_digests(made)  # of the picture
     (tmp_path / "away").mkdir()
     save(made, tmp_path / "away" / "scene.toml")
     assert load(tmp_path / "away" / "scene.toml") == made

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""Scenes whose models move: poses of their meshes, and what an animation moves from frame to frame."""
+"""Scenes whose models move: what an animation moves from frame to frame."""
 
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragtracer.io import AnimationError, open_gltf, read_model
+from fragtracer.io import open_gltf
 from fragtracer.io.model import LIGHT_KINDS, Model
 from fragtracer.scene import Mesh, Part, Pose, Scene
 
@@ -21,30 +21,6 @@ def in_pose(mesh: Mesh, model: Model) -> Mesh:
     parts = zip(mesh.parts, model.mesh.parts, strict=True)
     moved = tuple(Part(other.geometry, part.material, other.matrix) for part, other in parts)
     return replace(mesh, parts=moved)
-
-
-def posed(scene: Scene, animation: str | None, time: float | None) -> Scene:
-    """``scene`` with each mesh whose model has that ``animation`` in it, or, left out, with each that has a pose at
-    another ``time``.
-
-    Raises
-    ------
-    AnimationError
-        If there is none.
-    """
-    meshes, problems = [], []
-    for mesh in scene.meshes:
-        pose = mesh.pose and replace(mesh.pose, time=time) if animation is None else Pose(animation, time)
-        try:
-            model = read_model(mesh.file, pose) if mesh.file and pose else None
-        except AnimationError as error:
-            problems.append(str(error))
-            model = None
-        meshes.append(replace(in_pose(mesh, model), pose=pose) if model else mesh)
-    if all(new is old for new, old in zip(meshes, scene.meshes, strict=True)):
-        none = "no mesh of this scene is in an animation" if animation is None else "no mesh of this scene has a file"
-        raise AnimationError("; ".join(dict.fromkeys(problems)) or none)
-    return replace(scene, meshes=tuple(meshes))
 
 
 def moments(file: "GltfFile", animation: str) -> list[Mesh]:

@@ -71,7 +71,8 @@ def render_frames(
     """Render the frames that are not finished, in one queue; False if that was interrupted."""
     block, scene = block or BLOCK, frames.base
     if frames.playing is not None:
-        raise FragtracerError("--cluster renders frames of a moving camera; leave it out where an animation plays")
+        mend = "where an animation plays, leave it out, and give each machine some of the --frames"
+        raise FragtracerError(f"--cluster renders frames of a moving camera; {mend}")
     cluster.check(scene, block)
     files = frames.files
     picture.check(files[min(files)])

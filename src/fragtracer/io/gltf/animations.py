@@ -110,12 +110,13 @@ class Animations:
         SceneError
             If it is damaged.
         """
-        index = self._index(name)
+        index = self.index(name)
         if index not in self._read:
             self._read[index] = self._animation(index)
         return self._read[index]
 
-    def _index(self, name: str) -> int:
+    def index(self, name: str) -> int:
+        """The number of the animation of this name, or number; raises :class:`AnimationError` if there is none."""
         if name in self.names:
             return self.names.index(name)
         if re.fullmatch(r"\d{1,9}", name) and int(name) < len(self.names):

@@ -25,9 +25,10 @@ from fragtracer.errors import OutputError, SceneError
 from fragtracer.io import SUFFIXES, AnimationError, files_of, open_gltf, read_model, staging
 from fragtracer.io import qualified as with_qualified_names
 from fragtracer.io.model import stem
-from fragtracer.io.playing import moments, posed
+from fragtracer.io.playing import moments
 from fragtracer.io.toml.beside import with_files
 from fragtracer.io.toml.document import from_document, to_document
+from fragtracer.io.toml.meshes import pose_tables
 from fragtracer.io.toml.tables import show, suggest
 from fragtracer.io.toml.unused import unused
 from fragtracer.scene import Image, Pose, Scene
@@ -69,8 +70,7 @@ def load(
         if path.suffix.lower() != ".toml" and path.is_file():
             raise SceneError(f"{path}: a scene file ends in .toml, a model in {', '.join(SUFFIXES)}")
         text = path.read_bytes().decode("utf-8-sig")
-    scene = parse(text, path)
-    return scene if animation is None and time is None else posed(scene, animation, time)
+    return parse(text, path, animation, time)
 
 
 def is_model(name_or_path: str | Path) -> bool:
@@ -128,11 +128,14 @@ def _bundled_files() -> dict[str, Path]:
     return {path.stem: path for path in sorted(resources.folder("scenes").glob("*.toml"))}
 
 
-def parse(text: str, file: str | Path = "scene.toml") -> Scene:
-    """Parse the text of a scene file; ``file`` gives the scene its name and opens the messages.
+def parse(text: str, file: str | Path = "scene.toml", animation: str | None = None, time: float | None = None) -> Scene:
+    """Parse the text of a scene file; ``file`` gives the scene its name and opens the messages. ``animation`` and
+    ``time`` are those of :func:`load`.
 
     Raises
     ------
+    AnimationError
+        If no mesh has such an animation.
     SceneError
         If the text is not a scene; the message has a line for each mistake, the first ten at most.
 
@@ -142,6 +145,9 @@ def parse(text: str, file: str | Path = "scene.toml") -> Scene:
         A line for each material of which something has no effect.
     """
     document = _toml(text, file)
+    if animation is not None or time is not None:
+        tables = document.get("mesh")
+        pose_tables(tables if isinstance(tables, list) else [], Path(file), animation, time)
     mistakes: list[str] = []
     scene = from_document(document, stem(file), Path(file).parent, mistakes)
     if scene is None:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from fragtracer.errors import OutputError, SceneError
-from fragtracer.io import AnimationError, Model, qualified, read_model
+from fragtracer.io import AnimationError, Model, open_gltf, qualified, read_model
 from fragtracer.io.model import stem
 from fragtracer.io.toml.tables import build, join, plain, show, suggest
 from fragtracer.io.toml.textures import relative
@@ -68,6 +68,33 @@ def read_meshes(value: Any, folder: Path, mistakes: list[str]) -> tuple[list[Mes
             meshes.append(found[0])
             materials.update(found[1])
     return meshes, materials
+
+
+def pose_tables(tables: list[Any], scene: Path, animation: str | None, time: float | None) -> None:
+    """Have the tables of those models that have the ``animation`` ask for it at ``time``; where it is left out, those
+    that ask for one already. ``scene`` is the file that they are of.
+
+    Raises
+    ------
+    AnimationError
+        If there is none.
+    """
+    named = [table for table in tables if isinstance(table, dict) and isinstance(table.get("file"), str)]
+    chosen, problems = [], []
+    for table in named:
+        try:
+            if animation is not None:
+                open_gltf(scene.parent / table["file"]).animations.index(animation)
+            if animation is not None or "animation" in table:
+                chosen.append(table)
+        except SceneError as error:
+            problems.append(str(error))
+    if not chosen:
+        found = "; ".join(dict.fromkeys(problems)) or "none of its meshes is in an animation"
+        raise AnimationError(f"{scene}: {found}")
+    for table in chosen:
+        table.pop("time", None)
+        table |= {key: value for key, value in (("animation", animation), ("time", time)) if value is not None}
 
 
 def _mesh(
