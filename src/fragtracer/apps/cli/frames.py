@@ -33,7 +33,8 @@ _PICTURES = (".png", ".exr", ".hdr")  # a .npy cannot say which frame it is
 
 @dataclass(frozen=True)
 class Frames:
-    """Frames of what moves in ``scene``: the camera along a ``path``, or what an animation moves, ``playing``, or both.
+    """Frames of what moves in the scene ``base``: the camera along a ``path``, what an animation moves, ``playing``, or
+    both.
 
     ``whole`` are the numbers of all frames; those of the ``files`` are asked for. A ``film`` of ``fps`` frames a second
     is made of them if its name is given.
@@ -93,7 +94,7 @@ def frames_of(
     Raises
     ------
     FragtracerError
-        If nothing moves, there are two paths, a frame is not on it, or the files cannot be written.
+        If nothing moves, there are two paths, there is no such frame, or the files cannot be written.
     """
     is_still = path is None and turns is None and playing is None
     if is_still or (path is not None and turns is not None):

@@ -54,7 +54,8 @@ BlockSamples = Annotated[
     typer.Option("--block", min=2, max=2**20, metavar="SAMPLES", help="Of a task of the cluster at most, 256."),
 ]
 FrameRange = Annotated[
-    str | None, typer.Option("--frames", metavar="A-B", help="Frames of a moving camera.  [default: all of its path]")
+    str | None,
+    typer.Option("--frames", metavar="A-B", help="Frames of a moving camera or an animation.  [default: all]"),
 ]
 CameraPathFile = Annotated[
     Path | None, typer.Option("--path", metavar="FILE", help="Keyframes of the camera, a .toml file (docs/films.md).")

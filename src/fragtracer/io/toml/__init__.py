@@ -38,7 +38,7 @@ _MOST_MISTAKES = 10
 
 
 def load(
-    name_or_path: str | Path, light_models: bool = True, animation: str | None = None, time: float | None = None
+    name_or_path: str | Path, light_models: bool = True, animation: str | int | None = None, time: float | None = None
 ) -> Scene:
     """Read a scene.
 
@@ -62,6 +62,7 @@ def load(
     SceneError
         If the file cannot be read or is not a scene; the message has a line for each mistake.
     """
+    animation = None if animation is None else str(animation)
     files = _bundled_files()
     path = files.get(str(name_or_path), Path(name_or_path))
     with _told(path, lambda: f"no such file or bundled scene; {suggest(path.stem, files)}"):
