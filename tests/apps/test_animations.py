@@ -118,6 +118,10 @@ def test_meshes_of_a_scene_play(tmp_path, monkeypatch, glb, capsys):
     assert replace(later, meshes=scene.meshes) == scene
     heights = [mesh.parts[0].geometry.positions[2, 1] for made in (scene, later) for mesh in made.meshes]
     assert heights == [1, 2, 1, 3, 2, 1]
+    repeated = Playing(scene, False, repeats=True)
+    for time, as_at in ((1, 1), (1.5, 0.5), (4.25, 0.25)):
+        assert repeated.at(time).meshes[0] == playing.at(as_at).meshes[0]
+    assert repeated.at(1.5).meshes[2] == playing.at(0).meshes[2] != playing.at(1.5).meshes[2]
     held = load(tmp_path / "s.toml", time=0.5)
     assert not Playing(held, False)
     assert held.meshes[0].parts == later.meshes[0].parts
@@ -199,6 +203,7 @@ def test_info_lists_animations(tmp_path, glb):
         (["--animation", "rise", "-o", "a.#.png", "--cluster", "local:1"], "give each machine some of the --frames"),
         (["--animation", "rise", "-o", "a.#.png", "--first-sample", 0], "leave it out where the camera moves"),
         (["--animation", "rise", "--animation-time", 1, "-o", "a.mp4"], "frames need a moving camera"),
+        (["--animation", "rise", "--loop"], "--loop is for frames while an animation plays"),
     ],
 )
 def test_mistakes_get_one_message(tmp_path, monkeypatch, capsys, glb, arguments, words):

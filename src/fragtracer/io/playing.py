@@ -31,7 +31,8 @@ def moments(file: "GltfFile", animation: str) -> list[Mesh]:
 
 class Playing:
     """What moves by itself in ``scene``: meshes whose pose has no time; and, if it ``is_model``, a bare one, the camera
-    and the lights that come with it.
+    and the lights that come with it. When an animation has ended, what it moves rests, or, if it ``repeats``, it begins
+    anew.
 
     Raises
     ------
@@ -39,8 +40,8 @@ class Playing:
         If a model cannot be read any more.
     """
 
-    def __init__(self, scene: Scene, is_model: bool) -> None:
-        self._scene = scene
+    def __init__(self, scene: Scene, is_model: bool, repeats: bool = False) -> None:
+        self._scene, self._repeats = scene, repeats
         poses = {i: (mesh.file, mesh.pose) for i, mesh in enumerate(scene.meshes) if mesh.file and mesh.pose}
         animations = {i: (file, pose.animation) for i, (file, pose) in poses.items() if pose.time is None}
         files = {file: open_gltf(file) for file, _ in animations.values()}
@@ -56,13 +57,17 @@ class Playing:
 
     @property
     def duration(self) -> float:
-        """Seconds from the beginning until nothing moves any more."""
+        """Seconds from the beginning to the end of the longest animation."""
         return max(file.animations.get(animation).duration for file, animation in self._moving.values())
+
+    def _model(self, file: "GltfFile", animation: str, time: float) -> Model:
+        duration = file.animations.get(animation).duration
+        again = self._repeats and time > duration > 0
+        return file.model(Pose(animation, time % duration if again else time))
 
     def at(self, time: float) -> Scene:
         """The scene ``time`` seconds after the beginning."""
-        moving = dict.fromkeys(self._moving.values())
-        models = {(file, animation): file.model(Pose(animation, time)) for file, animation in moving}
+        models = {key: self._model(*key, time) for key in dict.fromkeys(self._moving.values())}
         meshes = list(self._scene.meshes)
         for index, key in self._moving.items():
             meshes[index] = in_pose(meshes[index], models[key])

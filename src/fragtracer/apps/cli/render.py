@@ -74,6 +74,7 @@ AnimationTime = Annotated[
     float | None,
     typer.Option("--animation-time", metavar="SECONDS", help="Hold this moment of the animation.  [default: play it]"),
 ]
+Loop = Annotated[bool, typer.Option("--loop", help="Begin an animation anew when it ends, while the camera moves.")]
 _PATIENCE = 0.5  # seconds until there is a progress bar, which takes time to make
 
 
@@ -116,6 +117,7 @@ def render(
     fps: Fps = None,
     animation: AnimationName = None,
     animation_time: AnimationTime = None,
+    loop: Loop = False,
     cluster: Cluster = None,
     block: BlockSamples = None,
     exposure: options.Exposure = "0",
@@ -177,8 +179,10 @@ def render(
     limits = {"spp": spp, "seconds": time, "until": _share(until), "worst": _share(worst)}
     if time is not None:
         lit = options.with_settings(lit, spp=expected_spp(lit.render, spp, time))
-    playing = (Playing(lit, is_model(scene)) or None) if moves or "#" in output.name else None
+    playing = (Playing(lit, is_model(scene), loop) or None) if moves or "#" in output.name else None
     moves |= playing is not None
+    if loop and playing is None:
+        raise FragtracerError("--loop is for frames while an animation plays; name one by --animation, or leave it out")
     if playing is not None and "motion" in picture.aovs:
         raise FragtracerError("--aov motion knows moving cameras alone; leave it out where an animation plays")
     if cluster is None and block is not None:
