@@ -42,6 +42,10 @@ vec3 layers_albedo(Surface surface, Material material, bool is_front) {
 #if HAS_EXACT_FRESNEL
     Bsdf b = material_bsdf(material, is_front);
     vec3 base = material.diffuse + material.f0;
+    if (u_without_iridescence == 0) {
+        material_set_iridescence(b, surface);
+        base += (iridescence_f0(b) - b.f0) * (1.0 - material.diffuse);
+    }
     if (u_without_sheen == 0) {
         material_set_sheen(b, surface);
         float sheen = sheen_reflectance(b, vec3(0.0, 0.0, 1.0));

@@ -170,6 +170,19 @@ CASES: dict[str, Callable[[], Scene]] = {
         ),
         globe(),
     ),
+    "a thin film": lambda: scene(
+        Material(
+            albedo=(0.7, 0.2, 0.1),
+            roughness=0.4,
+            metallic=0.5,
+            normal_texture=Texture(BUMPS),
+            iridescence=0.9,
+            iridescence_ior=1.6,
+            iridescence_texture=Texture(PICTURE),
+            iridescence_thickness_texture=ALPHA_PICTURE,
+        ),
+        globe(),
+    ),
     "an alpha mask": lambda: scene(Material(albedo=0.9, albedo_texture=ALPHA_PICTURE, alpha_mode="mask"), globe()),
     "an alpha blend": lambda: scene(
         Material(albedo=0.9, albedo_texture=ALPHA_PICTURE, alpha_mode="blend", opacity=0.8), globe()

@@ -22,7 +22,7 @@ from fragtracer.scene import PLAIN, Ambient, Camera, Disk, Light, Plane, Rectang
 from fragtracer.shader_composer import compose
 
 SHADERS = folder("shaders")
-RARE = ("u_has_sphere_grid", "u_has_globes", "u_has_panes")
+RARE = ("u_has_sphere_grid", "u_has_globes", "u_has_panes", "u_without_iridescence")
 CONSTANTS: dict[str, tuple[str, Any]] = {
     "u_int": ("int", -3),
     "u_large": ("int", 2**31 - 1),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A Cook-Torrance specular lobe over a Lambert base.
-//   specular  D F G / (4 cos_o cos_i), F = Schlick at the half vector (Cook and Torrance 1982)
+//   specular  D F G / (4 cos_o cos_i), F = Schlick at the half vector (Cook and Torrance 1982), perhaps with a thin film
 //   diffuse   albedo / pi (1 - R(cos_o)) (1 - R(cos_i)), light that passes the interface twice, R being
 //             what the rough interface reflects at the mean normal (fresnel_schlick_rough); after Kelemen and
 //             Szirmay-Kalos 2001, A Microfacet Based Coupled Specular-Matte BRDF Model, not normalised as theirs
@@ -8,6 +8,7 @@
 // 1 - F(wo . wh), which a material may ask for, reflects up to 1.9 times the light at grazing angles (docs/material.md).
 #include "bsdf/facets.glsl"
 #include "bsdf/fresnel.glsl"
+#include "bsdf/iridescence.glsl"
 #include "bsdf/model.glsl"
 #include "core/math.glsl"
 #include "core/warp.glsl"
@@ -33,12 +34,16 @@ vec3 cook_torrance_interface(vec3 f0, vec3 f90, float alpha, float cos_theta) {
     return 1.0 - fresnel_schlick_rough(f0, f90, alpha, cos_theta);
 }
 
-vec3 cook_torrance_transmittance(Bsdf b, float cos_theta) { return cook_torrance_interface(b.f0, b.f90, b.alpha, cos_theta); }
+vec3 cook_torrance_transmittance(Bsdf b, float cos_theta) {
+    vec3 passed = cook_torrance_interface(b.f0, b.f90, b.alpha, cos_theta);
+    if (!iridescence_is_there(b)) return passed;
+    return clamp(passed - iridescence_rough_change(b, cos_theta), 0.0, 1.0);
+}
 
 // The part of light from wi that the base scatters to wo, but for its albedo.
 vec3 cook_torrance_diffuse_factor(Bsdf b, vec3 wo, vec3 wi) {
     if (u_without_half_vector == 0 && b.half_vector != 0) {
-        return 1.0 - fresnel_schlick(b.f0, b.f90, dot(wo, normalize(wo + wi)));
+        return 1.0 - iridescence_fresnel(b, dot(wo, normalize(wo + wi)));
     }
     return cook_torrance_transmittance(b, wo.z) * cook_torrance_transmittance(b, wi.z);
 }
@@ -49,9 +54,8 @@ vec3 cook_torrance_diffuse(Bsdf b, vec3 wo, vec3 wi) {
 
 // About what the specular lobe and the base reflect towards wo, of light from all around.
 vec2 cook_torrance_reflected(Bsdf b, vec3 wo) {
-    float specular = luminance(1.0 - cook_torrance_transmittance(b, wo.z));
-    float diffuse = luminance(b.diffuse * cook_torrance_transmittance(b, wo.z) * (1.0 - b.f0));
-    return vec2(specular, diffuse);
+    vec3 passed = cook_torrance_transmittance(b, wo.z);
+    return vec2(luminance(1.0 - passed), luminance(b.diffuse * passed * (1.0 - b.f0)));
 }
 
 // Probability of choosing the specular lobe: its share of the energy reflected towards wo.
@@ -70,8 +74,8 @@ vec4 cook_torrance_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
     if (!cook_torrance_is_mirror(b)) {
         vec3 wh = normalize(wo + wi);
         float pdf = 0.25 * facets_visible_d(b, wo, wh);
-        vec3 fresnel = fresnel_schlick(b.f0, b.f90, dot(wo, wh));
-        if (u_multiple_scattering != 0) fresnel *= ggx_compensation(b.f0, facets_mean_width(b), wo.z);
+        vec3 fresnel = iridescence_fresnel(b, dot(wo, wh));
+        if (u_multiple_scattering != 0) fresnel *= ggx_compensation(iridescence_f0(b), facets_mean_width(b), wo.z);
         result += vec4(fresnel * (pdf * facets_shadowing(b, wo, wi)), specular_probability * pdf);
     }
     return result;
@@ -85,7 +89,7 @@ BsdfSample cook_torrance_sample(Bsdf b, vec3 wo, vec2 u) {
 #if HAS_DELTA
     if (specular && cook_torrance_is_mirror(b)) {
         vec3 wi = vec3(-wo.xy, wo.z);
-        vec3 reflectance = fresnel_schlick(b.f0, b.f90, wo.z) * ggx_g(b.alpha, wo, wi);
+        vec3 reflectance = iridescence_fresnel(b, wo.z) * ggx_g(b.alpha, wo, wi);
         return BsdfSample(wi, reflectance / specular_probability, specular_probability, 1.0, EVENT_REFLECTION | EVENT_DELTA);
     }
 #endif

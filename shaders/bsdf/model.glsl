@@ -23,13 +23,16 @@ struct Bsdf {
     vec3 geometric;      // unit normal of the surface itself on the side of wo, local; of a clear coat
     vec3 sheen_color;    // of cloth, over the base; black: there is none
     float sheen_roughness;
+    float iridescence;   // weight of a thin film on the facets; 0: there is none
+    float iridescence_ior;        // its index of refraction
+    float iridescence_thickness;  // nm
 };
 
-// One without parameters of dielectrics, conductors, plastic, coats and sheen.
+// One without parameters of dielectrics, conductors, plastic, coats, sheen and films.
 Bsdf bsdf_of(int model, vec3 diffuse, float alpha, vec3 f0, vec3 f90) {
     return Bsdf(
         model, diffuse, alpha, f0, f90, 0.0, 0, 1.0, vec3(1.0), vec3(1.0), vec3(0.0), vec4(0.0), vec3(0.0), 0.0, 1.0, 0.0,
-        vec3(0.0, 0.0, 1.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 0.0, 1.0), vec3(0.0), 1.0);
+        vec3(0.0, 0.0, 1.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 0.0, 1.0), vec3(0.0), 1.0, 0.0, 1.0, 0.0);
 }
 
 // What happened at a sampled event: one of the first two, whether the lobe is a delta, and whether the direction is that

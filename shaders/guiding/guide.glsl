@@ -22,7 +22,7 @@ Guide guide_at(vec3 position, Frame frame, Bsdf bsdf, bool is_guided) {
     Guide guide;
     int first = guiding_cell(position);
     float matte = luminance(bsdf.diffuse + bsdf.sheen_color);
-    matte = is_guided && matte > 0.0 ? matte / (matte + luminance(bsdf.f0)) : 0.0;
+    matte = is_guided && matte > 0.0 ? matte / (matte + luminance(iridescence_f0(bsdf))) : 0.0;
     float sum = 0.0;
     for (int i = 0; i < GUIDING_LOBES; i++) {
         guide.lobes[i] = lobe_load(first, i, position);

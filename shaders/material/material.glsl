@@ -67,7 +67,7 @@ Bsdf material_bsdf(Material material, bool is_front) {
 }
 
 #if HAS_TEXTURES
-// What the textures of a material are, those of occlusion, anisotropy, coats, sheen and blends apart.
+// What the textures of a material are, those of occlusion, anisotropy, coats, sheen, films and blends apart.
 int material_uses(Maps maps) {
     int uses = 0;
     if (textures_change(TEXTURE_ALBEDO) && maps.albedo_texture >= 0) uses |= TEXTURE_ALBEDO;
@@ -189,6 +189,24 @@ void material_set_sheen(inout Bsdf b, Surface surface) {
 #endif
     b.sheen_color = clamp(b.sheen_color, 0.0, 1.0);
     b.sheen_roughness = clamp(b.sheen_roughness, SHEEN_LEAST_ROUGHNESS, 1.0);
+}
+
+// The thin film on the facets, of the weight 0 where there is none.
+void material_set_iridescence(inout Bsdf b, Surface surface) {
+    Iridescence film = iridescence_load(surface.material);
+    float weight = film.weight, thickness = film.thickness;
+#if HAS_TEXTURES
+    if (textures_change(TEXTURE_IRIDESCENCE) && film.weight_texture >= 0) {
+        weight *= texture_channel(texture_load(film.weight_texture), surface.uv);
+    }
+    if (textures_change(TEXTURE_IRIDESCENCE_THICKNESS) && film.thickness_texture >= 0) {
+        float share = texture_channel(texture_load(film.thickness_texture), surface.uv);
+        thickness = mix(film.thickness_minimum, film.thickness, clamp(share, 0.0, 1.0));
+    }
+#endif
+    b.iridescence = clamp(weight, 0.0, 1.0);
+    b.iridescence_ior = film.ior;
+    b.iridescence_thickness = thickness;
 }
 
 // The coat of a coated material, and what it says of the base.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Records of materials: their constant values, what textures and the colours of vertices change of them, what is
-// peculiar to dielectrics, conductors and plastics, their coats, their sheen, their opacity, what they are blended with.
+// peculiar to dielectrics, conductors and plastics, their coats, sheen and films, their opacity, what they are blended with.
 #include "scene/storage.glsl"
 
 uniform int u_first_material;  // texels of u_scene where the tables begin
@@ -11,6 +11,7 @@ uniform int u_first_plastic;
 uniform int u_first_coat;
 uniform int u_first_clear_coat;
 uniform int u_first_sheen;
+uniform int u_first_iridescence;
 uniform int u_first_anisotropy;
 uniform int u_first_opacity;
 uniform int u_first_blend;
@@ -167,6 +168,24 @@ Sheen sheen_of(uvec4 t0, uvec4 t1) {
 Sheen sheen_load(int index) {
     int first = u_first_sheen + 2 * index;
     return sheen_of(scene_texel(first), scene_texel(first + 1));
+}
+
+// Of a thin film on the facets of a metallic-roughness material; of every material, where any has it.
+struct Iridescence {
+    float weight;  // 0: there is none
+    float ior;
+    float thickness_minimum;  // nm, where its texture is 0
+    float thickness;  // nm, where that is 1, or there is none
+    int weight_texture;  // -1: there is none
+    int thickness_texture;
+};
+Iridescence iridescence_of(uvec4 t0, uvec4 t1) {
+    return Iridescence(
+        uintBitsToFloat(t0.x), uintBitsToFloat(t0.y), uintBitsToFloat(t0.z), uintBitsToFloat(t0.w), int(t1.x), int(t1.y));
+}
+Iridescence iridescence_load(int index) {
+    int first = u_first_iridescence + 2 * index;
+    return iridescence_of(scene_texel(first), scene_texel(first + 1));
 }
 
 // Of facets that are wider along a tangent; of every material, where any has them.

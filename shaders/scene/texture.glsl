@@ -17,6 +17,8 @@ const int TEXTURE_COAT_ROUGHNESS = 512;
 const int TEXTURE_COAT_NORMAL = 1024;
 const int TEXTURE_SHEEN_COLOR = 2048;
 const int TEXTURE_SHEEN_ROUGHNESS = 4096;
+const int TEXTURE_IRIDESCENCE = 8192;
+const int TEXTURE_IRIDESCENCE_THICKNESS = 16384;
 
 const int TEXTURE_SRGB = 1;  // flags of a texture
 const int TEXTURE_FLOAT = 2;

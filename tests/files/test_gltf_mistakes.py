@@ -122,6 +122,13 @@ MISTAKES: dict[str, tuple[Any, str]] = {
         ),
         "materials[0].extensions.KHR_materials_sheen: sheenColorFactor[1]: must be at most 1, got 1.5",
     ),
+    "film": (
+        lambda d: (
+            d["meshes"][0]["primitives"][0].update(material=0),
+            d.update(materials=[{"extensions": {"KHR_materials_iridescence": {"iridescenceIor": 0.9}}}]),
+        ),
+        "materials[0].extensions.KHR_materials_iridescence: iridescenceIor: must be at least 1, got 0.9",
+    ),
     "light": (
         lambda d: d.update(nodes=[{"mesh": 0, "extensions": {"KHR_lights_punctual": {"light": 0}}}]),
         "nodes[0].light: there is no number 0, only 0",

@@ -311,6 +311,7 @@ def test_anisotropy(tmp_path: Path, transmits: bool) -> None:
 
 LACQUER: dict[str, Any] = {"clearcoatFactor": 0.75, "clearcoatRoughnessFactor": 0.25}
 VELVET: dict[str, Any] = {"sheenColorFactor": [0.75, 0.5, 0], "sheenRoughnessFactor": 0.5}
+SOAP: dict[str, Any] = {"iridescenceFactor": 0.75, "iridescenceIor": 1.5, "iridescenceThicknessMaximum": 300}
 TRANSMITS: dict[str, Any] = {"KHR_materials_transmission": {"transmissionFactor": 1}}
 
 
@@ -370,6 +371,22 @@ def test_sheen(tmp_path: Path) -> None:
     assert (roughness.channel, roughness.scale, roughness.offset) == ("a", (2, 3), (0.5, 0))
 
 
+def test_iridescence(tmp_path: Path) -> None:
+    """Thickness by green, from glTF's own minimum; without an iridescenceFactor there is no film."""
+    maps = {"iridescenceTexture": {"index": 0}, "iridescenceThicknessTexture": {"index": 0}}
+    (made,) = layered({"KHR_materials_iridescence": SOAP | maps}).read(tmp_path).materials.values()
+    assert (made.iridescence, made.iridescence_ior) == (0.75, 1.5)
+    assert (made.iridescence_thickness_minimum, made.iridescence_thickness) == (100, 300)
+    weight, thickness = made.iridescence_texture, made.iridescence_thickness_texture
+    assert weight is not None
+    assert thickness is not None
+    assert weight.image is thickness.image
+    assert weight.image.color_space == "linear"
+    assert (weight.channel, thickness.channel) == ("r", "g")
+    off = {"iridescenceTexture": {"index": 0}}
+    assert layered({"KHR_materials_iridescence": off}).read(tmp_path).materials == layered({}).read(tmp_path).materials
+
+
 def test_sheen_of_a_black_factor_is_none(tmp_path: Path) -> None:
     off = {"sheenRoughnessFactor": 0.5, "sheenColorTexture": {"index": 0}}
     assert layered({"KHR_materials_sheen": off}).read(tmp_path).materials == layered({}).read(tmp_path).materials
@@ -383,16 +400,17 @@ def test_sheen_of_a_black_factor_is_none(tmp_path: Path) -> None:
         (TRANSMITS, 0.5, " where it transmits", [0.75, 0]),
     ],
 )
-def test_where_coat_and_sheen_are_ignored(
+def test_where_layers_are_ignored(
     tmp_path: Path, extensions: dict[str, Any], metallic: float, where: str, coats: list[float]
 ) -> None:
-    layers = {"KHR_materials_clearcoat": LACQUER, "KHR_materials_sheen": VELVET}
+    layers = {"KHR_materials_clearcoat": LACQUER, "KHR_materials_sheen": VELVET, "KHR_materials_iridescence": SOAP}
     gltf = layered(layers, pbrMetallicRoughness={"metallicFactor": metallic}, extensions=extensions)
     notes = ", ".join(rf"{name} of materials\[0\]{where}" for name in layers)
     with pytest.warns(UserWarning, match=f"ignored: {notes}$"):
         materials = gltf.read(tmp_path).materials
     assert [material.coat for material in materials.values()] == coats
     assert [material.sheen_color[0] for material in materials.values()] == coats
+    assert [material.iridescence for material in materials.values()] == coats
 
 
 def test_a_metal_that_would_transmit_keeps_its_coat(tmp_path: Path) -> None:
@@ -580,7 +598,7 @@ def test_the_picture_has_the_shape_that_the_first_camera_gives_it(
 
 def test_what_is_not_shown_is_listed(tmp_path: Path) -> None:
     gltf = Gltf(
-        extensionsUsed=["KHR_materials_unlit", "KHR_materials_iridescence", "KHR_xmp_json_ld"],
+        extensionsUsed=["KHR_materials_unlit", "KHR_materials_diffuse_transmission", "KHR_xmp_json_ld"],
         animations=[{}],
         nodes=[{"mesh": 0}],
         scenes=[{"nodes": [0]}, {"nodes": []}],
@@ -596,7 +614,7 @@ def test_what_is_not_shown_is_listed(tmp_path: Path) -> None:
         model = gltf.read(tmp_path)
     assert len(caught) == 1
     assert str(caught[0].message).endswith(
-        "x.gltf: ignored: KHR_materials_iridescence, KHR_xmp_json_ld, animations, scenes but one, "
+        "x.gltf: ignored: KHR_materials_diffuse_transmission, KHR_xmp_json_ld, animations, scenes but one, "
         "COLOR_1, _ID, COLOR_1 of morph targets, "
         "images[0]: none.png: no such file, points and lines"
     )

@@ -46,6 +46,7 @@ FULL = Scene(
         "shining": Material(f0=(0.1, 0.2, 0.3), emission=(1e10, 2, 3)),
         "metal": Material(metal="copper", roughness=1),
         "lacquer": Material(coat=0.5, coat_roughness=0.25, coat_ior=1.7),
+        "soap": Material(iridescence=0.5, iridescence_ior=1.33, iridescence_thickness=300.0),
         "velvet": Material(sheen_color=(0.5, 0.25, 0.1), sheen_roughness=0.75),
     },
     spheres=(Sphere((0, 0, 0), 1e-3, "plain"), Sphere((1e6, -0.0, 0), 1, "metal")),

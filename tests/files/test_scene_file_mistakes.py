@@ -104,6 +104,18 @@ MISTAKES = {
     ),
     "bright sheen": ("[material.m]\nsheen_color = 1.5", "material.m.sheen_color: must be at most 1, got 1.5"),
     "rough sheen": ("[material.m]\nsheen_roughness = -1", "material.m.sheen_roughness: must be at least 0, got -1"),
+    "thick film": (
+        "[material.m]\niridescence_thickness = 2e6",
+        "material.m.iridescence_thickness: must be at most 1000000",
+    ),
+    "film of nothing": (
+        "[material.m]\niridescence_ior = 0.5",
+        "material.m.iridescence_ior: must be at least 1, got 0.5",
+    ),
+    "film on clay": (
+        '[material.m]\nmodel = "eon"\niridescence = 0.5',
+        "material.m: iridescence means nothing to model = 'eon'; leave it out; its keys are albedo, roughness (model",
+    ),
     "sheen of clay": (
         '[material.m]\nmodel = "eon"\nsheen_color = 0.5',
         "material.m: sheen_color means nothing to model = 'eon'; leave it out; its keys are albedo, roughness (model",

@@ -52,6 +52,8 @@ def test_every_key_survives_the_trip(tmp_path: Path) -> None:
     rest += 'coat_normal_texture = "maps/grey.png"\ncoat_normal_scale = 2.0\n'
     rest += (
         'sheen_color_texture = "maps/wood.png"\nsheen_roughness_texture = { file = "maps/wood.png", channel = "a" }\n'
+        'iridescence_texture = "maps/grey.png"\niridescence_thickness_texture = "maps/grey.png"\n'
+        "iridescence_thickness_minimum = 50.0\n"
     )
     scene = load(write(tmp_path, f'albedo_texture = {table}\nnormal_texture = "maps/wood.png"\nunlit = true\n{rest}'))
     texture = scene.materials["red"].albedo_texture

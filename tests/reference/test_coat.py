@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""Coats in Mitsuba: their values against numpy, their densities, and what becomes of them, and of sheen, without our
-plugins."""
+"""Coats in Mitsuba: their values against numpy, their densities, and what becomes of them, of sheen and of films,
+without our plugins."""
 
 from dataclasses import replace
 
@@ -238,11 +238,12 @@ def test_a_part_of_a_blend_may_have_a_coat(mi):
         (Material(roughness=0.0), "plastic"),
     ],
 )
-@pytest.mark.parametrize("layer", ["coat", "sheen"])
-def test_mitsubas_own_materials_are_without_coat_and_sheen(tmp_path, material, kind, layer):
+@pytest.mark.parametrize("layer", ["coat", "sheen", "film"])
+def test_mitsubas_own_materials_are_without_layers(tmp_path, material, kind, layer):
     layers = {
         "coat": {"coat": 0.5, "coat_texture": grey(0.5)},
         "sheen": {"sheen_color": 0.5, "sheen_color_texture": grey(0.5)},
+        "film": {"iridescence": 0.5, "iridescence_texture": grey(0.5)},
     }
     lacquered = replace(material, **layers[layer])
     notes = export_mitsuba(Scene(materials={"m": material, "lacquered": lacquered}), tmp_path)

@@ -222,6 +222,50 @@ def test_sheen(ctx: moderngl.Context, mi: Any, material: Material, mirror: bool)
     assert (found.shape[1] > 0) == mirror
 
 
+FILMS = {
+    "oil": MODELS["iridescent"].scene_materials[0],
+    "oxide on a mirror": replace(MODELS["iridescent"].scene_materials[1], roughness=0.0),
+    "below sheen and coat": Material(
+        albedo=0.3, metallic=0.5, sheen_color=0.4, sheen_roughness=0.6, coat=0.5, coat_roughness=0.4, iridescence=1.0
+    ),
+}
+
+
+@pytest.mark.parametrize("name", FILMS)
+def test_thin_film(ctx: moderngl.Context, mi: Any, name: str) -> None:
+    """By the sum over wavelengths, whose curves our fit follows, to 0.006 of what white facets would reflect."""
+    register()
+    material = FILMS[name]
+    theirs = mi.load_dict(exact_bsdf(material, "smith", MeshAttributes(), TextureFolder(Path())))
+    names = ("alpha", "sheen_color", "iridescence", "iridescence_ior", "iridescence_thickness")
+    parameters = {
+        **{name: getattr(material, name) for name in names},
+        "sheen_roughness": max(material.sheen_roughness, 0.1),
+        "diffuse": material.diffuse_albedo,
+        "f0": material.specular_f0,
+        "f90": material.specular_f90,
+    }
+    coat = {"coat_weight": material.coat, "coat_alpha": material.coat_alpha, "coat_f0": material.coat_f0}
+    model, values = ("coated", Coated(**parameters, **coat)) if material.is_coated else ("sheen", Sheened(**parameters))
+    white = replace(values, iridescence=0.0, f0=(1.0, 1.0, 1.0), f90=(1.0, 1.0, 1.0))
+    for degrees in DEGREES:
+        wo, wi = direction(degrees), over_the_sphere(4096)
+        ours, most = (
+            run(ctx, MODELS[model], each, EVAL, {"wi": wi}, {"value": 3, "pdf": 1}, wo) for each in (values, white)
+        )
+        value = theirs.eval(mi.BSDFContext(), seen_from(mi, wo), mi.Vector3f(wi.T)).numpy().T
+        error = np.abs(ours["value"] - value) / np.maximum(most["value"] + np.maximum(wi[:, 2:], 0) / np.pi, 1e-6)
+        assert error.max() < 0.006
+    seen = seen_from(mi, direction(65))
+    if name == "oil":
+        follow_the_density(mi, theirs, seen, 1)
+    bs, weight = theirs.sample(mi.BSDFContext(), seen, mi.Float(np.linspace(0, 0.999, 999)), mi.Point2f(0.4, 0.6))
+    found = (weight * bs.pdf).numpy()[:, bs.sampled_type.numpy() == int(mi.BSDFFlags.DeltaReflection)]
+    for lobe in MODELS[model].deltas(values, np.array([direction(65)])):
+        np.testing.assert_allclose(found, np.broadcast_to(lobe.value.T, found.shape), atol=0.006)
+    assert (found.shape[1] > 0) == (material.roughness == 0)
+
+
 @pytest.mark.parametrize("values", [{"anisotropy": 0.7}, {"model": "conductor", "metal": "gold"}])
 def test_one_sided(mi: Any, values: dict[str, Any]) -> None:
     """As the material of two sides from the front; what comes from behind passes."""

@@ -19,7 +19,7 @@ from fragtracer.packing.records import BsdfModel
 from fragtracer.scene.reflectance import METAL_INDEX
 
 from . import Floats, bsdf_oracle
-from .bsdf_oracle import Direction, Lambert, Material
+from .bsdf_oracle import Direction, Filmed, Lambert, Material
 from .domains import Cone, Domain, Grazing, Reflections, Sides
 
 # The parameters of a model: a dataclass whose fields are named as those of the shader's Bsdf.
@@ -181,9 +181,9 @@ def cook_torrance(term: str) -> Model:
         return bsdf_oracle.bsdf_eval(m, term, wo, wi) if m.alpha > 0 else bsdf_oracle.bsdf_eval_diffuse(m, wo, wi)
 
     def deltas(m: Material, wo: Floats) -> Sequence[Delta]:
-        if m.alpha > 0 or max(*m.f0, *m.f90) == 0:
+        if m.alpha > 0 or max(*m.f0, *m.f90, getattr(m, "iridescence", 0.0)) == 0:
             return ()
-        mirrored = bsdf_oracle.fresnel(m.f0, m.f90, wo[..., 2])
+        mirrored = bsdf_oracle.facet_fresnel(m, wo[..., 2])
         masking = bsdf_oracle.g(term, 0.0, wo[..., 2], wo[..., 2])[..., None]
         return [Delta(mirror_image(wo), mirrored * masking, bsdf_oracle.specular_probability(m, wo))]
 
@@ -193,7 +193,8 @@ def cook_torrance(term: str) -> Model:
         wo = np.stack([np.sqrt(1 - cosine**2), 0 * cosine, np.maximum(cosine, 1e-30)], -1)
         chance = bsdf_oracle.specular_probability(m, wo, term)[:, None]
         masking = bsdf_oracle.g1(term, m.alpha, wo[:, 2]) / bsdf_oracle.g1_smith(m.alpha, wo[:, 2])
-        specular = np.maximum(m.f0, m.f90) * masking[:, None]
+        most = WHITE if getattr(m, "iridescence", 0.0) > 0 else np.maximum(m.f0, m.f90)
+        specular = most * masking[:, None]
         base = np.multiply(m.diffuse, 1 - bsdf_oracle.interface_reflectance(m, wo[:, 2], term))
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.fmax(np.where(chance > 0, specular / chance, 0), np.where(chance < 1, base / (1 - chance), 0))
@@ -327,8 +328,46 @@ HALF_VECTOR = replace(
 )
 
 
+def filmed(name: str, alpha: float, iridescence: float = 1.0, ior: float = 1.3, thickness: float = 400.0) -> Filmed:
+    m = COOK_TORRANCE[name]
+    return Filmed(m.diffuse, alpha, m.f0, m.f90, iridescence, ior, thickness)
+
+
+def iridescent_tolerance(m: Filmed, wo: Floats, wi: Floats) -> Floats:
+    """As without, and what rounding makes of what the film leaves small, reflected or passed to the base."""
+    facets = bsdf_oracle.facet_fresnel(m, np.linalg.norm(wo + wi, axis=-1) / 2)
+    there, back = (bsdf_oracle.interface_reflectance(m, w[..., 2]) for w in (wo, wi))
+    least = np.minimum(np.minimum(facets, there), 1 - np.maximum(there, back)).min(axis=-1)
+    return float32_tolerance(m, wo, wi) + 1e-6 / np.maximum(least, 1e-30)
+
+
+# Interfaces of all contrasts under films of all thicknesses, white below.
+SOME_F0 = [(0.0, 0.001, 0.02), (0.04, 0.17, 0.5)]
+IRIDESCENT = replace(
+    cook_torrance("SMITH"),
+    materials={
+        "oil": [filmed("plastic", alpha, thickness=350.0) for alpha in (0.0, 0.1, 0.5)],
+        "oxide": [filmed("gold", alpha, 0.7, 2.4, 120.0) for alpha in (0.0, 0.01, 1.0)],
+        "soap": [Filmed((0.8, 0.5, 0.2), alpha, iridescence=1.0, iridescence_thickness=120.0) for alpha in (0.0, 0.3)],
+    },
+    features={"GEOMETRY_TERM": "GEOMETRY_SMITH", "HAS_EXACT_FRESNEL": 1},
+    tolerance=iridescent_tolerance,
+    whitest=[
+        Filmed(WHITE, alpha, f0, tuple(min(1, 50 * f) for f in f0), 1.0, ior, thickness)
+        for f0 in SOME_F0
+        for ior, thickness in ((1.1, 1200.0), (1.3, 200.0), (1.3, 500.0), (1.6, 400.0), (2.1, 330.0), (2.5, 100.0))
+        for alpha in (0.0, 0.03, 0.1, 0.3, 0.6, 1.0)
+    ],
+    lossless=[],
+    scene_materials=[
+        scene.Material(albedo=(0.1, 0.1, 0.1), roughness=0.3, iridescence=1.0, iridescence_thickness=500.0),
+        scene.Material(metal="gold", roughness=0.4, iridescence=0.8, iridescence_ior=2.0, iridescence_thickness=150.0),
+    ],
+)
+
+
 @dataclass(frozen=True)
-class Sheened(Material):
+class Sheened(Filmed):
     """Of BSDF_SHEEN."""
 
     sheen_color: Direction = (0.0, 0.0, 0.0)
@@ -391,7 +430,7 @@ def sheen_tolerance(m: Sheened, wo: Floats, wi: Floats) -> Floats:
 
 def sheened(name: str, alpha: float, color: Direction, roughness: float) -> Sheened:
     m = COOK_TORRANCE[name]
-    return Sheened(m.diffuse, alpha, m.f0, m.f90, color, roughness)
+    return Sheened(m.diffuse, alpha, m.f0, m.f90, sheen_color=color, sheen_roughness=roughness)
 
 
 RED = (0.8, 0.2, 0.1)
@@ -989,6 +1028,7 @@ MODELS: dict[str, Model] = {
     "half-vector": HALF_VECTOR,
     "coated": COATED,
     "sheen": SHEEN,
+    "iridescent": IRIDESCENT,
     **{f"brushed {term}": brushed(term) for term in TERMS[:2]},
     "plastic": PLASTIC,
     "conductor": CONDUCTOR,

@@ -33,6 +33,15 @@ class Lambert:
     diffuse: Direction
 
 
+@dataclass(frozen=True)
+class Filmed(Material):
+    """With a thin film on its facets, of a thickness in nm."""
+
+    iridescence: float = 0.0
+    iridescence_ior: float = 1.3
+    iridescence_thickness: float = 400.0
+
+
 def lambert_eval(p: Lambert, wo: Floats, wi: Floats) -> Floats:
     """albedo / pi cos_i."""
     return np.multiply(p.diffuse, wi[..., 2:] / np.pi)
@@ -159,11 +168,75 @@ def visible_normal_pdf(alpha: ArrayLike, wo: Floats, wh: Floats) -> Floats:
     return g1_smith(alpha, wo[..., 2]) * cosine * ggx_d(alpha, wh) / wo[..., 2]
 
 
+# Of the fit to what red, green and blue see of white light (docs/material.md): the real and the imaginary part of a
+# wave number in 1/um, and of its weights.
+FILM_WAVES = np.array(
+    [
+        [1.5556, 0.0779, 0.3905, -0.1002, -0.0125, 0.5317, -0.0634, 0.0114],
+        [1.6165, 0.0653, 0.4758, -0.0767, -0.0108, 0.7107, -0.0904, -0.0241],
+        [1.7370, 0.1263, 0.9479, 0.5589, -0.0718, -1.7982, 1.0998, -0.1508],
+        [1.9215, 0.1215, -0.8504, 0.6939, -0.0581, 0.3965, -0.8507, 0.1080],
+        [2.1426, 0.1329, -0.0297, -0.0421, 1.0227, 0.3153, -0.2522, 1.0691],
+        [2.3229, 0.1355, 0.0659, -0.0338, 0.1305, -0.1607, 0.1558, -0.9916],
+    ]
+)
+
+
+def film_interfaces(m: Filmed, cosine: ArrayLike) -> tuple[Floats, list[tuple[Floats, Floats]]]:
+    """Of light that meets a film: its optical path to and fro in um (..., 1), and of both polarisations the amplitudes
+    at the film and, within, at a base of the index that f0 says (..., 3)."""
+    one = np.maximum(np.asarray(cosine, np.float64), 1e-4)[..., None]
+    root = np.minimum(np.sqrt(m.f0), 0.9999)
+    n, base = m.iridescence_ior, (1 + root) / (1 - root)
+    two, three = (np.sqrt(1 - (1 - one**2) / index**2) for index in (n, base))
+    s = (one - n * two) / (one + n * two), (n * two - base * three) / (n * two + base * three)
+    p = (n * one - two) / (n * one + two), (base * two - n * three) / (base * two + n * three)
+    return 2e-3 * n * m.iridescence_thickness * two, [s, p]
+
+
+def film_fresnel(m: Filmed, cosine: ArrayLike, reflected: Floats) -> Floats:
+    """Schlick's term, with what it leaves or what it reflects, the lesser of both after the film, in the ratio in which
+    the film changes that of the exact terms, (..., 3); ``reflected`` is by the exact terms with the film."""
+    bare = np.mean([((r + s) / (1 + r * s)) ** 2 for r, s in film_interfaces(m, cosine)[1]], axis=0)
+    schlick = fresnel(m.f0, m.f90, np.maximum(cosine, 1e-4))
+    more, less = 1 - (1 - schlick) * (1 - reflected) / np.maximum(1 - bare, 1e-6), schlick * reflected
+    filmed = np.clip(np.where(reflected < bare, less / np.maximum(bare, 1e-6), more), 0, 1)
+    return schlick + m.iridescence * (filmed - schlick)
+
+
+def film_reflectance(m: Filmed, cosine: ArrayLike) -> Floats:
+    """By the exact terms, with the fit to the spectrum: a series of powers of exp(2 pi i path / wavelength), summed."""
+    path, interfaces = film_interfaces(m, cosine)
+    passed = []
+    for r, s in interfaces:
+        rho, total = r * s, np.zeros(np.shape(r * s))
+        for k, decay, *weights in FILM_WAVES:
+            z = np.exp(2j * np.pi * (k + 1j * decay) * path)
+            weight = np.array(weights[:3]) + 1j * np.array(weights[3:])
+            total = total + (weight * (1 - rho * z) / (1 + rho * z)).real
+        passed.append((1 - r**2) * (1 - s**2) / (1 - rho**2) * total)
+    return 1 - np.mean(passed, axis=0)
+
+
+def facet_fresnel(m: Material, cosine: ArrayLike) -> Floats:
+    """Of facets, with a film or without, (..., 3)."""
+    if not isinstance(m, Filmed) or m.iridescence == 0:
+        return fresnel(m.f0, m.f90, cosine)
+    return film_fresnel(m, cosine, film_reflectance(m, cosine))
+
+
 def interface_reflectance(m: Material, cosine: ArrayLike, term: str = "SMITH") -> Floats:
     """R, what the rough interface keeps from the base: Schlick towards max((1 - alpha) f90, f0), (..., 3); with the
-    height-correlated term of 0.95 alpha."""
+    height-correlated term of 0.95 alpha. With a film, also the larger one of what it adds at two angles, and less of
+    what it takes away."""
     alpha = 0.95 * m.alpha if term == "SMITH_HEIGHT_CORRELATED" else m.alpha
-    return fresnel(m.f0, np.maximum((1 - alpha) * np.asarray(m.f90), m.f0), cosine)
+    bare = fresnel(m.f0, np.maximum((1 - alpha) * np.asarray(m.f90), m.f0), cosine)
+    if not isinstance(m, Filmed) or m.iridescence == 0:
+        return bare
+    c = np.asarray(cosine, np.float64)
+    places = c * (1 - 0.9 * m.alpha), (c + np.sqrt(m.alpha**2 + (1 - m.alpha**2) * c**2)) / 2
+    change = np.maximum(*(facet_fresnel(m, at) - fresnel(m.f0, m.f90, np.maximum(at, 1e-4)) for at in places))
+    return np.clip(bare + np.where(change < 0, 1 - m.alpha, 1) * change, 0, 1)
 
 
 def specular_probability(m: Material, wo: Floats, term: str = "SMITH") -> Floats:
@@ -176,7 +249,7 @@ def specular_probability(m: Material, wo: Floats, term: str = "SMITH") -> Floats
 def bsdf_eval(m: Material, term: str, wo: Floats, wi: Floats) -> Floats:
     """f |cos_i| of the glossy and the diffuse lobe, (..., 3), for directions above the surface."""
     wh, co, ci = _half(wo, wi), wo[..., 2], wi[..., 2]
-    f = fresnel(m.f0, m.f90, (wo * wh).sum(-1))
+    f = facet_fresnel(m, (wo * wh).sum(-1))
     specular = f * (ggx_d(m.alpha, wh) * g(term, m.alpha, co, ci) / (4 * co * ci))[..., None]
     return (specular + _diffuse(m, co, ci, term)) * ci[..., None]
 

@@ -7,6 +7,8 @@ from collections.abc import Mapping
 import moderngl
 import numpy as np
 
+from fragtracer.gpu.specialise import Specialisation
+from fragtracer.packing.records import BsdfModel
 from fragtracer.resources import folder
 
 from . import Floats
@@ -34,10 +36,15 @@ def run(
     """A probe in which `b` is the BSDF and `wo` the direction to the viewer; results in float64.
 
     Parameters and viewer are uniforms, so that all probes with the same body share one program. Parameters that the
-    model does not have are 0. ``features`` whose names begin with u_ are uniforms.
+    model does not have are 0. ``features`` whose names begin with u_ are uniforms. That no material has a thin film is
+    compiled in, as into all programs; with one, which is much code, other models are left out.
     """
     switches = {name: features.pop(name) for name in list(features) if name.startswith("u_")}
     values = vars(parameters)
+    constants = {"u_without_iridescence": 1}
+    if values.get("iridescence", 0.0) > 0:
+        absent = sum(1 << other for other in BsdfModel if other.name != model.name)
+        constants = {"u_without_iridescence": 0, "u_absent_models": absent}
     assert set(values) <= set(FIELDS), f"{model.name} has parameters that the shader's Bsdf lacks"
     declarations = [f"uniform {FIELDS[name]} u_{name};" for name in values]
     arguments = ", ".join(f"u_{name}" if name in values else f"{kind}(0)" for name, kind in FIELDS.items())
@@ -52,6 +59,7 @@ def run(
         outputs,
         defines={**model.features, **features},
         generated={"probe/bsdf.glsl": glsl},
+        constants=Specialisation(constants),
         uniforms={f"u_{name}": value for name, value in values.items()} | {"u_wo": wo} | switches,
     )
     return {name: values.astype(np.float64) for name, values in result.items()}

@@ -195,6 +195,19 @@ def test_sheen_at_a_point(ctx: moderngl.Context) -> None:
     np.testing.assert_allclose(found, expected, rtol=1e-6)
 
 
+def test_film_at_a_point(ctx: moderngl.Context) -> None:
+    """A texture multiplies its weight, another one says where between two thicknesses it is; other materials have none."""
+    film = Material(iridescence=0.8, iridescence_ior=1.5, iridescence_thickness=300, iridescence_thickness_minimum=200)
+    weight, thickness = constant(0.5, 1, 1, 1), constant(1, 0.25, 1, 1, channel="g")
+    maps = {"iridescence_texture": weight, "iridescence_thickness_texture": thickness}
+    materials = [film, replace(film, **maps), Material(coat=0.5)]
+    body = "Bsdf b = material_bsdf(material_at(surface), true); material_set_iridescence(b, surface);"
+    body += "value = vec3(b.iridescence, b.iridescence_ior, b.iridescence_thickness);"
+    inputs = {"index": np.arange(3), "uv": np.zeros((3, 4))}
+    found = material_probe(ctx, packed_materials(materials), body, inputs, {"value": 3})["value"]
+    np.testing.assert_allclose(found, [(0.8, 1.5, 300), (0.4, 1.5, 225), (0, 1.3, 400)], rtol=1e-6)
+
+
 @pytest.mark.parametrize("scale", [1.0, 0.5, -2.0, 0.0])
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_mapped_normal(ctx: moderngl.Context, scale: float, sign: float) -> None:

@@ -180,6 +180,12 @@ def full_scene() -> Scene:
             sheen_roughness=0.3,
             sheen_color_texture=Texture(image),
             sheen_roughness_texture=Texture(image, channel="a"),
+            iridescence=0.7,
+            iridescence_ior=1.7,
+            iridescence_thickness=350.0,
+            iridescence_thickness_minimum=50.0,
+            iridescence_texture=Texture(image),
+            iridescence_thickness_texture=Texture(image, channel="g"),
         ),
         "cloud": Material(model="null", interior="haze", priority=1),
     }

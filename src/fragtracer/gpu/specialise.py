@@ -34,7 +34,7 @@ _MOST_SELECTED = 8
 OF_POSES = ("bvh_root", "u_bvh_stack", "u_mesh_light_count", *LIGHT_RECORDS)
 
 # Flags of what hardly any scene has, and much of a program is for, which takes time to compile and to run.
-_RARE = ("u_has_sphere_grid", "u_has_globes", "u_has_panes")
+_RARE = ("u_has_sphere_grid", "u_has_globes", "u_has_panes", "u_without_iridescence")
 
 _UNIFORM = re.compile(r"^uniform\s+(?:highp\s+)?(\w+)\s+(\w+)\s*;")
 _LOOP = re.compile(

@@ -69,11 +69,12 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
     has_maps = bool(textures) or colored
     mapped = np.array([colored or bool(m.textures) for m in packed])
     has_sheen = any(m.has_sheen for m in packed)
+    has_iridescence = any(m.has_iridescence for m in packed)
     is_anisotropic = any(m.anisotropy > 0 for m in packed)
     has_alpha = any(m.alpha_mode != "opaque" for m in packed)
     lobes = [(m.specular_f0, m.specular_f90) for m in packed]
     plain = [(m, lobe) for m, lobe in zip(packed, lobes, strict=True) if m.model == DEFAULT_MODEL and not m.unlit]
-    specular = [m for m, lobe in plain if _specular_from(m, *lobe) > 0]
+    specular = [m for m, lobe in plain if m.has_iridescence or _specular_from(m, *lobe) > 0]
     models = [_model(m, any(not (other.is_coated or other.has_sheen) for other in specular)) for m in packed]
     words = {
         "Material": _material_words(packed, models, lobes, numbers, mapped),
@@ -84,6 +85,9 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
         "Coat": words_of_rows(MATERIAL_RECORDS["Coat"], [row for rows in coats.values() for row in rows]),
         "ClearCoat": words_of_rows(MATERIAL_RECORDS["ClearCoat"], [_clear_coat(m, index) for m in coated]),
         "Sheen": words_of_rows(MATERIAL_RECORDS["Sheen"], [_sheen(m, index) for m in packed] if has_sheen else []),
+        "Iridescence": words_of_rows(
+            MATERIAL_RECORDS["Iridescence"], [_iridescence(m, index) for m in packed] if has_iridescence else []
+        ),
         "Anisotropy": words_of_rows(
             MATERIAL_RECORDS["Anisotropy"], [_anisotropy(m, index) for m in packed] if is_anisotropic else []
         ),
@@ -101,6 +105,7 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
     features = {
         **{model.feature: 0 for model in BsdfModel},
         **{model.feature: 1 for model in models},
+        **({"HAS_EXACT_FRESNEL": 1} if has_iridescence else {}),
         "HAS_DELTA": int(any(m.alpha < ALPHA_DELTA or m.roughness_texture for m in specular)),
         "HAS_ALPHA": int(has_alpha),
         "HAS_TEXTURES": int(bool(textures)),
@@ -112,6 +117,7 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
         "u_dielectrics_are_smooth": int(not any(map(_is_rough_dielectric, packed))),
         "u_facets_are_isotropic": int(not is_anisotropic),
         "u_without_sheen": int(not has_sheen),
+        "u_without_iridescence": int(not has_iridescence),
         "u_without_half_vector": int(not any(map(_has_half_vector, packed))),
         "u_texture_uses": sum(_USES[name] for name in used),
         "u_has_float_texels": int(len(atlas.floats) > 0),
@@ -298,7 +304,7 @@ def _maps(material: Material, index: Mapping[Texture, int]) -> dict[str, Any]:
     numbers = {f"{name}_texture": index[textures[name]] if name in textures else -1 for name in TEXTURED}
     transmittance = numbers.pop("transmittance_texture")
     others = ("anisotropy", "blend_weight", "coat", "coat_roughness", "coat_normal", "sheen_color", "sheen_roughness")
-    for name in others:  # of records of their own
+    for name in (*others, "iridescence", "iridescence_thickness"):  # of records of their own
         del numbers[f"{name}_texture"]
     if material.is_dielectric:  # in the place of an albedo, which it has not
         numbers["albedo_texture"] = transmittance
@@ -339,6 +345,18 @@ def _sheen(material: Material, index: Mapping[Texture, int]) -> dict[str, Any]:
         "roughness": material.sheen_roughness,
         "color_texture": -1 if color is None else index[color],
         "roughness_texture": -1 if roughness is None else index[roughness],
+    }
+
+
+def _iridescence(material: Material, index: Mapping[Texture, int]) -> dict[str, Any]:
+    weight, thickness = material.iridescence_texture, material.iridescence_thickness_texture
+    return {
+        "weight": material.iridescence if material.has_iridescence else 0.0,
+        "ior": material.iridescence_ior,
+        "thickness_minimum": material.iridescence_thickness_minimum,
+        "thickness": material.iridescence_thickness,
+        "weight_texture": -1 if weight is None else index[weight],
+        "thickness_texture": -1 if thickness is None else index[thickness],
     }
 
 

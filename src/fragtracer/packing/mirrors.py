@@ -56,7 +56,8 @@ def _is_mirror(material: Material) -> bool:
     """Whether all of a surface reflects narrowly and alike, besides what else it does, and lets nothing pass."""
     is_smooth = material.alpha <= NARROW_WIDEST and material.roughness_texture is None and material.anisotropy == 0
     is_alike = material.blend is None and material.normal_texture is None and material.alpha_mode == "opaque"
-    is_bare = not (material.unlit or material.is_dielectric or material.is_coated or material.has_sheen)
+    layers = material.is_coated or material.has_sheen or material.has_iridescence
+    is_bare = not (material.unlit or material.is_dielectric or layers)
     reflects = is_bare and max(material.specular_f0) > 0
     return is_smooth and is_alike and reflects
 

@@ -35,6 +35,10 @@ MATERIAL_RECORDS: dict[str, Record] = {
         *(("normal_texture", "int"), ("normal_scale", "float")),
     ),
     "Sheen": (("color", "vec3"), ("roughness", "float"), ("color_texture", "int"), ("roughness_texture", "int")),
+    "Iridescence": (
+        *(("weight", "float"), ("ior", "float"), ("thickness_minimum", "float"), ("thickness", "float")),
+        *(("weight_texture", "int"), ("thickness_texture", "int")),
+    ),
     "Anisotropy": (("strength", "float"), ("cosine", "float"), ("sine", "float"), ("texture_index", "int")),
     "Opacity": (("opacity", "float"), ("mode", "int"), ("cutoff", "float"), ("texture_index", "int")),
     "Blend": (("weight", "float"), ("texture_index", "int"), ("other", "int")),

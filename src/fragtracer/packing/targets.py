@@ -150,7 +150,7 @@ class Targets:
 def may_be_narrow(material: Material) -> bool:
     """Whether some part of a surface may scatter light narrowly (FOCUS in shaders/photons.frag)."""
     is_rough = material.alpha > _WIDEST and material.roughness_texture is None
-    specular = max(*material.specular_f0, *material.specular_f90)
+    specular = max(*material.specular_f0, *material.specular_f90, float(material.has_iridescence))
     if material.metallic_texture is not None:
         specular = max(specular, material.specular)
     has_narrow_coat = material.is_coated and (

@@ -17,14 +17,15 @@ from fragtracer.scene import Image, Material, RenderSettings, Texture
 from fragtracer.scene.fields import Triple
 from fragtracer.scene.material import DEFAULT_MODEL, MODELS
 
+_FILM = ("iridescence", "iridescence_ior", "iridescence_thickness")
 _WHITE = Image([[1.0]], "linear")
 OR_NEAREST = "or take the nearest that Mitsuba has, which export-mitsuba writes without --plugin"
 
 
 def is_lambert(material: Material) -> bool:
-    """Whether the material is a Lambert base without a specular lobe, a coat and a sheen."""
+    """Whether the material is a Lambert base without a specular lobe, a coat, a sheen and a film."""
     reflectance = max(*material.specular_f0, *material.specular_f90)
-    is_bare = not (material.is_coated or material.has_sheen)
+    is_bare = not (material.is_coated or material.has_sheen or material.has_iridescence)
     return material.model == DEFAULT_MODEL and reflectance == 0 and is_bare
 
 
@@ -57,6 +58,7 @@ def own_plugin(material: Material) -> Tree:
 def has_images(material: Material) -> bool:
     """Whether images change how the material scatters."""
     layers = ["coat", "coat_roughness"] * material.is_coated + ["sheen_color", "sheen_roughness"] * material.has_sheen
+    layers += ["iridescence", "iridescence_thickness"] * material.has_iridescence
     return not material.textures.keys().isdisjoint(
         ("albedo", "roughness", "metallic", "normal", "transmittance", "anisotropy", *layers)
     )
@@ -117,6 +119,8 @@ def exact_bsdf(material: Material, geometry: str, attributes: MeshAttributes, te
     }
     if material.is_coated:
         tree |= {name: float(getattr(material, name)) for name in ("coat", "coat_f0", "coat_alpha")}
+    if material.has_iridescence:
+        tree |= {name: float(getattr(material, name)) for name in _FILM}
     return tree | _sheen(material)
 
 
@@ -179,6 +183,8 @@ def surface(material: Material, geometry: str, attributes: MeshAttributes, textu
     if material.is_coated:
         numbers = ("coat", "coat_f0", "coat_roughness", "coat_normal_scale")
         tree |= {name: float(getattr(material, name)) for name in numbers}
+    if material.has_iridescence:
+        tree |= {name: float(getattr(material, name)) for name in (*_FILM, "iridescence_thickness_minimum")}
     tree |= _sheen(material)
     images: dict[str, tuple[Texture | None, Any]] = {
         "albedo": (material.albedo_texture, "color"),
@@ -190,6 +196,11 @@ def surface(material: Material, geometry: str, attributes: MeshAttributes, textu
         "coat_normal": (material.coat_normal_texture if material.is_coated else None, "color"),
         "sheen_color": (material.sheen_color_texture if material.has_sheen else None, "color"),
         "sheen_roughness": (t := material.sheen_roughness_texture if material.has_sheen else None, t and t.channel),
+        "iridescence": (t := material.iridescence_texture if material.has_iridescence else None, t and t.channel),
+        "iridescence_thickness": (
+            t := material.iridescence_thickness_texture if material.has_iridescence else None,
+            t and t.channel,
+        ),
         "normal": (material.normal_texture, "color"),
     }
     for name, (texture, use) in images.items():

@@ -24,8 +24,9 @@ def nearest_bsdf(
     """Mitsuba's own material nearest to ours; its geometry term is Smith's, uncorrelated.
 
     Rough dielectrics become ``principled``, since ``roughplastic`` loses light as it gets rougher: at
-    alpha = 1 its base is less than half as bright as ours. Coat and sheen are left away: those of ``principled`` have
-    other facets, and the coat a fixed index. ``vertex_color`` names the colours of vertices, times the albedo.
+    alpha = 1 its base is less than half as bright as ours. Coat, sheen and film are left away: ``principled`` has
+    no film, its coat and sheen have other facets, and the coat a fixed index. ``vertex_color`` names the colours of
+    vertices, times the albedo.
     """
     material = _bare(material)
     if material.unlit:
@@ -66,7 +67,7 @@ def _is_diffuse(material: Material) -> bool:
 
 def _bare(material: Material) -> Material:
     """Without what lies over the base."""
-    return replace(material, coat=0.0, sheen_color=(0.0, 0.0, 0.0))
+    return replace(material, coat=0.0, sheen_color=(0.0, 0.0, 0.0), iridescence=0.0)
 
 
 def _untextured(material: Material) -> Tree:
@@ -215,6 +216,7 @@ def _differences(
     else:
         found += _specular_differences(material, geometry, kinds)
     found += ["without its coat"] * material.is_coated + ["without its sheen"] * material.has_sheen
+    found += ["without its film"] * material.has_iridescence
     if material.normal_texture and not material.unlit and not is_own_plugin(material):
         found.append("a normal map whose green is inverted where the image is mirrored")
     if not material.double_sided:

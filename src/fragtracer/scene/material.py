@@ -5,10 +5,21 @@ import math
 from dataclasses import replace
 from typing import Annotated, Any, Final, Literal
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 from pydantic.dataclasses import dataclass
 
-from fragtracer.scene.fields import CONFIG, LARGEST, Fraction, Number, Positive, Reflectance, Strength, Triple, Whole
+from fragtracer.scene.fields import (
+    CONFIG,
+    LARGEST,
+    Fraction,
+    Number,
+    Positive,
+    Reflectance,
+    Strength,
+    Triple,
+    Whole,
+    as_number,
+)
 from fragtracer.scene.reflectance import (
     METAL_F0,
     METAL_INDEX,
@@ -23,6 +34,7 @@ DEFAULT_MODEL: Final = "metallic-roughness"
 _BRUSHED = ("anisotropy", "anisotropy_rotation_degrees")
 _COAT = ("coat", "coat_roughness", "coat_ior", "coat_normal_scale")
 _SHEEN = ("sheen_color", "sheen_roughness")
+_IRIDESCENCE = ("iridescence", "iridescence_ior", "iridescence_thickness", "iridescence_thickness_minimum")
 LEAST_COAT_ALPHA = 1e-4  # a coat is never a perfect mirror
 # The keys that mean something to each model besides those of all: textures of these, emission, opacity, sides, normals.
 MODELS: dict[str, tuple[str, ...]] = {
@@ -31,6 +43,7 @@ MODELS: dict[str, tuple[str, ...]] = {
         *_BRUSHED,
         *_COAT,
         *_SHEEN,
+        *_IRIDESCENCE,
     ),
     "eon": ("albedo", "roughness"),
     "dielectric": (
@@ -58,8 +71,12 @@ _OF_OTHERS = {model: sorted(_OF_MODELS - set(keys)) for model, keys in MODELS.it
 TEXTURED = (
     *("albedo", "roughness", "metallic", "normal", "occlusion", "emission", "transmittance", "anisotropy"),
     *("blend_weight", "coat", "coat_roughness", "coat_normal", "sheen_color", "sheen_roughness"),
+    *("iridescence", "iridescence_thickness"),
 )
 _TEXTURE_FIELDS = {name: f"{name}_texture" for name in TEXTURED}
+# Of a thin film: thicker ones have no colours, and larger indices would be no numbers in single precision.
+FilmIndex = Annotated[float, Field(ge=1, le=100), BeforeValidator(as_number)]
+FilmThickness = Annotated[float, Field(ge=0, le=1e6), BeforeValidator(as_number)]
 
 
 @dataclass(frozen=True, config=CONFIG)
@@ -106,6 +123,12 @@ class Material:
     fibres that stand about upright, the more so the smaller ``sheen_roughness`` is, which is taken for at least 0.1
     (Estevez and Kulla 2017, "Production friendly microfacet sheen BRDF"; shaders/bsdf/sheen.glsl; glTF's
     ``KHR_materials_sheen``).
+
+    ``iridescence`` is the weight of a thin film on the facets of a metallic-roughness material, below sheen and coat,
+    as of soap, oil or oxide: of the index ``iridescence_ior``, and ``iridescence_thickness`` nanometres thick (Belcour
+    and Barla 2017, "A practical extension to microfacet theory for the modeling of varying iridescence";
+    shaders/bsdf/iridescence.glsl; glTF's ``KHR_materials_iridescence``). Where ``iridescence_thickness_texture`` is 0,
+    it is ``iridescence_thickness_minimum`` thick, and between linearly as much as the texture says.
 
     A texture multiplies the parameter of its name; those of numbers, such as roughness, use one channel of it. Of
     ``anisotropy_texture`` that is blue, while red and green, times 2 less 1, are the direction from the tangent along
@@ -155,6 +178,12 @@ class Material:
     sheen_roughness: Fraction = 0.0
     sheen_color_texture: Texture | None = None
     sheen_roughness_texture: Texture | None = None
+    iridescence: Fraction = 0.0
+    iridescence_ior: FilmIndex = 1.3
+    iridescence_thickness: FilmThickness = 400.0
+    iridescence_thickness_minimum: FilmThickness = 100.0
+    iridescence_texture: Texture | None = None
+    iridescence_thickness_texture: Texture | None = None
     transmittance: Reflectance = (1.0, 1.0, 1.0)
     attenuation_color: Reflectance = (1.0, 1.0, 1.0)
     attenuation_distance: Positive = 1.0
@@ -259,6 +288,11 @@ class Material:
     def has_sheen(self) -> bool:
         """Whether it has a sheen, perhaps somewhere."""
         return max(self.sheen_color) > 0 and not self.unlit
+
+    @property
+    def has_iridescence(self) -> bool:
+        """Whether it has a thin film, perhaps somewhere."""
+        return self.iridescence > 0 and not self.unlit
 
     @property
     def coat_alpha(self) -> float:

@@ -126,7 +126,7 @@ def test_a_material_is_blended_with_another(monkeypatch: pytest.MonkeyPatch, bef
     assert materials.edit(before, others=["a", "b"]) == Material()
 
 
-def test_coat_and_sheen_are_edited(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_layers_are_edited(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of the default model alone, their roughnesses and an index where there is one."""
     rows: dict[str, object] = {}
     shown: list[str] = []
@@ -149,3 +149,7 @@ def test_coat_and_sheen_are_edited(monkeypatch: pytest.MonkeyPatch) -> None:
     rows = {"Sheen": (0.25, 0.5, 0.75), "Sheen roughness": 0.6}
     assert materials.edit(bare) == Material(sheen_color=(0.25, 0.5, 0.75))
     assert materials.edit(velvet) == Material(sheen_color=(0.25, 0.5, 0.75), sheen_roughness=0.6)
+    rows = {"Iridescence": 0.5, "Film index": 1.5, "Film thickness": 250.0}
+    assert materials.edit(bare) == Material(iridescence=0.5)
+    soap = Material(iridescence=0.5, iridescence_ior=1.5, iridescence_thickness=250.0)
+    assert materials.edit(Material(iridescence=1.0)) == soap

@@ -141,13 +141,14 @@ LAYERS = [
     ({}, {"albedo"}),
     ({"coat": 0.5}, {*BASE, "coat", "coat_roughness"}),
     ({"sheen_color": (0.5, 0.25, 0.0)}, {*BASE, "sheen", "sheen_roughness"}),
+    ({"iridescence": 0.5}, {*BASE, "iridescence", "film_thickness"}),
 ]
 
 
-@pytest.mark.parametrize(("layer", "found"), LAYERS, ids=["bare", "coat", "sheen"])
+@pytest.mark.parametrize(("layer", "found"), LAYERS, ids=["bare", "coat", "sheen", "film"])
 def test_what_of_a_lambert_base_can_be_changed(layer, found):
-    """Under a coat or sheen it is of a program that has a specular lobe, and these are what the scene with their values
-    would have."""
+    """Under a coat, sheen or a film it is of a program that has a specular lobe, and these are what the scene with their
+    values would have."""
     base = {"plain": ft.Material(coat=0.75), "base": ft.Material(specular=0.0, **layer)}
     spheres = [ft.Sphere((0, 0, 0), 1, name) for name in base]
     scene = ft.Scene(materials=base, spheres=spheres, ambient=ft.Ambient(1.0))
@@ -161,7 +162,7 @@ def test_what_of_a_lambert_base_can_be_changed(layer, found):
             == [0.5 * share for share in target["value"]]
             == [0.5, 0.25, 0]
         )
-    for name in found & {"coat", "coat_roughness", "sheen_roughness"}:
+    for name in found & {"coat", "coat_roughness", "sheen_roughness", "iridescence"}:
         (target,) = controls[f"{name}-1"]["targets"]
         edited = replace(scene, materials=base | {"base": replace(base["base"], **{name: 0.625})})
         words = [pack(s, s.render, 8, 8).tables["u_scene"][0].view(np.float32).flat for s in (scene, edited)]

@@ -128,10 +128,14 @@ class Approximation:
 
     @property
     def others(self) -> list[str]:
-        """The names of materials that are not what the steps are about, isotropic metallic-roughness without sheen,
-        perhaps coated; and "fog" where there is some."""
+        """The names of materials that are not what the steps are about, isotropic metallic-roughness without sheen and
+        films, perhaps coated; and "fog" where there is some."""
         materials = self.scene.materials.items()
-        found = [n for n, m in materials if m.model != DEFAULT_MODEL or m.anisotropy > 0 or m.has_sheen]
+        found = [
+            name
+            for name, m in materials
+            if m.model != DEFAULT_MODEL or m.anisotropy > 0 or m.has_sheen or m.has_iridescence
+        ]
         return found + (["fog"] if self.scene.fog else [])
 
     def _measure(self, before: int, after: int) -> tuple[float, float, float | None]:

@@ -96,7 +96,7 @@ def _objects(scene: Scene, packed: PackedScene) -> Iterator[Control]:
 
 
 def _surface(material: Material, packed: PackedScene, number: int) -> Iterator[Control]:
-    """Colour, roughness, metallic, coat and sheen; the program has no specular lobe where no material had one."""
+    """Colour, roughness, metallic, coat, sheen and film; the program has no specular lobe where no material had one."""
     if material.unlit or material.is_emissive or material.model not in (DEFAULT_MODEL, "eon"):
         return
     words = _words(packed, "material", MATERIAL_RECORDS["Material"], number)
@@ -120,7 +120,7 @@ def _surface(material: Material, packed: PackedScene, number: int) -> Iterator[C
     encoded = srgb_encode(np.array(material.base_color, np.float32))
     color = "#" + "".join(f"{round(255 * float(channel)):02x}" for channel in encoded)
     yield {"id": "albedo", "label": "Colour", "effect": "surface", "value": color, "targets": [{"surface": surface}]}
-    is_layered = material.is_coated or material.has_sheen
+    is_layered = material.is_coated or material.has_sheen or material.has_iridescence
     if is_layered or (material.model == DEFAULT_MODEL and packed.features["HAS_COOK_TORRANCE"]):
         least = min(0.02, material.roughness)  # smoother ones are deltas, which the program may not have
         for name, value, low in (("roughness", material.roughness, least), ("metallic", material.metalness, 0.0)):
@@ -141,6 +141,15 @@ def _surface(material: Material, packed: PackedScene, number: int) -> Iterator[C
         roughness = {"word": sheen["roughness"], "value": [1.0]}
         value = material.sheen_roughness
         yield _slider("sheen_roughness", "Sheen roughness", "scale", value, 0.0, 1.0, 0.01, targets=[roughness])
+    if material.has_iridescence:
+        film, thickness = (
+            _words(packed, "iridescence", MATERIAL_RECORDS["Iridescence"], number),
+            material.iridescence_thickness,
+        )
+        weight, thick = ({"word": film[field], "value": [1.0]} for field in ("weight", "thickness"))
+        value = material.iridescence
+        yield _slider("iridescence", "Iridescence", "scale", value, 0.0, 1.0, 0.01, targets=[weight])
+        yield _slider("film_thickness", "Film thickness (nm)", "scale", thickness, 0.0, 1200.0, 1.0, targets=[thick])
 
 
 def _emission(

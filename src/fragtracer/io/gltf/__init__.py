@@ -37,6 +37,7 @@ _SUPPORTED = {
     "KHR_materials_anisotropy",
     "KHR_materials_clearcoat",
     "KHR_materials_sheen",
+    "KHR_materials_iridescence",
     "KHR_materials_specular",
     "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_emissive_strength",

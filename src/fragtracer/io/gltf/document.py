@@ -9,6 +9,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 from pydantic_core import ErrorDetails
 
 from fragtracer.scene.fields import LARGEST
+from fragtracer.scene.material import FilmIndex, FilmThickness
 
 _LIMITS = {"gt": "greater than", "ge": "at least", "lt": "less than", "le": "at most"}
 _LIMITS |= {"min_length": "at least", "max_length": "at most"}
@@ -145,6 +146,15 @@ class Sheen(Item):
     sheenColorTexture: TextureInfo | None = None
     sheenRoughnessFactor: Fraction = 0.0
     sheenRoughnessTexture: TextureInfo | None = None
+
+
+class Iridescence(Item):
+    iridescenceFactor: Fraction = 0.0
+    iridescenceTexture: TextureInfo | None = None
+    iridescenceIor: FilmIndex = 1.3
+    iridescenceThicknessMinimum: FilmThickness = 100.0  # nm
+    iridescenceThicknessMaximum: FilmThickness = 400.0
+    iridescenceThicknessTexture: TextureInfo | None = None
 
 
 class Volume(Item):

@@ -83,17 +83,16 @@ class Materials:
         made |= self._anisotropy(item, place)
         coat = self._coat(item, place, made["unlit"], made["normal_texture"])
         sheen = self._sheen(item, place, made["unlit"])
-        made |= coat | sheen
+        iridescence = self._iridescence(item, place, made["unlit"])
+        made |= coat | sheen | iridescence
         if item.alphaMode == "MASK" and item.alphaCutoff > 1:  # above every alpha
             made["opacity"] = 0.0
         name = self._names[index]
         weight, metallic = self._transmission(item, place, made)
         if weight.factor == 0 or made["unlit"]:
             return {name: Material(**made)}
-        if coat:
-            self.notes.append(f"KHR_materials_clearcoat of {place} where it transmits")
-        if sheen:
-            self.notes.append(f"KHR_materials_sheen of {place} where it transmits")
+        layers = {"clearcoat": coat, "sheen": sheen, "iridescence": iridescence}
+        self.notes += [f"KHR_materials_{name} of {place} where it transmits" for name in layers if layers[name]]
         dielectric = self._dielectric(item, place, index, made)
         if weight == Varying(1.0) and not _has_alpha_texture(made):
             return {name: replace(dielectric, **{key: made[key] for key in _OF_SURFACES})}
@@ -186,6 +185,22 @@ class Materials:
             "sheen_color_texture": self._texture(found.sheenColorTexture, place, "srgb"),
             # Alpha is linear in either space, and often of the image of the colour.
             "sheen_roughness_texture": self._texture(found.sheenRoughnessTexture, place, "srgb", "a"),
+        }
+
+    def _iridescence(self, item: gltf.Material, place: str, unlit: bool) -> dict[str, Any]:
+        found = self._container.extension(gltf.Iridescence, item, "KHR_materials_iridescence", place)
+        if found is None or found.iridescenceFactor == 0:
+            return {}
+        if unlit:
+            self.notes.append(f"KHR_materials_iridescence of {place}, which is unlit")
+            return {}
+        return {
+            "iridescence": found.iridescenceFactor,
+            "iridescence_ior": found.iridescenceIor,
+            "iridescence_thickness": found.iridescenceThicknessMaximum,
+            "iridescence_thickness_minimum": found.iridescenceThicknessMinimum,
+            "iridescence_texture": self._texture(found.iridescenceTexture, place, "linear"),
+            "iridescence_thickness_texture": self._texture(found.iridescenceThicknessTexture, place, "linear", "g"),
         }
 
     def _specular_glossiness(self, old: gltf.SpecularGlossiness, place: str) -> dict[str, Any]:

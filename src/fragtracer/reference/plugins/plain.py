@@ -4,7 +4,8 @@
 Its parameters: ``diffuse_albedo``, ``specular_f0`` and ``specular_f90`` (three numbers each),
 ``alpha`` (GGX width), ``geometry`` ("smith", "smith-height-correlated", "schlick-beckmann", "karis" or
 "smith-multiple-scattering") and ``diffuse_factor`` ("interface" or "half-vector"); of
-facets of two widths ``alpha_u``, along the tangent, and ``alpha_v`` besides; of a sheen (sheen.py) ``sheen_color``
+facets of two widths ``alpha_u``, along the tangent, and ``alpha_v`` besides; of a thin film (thin_film.py)
+``iridescence``, ``iridescence_ior`` and ``iridescence_thickness`` (nm); of a sheen (sheen.py) ``sheen_color``
 (three numbers) and ``sheen_roughness``; and of a coat (coat.py) its weight ``coat``, ``coat_f0`` (a number) and
 ``coat_alpha``.
 """
@@ -14,6 +15,7 @@ from typing import Any
 from .coat import Coated
 from .models.metallic_roughness import DELTA_ALPHA, Lobes, schlick_k
 from .sheen import Sheened
+from .thin_film import ThinFilm
 
 
 def plain_class(mi: Any, dr: Any) -> type:
@@ -30,7 +32,8 @@ def plain_class(mi: Any, dr: Any) -> type:
             geometry = str(props.get("geometry", "smith"))
             k = mi.Float(schlick_k(geometry, alpha))
             has_sheen = "sheen_color" in props
-            has_diffuse, has_specular = max(colors[0]) > 0, max(colors[1] + colors[2]) > 0
+            has_film = "iridescence" in props
+            has_diffuse, has_specular = max(colors[0]) > 0, has_film or max(colors[1] + colors[2]) > 0
             coated = float(props.get("coat", 0)) > 0
             self._set_lobes(has_diffuse or has_sheen, has_specular, float(props["alpha"]) < DELTA_ALPHA, coated)
             # Opaque, that is, unknown to the compiler: materials of one kind share their code.
@@ -41,7 +44,12 @@ def plain_class(mi: Any, dr: Any) -> type:
             if "alpha_u" in props:
                 widths = mi.Float(float(props["alpha_u"])), mi.Float(float(props["alpha_v"]))
                 dr.make_opaque(*widths)
-            self.base: Any = Lobes(albedo, f0, f90, alpha, geometry, k, specular_range, diffuse_factor, widths)
+            film = None
+            if has_film:
+                names = ("iridescence", "iridescence_ior", "iridescence_thickness")
+                film = ThinFilm(*(mi.Float(float(props[name])) for name in names))
+                dr.make_opaque(film.weight, film.index, film.thickness)
+            self.base: Any = Lobes(albedo, f0, f90, alpha, geometry, k, specular_range, diffuse_factor, widths, film)
             if has_sheen:
                 color = mi.Color3f([float(x) for x in props["sheen_color"]])
                 sheen_roughness = mi.Float(float(props["sheen_roughness"]))

@@ -5,10 +5,12 @@ Its parameters: ``model`` (models/), ``albedo`` (three numbers), ``roughness``, 
 ``dielectric_f0`` (three numbers), ``geometry``, ``diffuse_factor``, ``opacity``, ``alpha_mode`` ("opaque", "mask" or
 "blend"), ``alpha_cutoff``, ``double_sided``, ``normal_scale``, of a coat (coat.py) ``coat``, ``coat_roughness``,
 ``coat_f0`` (a number) and ``coat_normal_scale``, of a sheen (sheen.py) ``sheen_color`` (three numbers) and
-``sheen_roughness``; and children ``albedo_texture``, ``alpha_texture``, ``roughness_texture``, ``metallic_texture``,
-``coat_texture``, ``coat_roughness_texture``, ``coat_normal_texture``, ``sheen_color_texture``,
-``sheen_roughness_texture`` and ``normal_texture``, each a ``fragtracer_texture`` and each with its set of
-coordinates, as ``albedo_set``: "uv", or the name of an attribute of the mesh.
+``sheen_roughness``, of a thin film (thin_film.py) ``iridescence``, ``iridescence_ior``, ``iridescence_thickness`` and
+``iridescence_thickness_minimum`` (nm); and children ``albedo_texture``, ``alpha_texture``, ``roughness_texture``,
+``metallic_texture``, ``coat_texture``, ``coat_roughness_texture``, ``coat_normal_texture``, ``sheen_color_texture``,
+``sheen_roughness_texture``, ``iridescence_texture``, ``iridescence_thickness_texture`` and ``normal_texture``, each a
+``fragtracer_texture`` and each with its set of coordinates, as ``albedo_set``: "uv", or the name of an attribute of the
+mesh.
 
 The mesh has face normals, so that Mitsuba's normal is the geometric one. Shading normals that face away from
 the viewer are bent towards it, and scattering fades out towards the geometric horizon, so that no light leaks
@@ -23,6 +25,7 @@ from .coat import Coated, shadowing
 from .models import Parameters, lobes_of
 from .models.metallic_roughness import DELTA_ALPHA
 from .sheen import Sheened
+from .thin_film import ThinFilm
 
 _SPECULAR_RANGE = (0.1, 0.9)
 # The shading normal bends to the viewer where the cosine between them is less than this, and than that of the surface.
@@ -37,6 +40,8 @@ def surface_class(mi: Any, dr: Any) -> type:
             super().__init__(props)
             defaults = {"roughness": 0.5, "metallic": 0, "specular": 1, "opacity": 1}
             defaults |= {"coat": 0, "coat_roughness": 0, "coat_f0": 0, "sheen_roughness": 0}
+            defaults |= {"iridescence": 0, "iridescence_ior": 1, "iridescence_thickness": 0}
+            defaults |= {"iridescence_thickness_minimum": 0}
             self.values = {name: mi.Float(float(props.get(name, default))) for name, default in defaults.items()}
             self.is_coated = float(props.get("coat", 0)) > 0
             self.scales = {n: float(props.get(f"{n}_scale", 1)) for n in ("normal", "coat_normal")}
@@ -44,13 +49,13 @@ def surface_class(mi: Any, dr: Any) -> type:
             self.albedo = mi.Color3f([float(x) for x in props["albedo"]])
             self.dielectric_f0 = mi.Color3f([float(x) for x in props.get("dielectric_f0", [0.0, 0.0, 0.0])])
             self.sheen_color = mi.Color3f([float(x) for x in props.get("sheen_color", [0.0, 0.0, 0.0])])
-            self.has_sheen = "sheen_color" in props
+            self.has_sheen, self.has_film = "sheen_color" in props, "iridescence" in props
             self.geometry, self.alpha_mode = str(props.get("geometry", "smith")), str(props.get("alpha_mode", "opaque"))
             self.model = str(props.get("model", "metallic-roughness"))
             self.diffuse_factor = str(props.get("diffuse_factor", "interface"))
             self.double_sided = bool(props.get("double_sided", True))
             names = ["albedo", "alpha", "roughness", "metallic", "coat", "coat_roughness", "coat_normal", "normal"]
-            names += ["sheen_color", "sheen_roughness"]
+            names += ["sheen_color", "sheen_roughness", "iridescence", "iridescence_thickness"]
             self.textures = {n: props[f"{n}_texture"] for n in names if f"{n}_texture" in props}
             self.sets = {n: str(props.get(f"{n}_set", "uv")) for n in names}
             attributes = ("shading", "tangent", "color", "alpha")
@@ -149,9 +154,18 @@ def surface_class(mi: Any, dr: Any) -> type:
             f0 = dielectric * self.dielectric_f0 + metallic * albedo
             f90 = dielectric * _grazing(self.dielectric_f0) + metallic * _grazing(dr.max(albedo))
             parameters = Parameters(
-                (1 - metallic) * albedo, f0, f90, alpha, self.geometry, _SPECULAR_RANGE, self.diffuse_factor
+                *((1 - metallic) * albedo, f0, f90, alpha, self.geometry, _SPECULAR_RANGE, self.diffuse_factor),
+                self._film(si, active) if self.has_film else None,
             )
             return self._sheened(lobes_of(self.model, parameters), si, active)
+
+        def _film(self, si: Any, active: Any) -> ThinFilm:
+            weight, thickness = self._number("iridescence", si, active), self.values["iridescence_thickness"]
+            if "iridescence_thickness" in self.textures:
+                uv = self._uv("iridescence_thickness", si, active)
+                share = dr.clip(self.textures["iridescence_thickness"].number_at(si, uv, active), 0, 1)
+                thickness = dr.lerp(self.values["iridescence_thickness_minimum"], thickness, share)
+            return ThinFilm(weight, self.values["iridescence_ior"], thickness)
 
         def _sheened(self, base: Any, si: Any, active: Any) -> Any:
             if not self.has_sheen:

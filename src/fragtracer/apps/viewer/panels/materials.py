@@ -50,6 +50,7 @@ def edit(material: Material, of_mesh: bool = False, known: Sequence[str] = (), o
     if model == DEFAULT_MODEL:
         new |= _coat(material)
         new |= _sheen(material)
+        new |= _iridescence(material)
     new |= _blend(material, others)
     if material.is_emissive:
         new["emission"] = widgets.color("Emission", material.emission, hdr=True)
@@ -119,6 +120,18 @@ def _sheen(material: Material) -> dict[str, object]:
     new: dict[str, object] = {"sheen_color": widgets.color("Sheen", material.sheen_color)}
     if max(material.sheen_color) > 0:
         new["sheen_roughness"] = widgets.slider("Sheen roughness", material.sheen_roughness, 0.0, 1.0, "%.2f")
+    return new
+
+
+def _iridescence(material: Material) -> dict[str, object]:
+    new: dict[str, object] = {"iridescence": widgets.slider("Iridescence", material.iridescence, 0.0, 1.0, "%.2f")}
+    if material.iridescence > 0:
+        new["iridescence_ior"] = widgets.slider("Film index", material.iridescence_ior, 1.0, 3.0, "%.3f")
+        thickness = widgets.slider("Film thickness", material.iridescence_thickness, 0.0, 1200.0, "%.0f nm")
+        new["iridescence_thickness"] = thickness
+        if material.iridescence_thickness_texture is not None:
+            least = material.iridescence_thickness_minimum
+            new["iridescence_thickness_minimum"] = widgets.slider("at least", least, 0.0, 1200.0, "%.0f nm")
     return new
 
 

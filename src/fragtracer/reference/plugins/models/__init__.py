@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
+from ..thin_film import ThinFilm
+
 
 @dataclass(frozen=True)
 class Parameters:
@@ -21,6 +23,7 @@ class Parameters:
     geometry: str
     specular_range: tuple[float, float]  # of the probability to choose the specular lobe
     diffuse_factor: str = "interface"  # or "half-vector"
+    film: ThinFilm | None = None
 
 
 def lobes_of(model: str, parameters: Parameters) -> Any:

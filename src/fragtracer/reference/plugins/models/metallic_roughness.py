@@ -19,6 +19,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from ..thin_film import ThinFilm
 from . import Parameters
 
 SMITH = ("smith", "smith-height-correlated", "smith-multiple-scattering")
@@ -132,11 +133,12 @@ class Lobes:
     specular_range: tuple[float, float]
     diffuse_factor: str = "interface"
     widths: tuple[Any, Any] | None = None  # along x and y, where they are not both alpha
+    film: ThinFilm | None = None
 
     @classmethod
     def of(cls, p: Parameters) -> "Lobes":
         k = schlick_k(p.geometry, p.alpha)
-        return cls(p.albedo, p.f0, p.f90, p.alpha, p.geometry, k, p.specular_range, p.diffuse_factor)
+        return cls(p.albedo, p.f0, p.f90, p.alpha, p.geometry, k, p.specular_range, p.diffuse_factor, film=p.film)
 
     @property
     def delta(self) -> Any:
@@ -144,17 +146,27 @@ class Lobes:
         return self.alpha < DELTA_ALPHA
 
     def fresnel(self, c: Any) -> Any:
-        """Schlick 1994, eq. 15, with a reflectance F90 at grazing incidence."""
-        return self.f0 + (self.f90 - self.f0) * (1 - c) ** 5
+        """Schlick 1994, eq. 15, with a reflectance F90 at grazing incidence; and what a film changes of it."""
+        bare = self.f0 + (self.f90 - self.f0) * (1 - c) ** 5
+        return bare if self.film is None else bare + self.film.change(c, self.f0, self.f90)
 
     def interface(self, c: Any) -> Any:
         """What the rough interface keeps from the diffuse base, by its mean normal: Schlick's form
         that rises to max((1 - alpha) F90, F0) (after Lagarde 2011, with alpha for roughness); with the
-        height-correlated term of 0.95 alpha."""
+        height-correlated term of 0.95 alpha. With a film the larger one of what that changes at two angles
+        (docs/material.md)."""
         import drjit as dr
 
         alpha = 0.95 * self.alpha if self.geometry == "smith-height-correlated" else self.alpha
-        return self.f0 + (dr.maximum((1 - alpha) * self.f90, self.f0) - self.f0) * (1 - c) ** 5
+        bare = self.f0 + (dr.maximum((1 - alpha) * self.f90, self.f0) - self.f0) * (1 - c) ** 5
+        if self.film is None:
+            return bare
+        facing = (c + dr.sqrt(dr.square(self.alpha) + (1 - dr.square(self.alpha)) * dr.square(c))) / 2
+        change = dr.maximum(
+            self.film.change(c * (1 - 0.9 * self.alpha), self.f0, self.f90),
+            self.film.change(facing, self.f0, self.f90),
+        )
+        return dr.clip(bare + dr.select(change < 0, 1 - self.alpha, 1) * change, 0, 1)
 
     @property
     def mean_width(self) -> Any:
@@ -202,6 +214,7 @@ class Lobes:
     def eval_pdf(self, wo: Any, wi: Any) -> Any:
         """Value f·cos and density of the smooth lobes, which share one mixture density."""
         import drjit as dr
+        import mitsuba as mi
 
         p_specular = self.specular_probability(wo)
         wh = dr.normalize(wo + wi)
@@ -215,7 +228,8 @@ class Lobes:
         specular = self.fresnel(dr.dot(wo, wh)) * (d * self.g_over_cosines(wo, wi) * wi.z)
         if self.geometry == "smith-multiple-scattering":
             once = smith_albedo(dr.maximum(wo.z, 1e-6), self.mean_width)
-            specular *= 1 + self.f0 * (1 - once) / once
+            f0 = self.f0 if self.film is None else self.fresnel(mi.Float(1))
+            specular *= 1 + f0 * (1 - once) / once
         value += specular
         return value, pdf + p_specular * d * smith_g1_over_cos(wo.z, self.width(wo))
 
