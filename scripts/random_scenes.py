@@ -68,6 +68,7 @@ _SURFACES = [DEFAULT_MODEL] * 3 + [model for model in MODELS if model not in (DE
 _TEXTURED = ("albedo", "roughness", "metallic", "emission", "normal")
 _COAT = ("coat", "coat_roughness", "coat_normal")
 _SHEEN = ("sheen_color", "sheen_roughness")
+_FILM = ("iridescence", "iridescence_thickness")
 _NORMALS = ("normal", "coat_normal")
 WAYS = {
     "guiding": ("guiding",),
@@ -191,12 +192,17 @@ class RandomScene:
         has_sheen = model == DEFAULT_MODEL and self.chance(0.2)
         if has_sheen:
             made |= {"sheen_color": self.color(0.1, 1.0), "sheen_roughness": self.number(0.1, 1.0)}
+        has_film = model == DEFAULT_MODEL and self.chance(0.2)
+        if has_film:
+            made |= {"iridescence": self.number(0.3, 1.0), "iridescence_ior": self.number(1.2, 2.2)}
+            made |= {"iridescence_thickness": self.number(50.0, 900.0)}
         if model not in _VARIED or "anisotropy" in made:
             return Material(model=model, **made)
-        for name in _TEXTURED + (_COAT if is_coated else ()) + (_SHEEN if has_sheen else ()):
+        layers = (_COAT if is_coated else ()) + (_SHEEN if has_sheen else ()) + (_FILM if has_film else ())
+        for name in _TEXTURED + layers:
             has_meaning = name in MODELS[model] or name in _NORMALS or name in made
             if has_meaning and self.chance(0.4):
-                is_scalar = name in ("roughness", "metallic", "coat", "coat_roughness", "sheen_roughness")
+                is_scalar = name in ("roughness", "metallic", "coat", "coat_roughness", "sheen_roughness", *_FILM)
                 made[f"{name}_texture"] = self.texture(name, is_scalar)
         if made.keys() >= {"normal_texture", "coat_normal_texture"}:
             coordinates = made["normal_texture"].coordinates

@@ -21,6 +21,7 @@ def glass(test: Callable[..., None]) -> Check:
 
 CLAY = values("eon", "clay")
 BENT_BASE = Check(test_bsdf_sample.test_samples_of_a_coat_over_a_bent_base_have_their_density, degrees=45)
+OIL = values("iridescent", "oil")
 PLASTIC, GOLD = (values("cook-torrance SMITH", material) for material in ("plastic", "gold"))
 
 MUTATIONS = [
@@ -34,14 +35,14 @@ MUTATIONS = [
     Mutation(
         "Fresnel of the wrong cosine",
         "bsdf/cook_torrance.glsl",
-        "fresnel_schlick(b.f0, b.f90, dot(wo, wh))",
-        "fresnel_schlick(b.f0, b.f90, wi.z)",
+        "iridescence_fresnel(b, dot(wo, wh))",
+        "iridescence_fresnel(b, wi.z)",
         GOLD,
     ),
     Mutation(
         "light scattered between facets lost",
         "bsdf/cook_torrance.glsl",
-        "        if (u_multiple_scattering != 0) fresnel *= ggx_compensation(b.f0, facets_mean_width(b), wo.z);\n",
+        "        if (u_multiple_scattering != 0) fresnel *= ggx_compensation(iridescence_f0(b), facets_mean_width(b), wo.z);\n",
         "",
         Check(test_bsdf_values.test_white_metal_with_multiple_scattering_reflects_everything),
     ),
@@ -58,6 +59,27 @@ MUTATIONS = [
         "return coated_transmittance(b, wo) * coated_transmittance(b, wi);",
         "return coated_transmittance(b, wo);",
         values("coated", "lacquer"),
+    ),
+    Mutation(
+        "film taken for as thick as it looks",
+        "bsdf/iridescence.glsl",
+        "float path = 0.002 * b.iridescence_thickness * film;",
+        "float path = 0.002 * b.iridescence_thickness * film2;",
+        OIL,
+    ),
+    Mutation(
+        "one polarisation for both",
+        "bsdf/iridescence.glsl",
+        "iridescence_polarised_change(air, film / film2, base_p, path);",
+        "iridescence_polarised_change(air, film, base, path);",
+        OIL,
+    ),
+    Mutation(
+        "what the film reflects not lost to the base",
+        "bsdf/cook_torrance.glsl",
+        "    return clamp(passed - iridescence_rough_change(b, cos_theta), 0.0, 1.0);",
+        "    return passed;",
+        Check(test_bsdf_values.test_no_material_reflects_more_than_it_receives, name="iridescent"),
     ),
     Mutation(
         "sheen lost to the base on one way alone",
@@ -97,7 +119,7 @@ MUTATIONS = [
     Mutation(
         "mirror without Fresnel",
         "bsdf/cook_torrance.glsl",
-        "vec3 reflectance = fresnel_schlick(b.f0, b.f90, wo.z) * ggx_g",
+        "vec3 reflectance = iridescence_fresnel(b, wo.z) * ggx_g",
         "vec3 reflectance = b.f0 * ggx_g",
         MIRROR,
     ),
@@ -218,8 +240,8 @@ MUTATIONS = [
     Mutation(
         "the factor of the half vector at the mean normal",
         "bsdf/cook_torrance.glsl",
-        "return 1.0 - fresnel_schlick(b.f0, b.f90, dot(wo, normalize(wo + wi)));",
-        "return 1.0 - fresnel_schlick(b.f0, b.f90, wo.z);",
+        "return 1.0 - iridescence_fresnel(b, dot(wo, normalize(wo + wi)));",
+        "return 1.0 - iridescence_fresnel(b, wo.z);",
         values("half-vector", "plastic"),
     ),
     Mutation(

@@ -196,7 +196,7 @@ def test_sheen_at_a_point(ctx: moderngl.Context) -> None:
 
 
 def test_film_at_a_point(ctx: moderngl.Context) -> None:
-    """A texture multiplies its weight, another one says where between two thicknesses it is; other materials have none."""
+    """A texture multiplies its weight, another one says how thick it is between two values; others have none."""
     film = Material(iridescence=0.8, iridescence_ior=1.5, iridescence_thickness=300, iridescence_thickness_minimum=200)
     weight, thickness = constant(0.5, 1, 1, 1), constant(1, 0.25, 1, 1, channel="g")
     maps = {"iridescence_texture": weight, "iridescence_thickness_texture": thickness}

@@ -147,8 +147,8 @@ LAYERS = [
 
 @pytest.mark.parametrize(("layer", "found"), LAYERS, ids=["bare", "coat", "sheen", "film"])
 def test_what_of_a_lambert_base_can_be_changed(layer, found):
-    """Under a coat, sheen or a film it is of a program that has a specular lobe, and these are what the scene with their
-    values would have."""
+    """Under a layer it is of a program that has a specular lobe, and these are what the scene with their values
+    would have."""
     base = {"plain": ft.Material(coat=0.75), "base": ft.Material(specular=0.0, **layer)}
     spheres = [ft.Sphere((0, 0, 0), 1, name) for name in base]
     scene = ft.Scene(materials=base, spheres=spheres, ambient=ft.Ambient(1.0))
