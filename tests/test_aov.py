@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from rendering import Planter, assert_same
 from scene_builders import lambert
-from shaders.bsdf_oracle import sheen_albedo
+from shaders.bsdf_oracle import Filmed, facet_fresnel, sheen_albedo
 from small_pictures import SIZE, SPP
 
 from fragtracer.aov import AOVS, DENOISING, channels, checked, matte, matte_id, matte_metadata, murmur3
@@ -84,6 +84,19 @@ def test_a_coat_from_above(ctx: moderngl.Context, integrator: str, layer: str, s
         found = (renderer.aov(layer) if layer else renderer.image())[16, 16]
     base = (1 - of_sheen) * 0.6 + of_sheen
     np.testing.assert_allclose(found, (1 - reflected) ** 2 * base + reflected, rtol=0.01)
+
+
+def test_a_film_from_above(ctx: moderngl.Context) -> None:
+    """It adds to the albedo what the base no longer gets."""
+    soap = Material(albedo=0.6, specular=0.0, iridescence=0.8, iridescence_ior=2.0, iridescence_thickness=100.0)
+    scene = Scene(Camera((0, 0, 3), (0, 0, 0)), {"m": soap}, spheres=[Sphere((0, 0, 0), 1, "m")], ambient=Ambient(1))
+    with Renderer(scene, (33, 33), context=ctx, aovs=["albedo"]) as renderer:
+        renderer.sample(64)
+        found = renderer.aov("albedo")[16, 16]
+    names = ("iridescence", "iridescence_ior", "iridescence_thickness")
+    film = facet_fresnel(Filmed(**{name: getattr(soap, name) for name in names}), 1.0)
+    assert film.max() > 0.2
+    np.testing.assert_allclose(found, film + (1 - film) * 0.6, rtol=0.01)
 
 
 @pytest.mark.parametrize("model", ["default", "rough-plastic", "sheen"])

@@ -37,7 +37,7 @@ bool iridescence_is_there(Bsdf b) {
 // and rho = r s, (1 - r^2) (1 - s^2) / (1 - rho^2) times the real part of 1 - 2 rho z / (1 + rho z).
 vec3 iridescence_polarised_change(float air, float film, vec3 base, float path) {
     vec3 rho = (air - film) / (air + film) * (film - base) / (film + base);
-    vec3 sum = -rho / (1.0 + rho);  // without an optical path
+    vec3 sum = (film - air) * (film - base) / (2.0 * film * (air + base));  // -rho / (1 + rho), without an optical path
     for (int i = 0; i < IRIDESCENCE_WAVES; i++) {
         vec2 wave = IRIDESCENCE_WAVE[i] * path;
         vec2 z = exp(-2.0 * PI * wave.y) * cos_sin_turns(fract(wave.x));

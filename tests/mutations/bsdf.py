@@ -42,7 +42,8 @@ MUTATIONS = [
     Mutation(
         "light scattered between facets lost",
         "bsdf/cook_torrance.glsl",
-        "        if (u_multiple_scattering != 0) fresnel *= ggx_compensation(iridescence_f0(b), facets_mean_width(b), wo.z);\n",
+        "        if (u_multiple_scattering != 0) fresnel *= "
+        "ggx_compensation(iridescence_f0(b), facets_mean_width(b), wo.z);\n",
         "",
         Check(test_bsdf_values.test_white_metal_with_multiple_scattering_reflects_everything),
     ),

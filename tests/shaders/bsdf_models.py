@@ -337,8 +337,10 @@ def iridescent_tolerance(m: Filmed, wo: Floats, wi: Floats) -> Floats:
     """As without, and what rounding makes of what the film leaves small, reflected or passed to the base."""
     facets = bsdf_oracle.facet_fresnel(m, np.linalg.norm(wo + wi, axis=-1) / 2)
     there, back = (bsdf_oracle.interface_reflectance(m, w[..., 2]) for w in (wo, wi))
-    least = np.minimum(np.minimum(facets, there), 1 - np.maximum(there, back)).min(axis=-1)
-    return float32_tolerance(m, wo, wi) + 1e-6 / np.maximum(least, 1e-30)
+    reflected = np.minimum(facets, there).min(axis=-1)
+    passed = [(1 - r).min(axis=-1) for r in (there, back)]
+    rounding = 1e-6 / np.maximum(reflected, 1e-30) + sum(4e-6 / np.maximum(p, 1e-30) for p in passed)
+    return float32_tolerance(m, wo, wi) + rounding
 
 
 # Interfaces of all contrasts under films of all thicknesses, white below.
