@@ -227,15 +227,13 @@ def bulb() -> Scene:
 
 
 def lacquer() -> Scene:
-    """Coats that throw light and receive it, narrow ones and wide ones, over bases of either kind; sheen and a film."""
+    """Coats that throw light and receive it, narrow ones and wide ones, over bases of either kind; and sheen."""
     materials = {
         **MATERIALS,
         "floor": Material(albedo=(0.6, 0.5, 0.4), specular=0.0, coat=1.0, coat_ior=2.0, coat_roughness=0.3),
         "paint": Material(albedo=(0.7, 0.2, 0.1), roughness=0.8, coat=1.0, coat_ior=3.0, coat_roughness=0.4),
         "satin": Material(metal="copper", roughness=0.4, coat=0.8, coat_ior=2.0, coat_roughness=0.8, sheen_color=0.6),
-        "velvet": Material(
-            metal="copper", roughness=0.3, sheen_color=(0.8, 0.3, 0.2), sheen_roughness=0.6, iridescence=1.0
-        ),
+        "velvet": Material(metal="copper", roughness=0.3, sheen_color=(0.8, 0.3, 0.2), sheen_roughness=0.6),
         "mirror": Material(metal="silver", roughness=0.0, coat=1.0, coat_ior=3.0, coat_roughness=0.5),
     }
     balls = [Sphere((-0.9, 0.4, 0.0), 0.4, "paint"), Sphere((0.9, 0.4, 0.0), 0.4, "satin")]

@@ -223,8 +223,10 @@ def test_sheen(ctx: moderngl.Context, mi: Any, material: Material, mirror: bool)
 
 
 FILMS = {
-    "oil": MODELS["iridescent"].scene_materials[0],
-    "oxide on a mirror": replace(MODELS["iridescent"].scene_materials[1], roughness=0.0),
+    "oil": Material(albedo=0.1, roughness=0.3, iridescence=1.0, iridescence_thickness=500.0),
+    "oxide on a mirror": Material(
+        metal="gold", roughness=0.0, iridescence=0.8, iridescence_ior=2.0, iridescence_thickness=150.0
+    ),
     "below sheen and coat": Material(
         albedo=0.3, metallic=0.5, sheen_color=0.4, sheen_roughness=0.6, coat=0.5, coat_roughness=0.4, iridescence=1.0
     ),
