@@ -69,6 +69,7 @@ _TEXTURED = ("albedo", "roughness", "metallic", "emission", "normal")
 _COAT = ("coat", "coat_roughness", "coat_normal")
 _SHEEN = ("sheen_color", "sheen_roughness")
 _FILM = ("iridescence", "iridescence_thickness")
+_TRANSLUCENT = ("diffuse_transmission", "diffuse_transmission_color")
 _NORMALS = ("normal", "coat_normal")
 WAYS = {
     "guiding": ("guiding",),
@@ -196,14 +197,18 @@ class RandomScene:
         if has_film:
             made |= {"iridescence": self.number(0.3, 1.0), "iridescence_ior": self.number(1.2, 2.2)}
             made |= {"iridescence_thickness": self.number(50.0, 900.0)}
+        transmits = model == DEFAULT_MODEL and not (is_coated or has_sheen or has_film) and self.chance(0.3)
+        if transmits:
+            made |= {"diffuse_transmission": self.number(0.2, 1.0), "diffuse_transmission_color": self.color(0.1, 1.0)}
         if model not in _VARIED or "anisotropy" in made:
             return Material(model=model, **made)
         layers = (_COAT if is_coated else ()) + (_SHEEN if has_sheen else ()) + (_FILM if has_film else ())
+        layers += _TRANSLUCENT if transmits else ()
+        scalars = ("roughness", "metallic", "coat", "coat_roughness", "sheen_roughness", "diffuse_transmission", *_FILM)
         for name in _TEXTURED + layers:
             has_meaning = name in MODELS[model] or name in _NORMALS or name in made
             if has_meaning and self.chance(0.4):
-                is_scalar = name in ("roughness", "metallic", "coat", "coat_roughness", "sheen_roughness", *_FILM)
-                made[f"{name}_texture"] = self.texture(name, is_scalar)
+                made[f"{name}_texture"] = self.texture(name, name in scalars)
         if made.keys() >= {"normal_texture", "coat_normal_texture"}:
             coordinates = made["normal_texture"].coordinates
             made["coat_normal_texture"] = replace(made["coat_normal_texture"], coordinates=coordinates)

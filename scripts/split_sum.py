@@ -84,9 +84,9 @@ material and by the environment (multiple importance sampling) instead of lookin
 | occlusion map | times the occlusion texture (left out where there is none) |
 
 A coat and what lies below it are two surfaces from the diffuse factor on, and under lights always: light of the lower
-one passes the coat twice at the angle of view. Other models than metallic-roughness, brushed surfaces, sheen and thin
-films, which lookups and lamps leave out, and media are not what the steps are about: their rows mix in what the
-approximation leaves out of them, and a sentence names them.
+one passes the coat twice at the angle of view. Other models than metallic-roughness, brushed surfaces, sheen, thin
+films and light that is transmitted diffusely, which lookups and lamps leave out, and media are not what the steps are
+about: their rows mix in what the approximation leaves out of them, and a sentence names them.
 
 Neighbours differ by exactly what their row says, and the changes add up to the whole difference. Their order is part of
 the measurement: another would give other shares. Bias is the mean change of the surfaces in the picture, relative to

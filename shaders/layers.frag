@@ -46,6 +46,10 @@ vec3 layers_albedo(Surface surface, Material material, bool is_front) {
         material_set_iridescence(b, surface);
         base += (iridescence_f0(b) - b.f0) * (1.0 - material.diffuse);
     }
+    if (bsdf_is(b, BSDF_TRANSLUCENT)) {
+        material_set_translucency(b, surface, translucency_load(material.record));
+        base = b.diffuse + b.transmitted + b.f0;
+    }
     if (u_without_sheen == 0) {
         material_set_sheen(b, surface);
         float sheen = sheen_reflectance(b, vec3(0.0, 0.0, 1.0));

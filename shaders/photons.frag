@@ -74,7 +74,8 @@ void main() {
 
         // What is no delta is guided, and may scatter narrowly all the same: of the photons that it does, half go on.
         vec3 any_direction = square_to_cosine_hemisphere(u.zw);
-        bool receives = !is_first && !is_straight && max_component(bsdf_eval(vertex.bsdf, vertex.wo, any_direction)) > 0.0;
+        vec3 scatters = bsdf_eval(vertex.bsdf, vertex.wo, any_direction) + vertex.bsdf.transmitted;
+        bool receives = !is_first && !is_straight && max_component(scatters) > 0.0;
         BsdfSample scattered = bsdf_sample(vertex.bsdf, vertex.wo, u.zw);
         // Where the environment shines through a pane they do, too, but do not know where there is one.
         if (is_first) is_straight = light.primitive != PRIMITIVE_AROUND;

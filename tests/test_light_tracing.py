@@ -584,6 +584,15 @@ BOTTLE = joined(around((0.0, 0.6, 0.0), 0.5, material="glass"), around((0.0, 0.6
             )
         ),
         (
+            Scene(
+                LENS,
+                {**MATERIALS, "front": replace(FRONT, diffuse_transmission=0.5)},
+                meshes=[around((0.0, 0.0, 0.0), 1.0)],
+            ),
+            {"light_tracing": "on"},
+            PASSED,
+        ),
+        (
             Scene(LENS, {"glass": GLASS}, spheres=[Sphere(LENS.position, 1.0, "glass")]),
             {"light_tracing": "on"},
             "the camera is inside",

@@ -183,6 +183,22 @@ CASES: dict[str, Callable[[], Scene]] = {
         ),
         globe(),
     ),
+    "diffuse transmission": lambda: scene(
+        Material(
+            albedo=(0.3, 0.6, 0.2),
+            roughness=0.5,
+            metallic=0.8,
+            metallic_texture=Texture(PICTURE, channel="r"),
+            normal_texture=Texture(BUMPS),
+            normal_scale=0.5,
+            diffuse_transmission=0.9,
+            diffuse_transmission_color=(0.9, 0.7, 0.4),
+            diffuse_transmission_texture=ALPHA_PICTURE,
+            diffuse_transmission_color_texture=Texture(PICTURE),
+        ),
+        globe(),
+        lights=[Light((-1.0, 3.0, -3.0), 0.6, power=300.0)],
+    ),
     "an alpha mask": lambda: scene(Material(albedo=0.9, albedo_texture=ALPHA_PICTURE, alpha_mode="mask"), globe()),
     "an alpha blend": lambda: scene(
         Material(albedo=0.9, albedo_texture=ALPHA_PICTURE, alpha_mode="blend", opacity=0.8), globe()

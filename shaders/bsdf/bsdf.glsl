@@ -20,6 +20,7 @@
 #include "bsdf/rough_plastic.glsl"
 #include "bsdf/sheen.glsl"
 #include "bsdf/thin_dielectric.glsl"
+#include "bsdf/translucent.glsl"
 
 const int BSDF_DIFFUSE = 0;
 const int BSDF_COOK_TORRANCE = 1;
@@ -31,6 +32,7 @@ const int BSDF_PLASTIC = 6;
 const int BSDF_ROUGH_PLASTIC = 7;
 const int BSDF_COATED = 8;
 const int BSDF_SHEEN = 9;
+const int BSDF_TRANSLUCENT = 10;
 
 uniform int u_absent_models;  // bit m: no material is of model m, which needs no code
 
@@ -59,6 +61,7 @@ vec4 bsdf_eval_pdf(Bsdf b, vec3 wo, vec3 wi) {
     if (bsdf_is(b, BSDF_ROUGH_PLASTIC)) result = rough_plastic_eval_pdf(b, wo, wi);
     if (bsdf_is(b, BSDF_COATED)) result = coated_eval_pdf(b, wo, wi);
     if (bsdf_is(b, BSDF_SHEEN)) result = sheen_eval_pdf(b, wo, wi);
+    if (bsdf_is(b, BSDF_TRANSLUCENT)) result = translucent_eval_pdf(b, wo, wi);
 #endif
     return result;
 }
@@ -76,7 +79,8 @@ vec3 bsdf_null_transmittance(Bsdf b, float cos_theta) {
 
 // Whether bsdf_eval() may be above 0 where wi.z < 0.
 bool bsdf_transmits(Bsdf b) {
-    return HAS_EXACT_FRESNEL == 1 && (bsdf_is(b, BSDF_DIELECTRIC) || bsdf_is(b, BSDF_THIN_DIELECTRIC));
+    bool refracts = bsdf_is(b, BSDF_DIELECTRIC) || bsdf_is(b, BSDF_THIN_DIELECTRIC);
+    return HAS_EXACT_FRESNEL == 1 && (refracts || bsdf_is(b, BSDF_TRANSLUCENT));
 }
 
 vec3 bsdf_eval(Bsdf b, vec3 wo, vec3 wi) { return bsdf_eval_pdf(b, wo, wi).rgb; }
@@ -101,6 +105,7 @@ vec3 bsdf_diffuse(Bsdf b, vec3 wo, vec3 wi, vec3 value) {
     if (bsdf_is(b, BSDF_ROUGH_PLASTIC)) diffuse = rough_plastic_diffuse(b, wo, wi);
     if (bsdf_is(b, BSDF_COATED)) diffuse = coated_diffuse(b, wo, wi);
     if (bsdf_is(b, BSDF_SHEEN)) diffuse = sheen_diffuse(b, wo, wi);
+    if (bsdf_is(b, BSDF_TRANSLUCENT)) diffuse = translucent_diffuse(b, wo, wi);
 #endif
     return diffuse;
 }
@@ -125,6 +130,7 @@ BsdfSample bsdf_sample(Bsdf b, vec3 wo, vec2 u) {
     if (bsdf_is(b, BSDF_ROUGH_PLASTIC)) s = rough_plastic_sample(b, wo, u);
     if (bsdf_is(b, BSDF_COATED)) s = coated_sample(b, wo, u);
     if (bsdf_is(b, BSDF_SHEEN)) s = sheen_sample(b, wo, u);
+    if (bsdf_is(b, BSDF_TRANSLUCENT)) s = translucent_sample(b, wo, u);
 #endif
     return s;
 }

@@ -26,13 +26,14 @@ struct Bsdf {
     float iridescence;   // weight of a thin film on the facets; 0: there is none
     float iridescence_ior;        // its index of refraction
     float iridescence_thickness;  // nm
+    vec3 transmitted;    // albedo of what a translucent base transmits diffusely
 };
 
-// One without parameters of dielectrics, conductors, plastic, coats, sheen and films.
+// One without parameters of dielectrics, conductors, plastic, coats, sheen, films and translucency.
 Bsdf bsdf_of(int model, vec3 diffuse, float alpha, vec3 f0, vec3 f90) {
     return Bsdf(
         model, diffuse, alpha, f0, f90, 0.0, 0, 1.0, vec3(1.0), vec3(1.0), vec3(0.0), vec4(0.0), vec3(0.0), 0.0, 1.0, 0.0,
-        vec3(0.0, 0.0, 1.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 0.0, 1.0), vec3(0.0), 1.0, 0.0, 1.0, 0.0);
+        vec3(0.0, 0.0, 1.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 0.0, 1.0), vec3(0.0), 1.0, 0.0, 1.0, 0.0, vec3(0.0));
 }
 
 // What happened at a sampled event: one of the first two, whether the lobe is a delta, and whether the direction is that

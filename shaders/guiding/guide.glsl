@@ -16,17 +16,17 @@ struct Guide {
     float sum;                         // of them; what is left is the probability of the BSDF
 };
 
-// The lobes count by the light that arrives by them, on the side of the surface where it is scattered, and as far as the
+// The lobes count by the light that arrives by them, on the sides of the surface where it is scattered, and as far as the
 // surface is matte: a narrow lobe of its own is sampled better by the BSDF. Where not `is_guided`, none does.
 Guide guide_at(vec3 position, Frame frame, Bsdf bsdf, bool is_guided) {
     Guide guide;
     int first = guiding_cell(position);
-    float matte = luminance(bsdf.diffuse + bsdf.sheen_color);
+    float matte = luminance(bsdf.diffuse + bsdf.sheen_color + bsdf.transmitted);
     matte = is_guided && matte > 0.0 ? matte / (matte + luminance(iridescence_f0(bsdf))) : 0.0;
     float sum = 0.0;
     for (int i = 0; i < GUIDING_LOBES; i++) {
         guide.lobes[i] = lobe_load(first, i, position);
-        bool is_met = dot(frame.normal, guide.lobes[i].direction) > -guide.lobes[i].alpha;
+        bool is_met = bsdf_transmits(bsdf) || dot(frame.normal, guide.lobes[i].direction) > -guide.lobes[i].alpha;
         guide.probability[i] = is_met ? guide.lobes[i].ratio * matte : 0.0;
         sum += guide.probability[i];
     }

@@ -59,6 +59,9 @@ Vertex vertex_at(Surface surface, Material material, vec3 direction, uint seed) 
 #if HAS_EXACT_FRESNEL
     if (u_without_sheen == 0) material_set_sheen(vertex.bsdf, surface);
     if (u_without_iridescence == 0) material_set_iridescence(vertex.bsdf, surface);
+    if (bsdf_is(vertex.bsdf, BSDF_TRANSLUCENT)) {
+        material_set_translucency(vertex.bsdf, surface, translucency_load(material.record));
+    }
     if (bsdf_is(vertex.bsdf, BSDF_COATED)) {
         ClearCoat coat = clear_coat_load(material.record);
         vec3 coat_normal = side * material_coat_normal(surface, coat);

@@ -67,7 +67,7 @@ Bsdf material_bsdf(Material material, bool is_front) {
 }
 
 #if HAS_TEXTURES
-// What the textures of a material are, those of occlusion, anisotropy, coats, sheen, films and blends apart.
+// What the textures of a material are, those of occlusion, anisotropy, coats, sheen, films, translucency and blends apart.
 int material_uses(Maps maps) {
     int uses = 0;
     if (textures_change(TEXTURE_ALBEDO) && maps.albedo_texture >= 0) uses |= TEXTURE_ALBEDO;
@@ -207,6 +207,26 @@ void material_set_iridescence(inout Bsdf b, Surface surface) {
     b.iridescence = clamp(weight, 0.0, 1.0);
     b.iridescence_ior = film.ior;
     b.iridescence_thickness = thickness;
+}
+
+// What a translucent base transmits and what it reflects. A metal has no base.
+void material_set_translucency(inout Bsdf b, Surface surface, Translucency translucency) {
+    vec3 color = translucency.color;
+    float factor = translucency.factor, metallic = translucency.metallic;
+#if HAS_TEXTURES
+    if (textures_change(TEXTURE_DIFFUSE_TRANSMISSION_COLOR) && translucency.color_texture >= 0) {
+        color *= texture_value(texture_load(translucency.color_texture), surface.uv).rgb;
+    }
+    if (textures_change(TEXTURE_DIFFUSE_TRANSMISSION) && translucency.factor_texture >= 0) {
+        factor *= texture_channel(texture_load(translucency.factor_texture), surface.uv);
+    }
+    if (translucency.metallic_texture >= 0) {
+        metallic *= texture_channel(texture_load(translucency.metallic_texture), surface.uv);
+    }
+#endif
+    factor = clamp(factor, 0.0, 1.0);
+    b.transmitted = (1.0 - clamp(metallic, 0.0, 1.0)) * factor * clamp(color, 0.0, 1.0);
+    b.diffuse *= 1.0 - factor;
 }
 
 // The coat of a coated material, and what it says of the base.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Records of materials: their constant values, what textures and the colours of vertices change of them, what is
-// peculiar to dielectrics, conductors and plastics, their coats, sheen and films, their opacity, what they are blended with.
+// peculiar to dielectrics, conductors and plastics, their coats, sheen and films, what they transmit diffusely, their
+// opacity, what they are blended with.
 #include "scene/storage.glsl"
 
 uniform int u_first_material;  // texels of u_scene where the tables begin
@@ -12,6 +13,7 @@ uniform int u_first_coat;
 uniform int u_first_clear_coat;
 uniform int u_first_sheen;
 uniform int u_first_iridescence;
+uniform int u_first_translucency;
 uniform int u_first_anisotropy;
 uniform int u_first_opacity;
 uniform int u_first_blend;
@@ -33,7 +35,8 @@ struct Material {
     vec3 f90;  // specular reflectance at grazing incidence
     int flags;  // MATERIAL_...
     vec3 emission;  // radiance from the front
-    int record;  // number of that of a dielectric, conductor, plastic or clear coat; of others 1: the factor of the half vector
+    // Number of that of a dielectric, conductor, plastic, clear coat or translucency; of others 1: the factor of the half vector.
+    int record;
 };
 Material material_of(uvec4 t0, uvec4 t1, uvec4 t2, uvec4 t3) {
     return Material(
@@ -186,6 +189,24 @@ Iridescence iridescence_of(uvec4 t0, uvec4 t1) {
 Iridescence iridescence_load(int index) {
     int first = u_first_iridescence + 2 * index;
     return iridescence_of(scene_texel(first), scene_texel(first + 1));
+}
+
+// What the base of a metallic-roughness material transmits diffusely, so that it reflects the rest.
+struct Translucency {
+    vec3 color;
+    float factor;  // the share of the base that is transmitted
+    int color_texture;  // -1: there is none
+    int factor_texture;
+    float metallic;  // the share of the material that has no base
+    int metallic_texture;
+};
+Translucency translucency_of(uvec4 t0, uvec4 t1) {
+    return Translucency(
+        uintBitsToFloat(t0.xyz), uintBitsToFloat(t0.w), int(t1.x), int(t1.y), uintBitsToFloat(t1.z), int(t1.w));
+}
+Translucency translucency_load(int index) {
+    int first = u_first_translucency + 2 * index;
+    return translucency_of(scene_texel(first), scene_texel(first + 1));
 }
 
 // Of facets that are wider along a tangent; of every material, where any has them.

@@ -129,6 +129,15 @@ MISTAKES: dict[str, tuple[Any, str]] = {
         ),
         "materials[0].extensions.KHR_materials_iridescence: iridescenceIor: must be at least 1, got 0.9",
     ),
+    "diffuse transmission": (
+        lambda d: (
+            d["meshes"][0]["primitives"][0].update(material=0),
+            d.update(
+                materials=[{"extensions": {"KHR_materials_diffuse_transmission": {"diffuseTransmissionFactor": -1}}}]
+            ),
+        ),
+        "materials[0].extensions.KHR_materials_diffuse_transmission: diffuseTransmissionFactor: must be at least 0",
+    ),
     "light": (
         lambda d: d.update(nodes=[{"mesh": 0, "extensions": {"KHR_lights_punctual": {"light": 0}}}]),
         "nodes[0].light: there is no number 0, only 0",

@@ -2,6 +2,7 @@
 """Scenes of glTF files: nodes, materials, cameras and lights, and what is not shown."""
 
 import io
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -418,6 +419,75 @@ def test_a_metal_that_would_transmit_keeps_its_coat(tmp_path: Path) -> None:
     assert made.coat == 0.75
 
 
+LEAF: dict[str, Any] = {"diffuseTransmissionFactor": 0.75, "diffuseTransmissionColorFactor": [0.5, 1, 0]}
+NO_METAL: dict[str, Any] = {"metallicFactor": 0}
+
+
+def leaf(values: dict[str, Any], others: dict[str, Any] | None = None, **item: Any) -> Gltf:
+    """A triangle that transmits diffusely, with other extensions."""
+    layers = {"KHR_materials_diffuse_transmission": values} | (others or {})
+    return layered(layers, **{"pbrMetallicRoughness": NO_METAL} | item)
+
+
+def test_diffuse_transmission(tmp_path: Path) -> None:
+    """Both textures are one image; light passes, so that the back of one that emits is no surface of its own."""
+    maps = {"diffuseTransmissionColorTexture": {"index": 0}, "diffuseTransmissionTexture": {"index": 0}}
+    model = leaf(LEAF | maps, doubleSided=True, emissiveFactor=[1, 1, 1]).read(tmp_path)
+    (made,) = model.materials.values()
+    assert (made.diffuse_transmission, made.diffuse_transmission_color) == (0.75, (0.5, 1, 0))
+    color, factor = made.diffuse_transmission_color_texture, made.diffuse_transmission_texture
+    assert color is not None
+    assert factor is not None
+    assert color.image is factor.image
+    assert (factor.channel, color.image.color_space) == ("a", "srgb")
+    assert made.double_sided
+    assert len(model.mesh.parts) == 1
+
+
+def test_half_of_what_transmits_diffusely_may_be_glass(tmp_path: Path) -> None:
+    glass = {"KHR_materials_transmission": {"transmissionFactor": 0.5}}
+    rest, pane = leaf(LEAF, glass).read(tmp_path).materials.values()
+    assert (rest.diffuse_transmission, rest.blend_weight, pane.model) == (0.75, 0.5, "rough-thin-dielectric")
+
+
+@pytest.mark.parametrize(
+    ("values", "item"), [(LEAF | {"diffuseTransmissionFactor": 0}, {}), (LEAF, {"pbrMetallicRoughness": {}})]
+)
+def test_what_transmits_nothing_keeps_its_coat(tmp_path: Path, values: dict[str, Any], item: dict[str, Any]) -> None:
+    """A factor of 0, or a metal."""
+    (made,) = leaf(values, {"KHR_materials_clearcoat": LACQUER}, **item).read(tmp_path).materials.values()
+    assert (made.diffuse_transmission, made.coat) == (0, 0.75)
+
+
+@pytest.mark.parametrize(
+    ("others", "notes", "factor"),
+    [
+        ({"KHR_materials_unlit": {}}, ["KHR_materials_diffuse_transmission of materials[0], which is unlit"], 0),
+        (
+            {
+                "KHR_materials_clearcoat": LACQUER,
+                "KHR_materials_sheen": VELVET,
+                "KHR_materials_iridescence": {"iridescenceFactor": 1},
+                "KHR_materials_volume": {"thicknessFactor": 1},
+            },
+            [
+                "KHR_materials_volume of materials[0] where it transmits diffusely",
+                "KHR_materials_clearcoat of materials[0], which transmits diffusely",
+                "KHR_materials_sheen of materials[0], which transmits diffusely",
+                "KHR_materials_iridescence of materials[0], which transmits diffusely",
+            ],
+            0.75,
+        ),
+    ],
+)
+def test_what_is_ignored_beside_diffuse_transmission(
+    tmp_path: Path, others: dict[str, Any], notes: list[str], factor: float
+) -> None:
+    with pytest.warns(UserWarning, match=f"ignored: {re.escape(', '.join(notes))}$"):
+        (made,) = leaf(LEAF, others).read(tmp_path).materials.values()
+    assert (made.diffuse_transmission, made.coat, made.sheen_color) == (factor, 0, (0, 0, 0))
+
+
 def test_emission_above_one_is_read(tmp_path: Path) -> None:
     gltf = Gltf(materials=[{"emissiveFactor": [7, 0, 2.5]}])
     gltf.triangle(material=0)
@@ -598,7 +668,7 @@ def test_the_picture_has_the_shape_that_the_first_camera_gives_it(
 
 def test_what_is_not_shown_is_listed(tmp_path: Path) -> None:
     gltf = Gltf(
-        extensionsUsed=["KHR_materials_unlit", "KHR_materials_diffuse_transmission", "KHR_xmp_json_ld"],
+        extensionsUsed=["KHR_materials_unlit", "KHR_materials_variants", "KHR_xmp_json_ld"],
         animations=[{}],
         nodes=[{"mesh": 0}],
         scenes=[{"nodes": [0]}, {"nodes": []}],
@@ -614,7 +684,7 @@ def test_what_is_not_shown_is_listed(tmp_path: Path) -> None:
         model = gltf.read(tmp_path)
     assert len(caught) == 1
     assert str(caught[0].message).endswith(
-        "x.gltf: ignored: KHR_materials_diffuse_transmission, KHR_xmp_json_ld, animations, scenes but one, "
+        "x.gltf: ignored: KHR_materials_variants, KHR_xmp_json_ld, animations, scenes but one, "
         "COLOR_1, _ID, COLOR_1 of morph targets, "
         "images[0]: none.png: no such file, points and lines"
     )

@@ -48,6 +48,7 @@ FULL = Scene(
         "lacquer": Material(coat=0.5, coat_roughness=0.25, coat_ior=1.7),
         "soap": Material(iridescence=0.5, iridescence_ior=1.33, iridescence_thickness=300.0),
         "velvet": Material(sheen_color=(0.5, 0.25, 0.1), sheen_roughness=0.75),
+        "leaf": Material(diffuse_transmission=0.5, diffuse_transmission_color=(0.5, 0.75, 0.1)),
     },
     spheres=(Sphere((0, 0, 0), 1e-3, "plain"), Sphere((1e6, -0.0, 0), 1, "metal")),
     rectangles=(Rectangle((0, 0, 0), (0, 2, 0), (3, 0, 0), "shining"),),

@@ -120,6 +120,27 @@ MISTAKES = {
         '[material.m]\nmodel = "eon"\nsheen_color = 0.5',
         "material.m: sheen_color means nothing to model = 'eon'; leave it out; its keys are albedo, roughness (model",
     ),
+    "more transmission than there is": (
+        "[material.m]\ndiffuse_transmission = 1.5",
+        "material.m.diffuse_transmission: must be at most 1, got 1.5",
+    ),
+    "transmission of clay": (
+        '[material.m]\nmodel = "eon"\ndiffuse_transmission = 0.5',
+        "material.m: diffuse_transmission means nothing to model = 'eon'; leave it out; its keys are albedo, roughness",
+    ),
+    **{
+        f"transmission and {key}": (
+            f"[material.m]\ndiffuse_transmission = 0.5\n{key} = {value}",
+            f"material.m: diffuse_transmission is not possible together with {named}; leave one of them out",
+        )
+        for key, value, named in (
+            ("coat", "0.5", "coat"),
+            ("sheen_color", "0.5", "sheen_color"),
+            ("iridescence", "0.5", "iridescence"),
+            ("unlit", "true", "unlit"),
+            ("diffuse_factor", '"half-vector"', 'diffuse_factor = "half-vector"'),
+        )
+    },
     "quoted name": ('[material."a b"]\nior = 0', 'material."a b".ior: must be at least 1, got 0'),
     "material without a name": (
         "[material]\nalbedo = 1",

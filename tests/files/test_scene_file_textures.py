@@ -11,6 +11,7 @@ from fragtracer.errors import SceneError
 from fragtracer.io.images import write_image
 from fragtracer.io.toml import load, save
 from fragtracer.scene import Sphere, Texture
+from fragtracer.scene.material import TEXTURED
 
 SPHERE = '[[sphere]]\ncenter = [0, 1, 2]\nradius = 1\nmaterial = "red"\n'
 MESH = '[[mesh]]\nfile = "mesh.obj"\nmaterial = "red"\n'
@@ -42,6 +43,15 @@ def test_pixels_and_color_spaces(tmp_path: Path) -> None:
     np.testing.assert_allclose(material.metallic_texture.image.pixels[..., 0], PIXELS[..., 0] / 255, rtol=1e-6)
 
 
+def test_what_is_a_colour_is_in_srgb(tmp_path: Path) -> None:
+    """Of 8 bits, unless the file says otherwise."""
+    colors = {"albedo", "emission", "sheen_color", "diffuse_transmission_color"}
+    keys = [name for name in TEXTURED if name not in ("transmittance", "blend_weight")]
+    scene = load(write(tmp_path, "".join(f'{key}_texture = "maps/wood.png"\n' for key in keys)))
+    material = scene.materials["red"]
+    assert {key for key in keys if getattr(material, f"{key}_texture").image.color_space == "srgb"} == colors
+
+
 def test_every_key_survives_the_trip(tmp_path: Path) -> None:
     table = (
         '{ file = "maps/wood.png", color_space = "linear", wrap_u = "clamp", wrap_v = "mirror", filter = "nearest", '
@@ -55,6 +65,8 @@ def test_every_key_survives_the_trip(tmp_path: Path) -> None:
         'iridescence_texture = "maps/grey.png"\niridescence_thickness_texture = "maps/grey.png"\n'
         "iridescence_thickness_minimum = 50.0\n"
     )
+    rest += 'diffuse_transmission_texture = { file = "maps/wood.png", channel = "a" }\n'
+    rest += 'diffuse_transmission_color_texture = "maps/wood.png"\n'
     scene = load(write(tmp_path, f'albedo_texture = {table}\nnormal_texture = "maps/wood.png"\nunlit = true\n{rest}'))
     texture = scene.materials["red"].albedo_texture
     assert isinstance(texture, Texture)

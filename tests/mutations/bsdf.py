@@ -4,6 +4,7 @@
 from collections.abc import Callable
 
 import test_aov
+import test_translucent
 
 from mutations.checks import BUMPS, MIRROR, values
 from mutations.mutation import Check, Mutation
@@ -102,6 +103,34 @@ MUTATIONS = [
         "return exp(x) / (4.0 * cosines * (1.0 + lambda));",
         "return 0.99 * exp(x) / (4.0 * cosines * (1.0 + lambda));",
         Check(test_bsdf_values.test_the_albedo_of_sheen_is_that_of_its_lobe),
+    ),
+    Mutation(
+        "what is transmitted passes the interface but once",
+        "bsdf/translucent.glsl",
+        "cook_torrance_transmittance(b, wo.z) * cook_torrance_transmittance(b, -wi.z);",
+        "cook_torrance_transmittance(b, wo.z);",
+        values("translucent", "leaf"),
+    ),
+    Mutation(
+        "reflection of a translucent surface as likely as of an opaque one",
+        "bsdf/translucent.glsl",
+        "return vec4(reflected.rgb, (1.0 - probability) * reflected.a);",
+        "return reflected;",
+        Check(test_bsdf_sample.test_samples_have_their_density, name="translucent", material="paper"),
+    ),
+    Mutation(
+        "a translucent base that reflects all the same",
+        "material/material.glsl",
+        "    b.diffuse *= 1.0 - factor;\n",
+        "",
+        Check(test_translucent.test_a_furnace_of_white_paper),
+    ),
+    Mutation(
+        "ambient light of one side alone",
+        "bsdf/bsdf.glsl",
+        "(refracts || bsdf_is(b, BSDF_TRANSLUCENT));",
+        "refracts;",
+        Check(test_translucent.test_a_sheet_in_ambient_light_by_light_samples),
     ),
     Mutation(
         "alpha for alpha squared in D",

@@ -12,9 +12,14 @@ from numpy.typing import NDArray
 
 from fragtracer.io.images import read_image
 from fragtracer.reference.export import export_mitsuba
-from fragtracer.reference.textures import srgb_to_linear
+from fragtracer.reference.materials import exact_bsdf
+from fragtracer.reference.meshes import MeshAttributes
+from fragtracer.reference.plugins import register
+from fragtracer.reference.textures import TextureFolder, srgb_to_linear
 from fragtracer.reference.translate import scene_tree
 from fragtracer.scene import Geometry, Image, Material, Mesh, Part, Scene, Texture
+
+from .test_bsdf import direction, sample
 
 CORNERS = [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]]
 COLORS = np.array([[0.2, 0.4, 0.6, 0.3], [0.4, 0.6, 0.8, 0.7], [1.0, 1.0, 1.0, 1.0], [0.0, 0.0, 0.0, 0.0]])
@@ -60,6 +65,36 @@ def test_eon_has_no_specular_lobe(tmp_path: Path, roughness: float, text: str) -
     tree, _, note = nearest(tmp_path, painted)
     assert (tree["bsdf"]["type"], tree["bsdf"]["reflectance"]["type"]) == ("diffuse", "bitmap")
     assert note.startswith(f"diffuse, {text}")
+
+
+@pytest.mark.parametrize("specular", [0.0, 1.0])
+def test_what_transmits_diffusely_is_blended_with_what_does_nothing_else(
+    mi: Any, tmp_path: Path, specular: float
+) -> None:
+    """It transmits as much as by our plugin, to 5 %, from either side."""
+    register()
+    shown = {"diffuse_transmission": 0.6, "diffuse_transmission_color": (0.9, 0.5, 0.1)}
+    leaf = Material(albedo=BASE, specular=specular, **shown)
+    tree, _, note = nearest(tmp_path, leaf)
+    bare, _, _ = nearest(tmp_path, replace(leaf, diffuse_transmission=0.0))
+    assert (tree["type"], tree["weight"], tree["bsdf_0"]) == ("blendbsdf", 0.6, bare)
+    assert "a specular lobe weaker by the share that is transmitted" in note
+    exact = exact_bsdf(leaf, "smith", MeshAttributes(), TextureFolder(tmp_path))
+    for viewer in (direction(mi, 40), direction(mi, 140)):
+        passed = []
+        for bsdf in map(mi.load_dict, (tree, exact)):
+            bs, weight = sample(mi, bsdf, viewer)
+            passed.append((weight.numpy() * ((bs.wo.z * viewer.z).numpy() < 0)).mean(axis=1))
+        np.testing.assert_allclose(*passed, rtol=0.05)
+
+
+def test_textures_of_diffuse_transmission(tmp_path: Path) -> None:
+    factor, color = replace(PICTURE, channel="a"), PICTURE
+    maps = {"diffuse_transmission_texture": factor, "diffuse_transmission_color_texture": color}
+    tree, _, _ = nearest(tmp_path, Material(specular=0.0, diffuse_transmission=0.5, **maps))
+    np.testing.assert_allclose(pixels(tree["weight"])[0, :, 0], [0.1, 0.4], atol=0.005)
+    shown = read_image(tree["bsdf_1"]["base_color"]["filename"])
+    np.testing.assert_allclose(shown, srgb_to_linear(PIXELS[..., :3] / 255), atol=1e-3)
 
 
 def test_colors_of_vertices_multiply_the_albedo(tmp_path: Path) -> None:

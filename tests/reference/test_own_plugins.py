@@ -15,6 +15,7 @@ from shaders.bsdf_models import (
     Conductor,
     Dielectric,
     Sheened,
+    Translucent,
     plastic_of,
     rough_plastic_chance,
     rough_plastic_interface,
@@ -25,7 +26,7 @@ from shaders.directions import direction
 
 from fragtracer.probe import probe
 from fragtracer.reference.dielectrics import conductor_bsdf, dielectric_bsdf, medium_tree, plastic_bsdf
-from fragtracer.reference.materials import exact_bsdf
+from fragtracer.reference.materials import exact_bsdf, surface
 from fragtracer.reference.meshes import MeshAttributes
 from fragtracer.reference.plugins import register
 from fragtracer.reference.textures import TextureFolder
@@ -266,6 +267,41 @@ def test_thin_film(ctx: moderngl.Context, mi: Any, name: str) -> None:
     for lobe in MODELS[model].deltas(values, np.array([direction(65)])):
         np.testing.assert_allclose(found, np.broadcast_to(lobe.value.T, found.shape), atol=0.006)
     assert (found.shape[1] > 0) == (material.roughness == 0)
+
+
+@pytest.mark.parametrize("material", MODELS["translucent"].scene_materials, ids=["rough", "mirror"])
+@pytest.mark.parametrize("is_uniform", [True, False])
+def test_translucent(ctx: moderngl.Context, mi: Any, material: Material, is_uniform: bool) -> None:
+    """By the plugin of uniform materials and by that of the others: values on both sides, and densities of what is
+    drawn."""
+    register()
+    build, nothing = exact_bsdf if is_uniform else surface, (MeshAttributes(), TextureFolder(Path()))
+    theirs = mi.load_dict(build(material, "smith", *nothing))
+    factor = material.diffuse_transmission
+    values = Translucent(
+        tuple((1 - factor) * np.array(material.diffuse_albedo)),
+        material.alpha,
+        material.specular_f0,
+        material.specular_f90,
+        tuple(factor * (1 - material.metallic) * np.array(material.diffuse_transmission_color)),
+    )
+    for degrees in DEGREES:
+        wo, wi = direction(degrees), over_the_sphere(4096)
+        ours = run(ctx, MODELS["translucent"], values, EVAL, {"wi": wi}, {"value": 3, "pdf": 1}, wo)
+        seen = seen_from(mi, wo)
+        if not is_uniform:
+            seen.n, seen.sh_frame = mi.Normal3f(0, 0, 1), mi.Frame3f(mi.Vector3f(0, 0, 1))
+        value = theirs.eval(mi.BSDFContext(), seen, mi.Vector3f(wi.T))
+        assert (ours["value"][wi[:, 2] < 0] > 0).all()
+        np.testing.assert_allclose(ours["value"], value.numpy().T, rtol=1e-3, atol=1e-6)
+    follow_the_density(mi, theirs, seen, 4)
+    bs, weight = theirs.sample(mi.BSDFContext(), seen, mi.Float(np.linspace(0, 0.999, 999)), mi.Point2f(0.4, 0.6))
+    kinds, below = bs.sampled_type.numpy(), bs.wo.z.numpy() < 0
+    np.testing.assert_array_equal(kinds == int(mi.BSDFFlags.DiffuseTransmission), below)
+    mirrored = (weight * bs.pdf).numpy()[:, kinds == int(mi.BSDFFlags.DeltaReflection)]
+    for lobe in MODELS["translucent"].deltas(values, np.array([direction(DEGREES[-1])])):
+        np.testing.assert_allclose(mirrored, np.broadcast_to(lobe.value.T, mirrored.shape), rtol=1e-4)
+    assert (mirrored.shape[1] > 0) == (material.alpha == 0)
 
 
 @pytest.mark.parametrize("values", [{"anisotropy": 0.7}, {"model": "conductor", "metal": "gold"}])

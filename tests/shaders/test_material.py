@@ -208,6 +208,27 @@ def test_film_at_a_point(ctx: moderngl.Context) -> None:
     np.testing.assert_allclose(found, [(0.8, 1.5, 300), (0.4, 1.5, 225), (0, 1.3, 400)], rtol=1e-6)
 
 
+def test_diffuse_transmission_at_a_point(ctx: moderngl.Context) -> None:
+    """Its textures multiply it, a metal has no base that could transmit, and the base reflects the rest."""
+    leaf = Material(albedo=0.5, diffuse_transmission=0.8, diffuse_transmission_color=(1.0, 0.5, 0.25))
+    factor = {"diffuse_transmission_texture": constant(1, 1, 1, 0.5, channel="a")}
+    color = {"diffuse_transmission_color_texture": constant(0.5, 0.5, 1)}
+    metal = {"metallic": 0.5, "metallic_texture": constant(0, 0, 0.5, channel="b")}
+    materials = [
+        replace(leaf, **maps) for maps in ({}, factor, color, metal, {"metallic": 0.75}, factor | color | metal)
+    ]
+    body = """Material material = material_at(surface); Bsdf b = material_bsdf(material, true);
+        material_set_translucency(b, surface, translucency_load(material.record));
+        value = vec4(b.transmitted, b.diffuse.x);"""
+    inputs = {"index": np.arange(len(materials)), "uv": np.zeros((len(materials), 4))}
+    found = material_probe(ctx, packed_materials(materials), body, inputs, {"value": 4})["value"]
+    expected = [
+        *[(0.8, 0.4, 0.2, 0.1), (0.4, 0.2, 0.1, 0.3), (0.4, 0.2, 0.2, 0.1), (0.6, 0.3, 0.15, 0.075)],
+        *[(0.2, 0.1, 0.05, 0.025), (0.15, 0.075, 0.075, 0.225)],
+    ]
+    np.testing.assert_allclose(found, expected, rtol=1e-6)
+
+
 @pytest.mark.parametrize("scale", [1.0, 0.5, -2.0, 0.0])
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_mapped_normal(ctx: moderngl.Context, scale: float, sign: float) -> None:

@@ -187,6 +187,14 @@ def full_scene() -> Scene:
             iridescence_texture=Texture(image),
             iridescence_thickness_texture=Texture(image, channel="g"),
         ),
+        "leaf": Material(
+            metallic=0.2,
+            metallic_texture=Texture(image, channel="b"),
+            diffuse_transmission=0.3,
+            diffuse_transmission_color=(0.2, 0.4, 0.6),
+            diffuse_transmission_texture=Texture(image, channel="a"),
+            diffuse_transmission_color_texture=Texture(image),
+        ),
         "cloud": Material(model="null", interior="haze", priority=1),
     }
     bumpy = replace(bumpy, blend="glass", blend_weight=0.7, blend_weight_texture=Texture(image, channel="g"))

@@ -201,6 +201,8 @@ def _has_open_fronts(scene: Scene) -> bool:
     culled = {name for name, material in scene.materials.items() if not material.double_sided}
     if not culled:
         return False
+    if any(scene.materials[other].is_translucent for name in culled for other in scene.blended(name)):
+        return True  # it scatters from behind to the front, and not the other way
     flats = [shape for kind in SHAPES if kind not in ("spheres", "planes") for shape in getattr(scene, kind)]
     parts = [(mesh.material_of(part), matrix, part.geometry) for mesh in scene.meshes for matrix, part in mesh.placed()]
     if any(shape.material in culled for shape in (*scene.planes, *flats)):

@@ -57,9 +57,10 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
     coats = {name: _coats(materials[name]) for name in plastic}
     own = dielectric | conductor | plastic
     coated = [m for m in packed if m.is_coated]
-    coat_of = {id(m): i for i, m in enumerate(coated)}
+    translucent = [m for m in packed if m.is_translucent]
+    layer_of = {id(m): i for some in (coated, translucent) for i, m in enumerate(some)}
     numbers = np.array(
-        [coat_of.get(id(m), own.get(n, _has_half_vector(m))) for n, m in zip(names, packed, strict=True)], np.int64
+        [layer_of.get(id(m), own.get(n, _has_half_vector(m))) for n, m in zip(names, packed, strict=True)], np.int64
     )
     textured = [m for m in packed if m.textures]
     textures = list(dict.fromkeys(t for m in textured for t in m.textures.values()))
@@ -75,7 +76,7 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
     lobes = [(m.specular_f0, m.specular_f90) for m in packed]
     plain = [(m, lobe) for m, lobe in zip(packed, lobes, strict=True) if m.model == DEFAULT_MODEL and not m.unlit]
     specular = [m for m, lobe in plain if m.has_iridescence or _specular_from(m, *lobe) > 0]
-    models = [_model(m, any(not (other.is_coated or other.has_sheen) for other in specular)) for m in packed]
+    models = [_model(m, any(not _has_own_model(other) for other in specular)) for m in packed]
     words = {
         "Material": _material_words(packed, models, lobes, numbers, mapped),
         "Maps": words_of_rows(MATERIAL_RECORDS["Maps"], [_maps(m, index) for m in packed] if has_maps else []),
@@ -88,6 +89,7 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
         "Iridescence": words_of_rows(
             MATERIAL_RECORDS["Iridescence"], [_iridescence(m, index) for m in packed] if has_iridescence else []
         ),
+        "Translucency": words_of_rows(MATERIAL_RECORDS["Translucency"], [_translucency(m, index) for m in translucent]),
         "Anisotropy": words_of_rows(
             MATERIAL_RECORDS["Anisotropy"], [_anisotropy(m, index) for m in packed] if is_anisotropic else []
         ),
@@ -198,6 +200,8 @@ def _model(material: Material, specular: bool) -> BsdfModel:
         return BsdfModel.COATED
     if material.has_sheen:
         return BsdfModel.SHEEN
+    if material.is_translucent:
+        return BsdfModel.TRANSLUCENT
     if material.model == DEFAULT_MODEL:
         return BsdfModel.COOK_TORRANCE if specular else BsdfModel.DIFFUSE
     if material.model == "rough-plastic" and not _is_rough(material):
@@ -207,6 +211,11 @@ def _model(material: Material, specular: bool) -> BsdfModel:
     if material.is_pane:
         return BsdfModel.THIN_DIELECTRIC
     return BsdfModel[material.model.replace("-", "_").upper()]
+
+
+def _has_own_model(material: Material) -> bool:
+    """Whether it is of the default model and has another one in the shader for what is over or in its base."""
+    return material.is_coated or material.has_sheen or material.is_translucent
 
 
 def _has_half_vector(material: Material) -> bool:
@@ -281,8 +290,8 @@ def _material_words(
     mapped: NDArray[np.bool_],
 ) -> Words:
     """Records of ``materials`` with their models, the f0 and f90 of their specular lobes, and the numbers of the
-    ``records`` of dielectrics, conductors, plastics and clear coats, or 1 for the diffuse factor of the half vector;
-    which of them are ``mapped``, having textures or the colours of vertices."""
+    ``records`` of dielectrics, conductors, plastics, clear coats and translucency, or 1 for the diffuse factor of the
+    half vector; which of them are ``mapped``, having textures or the colours of vertices."""
     scatters = np.array([not m.unlit for m in materials], np.float64)
     f0, f90 = np.array(lobes, np.float64).reshape(-1, 2, 3).transpose(1, 0, 2)
     columns = {
@@ -303,8 +312,9 @@ def _maps(material: Material, index: Mapping[Texture, int]) -> dict[str, Any]:
     dielectric = replace(material, metal=None, metallic=0.0) if material.model == DEFAULT_MODEL else material
     numbers = {f"{name}_texture": index[textures[name]] if name in textures else -1 for name in TEXTURED}
     transmittance = numbers.pop("transmittance_texture")
-    others = ("anisotropy", "blend_weight", "coat", "coat_roughness", "coat_normal", "sheen_color", "sheen_roughness")
-    for name in (*others, "iridescence", "iridescence_thickness"):  # of records of their own
+    others = ["anisotropy", "blend_weight", "coat", "coat_roughness", "coat_normal", "sheen_color", "sheen_roughness"]
+    others += ["iridescence", "iridescence_thickness", "diffuse_transmission", "diffuse_transmission_color"]
+    for name in others:  # of records of their own
         del numbers[f"{name}_texture"]
     if material.is_dielectric:  # in the place of an albedo, which it has not
         numbers["albedo_texture"] = transmittance
@@ -357,6 +367,19 @@ def _iridescence(material: Material, index: Mapping[Texture, int]) -> dict[str, 
         "thickness": material.iridescence_thickness,
         "weight_texture": -1 if weight is None else index[weight],
         "thickness_texture": -1 if thickness is None else index[thickness],
+    }
+
+
+def _translucency(material: Material, index: Mapping[Texture, int]) -> dict[str, Any]:
+    color, factor = material.diffuse_transmission_color_texture, material.diffuse_transmission_texture
+    metallic = material.metallic_texture
+    return {
+        "color": material.diffuse_transmission_color,
+        "factor": material.diffuse_transmission,
+        "color_texture": -1 if color is None else index[color],
+        "factor_texture": -1 if factor is None else index[factor],
+        "metallic": material.metalness,
+        "metallic_texture": -1 if metallic is None else index[metallic],
     }
 
 

@@ -58,7 +58,7 @@ def _is_mirror(material: Material) -> bool:
     is_alike = material.blend is None and material.normal_texture is None and material.alpha_mode == "opaque"
     layers = material.is_coated or material.has_sheen or material.has_iridescence
     is_bare = not (material.unlit or material.is_dielectric or layers)
-    reflects = is_bare and max(material.specular_f0) > 0
+    reflects = is_bare and not material.is_translucent and max(material.specular_f0) > 0
     return is_smooth and is_alike and reflects
 
 

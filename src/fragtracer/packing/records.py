@@ -39,6 +39,10 @@ MATERIAL_RECORDS: dict[str, Record] = {
         *(("weight", "float"), ("ior", "float"), ("thickness_minimum", "float"), ("thickness", "float")),
         *(("weight_texture", "int"), ("thickness_texture", "int")),
     ),
+    "Translucency": (
+        *(("color", "vec3"), ("factor", "float"), ("color_texture", "int"), ("factor_texture", "int")),
+        *(("metallic", "float"), ("metallic_texture", "int")),
+    ),
     "Anisotropy": (("strength", "float"), ("cosine", "float"), ("sine", "float"), ("texture_index", "int")),
     "Opacity": (("opacity", "float"), ("mode", "int"), ("cutoff", "float"), ("texture_index", "int")),
     "Blend": (("weight", "float"), ("texture_index", "int"), ("other", "int")),
@@ -72,6 +76,7 @@ class BsdfModel(IntEnum):
     ROUGH_PLASTIC = 7
     COATED = 8
     SHEEN = 9
+    TRANSLUCENT = 10
 
     @property
     def feature(self) -> str:

@@ -23,9 +23,10 @@ OR_NEAREST = "or take the nearest that Mitsuba has, which export-mitsuba writes 
 
 
 def is_lambert(material: Material) -> bool:
-    """Whether the material is a Lambert base without a specular lobe, a coat, a sheen and a film."""
+    """Whether the material is an opaque Lambert base without a specular lobe, a coat, a sheen and a film."""
     reflectance = max(*material.specular_f0, *material.specular_f90)
-    is_bare = not (material.is_coated or material.has_sheen or material.has_iridescence)
+    is_layered = material.is_coated or material.has_sheen or material.has_iridescence
+    is_bare = not (is_layered or material.is_translucent)
     return material.model == DEFAULT_MODEL and reflectance == 0 and is_bare
 
 
@@ -59,6 +60,7 @@ def has_images(material: Material) -> bool:
     """Whether images change how the material scatters."""
     layers = ["coat", "coat_roughness"] * material.is_coated + ["sheen_color", "sheen_roughness"] * material.has_sheen
     layers += ["iridescence", "iridescence_thickness"] * material.has_iridescence
+    layers += ["diffuse_transmission", "diffuse_transmission_color"] * material.is_translucent
     return not material.textures.keys().isdisjoint(
         ("albedo", "roughness", "metallic", "normal", "transmittance", "anisotropy", *layers)
     )
@@ -121,6 +123,12 @@ def exact_bsdf(material: Material, geometry: str, attributes: MeshAttributes, te
         tree |= {name: float(getattr(material, name)) for name in ("coat", "coat_f0", "coat_alpha")}
     if material.has_iridescence:
         tree |= {name: float(getattr(material, name)) for name in _FILM}
+    if material.is_translucent:
+        transmitted = [(1 - material.metalness) * channel for channel in material.diffuse_transmission_color]
+        tree |= {
+            "diffuse_transmission": float(material.diffuse_transmission),
+            "diffuse_transmission_albedo": transmitted,
+        }
     return tree | _sheen(material)
 
 
@@ -185,6 +193,11 @@ def surface(material: Material, geometry: str, attributes: MeshAttributes, textu
         tree |= {name: float(getattr(material, name)) for name in numbers}
     if material.has_iridescence:
         tree |= {name: float(getattr(material, name)) for name in (*_FILM, "iridescence_thickness_minimum")}
+    if material.is_translucent:
+        tree |= {
+            "diffuse_transmission": float(material.diffuse_transmission),
+            "diffuse_transmission_color": list(material.diffuse_transmission_color),
+        }
     tree |= _sheen(material)
     images: dict[str, tuple[Texture | None, Any]] = {
         "albedo": (material.albedo_texture, "color"),
@@ -200,6 +213,14 @@ def surface(material: Material, geometry: str, attributes: MeshAttributes, textu
         "iridescence_thickness": (
             t := material.iridescence_thickness_texture if material.has_iridescence else None,
             t and t.channel,
+        ),
+        "diffuse_transmission": (
+            t := material.diffuse_transmission_texture if material.is_translucent else None,
+            t and t.channel,
+        ),
+        "diffuse_transmission_color": (
+            material.diffuse_transmission_color_texture if material.is_translucent else None,
+            "color",
         ),
         "normal": (material.normal_texture, "color"),
     }

@@ -25,10 +25,10 @@ def nearest_bsdf(
 
     Rough dielectrics become ``principled``, since ``roughplastic`` loses light as it gets rougher: at
     alpha = 1 its base is less than half as bright as ours. Coat, sheen and film are left away: ``principled`` has
-    no film, its coat and sheen have other facets, and the coat a fixed index. ``vertex_color`` names the colours of
-    vertices, times the albedo.
+    no film, its coat and sheen have other facets, and the coat a fixed index. What transmits diffusely is blended with
+    what does nothing else. ``vertex_color`` names the colours of vertices, times the albedo.
     """
-    material = _bare(material)
+    whole, material = material, _bare(material)
     if material.unlit:
         inner: Tree = {"type": "diffuse", "reflectance": rgb((0, 0, 0))}
     elif is_rough_pane(material):
@@ -42,6 +42,8 @@ def nearest_bsdf(
         inner = _untextured(material)
     is_passed = material.is_dielectric and not material.unlit
     tree = {"type": "twosided", "bsdf": inner} if material.double_sided and not is_passed else inner
+    if whole.is_translucent:
+        tree = _translucent(whole, tree, textures)
     if material.alpha_mode == "opaque":
         return tree
     return {"type": "mask", "opacity": _opacity(material, attributes, textures), "bsdf": tree}
@@ -66,8 +68,20 @@ def _is_diffuse(material: Material) -> bool:
 
 
 def _bare(material: Material) -> Material:
-    """Without what lies over the base."""
-    return replace(material, coat=0.0, sheen_color=(0.0, 0.0, 0.0), iridescence=0.0)
+    """Without what lies over the base and what passes it."""
+    return replace(material, coat=0.0, sheen_color=(0.0, 0.0, 0.0), iridescence=0.0, diffuse_transmission=0.0)
+
+
+def _translucent(material: Material, rest: Tree, textures: TextureFolder) -> Tree:
+    """The ``rest`` of a material, blended with ``principledthin`` that transmits all diffusely."""
+    passed = [(1 - material.metalness) * p**2 for p in _passed(material)]
+    shown = np.multiply(material.diffuse_transmission_color, passed)
+    color, factor = material.diffuse_transmission_color_texture, material.diffuse_transmission_texture
+    thin: Tree = {"type": "principledthin", "diff_trans": 2.0, "roughness": 1.0}
+    thin["base_color"] = textures.nearest(color, "color", shown) if color else rgb(shown)
+    weight: Any = material.diffuse_transmission
+    weight = textures.nearest(factor, factor.channel, weight) if factor else float(weight)
+    return {"type": "blendbsdf", "weight": weight, "bsdf_0": rest, "bsdf_1": thin}
 
 
 def _untextured(material: Material) -> Tree:
@@ -217,6 +231,7 @@ def _differences(
         found += _specular_differences(material, geometry, kinds)
     found += ["without its coat"] * material.is_coated + ["without its sheen"] * material.has_sheen
     found += ["without its film"] * material.has_iridescence
+    found += ["a specular lobe weaker by the share that is transmitted"] * material.is_translucent
     if material.normal_texture and not material.unlit and not is_own_plugin(material):
         found.append("a normal map whose green is inverted where the image is mirrored")
     if not material.double_sided:

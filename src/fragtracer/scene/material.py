@@ -35,6 +35,7 @@ _BRUSHED = ("anisotropy", "anisotropy_rotation_degrees")
 _COAT = ("coat", "coat_roughness", "coat_ior", "coat_normal_scale")
 _SHEEN = ("sheen_color", "sheen_roughness")
 _IRIDESCENCE = ("iridescence", "iridescence_ior", "iridescence_thickness", "iridescence_thickness_minimum")
+_TRANSLUCENT = ("diffuse_transmission", "diffuse_transmission_color")
 LEAST_COAT_ALPHA = 1e-4  # a coat is never a perfect mirror
 # The keys that mean something to each model besides those of all: textures of these, emission, opacity, sides, normals.
 MODELS: dict[str, tuple[str, ...]] = {
@@ -44,6 +45,7 @@ MODELS: dict[str, tuple[str, ...]] = {
         *_COAT,
         *_SHEEN,
         *_IRIDESCENCE,
+        *_TRANSLUCENT,
     ),
     "eon": ("albedo", "roughness"),
     "dielectric": (
@@ -72,6 +74,7 @@ TEXTURED = (
     *("albedo", "roughness", "metallic", "normal", "occlusion", "emission", "transmittance", "anisotropy"),
     *("blend_weight", "coat", "coat_roughness", "coat_normal", "sheen_color", "sheen_roughness"),
     *("iridescence", "iridescence_thickness"),
+    *_TRANSLUCENT,
 )
 _TEXTURE_FIELDS = {name: f"{name}_texture" for name in TEXTURED}
 # Of a thin film: thicker ones have no colours, and larger indices would be no numbers in single precision.
@@ -130,6 +133,10 @@ class Material:
     shaders/bsdf/iridescence.glsl; glTF's ``KHR_materials_iridescence``). Where ``iridescence_thickness_texture`` is 0,
     it is ``iridescence_thickness_minimum`` thick, and between linearly as much as the texture says.
 
+    ``diffuse_transmission`` is the share of the base of a metallic-roughness material that transmits light diffusely
+    in the colour ``diffuse_transmission_color``, as leaves and paper do, in place of reflecting it; the surface is so
+    thin that nothing is refracted (shaders/bsdf/translucent.glsl; glTF's ``KHR_materials_diffuse_transmission``).
+
     A texture multiplies the parameter of its name; those of numbers, such as roughness, use one channel of it. Of
     ``anisotropy_texture`` that is blue, while red and green, times 2 less 1, are the direction from the tangent along
     which the facets are wider. ``normal_texture`` holds tangent-space normals (glTF 2.0, section 3.9.3), their x and y
@@ -184,6 +191,10 @@ class Material:
     iridescence_thickness_minimum: FilmThickness = 100.0
     iridescence_texture: Texture | None = None
     iridescence_thickness_texture: Texture | None = None
+    diffuse_transmission: Fraction = 0.0
+    diffuse_transmission_color: Reflectance = (1.0, 1.0, 1.0)
+    diffuse_transmission_texture: Texture | None = None
+    diffuse_transmission_color_texture: Texture | None = None
     transmittance: Reflectance = (1.0, 1.0, 1.0)
     attenuation_color: Reflectance = (1.0, 1.0, 1.0)
     attenuation_distance: Positive = 1.0
@@ -215,6 +226,7 @@ class Material:
     def __post_init__(self) -> None:
         self._check_model()
         self._check_blend()
+        self._check_translucency()
         if len({texture.coordinates for texture in self.normal_maps}) > 1:
             raise ValueError(
                 "normal_texture and coat_normal_texture must have the same coordinates, which the tangents follow"
@@ -259,6 +271,15 @@ class Material:
         if self.unlit and "albedo" not in MODELS[self.model]:
             raise ValueError(f"unlit shows the albedo, which means nothing to model = {self.model!r}; leave unlit out")
 
+    def _check_translucency(self) -> None:
+        if not self.is_translucent:
+            return
+        others = {"coat": self.coat > 0, "sheen_color": max(self.sheen_color) > 0, "iridescence": self.iridescence > 0}
+        others["unlit"] = self.unlit
+        others['diffuse_factor = "half-vector"'] = self.diffuse_factor == "half-vector"
+        for other in (key for key, is_given in others.items() if is_given):
+            raise ValueError(f"diffuse_transmission is not possible together with {other}; leave one of them out")
+
     def _check_blend(self) -> None:
         if self.blend is not None and self.unlit:
             raise ValueError("unlit scatters nothing, which cannot be blended; leave blend or unlit out")
@@ -293,6 +314,11 @@ class Material:
     def has_iridescence(self) -> bool:
         """Whether it has a thin film, perhaps somewhere."""
         return self.iridescence > 0 and not self.unlit
+
+    @property
+    def is_translucent(self) -> bool:
+        """Whether it transmits light diffusely, perhaps somewhere."""
+        return self.diffuse_transmission > 0
 
     @property
     def coat_alpha(self) -> float:

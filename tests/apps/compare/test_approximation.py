@@ -141,6 +141,7 @@ def test_report(two: Approximation, tmp_path: Path) -> None:
             "brushed": Material(anisotropy=0.5),
             "velvet": Material(sheen_color=0.5),
             "soap": Material(iridescence=0.5),
+            "leaf": Material(diffuse_transmission=0.5),
             "glass": Material(model="dielectric"),
         },
     )
@@ -150,7 +151,8 @@ def test_report(two: Approximation, tmp_path: Path) -> None:
     )
     others = replace(two, scene=brushed, halves=np.broadcast_to(noisy, two.halves.shape))
     assert report.summary(others).endswith(
-        "what is not isotropic metallic-roughness without sheen and films: brushed, velvet, soap, glass."
+        "what is not isotropic metallic-roughness without sheen, films and diffuse transmission: "
+        "brushed, velvet, soap, leaf, glass."
     )
     assert "—" in report.summary(others)
     numbers = json.loads(json.dumps(report.to_json(others), allow_nan=False))

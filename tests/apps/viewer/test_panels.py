@@ -126,6 +126,24 @@ def test_a_material_is_blended_with_another(monkeypatch: pytest.MonkeyPatch, bef
     assert materials.edit(before, others=["a", "b"]) == Material()
 
 
+def test_diffuse_transmission_is_edited(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where no coat is, and then there can be none."""
+    rows: dict[str, object] = {}
+
+    def row(text: str, value: object, *_: object, **__: object) -> object:
+        return rows.get(text, value)
+
+    for name in ("color", "slider", "choice"):
+        monkeypatch.setattr(materials.widgets, name, row)
+    rows = {"Diffuse transm.": 0.75, "of a colour": (0.25, 0.5, 1.0), "Coat": 0.5}
+    leaf, lacquer = Material(diffuse_transmission=0.5), Material(coat=0.5)
+    edited = Material(diffuse_transmission=0.75, diffuse_transmission_color=(0.25, 0.5, 1.0))
+    assert materials.edit(leaf) == edited
+    assert materials.edit(lacquer) is lacquer
+    rows = {"Diffuse transm.": 0.75}
+    assert materials.edit(Material()) == Material(diffuse_transmission=0.75)
+
+
 def test_layers_are_edited(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of the default model alone, their roughnesses and an index where there is one."""
     rows: dict[str, object] = {}

@@ -142,13 +142,14 @@ LAYERS = [
     ({"coat": 0.5}, {*BASE, "coat", "coat_roughness"}),
     ({"sheen_color": (0.5, 0.25, 0.0)}, {*BASE, "sheen", "sheen_roughness"}),
     ({"iridescence": 0.5}, {*BASE, "iridescence", "film_thickness"}),
+    ({"diffuse_transmission": 0.5}, {"albedo", "roughness", "diffuse_transmission"}),
 ]
 
 
-@pytest.mark.parametrize(("layer", "found"), LAYERS, ids=["bare", "coat", "sheen", "film"])
+@pytest.mark.parametrize(("layer", "found"), LAYERS, ids=["bare", "coat", "sheen", "film", "translucent"])
 def test_what_of_a_lambert_base_can_be_changed(layer, found):
-    """Under a layer it is of a program that has a specular lobe, and these are what the scene with their values
-    would have."""
+    """Under a layer, or where it transmits, it is of a program that has a specular lobe, and these are what the scene
+    with their values would have."""
     base = {"plain": ft.Material(coat=0.75), "base": ft.Material(specular=0.0, **layer)}
     spheres = [ft.Sphere((0, 0, 0), 1, name) for name in base]
     scene = ft.Scene(materials=base, spheres=spheres, ambient=ft.Ambient(1.0))
@@ -162,7 +163,7 @@ def test_what_of_a_lambert_base_can_be_changed(layer, found):
             == [0.5 * share for share in target["value"]]
             == [0.5, 0.25, 0]
         )
-    for name in found & {"coat", "coat_roughness", "sheen_roughness", "iridescence"}:
+    for name in found & {"coat", "coat_roughness", "sheen_roughness", "iridescence", "diffuse_transmission"}:
         (target,) = controls[f"{name}-1"]["targets"]
         edited = replace(scene, materials=base | {"base": replace(base["base"], **{name: 0.625})})
         words = [pack(s, s.render, 8, 8).tables["u_scene"][0].view(np.float32).flat for s in (scene, edited)]

@@ -129,12 +129,11 @@ class Approximation:
     @property
     def others(self) -> list[str]:
         """The names of materials that are not what the steps are about, isotropic metallic-roughness without sheen and
-        films, perhaps coated; and "fog" where there is some."""
-        materials = self.scene.materials.items()
+        films, diffuse transmission, perhaps coated; and "fog" where there is some."""
         found = [
             name
-            for name, m in materials
-            if m.model != DEFAULT_MODEL or m.anisotropy > 0 or m.has_sheen or m.has_iridescence
+            for name, m in self.scene.materials.items()
+            if m.model != DEFAULT_MODEL or m.anisotropy > 0 or m.has_sheen or m.has_iridescence or m.is_translucent
         ]
         return found + (["fog"] if self.scene.fog else [])
 

@@ -29,7 +29,7 @@ def doubts(found: Approximation) -> list[str]:
     if not found.others:
         return []
     names = ", ".join(found.others)
-    what = "what is not isotropic metallic-roughness without sheen and films"
+    what = "what is not isotropic metallic-roughness without sheen, films and diffuse transmission"
     return [f"Rows mix in what the approximation leaves out of {what}: {names}."]
 
 

@@ -96,7 +96,8 @@ def _objects(scene: Scene, packed: PackedScene) -> Iterator[Control]:
 
 
 def _surface(material: Material, packed: PackedScene, number: int) -> Iterator[Control]:
-    """Colour, roughness, metallic, coat, sheen and film; the program has no specular lobe where no material had one."""
+    """Colour, roughness, metallic, coat, sheen, film and diffuse transmission; the program has no specular lobe where
+    no material had one. What transmits knows by itself how metallic it is, which stays."""
     if material.unlit or material.is_emissive or material.model not in (DEFAULT_MODEL, "eon"):
         return
     words = _words(packed, "material", MATERIAL_RECORDS["Material"], number)
@@ -120,10 +121,11 @@ def _surface(material: Material, packed: PackedScene, number: int) -> Iterator[C
     encoded = srgb_encode(np.array(material.base_color, np.float32))
     color = "#" + "".join(f"{round(255 * float(channel)):02x}" for channel in encoded)
     yield {"id": "albedo", "label": "Colour", "effect": "surface", "value": color, "targets": [{"surface": surface}]}
-    is_layered = material.is_coated or material.has_sheen or material.has_iridescence
+    is_layered = material.is_coated or material.has_sheen or material.has_iridescence or material.is_translucent
     if is_layered or (material.model == DEFAULT_MODEL and packed.features["HAS_COOK_TORRANCE"]):
         least = min(0.02, material.roughness)  # smoother ones are deltas, which the program may not have
-        for name, value, low in (("roughness", material.roughness, least), ("metallic", material.metalness, 0.0)):
+        numbers = [("roughness", material.roughness, least), ("metallic", material.metalness, 0.0)]
+        for name, value, low in numbers[:1] if material.is_translucent else numbers:
             yield _slider(name, name.capitalize(), "surface", value, low, 1.0, 0.01, targets=[{"surface": surface}])
     if material.is_coated:
         record = int(packed.tables["u_scene"][0].flat[words["record"]])
@@ -134,6 +136,14 @@ def _surface(material: Material, packed: PackedScene, number: int) -> Iterator[C
         ):
             target = {"word": coat[field], "value": [1.0]}
             yield _slider(label.lower().replace(" ", "_"), label, "scale", value, 0.0, 1.0, 0.01, targets=[target])
+    if material.is_translucent:
+        record = int(packed.tables["u_scene"][0].flat[words["record"]])
+        target = {
+            "word": _words(packed, "translucency", MATERIAL_RECORDS["Translucency"], record)["factor"],
+            "value": [1.0],
+        }
+        value, name = material.diffuse_transmission, "diffuse_transmission"
+        yield _slider(name, "Diffuse transmission", "scale", value, 0.0, 1.0, 0.01, targets=[target])
     if material.has_sheen:
         sheen, most = _words(packed, "sheen", MATERIAL_RECORDS["Sheen"], number), max(material.sheen_color)
         scaled = {"word": sheen["color"], "value": [channel / most for channel in material.sheen_color]}

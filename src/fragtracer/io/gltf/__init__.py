@@ -38,6 +38,7 @@ _SUPPORTED = {
     "KHR_materials_clearcoat",
     "KHR_materials_sheen",
     "KHR_materials_iridescence",
+    "KHR_materials_diffuse_transmission",
     "KHR_materials_specular",
     "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_emissive_strength",

@@ -157,6 +157,13 @@ class Iridescence(Item):
     iridescenceThicknessTexture: TextureInfo | None = None
 
 
+class DiffuseTransmission(Item):
+    diffuseTransmissionFactor: Fraction = 0.0
+    diffuseTransmissionTexture: TextureInfo | None = None
+    diffuseTransmissionColorFactor: tuple[Fraction, Fraction, Fraction] = (1.0, 1.0, 1.0)
+    diffuseTransmissionColorTexture: TextureInfo | None = None
+
+
 class Volume(Item):
     thicknessFactor: Positive = 0.0
     thicknessTexture: TextureInfo | None = None

@@ -84,7 +84,12 @@ class Materials:
         coat = self._coat(item, place, made["unlit"], made["normal_texture"])
         sheen = self._sheen(item, place, made["unlit"])
         iridescence = self._iridescence(item, place, made["unlit"])
-        made |= coat | sheen | iridescence
+        translucency = self._translucency(item, place, made)
+        if translucency:
+            layers = {"clearcoat": coat, "sheen": sheen, "iridescence": iridescence}
+            self.notes += [f"KHR_materials_{n} of {place}, which transmits diffusely" for n in layers if layers[n]]
+            coat, sheen, iridescence = {}, {}, {}
+        made |= coat | sheen | iridescence | translucency
         if item.alphaMode == "MASK" and item.alphaCutoff > 1:  # above every alpha
             made["opacity"] = 0.0
         name = self._names[index]
@@ -201,6 +206,27 @@ class Materials:
             "iridescence_thickness_minimum": found.iridescenceThicknessMinimum,
             "iridescence_texture": self._texture(found.iridescenceTexture, place, "linear"),
             "iridescence_thickness_texture": self._texture(found.iridescenceThicknessTexture, place, "linear", "g"),
+        }
+
+    def _translucency(self, item: gltf.Material, place: str, made: dict[str, Any]) -> dict[str, Any]:
+        """What it transmits diffusely: a metal nothing."""
+        name = "KHR_materials_diffuse_transmission"
+        found = self._container.extension(gltf.DiffuseTransmission, item, name, place)
+        is_metal = made["metallic"] == 1 and made["metallic_texture"] is None
+        if found is None or found.diffuseTransmissionFactor == 0 or is_metal:
+            return {}
+        if made["unlit"]:
+            self.notes.append(f"{name} of {place}, which is unlit")
+            return {}
+        volume = self._container.extension(gltf.Volume, item, "KHR_materials_volume", place)
+        if volume is not None and volume.thicknessFactor > 0:
+            self.notes.append(f"KHR_materials_volume of {place} where it transmits diffusely")
+        return {
+            "diffuse_transmission": found.diffuseTransmissionFactor,
+            "diffuse_transmission_color": found.diffuseTransmissionColorFactor,
+            # Alpha is linear in either space, and often of the image of the colour.
+            "diffuse_transmission_texture": self._texture(found.diffuseTransmissionTexture, place, "srgb", "a"),
+            "diffuse_transmission_color_texture": self._texture(found.diffuseTransmissionColorTexture, place, "srgb"),
         }
 
     def _specular_glossiness(self, old: gltf.SpecularGlossiness, place: str) -> dict[str, Any]:

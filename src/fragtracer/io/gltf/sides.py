@@ -27,7 +27,8 @@ def split_double_sided_emitters(
 
 def _lets_pass(material: Material, materials: Mapping[str, Material]) -> bool:
     """Whether light passes the surface, whose back is its other side."""
-    return material.is_dielectric or (material.blend is not None and materials[material.blend].is_dielectric)
+    parts = (material,) if material.blend is None else (material, materials[material.blend])
+    return any(part.is_dielectric or part.is_translucent for part in parts)
 
 
 def _flipped(geometry: Geometry, coordinates: int | None) -> Geometry:

@@ -16,7 +16,9 @@ from fragtracer.scene.texture import ColorSpace
 
 TEXTURES = tuple(f"{name}_texture" for name in TEXTURED)
 _LINEAR_SUFFIXES = (".exr", ".hdr", ".npy")
-_COLORS = ("albedo_texture", "emission_texture", "transmittance_texture")
+_COLORS = tuple(
+    f"{name}_texture" for name in ("albedo", "emission", "transmittance", "sheen_color", "diffuse_transmission_color")
+)
 _SPACES: tuple[ColorSpace, ...] = get_args(ColorSpace)
 KEYS = ("file", "color_space", *(item.name for item in fields(Texture) if item.name != "image"))
 

@@ -14,12 +14,14 @@ _RANGE = (0.1, 0.9)  # of the probability to choose the coat
 
 def shadowing(front: Any, wi: Any) -> Any:
     """Shadow terminator factor of ``wi`` for the geometric normal ``front``, both in the shading frame (Chiang, Li and
-    Burley 2019, "Taming the shadow terminator", eq. 3)."""
+    Burley 2019, "Taming the shadow terminator", eq. 3). What is transmitted has none, but by both normals."""
     import drjit as dr
+    import mitsuba as mi
 
     cosine = dr.dot(front, wi)
     g = dr.minimum(1, cosine / dr.maximum(wi.z * front.z, 1e-20))
-    return dr.select((cosine > 0) & (wi.z > 0), g + g * g - g**3, 0)
+    passed = dr.select((cosine < 0) & (wi.z < 0), mi.Float(1), 0)
+    return dr.select((cosine > 0) & (wi.z > 0), g + g * g - g**3, passed)
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,9 @@ Its parameters: ``diffuse_albedo``, ``specular_f0`` and ``specular_f90`` (three 
 "smith-multiple-scattering") and ``diffuse_factor`` ("interface" or "half-vector"); of
 facets of two widths ``alpha_u``, along the tangent, and ``alpha_v`` besides; of a thin film (thin_film.py)
 ``iridescence``, ``iridescence_ior`` and ``iridescence_thickness`` (nm); of a sheen (sheen.py) ``sheen_color``
-(three numbers) and ``sheen_roughness``; and of a coat (coat.py) its weight ``coat``, ``coat_f0`` (a number) and
-``coat_alpha``.
+(three numbers) and ``sheen_roughness``; of a coat (coat.py) its weight ``coat``, ``coat_f0`` (a number) and
+``coat_alpha``; and of a translucent base (translucent.py) ``diffuse_transmission`` (a number) and
+``diffuse_transmission_albedo`` (three numbers).
 """
 
 from typing import Any
@@ -16,6 +17,7 @@ from .coat import Coated
 from .models.metallic_roughness import DELTA_ALPHA, Lobes, schlick_k
 from .sheen import Sheened
 from .thin_film import ThinFilm
+from .translucent import Translucent
 
 
 def plain_class(mi: Any, dr: Any) -> type:
@@ -23,6 +25,7 @@ def plain_class(mi: Any, dr: Any) -> type:
 
     flags = mi.BSDFFlags
     diffuse, glossy, delta = map(int, (flags.DiffuseReflection, flags.GlossyReflection, flags.DeltaReflection))
+    transmission = int(flags.DiffuseTransmission)
 
     class CookTorrance(mi.BSDF):  # type: ignore[misc]
         def __init__(self, props: Any) -> None:
@@ -35,6 +38,7 @@ def plain_class(mi: Any, dr: Any) -> type:
             has_film = "iridescence" in props
             has_diffuse, has_specular = max(colors[0]) > 0, has_film or max(colors[1] + colors[2]) > 0
             coated = float(props.get("coat", 0)) > 0
+            self.transmits = "diffuse_transmission" in props
             self._set_lobes(has_diffuse or has_sheen, has_specular, float(props["alpha"]) < DELTA_ALPHA, coated)
             # Opaque, that is, unknown to the compiler: materials of one kind share their code.
             dr.make_opaque(albedo, f0, f90, alpha, k)
@@ -55,6 +59,11 @@ def plain_class(mi: Any, dr: Any) -> type:
                 sheen_roughness = mi.Float(float(props["sheen_roughness"]))
                 dr.make_opaque(color, sheen_roughness)
                 self.base = Sheened(self.base, color, sheen_roughness)
+            if self.transmits:
+                factor = mi.Float(float(props["diffuse_transmission"]))
+                transmitted = mi.Color3f([float(x) for x in props["diffuse_transmission_albedo"]])
+                dr.make_opaque(factor, transmitted)
+                self.base = Translucent.of(self.base, factor, transmitted)
             self.lobes = self._coated(props) if coated else self.base
 
         def _coated(self, props: Any) -> Coated:
@@ -65,6 +74,7 @@ def plain_class(mi: Any, dr: Any) -> type:
         def _set_lobes(self, has_diffuse: bool, has_specular: bool, mirror: bool, coated: bool) -> None:
             has_glossy, has_delta = coated or (has_specular and not mirror), has_specular and mirror
             self.types = [diffuse] * (has_diffuse or not has_specular) + [glossy] * has_glossy + [delta] * has_delta
+            self.types += [transmission] * self.transmits
             self.m_flags = sides = flags.FrontSide | flags.BackSide
             self.m_components = [lobe | sides for lobe in self.types]
             for lobe in self.types:
@@ -73,12 +83,14 @@ def plain_class(mi: Any, dr: Any) -> type:
         def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
             wo, side = self._to_front(si.wi)
             wi, value, pdf, specular, mirror = self.lobes.sample(wo, sample1, sample2)
-            valid = active & (wo.z > 0) & (wi.z > 0) & (pdf > 0)
+            valid = active & (wo.z > 0) & self._is_lit(wi) & (pdf > 0)
             bs = mi.BSDFSample3f(mi.Vector3f(wi.x, wi.y, wi.z * side))
             bs.pdf = dr.select(valid, pdf, 0)
             bs.eta = mi.Float(1)
             smooth = dr.select(specular, mi.UInt32(glossy), mi.UInt32(diffuse))
             bs.sampled_type = dr.select(mirror, mi.UInt32(delta), smooth)
+            if self.transmits:
+                bs.sampled_type = dr.select(wi.z < 0, mi.UInt32(transmission), bs.sampled_type)
             bs.sampled_component = mi.UInt32(0)
             for index, lobe in enumerate(self.types):
                 bs.sampled_component = dr.select(bs.sampled_type == lobe, mi.UInt32(index), bs.sampled_component)
@@ -87,7 +99,7 @@ def plain_class(mi: Any, dr: Any) -> type:
         def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
             viewer, side = self._to_front(si.wi)
             light = mi.Vector3f(wo.x, wo.y, wo.z * side)
-            valid = active & (viewer.z > 0) & (light.z > 0)
+            valid = active & (viewer.z > 0) & self._is_lit(light)
             value, pdf = self.lobes.eval_pdf(viewer, light)
             return dr.select(valid, value, 0), dr.select(valid, pdf, 0)
 
@@ -99,6 +111,10 @@ def plain_class(mi: Any, dr: Any) -> type:
 
         def to_string(self) -> str:
             return f"FragtracerCookTorrance[geometry={self.base.geometry}]"
+
+        def _is_lit(self, w: Any) -> Any:
+            """Whether light may come from a direction, the viewer being on the front."""
+            return (w.z > 0) | (w.z < 0) if self.transmits else w.z > 0
 
         def _to_front(self, w: Any) -> Any:
             """``w`` mirrored to the front of the surface, and the sign that undoes it."""

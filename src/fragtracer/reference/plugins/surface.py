@@ -6,11 +6,13 @@ Its parameters: ``model`` (models/), ``albedo`` (three numbers), ``roughness``, 
 "blend"), ``alpha_cutoff``, ``double_sided``, ``normal_scale``, of a coat (coat.py) ``coat``, ``coat_roughness``,
 ``coat_f0`` (a number) and ``coat_normal_scale``, of a sheen (sheen.py) ``sheen_color`` (three numbers) and
 ``sheen_roughness``, of a thin film (thin_film.py) ``iridescence``, ``iridescence_ior``, ``iridescence_thickness`` and
-``iridescence_thickness_minimum`` (nm); and children ``albedo_texture``, ``alpha_texture``, ``roughness_texture``,
-``metallic_texture``, ``coat_texture``, ``coat_roughness_texture``, ``coat_normal_texture``, ``sheen_color_texture``,
-``sheen_roughness_texture``, ``iridescence_texture``, ``iridescence_thickness_texture`` and ``normal_texture``, each a
-``fragtracer_texture`` and each with its set of coordinates, as ``albedo_set``: "uv", or the name of an attribute of the
-mesh.
+``iridescence_thickness_minimum`` (nm), of a translucent base (translucent.py) ``diffuse_transmission`` and
+``diffuse_transmission_color`` (three numbers); and children ``albedo_texture``, ``alpha_texture``,
+``roughness_texture``, ``metallic_texture``, ``coat_texture``, ``coat_roughness_texture``, ``coat_normal_texture``,
+``sheen_color_texture``, ``sheen_roughness_texture``, ``iridescence_texture``, ``iridescence_thickness_texture``,
+``diffuse_transmission_texture``, ``diffuse_transmission_color_texture`` and ``normal_texture``, each a
+``fragtracer_texture`` and each with its set of coordinates, as ``albedo_set``: "uv", or the name of an attribute of
+the mesh.
 
 The mesh has face normals, so that Mitsuba's normal is the geometric one. Shading normals that face away from
 the viewer are bent towards it, and scattering fades out towards the geometric horizon, so that no light leaks
@@ -26,6 +28,7 @@ from .models import Parameters, lobes_of
 from .models.metallic_roughness import DELTA_ALPHA
 from .sheen import Sheened
 from .thin_film import ThinFilm
+from .translucent import Translucent
 
 _SPECULAR_RANGE = (0.1, 0.9)
 # The shading normal bends to the viewer where the cosine between them is less than this, and than that of the surface.
@@ -42,6 +45,7 @@ def surface_class(mi: Any, dr: Any) -> type:
             defaults |= {"coat": 0, "coat_roughness": 0, "coat_f0": 0, "sheen_roughness": 0}
             defaults |= {"iridescence": 0, "iridescence_ior": 1, "iridescence_thickness": 0}
             defaults |= {"iridescence_thickness_minimum": 0}
+            defaults |= {"diffuse_transmission": 0}
             self.values = {name: mi.Float(float(props.get(name, default))) for name, default in defaults.items()}
             self.is_coated = float(props.get("coat", 0)) > 0
             self.scales = {n: float(props.get(f"{n}_scale", 1)) for n in ("normal", "coat_normal")}
@@ -50,24 +54,30 @@ def surface_class(mi: Any, dr: Any) -> type:
             self.dielectric_f0 = mi.Color3f([float(x) for x in props.get("dielectric_f0", [0.0, 0.0, 0.0])])
             self.sheen_color = mi.Color3f([float(x) for x in props.get("sheen_color", [0.0, 0.0, 0.0])])
             self.has_sheen, self.has_film = "sheen_color" in props, "iridescence" in props
+            self.transmits = "diffuse_transmission" in props
+            transmitted = props.get("diffuse_transmission_color", [1.0, 1.0, 1.0])
+            self.transmission_color = mi.Color3f([float(x) for x in transmitted])
             self.geometry, self.alpha_mode = str(props.get("geometry", "smith")), str(props.get("alpha_mode", "opaque"))
             self.model = str(props.get("model", "metallic-roughness"))
             self.diffuse_factor = str(props.get("diffuse_factor", "interface"))
             self.double_sided = bool(props.get("double_sided", True))
             names = ["albedo", "alpha", "roughness", "metallic", "coat", "coat_roughness", "coat_normal", "normal"]
             names += ["sheen_color", "sheen_roughness", "iridescence", "iridescence_thickness"]
+            names += ["diffuse_transmission", "diffuse_transmission_color"]
             self.textures = {n: props[f"{n}_texture"] for n in names if f"{n}_texture" in props}
             self.sets = {n: str(props.get(f"{n}_set", "uv")) for n in names}
             attributes = ("shading", "tangent", "color", "alpha")
             self.has = {name: bool(props.get(f"has_{name}", False)) for name in attributes}
             sides, flags = mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide, mi.BSDFFlags
             self.types = [int(flags.DiffuseReflection), int(flags.GlossyReflection), int(flags.DeltaReflection)]
+            self.types += [int(flags.DiffuseTransmission)] * self.transmits
             self.types += [int(flags.Null)] * (self.alpha_mode != "opaque" or not self.double_sided)
             self.m_components = [kind | sides for kind in self.types]
             self.m_flags = sides
             for kind in self.types:
                 self.m_flags = self.m_flags | kind
             dr.make_opaque(self.albedo, self.dielectric_f0, self.sheen_color, *self.values.values())
+            dr.make_opaque(self.transmission_color)
 
         def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
             opacity = self.opacity_at(si, active)
@@ -77,11 +87,13 @@ def surface_class(mi: Any, dr: Any) -> type:
             wo = frame.to_local(si.to_world(si.wi))
             local, value, pdf, specular, mirror = lobes.sample(wo, choice, sample2)
             wi = si.to_local(frame.to_world(local))
-            valid = active & (sample1 < opacity) & (wo.z > 0) & (local.z > 0) & (pdf > 0)
+            valid = active & (sample1 < opacity) & (wo.z > 0) & self._is_lit(local) & (pdf > 0)
             bs = mi.BSDFSample3f(dr.select(transmitted, -si.wi, wi))
             bs.pdf = dr.select(transmitted, 1 - opacity, dr.select(valid, pdf * opacity, 0))
             bs.eta = mi.Float(1)
             lobe = dr.select(mirror, mi.UInt32(2), dr.select(specular, mi.UInt32(1), mi.UInt32(0)))
+            if self.transmits:
+                lobe = dr.select(local.z < 0, mi.UInt32(3), lobe)
             bs.sampled_component = dr.select(transmitted, mi.UInt32(len(self.types) - 1), lobe)
             bs.sampled_type = mi.UInt32(0)
             for index, kind in enumerate(self.types):
@@ -95,7 +107,7 @@ def surface_class(mi: Any, dr: Any) -> type:
             opacity = self.opacity_at(si, active)
             frame, front, lobes = self._layers(si, active)
             viewer, light = frame.to_local(si.to_world(si.wi)), frame.to_local(si.to_world(wo))
-            valid = active & (viewer.z > 0) & (light.z > 0)
+            valid = active & (viewer.z > 0) & self._is_lit(light)
             value, pdf = lobes.eval_pdf(viewer, light)
             value *= 1 if self.is_coated else shadowing(front, light)
             return dr.select(valid, value * opacity, 0), dr.select(valid, pdf * opacity, 0)
@@ -111,6 +123,10 @@ def surface_class(mi: Any, dr: Any) -> type:
 
         def to_string(self) -> str:
             return f"FragtracerSurface[geometry={self.geometry}, textures={list(self.textures)}]"
+
+        def _is_lit(self, w: Any) -> Any:
+            """Whether light may come from a local direction."""
+            return (w.z > 0) | (w.z < 0) if self.transmits else w.z > 0
 
         def _uv(self, name: str, si: Any, active: Any) -> Any:
             if self.sets[name] == "uv":
@@ -157,7 +173,15 @@ def surface_class(mi: Any, dr: Any) -> type:
                 *((1 - metallic) * albedo, f0, f90, alpha, self.geometry, _SPECULAR_RANGE, self.diffuse_factor),
                 self._film(si, active) if self.has_film else None,
             )
-            return self._sheened(lobes_of(self.model, parameters), si, active)
+            lobes = self._sheened(lobes_of(self.model, parameters), si, active)
+            if not self.transmits:
+                return lobes
+            color = self.transmission_color
+            if "diffuse_transmission_color" in self.textures:
+                uv = self._uv("diffuse_transmission_color", si, active)
+                color = color * self.textures["diffuse_transmission_color"].at(si, uv, active)
+            factor = self._number("diffuse_transmission", si, active)
+            return Translucent.of(lobes, factor, (1 - metallic) * dr.clip(color, 0, 1))
 
         def _film(self, si: Any, active: Any) -> ThinFilm:
             weight, thickness = self._number("iridescence", si, active), self.values["iridescence_thickness"]

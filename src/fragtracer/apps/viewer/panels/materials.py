@@ -42,15 +42,18 @@ def edit(material: Material, of_mesh: bool = False, known: Sequence[str] = (), o
         new["albedo"] = widgets.color("Albedo", material.albedo)
         new["metallic"] = widgets.slider("Metallic", material.metallic, 0.0, 1.0, "%.2f")
         new["specular"] = widgets.slider("Specular", material.specular, 0.0, 1.0, "%.2f")
-        new["diffuse_factor"] = widgets.choice("Diffuse factor", material.diffuse_factor, _DIFFUSE_FACTORS)
+        if not material.is_translucent:
+            new["diffuse_factor"] = widgets.choice("Diffuse factor", material.diffuse_factor, _DIFFUSE_FACTORS)
         if material.f0 is not None:
             new["f0"] = widgets.color("F0", material.f0)
         else:
             new["ior"] = _index(material)
     if model == DEFAULT_MODEL:
-        new |= _coat(material)
-        new |= _sheen(material)
-        new |= _iridescence(material)
+        if not material.is_translucent:
+            new |= _coat(material)
+            new |= _sheen(material)
+            new |= _iridescence(material)
+        new |= _translucency(material)
     new |= _blend(material, others)
     if material.is_emissive:
         new["emission"] = widgets.color("Emission", material.emission, hdr=True)
@@ -132,6 +135,18 @@ def _iridescence(material: Material) -> dict[str, object]:
         if material.iridescence_thickness_texture is not None:
             least = material.iridescence_thickness_minimum
             new["iridescence_thickness_minimum"] = widgets.slider("at least", least, 0.0, 1200.0, "%.0f nm")
+    return new
+
+
+def _translucency(material: Material) -> dict[str, object]:
+    """Where nothing is in its way that it is not possible together with."""
+    is_layered = material.is_coated or material.has_sheen or material.has_iridescence
+    if is_layered or material.unlit or material.diffuse_factor != "interface":
+        return {}
+    share = widgets.slider("Diffuse transm.", material.diffuse_transmission, 0.0, 1.0, "%.2f")
+    new: dict[str, object] = {"diffuse_transmission": share}
+    if material.is_translucent:
+        new["diffuse_transmission_color"] = widgets.color("of a colour", material.diffuse_transmission_color)
     return new
 
 
