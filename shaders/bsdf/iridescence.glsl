@@ -11,22 +11,22 @@
 
 uniform int u_without_iridescence;  // 1: no material has any, which then needs no code
 
-const float IRIDESCENCE_LEAST_COSINE = 1e-4;    // what is less counts as these
+const float IRIDESCENCE_LEAST_COSINE = 1e-4;    // towards 0 from there on, where all is reflected, in proportion
 const float IRIDESCENCE_LARGEST_ROOT = 0.9999;  // of F0, of an index of 20000
 
 // The Fourier transform of what red, green and blue see of white light (D65, CIE 1931) over 1 / wavelength is, after an
-// optical path x, about the real part of the sum of weight exp(2 pi i k x), with complex k: a fit of our own, within 0.008
+// optical path x, about the real part of the sum of weight exp(2 pi i k x), with complex k: a fit of our own, within 0.009
 // (docs/material.md). What is a power series of exp(2 pi i x / wavelength) thus has the sum of its values at these k.
 const int IRIDESCENCE_WAVES = 6;
 const vec2 IRIDESCENCE_WAVE[6] = vec2[6](  // real and imaginary part of k in 1/um
-    vec2(1.5556, 0.0779), vec2(1.6165, 0.0653), vec2(1.7370, 0.1263),
-    vec2(1.9215, 0.1215), vec2(2.1426, 0.1329), vec2(2.3229, 0.1355));
+    vec2(1.5212, 0.0846), vec2(1.6256, 0.0850), vec2(1.7471, 0.1210),
+    vec2(1.9150, 0.1196), vec2(2.1533, 0.1245), vec2(2.3327, 0.1200));
 const vec3 IRIDESCENCE_REAL[6] = vec3[6](  // parts of the weights, the real ones with the sum 1
-    vec3(0.3905, -0.1002, -0.0125), vec3(0.4758, -0.0767, -0.0108), vec3(0.9479, 0.5589, -0.0718),
-    vec3(-0.8504, 0.6939, -0.0581), vec3(-0.0297, -0.0421, 1.0227), vec3(0.0659, -0.0338, 0.1305));
+    vec3(-0.1278, 0.0014, 0.0083), vec3(1.3779, -0.2440, -0.0049), vec3(0.5537, 0.6127, -0.1248),
+    vec3(-0.8949, 0.7738, -0.1306), vec3(0.0418, -0.1125, 1.1362), vec3(0.0493, -0.0314, 0.1158));
 const vec3 IRIDESCENCE_IMAGINARY[6] = vec3[6](
-    vec3(0.5317, -0.0634, 0.0114), vec3(0.7107, -0.0904, -0.0241), vec3(-1.7982, 1.0998, -0.1508),
-    vec3(0.3965, -0.8507, 0.1080), vec3(0.3153, -0.2522, 1.0691), vec3(-0.1607, 0.1558, -0.9916));
+    vec3(0.3158, -0.0337, 0.0009), vec3(0.7028, -0.0040, 0.0024), vec3(-1.4271, 0.8555, -0.0926),
+    vec3(0.2605, -0.7294, 0.0790), vec3(0.2716, -0.1968, 0.7786), vec3(-0.1213, 0.1073, -0.7631));
 
 bool iridescence_is_there(Bsdf b) {
     return HAS_EXACT_FRESNEL == 1 && u_without_iridescence == 0 && b.iridescence > 0.0;
@@ -68,8 +68,8 @@ vec3 iridescence_change(Bsdf b, float cos_theta) {
     vec3 fresnel = fresnel_schlick(b.f0, b.f90, air);
     vec3 more = (1.0 - fresnel) / max(transmitted, vec3(1e-6));
     vec3 less = fresnel / max(1.0 - transmitted, vec3(1e-6));
-    vec3 filmed = fresnel + change * mix(more, less, lessThan(change, vec3(0.0)));
-    return b.iridescence * (clamp(filmed, 0.0, 1.0) - fresnel);
+    float share = b.iridescence * clamp(cos_theta / IRIDESCENCE_LEAST_COSINE, 0.0, 1.0);
+    return share * clamp(change * mix(more, less, lessThan(change, vec3(0.0))), -fresnel, 1.0 - fresnel);
 }
 
 // The Fresnel term of facets, with a film or without.

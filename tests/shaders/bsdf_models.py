@@ -189,15 +189,17 @@ def cook_torrance(term: str) -> Model:
 
     def largest_weight(m: Material, cosine: Floats) -> Floats:
         """The larger one of the two lobes alone, each divided by its chance, with the most that Fresnel and masking
-        leave."""
+        leave. A film has colors of its own, whose rounding what passes does not share with the chance."""
         wo = np.stack([np.sqrt(1 - cosine**2), 0 * cosine, np.maximum(cosine, 1e-30)], -1)
         chance = bsdf_oracle.specular_probability(m, wo, term)[:, None]
         masking = bsdf_oracle.g1(term, m.alpha, wo[:, 2]) / bsdf_oracle.g1_smith(m.alpha, wo[:, 2])
-        most = WHITE if getattr(m, "iridescence", 0.0) > 0 else np.maximum(m.f0, m.f90)
+        has_film = getattr(m, "iridescence", 0.0) > 0
+        most = WHITE if has_film else np.maximum(m.f0, m.f90)
         specular = most * masking[:, None]
         base = np.multiply(m.diffuse, 1 - bsdf_oracle.interface_reflectance(m, wo[:, 2], term))
         with np.errstate(divide="ignore", invalid="ignore"):
-            return np.fmax(np.where(chance > 0, specular / chance, 0), np.where(chance < 1, base / (1 - chance), 0))
+            left = 1 - chance - (2**-24 if has_film else 0)
+            return np.fmax(np.where(chance > 0, specular / chance, 0), np.where(left > 0, base / left, 0))
 
     return Model(
         "COOK_TORRANCE",

@@ -172,12 +172,12 @@ def visible_normal_pdf(alpha: ArrayLike, wo: Floats, wh: Floats) -> Floats:
 # wave number in 1/um, and of its weights.
 FILM_WAVES = np.array(
     [
-        [1.5556, 0.0779, 0.3905, -0.1002, -0.0125, 0.5317, -0.0634, 0.0114],
-        [1.6165, 0.0653, 0.4758, -0.0767, -0.0108, 0.7107, -0.0904, -0.0241],
-        [1.7370, 0.1263, 0.9479, 0.5589, -0.0718, -1.7982, 1.0998, -0.1508],
-        [1.9215, 0.1215, -0.8504, 0.6939, -0.0581, 0.3965, -0.8507, 0.1080],
-        [2.1426, 0.1329, -0.0297, -0.0421, 1.0227, 0.3153, -0.2522, 1.0691],
-        [2.3229, 0.1355, 0.0659, -0.0338, 0.1305, -0.1607, 0.1558, -0.9916],
+        [1.5212, 0.0846, -0.1278, 0.0014, 0.0083, 0.3158, -0.0337, 0.0009],
+        [1.6256, 0.0850, 1.3779, -0.2440, -0.0049, 0.7028, -0.0040, 0.0024],
+        [1.7471, 0.1210, 0.5537, 0.6127, -0.1248, -1.4271, 0.8555, -0.0926],
+        [1.9150, 0.1196, -0.8949, 0.7738, -0.1306, 0.2605, -0.7294, 0.0790],
+        [2.1533, 0.1245, 0.0418, -0.1125, 1.1362, 0.2716, -0.1968, 0.7786],
+        [2.3327, 0.1200, 0.0493, -0.0314, 0.1158, -0.1213, 0.1073, -0.7631],
     ]
 )
 
@@ -196,12 +196,14 @@ def film_interfaces(m: Filmed, cosine: ArrayLike) -> tuple[Floats, list[tuple[Fl
 
 def film_fresnel(m: Filmed, cosine: ArrayLike, reflected: Floats) -> Floats:
     """Schlick's term, with what it leaves or what it reflects, the lesser of both after the film, in the ratio in which
-    the film changes that of the exact terms, (..., 3); ``reflected`` is by the exact terms with the film."""
+    the film changes that of the exact terms, (..., 3), below a cosine of 1e-4 in proportion; ``reflected`` is by the
+    exact terms with the film."""
     bare = np.mean([((r + s) / (1 + r * s)) ** 2 for r, s in film_interfaces(m, cosine)[1]], axis=0)
     schlick = fresnel(m.f0, m.f90, np.maximum(cosine, 1e-4))
     more, less = 1 - (1 - schlick) * (1 - reflected) / np.maximum(1 - bare, 1e-6), schlick * reflected
     filmed = np.clip(np.where(reflected < bare, less / np.maximum(bare, 1e-6), more), 0, 1)
-    return schlick + m.iridescence * (filmed - schlick)
+    share = m.iridescence * np.minimum(1, np.asarray(cosine) / 1e-4)[..., None]
+    return fresnel(m.f0, m.f90, cosine) + share * (filmed - schlick)
 
 
 def film_reflectance(m: Filmed, cosine: ArrayLike) -> Floats:
@@ -235,7 +237,7 @@ def interface_reflectance(m: Material, cosine: ArrayLike, term: str = "SMITH") -
         return bare
     c = np.asarray(cosine, np.float64)
     places = c * (1 - 0.9 * m.alpha), (c + np.sqrt(m.alpha**2 + (1 - m.alpha**2) * c**2)) / 2
-    change = np.maximum(*(facet_fresnel(m, at) - fresnel(m.f0, m.f90, np.maximum(at, 1e-4)) for at in places))
+    change = np.maximum(*(facet_fresnel(m, at) - fresnel(m.f0, m.f90, at) for at in places))
     return np.clip(bare + np.where(change < 0, 1 - m.alpha, 1) * change, 0, 1)
 
 

@@ -60,6 +60,7 @@ class ThinFilm:
         import drjit as dr
         import mitsuba as mi
 
+        share = self.weight * dr.clip(c / _LEAST_COSINE, 0, 1)
         c = dr.clip(c, _LEAST_COSINE, 1)
         root = dr.minimum(dr.sqrt(f0), _LARGEST_ROOT)
         base = (1 + root) / (1 - root)
@@ -82,7 +83,7 @@ class ThinFilm:
         schlick = f0 + (f90 - f0) * (1 - c) ** 5
         more = 1 - (1 - schlick) * (1 - filmed) / dr.maximum(1 - bare, 1e-6)
         less = schlick * filmed / dr.maximum(bare, 1e-6)
-        return self.weight * (dr.clip(dr.select(filmed < bare, less, more), 0, 1) - schlick)
+        return share * (dr.clip(dr.select(filmed < bare, less, more), 0, 1) - schlick)
 
 
 def _ratio(a: Any, b: Any) -> Any:
