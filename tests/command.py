@@ -4,10 +4,12 @@
 import signal
 import sys
 import warnings
+from typing import Any
 
 import pytest
 
 from fragtracer.apps import cli
+from fragtracer.renderer import Renderer
 
 TINY = ("--size", "16x12", "--bounces", "1")
 
@@ -22,3 +24,17 @@ def status_of(monkeypatch: pytest.MonkeyPatch, *words: object) -> int:
     except SystemExit as end:
         return end.code
     return 0
+
+
+def interrupted(monkeypatch: pytest.MonkeyPatch, number: int) -> list[int]:
+    """Interrupts what renders before its pass ``number``. The samples per pixel before each pass, from now on."""
+    draw, passes = Renderer._draw_pass, list[int]()
+
+    def interrupting(renderer: Renderer, *arguments: Any) -> None:
+        passes.append(renderer.spp)
+        if len(passes) == number:
+            raise KeyboardInterrupt
+        draw(renderer, *arguments)
+
+    monkeypatch.setattr(Renderer, "_draw_pass", interrupting)
+    return passes

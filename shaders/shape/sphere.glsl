@@ -65,10 +65,11 @@ float sphere_intersect_globe(Sphere sphere, vec3 origin, vec3 direction, out boo
     float discriminant = b * b - sphere.curvature * c;
     float q = -b - (b < 0.0 ? -1.0 : 1.0) * sqrt(max(discriminant, 0.0));
     is_front = c > 0.0;
-    float distance = is_front || b > 0.0 ? c / q : q / sphere.curvature;
+    float distance = is_front || b >= 0.0 ? c / q : q / sphere.curvature;
     return discriminant >= 0.0 && distance > 0.0 ? distance : INFINITE_DISTANCE;
 }
 
+// That of either kind.
 float sphere_distance(Sphere sphere, vec3 origin, vec3 direction, out bool is_front) {
     if (sphere_is_globe(sphere)) return sphere_intersect_globe(sphere, origin, direction, is_front);
     return sphere_intersect(sphere.center, sphere.radius, origin, direction, is_front);

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from command import TINY, status_of
+from command import TINY, interrupted, status_of
 from files.data import Gltf
 
 from fragtracer import light_tracing
@@ -165,15 +165,7 @@ def test_it_is_learned_once_for_all_poses(tmp_path, monkeypatch, glb):
 def test_an_interrupted_frame_goes_on(tmp_path, monkeypatch, glb):
     command = ["render", glb, *TINY, "--spp", 80, "--rays", 16, "--no-adaptive", "--animation", "rise", "--fps", 1]
     assert status_of(monkeypatch, *command, "-o", tmp_path / "whole.#.exr") == 0
-    draw, passes = Renderer._draw_pass, []
-
-    def stop(renderer, *arguments):
-        passes.append(renderer.spp)
-        if len(passes) == 8:  # in the second frame
-            raise KeyboardInterrupt
-        draw(renderer, *arguments)
-
-    monkeypatch.setattr(Renderer, "_draw_pass", stop)
+    passes = interrupted(monkeypatch, 8)  # in the second frame
     kept = ["-o", tmp_path / "a.#.exr", "--checkpoint", tmp_path / "kept"]
     assert status_of(monkeypatch, *command, *kept) == 130
     assert status_of(monkeypatch, *command, *kept, "--resume") == 0

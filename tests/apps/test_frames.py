@@ -10,7 +10,7 @@ from fractions import Fraction
 import numpy as np
 import OpenEXR
 import pytest
-from command import TINY, status_of
+from command import TINY, interrupted, status_of
 
 from fragtracer import light_tracing
 from fragtracer.apps.cli.frames import frames_of
@@ -148,15 +148,7 @@ def test_frames_are_exposed_alike(tmp_path, monkeypatch, capsys):
 def test_an_interrupted_frame_goes_on_from_its_checkpoint(tmp_path, monkeypatch, capsys):
     command = [*COMMAND, "--spp", 80, "--rays", 16, "--no-adaptive", "--turntable", 2]
     assert status_of(monkeypatch, *command, "-o", tmp_path / "whole.#.exr") == 0
-    draw, passes = Renderer._draw_pass, []
-
-    def stop(renderer, *arguments):
-        passes.append(renderer.spp)
-        if len(passes) == 8:  # in the second frame
-            raise KeyboardInterrupt
-        draw(renderer, *arguments)
-
-    monkeypatch.setattr(Renderer, "_draw_pass", stop)
+    passes = interrupted(monkeypatch, 8)  # in the second frame
     kept = ["-o", tmp_path / "a.#.exr", "--checkpoint", tmp_path / "kept"]
     assert status_of(monkeypatch, *command, *kept) == 130
     assert (tmp_path / "kept" / "0002" / "film.npz").exists()

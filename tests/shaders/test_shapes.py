@@ -88,12 +88,15 @@ def test_globe(ctx: moderngl.Context) -> None:
     rng = np.random.default_rng(3)
     radius = 10 ** rng.uniform(3, 12, COUNT)
     normal = random_directions(rng, COUNT).astype(np.float64)
+    normal[::97] = (0, 1, 0)
     nearest = rng.uniform(-10, 10, (COUNT, 1)) * normal
     center = nearest - radius[:, None] * normal
     origin = nearest + 10 ** rng.uniform(-3, 3, (COUNT, 1)) * random_directions(rng, COUNT)
     direction = random_directions(rng, COUNT).astype(np.float64)
     along = unit(direction - (direction * normal).sum(1, keepdims=True) * normal)
     direction[::3] = unit(along + 10 ** rng.uniform(-6, -2, (COUNT, 1)) * normal)[::3]
+    origin[::97] = nearest[::97] - rng.uniform(1, 10, (len(normal[::97]), 1)) * normal[::97]  # level, from below
+    direction[::97] = (1, 0, 0)
     origin, direction = rounded(origin, direction)
 
     def height(points: Floats) -> Floats:

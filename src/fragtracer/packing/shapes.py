@@ -71,7 +71,7 @@ _FINITE = [kind for kind in SHAPES if kind != "planes"]
 # edge is known no better.
 GROWTH = 1e-6
 _MOST_OF_TIP = 16.0  # times that, by which the tip of a thin triangle may move
-_GLOBE = 32.0  # times the detail of a scene, and their distance from the origin: the radii of globes
+_GLOBE = 32.0  # a globe's radius over its distance from the origin, and over the scene's detail, at the least
 
 
 @dataclass(frozen=True, eq=False)

@@ -128,8 +128,8 @@ class Approximation:
 
     @property
     def others(self) -> list[str]:
-        """The names of materials that are not what the steps are about, isotropic metallic-roughness without sheen and
-        films, diffuse transmission, perhaps coated; and "fog" where there is some."""
+        """The names of materials that are not what the steps are about, isotropic metallic-roughness without sheen,
+        films and diffuse transmission, perhaps coated; and "fog" where there is some."""
         found = [
             name
             for name, m in self.scene.materials.items()

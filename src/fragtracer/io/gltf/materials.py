@@ -81,23 +81,24 @@ class Materials:
         old = self._container.extension(gltf.SpecularGlossiness, item, "KHR_materials_pbrSpecularGlossiness", place)
         made |= self._reflectance(item, place) if old is None else self._specular_glossiness(old, place)
         made |= self._anisotropy(item, place)
-        coat = self._coat(item, place, made["unlit"], made["normal_texture"])
-        sheen = self._sheen(item, place, made["unlit"])
-        iridescence = self._iridescence(item, place, made["unlit"])
+        layers = {
+            "clearcoat": self._coat(item, place, made["unlit"], made["normal_texture"]),
+            "sheen": self._sheen(item, place, made["unlit"]),
+            "iridescence": self._iridescence(item, place, made["unlit"]),
+        }
         translucency = self._translucency(item, place, made)
         if translucency:
-            layers = {"clearcoat": coat, "sheen": sheen, "iridescence": iridescence}
             self.notes += [f"KHR_materials_{n} of {place}, which transmits diffusely" for n in layers if layers[n]]
-            coat, sheen, iridescence = {}, {}, {}
-        made |= coat | sheen | iridescence | translucency
+            layers = {}
+        for layer in (*layers.values(), translucency):
+            made |= layer
         if item.alphaMode == "MASK" and item.alphaCutoff > 1:  # above every alpha
             made["opacity"] = 0.0
         name = self._names[index]
         weight, metallic = self._transmission(item, place, made)
         if weight.factor == 0 or made["unlit"]:
             return {name: Material(**made)}
-        layers = {"clearcoat": coat, "sheen": sheen, "iridescence": iridescence}
-        self.notes += [f"KHR_materials_{name} of {place} where it transmits" for name in layers if layers[name]]
+        self.notes += [f"KHR_materials_{n} of {place} where it transmits" for n in layers if layers[n]]
         dielectric = self._dielectric(item, place, index, made)
         if weight == Varying(1.0) and not _has_alpha_texture(made):
             return {name: replace(dielectric, **{key: made[key] for key in _OF_SURFACES})}
