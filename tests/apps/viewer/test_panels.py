@@ -144,6 +144,31 @@ def test_diffuse_transmission_is_edited(monkeypatch: pytest.MonkeyPatch) -> None
     assert materials.edit(Material()) == Material(diffuse_transmission=0.75)
 
 
+@pytest.mark.parametrize(
+    ("material", "refused"),
+    [
+        (Material(blend="a"), {"Unlit"}),
+        (Material(unlit=True), {"Blend with", "Diffuse transm."}),
+        (Material(diffuse_transmission=0.5), {"Unlit", "Coat", "Sheen", "Iridescence", "Diffuse factor"}),
+        (Material(), set()),
+    ],
+)
+def test_what_a_material_refuses_is_not_offered(
+    monkeypatch: pytest.MonkeyPatch, material: Material, refused: set[str]
+) -> None:
+    shown: set[str] = set()
+
+    def row(text: str, value: object, *_: object, **__: object) -> object:
+        shown.add(text)
+        return value
+
+    for name in ("color", "slider", "choice", "check"):
+        monkeypatch.setattr(materials.widgets, name, row)
+    assert materials.edit(material, of_mesh=True, others=["a"]) is material
+    rows = {"Unlit", "Blend with", "Diffuse transm.", "Coat", "Sheen", "Iridescence", "Diffuse factor"}
+    assert rows - shown == refused
+
+
 def test_layers_are_edited(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of the default model alone, their roughnesses and an index where there is one."""
     rows: dict[str, object] = {}

@@ -152,7 +152,7 @@ def _translucency(material: Material) -> dict[str, object]:
 
 def _blend(material: Material, others: Sequence[str]) -> dict[str, object]:
     """With what it is blended, and how much of it is that."""
-    if not others:
+    if not others or material.unlit:
         return {}
     chosen = widgets.choice("Blend with", material.blend or _NO_BLEND, [_NO_BLEND, *others])
     if chosen == _NO_BLEND:
@@ -171,7 +171,7 @@ def _surface(material: Material) -> dict[str, object]:
     if material.normal_texture is not None:
         new["normal_scale"] = widgets.number("Normal scale", material.normal_scale, 0.01, -10.0, 10.0, "%.2f")
     new["double_sided"] = widgets.check("Double-sided", material.double_sided)
-    if "albedo" in MODELS[material.model]:
+    if "albedo" in MODELS[material.model] and material.blend is None and not material.is_translucent:
         new["unlit"] = widgets.check("Unlit", material.unlit)
     return new
 
