@@ -684,7 +684,7 @@ def test_what_is_not_shown_is_listed(tmp_path: Path) -> None:
         model = gltf.read(tmp_path)
     assert len(caught) == 1
     assert str(caught[0].message).endswith(
-        "x.gltf: ignored: KHR_materials_variants, KHR_xmp_json_ld, animations, scenes but one, "
+        "x.gltf: ignored: KHR_materials_variants, KHR_xmp_json_ld, animations (none is chosen), scenes but one, "
         "COLOR_1, _ID, COLOR_1 of morph targets, "
         "images[0]: none.png: no such file, points and lines"
     )

@@ -85,7 +85,7 @@ def read_model(file: str | Path, pose: Pose | None = None) -> Model:
         check_size(path, model.mesh)
         if pose is None and reader is not read_arrays:  # what was made in Python stays as it is
             check_area(path, model.mesh)
-        model = replace(model, mesh=replace(model.mesh, file=str(path), name=stem(path), pose=pose))
+        model = replace(model, mesh=replace(model.mesh, file=str(path), name=stem(path)))
         stamps = _stamps(model.files, began)
         if opened is not None:
             _opened.clear()

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Scenes whose models move: what an animation moves from frame to frame."""
 
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -14,19 +15,72 @@ if TYPE_CHECKING:
     from fragtracer.io.gltf import GltfFile
 
 _MOMENTS = 9  # of an animation that a camera is to see
+Played = tuple[str, str]  # a file, and the name or number of an animation of it
 
 
 def in_pose(mesh: Mesh, model: Model) -> Mesh:
-    """``mesh``, which is of this ``model`` in another pose, with its parts where they are now."""
+    """``mesh``, which is of this ``model`` in another pose, with its parts where they are now. Raises ValueError if the
+    model has other parts."""
     parts = zip(mesh.parts, model.mesh.parts, strict=True)
     moved = tuple(Part(other.geometry, part.material, other.matrix) for part, other in parts)
-    return replace(mesh, parts=moved)
+    return replace(mesh, parts=moved, pose=model.mesh.pose)
 
 
 def moments(file: "GltfFile", animation: str) -> list[Mesh]:
     """The mesh of a model at some moments of an animation."""
     times = np.linspace(0.0, file.animations.get(animation).duration, _MOMENTS)
     return [file.model(Pose(animation, time)).mesh for time in times.tolist()]
+
+
+def played(scene: Scene) -> dict[int, Played]:
+    """What plays in ``scene``, by the number of the mesh: meshes whose pose has no time."""
+    poses = {i: (mesh.file, mesh.pose) for i, mesh in enumerate(scene.meshes) if mesh.file and mesh.pose}
+    return {i: (file, pose.animation) for i, (file, pose) in poses.items() if pose.time is None}
+
+
+def posed(scene: Scene, models: Mapping[Played, Model], lit_by: Model | None = None) -> Scene:
+    """``scene`` with what plays there as in ``models``, and with the lights of the one that it is ``lit_by``. Raises
+    ValueError if a model has other parts than its mesh."""
+    meshes = list(scene.meshes)
+    for index, key in played(scene).items():
+        if key in models:
+            meshes[index] = in_pose(meshes[index], models[key])
+    changes: dict[str, Any] = {"meshes": tuple(meshes)}
+    if lit_by is not None:
+        changes |= {kind: getattr(lit_by, kind) for kind in LIGHT_KINDS}
+    return replace(scene, **changes)
+
+
+class Animated:
+    """The models ``played``, each file of which is read once. When an animation has ended, what it moves rests, or, if
+    it ``repeats``, it begins anew.
+
+    Raises
+    ------
+    SceneError
+        If a model cannot be read any more.
+    """
+
+    def __init__(self, played: Collection[Played], repeats: bool) -> None:
+        files = {file: open_gltf(file) for file in sorted({file for file, _ in played})}
+        self._files, self._repeats = {(file, name): files[file] for file, name in sorted(played)}, repeats
+
+    @property
+    def duration(self) -> float:
+        """Seconds from the beginning to the end of the longest animation."""
+        return max((self._duration(key) for key in self._files), default=0.0)
+
+    def _duration(self, key: Played) -> float:
+        return self._files[key].animations.get(key[1]).duration
+
+    def models(self, time: float) -> dict[Played, Model]:
+        """As they are ``time`` seconds after the beginning."""
+        return {key: self._model(key, time) for key in self._files}
+
+    def _model(self, key: Played, time: float) -> Model:
+        duration = self._duration(key)
+        again = self._repeats and time > duration > 0
+        return self._files[key].model(Pose(key[1], time % duration if again else time))
 
 
 class Playing:
@@ -41,39 +95,25 @@ class Playing:
     """
 
     def __init__(self, scene: Scene, is_model: bool, repeats: bool = False) -> None:
-        self._scene, self._repeats = scene, repeats
-        poses = {i: (mesh.file, mesh.pose) for i, mesh in enumerate(scene.meshes) if mesh.file and mesh.pose}
-        animations = {i: (file, pose.animation) for i, (file, pose) in poses.items() if pose.time is None}
-        files = {file: open_gltf(file) for file, _ in animations.values()}
-        self._moving = {index: (files[file], animation) for index, (file, animation) in animations.items()}
-        self._has_camera = self._has_lights = False
-        if is_model and self._moving:
-            file, animation = self._moving[0]
-            model = file.model(Pose(animation, 0.0))
-            self._has_camera, self._has_lights = bool(model.cameras), model.has_lights
+        self._scene, moving = scene, played(scene)
+        self._animated = Animated(moving.values(), repeats)
+        self._whole = moving.get(0) if is_model else None  # what the camera and the lights are of
+        first = self._animated.models(0.0)[self._whole] if self._whole is not None else None
+        self._has_camera = first is not None and bool(first.cameras)
+        self._has_lights = first is not None and first.has_lights
+        self._is_any = bool(moving)
 
     def __bool__(self) -> bool:
-        return bool(self._moving)
+        return self._is_any
 
     @property
     def duration(self) -> float:
         """Seconds from the beginning to the end of the longest animation."""
-        return max(file.animations.get(animation).duration for file, animation in self._moving.values())
-
-    def _model(self, file: "GltfFile", animation: str, time: float) -> Model:
-        duration = file.animations.get(animation).duration
-        again = self._repeats and time > duration > 0
-        return file.model(Pose(animation, time % duration if again else time))
+        return self._animated.duration
 
     def at(self, time: float) -> Scene:
         """The scene ``time`` seconds after the beginning."""
-        models = {key: self._model(*key, time) for key in dict.fromkeys(self._moving.values())}
-        meshes = list(self._scene.meshes)
-        for index, key in self._moving.items():
-            meshes[index] = in_pose(meshes[index], models[key])
-        changes: dict[str, Any] = {"meshes": tuple(meshes)}
-        if self._has_camera:
-            changes["camera"] = models[self._moving[0]].cameras[0]
-        if self._has_lights:
-            changes |= {kind: getattr(models[self._moving[0]], kind) for kind in LIGHT_KINDS}
-        return replace(self._scene, **changes)
+        models = self._animated.models(time)
+        whole = models[self._whole] if self._whole is not None else None
+        found = posed(self._scene, models, whole if self._has_lights else None)
+        return replace(found, camera=whole.cameras[0]) if whole is not None and self._has_camera else found

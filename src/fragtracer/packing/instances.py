@@ -163,6 +163,13 @@ def _instance_bounds(instances: Sequence[Instance], bounds: Texels, epsilon: flo
 _topologies: MutableMapping[Geometry, Bvh] = WeakKeyDictionary()
 
 
+def refit(before: Geometry, after: Geometry) -> None:
+    """Have ``after``, which are the same triangles with vertices elsewhere, share the BVH of ``before``, if that is
+    packed: there is none to be built then, but rays through it take the longer the more is deformed."""
+    if before in _topologies and after not in _topologies and len(after.triangles) == len(before.triangles):
+        _topologies[after] = _topologies[before]
+
+
 def _find_topologies(geometries: Iterable[Geometry]) -> None:
     """Have the BVHs of ``geometries`` in memory, from the disk if they were built before."""
     missing: dict[str, list[Geometry]] = {}

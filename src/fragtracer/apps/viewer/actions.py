@@ -36,6 +36,8 @@ def carry_out(session: Session, action: str) -> bool:
             session.open(name)
         case "pause", _:
             session.paused = not session.paused
+        case "play", _:
+            session.playback.plays = not session.playback.plays
         case "home", _:
             session.camera = session.home
         case "keep", slot:
@@ -78,9 +80,9 @@ def take(session: Session, path: Path) -> None:
 def click(session: Session, where: Click, aspect: float, has_marks: bool = False) -> None:
     """Select what was clicked, or put it in focus; ``has_marks`` if those of lights lie over the picture."""
     origin, direction = cameras.ray(session.camera, where.x, where.y, aspect)
-    hit = picking.pick(session.document, origin, direction)
+    hit = picking.pick(session.posed, origin, direction)
     if not where.focuses:
-        mark = picking.pick_mark(session.document, session.camera, where.x, where.y, aspect) if has_marks else None
+        mark = picking.pick_mark(session.posed, session.camera, where.x, where.y, aspect) if has_marks else None
         session.selected = mark or (hit[0] if hit else None)
     elif hit:
         _, _, forward = cameras.axes(session.camera)
@@ -95,7 +97,7 @@ def look_at_selected(session: Session) -> None:
     if session.selected is None:
         session.say("Nothing is selected: click on an object to frame it")
         return
-    part = session.document.part(session.selected)
+    part = session.posed.part(session.selected)
     ball = picking.bounds(part)
     if ball is None:
         session.say("This has no bounds to frame")
@@ -119,7 +121,8 @@ def render_command(session: Session, size: tuple[int, int], spp: int) -> str:
     A scene that differs from its file, be it by the camera alone, is written to a new one in the current folder.
     """
     scene = session.document.scene
-    if session.is_saved and session.path is not None and session.camera == session.home and not session.document.hidden:
+    is_as_in_file = session.is_saved and session.camera == session.home
+    if is_as_in_file and session.path is not None and not (session.document.hidden or session.playback.models):
         name = scene.name if session.path.parent == folder("scenes") else str(session.path)
     else:
         path = fresh(Path.cwd() / f"{file_name(scene.name)}.toml")

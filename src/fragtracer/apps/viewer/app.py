@@ -18,6 +18,7 @@ from fragtracer.apps.viewer.interface import Interface
 from fragtracer.apps.viewer.layout import Area
 from fragtracer.apps.viewer.live import LiveRenderer
 from fragtracer.apps.viewer.panels.statistics import Figures
+from fragtracer.apps.viewer.playback import Player
 from fragtracer.apps.viewer.refiner import Refiner
 from fragtracer.apps.viewer.screen import Screen
 from fragtracer.apps.viewer.session import Session, file_name, fresh
@@ -40,13 +41,19 @@ _AWAKE = 0.5  # seconds after the last input until the loop waits for events
 class Viewer:
     """A window on ``scene``; use it in a ``with`` block and call :meth:`frame` until ``is_open`` ends.
 
-    ``size`` is that of the window, ``path`` the scene's file, ``ini`` where the layout is kept.
+    ``size`` is that of the window, ``path`` the scene's file, ``ini`` where the layout is kept, ``animation`` one that
+    plays at once, as ``scene`` has been read with it.
     """
 
     def __init__(
-        self, scene: Scene, path: Path | None = None, size: tuple[int, int] = (1280, 720), ini: Path | None = None
+        self,
+        scene: Scene,
+        path: Path | None = None,
+        size: tuple[int, int] = (1280, 720),
+        ini: Path | None = None,
+        animation: str | None = None,
     ) -> None:
-        self.session = Session.of(scene, path)
+        self.session = Session.of(scene, path, animation)
         self.screen = Screen(size, ini)
         if not is_software(self.screen.context):  # GPUs' drivers may take seconds for the first program
             self.screen.announce(f"Compiling the shaders for {scene.name} …")
@@ -56,6 +63,7 @@ class Viewer:
         self.times = FrameTimes()
         self.wipe = Wipe()
         self.interface = Interface(self.session, self.wipe)
+        self._player = Player()
         self._shaders = Watch(lambda: shader_files(folder("shaders")), whole_folder=True)
         self._file = Watch(lambda: scene_files(self.session.document.scene, self.session.path))
         self._seen_version = self.session.version
@@ -112,7 +120,8 @@ class Viewer:
 
     def frame(self) -> None:
         """One turn of the loop; sleeps for a while if nothing changes."""
-        idle = self._is_asleep and (self.is_done or self._is_full) and not self._draws_for_comparison
+        rests = self._is_asleep and not self.session.playback.plays
+        idle = rests and (self.is_done or self._is_full) and not self._draws_for_comparison
         window = self.screen.window
         window.poll(_NAP if idle else 0.0)
         start = time.perf_counter()
@@ -121,6 +130,7 @@ class Viewer:
         if window.is_minimised:
             time.sleep(0.05)
             return
+        self._play()
         if self._shows_nothing_new(start):
             if self.is_done:
                 self._watch()
@@ -146,6 +156,14 @@ class Viewer:
         seconds = time.perf_counter() - start
         self.refiner.resolution.note_overhead(seconds - traced)
         self.times.add(seconds, self.renderer.pass_seconds)
+
+    def _play(self) -> None:
+        """Show models as their animations have them now, where these have come so far."""
+        try:
+            if self._player.update(self.session.playback, self.session.document.scene):
+                self.session.version += 1
+        except FragtracerError as error:
+            self.session.problem = str(error)
 
     def _shows_nothing_new(self, now: float) -> bool:
         """Whether a frame would show nothing new, or nothing but samples, and the last one was a moment ago."""
@@ -336,6 +354,7 @@ class Viewer:
         return self.screen.grab(self.refiner, self.session.display)
 
     def close(self) -> None:
+        self._player.close()
         self.wipe.stop()
         self.refiner.close()
         self.screen.close()

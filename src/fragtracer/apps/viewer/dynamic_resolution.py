@@ -31,8 +31,8 @@ class DynamicResolution:
 
     @property
     def budget(self) -> float:
-        """Seconds of a frame for the tracer."""
-        return max(self.target - self.overhead, _LEAST * self.target)
+        """Seconds of a frame for the tracer: half of what the rest is over the target, where that is slow already."""
+        return max(self.target - self.overhead, _LEAST * self.target, (self.overhead - self.target) / 2)
 
     @property
     def rest_budget(self) -> float:

@@ -27,7 +27,7 @@ HELP = (
     ("Frame the selection", "F"),
     ("Home", "Home"),
     ("Viewpoint: go to, save", "1 … 9, Ctrl+1 … 9"),
-    ("Pause", "Space"),
+    ("Pause refining, play animations", "Space, P"),
     ("Hide the selection, show all", "H, Alt+H"),
     ("Remove the selection", "Delete"),
     ("Undo, redo", "Ctrl+Z, Ctrl+Shift+Z"),

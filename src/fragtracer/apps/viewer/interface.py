@@ -92,7 +92,7 @@ class Interface:
         session = self.session
         session.display = self.wipe.drag(area, session.display, compares)
         if self.panels_shown:
-            marks.draw(session.camera, area, session.document, session.selected)
+            marks.draw(session.camera, area, session.posed, session.selected)
         self._drag_selected(area)
         blocked = self._gizmo.takes_mouse or self.wipe.takes_mouse
         session.camera, click = self._navigator.navigate(session.camera, area, blocked)

@@ -31,6 +31,7 @@ def view(
     screenshot: Path | None = None,
     stats: Path | None = None,
     orbit: bool = False,
+    animation: str | int | None = None,
 ) -> None:
     """Open a window on a scene; returns when it is closed.
 
@@ -50,6 +51,8 @@ def view(
     orbit
         Turn the camera about its target in each frame, and edit a material in every 100th, to
         measure response times.
+    animation
+        One that plays, of a model or of meshes of a scene, by name or number, in place of those of the file.
 
     Raises
     ------
@@ -62,9 +65,12 @@ def view(
         if path is not None:
             check_writable(path, [suffix])
     file = None if isinstance(scene, Scene) else path_of(scene)
-    loaded = scene if isinstance(scene, Scene) else toml.load(scene)
+    if animation is not None and isinstance(scene, Scene):
+        raise FragtracerError("animation is for a scene that is read from a file; give its meshes a pose instead")
+    loaded = scene if isinstance(scene, Scene) else toml.load(scene, animation=animation)
+    name = None if animation is None else str(animation)
     ini = None if frames is not None else config_folder() / "viewer.ini"
-    with Viewer(loaded, file, size, ini) as viewer:
+    with Viewer(loaded, file, size, ini, name) as viewer:
         by_hand = frames is None
         if by_hand:
             viewer.session.display = remembered_display()

@@ -5,7 +5,7 @@ import re
 import shutil
 import time
 from collections import Counter
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cache
@@ -16,13 +16,15 @@ from pydantic import ValidationError
 from fragtracer.apps.viewer.display import DisplaySettings
 from fragtracer.apps.viewer.document import OBJECTS, Document, History, Part, materials_of
 from fragtracer.apps.viewer.merge import merged
+from fragtracer.apps.viewer.playback import Playback
 from fragtracer.apps.viewer.settings import config_folder, remember_viewpoints, remembered_viewpoints
-from fragtracer.errors import FragtracerError
-from fragtracer.io import toml
+from fragtracer.errors import FragtracerError, SceneError
+from fragtracer.io import open_gltf, playing, toml
+from fragtracer.io.model import LIGHT_KINDS, Model
 from fragtracer.io.toml.environments import read_panorama
 from fragtracer.output import replacing
 from fragtracer.resources import folder
-from fragtracer.scene import Camera, Environment, Panorama, RenderSettings, Scene
+from fragtracer.scene import Camera, Environment, Panorama, Pose, RenderSettings, Scene
 
 _TOAST_SECONDS = 5.0
 _READING_SECONDS = 15.0  # of a line that names a file to be found again
@@ -51,17 +53,20 @@ def fresh(path: Path) -> Path:
 
 @dataclass
 class Session:
-    """One open scene. ``path`` is its file, None for one made in Python."""
+    """One open scene. ``path`` is its file, None for one made in Python, and ``animation`` the one that is to move its
+    models in the place of those that the file names."""
 
     history: History
     camera: Camera
     home: Camera
     path: Path | None = None
+    animation: str | None = None
     display: DisplaySettings = field(default_factory=DisplaySettings)
     selected: Part | None = None
     environment: Environment | None = None  # restored when it is switched on again
     material: str = ""  # the one that is edited, of a mesh with several
     viewpoints: dict[int, Camera] = field(default_factory=dict)
+    playback: Playback = field(default_factory=Playback)
     paused: bool = False
     max_samples: int = 0  # per pixel; 0 for no limit
     target_error: float = 0.0  # relative; 0 for no limit
@@ -71,15 +76,17 @@ class Session:
     _toast: str = ""
     _toast_until: float = 0.0
     _written: set[Path] = field(default_factory=set)  # scene files
-    _shown: tuple[Document, Camera, Scene] | None = None  # the last answer of shown
+    _posed: tuple[Document, Mapping[playing.Played, Model], Document] | None = None  # the last answer of posed
+    _shown: tuple[Document, Camera, Scene] | None = None  # and of shown
     _users: tuple[Scene, Counter[str]] | None = None  # and of users()
 
     def __post_init__(self) -> None:
         self.saved = self.document.scene
 
     @classmethod
-    def of(cls, scene: Scene, path: Path | None = None) -> "Session":
-        session = cls(History(Document(scene)), scene.camera, scene.camera, path)
+    def of(cls, scene: Scene, path: Path | None = None, animation: str | None = None) -> "Session":
+        session = cls(History(Document(scene)), scene.camera, scene.camera, path, animation)
+        session.playback.plays = animation is not None
         session.viewpoints = remembered_viewpoints(path)
         return session
 
@@ -92,9 +99,30 @@ class Session:
         return self.document.scene.render
 
     @property
+    def posed(self) -> Document:
+        """The document with its models at the moment of their animations that is shown."""
+        document, models = self.document, self.playback.models
+        if not models:
+            return document
+        if self._posed is None or self._posed[0] is not document or self._posed[1] is not models:
+            scene = playing.posed(document.scene, models, self._lit_by)
+            self._posed = document, models, replace(document, scene=scene)
+        return self._posed[2]
+
+    @property
+    def _lit_by(self) -> Model | None:
+        """The model, opened as a scene, whose lights are those of the scene; None where they were edited."""
+        if self.path is None or not toml.is_model(self.path):
+            return None
+        scene, models = self.document.scene, self.playback.models
+        model = models.get(playing.played(scene).get(0, ("", "")))
+        are_its = all(getattr(scene, kind) == getattr(self.saved, kind) for kind in LIGHT_KINDS)
+        return model if model is not None and model.has_lights and are_its else None
+
+    @property
     def shown(self) -> Scene:
         """The scene to render: what is visible, from the current camera."""
-        document, camera = self.document, self.camera
+        document, camera = self.posed, self.camera
         if self._shown is None or self._shown[0] is not document or self._shown[1] != camera:
             self._shown = document, camera, replace(document.visible, camera=camera)
         return self._shown[2]
@@ -154,12 +182,13 @@ class Session:
         """
         scene = toml.load(name)
         rescued = self.rescue()
-        self.path = path_of(name)
+        self.path, self.animation = path_of(name), None
         self.history = History(Document(scene))
         self.saved, self.file_problem = scene, ""
         self.camera = self.home = scene.camera
         self.viewpoints = remembered_viewpoints(self.path)
         self.selected, self.environment, self.material = None, None, ""
+        self.playback = Playback()
         self._changed()
         self._say_rescued(f"Opened {scene.name}", rescued)
 
@@ -192,7 +221,7 @@ class Session:
             self.reload()
             return
         try:
-            theirs = self.saved if self.path is None else toml.load(self.path)
+            theirs = self.saved if self.path is None else toml.load(self.path, animation=self.animation)
             read = cache(read_panorama)
 
             def followed(document: Document) -> Document:
@@ -208,6 +237,7 @@ class Session:
             return
         self.saved, self.file_problem = saved, ""
         self._take_camera(theirs)
+        self._read_again()
         self._changed()
         self.say(f"Reloaded {', '.join(sorted({file.name for file in files}))}")
 
@@ -223,7 +253,7 @@ class Session:
         if self.path is None:
             return
         try:
-            scene = toml.load(self.path)
+            scene = toml.load(self.path, animation=self.animation)
         except FragtracerError as error:
             self.file_problem = str(error)
             return
@@ -232,10 +262,33 @@ class Session:
         self._take_camera(scene)
         read = Document(scene)
         read = replace(read, hidden=frozenset(filter(read.has, self.document.hidden)))
+        self._read_again()
         if self.history.edit(read, "reload", joins=True):
             self._changed()
         self.saved = scene
         self._say_rescued(f"Reloaded {self.path.name}", rescued)
+
+    def animate(self, mesh: int, animation: str | None) -> None:
+        """Have an animation of its file move a mesh, or none.
+
+        Raises
+        ------
+        SceneError
+            If the file cannot be read, or has no such animation, or has other parts now.
+        """
+        part = self.document.scene.meshes[mesh]
+        assert part.file is not None
+        model = open_gltf(part.file).model(None if animation is None else Pose(animation))
+        try:
+            moved = playing.in_pose(part, model)
+        except ValueError as error:
+            raise SceneError(f"{part.file}: has other parts than when it was opened; reload the scene") from error
+        self.edit(self.document.with_part(("meshes", mesh), moved), f"animation of mesh {mesh}")
+        self.history.close()
+
+    def _read_again(self) -> None:
+        """Begin anew with the animations of files that may have changed."""
+        self.playback = replace(self.playback, names={}, models={})
 
     def _take_camera(self, scene: Scene) -> None:
         if scene.camera != self.home:

@@ -94,14 +94,14 @@ class GltfFile:
         if pose is not None:
             nodes = self.animations.get(pose.animation).posed(nodes, pose.time or 0.0)
         elif document.animations:
-            notes.append("animations")
+            notes.append("animations (none is chosen)")
         notes += ["scenes but one"] if len(document.scenes) > 1 else []
         placed = list(placed_nodes(container, nodes))
         parts, used = self._parts(placed)
         if not parts:
             advice = "; points and lines are not drawn, make a mesh of them" if POINTS_AND_LINES in notes else ""
             raise SceneError(f"{self.path}: the scene of this file has no triangles{advice}")
-        mesh = Mesh(parts=tuple(parts))
+        mesh = Mesh(parts=tuple(parts), pose=pose)
         check_size(self.path, mesh)
         low, high = bounds(mesh)
         cameras, aspects = _cameras(container, placed, low, high, notes)

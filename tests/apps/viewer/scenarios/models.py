@@ -9,6 +9,7 @@ import numpy as np
 from common import GOLD, above_status_bar, opened, picture, refined, run_command
 from hand import Hand
 from imgui_bundle import imgui
+from moving_model import model
 from PIL import Image
 
 import fragtracer as ft
@@ -22,14 +23,14 @@ def works_with_meshes() -> None:
     copied makes the picture of the window: of the model as it is, and as it was edited."""
     folder, mesh = Path("my models"), ("meshes", 0)
     folder.mkdir()
-    model = folder / "a knot.glb"
-    shutil.copy(resources.folder("scenes") / "meshes" / "knot.glb", model)
+    knot = folder / "a knot.glb"
+    shutil.copy(resources.folder("scenes") / "meshes" / "knot.glb", knot)
     ft.write_image(folder / "sky ü.exr", np.tile(np.float32((0.2, 0.5, 0.9)), (8, 16, 1)))
     with opened(size=(600, 360)) as viewer:
         hand = Hand(viewer)
         hand.click(*hand.place_of(viewer.session.document.part(GOLD).center))
         assert viewer.session.selected == GOLD
-        hand.drop(model)
+        hand.drop(knot)
         hand.until(lambda: bool(viewer.renderer.scene.meshes), "the model")
         assert not viewer.problem
         assert viewer.session.selected is None, "what was selected is gone"
@@ -60,6 +61,32 @@ def works_with_meshes() -> None:
         hand.key("ctrl+s")
         assert viewer.session.path is not None
         assert ft.load(viewer.session.path).meshes == (moved,)
+
+
+def plays_animations() -> None:
+    """P moves the model, again and again, without a step to undo; the command renders the moment that is shown."""
+    path = model(Path("x.glb").resolve())
+    with opened(str(path), size=(600, 360)) as viewer:
+        hand = Hand(viewer)
+        session = viewer.session
+        hand.until(lambda: bool(session.playback.names), "the names of the animations")
+        session.animate(0, "rise")
+        hand.key("p")
+        seen: set[float] = set()
+
+        def has_moved() -> bool:
+            (shown,) = viewer.renderer.scene.meshes
+            seen.add(shown.parts[0].geometry.positions[2, 1])
+            return len(seen) > 6
+
+        hand.until(has_moved, "six poses")
+        hand.key("p")
+        assert not session.playback.plays
+        assert len(session.history.past) == 1
+        session.playback.time = 0.5
+        hand.until(lambda: viewer.renderer.scene.meshes[0].pose == ft.Pose("rise", 0.5), "the moment")
+        assert not viewer.problem
+        assert " x.toml " in the_command_makes_the_picture(viewer, hand)
 
 
 def the_command_makes_the_picture(viewer: Viewer, hand: Hand) -> str:

@@ -16,6 +16,7 @@ KEYS = {
     _CTRL | _KEY.s: "save",
     _KEY.f12: "image png",
     _KEY.space: "pause",
+    _KEY.p: "play",
     _KEY.tab: "panels",
     _KEY.f1: "help",
     _KEY.f: "look at selected",
@@ -82,6 +83,7 @@ def draw(session: Session, scenes: Sequence[str]) -> str:
         item("Default layout", "layout")
         item("Home", "home", "Home")
         item("Compare with Mitsuba", "reference", "M")
+        item("Play animations", "play", "P", session.playback.duration > 0, session.playback.plays)
         item("Frame selected", "look at selected", "F", session.selected is not None)
         imgui.end_menu()
     if imgui.begin_menu("Help"):

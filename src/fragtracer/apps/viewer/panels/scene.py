@@ -8,7 +8,7 @@ from imgui_bundle import imgui
 
 from fragtracer.apps.viewer import camera as cameras
 from fragtracer.apps.viewer.document import KINDS, Part, is_light, materials_of
-from fragtracer.apps.viewer.panels import camera, environment, lights, materials, media, objects, widgets
+from fragtracer.apps.viewer.panels import animation, camera, environment, lights, materials, media, objects, widgets
 from fragtracer.apps.viewer.session import Session
 from fragtracer.apps.viewer.theme import MUTED
 from fragtracer.scene import Medium, Mesh, Scene
@@ -24,6 +24,8 @@ def draw(session: Session) -> None:
         f"{objects.title(session.document.scene, session.selected)}###s"
     ):
         _selected(session, session.selected)
+    if animation.can_move(session) and widgets.header("Animation"):
+        animation.edit(session)
     if widgets.header("Camera"):
         session.camera = camera.edit(session.camera)
         session.camera, keep = camera.viewpoints(session.camera, session.home, session.viewpoints)
