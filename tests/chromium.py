@@ -107,6 +107,10 @@ class Chromium:
         self.call("Page.navigate", url=path.resolve().as_uri())
         self.wait("document.readyState === 'complete'")
 
+    def rest(self) -> None:
+        """Show nothing: a picture would be refined for as long as its page is open, beside all other tests."""
+        self.call("Page.navigate", url="about:blank")
+
     def run(self, expression: str, timeout: float = PATIENCE) -> Any:
         """The value of an expression in the page, awaited if it is a promise."""
         found = self.call(

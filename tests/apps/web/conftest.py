@@ -24,15 +24,27 @@ def _browser(driver: str) -> Iterator[Chromium]:
 
 
 @pytest.fixture(scope="session")
-def swiftshader() -> Iterator[Chromium]:
-    """A browser that renders with SwiftShader."""
+def _swiftshader() -> Iterator[Chromium]:
     yield from _browser("swiftshader")
 
 
 @pytest.fixture(scope="session")
-def mesa() -> Iterator[Chromium]:
-    """A browser that renders with the OpenGL of the system, as the desktop does."""
+def _mesa() -> Iterator[Chromium]:
     yield from _browser("mesa")
+
+
+@pytest.fixture
+def swiftshader(_swiftshader: Chromium) -> Iterator[Chromium]:
+    """A browser that renders with SwiftShader."""
+    yield _swiftshader
+    _swiftshader.rest()
+
+
+@pytest.fixture
+def mesa(_mesa: Chromium) -> Iterator[Chromium]:
+    """A browser that renders with the OpenGL of the system, as the desktop does."""
+    yield _mesa
+    _mesa.rest()
 
 
 @pytest.fixture
