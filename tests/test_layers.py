@@ -23,7 +23,7 @@ LAYERS = [
     {"resources", "output", "display", "interruption"},  # 0
     {"cache"},  # 0
     {"scene", "bvh", "sampling", "aov"},  # 1
-    {"shader_composer", "archive", "arguments", "denoising", "camera_path"},  # 2
+    {"shader_composer", "archive", "arguments", "denoising", "camera_path", "shutter"},  # 2
     {"films"},  # 3
     {"io", "packing"},  # 3
     {"gpu"},  # 4

@@ -17,6 +17,7 @@ _PLACES = {
     "read_panorama": "io.toml.environments",
     "Renderer": "renderer",
     "render": "renderer",
+    "Shutter": "shutter",
     "view": "apps.viewer",
     "export_html": "apps.web",
     "show": "apps.web",

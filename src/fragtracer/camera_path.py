@@ -59,10 +59,11 @@ class CameraPath:
         """From the first key to the last."""
         return range(min(self.keys), max(self.keys) + 1)
 
-    def camera(self, frame: int) -> Camera:
-        """At one of the :attr:`frames`. Raises pydantic.ValidationError where the way leads through no camera."""
-        if frame in self.keys:
-            return self.keys[frame]
+    def camera(self, frame: float) -> Camera:
+        """At one of the :attr:`frames`, or between two. Raises pydantic.ValidationError where the way leads through no
+        camera."""
+        if (number := int(frame)) == frame and number in self.keys:
+            return self.keys[number]
         base = self.keys[self.frames[0]]
         times, cameras = np.array(list(self.keys), np.float64), self.keys.values()
         vectors = _hermite(
@@ -78,17 +79,17 @@ class CameraPath:
 def turntable(camera: Camera, frames: int) -> CameraPath:
     """A path of ``frames`` frames, from 1 on, once around the target of ``camera``, about its up vector and
     counter-clockwise seen from there; the frame that would follow is the first again."""
+    return CameraPath({frame: turned(camera, (frame - 1) / frames) for frame in range(1, frames + 1)})
+
+
+def turned(camera: Camera, share: float) -> Camera:
+    """``camera`` after a ``share`` of the turn of a :func:`turntable`."""
     axis = np.divide(camera.up, np.linalg.norm(camera.up))
     arm = np.subtract(camera.position, camera.target)
     along = axis * (axis @ arm)
-    across = np.cross(axis, arm)
-
-    def at(frame: int) -> Camera:
-        angle = 2 * np.pi * (frame - 1) / frames
-        turned = along + np.cos(angle) * (arm - along) + np.sin(angle) * across
-        return replace(camera, position=tuple((camera.target + turned).tolist()))
-
-    return CameraPath({frame: at(frame) for frame in range(1, frames + 1)})
+    angle = 2 * np.pi * share
+    moved = along + np.cos(angle) * (arm - along) + np.sin(angle) * np.cross(axis, arm)
+    return replace(camera, position=tuple((camera.target + moved).tolist()))
 
 
 def _hermite(times: Floats, values: Floats, time: float, tangents: Tangents) -> Floats:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The layers of :data:`fragtracer.aov.AOVS` from what is drawn: parts of the light, and what paths meet first."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -41,7 +42,8 @@ def light(name: str, parts: LayerTextures) -> Floats:
 @dataclass(frozen=True)
 class Picture:
     """Of which layers are drawn: a scene, packed, in ``size`` pixels, with ``spp`` samples of each so far, which
-    ``program`` has taken. ``is_plain`` if these go the ways of layers.frag as long as surfaces are smooth."""
+    ``program`` has taken. ``is_plain`` if these go the ways of layers.frag as long as surfaces are smooth. ``moment``
+    packs what a sample, by its number, has seen, and says the number of the first that sees something else."""
 
     scene: Scene
     packed: PackedScene
@@ -49,6 +51,7 @@ class Picture:
     size: tuple[int, int]
     spp: int
     is_plain: bool
+    moment: Callable[[int], tuple[PackedScene, int]]
 
 
 class FirstSurface:
@@ -112,13 +115,14 @@ class FirstSurface:
             film = Film(self._ctx, *picture.size, LayerTextures(self._ctx, picture.size, _TARGETS))
             try:
                 program = replace(picture.program, name="layers.frag", defines={"LAYERS": kind})
-                self._tracer.load(packed, program)
-                self._tracer.set({name: tuple(matrix.T.ravel()) for name, matrix in matrices.items()})
                 assert film.layers is not None
                 found = []
                 for samples in (picture.spp, most) if most else (picture.spp,):
-                    if samples > film.samples:
-                        for _ in self._tracer.bands(film, samples - film.samples):
+                    while film.samples < samples:
+                        seen, end = picture.moment(film.samples)
+                        self._tracer.load(seen, program)
+                        self._tracer.set({name: tuple(matrix.T.ravel()) for name, matrix in matrices.items()})
+                        for _ in self._tracer.bands(film, min(samples, end) - film.samples):
                             pass
                     found.append((film.read(), film.layers.read()))
                 self._drawn_last[kind] = (previous, picture.spp), found

@@ -30,10 +30,12 @@ from fragtracer.interruption import deferred
 from fragtracer.layers import PARTS, FirstSurface, Picture, light
 from fragtracer.light_tracing import Decisions, LightTracing
 from fragtracer.packing import PackedScene, matte_names, pack
+from fragtracer.packing.instances import refit
 from fragtracer.packing.space import Space
 from fragtracer.sampling.allocation import FIRST_STAGE, StagePart, Window, least_gain
 from fragtracer.sampling.pixels import Pixels
 from fragtracer.scene import Camera, RenderSettings, Scene
+from fragtracer.shutter import Shutter
 
 _log = logging.getLogger(__name__)
 
@@ -144,6 +146,9 @@ class Renderer:
         self.scene = scene
         self._expected_spp = self.settings.spp
         self._seconds, self._resumed_at = 0.0, 0  # that the samples after so many per pixel have taken
+        self._shutter: Shutter | None = None
+        self._moment_spp, self._moment = MOST_SAMPLES, 0  # samples per pixel of a moment, and which one is loaded
+        self._seen: Scene | None = None  # the scene at that moment
         self._owns_context, self._is_closed = context is None, False
         self._lock = threading.RLock()
         self._scope: AbstractContextManager[Any] | None = None  # in which the context is current
@@ -170,10 +175,11 @@ class Renderer:
                 self._light: LightTracing | None = None
                 made.callback(self._release_light)
                 _log.info("compiling")
-                self._tracer = Tracer(self.context, self._packed(), self._program())
+                packed = self._packed()
+                self._tracer = Tracer(self.context, packed, self._program())
                 made.callback(self._tracer.release)
                 self._film.warm_up(self._tracer)
-                self._load_light()
+                self._load_light(packed)
                 self._choose_sampling()
                 made.pop_all()
             failing.pop_all()
@@ -206,6 +212,8 @@ class Renderer:
         """Draw a pass of ``most`` samples per pixel at most."""
         start = time.perf_counter()
         with self._drawing():
+            if self._shutter is not None:
+                most = min(most, self._begin_moment(self._shutter))
             if self._light is not None:
                 self._light.advance(max(1, self.spp))  # no sample without photons, however the pass ends
             for share in self._film.bands(self._tracer, pass_rays(self.settings.rays, self.spp), most):
@@ -215,6 +223,21 @@ class Renderer:
             if self._light is not None:
                 self._light.advance(self.spp)
         self._seconds += time.perf_counter() - start
+
+    def _begin_moment(self, shutter: Shutter) -> int:
+        """Show what the next samples see; returns how many of each pixel do."""
+        number, done = divmod(self.spp, self._moment_spp)
+        if number != self._moment:
+            self._seen, self._moment = self._moment_of(shutter, number), number
+            self._load(goes_on=True)
+        return self._moment_spp - done
+
+    def _moment_of(self, shutter: Shutter, number: int) -> Scene:
+        scene = shutter.at(shutter.time(number, self.settings.seed))
+        check_scene(scene)
+        for before, after in zip(self.scene.meshes, scene.meshes, strict=False):
+            refit(before, after)
+        return scene
 
     def expect(self, seconds: float, spp: int = MOST_SAMPLES) -> None:
         """Say that this picture is sampled for so many ``seconds`` more, up to ``spp`` samples per pixel.
@@ -323,7 +346,7 @@ class Renderer:
                 light_state, light_arrays = self._light.state()
                 state, arrays = state | light_state, arrays | light_arrays
         ranges = ((self.first_sample, self.first_sample + self.spp),)
-        state |= {"next_look": self._next_look, "looked": self._looked}
+        state |= {"next_look": self._next_look, "looked": self._looked, "moment_spp": self._moment_spp}
         SavedFilm(self.origin(), self.driver, ranges, self.metadata(), state, arrays).write(Path(path))
 
     def resume(self, path: str | Path) -> None:
@@ -370,6 +393,7 @@ class Renderer:
             if self._light is not None:
                 self._light.restore(film.state, film.arrays)
         self._next_look, self._looked = film.state["next_look"], film.state.get("looked", 0)
+        self._moment_spp, self._moment = film.state.get("moment_spp", self._moment_spp), -1
         self._seconds, self._resumed_at = 0.0, self.spp
         if self.spp > FIRST_STAGE:  # how it goes on is decided
             self._expected_spp = MOST_SAMPLES
@@ -416,6 +440,8 @@ class Renderer:
         shown, chosen = scene or self.scene, replace(self.settings, **settings) if settings else self.settings
         more: dict[str, object] = {"program": self._program().name, "defines": self._defines}
         more |= {"light_parts": self._has_parts}
+        if self._shutter is not None and scene is None:
+            more |= {"shutter": self._shutter.name}
         with self._current():
             decisions = self._decider.decide(shown, chosen)
         return origin_of(shown, chosen, self._shaders, **more, **in_origin(decisions))
@@ -426,11 +452,14 @@ class Renderer:
         info = self.context_info
         return f"{info['GL renderer']}, OpenGL {info['GL version']}"
 
-    def reset(self, scene: Scene | None = None, **settings: Any) -> None:
+    def reset(self, scene: Scene | None = None, shutter: Shutter | None = None, **settings: Any) -> None:
         """Forget all samples; go on with ``scene``, if given, and with any settings that are.
 
         The size stays, and so do settings that are not given: those of ``scene`` itself are not taken over. Another
         ``seed`` never compiles, other values may.
+
+        With a ``shutter`` the picture is the mean over its moments, sampled evenly; ``scene`` is that of one of them,
+        by which all is decided and learned. The standard error does not know of how far the moments are apart.
 
         Raises
         ------
@@ -441,17 +470,20 @@ class Renderer:
             raise ValueError("a renderer keeps its size; make another one")
         if scene is not None:
             check_scene(scene)
-        before = self.scene, self.settings
-        wanted = scene or self.scene, replace(self.settings, **settings) if settings else self.settings
+        before = self.scene, self.settings, self._shutter
+        wanted = scene or self.scene, replace(self.settings, **settings) if settings else self.settings, shutter
         with self._current():
             try:
-                if scene is not None or settings:
+                if scene is not None or settings or self._shutter is not None or shutter is not None:
                     light_too = not self._is_loaded or scene is not None or settings.keys() != {"seed"}
-                    self.scene, self.settings = wanted
+                    light_too |= self._shutter is not None
+                    self.scene, self.settings, self._shutter = wanted
+                    self._seen = None
                     self._load(light_too)
             except BaseException:
                 with deferred():
-                    self.scene, self.settings = before
+                    self.scene, self.settings, self._shutter = before
+                    self._seen = None
                     self._release_light()
                 raise
             finally:
@@ -465,6 +497,8 @@ class Renderer:
             self._light.clear(self.settings.seed)
         self._film.clear()
         self._expected_spp, self._seconds, self._resumed_at = self.settings.spp, 0.0, 0
+        self._moment = -1
+        self._moment_spp = self._shutter.samples(self.settings.spp) if self._shutter else MOST_SAMPLES
         self._first_surface.forget()
         self._last_error, self._looked, self._next_look = None, 0, _FIRST_LOOK
 
@@ -545,8 +579,16 @@ class Renderer:
                         f"the layer {name} must be asked for before: Renderer(scene, aovs=[{name!r}])"
                     )
                 return light(name, self._parts)
+            self._seen, self._moment = None, -1  # layers leave the tracer with the scene
             packed, program, size = self._packed(), self._program(), (settings.width, settings.height)
-            picture = Picture(self.scene, packed, program, size, self.spp, self._samples_are_plain)
+
+            def moment(sample: int) -> tuple[PackedScene, int]:
+                if self._shutter is None:
+                    return packed, MOST_SAMPLES
+                number = sample // self._moment_spp
+                return self._packed_as(self._moment_of(self._shutter, number)), (number + 1) * self._moment_spp
+
+            picture = Picture(self.scene, packed, program, size, self.spp, self._samples_are_plain, moment)
             return self._first_surface.layer(name, picture, previous_camera)
 
     def matte_names(self, name: str) -> list[str]:
@@ -625,6 +667,8 @@ class Renderer:
         counts |= {"guiding_decision": guided.reason, "light_tracing_decision": traced.reason}
         counts |= {"adaptive_decision": self._adaptive_sampling[1] or self._film.decision}
         counts |= {"gradient_domain_decision": self._gradient_domain[1] or self._film.gradient_decision}
+        if self._shutter is not None:
+            counts |= {"shutter": self._shutter.name, "moments": str(-(-self.spp // self._moment_spp))}
         return made_by | settings | counts | {"gl_renderer": describe(self.context)["GL renderer"]}
 
     def _repr_png_(self) -> bytes:
@@ -644,21 +688,25 @@ class Renderer:
         return pack(scene, settings, settings.width, settings.height, self._most_listed, self._space, outside_grid)
 
     def _packed(self) -> PackedScene:
-        settings = self.settings
-        packed = self._pack(self.scene, settings, self._level)
+        return self._packed_as(self._seen or self.scene)
+
+    def _packed_as(self, scene: Scene) -> PackedScene:
+        """The scene as it is at a moment."""
+        packed = self._pack(scene, self.settings, self._level)
         if self._moves:
             self._space = self._space or packed.space  # the first, so that a picture does not depend on others
         return self._decisions()[1].applied(packed) if self._name is None else packed
 
-    def _load(self, light_too: bool = True) -> None:
-        """Have the GPU hold the scene, as the settings ask for it."""
+    def _load(self, light_too: bool = True, goes_on: bool = False) -> None:
+        """Have the GPU hold the scene, as the settings ask for it; photons stay where the picture ``goes_on``."""
         self._is_loaded = False
-        self._tracer.load(self._packed(), self._program())
+        packed = self._packed()
+        self._tracer.load(packed, self._program())
         if light_too:
-            self._load_light()
+            self._load_light(packed, goes_on)
         self._is_loaded = True
 
-    def _load_light(self) -> None:
+    def _load_light(self, packed: PackedScene, goes_on: bool = False) -> None:
         """Trace light of the scene from its lights, or no longer."""
         decision, _ = self._decisions()
         if not decision.is_on:
@@ -667,7 +715,8 @@ class Renderer:
         if self._light is None:
             self._light = LightTracing(self.context)
         size = self.settings.width, self.settings.height
-        self._light.load(self._packed(), self.scene, size, decision.photons, self._level, self._shaders, self._kept)
+        scene, photons = self._seen or self.scene, decision.photons
+        self._light.load(packed, scene, size, photons, self._level, self._shaders, self._kept, goes_on)
         self._light.warm_up()
 
     def _release_light(self) -> None:
@@ -707,6 +756,8 @@ class Renderer:
             impossible = f"the integrator is {self.settings.integrator}"
         elif self._has_parts:
             impossible = "the parts of the light are sampled evenly"
+        elif self._shutter is not None:
+            impossible = "moments are sampled evenly"
         return adaptive_sampling(self.settings, self._expected_spp, self._has_meshes, impossible)
 
     @property
@@ -715,6 +766,8 @@ class Renderer:
         height, impossible = 2 * self.settings.height, ""
         if self._program().name != PROGRAMS["path"]:
             impossible = f"the integrator is {self.settings.integrator}"
+        elif self._shutter is not None:
+            impossible = "moments are of single pixels"
         elif self._has_parts or self.first_sample:
             impossible = "layers of light and parts of the samples are of single pixels"
         elif height > max_size(self.context):

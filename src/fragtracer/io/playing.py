@@ -79,7 +79,7 @@ class Animated:
 
     def _model(self, key: Played, time: float) -> Model:
         duration = self._duration(key)
-        again = self._repeats and time > duration > 0
+        again = self._repeats and duration > 0 and not 0 <= time <= duration
         return self._files[key].model(Pose(key[1], time % duration if again else time))
 
 

@@ -45,9 +45,11 @@ class LightTracing:
         level: Level,
         root: Path | None = None,
         kept: Sequence[str] = (),
+        goes_on: bool = False,
     ) -> None:
         """Take over ``scene`` as it is ``packed``, for a picture of ``size`` with so many photons for a sample of a
-        path; forgets all of them. ``level`` and ``kept`` are those of :func:`fragtracer.gpu.specialise.specialise`.
+        path; forgets all of them unless the picture ``goes_on``, with another moment. ``level`` and ``kept`` are those
+        of :func:`fragtracer.gpu.specialise.specialise`.
 
         Raises :class:`ShaderError` if the program does not compile, and :class:`DeviceError` if the GPU has no memory
         for the photons.
@@ -59,8 +61,9 @@ class LightTracing:
         targets = self._targets(packed, scene)
         self._has_targets = len(targets) > 0
         if self._has_targets:
-            self._tracer.load(packed, targets, self._size, level, root, kept)
-        self.clear()
+            self._tracer.load(packed, targets, self._size, level, root, kept, goes_on)
+        if not goes_on:
+            self.clear()
 
     def _targets(self, packed: PackedScene, scene: Scene) -> Targets:
         """Those of the last scene, if at most its camera has moved."""

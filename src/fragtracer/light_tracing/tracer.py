@@ -39,6 +39,7 @@ class LightTracer:
         self._textures = SceneTextures(ctx)
         self._table: Any = None
         self._aiming: Iterator[None] | None = None
+        self._weights = np.empty(0)  # of the targets
         self._random = upload_random_texture(ctx)
         self._drawn: Drawn = (nearest_texture(ctx, _SIZE), nearest_texture(ctx, _SIZE))
 
@@ -50,12 +51,13 @@ class LightTracer:
         level: Level,
         root: Path | None = None,
         kept: Sequence[str] = (),
+        keeps_aim: bool = False,
     ) -> None:
         """Take over ``packed``, for a picture of ``size``, and its ``targets``, at least one; compiles only if the
         program is another one. What is ``kept`` is not compiled in (:func:`.specialise`).
 
         More photons go to targets from which more light is seen, so that the variance is least; :meth:`aim` finds out
-        from which.
+        from which. As many as before go to each if it ``keeps_aim``, as for another moment of a picture.
 
         Raises :class:`ShaderError` if the program does not compile; the last one stays in use.
         """
@@ -78,7 +80,11 @@ class LightTracer:
         uniforms |= {"u_target_count": len(targets), "u_photon_width": _SIZE[0]}
         self._program.set({name: value for name, value in uniforms.items() if name in self._program.declared})
         self._seed = packed.uniforms["u_seed"]
-        self._aiming = self._pilot(targets)
+        if keeps_aim and self.is_aimed and len(targets) == len(self._weights):
+            self._aim_by(targets, self._weights)
+            self.seed(self._seed)
+        else:
+            self._aiming = self._pilot(targets)
 
     def seed(self, seed: int) -> None:
         """Trace other photons."""
@@ -111,6 +117,7 @@ class LightTracer:
     def _aim_by(self, targets: Targets, weights: Floats) -> None:
         if self._table is not None:
             self._table.release()
+        self._weights = weights
         table = {"u_targets": (targets.texels(weights),)}
         self._table = folded_textures(self._ctx, table, table)["u_targets"]
 

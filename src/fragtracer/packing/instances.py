@@ -163,11 +163,13 @@ def _instance_bounds(instances: Sequence[Instance], bounds: Texels, epsilon: flo
 _topologies: MutableMapping[Geometry, Bvh] = WeakKeyDictionary()
 
 
-def refit(before: Geometry, after: Geometry) -> None:
-    """Have ``after``, which are the same triangles with vertices elsewhere, share the BVH of ``before``, if that is
-    packed: there is none to be built then, but rays through it take the longer the more is deformed."""
-    if before in _topologies and after not in _topologies and len(after.triangles) == len(before.triangles):
-        _topologies[after] = _topologies[before]
+def refit(before: Mesh, after: Mesh) -> None:
+    """Have ``after``, the mesh ``before`` in another pose, share its BVHs, as far as they are packed: there is none to
+    be built then, but rays through it take the longer the more is deformed."""
+    for old, new in zip(before.parts, after.parts, strict=False):
+        has_bvh, is_known = old.geometry in _topologies, new.geometry in _topologies
+        if has_bvh and not is_known and len(new.geometry.triangles) == len(old.geometry.triangles):
+            _topologies[new.geometry] = _topologies[old.geometry]
 
 
 def _find_topologies(geometries: Iterable[Geometry]) -> None:

@@ -14,7 +14,7 @@ from pydantic import ValidationError
 from fragtracer.apps.cli import video
 from fragtracer.apps.cli.picture import Picture
 from fragtracer.apps.cli.preparation import preparing
-from fragtracer.camera_path import LAST_FRAME, CameraPath, turntable
+from fragtracer.camera_path import LAST_FRAME, CameraPath, turned, turntable
 from fragtracer.display.exposure import cells, stops_for
 from fragtracer.errors import FragtracerError, OutputError
 from fragtracer.io.images import check_writable, read_metadata
@@ -23,6 +23,7 @@ from fragtracer.io.toml.camera_paths import load_camera_path
 from fragtracer.renderer import Renderer
 from fragtracer.scene import Camera, Scene
 from fragtracer.scene.content import content_digest
+from fragtracer.shutter import Shutter
 
 _NUMBERS = re.compile(r"#+")
 _SEEDS = 2**32
@@ -37,7 +38,8 @@ class Frames:
     both.
 
     ``whole`` are the numbers of all frames; those of the ``files`` are asked for. A ``film`` of ``fps`` frames a second
-    is made of them if its name is given.
+    is made of them if its name is given. The shutter is open for a share ``exposed`` of the time between two frames, of
+    which ``moments`` are seen.
     """
 
     base: Scene
@@ -48,6 +50,8 @@ class Frames:
     files: Mapping[int, Path]
     film: Path | None
     fps: Fraction
+    exposed: float = 0.0
+    moments: int = 1
 
     @property
     def count(self) -> int:
@@ -55,11 +59,27 @@ class Frames:
         return len(self.whole)
 
     def scene(self, number: int) -> Scene:
-        """That of a frame, with its seed."""
-        found = self.base if self.playing is None else self.playing.at(float((number - self.whole[0]) / self.fps))
-        camera = found.camera if self.path is None else _camera(self.path, number)
+        """That of a frame, with its seed: of the middle of the time that the shutter is open."""
+        found = self._at(number)
         seed = (self.base.render.seed + number) % _SEEDS
-        return replace(found, camera=camera, render=replace(found.render, seed=seed))
+        return replace(found, render=replace(found.render, seed=seed))
+
+    def shutter(self, number: int) -> Shutter | None:
+        """Of a frame; None where it is a moment."""
+        if not self.exposed:
+            return None
+        name = f"{self.exposed:g} of a frame in {self.moments} moments"
+        return Shutter(lambda time: self._at(number + (time - 0.5) * self.exposed), self.moments, name)
+
+    def _at(self, frame: float) -> Scene:
+        found = self.base if self.playing is None else self.playing.at(float(frame - self.whole[0]) / float(self.fps))
+        return found if self.path is None else replace(found, camera=self._on_way(self.path, frame))
+
+    def _on_way(self, path: CameraPath, frame: float) -> Camera:
+        """The camera: on its ``path``, at whose ends it rests, or around what it looks at."""
+        if self.is_turntable:
+            return turned(self.base.camera, (frame - 1) / self.count)
+        return _camera(path, min(max(frame, self.whole[0]), self.whole[-1]))
 
     def previous_camera(self, number: int) -> Camera | None:
         """That of the frame before; None where more than the camera moves."""
@@ -86,10 +106,12 @@ def frames_of(
     turns: int | None,
     fps: float | None,
     playing: Playing | None = None,
+    exposed: float = 0.0,
+    moments: int = 1,
 ) -> Frames:
     """The frames ``frames``, as "1-240" or "7", or all, along a camera path of the file ``path`` or of a turntable of
     ``turns`` frames, while what is ``playing`` plays, or, without a path, until that ends. Frame n has the seed of the
-    scene and n.
+    scene and n, and is ``exposed`` for that share of the time between two frames, of which it has ``moments``.
 
     Raises
     ------
@@ -119,7 +141,7 @@ def frames_of(
         raise OutputError(f"{film}: would be replaced by a film of --frames {frames} alone; {mend}")
     width, height = scene.render.width, scene.render.height
     (video.check(output, width, height, rate) if film else check_writable(files[numbers[0]]))
-    found = Frames(scene, moving, turns is not None, playing, whole, files, film, rate)
+    found = Frames(scene, moving, turns is not None, playing, whole, files, film, rate, exposed, moments)
     if moving is not None:
         for number in numbers:
             _camera(moving, number)  # refused here, not after the work
@@ -146,10 +168,12 @@ def exposed_alike(picture: Picture, frames: Frames) -> Picture:
     return replace(picture, look=(stops, *picture.look[1:]))
 
 
-def digest_of(renderer: Renderer, scene: Scene, *more: Any) -> str:
+def digest_of(renderer: Renderer, scene: Scene, shutter: Shutter | None, *more: Any) -> str:
     """Of all that decides over the picture of a frame of ``scene`` by ``renderer``, ``more`` than the samples
     included."""
-    return content_digest(repr(sorted(renderer.origin(scene, seed=scene.render.seed).items())), repr(more))
+    seen = [scene, *([shutter.at(0.0), shutter.at(1.0)] if shutter else [])]
+    origins = [repr(sorted(renderer.origin(each, seed=scene.render.seed).items())) for each in seen]
+    return content_digest(*origins, repr((*more, shutter.name) if shutter else more))
 
 
 def is_finished(file: Path, digest: str) -> bool:
@@ -194,12 +218,12 @@ def _rate(fps: float) -> Fraction:
     return of_television if is_short_for_it else Fraction(fps).limit_denominator(1001)
 
 
-def _camera(path: CameraPath, frame: int) -> Camera:
+def _camera(path: CameraPath, frame: float) -> Camera:
     try:
         return path.camera(frame)
     except ValidationError as error:
         problem = error.errors()[0]["msg"].removeprefix("Value error, ")
-        raise FragtracerError(f"frame {frame}: {problem}; add a key on the way there") from None
+        raise FragtracerError(f"frame {frame:g}: {problem}; add a key on the way there") from None
 
 
 def _file(output: Path, frame: int) -> Path:

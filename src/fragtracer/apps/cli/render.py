@@ -75,6 +75,15 @@ AnimationTime = Annotated[
     typer.Option("--animation-time", metavar="SECONDS", help="Hold this moment of the animation.  [default: play it]"),
 ]
 Loop = Annotated[bool, typer.Option("--loop", help="Begin an animation anew when it ends, while the camera moves.")]
+OpenShutter = Annotated[
+    float,
+    typer.Option(
+        "--shutter", min=0, max=1, metavar="SHARE", help="Motion blur, over this share of a frame; 0.5: 180°."
+    ),
+]
+Moments = Annotated[
+    int | None, typer.Option(min=1, max=2**16, metavar="N", help="Of an open shutter that a frame shows at most, 32.")
+]
 _PATIENCE = 0.5  # seconds until there is a progress bar, which takes time to make
 
 
@@ -118,6 +127,8 @@ def render(
     animation: AnimationName = None,
     animation_time: AnimationTime = None,
     loop: Loop = False,
+    shutter: OpenShutter = 0.0,
+    moments: Moments = None,
     cluster: Cluster = None,
     block: BlockSamples = None,
     exposure: options.Exposure = "0",
@@ -185,6 +196,12 @@ def render(
         raise FragtracerError("--loop is for frames while an animation plays; name one by --animation, or leave it out")
     if playing is not None and "motion" in picture.aovs:
         raise FragtracerError("--aov motion knows moving cameras alone; leave it out where an animation plays")
+    if moments is not None and not shutter:
+        raise FragtracerError(
+            "--moments is how many of an open shutter there are; give --shutter SHARE, or leave it out"
+        )
+    if shutter:
+        _check_shutter(moves, picture, cluster)
     if cluster is None and block is not None:
         raise FragtracerError("--block is the size of a task of --cluster ADDRESS; leave it out without")
     if cluster is not None:
@@ -201,7 +218,7 @@ def render(
     if moves:
         from fragtracer.apps.cli.frames import frames_of
 
-        moving = frames_of(lit, output, frames, path, turntable, fps, playing)
+        moving = frames_of(lit, output, frames, path, turntable, fps, playing, shutter, moments or 32)
         if cluster is not None:
             _with_limit(limits, lit.render)
             finished = on_cluster.render_frames(moving, cluster, block, limits, picture, kept, _progress)
@@ -255,6 +272,16 @@ def _check_parts(settings: Any, picture: Any, first_sample: int) -> None:
         raise FragtracerError("--first-sample needs --integrator path")
 
 
+def _check_shutter(moves: bool, picture: Any, cluster: str | None) -> None:
+    """Raise FragtracerError where the shutter cannot be open for more than a moment."""
+    if not moves:
+        raise FragtracerError("--shutter is for frames; give --turntable, --path or --animation, or leave it out")
+    if "motion" in picture.aovs:
+        raise FragtracerError("--aov motion is of a moment; leave it out with --shutter")
+    if cluster is not None:
+        raise FragtracerError("--shutter is not possible together with --cluster; leave one of them out")
+
+
 def _render_frames(frames: Any, limits: dict[str, Any], picture: Any, keeping: Any) -> bool:
     """Render the frames that are not finished; False if interrupted."""
     from fragtracer.apps.cli.frames import digest_of, exposed_alike, is_finished
@@ -273,11 +300,12 @@ def _render_frames(frames: Any, limits: dict[str, Any], picture: Any, keeping: A
         for number, file in files.items():
             moved, previous = frames.scene(number), frames.previous_camera(number)
             motion = previous if "motion" in picture.aovs else None
-            digest = digest_of(renderer, moved, moved.render.spp, limits, picture, motion)
+            shutter = frames.shutter(number)
+            digest = digest_of(renderer, moved, shutter, moved.render.spp, limits, picture, motion)
             if is_finished(file, digest):
                 done += 1
                 continue
-            renderer.reset(moved, seed=moved.render.seed)
+            renderer.reset(moved, shutter, seed=moved.render.seed)
             keeper = keeping and keeping.begin(renderer, f"{number:04}")
             if not _sample(renderer, dict(limits), keeper, keeper is not None):
                 how = "the same command" if keeper is None else "the same command with --resume"

@@ -122,5 +122,4 @@ def _refit(scene: Scene, models: Mapping[Played, Model]) -> None:
     """Let ``models`` share the BVHs of the meshes of ``scene``, which they are in another pose."""
     for index, key in played(scene).items():
         if key in models:
-            for before, after in zip(scene.meshes[index].parts, models[key].mesh.parts, strict=False):
-                refit(before.geometry, after.geometry)
+            refit(scene.meshes[index], models[key].mesh)
