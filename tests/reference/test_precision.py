@@ -121,8 +121,8 @@ def test_no_point_of_a_convex_shape_is_in_its_own_shadow(mi, name):
             np.testing.assert_allclose(found[bright], 0.5 * cosine[bright], rtol=1e-3)
 
 
-@pytest.mark.parametrize("radius", [500.0, 1e5, 6.4e6])
-def test_a_ground_is_where_it_should_be(mi, monkeypatch, tmp_path, radius):
+@pytest.mark.parametrize(("radius", "shaded"), [(60.0, 0.001), (500.0, 0.01), (1e5, 0.01), (6.4e6, 0.01)])
+def test_a_ground_is_where_it_should_be(mi, monkeypatch, tmp_path, radius, shaded):
     """However large the sphere: met within a millimetre, as precise as the eye is far, and not in its own shadow, which
     Mitsuba's sphere is."""
     eye = np.array([0.5, 2.0, -0.3])
@@ -136,26 +136,36 @@ def test_a_ground_is_where_it_should_be(mi, monkeypatch, tmp_path, radius):
     directions = directions.astype(np.float32).astype(float)
     origins = np.broadcast_to(eye, directions.shape)
 
+    def intersected(world):
+        return world.ray_intersect(mi.Ray3f(*(mi.Vector3f(v.T.astype(np.float32)) for v in (origins, directions))))
+
     def dark(world):
-        return (radiance(mi, world, "fragtracer_path", origins, directions) < 0.45).mean()
+        """The share of places that are in shadow."""
+        cosine = -np.array(intersected(world).n).T @ light.direction / np.linalg.norm(light.direction)
+        return (radiance(mi, world, "fragtracer_path", origins, directions) < 0.96 * 0.5 * cosine).mean()
 
     world = mi.load_dict(to_mitsuba(scene, tmp_path))
-    si = world.ray_intersect(mi.Ray3f(*(mi.Vector3f(v.T.astype(np.float32)) for v in (origins, directions))))
+    si = intersected(world)
     met = origins + np.array(si.t, float)[:, None] * directions - (sphere.center + np.array([0, radius, 0]))
     height = met[:, 1] + np.square(met).sum(axis=1) / (2 * radius)
     assert np.abs(height).max() < 1e-3
     assert dark(world) == 0
-    np.testing.assert_allclose(np.array(si.n)[1], 1.0, atol=2e-4)
+    np.testing.assert_allclose(np.array(si.n).T, (met + np.array([0, radius, 0])) / radius, atol=0.4 / radius + 2e-4)
     monkeypatch.setattr("fragtracer.reference.shapes.is_ground", lambda *_: False)
-    assert dark(mi.load_dict(to_mitsuba(scene))) > 0.01
+    assert dark(mi.load_dict(to_mitsuba(scene))) > shaded
 
 
 def test_a_ground_is_closed(tmp_path):
-    """And lies on the sphere, its front outside; a sphere seen from further away stays one."""
-    sphere = Sphere((1.0, 2.0, 3.0), 200.0, "m")
-    scene = Scene(Camera((1.0, 2.0, 220.0), (0.0, 0.0, 0.0)), MATT, spheres=[sphere])
-    assert scene_tree(scene, tmp_path)["sphere_0"]["type"] == "sphere"
-    scene = replace(scene, camera=Camera((1.0, 2.0, 199.0), (0.0, 0.0, 0.0)))
+    """And lies on the sphere, its front outside. A sphere seen from further away stays one, as does a small one, and
+    one far from the origin, where Mitsuba's rays begin further away."""
+    sphere = Sphere((1.0, 2.0, -199.0), 200.0, "m")
+    scene = Scene(Camera((1.0, 2.0, 28.0), (0.0, 0.0, 0.0)), MATT, spheres=[sphere])
+    near = replace(scene, camera=Camera((1.0, 2.0, 2.0), (0.0, 0.0, 0.0)))
+    small = replace(near, spheres=[Sphere((1.0, 2.0, 1.0), 0.999, "m")])
+    away = replace(near, camera=Camera((301.0, 2.0, 2.0), (0.0, 0.0, 0.0)), spheres=[Sphere((301, 2, -199), 200, "m")])
+    for made in (scene, small, away):
+        assert scene_tree(made, tmp_path)["sphere_0"]["type"] == "sphere"
+    scene = near
     assert scene_tree(scene, tmp_path)["sphere_0"]["type"] == "ply"
     [part] = read_model(tmp_path / "sphere_0.ply").mesh.parts
     points, triangles = part.geometry.positions, part.geometry.triangles

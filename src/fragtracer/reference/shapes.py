@@ -24,7 +24,8 @@ def rgb(color: Any) -> Tree:
 
 
 RIM_PIXELS = 2e-5  # the rim lies below the horizon by less than this
-_GROUND = 30.0  # times the camera's distance from it: the radius of a sphere that is a ground
+# The radius of a sphere that is a ground: times the camera's distance from it, and times what rounding is relative to.
+_NEAR, _LARGE = 10.0, 30.0
 _STEP = 0.04  # of their distance from the foot of the camera: the edges of its triangles
 _NEAREST = 1e-5  # radians: the distance of the first ring of them
 
@@ -125,10 +126,13 @@ def sphere(shape: Sphere) -> Tree:
 
 
 def is_ground(scene: Scene, shape: Sphere) -> bool:
-    """Whether the camera is so near to a sphere that Mitsuba, which meets spheres in float32 except in scalar variants,
-    does not know how far away it is: it shades one of 500 m seen from 2 m by itself."""
-    away = float(np.linalg.norm(np.subtract(scene.camera.position, shape.center)))
-    return shape.radius > _GROUND * abs(away - shape.radius)
+    """Whether Mitsuba would shade a sphere by itself near the camera: it meets spheres in float32, except in scalar
+    variants, and so knows a point of one to a part of the radius, while rays from there begin in a distance that is
+    proportional to 1 m and its coordinates. Near the origin those of 30 m are right, of 60 m not."""
+    to_camera = np.subtract(scene.camera.position, shape.center)
+    away = float(np.linalg.norm(to_camera))
+    nearest = shape.center + to_camera * (shape.radius / away if away else 0.0)
+    return bool(shape.radius > max(_NEAR * abs(away - shape.radius), _LARGE * (1 + np.abs(nearest).max())))
 
 
 def ground(path: Path, scene: Scene, shape: Sphere) -> Tree:
