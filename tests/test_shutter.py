@@ -69,8 +69,12 @@ def test_a_picture_is_the_mean_of_its_moments(ctx: moderngl.Context, playing: Pl
         assert renderer.metadata()["moments"] == "2"
         renderer.sample(8)  # the moments go on after layers were drawn
         assert renderer.metadata()["moments"] == "4"
+        renderer.reset(shutter=shutter, spp=64)
+        renderer.render(until=1.0)
+        assert renderer.spp == 64  # no picture is good before it has seen all moments
         renderer.reset()
-        renderer.sample(1)
+        renderer.render(until=1.0)
+        assert renderer.spp == 16
         assert "shutter" not in renderer.metadata()
     alone = []
     for number, which in enumerate((first, 1 - first)):

@@ -501,6 +501,8 @@ class Renderer:
         self._moment_spp = self._shutter.samples(self.settings.spp) if self._shutter else MOST_SAMPLES
         self._first_surface.forget()
         self._last_error, self._looked, self._next_look = None, 0, _FIRST_LOOK
+        if self._shutter is not None:  # the error does not know of moments that are still to come
+            self._next_look = max(_FIRST_LOOK, self._shutter.moments * self._moment_spp)
 
     def image(self) -> NDArray[np.float32]:
         """Mean radiance, (height, width, 3) float32 linear Rec. 709, row 0 at the top."""

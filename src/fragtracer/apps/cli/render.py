@@ -275,7 +275,8 @@ def _check_parts(settings: Any, picture: Any, first_sample: int) -> None:
 def _check_shutter(moves: bool, picture: Any, cluster: str | None) -> None:
     """Raise FragtracerError where the shutter cannot be open for more than a moment."""
     if not moves:
-        raise FragtracerError("--shutter is for frames; give --turntable, --path or --animation, or leave it out")
+        frames = "--turntable, --path, or --animation with -o NAME.####.png"
+        raise FragtracerError(f"--shutter is for frames of what moves; give {frames}, or leave it out")
     if "motion" in picture.aovs:
         raise FragtracerError("--aov motion is of a moment; leave it out with --shutter")
     if cluster is not None:
