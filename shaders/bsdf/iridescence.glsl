@@ -11,7 +11,7 @@
 
 uniform int u_without_iridescence;  // 1: no material has any, which then needs no code
 
-const float IRIDESCENCE_LEAST_COSINE = 1e-4;    // towards 0 from there on, where all is reflected, in proportion
+const float IRIDESCENCE_LEAST_COSINE = 1e-4;    // below it a film changes less, in proportion, and nothing at 0
 const float IRIDESCENCE_LARGEST_ROOT = 0.9999;  // of F0, of an index of 20000
 
 // The Fourier transform of what red, green and blue see of white light (D65, CIE 1931) over 1 / wavelength is, after an

@@ -346,7 +346,8 @@ class Renderer:
                 light_state, light_arrays = self._light.state()
                 state, arrays = state | light_state, arrays | light_arrays
         ranges = ((self.first_sample, self.first_sample + self.spp),)
-        state |= {"next_look": self._next_look, "looked": self._looked, "moment_spp": self._moment_spp}
+        state |= {"next_look": self._next_look, "looked": self._looked}
+        state |= {"moment_spp": self._moment_spp} if self._shutter is not None else {}
         SavedFilm(self.origin(), self.driver, ranges, self.metadata(), state, arrays).write(Path(path))
 
     def resume(self, path: str | Path) -> None:

@@ -22,8 +22,6 @@ _STRUCT = re.search(r"struct Bsdf \{(.*?)\};", (folder("shaders") / "bsdf/model.
 assert _STRUCT
 # The parameters of all models, with their types.
 FIELDS = {name: kind for kind, name in re.findall(r"^\s*(\w+) (\w+);", _STRUCT[1], re.MULTILINE) if name != "model"}
-
-
 _ZEROS = {"int": 0, "float": 0.0, "vec3": (0.0,) * 3, "vec4": (0.0,) * 4}
 
 

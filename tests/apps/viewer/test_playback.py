@@ -126,6 +126,25 @@ def test_a_file_that_changes_is_read_again(glb: Path, tmp_path: Path) -> None:
     player.close()
 
 
+def test_where_nothing_plays_nothing_moves() -> None:
+    """And the window can rest."""
+    session = Session.of(load("mirror"))
+    actions.carry_out(session, "play")
+    assert not session.playback.plays
+    assert "Nothing plays here" in session.toast
+    assert not Playback(plays=True).moves
+
+
+def test_a_model_with_other_parts_is_not_shown(glb: Path) -> None:
+    session, player = Session.of(load(glb, animation="rise"), glb), Player()
+    session.playback.time = 0.5
+    until_posed(session, player)
+    mesh = session.document.scene.meshes[0]
+    session.edit(session.document.with_part(("meshes", 0), replace(mesh, parts=mesh.parts[:1])), "fewer")
+    assert session.shown.meshes == session.document.scene.meshes
+    player.close()
+
+
 def test_poses_share_a_bvh(glb: Path) -> None:
     session, player = Session.of(load(glb, animation="rise"), glb), Player()
     scene = session.document.scene

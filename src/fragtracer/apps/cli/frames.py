@@ -72,7 +72,9 @@ class Frames:
         return Shutter(lambda time: self._at(number + (time - 0.5) * self.exposed), self.moments, name)
 
     def _at(self, frame: float) -> Scene:
-        found = self.base if self.playing is None else self.playing.at(float(frame - self.whole[0]) / float(self.fps))
+        found = (
+            self.base if self.playing is None else self.playing.at(float((Fraction(frame) - self.whole[0]) / self.fps))
+        )
         return found if self.path is None else replace(found, camera=self._on_way(self.path, frame))
 
     def _on_way(self, path: CameraPath, frame: float) -> Camera:

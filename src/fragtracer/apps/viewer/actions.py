@@ -15,6 +15,7 @@ from fragtracer.apps.viewer.panels import scene as scene_panel
 from fragtracer.apps.viewer.session import Session, file_name, fresh
 from fragtracer.errors import SceneError
 from fragtracer.io import toml
+from fragtracer.io.playing import played
 from fragtracer.resources import folder
 
 _LIGHT_SHARE = 0.1  # of the distance to the target, that is framed around a light that is smaller
@@ -37,7 +38,10 @@ def carry_out(session: Session, action: str) -> bool:
         case "pause", _:
             session.paused = not session.paused
         case "play", _:
-            session.playback.plays = not session.playback.plays
+            if played(session.document.scene):
+                session.playback.plays = not session.playback.plays
+            else:
+                session.say("Nothing plays here: models with animations have a choice of them in the scene panel")
         case "home", _:
             session.camera = session.home
         case "keep", slot:

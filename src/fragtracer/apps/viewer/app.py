@@ -120,7 +120,7 @@ class Viewer:
 
     def frame(self) -> None:
         """One turn of the loop; sleeps for a while if nothing changes."""
-        rests = self._is_asleep and not self.session.playback.plays
+        rests = self._is_asleep and not self.session.playback.moves
         idle = rests and (self.is_done or self._is_full) and not self._draws_for_comparison
         window = self.screen.window
         window.poll(_NAP if idle else 0.0)

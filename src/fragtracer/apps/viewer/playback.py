@@ -5,16 +5,15 @@ import time
 from collections.abc import Iterable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
-from pathlib import Path
 
-from fragtracer.io import open_gltf
+from fragtracer.errors import FragtracerError
+from fragtracer.io import AnimationError, open_gltf
 from fragtracer.io.model import Model
 from fragtracer.io.playing import Animated, Played, played
 from fragtracer.packing.instances import refit
 from fragtracer.scene import Scene
 
 _LONGEST_STEP = 0.5  # seconds that pass for an animation while a frame takes longer
-_SUFFIXES = (".gltf", ".glb")
 
 
 @dataclass
@@ -31,9 +30,14 @@ class Playback:
     names: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     models: Mapping[Played, Model] = field(default_factory=dict)
 
+    @property
+    def moves(self) -> bool:
+        """Whether time passes."""
+        return self.plays and self.duration > 0
+
     def advance(self, seconds: float) -> None:
         """Let time pass, if it ``plays``."""
-        if self.plays and self.duration > 0:
+        if self.moves:
             self.time = (self.time + min(seconds, _LONGEST_STEP)) % self.duration
 
 
@@ -56,7 +60,7 @@ class _Files:
     def at(self, files: Iterable[str], wanted: frozenset[Played], time: float) -> _Moment:
         for file in files:
             if file not in self._names:
-                self._names[file] = tuple(open_gltf(file).animations.names)
+                self._names[file] = _names(file)
         if self._animated is None or self._animated[0] != wanted:
             self._animated = wanted, Animated(wanted, repeats=True)
         animated = self._animated[1]
@@ -70,6 +74,8 @@ class Player:
         self._pool = ThreadPoolExecutor(1, "player")
         self._playback: Playback | None = None
         self._files = _Files()
+        self._scene: Scene | None = None
+        self._used: tuple[frozenset[str], frozenset[Played]] = frozenset(), frozenset()  # by that scene
         self._asked: tuple[frozenset[str], frozenset[Played], float] | None = None
         self._coming: Future[_Moment] | None = None
         self._updated_at = time.perf_counter()
@@ -94,9 +100,11 @@ class Player:
             is_new = self._take(playback, coming)
             if is_new:
                 _refit(scene, playback.models)
-        files = {mesh.file for mesh in scene.meshes if mesh.file and Path(mesh.file).suffix.lower() in _SUFFIXES}
-        wanted = frozenset(files), frozenset(played(scene).values()), playback.time
-        if self._coming is None and wanted != self._asked and (files or self._asked):
+        if scene is not self._scene:
+            files = frozenset(mesh.file for mesh in scene.meshes if mesh.file)
+            self._scene, self._used = scene, (files, frozenset(played(scene).values()))
+        wanted = *self._used, playback.time
+        if self._coming is None and wanted != self._asked and (self._used[0] or self._asked):
             self._asked, self._coming = wanted, self._pool.submit(self._files.at, *wanted)
         return is_new
 
@@ -104,10 +112,11 @@ class Player:
         assert self._asked is not None
         try:
             moment = coming.result()
-        except Exception:
+        except FragtracerError:
             playback.plays = False
             raise
         playback.names, playback.duration = moment.names, moment.duration
+        playback.time = min(playback.time, moment.duration)  # another animation may be shorter
         if not (playback.models or self._asked[2] > 0):
             return False
         playback.models = moment.models
@@ -116,6 +125,14 @@ class Player:
     def close(self) -> None:
         """End the thread, with what it does now."""
         self._pool.shutdown(cancel_futures=True)
+
+
+def _names(file: str) -> tuple[str, ...]:
+    """Those of the animations in the file of a model."""
+    try:
+        return tuple(open_gltf(file).animations.names)
+    except AnimationError:  # another kind of file
+        return ()
 
 
 def _refit(scene: Scene, models: Mapping[Played, Model]) -> None:

@@ -105,7 +105,10 @@ class Session:
         if not models:
             return document
         if self._posed is None or self._posed[0] is not document or self._posed[1] is not models:
-            scene = playing.posed(document.scene, models, self._lit_by)
+            try:
+                scene = playing.posed(document.scene, models, self._lit_by)
+            except ValueError:  # a file has other parts now, and is about to be read again
+                scene = document.scene
             self._posed = document, models, replace(document, scene=scene)
         return self._posed[2]
 

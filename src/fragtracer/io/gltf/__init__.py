@@ -6,6 +6,7 @@ either trust their input or lose samplers, transforms and sets of texture coordi
 """
 
 from pathlib import Path
+from threading import Lock
 
 import numpy as np
 
@@ -63,6 +64,7 @@ class GltfFile:
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        self._posing = Lock()
         self._container = Container(path, _SUPPORTED)
         document = self._container.document
         self._notes = [name for name in document.extensionsUsed if name not in _SUPPORTED]
@@ -88,6 +90,10 @@ class GltfFile:
         SceneError
             If something is damaged.
         """
+        with self._posing:
+            return self._model(pose)
+
+    def _model(self, pose: Pose | None) -> Model:
         container, notes = self._container, self._notes
         document = container.document
         nodes = document.nodes

@@ -18,6 +18,8 @@ _MOST_MESHES = 16  # that are shown
 def can_move(session: Session) -> list[int]:
     """The numbers of the meshes whose files have animations."""
     names = session.playback.names
+    if not any(names.values()):
+        return []
     return [i for i, mesh in enumerate(session.document.scene.meshes) if names.get(mesh.file or "")]
 
 
