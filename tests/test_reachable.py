@@ -55,13 +55,13 @@ void main() { out_color = overloaded(vec4(twice(1.0)), 0.0); }
 
 
 def test_what_main_reaches_is_left() -> None:
-    """In conditions that hold, through macros, and each function of a name; every line where it was."""
+    """In conditions that hold, through macros, and each function of a name; lines stay, comments go."""
     lines = reachable(
         PROGRAM.replace("float overloaded", "float helper(float x) { return x; } float overloaded")
     ).split("\n")
     assert len(lines) == PROGRAM.count("\n") + 1
     for number, (before, after) in enumerate(zip(PROGRAM.split("\n"), lines, strict=True)):
-        assert after in ("", before) or "helper" in after, number
+        assert after in ("", before.partition("  //")[0]) or "helper" in after, number
     left = "\n".join(lines)
     assert [left.count(f"float {name}(") for name in ("doubled", "overloaded", "never", "uncalled")] == [1, 1, 0, 0]
     assert "2.0 * x" in left

@@ -9,40 +9,37 @@ import re
 from collections.abc import Iterator
 from functools import lru_cache
 
-_DIRECTIVE = re.compile(r"\s*#\s*(if|ifdef|ifndef|elif|else|endif|define|undef)\b\s*(.*?)\s*(?://.*)?$")
+from fragtracer.gpu.branches import NotUnderstoodError, functions, holds, without_branches_not_taken
+
+_DIRECTIVE = re.compile(r"\s*#\s*(if|ifdef|ifndef|elif|else|endif|define|undef)\b\s*(.*?)\s*$")
 _DEFINED = re.compile(r"\bdefined\s*(?:\(\s*(\w+)\s*\)|(\w+))")
 _NAME = re.compile(r"[A-Za-z_]\w*")
-_LOGIC = re.compile(r"(?:\d+|and|or|not|[<>=!]=|[<>()]|\s)+")
-# What means something else in Python: a negation that is compared, and comparisons of comparisons.
-_COMPARED = re.compile(r"!(?!=)\s*(?:\w+|\([^()]*\))\s*[<>=!]|(?:[<>=!]=|[<>](?!=))[^&|()<>=!]*[<>=!]")
-_FUNCTION = re.compile(r"^(?:(?:lowp|mediump|highp) )?\w+ (\w+)\([^;{}]*\)\s*\{", re.MULTILINE)
-_BRACE = re.compile(r"//.*|[{}]")
+_COMMENT = re.compile(r"[ \t]*//.*")
 _LONG_OR_BRACES = re.compile(r"\\$|[{}]")  # a directive that goes on in the next line, or a macro that opens a block
 
 
 def reachable(text: str) -> str:
     """``text`` without the functions that ``main`` does not reach, and without what its conditions leave out.
 
-    Every line stays where it is, so that a driver's messages name the same ones. Where anything is not understood, as a
-    condition whose names the driver alone knows, the text is left as it is.
+    Every line stays where it is, so that a driver's messages name the same ones; comments go. Where anything is not
+    understood, as a condition whose names the driver alone knows, the text is left as it is.
     """
-    try:
-        return _of_reached("\n".join(_chosen(text.split("\n")))) if "/*" not in text else text
-    except _NotUnderstoodError:
+    if "/*" in text:
         return text
-
-
-class _NotUnderstoodError(Exception):
-    """The text is of some other form than that of our shaders."""
+    try:
+        chosen = "\n".join(_chosen(_COMMENT.sub("", text).split("\n")))
+        return _of_reached(without_branches_not_taken(chosen))
+    except NotUnderstoodError:
+        return text
 
 
 def _of_reached(text: str) -> str:
     """The text without functions that are not reached; there are no conditions in it any more."""
-    functions = list(_functions(text))
-    ends = [0, *(end for _, _, end in functions)]
-    between = [text[end:begin] for end, (_, begin, _) in zip(ends, functions, strict=False)]
+    found = list(functions(text))
+    ends = [0, *(end for _, _, end in found)]
+    between = [text[end:begin] for end, (_, begin, _) in zip(ends, found, strict=False)]
     named_by: dict[str, set[str]] = {}
-    for name, begin, end in functions:
+    for name, begin, end in found:
         named_by.setdefault(name, set()).update(_names(text[begin:end]))
     reached = {"main"} & named_by.keys()
     new = reached | _names("".join([*between, text[ends[-1] :]])) & named_by.keys()
@@ -50,7 +47,7 @@ def _of_reached(text: str) -> str:
         reached |= new
         new = {other for name in new for other in named_by[name] if other in named_by} - reached
     pieces = []
-    for before, (name, begin, end) in zip(between, functions, strict=True):
+    for before, (name, begin, end) in zip(between, found, strict=True):
         body = text[begin:end]
         pieces += [before, body if name in reached else "\n" * body.count("\n")]
     return "".join([*pieces, text[ends[-1] :]])
@@ -75,7 +72,7 @@ def _chosen(lines: list[str]) -> Iterator[str]:
         kind, rest = found.groups()
         is_unmatched = kind in ("elif", "else", "endif") and not open_conditions
         if kind == "undef" or is_unmatched or _LONG_OR_BRACES.search(line):
-            raise _NotUnderstoodError
+            raise NotUnderstoodError
         if kind == "define":
             name = _NAME.match(rest)
             if passes and name:
@@ -94,7 +91,7 @@ def _chosen(lines: list[str]) -> Iterator[str]:
             open_conditions.append((outside, is_taken or passes))
         yield ""
     if open_conditions:
-        raise _NotUnderstoodError
+        raise NotUnderstoodError
 
 
 def _value(condition: str, macros: dict[str, str]) -> bool:
@@ -104,34 +101,9 @@ def _value(condition: str, macros: dict[str, str]) -> bool:
         if not (names := set(_NAME.findall(text))):
             break
         if not names <= macros.keys():
-            raise _NotUnderstoodError
+            raise NotUnderstoodError
         text = _NAME.sub(lambda found: macros[found[0]] or "0", text)
-    if _COMPARED.search(text):
-        raise _NotUnderstoodError
-    text = re.sub(r"!(?!=)", " not ", text.replace("&&", " and ").replace("||", " or "))
-    if not _LOGIC.fullmatch(text):
-        raise _NotUnderstoodError
-    try:
-        return bool(eval(text, {"__builtins__": {}}))  # of numbers and operators alone
-    except (SyntaxError, TypeError):
-        raise _NotUnderstoodError from None
-
-
-def _functions(text: str) -> Iterator[tuple[str, int, int]]:
-    """The name of each function, and where it begins and ends."""
-    end = 0
-    for found in _FUNCTION.finditer(text):
-        if found.start() < end:
-            continue  # within the one before
-        depth = 1
-        for mark in _BRACE.finditer(text, found.end()):
-            depth += {"{": 1, "}": -1}.get(mark[0], 0)
-            if depth == 0:
-                break
-        else:
-            raise _NotUnderstoodError
-        end = mark.end()
-        yield found[1], found.start(), end
+    return holds(text)
 
 
 @lru_cache(4096)

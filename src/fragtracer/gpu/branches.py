@@ -1,0 +1,274 @@
+# SPDX-License-Identifier: MIT
+"""Leaves out of functions what constant conditions keep from running: a pass over the text of a shader.
+
+Mesa's compiler does so too, but where a condition is the value of a function it first inlines that, and everything that
+is called under the condition. A scene has few of the features that the shaders have, and most of their text stands
+under such conditions (docs/performance.md).
+"""
+
+import re
+from collections import Counter
+from collections.abc import Iterator
+
+_CONSTANT = re.compile(r"^(?:#define (\w+)|const u?int (\w+) =) +(?:u?int\()?(-?\d+)u?\)?;? *$", re.MULTILINE)
+_FUNCTION = re.compile(r"^(?:(?:lowp|mediump|highp) )?\w+ (\w+)\([^;{}]*\)\s*\{", re.MULTILINE)
+_PREDICATE = re.compile(r"^bool (\w+)\(([^(){}]*)\)\s*\{\s*return ([^;{}]*);\s*\}", re.MULTILINE)
+_NAME = re.compile(r"(?<![\w.])[A-Za-z_]\w*")
+_CALL = re.compile(r"(?<![\w.])(\w+)\s*\(")
+_OPENED = re.compile(r"(\w*)\s*\(")
+_UNSIGNED = re.compile(r"(?<=\d)u\b")
+_WHOLE = re.compile(r"(?:\d+|\(-\d+\)|and|or|not|>>|[<>=!]=|[<>()&|]|\s)+")
+# What means something else in Python: a negation that is compared, and comparisons of comparisons.
+_COMPARED = re.compile(r"!(?!=)\s*(?:\w+|\([^()]*\))\s*[<>=!]|(?:[<>=!]=|[<>](?!=))[^&|()<>=!]*[<>=!]")
+
+_IF = re.compile(r"if\s*\(")
+_ELSE = re.compile(r"\s*else\b")
+_LOOP = re.compile(r"(?:for|while)\s*\(|do\b")
+_JUMP = re.compile(r"(?:return|continue|break|discard)\b")
+_BLACK = re.compile(r"\S+")
+_SPACE = re.compile(r"\s*")
+_BRACKET = re.compile(r"[()\[\]{}]")
+_BRACE = re.compile(r"[{}]")
+_BEFORE_CONDITION = re.compile(r"\breturn\b|(?<![=<>!])=(?!=)|[()\[\],{}?:]")
+_BEHIND_OPERAND = re.compile(r"[()\[\],;?:]")
+
+
+class NotUnderstoodError(Exception):
+    """A text is of some other form than that of our shaders."""
+
+
+def functions(text: str) -> Iterator[tuple[str, int, int]]:
+    """The name of each function of a text without comments, and where it begins and ends."""
+    end = 0
+    for found in _FUNCTION.finditer(text):
+        if found.start() >= end:
+            end = _end(text, found.end(), "}")
+            yield found[1], found.start(), end
+
+
+def without_branches_not_taken(text: str) -> str:
+    """A text without comments, and without what its constants keep from running: branches, what follows a jump.
+
+    A condition is known if it is one of whole numbers, names of them, and functions that return such a condition. What
+    is not known is left to the driver. Every line stays where it is.
+
+    Raises
+    ------
+    NotUnderstoodError
+        Where there is a ``switch``, or brackets do not fit.
+    """
+    if "switch" in text:
+        raise NotUnderstoodError
+    known = _Conditions(text)
+    pieces, last = [], 0
+    for _, begin, end in functions(text):
+        body = text.index("{", begin) + 1
+        pieces += [text[last:body], _chosen(_block(text, body, known)[0], known)]
+        last = end
+    return "".join([*pieces, text[last:]])
+
+
+def holds(condition: str) -> bool:
+    """Whether a condition of whole numbers holds.
+
+    Raises
+    ------
+    NotUnderstoodError
+        If there is anything else in it.
+    """
+    if _COMPARED.search(condition.replace(">>", "&")):
+        raise NotUnderstoodError
+    text = re.sub(r"!(?!=)", " not ", condition.replace("&&", " and ").replace("||", " or "))
+    if not _WHOLE.fullmatch(text):
+        raise NotUnderstoodError
+    try:
+        return bool(eval(text, {"__builtins__": {}}))  # of numbers and operators alone
+    except (SyntaxError, TypeError, ValueError):
+        raise NotUnderstoodError from None
+
+
+class _Conditions:
+    """What is known of conditions, by the constants of a text."""
+
+    def __init__(self, text: str) -> None:
+        self._constants = {define or const: f"({number})" for define, const, number in _CONSTANT.findall(text)}
+        overloads = Counter(_FUNCTION.findall(text))
+        self._predicates = {
+            name: ([parameter.split()[-1] for parameter in parameters.split(",") if parameter], condition)
+            for name, parameters, condition in _PREDICATE.findall(text)
+            if overloads[name] == 1
+        }
+        self._values: dict[str, bool | None] = {}  # most conditions occur often
+
+    def value(self, condition: str) -> bool | None:
+        """Whether a condition holds always, or never; None if that depends."""
+        condition = condition.strip()
+        if condition not in self._values:
+            self._values[condition] = self._found(condition)
+        return self._values[condition]
+
+    def _found(self, condition: str) -> bool | None:
+        for operator, decides in ("||", True), ("&&", False):
+            if len(operands := _split(condition, operator)) > 1:
+                return self._of_operands(operands, decides)
+        negated = condition.removeprefix("!").lstrip()
+        if negated != condition and _is_one(negated):
+            value = self.value(negated)
+            return None if value is None else not value
+        if (opened := _OPENED.match(condition)) and _is_one(condition):
+            inner = condition[opened.end() : -1]
+            if not opened[1]:
+                return self.value(inner)
+            if opened[1] in self._predicates and not self._may_change(inner):
+                return self._of_predicate(opened[1], _split(inner, ","))
+        try:
+            return holds(_UNSIGNED.sub("", _NAME.sub(lambda name: self._constants.get(name[0], name[0]), condition)))
+        except NotUnderstoodError:
+            return None
+
+    def _of_predicate(self, name: str, arguments: list[str]) -> bool | None:
+        parameters, returned = self._predicates[name]
+        given = {name: argument.strip() for name, argument in zip(parameters, arguments, strict=False)}
+        return self.value(_NAME.sub(lambda name: given.get(name[0], name[0]), returned))
+
+    def _of_operands(self, operands: list[str], decides: bool) -> bool | None:
+        is_known = True
+        for operand in operands:
+            value = self.value(operand)
+            if value is decides:
+                return decides
+            if value is None and self._may_change(operand):
+                return None  # it runs before what decides
+            is_known = is_known and value is not None
+        return not decides if is_known else None
+
+    def _may_change(self, operand: str) -> bool:
+        """Whether to leave it out may change what a program does besides."""
+        return any(name not in self._predicates for name in _CALL.findall(operand))
+
+
+def _block(text: str, at: int, known: _Conditions) -> tuple[str, int, bool]:
+    """The block that begins before ``at`` as it runs, from there with its end; where it ends; and whether it jumps."""
+    pieces: list[str] = []
+    while True:
+        space = _SPACE.match(text, at)
+        assert space
+        pieces.append(space[0])
+        at = space.end()
+        if text[at] == "}":
+            return "".join([*pieces, "}"]), at + 1, False
+        statement, at, jumps = _statement(text, at, known)
+        pieces.append(statement)
+        if jumps:
+            end = _end(text, at, "}")
+            return "".join([*pieces, _blank(text[at:end]), "}"]), end, True
+
+
+def _statement(text: str, at: int, known: _Conditions) -> tuple[str, int, bool]:
+    """The statement at ``at`` as it runs, where it ends, and whether nothing behind it runs."""
+    if text[at] == "{":
+        body, end, jumps = _block(text, at + 1, known)
+        return "{" + body, end, jumps
+    if found := _IF.match(text, at):
+        close = _end(text, found.end())
+        value = known.value(text[found.end() : close - 1])
+        body, end, jumps = _after(text, close, known)
+        other, after, other_jumps = "", end, False
+        if found := _ELSE.match(text, end):
+            other, after, other_jumps = _after(text, found.end(), known)
+            other = (found[0] if value is None else _blank(found[0])) + other
+        if value is None:
+            return text[at:close] + body + other, after, jumps and other_jumps
+        if value:
+            return _blank(text[at:close]) + body + _blank(text[end:after]), after, jumps
+        return _blank(text[at:end]) + (other or ";"), after, other_jumps
+    if found := _LOOP.match(text, at):
+        start = _end(text, found.end()) if found[0].endswith("(") else found.end()
+        body, end, _ = _after(text, start, known)
+        return text[at:start] + body, end, False
+    end = text.find(";", at) + 1
+    if not end:
+        raise NotUnderstoodError
+    return text[at:end], end, bool(_JUMP.match(text, at))
+
+
+def _after(text: str, at: int, known: _Conditions) -> tuple[str, int, bool]:
+    """:func:`_statement`, with the space before it."""
+    space = _SPACE.match(text, at)
+    assert space
+    statement, end, jumps = _statement(text, space.end(), known)
+    return space[0] + statement, end, jumps
+
+
+def _chosen(text: str, known: _Conditions) -> str:
+    """Statements without what ``?:`` never chooses."""
+    at = text.find("?")
+    while at >= 0:
+        begin = _begin_of_condition(text, at)
+        value = known.value(text[begin:at])
+        if value is not None:
+            colon = _end_of_operand(text, at + 1)
+            end = _end_of_operand(text, colon + 1)
+            first, last = (at + 1, colon) if value else (colon + 1, end)
+            taken = f"{_blank(text[begin:first])} ({text[first:last]}){_blank(text[last:end])}"
+            text = text[:begin] + taken + text[end:]
+            at = begin
+        at = text.find("?", at + 1)
+    return text
+
+
+def _begin_of_condition(text: str, at: int) -> int:
+    depth, begin = 0, text.rfind(";", 0, at) + 1
+    for mark in reversed(list(_BEFORE_CONDITION.finditer(text, begin, at))):
+        if mark[0] in ")]":
+            depth += 1
+        elif mark[0] in "([" and depth:
+            depth -= 1
+        elif not depth:
+            return mark.end()
+    return begin
+
+
+def _end_of_operand(text: str, at: int) -> int:
+    """Where an operand of ``?:`` ends that begins at ``at``."""
+    depth = 0
+    for mark in _BEHIND_OPERAND.finditer(text, at):
+        if mark[0] in "([?":
+            depth += 1
+        elif depth and mark[0] in ")]:":
+            depth -= 1
+        elif not depth:
+            return mark.start()
+    raise NotUnderstoodError
+
+
+def _end(text: str, at: int, closing: str = ")") -> int:
+    """Behind the bracket ``closing``, the partner of one before ``at``."""
+    depth = 1
+    for mark in (_BRACE if closing == "}" else _BRACKET).finditer(text, at):
+        depth += 1 if mark[0] in "([{" else -1
+        if not depth and mark[0] == closing:
+            return mark.end()
+    raise NotUnderstoodError
+
+
+def _is_one(operand: str) -> bool:
+    """Whether it is one name, call, or pair of parentheses."""
+    opened = _OPENED.match(operand)
+    return _end(operand, opened.end()) == len(operand) if opened else operand.isidentifier()
+
+
+def _split(condition: str, operator: str) -> list[str]:
+    """The operands of ``operator``, but not those within brackets."""
+    operands, begin, depth = [], 0, 0
+    for mark in re.finditer(r"[()\[\]]|" + re.escape(operator), condition):
+        if mark[0] != operator:
+            depth += 1 if mark[0] in "([" else -1
+        elif not depth:
+            operands.append(condition[begin : mark.start()])
+            begin = mark.end()
+    return [*operands, condition[begin:]]
+
+
+def _blank(text: str) -> str:
+    return _BLACK.sub("", text)
