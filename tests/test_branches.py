@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fragtracer.gpu.branches import NotUnderstoodError, without_branches_not_taken
+from fragtracer.gpu.branches import Branches, NotUnderstoodError
+from fragtracer.gpu.reachable import reachable
 
 CONSTANTS = """\
 #define NONE 0
@@ -84,7 +85,7 @@ BRANCHES = [
 def test_what_constants_rule_out_is_left_out() -> None:
     """And nothing else: operands that may change something stay, and so does what is not understood."""
     text = _program()
-    left = without_branches_not_taken(text)
+    left = reachable(text)
     assert left.count("\n") == text.count("\n")
     found = re.findall(
         r"^float f\d+\(vec3 v, float x\) \{\n(.*?)\n\}\n(?=float f|out )", left, re.DOTALL | re.MULTILINE
@@ -94,15 +95,18 @@ def test_what_constants_rule_out_is_left_out() -> None:
 
 def test_functions_return_what_they_did(ctx: moderngl.Context) -> None:
     before = _values(ctx, _program())
-    np.testing.assert_array_equal(_values(ctx, without_branches_not_taken(_program())), before)
+    np.testing.assert_array_equal(_values(ctx, reachable(_program())), before)
     assert (before > 0.0).all()
     assert (before[0] != before[1]).any()
 
 
-@pytest.mark.parametrize("body", ["switch (1) { default: return x; }", "return x", "if (x > 0.0 { return x; }"])
+@pytest.mark.parametrize(
+    "body", ["switch (1) { default: return x; }", "if (x > 0.0) return x", "if (x > 0.0 { return x; }"]
+)
 def test_other_forms_are_not_understood(body: str) -> None:
+    function = f"float f(float x) {{ {body} }}"
     with pytest.raises(NotUnderstoodError):
-        without_branches_not_taken(f"{CONSTANTS}float f(float x) {{ {body} }}\n")
+        Branches(CONSTANTS + function).taken(function)
 
 
 def _program() -> str:

@@ -21,6 +21,7 @@ _WHOLE = re.compile(r"(?:\d+|\(-\d+\)|and|or|not|>>|[<>=!]=|[<>()&|]|\s)+")
 # What means something else in Python: a negation that is compared, and comparisons of comparisons.
 _COMPARED = re.compile(r"!(?!=)\s*(?:\w+|\([^()]*\))\s*[<>=!]|(?:[<>=!]=|[<>](?!=))[^&|()<>=!]*[<>=!]")
 
+_CONDITION = re.compile(r"\bif\b|\?")
 _IF = re.compile(r"if\s*\(")
 _ELSE = re.compile(r"\s*else\b")
 _LOOP = re.compile(r"(?:for|while)\s*\(|do\b")
@@ -46,28 +47,6 @@ def functions(text: str) -> Iterator[tuple[str, int, int]]:
             yield found[1], found.start(), end
 
 
-def without_branches_not_taken(text: str) -> str:
-    """A text without comments, and without what its constants keep from running: branches, what follows a jump.
-
-    A condition is known if it is one of whole numbers, names of them, and functions that return such a condition. What
-    is not known is left to the driver. Every line stays where it is.
-
-    Raises
-    ------
-    NotUnderstoodError
-        Where there is a ``switch``, or brackets do not fit.
-    """
-    if "switch" in text:
-        raise NotUnderstoodError
-    known = _Conditions(text)
-    pieces, last = [], 0
-    for _, begin, end in functions(text):
-        body = text.index("{", begin) + 1
-        pieces += [text[last:body], _chosen(_block(text, body, known)[0], known)]
-        last = end
-    return "".join([*pieces, text[last:]])
-
-
 def holds(condition: str) -> bool:
     """Whether a condition of whole numbers holds.
 
@@ -87,10 +66,21 @@ def holds(condition: str) -> bool:
         raise NotUnderstoodError from None
 
 
-class _Conditions:
-    """What is known of conditions, by the constants of a text."""
+class Branches:
+    """What of functions its constants let run, in a text without comments.
+
+    A condition is known if it is one of whole numbers, names of them, and functions that return such a condition. What
+    is not known is left to the driver.
+
+    Raises
+    ------
+    NotUnderstoodError
+        Where there is a ``switch``, or brackets do not fit. Of all methods.
+    """
 
     def __init__(self, text: str) -> None:
+        if "switch" in text:
+            raise NotUnderstoodError
         self._constants = {define or const: f"({number})" for define, const, number in _CONSTANT.findall(text)}
         overloads = Counter(_FUNCTION.findall(text))
         self._predicates = {
@@ -99,6 +89,14 @@ class _Conditions:
             if overloads[name] == 1
         }
         self._values: dict[str, bool | None] = {}  # most conditions occur often
+
+    def taken(self, function: str) -> str:
+        """``function`` without branches that are never taken, and without what follows a jump. Every line stays where
+        it is."""
+        if not _CONDITION.search(function):
+            return function
+        body = function.index("{") + 1
+        return function[:body] + _chosen(_block(function, body, self)[0], self)
 
     def value(self, condition: str) -> bool | None:
         """Whether a condition holds always, or never; None if that depends."""
@@ -147,7 +145,7 @@ class _Conditions:
         return any(name not in self._predicates for name in _CALL.findall(operand))
 
 
-def _block(text: str, at: int, known: _Conditions) -> tuple[str, int, bool]:
+def _block(text: str, at: int, known: Branches) -> tuple[str, int, bool]:
     """The block that begins before ``at`` as it runs, from there with its end; where it ends; and whether it jumps."""
     pieces: list[str] = []
     while True:
@@ -164,7 +162,7 @@ def _block(text: str, at: int, known: _Conditions) -> tuple[str, int, bool]:
             return "".join([*pieces, _blank(text[at:end]), "}"]), end, True
 
 
-def _statement(text: str, at: int, known: _Conditions) -> tuple[str, int, bool]:
+def _statement(text: str, at: int, known: Branches) -> tuple[str, int, bool]:
     """The statement at ``at`` as it runs, where it ends, and whether nothing behind it runs."""
     if text[at] == "{":
         body, end, jumps = _block(text, at + 1, known)
@@ -192,7 +190,7 @@ def _statement(text: str, at: int, known: _Conditions) -> tuple[str, int, bool]:
     return text[at:end], end, bool(_JUMP.match(text, at))
 
 
-def _after(text: str, at: int, known: _Conditions) -> tuple[str, int, bool]:
+def _after(text: str, at: int, known: Branches) -> tuple[str, int, bool]:
     """:func:`_statement`, with the space before it."""
     space = _SPACE.match(text, at)
     assert space
@@ -200,7 +198,7 @@ def _after(text: str, at: int, known: _Conditions) -> tuple[str, int, bool]:
     return space[0] + statement, end, jumps
 
 
-def _chosen(text: str, known: _Conditions) -> str:
+def _chosen(text: str, known: Branches) -> str:
     """Statements without what ``?:`` never chooses."""
     at = text.find("?")
     while at >= 0:
@@ -260,6 +258,8 @@ def _is_one(operand: str) -> bool:
 
 def _split(condition: str, operator: str) -> list[str]:
     """The operands of ``operator``, but not those within brackets."""
+    if operator not in condition:
+        return [condition]
     operands, begin, depth = [], 0, 0
     for mark in re.finditer(r"[()\[\]]|" + re.escape(operator), condition):
         if mark[0] != operator:

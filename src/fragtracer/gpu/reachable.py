@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterator
 from functools import lru_cache
 
-from fragtracer.gpu.branches import NotUnderstoodError, functions, holds, without_branches_not_taken
+from fragtracer.gpu.branches import Branches, NotUnderstoodError, functions, holds
 
 _DIRECTIVE = re.compile(r"\s*#\s*(if|ifdef|ifndef|elif|else|endif|define|undef)\b\s*(.*?)\s*$")
 _DEFINED = re.compile(r"\bdefined\s*(?:\(\s*(\w+)\s*\)|(\w+))")
@@ -18,6 +18,7 @@ _COMMENT = re.compile(r"[ \t]*//.*")
 _LONG_OR_BRACES = re.compile(r"\\$|[{}]")  # a directive that goes on in the next line, or a macro that opens a block
 
 
+@lru_cache(16)
 def reachable(text: str) -> str:
     """``text`` without the functions that ``main`` does not reach, and without what its conditions leave out.
 
@@ -28,28 +29,28 @@ def reachable(text: str) -> str:
         return text
     try:
         chosen = "\n".join(_chosen(_COMMENT.sub("", text).split("\n")))
-        return _of_reached(without_branches_not_taken(chosen))
+        return _of_reached(chosen)
     except NotUnderstoodError:
         return text
 
 
 def _of_reached(text: str) -> str:
-    """The text without functions that are not reached; there are no conditions in it any more."""
-    found = list(functions(text))
+    """The text without functions that are not reached; there are no conditions of the preprocessor in it any more."""
+    branches, found = Branches(text), list(functions(text))
     ends = [0, *(end for _, _, end in found)]
     between = [text[end:begin] for end, (_, begin, _) in zip(ends, found, strict=False)]
-    named_by: dict[str, set[str]] = {}
-    for name, begin, end in found:
-        named_by.setdefault(name, set()).update(_names(text[begin:end]))
-    reached = {"main"} & named_by.keys()
-    new = reached | _names("".join([*between, text[ends[-1] :]])) & named_by.keys()
+    named: dict[str, list[int]] = {}
+    for i, (name, _, _) in enumerate(found):
+        named.setdefault(name, []).append(i)
+    reached: dict[int, str] = {}
+    new = {"main"} | _names("".join([*between, text[ends[-1] :]])) & named.keys()
     while new:
-        reached |= new
-        new = {other for name in new for other in named_by[name] if other in named_by} - reached
+        for i in named.pop(new.pop(), ()):
+            reached[i] = branches.taken(text[found[i][1] : found[i][2]])
+            new |= _names(reached[i]) & named.keys()
     pieces = []
-    for before, (name, begin, end) in zip(between, found, strict=True):
-        body = text[begin:end]
-        pieces += [before, body if name in reached else "\n" * body.count("\n")]
+    for i, (before, (_, begin, end)) in enumerate(zip(between, found, strict=True)):
+        pieces += [before, reached[i] if i in reached else "\n" * text.count("\n", begin, end)]
     return "".join([*pieces, text[ends[-1] :]])
 
 

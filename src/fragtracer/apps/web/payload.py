@@ -5,6 +5,7 @@ import gzip
 import json
 import struct
 import zlib
+from collections.abc import Sequence
 from dataclasses import asdict
 from importlib.resources import files
 from typing import Any
@@ -15,7 +16,8 @@ from numpy.typing import NDArray
 from fragtracer.apps.web.controls import Control, controls
 from fragtracer.display.look import Look
 from fragtracer.errors import SceneError
-from fragtracer.gpu.specialise import MOST_LISTED, Level, specialise
+from fragtracer.gpu.reachable import reachable
+from fragtracer.gpu.specialise import MOST_LISTED, Level, Specialisation, specialise
 from fragtracer.gpu.textures import WIDTH
 from fragtracer.packing import PackedScene, pack
 from fragtracer.packing.random_texture import recipe
@@ -80,7 +82,9 @@ def scene_payload(scene: Scene, settings: RenderSettings, look: Look) -> bytes:
         If a browser cannot hold it, or the settings ask for more than paths.
     """
     packed = packed_for_page(scene, settings)
-    fragment = _composed("pathtracer.frag", packed)
+    listed = _packed_for_software(scene, settings)
+    composed = _composed("pathtracer.frag", packed)
+    fragment = _general(composed, scene, settings, look, packed, listed)
     blob = _Blob()
     header = {
         "file": _file_name(scene.name),
@@ -89,31 +93,44 @@ def scene_payload(scene: Scene, settings: RenderSettings, look: Look) -> bytes:
         "fragment": fragment,
         "pick": files("fragtracer.apps.web").joinpath("pick.glsl").read_text(encoding="utf-8"),
         "display": _composed("display/display.frag", None),
-        **_stored(scene, settings, packed, look, fragment, blob),
+        **_stored(scene, settings, packed, look, composed, fragment, blob),
         "random": recipe(),
         "camera": asdict(scene.camera),
         "origin": packed.origin.tolist(),
     }
-    listed = _packed_for_software(scene, settings)
     if len(listed.listed) != len(packed.listed):
-        header["software"] = _stored(scene, settings, listed, look, fragment, blob)
+        header["software"] = _stored(scene, settings, listed, look, composed, fragment, blob)
     text = json.dumps(header, allow_nan=False).encode()
     return gzip.compress(struct.pack("<I", len(text)) + text + b"".join(blob.parts), 6, mtime=0)
 
 
+def _general(
+    composed: str, scene: Scene, settings: RenderSettings, look: Look, packed: PackedScene, listed: PackedScene
+) -> str:
+    """The program for whatever its controls choose, and for shapes stored in either way."""
+    kept = {*_changing(controls(scene, settings, packed, look)), *_changing(controls(scene, settings, listed, look))}
+    common = {name: flag for name, flag in packed.flags.items() if listed.flags[name] == flag and name not in kept}
+    return reachable(Specialisation(common).apply(composed))
+
+
 def _stored(
-    scene: Scene, settings: RenderSettings, packed: PackedScene, look: Look, fragment: str, blob: "_Blob"
+    scene: Scene, settings: RenderSettings, packed: PackedScene, look: Look, composed: str, general: str, blob: "_Blob"
 ) -> dict[str, object]:
     """What of the header depends on how shapes are stored; the program does not."""
     shown = controls(scene, settings, packed, look)
-    kept = tuple(target["uniform"] for control in shown for target in control["targets"] if "uniform" in target)
+    special = reachable(specialise(packed, Level.SCENE, _changing(shown)).apply(composed))
     return {
-        "constants": _changes(fragment, specialise(packed, Level.SCENE, kept).apply(fragment)),
+        "constants": _changes(general, special),
         "path_rounds": packed.path_rounds,
         "uniforms": {name: _plain(value) for name, value in packed.all_uniforms.items()} | {"u_seed": settings.seed},
         "tables": [blob.table(name, table) for name, table in packed.tables.items() if any(p.size for p in table)],
         "controls": shown,
     }
+
+
+def _changing(shown: Sequence[Control]) -> tuple[str, ...]:
+    """The uniforms that controls change."""
+    return tuple(target["uniform"] for control in shown for target in control["targets"] if "uniform" in target)
 
 
 def _composed(program: str, packed: PackedScene | None) -> str:
