@@ -45,10 +45,10 @@ def test_it_notices(ctx, check, monkeypatch, tmp_path):
 
 
 def test_a_program_that_does_not_compile_is_a_finding(ctx, monkeypatch, tmp_path):
-    Planter(monkeypatch, tmp_path)("bsdf/ggx.glsl", "float ggx_d(", "flaot ggx_d(")
+    Planter(monkeypatch, tmp_path)("integrator/path.glsl", "Path path_begin(", "Paht path_begin(")
     first = next(examine(ctx))
     assert not first.passed
-    assert "bsdf/ggx.glsl:" in first.detail
+    assert "integrator/path.glsl:" in first.detail
 
 
 def test_an_error_becomes_a_finding(ctx, monkeypatch):
