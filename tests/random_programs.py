@@ -16,6 +16,7 @@ from shaders.bsdf_models import MODELS
 from shaders.light_oracle import LIGHTS
 from shaders.scene_oracle import SHAPES
 
+from fragtracer.gpu.reachable import reachable
 from fragtracer.gpu.specialise import Level, Specialisation, specialise
 from fragtracer.packing import PackedScene, hierarchy, instances, pack
 from fragtracer.packing.environment import environment_tables
@@ -110,7 +111,9 @@ class Program:
     traits: Mapping[str, Any]  # that decide over the text, but for numbers in it
 
     def source(self, language: str) -> str:
-        return self.specialisation.apply(compose(self.name, self.defines, folder("shaders"), language=language).text)
+        """The text as drivers get it."""
+        text = compose(self.name, self.defines, folder("shaders"), language=language).text
+        return reachable(self.specialisation.apply(text))
 
 
 @functools.cache
@@ -199,7 +202,7 @@ def random_program(rng: random.Random) -> Program:
     return program_of(packed, name, rng.choice(list(Level)), **switches)
 
 
-_RNG, _RANDOM = random.Random(1), list[Program]()
+_RNG, _RANDOM = random.Random(4), list[Program]()
 
 
 @functools.cache

@@ -151,7 +151,7 @@ def test_an_include_left_out_is_found(tmp_path: Path, monkeypatch: pytest.Monkey
 def test_every_feature_takes_part(program: str) -> None:
     """One that no test program ever changes would be one that nobody compiles."""
     found: dict[str, set[str]] = {name: set() for name in features_of(program)}
-    for each in covering_programs(600, 2):
+    for each in covering_programs(300, 2):
         if each.name == program:
             for name, value in {**features_of(program), **each.defines}.items():
                 found[name].add(str(value))
