@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from fragtracer.gpu import tracer
 from fragtracer.gpu.context import is_software
 from fragtracer.gpu.program import FullscreenProgram
-from fragtracer.gpu.specialise import MOST_LISTED
+from fragtracer.gpu.specialise import MOST_LISTED, Level
 from fragtracer.renderer import Renderer
 from fragtracer.resources import folder
 from fragtracer.scene import PLAIN, Scene
@@ -45,11 +45,11 @@ def batches(
     """Independent images, one for each seed, (seeds, height, width, 3); without guiding, adaptive sampling and light
     tracing, unless they are asked for.
 
-    ``shared``: by a renderer with nothing compiled in, which may have rendered other scenes before. Where samples are
-    few and only values differ between tests, this takes less time.
+    ``shared``: by a renderer with nothing compiled in but the kinds of things that there are, which may have rendered
+    other scenes before. Where samples are few and only values differ between tests, this takes less time.
     """
     images = []
-    settings = {"rays": min(spp, CHUNK), "specialised": specialised and not shared} | PLAIN | settings
+    settings = {"rays": min(spp, CHUNK), "specialised": specialised} | PLAIN | settings
     with (
         nullcontext(_shared(ctx, scene, size, settings))
         if shared
@@ -73,7 +73,9 @@ def _shared(ctx: moderngl.Context, scene: Scene, size: tuple[int, int], settings
     made_of = id(ctx), tracer.folder("shaders"), MOST_LISTED, size, scene.render, sorted(settings.items())
     key = repr(made_of)
     if (renderer := _renderers.pop(key, None)) is None:
-        renderer = Renderer(scene, size, context=ctx, **settings)
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("fragtracer.renderer.picture_level", lambda *_: Level.KINDS)
+            renderer = Renderer(scene, size, context=ctx, **settings)
     renderer.reset(scene)
     _renderers[key] = renderer
     if len(_renderers) > 8:

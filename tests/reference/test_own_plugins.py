@@ -36,7 +36,7 @@ from fragtracer.scene.reflectance import METAL_INDEX
 from .test_bsdf import follow_the_density
 
 DEGREES = [3, 40, 65, 85]
-EVAL = "value = bsdf_eval(b, wo, wi); pdf = bsdf_pdf(b, wo, wi);"
+EVAL = "vec4 both = bsdf_eval_pdf(b, wo, wi); value = both.rgb; pdf = both.a;"
 DRAW = "BsdfSample s = bsdf_sample(b, wo, u); drawn = vec4(s.wi, s.pdf); weight = vec4(s.weight, s.eta);"
 
 

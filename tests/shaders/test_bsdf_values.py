@@ -19,7 +19,7 @@ from .directions import direction, upper_directions
 from .domains import Domain, Grazing, Reflections
 
 SMITH = MODELS["cook-torrance SMITH"]
-EVAL = "value = bsdf_eval(b, wo, wi); pdf = bsdf_pdf(b, wo, wi);"
+EVAL = "vec4 both = bsdf_eval_pdf(b, wo, wi); value = both.rgb; pdf = both.a;"
 VALUES = {"value": 3, "pdf": 1}
 
 
@@ -67,7 +67,7 @@ def test_nothing_passes_the_surface(ctx: moderngl.Context, name: str) -> None:
     pairs = [(up, level), (level, up), (down, up), (down, down), (level, level)]
     pairs += [] if MODELS[name].transmits else [(up, down)]
     inputs = {"view": np.array([a for a, _ in pairs]), "wi": np.array([b for _, b in pairs])}
-    body = "value = bsdf_eval(b, view, wi); pdf = bsdf_pdf(b, view, wi);"
+    body = "vec4 both = bsdf_eval_pdf(b, view, wi); value = both.rgb; pdf = both.a;"
     for some in MODELS[name].materials.values():
         for parameters in some:
             result = run(ctx, MODELS[name], parameters, body, inputs, VALUES)
@@ -100,7 +100,7 @@ def test_specialised_programs_agree(ctx: moderngl.Context, name: str, material: 
     wi, u = upper_directions(rng, 1 << 12), rng.random((1 << 12, 2), np.float32)
     body = """
         BsdfSample s = bsdf_sample(b, wo, u);
-        value = vec4(bsdf_eval(b, wo, wi), bsdf_pdf(b, wo, wi));
+        value = bsdf_eval_pdf(b, wo, wi);
         drawn = vec4(s.wi, s.pdf); weight = vec4(s.weight, float(s.event));"""
     inputs, outputs = {"wi": wi, "u": u}, {"value": 4, "drawn": 4, "weight": 4}
     for parameters in model.materials[material]:
