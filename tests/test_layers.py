@@ -27,7 +27,7 @@ LAYERS = [
     {"films"},  # 3
     {"io", "packing"},  # 3
     {"gpu"},  # 4
-    {"guiding", "layers", "probe"},  # 4
+    {"guiding", "layers", "moments", "probe"},  # 4
     {"light_tracing"},  # 4
     {"decisions"},  # 4
     {"renderer", "reference"},  # 5

@@ -29,8 +29,8 @@ from fragtracer.gpu.tracer import Tracer, TracerProgram, most_outside_grid, pict
 from fragtracer.interruption import deferred
 from fragtracer.layers import PARTS, FirstSurface, Picture, light
 from fragtracer.light_tracing import Decisions, LightTracing
+from fragtracer.moments import Moments
 from fragtracer.packing import PackedScene, matte_names, pack
-from fragtracer.packing.instances import refit
 from fragtracer.packing.space import Space
 from fragtracer.sampling.allocation import FIRST_STAGE, StagePart, Window, least_gain
 from fragtracer.sampling.pixels import Pixels
@@ -146,9 +146,7 @@ class Renderer:
         self.scene = scene
         self._expected_spp = self.settings.spp
         self._seconds, self._resumed_at = 0.0, 0  # that the samples after so many per pixel have taken
-        self._shutter: Shutter | None = None
-        self._moment_spp, self._moment = MOST_SAMPLES, 0  # samples per pixel of a moment, and which one is loaded
-        self._seen: Scene | None = None  # the scene at that moment
+        self._moments = Moments(scene, None, self.settings)
         self._owns_context, self._is_closed = context is None, False
         self._lock = threading.RLock()
         self._scope: AbstractContextManager[Any] | None = None  # in which the context is current
@@ -212,8 +210,9 @@ class Renderer:
         """Draw a pass of ``most`` samples per pixel at most."""
         start = time.perf_counter()
         with self._drawing():
-            if self._shutter is not None:
-                most = min(most, self._begin_moment(self._shutter))
+            if self._moments.begin(self.spp):
+                self._load(goes_on=True)
+            most = min(most, self._moments.end(self.spp) - self.spp)
             if self._light is not None:
                 self._light.advance(max(1, self.spp))  # no sample without photons, however the pass ends
             for share in self._film.bands(self._tracer, pass_rays(self.settings.rays, self.spp), most):
@@ -223,21 +222,6 @@ class Renderer:
             if self._light is not None:
                 self._light.advance(self.spp)
         self._seconds += time.perf_counter() - start
-
-    def _begin_moment(self, shutter: Shutter) -> int:
-        """Show what the next samples see; returns how many of each pixel do."""
-        number, done = divmod(self.spp, self._moment_spp)
-        if number != self._moment:
-            self._seen, self._moment = self._moment_of(shutter, number), number
-            self._load(goes_on=True)
-        return self._moment_spp - done
-
-    def _moment_of(self, shutter: Shutter, number: int) -> Scene:
-        scene = shutter.at(shutter.time(number, self.settings.seed))
-        check_scene(scene)
-        for before, after in zip(self.scene.meshes, scene.meshes, strict=False):
-            refit(before, after)
-        return scene
 
     def expect(self, seconds: float, spp: int = MOST_SAMPLES) -> None:
         """Say that this picture is sampled for so many ``seconds`` more, up to ``spp`` samples per pixel.
@@ -347,7 +331,7 @@ class Renderer:
                 state, arrays = state | light_state, arrays | light_arrays
         ranges = ((self.first_sample, self.first_sample + self.spp),)
         state |= {"next_look": self._next_look, "looked": self._looked}
-        state |= {"moment_spp": self._moment_spp} if self._shutter is not None else {}
+        state |= {"moment_spp": self._moments.samples} if self._moments.shutter is not None else {}
         SavedFilm(self.origin(), self.driver, ranges, self.metadata(), state, arrays).write(Path(path))
 
     def resume(self, path: str | Path) -> None:
@@ -394,7 +378,8 @@ class Renderer:
             if self._light is not None:
                 self._light.restore(film.state, film.arrays)
         self._next_look, self._looked = film.state["next_look"], film.state.get("looked", 0)
-        self._moment_spp, self._moment = film.state.get("moment_spp", self._moment_spp), -1
+        self._moments.forget()
+        self._moments.samples = film.state.get("moment_spp", self._moments.samples)
         self._seconds, self._resumed_at = 0.0, self.spp
         if self.spp > FIRST_STAGE:  # how it goes on is decided
             self._expected_spp = MOST_SAMPLES
@@ -441,8 +426,8 @@ class Renderer:
         shown, chosen = scene or self.scene, replace(self.settings, **settings) if settings else self.settings
         more: dict[str, object] = {"program": self._program().name, "defines": self._defines}
         more |= {"light_parts": self._has_parts}
-        if self._shutter is not None and scene is None:
-            more |= {"shutter": self._shutter.name}
+        if (shutter := self._moments.shutter) is not None and scene is None:
+            more |= {"shutter": shutter.name}
         with self._current():
             decisions = self._decider.decide(shown, chosen)
         return origin_of(shown, chosen, self._shaders, **more, **in_origin(decisions))
@@ -471,20 +456,18 @@ class Renderer:
             raise ValueError("a renderer keeps its size; make another one")
         if scene is not None:
             check_scene(scene)
-        before = self.scene, self.settings, self._shutter
-        wanted = scene or self.scene, replace(self.settings, **settings) if settings else self.settings, shutter
+        before = self.scene, self.settings, self._moments
+        shown, chosen = scene or self.scene, replace(self.settings, **settings) if settings else self.settings
         with self._current():
             try:
-                if scene is not None or settings or self._shutter is not None or shutter is not None:
+                if scene is not None or settings or self._moments.shutter is not None or shutter is not None:
                     light_too = not self._is_loaded or scene is not None or settings.keys() != {"seed"}
-                    light_too |= self._shutter is not None
-                    self.scene, self.settings, self._shutter = wanted
-                    self._seen = None
+                    light_too |= self._moments.shutter is not None
+                    self.scene, self.settings, self._moments = shown, chosen, Moments(shown, shutter, chosen)
                     self._load(light_too)
             except BaseException:
                 with deferred():
-                    self.scene, self.settings, self._shutter = before
-                    self._seen = None
+                    self.scene, self.settings, self._moments = before
                     self._release_light()
                 raise
             finally:
@@ -498,12 +481,10 @@ class Renderer:
             self._light.clear(self.settings.seed)
         self._film.clear()
         self._expected_spp, self._seconds, self._resumed_at = self.settings.spp, 0.0, 0
-        self._moment = -1
-        self._moment_spp = self._shutter.samples(self.settings.spp) if self._shutter else MOST_SAMPLES
+        self._moments.forget()
         self._first_surface.forget()
-        self._last_error, self._looked, self._next_look = None, 0, _FIRST_LOOK
-        if self._shutter is not None:  # the error does not know of moments that are still to come
-            self._next_look = max(_FIRST_LOOK, self._shutter.moments * self._moment_spp)
+        # The error does not know of moments that are still to come.
+        self._last_error, self._looked, self._next_look = None, 0, max(_FIRST_LOOK, self._moments.all_seen)
 
     def image(self) -> NDArray[np.float32]:
         """Mean radiance, (height, width, 3) float32 linear Rec. 709, row 0 at the top."""
@@ -582,14 +563,12 @@ class Renderer:
                         f"the layer {name} must be asked for before: Renderer(scene, aovs=[{name!r}])"
                     )
                 return light(name, self._parts)
-            self._seen, self._moment = None, -1  # layers leave the tracer with the scene
+            self._moments.forget()  # layers leave the tracer with the scene
             packed, program, size = self._packed(), self._program(), (settings.width, settings.height)
 
             def moment(sample: int) -> tuple[PackedScene, int]:
-                if self._shutter is None:
-                    return packed, MOST_SAMPLES
-                number = sample // self._moment_spp
-                return self._packed_as(self._moment_of(self._shutter, number)), (number + 1) * self._moment_spp
+                seen = self._moments.at(sample)
+                return packed if seen is self.scene else self._packed_as(seen), self._moments.end(sample)
 
             picture = Picture(self.scene, packed, program, size, self.spp, self._samples_are_plain, moment)
             return self._first_surface.layer(name, picture, previous_camera)
@@ -670,8 +649,7 @@ class Renderer:
         counts |= {"guiding_decision": guided.reason, "light_tracing_decision": traced.reason}
         counts |= {"adaptive_decision": self._adaptive_sampling[1] or self._film.decision}
         counts |= {"gradient_domain_decision": self._gradient_domain[1] or self._film.gradient_decision}
-        if self._shutter is not None:
-            counts |= {"shutter": self._shutter.name, "moments": str(-(-self.spp // self._moment_spp))}
+        counts |= self._moments.described(self.spp)
         return made_by | settings | counts | {"gl_renderer": describe(self.context)["GL renderer"]}
 
     def _repr_png_(self) -> bytes:
@@ -691,7 +669,7 @@ class Renderer:
         return pack(scene, settings, settings.width, settings.height, self._most_listed, self._space, outside_grid)
 
     def _packed(self) -> PackedScene:
-        return self._packed_as(self._seen or self.scene)
+        return self._packed_as(self._moments.shown)
 
     def _packed_as(self, scene: Scene) -> PackedScene:
         """The scene as it is at a moment."""
@@ -718,7 +696,7 @@ class Renderer:
         if self._light is None:
             self._light = LightTracing(self.context)
         size = self.settings.width, self.settings.height
-        scene, photons = self._seen or self.scene, decision.photons
+        scene, photons = self._moments.shown, decision.photons
         self._light.load(packed, scene, size, photons, self._level, self._shaders, self._kept, goes_on)
         self._light.warm_up()
 
@@ -759,7 +737,7 @@ class Renderer:
             impossible = f"the integrator is {self.settings.integrator}"
         elif self._has_parts:
             impossible = "the parts of the light are sampled evenly"
-        elif self._shutter is not None:
+        elif self._moments.shutter is not None:
             impossible = "moments are sampled evenly"
         return adaptive_sampling(self.settings, self._expected_spp, self._has_meshes, impossible)
 
@@ -769,7 +747,7 @@ class Renderer:
         height, impossible = 2 * self.settings.height, ""
         if self._program().name != PROGRAMS["path"]:
             impossible = f"the integrator is {self.settings.integrator}"
-        elif self._shutter is not None:
+        elif self._moments.shutter is not None:
             impossible = "moments are of single pixels"
         elif self._has_parts or self.first_sample:
             impossible = "layers of light and parts of the samples are of single pixels"
