@@ -64,7 +64,8 @@ def packed_for_page(scene: Scene, settings: RenderSettings) -> PackedScene:
 
 def _packed_for_software(scene: Scene, settings: RenderSettings) -> PackedScene:
     """``scene`` as a browser traces it where a CPU renders."""
-    return pack(scene, settings, settings.width, settings.height, MOST_LISTED["default"])
+    size = settings.width, settings.height
+    return pack(scene, settings, *size, MOST_LISTED["default"], most_outside_grid=MOST_LISTED["grid"])
 
 
 def controls_by_name(scene: Scene, settings: RenderSettings, look: Look) -> dict[str, Control]:
