@@ -24,6 +24,7 @@ bool is_some(vec3 v, int kind) { return SOME == 1 && is_odd(kind) && v.x >= 0.0;
 bool is_none(vec3 v) {
     return NONE == 1 && u_count == 0 && v.x > 0.0;
 }
+bool is_on(bool on) { return NONE == 1 && on; }
 bool is_over(float x) { return NONE == 1; }
 bool is_over(vec3 x) { return SOME == 1; }
 float changes(inout float x) { x += 64.0; return x; }
@@ -47,6 +48,7 @@ BRANCHES = [
     ("if (is_some(v, 3)) return 6.0;\nreturn 7.0;", "if (is_some(v, 3)) return 6.0;\nreturn 7.0;"),
     ("if (is_some(v, 2 - 2)) return 6.0;\nreturn 7.0;", "if (is_some(v, 2 - 2)) return 6.0;\nreturn 7.0;"),
     ("if (is_some(v, SOME - SOME)) return 6.0;\nreturn 7.0;", "if (is_some(v, SOME - SOME)) return 6.0;\nreturn 7.0;"),
+    ("if (is_on(v.x > 0.0 || SOME == 1)) return 6.0;\nreturn 7.0;", ";\nreturn 7.0;"),
     ("if (is_some(v, NONE)) return 6.0;\nreturn 7.0;", ";\nreturn 7.0;"),
     (
         "if (changes(x) > 0.0 && NONE == 1) x += 1.0;\nreturn x;",

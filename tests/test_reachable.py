@@ -89,6 +89,7 @@ def test_what_main_reaches_is_left() -> None:
         "#if 1\n#define TWO_LINES \\\n    1",
         "/* #if 0 */\n#if 1",
         "void open() {\n#if 1",
+        "bool endless(int x) { return endless(x); }\nvoid f() { if (endless(1)) return; }\n#define twice f\n#if 1",
     ],
 )
 def test_what_is_not_understood_is_left_to_the_driver(condition: str) -> None:

@@ -79,7 +79,7 @@ class Branches:
     """
 
     def __init__(self, text: str) -> None:
-        if "switch" in text:
+        if re.search(r"\bswitch\b", text):
             raise NotUnderstoodError
         self._constants = {define or const: f"({number})" for define, const, number in _CONSTANT.findall(text)}
         overloads = Counter(_FUNCTION.findall(text))
@@ -126,7 +126,7 @@ class Branches:
 
     def _of_predicate(self, name: str, arguments: list[str]) -> bool | None:
         parameters, returned = self._predicates[name]
-        given = {name: argument.strip() for name, argument in zip(parameters, arguments, strict=False)}
+        given = {name: f"({argument})" for name, argument in zip(parameters, arguments, strict=False)}
         return self.value(_NAME.sub(lambda name: given.get(name[0], name[0]), returned))
 
     def _of_operands(self, operands: list[str], decides: bool) -> bool | None:
