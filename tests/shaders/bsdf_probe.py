@@ -51,10 +51,10 @@ def run(
     """
     switches = {name: features.pop(name) for name in list(features) if name.startswith("u_")}
     values: dict[str, Any] = dict(vars(parameters))
-    constants = {"u_without_iridescence": 1}
-    if values.get("iridescence", 0.0) > 0:
-        absent = sum(1 << other for other in BsdfModel if other.name != model.name)
-        constants = {"u_without_iridescence": 0, "u_absent_models": absent}
+    has_film = values.get("iridescence", 0.0) > 0
+    constants = {"u_without_iridescence": int(not has_film)}
+    if has_film or not has_all_models:
+        constants["u_absent_models"] = sum(1 << other for other in BsdfModel if other.name != model.name)
     assert set(values) <= set(FIELDS), f"{model.name} has parameters that the shader's Bsdf lacks"
     named = f"BSDF_{model.name}"
     declarations = ["uniform vec3 u_wo;"]
