@@ -481,7 +481,7 @@ class Renderer:
             self._light.clear(self.settings.seed)
         self._film.clear()
         self._expected_spp, self._seconds, self._resumed_at = self.settings.spp, 0.0, 0
-        self._moments.forget()
+        self._moments = Moments(self.scene, self._moments.shutter, self.settings)
         self._first_surface.forget()
         # The error does not know of moments that are still to come.
         self._last_error, self._looked, self._next_look = None, 0, max(_FIRST_LOOK, self._moments.all_seen)

@@ -47,7 +47,7 @@ def run(
     Parameters and viewer are uniforms, so that all probes with the same body share one program. Parameters that the
     model does not have are 0. A program that ``has_all_models``, which takes long to compile, has a uniform for the
     model, too. ``features`` whose names begin with u_ are uniforms. That no material has a thin film is compiled in, as
-    into all programs; with one, which is much code, other models are left out.
+    into all programs; where one has, which is much code, other models are left out in any case.
     """
     switches = {name: features.pop(name) for name in list(features) if name.startswith("u_")}
     values: dict[str, Any] = dict(vars(parameters))

@@ -28,8 +28,7 @@ def reachable(text: str) -> str:
     if "/*" in text:
         return text
     try:
-        chosen = "\n".join(_chosen(_COMMENT.sub("", text).split("\n")))
-        return _of_reached(chosen)
+        return _of_reached(_COMMENT.sub("", "\n".join(_chosen(text.split("\n")))))
     except (NotUnderstoodError, RecursionError):  # the latter where a function calls itself, which no driver takes
         return text
 
@@ -67,12 +66,13 @@ def _chosen(lines: list[str]) -> Iterator[str]:
     open_conditions: list[tuple[bool, bool]] = []  # whether lines pass here, and whether a branch has been taken yet
     passes = True
     for line in lines:
-        if "#" not in line or not (found := _DIRECTIVE.match(line)):
+        directive = _COMMENT.sub("", line) if "#" in line else ""
+        if not (found := _DIRECTIVE.match(directive)):
             yield line if passes else ""
             continue
         kind, rest = found.groups()
         is_unmatched = kind in ("elif", "else", "endif") and not open_conditions
-        if kind == "undef" or is_unmatched or _LONG_OR_BRACES.search(line):
+        if kind == "undef" or is_unmatched or _LONG_OR_BRACES.search(directive):
             raise NotUnderstoodError
         if kind == "define":
             name = _NAME.match(rest)

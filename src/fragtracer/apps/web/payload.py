@@ -82,48 +82,40 @@ def scene_payload(scene: Scene, settings: RenderSettings, look: Look) -> bytes:
     SceneError
         If a browser cannot hold it, or the settings ask for more than paths.
     """
-    packed = packed_for_page(scene, settings)
-    listed = _packed_for_software(scene, settings)
-    composed = _composed("pathtracer.frag", packed)
-    fragment = _general(composed, scene, settings, look, packed, listed)
-    blob = _Blob()
+    packed, listed = packed_for_page(scene, settings), _packed_for_software(scene, settings)
+    shown, shown_there = (controls(scene, settings, stored, look) for stored in (packed, listed))
+    composed, blob = _composed("pathtracer.frag", packed), _Blob()
+    # For whatever the controls choose, and for shapes stored in either way.
+    changing = {*_changing(shown), *_changing(shown_there)}
+    kinds = {name: flag for name, flag in packed.flags.items() if listed.flags[name] == flag and name not in changing}
+    general = reachable(Specialisation(kinds).apply(composed))
     header = {
         "file": _file_name(scene.name),
         "seed": settings.seed,
         "vertex": _composed("fullscreen.vert", None),
-        "fragment": fragment,
+        "fragment": general,
         "pick": files("fragtracer.apps.web").joinpath("pick.glsl").read_text(encoding="utf-8"),
         "display": _composed("display/display.frag", None),
-        **_stored(scene, settings, packed, look, composed, fragment, blob),
+        **_stored(packed, shown, settings.seed, composed, general, blob),
         "random": recipe(),
         "camera": asdict(scene.camera),
         "origin": packed.origin.tolist(),
     }
     if len(listed.listed) != len(packed.listed):
-        header["software"] = _stored(scene, settings, listed, look, composed, fragment, blob)
+        header["software"] = _stored(listed, shown_there, settings.seed, composed, general, blob)
     text = json.dumps(header, allow_nan=False).encode()
     return gzip.compress(struct.pack("<I", len(text)) + text + b"".join(blob.parts), 6, mtime=0)
 
 
-def _general(
-    composed: str, scene: Scene, settings: RenderSettings, look: Look, packed: PackedScene, listed: PackedScene
-) -> str:
-    """The program for whatever its controls choose, and for shapes stored in either way."""
-    kept = {*_changing(controls(scene, settings, packed, look)), *_changing(controls(scene, settings, listed, look))}
-    common = {name: flag for name, flag in packed.flags.items() if listed.flags[name] == flag and name not in kept}
-    return reachable(Specialisation(common).apply(composed))
-
-
 def _stored(
-    scene: Scene, settings: RenderSettings, packed: PackedScene, look: Look, composed: str, general: str, blob: "_Blob"
+    packed: PackedScene, shown: list[Control], seed: int, composed: str, general: str, blob: "_Blob"
 ) -> dict[str, object]:
-    """What of the header depends on how shapes are stored; the program does not."""
-    shown = controls(scene, settings, packed, look)
+    """What of the header depends on how shapes are stored; the ``general`` program does not."""
     special = reachable(specialise(packed, Level.SCENE, _changing(shown)).apply(composed))
     return {
         "constants": _changes(general, special),
         "path_rounds": packed.path_rounds,
-        "uniforms": {name: _plain(value) for name, value in packed.all_uniforms.items()} | {"u_seed": settings.seed},
+        "uniforms": {name: _plain(value) for name, value in packed.all_uniforms.items()} | {"u_seed": seed},
         "tables": [blob.table(name, table) for name, table in packed.tables.items() if any(p.size for p in table)],
         "controls": shown,
     }
