@@ -59,7 +59,7 @@ from fragtracer.scene import (
     Texture,
     Triangle,
 )
-from fragtracer.scene.material import DEFAULT_MODEL, MODELS, SOLIDS
+from fragtracer.scene.material import DEFAULT_MODEL, MODELS, PANES, SOLIDS
 
 SIZE = (48, 36)
 NESTED = 0.08  # metres, the radius of what lies within another solid
@@ -200,6 +200,7 @@ class RandomScene:
         transmits = model == DEFAULT_MODEL and not (is_coated or has_sheen or has_film) and self.chance(0.3)
         if transmits:
             made |= {"diffuse_transmission": self.number(0.2, 1.0), "diffuse_transmission_color": self.color(0.1, 1.0)}
+        made["black_back"] = model not in (*SOLIDS, *PANES) and not transmits and self.chance(0.2)
         if model not in _VARIED or "anisotropy" in made:
             return Material(model=model, **made)
         layers = (_COAT if is_coated else ()) + (_SHEEN if has_sheen else ()) + (_FILM if has_film else ())
@@ -215,7 +216,8 @@ class RandomScene:
         if self.chance(0.3):
             made |= {"alpha_mode": self.pick("mask", "blend"), "alpha_cutoff": self.number(0.2, 0.7)}
             made |= {"opacity": self.pick(1.0, self.number(0.4, 1.0))}
-        made |= {"normal_scale": self.pick(1.0, 0.5, -1.0), "double_sided": self.chance(0.88)}
+        double_sided = made["black_back"] or self.chance(0.88)
+        made |= {"normal_scale": self.pick(1.0, 0.5, -1.0), "double_sided": double_sided}
         return Material(model=model, **made)
 
     def blend(self) -> None:

@@ -31,7 +31,9 @@ vec3 auxiliary_value(Ray ray, uint seed) {
 #elif AUXILIARY == AUXILIARY_DEPTH
     return vec3(hit.distance);
 #else
-    return material_is_unlit(material) ? material.emission : material.diffuse + material.f0;
+    if (material_is_unlit(material)) return material.emission;
+    bool is_black = material_is_black(material, dot(surface.normal, ray.direction) < 0.0);
+    return is_black ? vec3(0.0) : material.diffuse + material.f0;
 #endif
 }
 

@@ -39,6 +39,7 @@ uniform int u_rays;
 // What the surface reflects and lets through of white light from straight above.
 vec3 layers_albedo(Surface surface, Material material, bool is_front) {
     if (material_is_unlit(material)) return material.emission;
+    if (material_is_black(material, is_front)) return vec3(0.0);
 #if HAS_EXACT_FRESNEL
     Bsdf b = material_bsdf(material, is_front);
     vec3 base = material.diffuse + material.f0;

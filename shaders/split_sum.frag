@@ -57,7 +57,8 @@ vec3 split_sum_radiance(Ray ray, uint seed, ivec2 pixel, uint index) {
     vec3 radiance = vec3(0.0);
     bool is_light = surface.light >= 0 && dot(surface.normal, ray.direction) < 0.0;
     if (is_light || material_is_unlit(material)) radiance += material.emission;
-    if (material_is_unlit(material) || u_bounces == 0) return radiance;
+    bool is_black = material_is_black(material, dot(surface.normal, ray.direction) < 0.0);
+    if (is_black || material_is_unlit(material) || u_bounces == 0) return radiance;
     Vertex vertex = vertex_at(surface, material, ray.direction, hash_uint(~seed));
     return radiance + split_sum_scattered(vertex, material_occlusion(surface), pixel, index);
 }

@@ -57,7 +57,7 @@ BYTES = Texture(IMAGE)
 FLOATS = Texture(Image(np.ones((1, 1, 3), np.float32), "linear"), coordinates=1)
 MESH_MATERIALS = {
     "matte": Material(specular=0.0),
-    "glowing": Material(emission=1.0),
+    "glowing": Material(emission=1.0, black_back=True),
     "one-sided": Material(double_sided=False),
     "mapped": Material(albedo_texture=Texture(IMAGE)),
     "mapped twice": Material(albedo_texture=Texture(IMAGE), roughness_texture=Texture(IMAGE, coordinates=1)),

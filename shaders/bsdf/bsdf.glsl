@@ -22,6 +22,7 @@
 #include "bsdf/thin_dielectric.glsl"
 #include "bsdf/translucent.glsl"
 
+const int BSDF_NONE = -1;  // scatters nothing
 const int BSDF_DIFFUSE = 0;
 const int BSDF_COOK_TORRANCE = 1;
 const int BSDF_EON = 2;

@@ -63,6 +63,7 @@ Bsdf material_bsdf(Material material, bool is_front) {
         b.diffuse /= (1.0 - again + again * plastic.leaving) * square(plastic.eta);
     }
 #endif
+    if (material_is_black(material, is_front)) b.model = BSDF_NONE;
     return b;
 }
 

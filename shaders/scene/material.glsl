@@ -19,6 +19,7 @@ uniform int u_first_opacity;
 uniform int u_first_blend;
 uniform int u_has_maps;        // 0: materials are constant
 uniform int u_has_blends;      // 0: none is blended with another
+uniform int u_has_black_backs;  // 0: none has one
 
 const int ALPHA_OPAQUE = 0;
 const int ALPHA_MASK = 1;
@@ -26,6 +27,7 @@ const int ALPHA_BLEND = 2;
 
 const int MATERIAL_UNLIT = 1;   // emits to every ray, and scatters nothing
 const int MATERIAL_MAPPED = 2;  // textures or the colours of vertices change it: it has Maps
+const int MATERIAL_BLACK_BACK = 4;  // scatters nothing from behind
 
 struct Material {
     vec3 diffuse;  // albedo of the diffuse part
@@ -49,6 +51,9 @@ Material material_load(int index) {
 }
 
 bool material_is_unlit(Material material) { return (material.flags & MATERIAL_UNLIT) != 0; }
+bool material_is_black(Material material, bool is_front) {
+    return u_has_black_backs != 0 && !is_front && (material.flags & MATERIAL_BLACK_BACK) != 0;
+}
 bool material_is_mapped(Material material) { return u_has_maps != 0 && (material.flags & MATERIAL_MAPPED) != 0; }
 
 // Constant factors, and the numbers of textures that multiply them; -1: there is none.

@@ -15,9 +15,10 @@ from fragtracer.reference.export import export_mitsuba
 from fragtracer.reference.materials import exact_bsdf
 from fragtracer.reference.meshes import MeshAttributes
 from fragtracer.reference.plugins import register
-from fragtracer.reference.textures import TextureFolder, srgb_to_linear
+from fragtracer.reference.textures import TextureFolder
 from fragtracer.reference.translate import scene_tree
 from fragtracer.scene import Geometry, Image, Material, Mesh, Part, Scene, Texture
+from fragtracer.scene.texture import srgb_to_linear
 
 from .test_bsdf import direction, sample
 
@@ -207,6 +208,7 @@ BACK = "back faces are black, not passed"
     [
         (Material(specular=0.0, double_sided=False), f"diffuse, nearly the same: {BACK}"),
         (Material(specular=0.0, albedo_texture=PICTURE), "diffuse, the same"),
+        (Material(specular=0.0, black_back=True), "diffuse, the same"),
         (Material(model="plastic", double_sided=False), f"plastic, the same but for textures and colours.*; {BACK}"),
         (Material(metal="gold", double_sided=False), f"roughconductor, nearly the same: .*; {BACK}"),
         (Material(roughness=0.0, double_sided=False), f"plastic, nearly the same: .*; {BACK}"),
@@ -224,7 +226,7 @@ BACK = "back faces are black, not passed"
 def test_notes_are_of_what_the_tree_has(tmp_path: Path, material: Material, expected: str) -> None:
     tree, _, note = nearest(tmp_path, material)
     assert re.fullmatch(expected, note)
-    if not material.double_sided:
+    if material.black_back or not material.double_sided:
         assert tree["type"] != "twosided"
 
 

@@ -325,6 +325,35 @@ def test_one_sided(mi: Any, values: dict[str, Any]) -> None:
     assert not np.ravel(one.eval_null_transmission(front)).any()
 
 
+@pytest.mark.parametrize(
+    "values", [{}, {"anisotropy": 0.7}, {"model": "plastic"}, {"alpha_mode": "blend", "opacity": 0.4}]
+)
+def test_black_back(mi: Any, values: dict[str, Any]) -> None:
+    """As the material of two sides from the front; from behind nothing is scattered, and rays pass holes alone."""
+    register()
+    material, context = Material(roughness=0.5, **values), mi.BSDFContext()
+    one, two = (
+        mi.load_dict(exact_bsdf(replace(material, black_back=black), "smith", MeshAttributes(), TextureFolder(Path())))
+        for black in (True, False)
+    )
+    wi, front, behind = mi.Vector3f(over_the_sphere(64).T), seen_from(mi, (0.6, 0, 0.8)), seen_from(mi, (0.6, 0, -0.8))
+    for found, expected in zip(one.eval_pdf(context, front, wi), two.eval_pdf(context, front, wi), strict=True):
+        assert np.array_equal(found, expected)
+    assert not np.ravel(one.eval(context, behind, wi)).any()
+    if material.alpha_mode == "opaque":  # the plugin with holes asks where the surface is
+        assert np.ravel(two.eval(context, behind, wi)).any()
+    for seen in (front, behind):
+        for choice in (0.1, 0.5, 0.9):
+            (a, weight), (b, expected) = (
+                bsdf.sample(context, seen, choice, mi.Point2f(0.3, 0.6)) for bsdf in (one, two)
+            )
+            is_null = bool(np.ravel(a.sampled_type)[0] & int(mi.BSDFFlags.Null))
+            kept = seen is front or is_null
+            np.testing.assert_allclose(np.ravel(weight), kept * np.ravel(expected))
+            assert not np.ravel(weight).any() or np.array_equal(a.wo, b.wo)
+        assert np.array_equal(one.eval_null_transmission(seen), two.eval_null_transmission(seen))
+
+
 @pytest.mark.parametrize("ior", [1.3, 1.5, 2.5])
 @pytest.mark.parametrize("nonlinear", [False, True])
 def test_plastic(ctx: moderngl.Context, mi: Any, nonlinear: bool, ior: float) -> None:

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from fragtracer.reference.plugins import register
-from fragtracer.reference.textures import TextureFolder, four_channels, srgb_to_linear
+from fragtracer.reference.textures import TextureFolder
 from fragtracer.scene import Image, Texture
+from fragtracer.scene.texture import four_channels, srgb_to_linear
 
 PIXELS = np.random.default_rng(1).integers(0, 256, (5, 7, 4), np.uint8)
 UVS = np.random.default_rng(2).uniform(-2.5, 3.5, (4000, 2)).astype(np.float32)

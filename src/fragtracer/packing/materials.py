@@ -22,7 +22,7 @@ LARGEST_ETA = 1e9  # of plastic: powers of it are float32, and it reflects all b
 _ALPHA_MODES = ("opaque", "mask", "blend")
 _WRAP_MODES = ("repeat", "mirror", "clamp")
 TEXTURE_NEAREST = 4
-MATERIAL_UNLIT, MATERIAL_MAPPED = 1, 2  # flags of scene/material.glsl
+MATERIAL_UNLIT, MATERIAL_MAPPED, MATERIAL_BLACK_BACK = 1, 2, 4  # flags of scene/material.glsl
 # What textures change, as in scene/texture.glsl.
 _USES = {name: 1 << i for i, name in enumerate(name for name in TEXTURED if name != "transmittance")}
 
@@ -115,6 +115,7 @@ def pack_materials(scene: Scene, materials: Mapping[str, Material]) -> PackedMat
     flags = {
         "u_has_maps": int(has_maps),
         "u_has_blends": int(bool(others)),
+        "u_has_black_backs": int(any(m.black_back for m in packed)),
         "u_absent_models": sum(1 << model for model in BsdfModel if model not in models),
         "u_dielectrics_are_smooth": int(not any(map(_is_rough_dielectric, packed))),
         "u_facets_are_isotropic": int(not is_anisotropic),
@@ -293,6 +294,7 @@ def _material_words(
     ``records`` of dielectrics, conductors, plastics, clear coats and translucency, or 1 for the diffuse factor of the
     half vector; which of them are ``mapped``, having textures or the colours of vertices."""
     scatters = np.array([not m.unlit for m in materials], np.float64)
+    black_backs = np.array([m.black_back for m in materials], bool)
     f0, f90 = np.array(lobes, np.float64).reshape(-1, 2, 3).transpose(1, 0, 2)
     columns = {
         "diffuse": np.array([m.diffuse_albedo for m in materials]).reshape(-1, 3) * scatters[:, None],
@@ -300,7 +302,7 @@ def _material_words(
         "f0": f0 * scatters[:, None],
         "bsdf": np.array(models, np.int64),
         "f90": f90 * scatters[:, None],
-        "flags": MATERIAL_UNLIT * (scatters == 0) + MATERIAL_MAPPED * mapped,
+        "flags": MATERIAL_UNLIT * (scatters == 0) + MATERIAL_MAPPED * mapped + MATERIAL_BLACK_BACK * black_backs,
         "emission": np.array([m.base_color if m.unlit else m.emission for m in materials]).reshape(-1, 3),
         "record": records,
     }

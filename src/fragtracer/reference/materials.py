@@ -12,10 +12,11 @@ from fragtracer.reference.dielectrics import conductor_bsdf, dielectric_bsdf, fa
 from fragtracer.reference.meshes import MeshAttributes
 from fragtracer.reference.plugins import BLEND, NAME, ONE_SIDED, SURFACE, UNLIT
 from fragtracer.reference.shapes import Tree, rgb
-from fragtracer.reference.textures import TextureFolder, linear_pixels, opacity_at
+from fragtracer.reference.textures import TextureFolder, opacity_at
 from fragtracer.scene import Image, Material, RenderSettings, Texture
 from fragtracer.scene.fields import Triple
 from fragtracer.scene.material import DEFAULT_MODEL, MODELS
+from fragtracer.scene.texture import linear_pixels
 
 _FILM = ("iridescence", "iridescence_ior", "iridescence_thickness")
 _WHITE = Image([[1.0]], "linear")
@@ -84,6 +85,9 @@ def exact_bsdf(material: Material, geometry: str, attributes: MeshAttributes, te
     if (is_own_plugin(material) or material.anisotropy) and not material.double_sided:
         front = exact_bsdf(replace(material, double_sided=True), geometry, attributes, textures)
         return {"type": ONE_SIDED, "bsdf": front}
+    if material.black_back:
+        front = exact_bsdf(replace(material, black_back=False), geometry, attributes, textures)
+        return front["bsdf"] if front["type"] == "twosided" else {"type": ONE_SIDED, "bsdf": front, "passes": False}
     if material.anisotropy and (
         material.anisotropy_rotation_degrees % 90
         or not (is_own_plugin(material) or is_plain(material, attributes))

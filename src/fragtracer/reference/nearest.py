@@ -13,9 +13,10 @@ from fragtracer.reference.materials import has_images, is_lambert, is_own_plugin
 from fragtracer.reference.meshes import VERTEX_COLORS, MeshAttributes
 from fragtracer.reference.plugins import DELTA_ALPHA, UNLIT
 from fragtracer.reference.shapes import Tree, rgb
-from fragtracer.reference.textures import TextureFolder, linear_pixels, opacity_at
+from fragtracer.reference.textures import TextureFolder, opacity_at
 from fragtracer.scene import Image, Material, Texture
 from fragtracer.scene.material import DEFAULT_MODEL, MODELS
+from fragtracer.scene.texture import linear_pixels
 
 
 def nearest_bsdf(
@@ -41,7 +42,8 @@ def nearest_bsdf(
     else:
         inner = _untextured(material)
     is_passed = material.is_dielectric and not material.unlit
-    tree = {"type": "twosided", "bsdf": inner} if material.double_sided and not is_passed else inner
+    is_two_sided = material.double_sided and not (is_passed or material.black_back)
+    tree = {"type": "twosided", "bsdf": inner} if is_two_sided else inner
     if whole.is_translucent:
         tree = _translucent(whole, tree, textures)
     if material.alpha_mode == "opaque":

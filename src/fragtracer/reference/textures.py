@@ -16,6 +16,7 @@ from fragtracer.io.images import write_image
 from fragtracer.reference.plugins import TEXTURE
 from fragtracer.reference.shapes import Tree
 from fragtracer.scene import Image, Material, Texture
+from fragtracer.scene.texture import four_channels, linear_pixels
 
 Use = Literal["color", "r", "g", "b", "a"]  # the colour, or one channel as a number
 
@@ -70,26 +71,9 @@ class TextureFolder:
         return {"type": "bitmap", "filename": str(path), "raw": True}
 
 
-def four_channels(pixels: NDArray[Any]) -> NDArray[Any]:
-    """Red, green, blue and alpha of pixels (h, w, 1 to 4) of the model, of the same type."""
-    opaque = np.full_like(pixels[..., :1], 255 if pixels.dtype == np.uint8 else 1)
-    count = pixels.shape[2]
-    color = pixels[..., :3] if count >= 3 else np.repeat(pixels[..., :1], 3, axis=2)
-    return np.concatenate([color, pixels[..., -1:] if count in (2, 4) else opaque], axis=2)
-
-
 def _of_use(channels: NDArray[Any], use: Use) -> NDArray[Any]:
     """Three channels of four (h, w, 4): the colour, or one of them thrice."""
     return channels[..., :3] if use == "color" else np.repeat(channels[..., "rgba".index(use), None], 3, axis=2)
-
-
-def linear_pixels(image: Image) -> NDArray[np.float64]:
-    """Red, green, blue and alpha as linear numbers, (h, w, 4)."""
-    channels = four_channels(image.pixels)
-    values = channels / 255 if channels.dtype == np.uint8 else channels.astype(np.float64)
-    if image.color_space == "srgb":
-        values[..., :3] = srgb_to_linear(values[..., :3])
-    return values
 
 
 def opacity_at(material: Material, alpha: ArrayLike) -> NDArray[np.float64]:
@@ -98,9 +82,3 @@ def opacity_at(material: Material, alpha: ArrayLike) -> NDArray[np.float64]:
     if material.alpha_mode == "mask":
         return (opacity >= material.alpha_cutoff).astype(np.float64)
     return opacity if material.alpha_mode == "blend" else np.ones_like(opacity)
-
-
-def srgb_to_linear(encoded: NDArray[Any]) -> NDArray[np.float64]:
-    """The curve of IEC 61966-2-1."""
-    x = np.asarray(encoded, np.float64)
-    return np.where(x <= 0.04045, x / 12.92, ((np.maximum(x, 0.04045) + 0.055) / 1.055) ** 2.4)

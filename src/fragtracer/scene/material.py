@@ -144,12 +144,13 @@ class Material:
 
     ``opacity``, times the alpha of the albedo texture and of the vertex colours, is ignored if ``alpha_mode`` is
     "opaque", thresholded at ``alpha_cutoff`` if "mask", and the probability of a hit if "blend" (stochastic
-    alpha). A surface that is not ``double_sided`` is back-face culled, for all rays. ``unlit``, of a model that
+    alpha). A surface that is not ``double_sided`` is back-face culled, for all rays; one with a ``black_back`` is met
+    from behind, and scatters nothing there, as Mitsuba's opaque BSDFs without ``twosided``. ``unlit``, of a model that
     has an albedo, emits that as radiance and scatters nothing.
 
     ``blend`` names another material, with which this one is blended, as by Mitsuba's ``blendbsdf``: ``blend_weight`` is
     the weight of the other one, from 0, this material alone, to 1, the other one. The other one says how the surface
-    scatters, and its normals; emission, opacity and sides are those of this material.
+    scatters, its normals, and whether its back is black; emission, opacity and sides are those of this material.
     """
 
     model: Literal[
@@ -218,6 +219,7 @@ class Material:
     alpha_mode: Literal["opaque", "mask", "blend"] = "opaque"
     alpha_cutoff: Fraction = 0.5
     double_sided: bool = True
+    black_back: bool = False
     unlit: bool = False
     blend: str | None = None
     blend_weight: Fraction = 0.5
@@ -237,6 +239,9 @@ class Material:
             raise ValueError("attenuation_color and interior both say what is inside; give one of them")
         if self.is_dielectric and not self.double_sided:
             raise ValueError("double_sided must stay true; light leaves a dielectric by the back of its surface")
+        if self.black_back and (self.is_dielectric or self.is_translucent or not self.double_sided):
+            what = "is passed" if self.double_sided else "is not met, without double_sided"
+            raise ValueError(f"black_back must stay false; the back of this surface {what}")
         if self.model == "conductor":
             self._check_conductor()
             return

@@ -65,3 +65,26 @@ class Texture:
     scale: Pair = (1.0, 1.0)
     coordinates: Annotated[Whole, Field(ge=0, le=1)] = 0
     channel: Literal["r", "g", "b", "a"] = "r"
+
+
+def linear_pixels(image: Image) -> NDArray[np.float64]:
+    """Red, green, blue and alpha as linear numbers, (h, w, 4)."""
+    channels = four_channels(image.pixels)
+    values = channels / 255 if channels.dtype == np.uint8 else channels.astype(np.float64)
+    if image.color_space == "srgb":
+        values[..., :3] = srgb_to_linear(values[..., :3])
+    return values
+
+
+def four_channels(pixels: NDArray[Any]) -> NDArray[Any]:
+    """Red, green, blue and alpha of pixels (h, w, 1 to 4) of the model, of the same type."""
+    opaque = np.full_like(pixels[..., :1], 255 if pixels.dtype == np.uint8 else 1)
+    count = pixels.shape[2]
+    color = pixels[..., :3] if count >= 3 else np.repeat(pixels[..., :1], 3, axis=2)
+    return np.concatenate([color, pixels[..., -1:] if count in (2, 4) else opaque], axis=2)
+
+
+def srgb_to_linear(encoded: NDArray[Any]) -> NDArray[np.float64]:
+    """The curve of IEC 61966-2-1."""
+    x = np.asarray(encoded, np.float64)
+    return np.where(x <= 0.04045, x / 12.92, ((np.maximum(x, 0.04045) + 0.055) / 1.055) ** 2.4)

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""``fragtracer_one_sided``: the front of the material ``bsdf``; rays from behind pass."""
+"""``fragtracer_one_sided``: the front of the material ``bsdf``; rays from behind pass.
+
+Unless ``passes`` is false: then the back scatters nothing, and rays pass its holes alone, as they do from the front.
+"""
 
 from typing import Any
 
@@ -13,13 +16,16 @@ def one_sided_class(mi: Any, dr: Any) -> type:
         def __init__(self, props: Any) -> None:
             super().__init__(props)
             self.bsdf = props["bsdf"]
-            self.m_components = [self.bsdf.flags(i) for i in range(self.bsdf.component_count())] + [
-                null | mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide
-            ]
-            self.m_flags = self.bsdf.flags() | self.m_components[-1]
+            self.passes = bool(props.get("passes", True))
+            passed = [null | mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide] if self.passes else []
+            self.m_components = [self.bsdf.flags(i) for i in range(self.bsdf.component_count())] + passed
+            self.m_flags = self.bsdf.flags() | (passed[0] if passed else 0)
 
         def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
             front = si.wi.z > 0
+            if not self.passes:
+                scattered, value = self.bsdf.sample(ctx, si, sample1, sample2, active)
+                return scattered, dr.select(front | mi.has_flag(scattered.sampled_type, null), value, 0)
             scattered, value = self.bsdf.sample(ctx, si, sample1, sample2, active & front)
             passed = mi.BSDFSample3f(-si.wi)
             passed.pdf, passed.eta = mi.Float(1), mi.Float(1)
@@ -38,6 +44,8 @@ def one_sided_class(mi: Any, dr: Any) -> type:
             return self.eval_pdf(ctx, si, wo, active)[1]
 
         def eval_null_transmission(self, si: Any, active: Any = True) -> Any:
+            if not self.passes:
+                return self.bsdf.eval_null_transmission(si, active)
             return dr.select(si.wi.z > 0, mi.Color3f(0), mi.Color3f(1))
 
         def to_string(self) -> str:

@@ -69,7 +69,7 @@ def with_model(material: Material, model: str) -> Material:
     textured = {f"{key}_texture" for key in keys} & set(vars(default))
     made = {name: getattr(default, name) for name in {*keys, *textured} if name not in MODELS[model] or name in _UNLIKE}
     made |= {"metal": material.metal if material.metal in METAL_INDEX else "gold"} if model == "conductor" else {}
-    made |= {"double_sided": True} if model in (*SOLIDS, *PANES) else {}
+    made |= {"double_sided": True, "black_back": False} if model in (*SOLIDS, *PANES) else {}
     made |= {} if "albedo" in MODELS[model] else {"unlit": False}
     return replace(material, **{"model": model, **made})
 
@@ -171,6 +171,10 @@ def _surface(material: Material) -> dict[str, object]:
     if material.normal_texture is not None:
         new["normal_scale"] = widgets.number("Normal scale", material.normal_scale, 0.01, -10.0, 10.0, "%.2f")
     new["double_sided"] = widgets.check("Double-sided", material.double_sided)
+    if new["double_sided"] and not (material.is_dielectric or material.is_translucent):
+        new["black_back"] = widgets.check("Black back", material.black_back)
+    else:
+        new["black_back"] = False
     if "albedo" in MODELS[material.model] and material.blend is None and not material.is_translucent:
         new["unlit"] = widgets.check("Unlit", material.unlit)
     return new
