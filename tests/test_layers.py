@@ -38,7 +38,8 @@ LAYERS = [
     {"__main__"},  # 6
 ]
 FACE = "__init__"
-ONLY_IN = {"moderngl": "gpu", "glcontext": "gpu", "mitsuba": "reference", "drjit": "reference"}
+ONLY_IN = {"moderngl": ["gpu"], "glcontext": ["gpu"], "drjit": ["reference"]}
+ONLY_IN |= {"mitsuba": ["reference", "io"]}  # the pictures of its scenes, and their files
 
 # Bottom first; programs, which lie in none, may use all of them.
 SHADER_FOLDERS = ["core", "sampler", "film", "bsdf", "scene", "texture", "shape", "medium", "camera", "material"]
@@ -59,8 +60,8 @@ def python_violations(path: str, text: str) -> Iterator[str]:
     for line, target in _imports(ast.parse(text), Path(path).parent.parts):
         where = f"{path}:{line} imports {target}"
         root, *inner = target.split(".")
-        if own.split(".")[0] != ONLY_IN.get(root, own.split(".")[0]):
-            yield f"{where}, which belongs in {ONLY_IN[root]}/ alone"
+        if own.split(".")[0] not in (allowed := ONLY_IN.get(root, own)):
+            yield f"{where}, which belongs in {' and '.join(f'{name}/' for name in allowed)} alone"
         if root != "fragtracer" or own == FACE or _module(inner) in (own, "__version__"):
             continue
         other = _module(inner) if _module(inner) in RANK else FACE

@@ -345,7 +345,7 @@ def test_a_broken_material_is_not_missing() -> None:
         ("file/x.toml", "file/x.toml: no such file"),
         ("folder.toml", "folder.toml: cannot read: Is a directory"),
         ("binary.toml", "binary.toml: not UTF-8 text at byte 4; save the file as UTF-8"),
-        ("file", "file: a scene file ends in .toml, a model in .obj, .ply"),
+        ("file", "file: a scene file ends in .toml or .xml, which are Mitsuba's, a model in .obj, .ply"),
         (300 * "x", "cannot read: File name too long"),
         ("a\0.toml", "cannot read: embedded null byte"),
     ],

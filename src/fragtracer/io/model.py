@@ -15,6 +15,7 @@ from fragtracer.scene import Camera, DirectionalLight, Geometry, Light, Material
 from fragtracer.scene.fields import Triple
 from fragtracer.scene.mesh import Matrix
 
+MITSUBA = ".xml"  # the suffix of its scenes
 LIGHT_KINDS = ("lights", "spot_lights", "directional_lights")  # that a model has
 _FARTHEST = 1e15  # metres
 _FEW = 2**14  # triangles, at a time

@@ -12,9 +12,12 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from fragtracer.errors import FragtracerError
 from fragtracer.interruption import deferred
+from fragtracer.io.mitsuba import reason
 from fragtracer.reference.plugins import BESIDE
-from fragtracer.reference.translate import to_mitsuba
+from fragtracer.reference.shapes import Tree
+from fragtracer.reference.translate import NEVER, loadable, sensor_tree, to_mitsuba
 from fragtracer.reference.variant import mitsuba_variant
 from fragtracer.scene import Scene
 
@@ -30,7 +33,8 @@ class ReferenceRenderer:
     ``size`` is (width, height) in pixels, the scene's own if left out; for ``variant`` see
     :func:`fragtracer.reference.variant.choose_variant`, and for what the block may raise
     :func:`fragtracer.reference.variant.mitsuba_variant`. ``sampler`` is Mitsuba's name of one,
-    and ``exact`` as for :func:`fragtracer.reference.translate.to_mitsuba`.
+    and ``exact`` as for :func:`fragtracer.reference.translate.to_mitsuba`. With ``file``, the Mitsuba scene that
+    ``scene`` was read from, the world is that of the file; the camera, the film and the depth are those of ``scene``.
     """
 
     def __init__(
@@ -40,6 +44,7 @@ class ReferenceRenderer:
         variant: str | None = None,
         sampler: str = "independent",
         exact: bool = True,
+        file: Path | None = None,
     ) -> None:
         width, height = size or (scene.render.width, scene.render.height)
         self.scene = replace(scene, render=replace(scene.render, width=width, height=height))
@@ -47,6 +52,7 @@ class ReferenceRenderer:
         self._variant = variant
         self._sampler = sampler
         self._exact = exact
+        self._file = file
 
     def __enter__(self) -> Self:
         with ExitStack() as stack:
@@ -54,11 +60,17 @@ class ReferenceRenderer:
             import mitsuba as mi
 
             folder = stack.enter_context(tempfile.TemporaryDirectory())
-            tree = to_mitsuba(self.scene, Path(folder), exact=self._exact)
-            tree["sensor"]["sampler"] = {"type": self._sampler, "sample_count": self.passes_of}
-            self._sensor = tree["sensor"]
-            with deferred():
-                self._world = mi.load_dict(tree, parallel=False)
+            sampler = {"type": self._sampler, "sample_count": self.passes_of}
+            if self._file is not None:
+                self._tree = loadable(sensor_tree(self.scene)) | {"sampler": sampler}
+                self._world, self._sensor, self._integrator = _of_file(self._file, self._tree, self.scene)
+            else:
+                tree = to_mitsuba(self.scene, Path(folder), exact=self._exact)
+                tree["sensor"]["sampler"] = sampler
+                self._tree = tree["sensor"]
+                with deferred():
+                    self._world = mi.load_dict(tree, parallel=False)
+                self._sensor, self._integrator = self._world.sensors()[0], self._world.integrator()
             self._stack = stack.pop_all()
         return self
 
@@ -68,7 +80,7 @@ class ReferenceRenderer:
         Samples of different seeds are independent. ``progress`` hears the number of samples per
         pixel of each pass when it is done.
         """
-        return self._sample(self._world.sensors()[0], spp, seed, progress)
+        return self._sample(self._sensor, spp, seed, progress)
 
     def batches(
         self, count: int, spp: int, seed: int, progress: Callable[[int], None] | None = None
@@ -100,14 +112,14 @@ class ReferenceRenderer:
         """A sensor for batches of ``spp`` samples, and how many of the ``count`` batches its film has."""
         import mitsuba as mi
 
-        sensor, settings = self._world.sensors()[0], self.scene.render
+        sensor, settings = self._sensor, self.scene.render
         is_possible = settings.pixel_filter == "box" and not self.variant.startswith("scalar")
         most = MAX_PATHS // (settings.width * settings.height * spp) if is_possible else 1
         beside = max(n for n in range(1, count + 1) if count % n == 0 and n <= max(1, most))
         if beside == 1:
             return sensor, 1
-        film = self._sensor["film"] | {"width": beside * settings.width}
-        tree = {"type": BESIDE, "count": beside, "sensor": sensor, "film": film, "sampler": self._sensor["sampler"]}
+        film = self._tree["film"] | {"width": beside * settings.width}
+        tree = {"type": BESIDE, "count": beside, "sensor": sensor, "film": film, "sampler": self._tree["sampler"]}
         if (medium := sensor.get_medium()) is not None:
             tree["medium"] = medium
         return mi.load_dict(tree), beside
@@ -123,7 +135,7 @@ class ReferenceRenderer:
         seeds = np.random.SeedSequence(seed).generate_state(len(passes)).tolist()
         for samples, pass_seed in zip(passes, seeds, strict=True):
             with deferred():  # it calls Python for the plugins
-                film = np.array(mi.render(self._world, sensor=sensor, spp=samples, seed=pass_seed))
+                film = np.array(mi.render(self._world, None, sensor, self._integrator, pass_seed, spp=samples))
             total += film * (samples / spp)
             if progress:
                 progress(samples)
@@ -132,7 +144,7 @@ class ReferenceRenderer:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        del self._world
+        del self._world, self._sensor, self._integrator
         self._stack.close()
 
 
@@ -190,6 +202,29 @@ def render_reference(
 
     with ReferenceRenderer(scene, size, variant) as renderer:
         return renderer.batches(batches, spp // batches, seed, report).astype(np.float32)
+
+
+def _of_file(file: Path, sensor: Tree, scene: Scene) -> tuple[Any, Any, Any]:
+    """The world of a Mitsuba scene, with another ``sensor``, and an integrator of the depth of ``scene``.
+
+    Raises
+    ------
+    FragtracerError
+        If Mitsuba refuses the file.
+    """
+    import mitsuba as mi
+
+    settings = scene.render
+    rr_depth = settings.russian_roulette_depth if settings.russian_roulette else NEVER
+    integrator = {"type": "volpath", "max_depth": settings.bounces + 1, "rr_depth": rr_depth}
+    with deferred():
+        try:
+            world = mi.load_file(str(file))
+        except RuntimeError as error:
+            raise FragtracerError(f"{file}: Mitsuba refuses this scene: {reason(error)}") from None
+        inside = world.sensors()[0].get_medium() if world.sensors() else None
+        camera = mi.load_dict(sensor if inside is None else {**sensor, "medium": inside})
+        return world, camera, mi.load_dict(integrator)
 
 
 def _split(samples: int, most: int) -> list[int]:

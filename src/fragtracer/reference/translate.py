@@ -122,7 +122,7 @@ def scene_tree(scene: Scene, folder: Path, plugins: bool = True) -> Tree:
 
     inside = fillings(scene)
     found = _shapes(scene, folder, plugins)
-    tree: Tree = {"type": "scene", "integrator": _integrator(scene, found, plugins), "sensor": _sensor(scene)}
+    tree: Tree = {"type": "scene", "integrator": _integrator(scene, found, plugins), "sensor": sensor_tree(scene)}
     media = dielectrics.media(scene)
     tree |= {key: dielectrics.medium_tree(medium, folder / f"{key}.vol") for key, medium in media.items()}
     tree["sensor"] |= _medium(scene, media, "medium", dielectrics.of_camera(scene))
@@ -231,7 +231,8 @@ def _integrator(scene: Scene, found: Found, plugins: bool) -> Tree:
     return {"type": kind, "max_depth": settings.bounces + 1, "rr_depth": rr_depth, "hide_emitters": hidden}
 
 
-def _sensor(scene: Scene) -> Tree:
+def sensor_tree(scene: Scene) -> Tree:
+    """The camera and the film, as :func:`scene_tree` has them."""
     camera, settings = scene.camera, scene.render
     rims = [shapes.plane_radius(scene, plane) for plane in scene.planes]
     far = max([sun_distance(scene), shapes.bounding_radius(scene), *rims])
@@ -320,12 +321,6 @@ def to_mitsuba(scene: Scene, folder: Path | None = None, plugins: bool = True, e
     from fragtracer.reference.plugins import register
 
     register()
-
-    def loadable(value: Any) -> Any:
-        if isinstance(value, dict):
-            return {key: loadable(v) for key, v in value.items()}
-        return mi.ScalarTransform4f(value) if isinstance(value, np.ndarray) else value
-
     tree = scene_tree(scene, folder or _temporary_folder(), plugins)
     scatters = has_media(scene)  # by Mitsuba's own integrator, which needs our emitters
     if not exact and not scatters:
@@ -337,6 +332,15 @@ def to_mitsuba(scene: Scene, folder: Path | None = None, plugins: bool = True, e
         tree["integrator"] = own | {"type": PATH, "null_transmission": null, "media": media}
     world: Tree = loadable(tree)
     return world
+
+
+def loadable(value: Any) -> Any:
+    """A part of a :data:`Tree` for ``mi.load_dict``, in the variant that is active."""
+    import mitsuba as mi
+
+    if isinstance(value, dict):
+        return {key: loadable(v) for key, v in value.items()}
+    return mi.ScalarTransform4f(value) if isinstance(value, np.ndarray) else value
 
 
 def _with_own_emitters(tree: Tree) -> Tree:

@@ -40,12 +40,14 @@ def compare(
 ) -> None:
     """Render SCENE here and in Mitsuba and test whether they agree: status 0 yes, 1 no, 2 cannot tell.
 
+    Of a Mitsuba scene, Mitsuba renders the file itself.
+
     With --split-sum: measure what that approximation gets wrong, error by error; status 0.
     """
     from fragtracer.apps.cli.progress import comparison_progress
     from fragtracer.apps.compare import compare_scene, summary, to_json, write_report
     from fragtracer.apps.compare.page import check_installed
-    from fragtracer.io.toml import load
+    from fragtracer.io.toml import is_mitsuba, load
     from fragtracer.output import check_writable
     from fragtracer.renderer import warn_if_dark
 
@@ -78,6 +80,7 @@ def compare(
             margin=(1.0 if margin is None else margin) / 100,
             variant=variant,
             progress=progress,
+            file=Path(scene) if is_mitsuba(scene) else None,
             **numbers,
         )
     print(summary(comparison))

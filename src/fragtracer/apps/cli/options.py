@@ -27,7 +27,10 @@ class Command(typer.core.TyperCommand):
         return rest
 
 
-SCENE_HELP = "Name of a bundled scene, or path of a .toml scene or a model: .obj, .ply, .stl, .gltf, .glb, .npz."
+SCENE_HELP = (
+    "Name of a bundled scene, or path of a .toml scene, a Mitsuba scene (.xml) or a model: .obj, .ply, .stl, .gltf, "
+    ".glb, .npz."
+)
 SceneArgument = Annotated[str, typer.Argument(help=SCENE_HELP)]
 Size = Annotated[
     str | None, typer.Option("--size", metavar="WxH", help="Image size in pixels.  [default: the scene's]")

@@ -4,6 +4,7 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -103,9 +104,11 @@ def render_reference(
     progress: Progress | None = None,
     variant: str | None = None,
     is_timed: bool = True,
+    file: Path | None = None,
 ) -> Rendering:
     """``scene`` by Mitsuba; the parameters are those of :func:`render_ours`. Unless ``is_timed`` all that is compiled
-    counts as rendering, which takes less time on the whole.
+    counts as rendering, which takes less time on the whole. With ``file``, the Mitsuba scene that ``scene`` was read
+    from, Mitsuba renders that.
 
     Raises
     ------
@@ -114,7 +117,7 @@ def render_reference(
     """
     each = _split(spp, batches)
     begin = time.perf_counter()
-    with ReferenceRenderer(scene, size, variant) as renderer:
+    with ReferenceRenderer(scene, size, variant, file=file) as renderer:
         if is_timed:
             renderer.warm_up(batches, each)
         start = time.perf_counter()

@@ -2,6 +2,7 @@
 """Renders a scene with fragtracer and with Mitsuba and compares the images."""
 
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from fragtracer.apps.compare.machine import describe_machine
 from fragtracer.apps.compare.measures import Measures, measure
@@ -60,6 +61,7 @@ def compare_scene(
     margin: float = MARGIN,
     variant: str | None = None,
     progress: Progress | None = None,
+    file: Path | None = None,
 ) -> Comparison:
     """Render ``scene`` here and with Mitsuba, and judge whether the pictures agree.
 
@@ -82,6 +84,8 @@ def compare_scene(
         Mitsuba's, see :func:`fragtracer.reference.variant.choose_variant`.
     progress
         Called many times with "Mitsuba" and then "fragtracer", the samples per pixel done, and those in all.
+    file
+        The Mitsuba scene that ``scene`` was read from, which Mitsuba then renders in place of our translation.
 
     Raises
     ------
@@ -93,7 +97,7 @@ def compare_scene(
     if not 0 < margin < 1:
         raise ValueError(f"margin = {margin} must lie between 0 and 1")
     size, spp = size or default_size(scene), rounded_up(spp, batches)
-    reference = render_reference(scene, size, spp, batches, seed, progress, variant)
+    reference = render_reference(scene, size, spp, batches, seed, progress, variant, file=file)
     ours = render_ours(scene, size, spp, batches, seed, progress)
     return compare_renderings(scene, ours, reference, margin, seed)
 

@@ -24,7 +24,7 @@ from fragtracer.arguments import check_scene
 from fragtracer.errors import OutputError, SceneError
 from fragtracer.io import SUFFIXES, AnimationError, files_of, open_gltf, read_model, staging
 from fragtracer.io import qualified as with_qualified_names
-from fragtracer.io.model import stem
+from fragtracer.io.model import MITSUBA, stem
 from fragtracer.io.playing import moments
 from fragtracer.io.toml.beside import with_files
 from fragtracer.io.toml.document import from_document, to_document
@@ -45,8 +45,8 @@ def load(
     Parameters
     ----------
     name_or_path
-        The name of a bundled scene, as "three-spheres", or the path of a .toml file or of a model (.obj, .ply, .stl,
-        .gltf, .glb, .npz). A model without a camera is framed.
+        The name of a bundled scene, as "three-spheres", or the path of a .toml file, of a Mitsuba scene (.xml) or of a
+        model (.obj, .ply, .stl, .gltf, .glb, .npz). A model without a camera is framed.
     light_models
         Whether a model without lights gets default ones; false if an environment will be added.
     animation
@@ -68,8 +68,11 @@ def load(
     with _told(path, lambda: f"no such file or bundled scene; {suggest(path.stem, files)}"):
         if path.suffix.lower() in SUFFIXES:
             return _staged(path, light_models, animation, time)
+        if is_mitsuba(path):
+            return _of_mitsuba(path, animation, time)
         if path.suffix.lower() != ".toml" and path.is_file():
-            raise SceneError(f"{path}: a scene file ends in .toml, a model in {', '.join(SUFFIXES)}")
+            known = f".toml or {MITSUBA}, which are Mitsuba's, a model in {', '.join(SUFFIXES)}"
+            raise SceneError(f"{path}: a scene file ends in {known}")
         text = path.read_bytes().decode("utf-8-sig")
     return parse(text, path, animation, time)
 
@@ -77,6 +80,21 @@ def load(
 def is_model(name_or_path: str | Path) -> bool:
     """Whether :func:`load` reads a bare model there."""
     return str(name_or_path) not in _bundled_files() and Path(name_or_path).suffix.lower() in SUFFIXES
+
+
+def is_mitsuba(name_or_path: str | Path) -> bool:
+    """Whether :func:`load` reads a Mitsuba scene there."""
+    return str(name_or_path) not in _bundled_files() and Path(name_or_path).suffix.lower() == MITSUBA
+
+
+def _of_mitsuba(path: Path, animation: str | None, time: float | None) -> Scene:
+    if animation is not None or time is not None:
+        raise AnimationError(f"{path}: Mitsuba scenes have no animations")
+    if not path.is_file():
+        raise FileNotFoundError(path)
+    from fragtracer.io.mitsuba import read_scene
+
+    return read_scene(path)
 
 
 def _staged(path: Path, light: bool, animation: str | None, time: float | None) -> Scene:

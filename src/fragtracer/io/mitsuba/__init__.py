@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: MIT
+"""Mitsuba's scene files, .xml, read by Mitsuba itself and translated as nearly as our materials and lights can be.
+
+What is not as in Mitsuba is said in one warning.
+"""
+
+import warnings
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fragtracer.errors import SceneError
+from fragtracer.io.mitsuba.bsdfs import Materials
+from fragtracer.io.mitsuba.emitters import Emitters
+from fragtracer.io.mitsuba.media import Media
+from fragtracer.io.mitsuba.nodes import Node, mitsuba, parse, reason
+from fragtracer.io.mitsuba.sensor import camera_of, inner_integrator, settings_of
+from fragtracer.io.mitsuba.shapes import Shapes
+from fragtracer.io.mitsuba.textures import Textures
+from fragtracer.io.model import listed, stem
+from fragtracer.scene import LIGHTS, SHAPES, Fog, Material, Scene
+
+__all__ = ["read_scene", "reason"]
+
+_MOST_NOTES = 12  # in the warning
+# Parameters that change no picture here: of files, of how to sample, and of what a camera would not see.
+_IRRELEVANT = {"near_clip", "far_clip", "pixel_format", "component_format", "file_format", "sample_border", "banner"}
+_IRRELEVANT |= {"high_quality_edges", "seed", "sampling_weight", "compensate", "accel", "format", "jitter"}
+
+
+def read_scene(path: Path) -> Scene:
+    """Read a Mitsuba scene.
+
+    Raises
+    ------
+    SceneError
+        If Mitsuba is not installed, if it refuses the file, or if the file has what we cannot show at all.
+
+    Warns
+    -----
+    UserWarning
+        One line with what is not as in Mitsuba.
+    """
+    notes: list[str] = []
+    with mitsuba(path) as mi:
+        root = parse(mi, path)
+        textures = Textures(mi, notes)
+        media, emitters = Media(textures, notes), Emitters(mi, textures, notes)
+        materials = Materials(mi, textures, notes)
+        shapes = Shapes(mi, materials, media, notes)
+        for node in root.all("shape"):
+            shapes.add(node)
+        for node in root.all("emitter"):
+            emitters.add(node)
+        sensors = root.all("sensor")
+        if not sensors:
+            raise SceneError(f'{path}: there is no camera; add a <sensor type="perspective">')
+        notes += [f"{node.line}: {node.title}, another camera" for node in sensors[1:]]
+        integrator = root.child("integrator")
+        settings = settings_of(sensors[0], integrator, notes)
+        environment = emitters.environment
+        if integrator is not None and inner_integrator(integrator).flag("hide_emitters", False):
+            environment = environment and replace(environment, visible=False)
+            notes += ["hide_emitters, but for the environment"] * any(m.is_emissive for m in materials.found.values())
+        outside = sensors[0].child("medium")
+        fog = None if outside is None else Fog(media.name(outside))
+        found: dict[str, Any] = {kind: tuple(getattr(shapes, kind, ())) for kind in SHAPES}
+        found |= {kind: tuple(getattr(emitters, kind)) for kind in LIGHTS}
+        found["meshes"] = (*shapes.meshes, *shapes.instances())
+        with root.checked():
+            scene = Scene(
+                materials=_with_priorities(materials.found, found),
+                media=media.found,
+                fog=fog,
+                environment=environment,
+                render=settings,
+                name=stem(path),
+                **found,
+            )
+        low, high = _bounds(scene)
+        camera = camera_of(sensors[0], settings, low, high)
+        scene = replace(scene, camera=camera, lights=(*scene.lights, *emitters.sun(low, high)))
+        notes += _unused(root)
+    if notes := list(listed(notes)):
+        shown, rest = notes[:_MOST_NOTES], len(notes) - _MOST_NOTES
+        more = f"; and {rest} more" if rest > 0 else ""
+        warnings.warn(f"{path}: not as in Mitsuba: {'; '.join(shown)}{more}", stacklevel=2)
+    return scene
+
+
+def _with_priorities(materials: dict[str, Material], shapes: dict[str, Any]) -> dict[str, Material]:
+    """The ``materials``, of which those of smaller solids have a higher priority: Mitsuba has none, and solids that are
+    within each other."""
+    sizes = {name: 0.0 for name, material in materials.items() if material.is_solid}
+    if len(sizes) < 2:
+        return materials
+    boxes = [(shape.material, np.array(shape.bounds)) for kind in SHAPES for shape in shapes[kind]]
+    boxes += [(part.material, part.geometry.bounds) for mesh in shapes["meshes"] for part in mesh.parts]
+    for name, (low, high) in boxes:
+        if name in sizes:
+            sizes[name] = max(sizes[name], float(np.linalg.norm(high - low)))
+    ranked = sorted(sizes, key=sizes.__getitem__, reverse=True)
+    return materials | {name: replace(materials[name], priority=rank) for rank, name in enumerate(ranked)}
+
+
+def _bounds(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The least and the greatest corner of the bounding box of all shapes."""
+    corners = [np.array(shape.bounds) for kind in SHAPES if kind != "planes" for shape in getattr(scene, kind)]
+    corners += [mesh.box_corners() for mesh in scene.meshes]
+    points = np.concatenate(corners) if corners else np.zeros((1, 3))
+    return points.min(axis=0), points.max(axis=0)
+
+
+def _unused(root: Node) -> list[str]:
+    """Parameters of plugins that were not asked for."""
+    found: dict[Node, None] = {}
+    waiting = [root]
+    while waiting:
+        node = waiting.pop()
+        if node not in found:
+            found[node] = None
+            waiting += [*node.children, *node.named.values()]
+    unused = {node: [name for name in node.unused if name not in _IRRELEVANT] for node in found if node.asked}
+    return [f"{node.line}: {', '.join(names)} of {node.title}" for node, names in unused.items() if names]

@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: MIT
+"""Colours and textures of a Mitsuba scene."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fragtracer.errors import FragtracerError
+from fragtracer.io.mitsuba.nodes import Node
+from fragtracer.io.textures import read_texture
+from fragtracer.scene import Image, Texture
+from fragtracer.scene.fields import Triple
+from fragtracer.scene.texture import ColorSpace, linear_pixels
+
+Floats = NDArray[np.float64]
+
+VERTEX_COLORS = "vertex_color"
+_LUMINANCE = np.array((0.212671, 0.715160, 0.072169))  # Mitsuba's
+_FILTERS = {"bilinear": "linear", "nearest": "nearest"}
+
+
+@dataclass(frozen=True)
+class Value:
+    """A parameter: a colour, or what a ``texture`` is multiplied by. ``attribute`` names the attribute of a mesh that
+    it is multiplied by."""
+
+    color: Triple
+    texture: Texture | None = None
+    attribute: str = ""
+
+    @property
+    def number(self) -> float:
+        return float(np.dot(self.color, _LUMINANCE)) if len(set(self.color)) > 1 else self.color[0]
+
+
+@dataclass
+class Textures:
+    """Those of one file, each read once; ``notes`` are what is not as in Mitsuba."""
+
+    mi: Any
+    notes: list[str]
+    _made: dict[tuple[Node, bool], Texture] = field(default_factory=dict)
+    _images: dict[tuple[Path, ColorSpace], Image] = field(default_factory=dict)
+
+    def reflectance(self, node: Node, name: str, default: float) -> Value:
+        """A colour from 0 to 1, or a texture of such."""
+        value = self._value(node, name, default, node.props.get_texture)
+        r, g, b = (min(max(channel, 0.0), 1.0) for channel in value.color)
+        return replace(value, color=(r, g, b))
+
+    def unbounded(self, node: Node, name: str, default: float) -> Triple:
+        """A colour of any size, as an index of refraction."""
+        return self._value(node, name, default, node.props.get_unbounded_texture).color
+
+    def radiance(self, node: Node, name: str) -> Value:
+        """That of an emitter, which a texture may say; 1, as Mitsuba has it, where it is left out."""
+        other = node.named.get(name)
+        if other is not None and other.plugin not in ("bitmap", "checkerboard"):
+            node.asked.add(name)
+            emitter = self.mi.load_dict({"type": "constant", "radiance": other.as_dict()})
+            r, g, b = np.array(emitter.eval(self.mi.SurfaceInteraction3f()), np.float64).tolist()
+            return Value((r, g, b))
+        return self._value(node, name, 1.0, node.props.get_emissive_texture)
+
+    def number(self, node: Node, name: str, default: float) -> Value:
+        """A number, or a texture whose red channel is one."""
+        other = node.named.get(name)
+        if other is None:
+            grey = node.number(name, default)
+            return Value((grey, grey, grey))
+        node.asked.add(name)
+        if other.plugin == "mesh_attribute":
+            self.notes.append(f"{other.line}: {other.title} as a number")
+            return Value((default, default, default))
+        return Value((1.0, 1.0, 1.0), self.texture(other, grey=True))
+
+    def texture(self, node: Node, grey: bool = False) -> Texture:
+        """A bitmap or a checkerboard; ``grey``, its luminance."""
+        key = node, grey
+        if key not in self._made:
+            match node.plugin:
+                case "bitmap":
+                    found = self._bitmap(node)
+                case "checkerboard":
+                    dark, light = (self.reflectance(node, f"color{i}", (0.4, 0.2)[i]).color for i in (0, 1))
+                    board = np.array([[dark, light], [light, dark]], np.float32)
+                    found = Texture(Image(board, "linear"), filter="nearest")
+                case _:
+                    raise node.error("this texture is not known; use a bitmap")
+            found = replace(found, **self._mapping(node))
+            if grey:
+                found = mapped(found, lambda pixels: pixels[..., :3] @ _LUMINANCE)
+            self._made[key] = found
+        return self._made[key]
+
+    def _value(self, node: Node, name: str, default: float, convert: Callable[[str], Any]) -> Value:
+        node.asked.add(name)
+        other = node.named.get(name)
+        if other is None:
+            if not node.has(name):
+                return Value((default, default, default))
+            if node.props.type(name) == self.mi.Properties.Type.Color:
+                r, g, b = (float(channel) for channel in node.props[name])
+                return Value((r, g, b))
+            plugin = convert(name)
+            r, g, b = np.broadcast_to(np.array(self.mi.traverse(plugin)["value"], np.float64), 3).tolist()
+            return Value((r, g, b))
+        if other.plugin == "mesh_attribute":
+            attribute = other.text("name", "")
+            if attribute == VERTEX_COLORS:
+                scale = other.number("scale", 1.0)
+                return Value((scale, scale, scale), attribute=attribute)
+            self.notes.append(f"{other.line}: {other.title}, {default:g} in its place")
+            return Value((default, default, default))
+        return Value((1.0, 1.0, 1.0), self.texture(other))
+
+    def _bitmap(self, node: Node) -> Texture:
+        space: ColorSpace = "linear" if node.flag("raw", False) else "srgb"
+        path = node.file()
+        if (path, space) not in self._images:
+            self._images[path, space] = self._image(node, path, space)
+        wrap = node.text("wrap_mode", "repeat")
+        filter_type = node.text("filter_type", "bilinear")
+        if wrap not in ("repeat", "mirror", "clamp") or filter_type not in _FILTERS:
+            raise node.error(f"wrap_mode {wrap!r} or filter_type {filter_type!r} is not known")
+        kind: Any = _FILTERS[filter_type]
+        return Texture(self._images[path, space], wrap, wrap, kind)  # type: ignore[arg-type]
+
+    def _image(self, node: Node, path: Path, space: ColorSpace) -> Image:
+        try:
+            return read_texture(path, space)
+        except FragtracerError as error:
+            try:
+                bitmap = self.mi.Bitmap(str(path))
+            except RuntimeError:
+                raise node.error(str(error)) from None
+            pixel = self.mi.Bitmap.PixelFormat.RGB
+            return Image(np.array(bitmap.convert(pixel, self.mi.Struct.Type.Float32, False)), "linear", str(path))
+
+    def _mapping(self, node: Node) -> dict[str, Any]:
+        """How texture coordinates are transformed."""
+        matrix = node.matrix("to_uv")
+        (a, b), (c, d) = matrix[:2, :2]
+        x = float(np.hypot(a, c))
+        y = (a * d - b * c) / x if x > 0 else 0.0
+        if x == 0 or y == 0:
+            raise node.error("to_uv takes all texture coordinates to a line or a point")
+        if abs(a * b + c * d) > 1e-5 * abs(x * y):
+            self.notes.append(f"{node.line}: the shear of to_uv")
+        u, v = matrix[:2, 3].tolist()
+        return {"scale": (x, float(y)), "rotation": float(np.arctan2(-c, a)), "offset": (u, v)}
+
+
+def mapped(texture: Texture, change: Callable[[Floats], Floats]) -> Texture:
+    """``texture`` with other pixels, (h, w) or (h, w, channels), made of the linear ones (h, w, 4)."""
+    pixels = change(linear_pixels(texture.image))
+    return replace(texture, image=Image(pixels.astype(np.float32), "linear"))
