@@ -15,6 +15,7 @@ from fragtracer.apps.compare import compare_scene
 from fragtracer.errors import FragtracerError, SceneError
 from fragtracer.io import AnimationError
 from fragtracer.io.images import write_image
+from fragtracer.io.mitsuba import instantiated
 from fragtracer.io.toml import is_mitsuba, load, save
 from fragtracer.reference.variant import find_llvm
 from fragtracer.scene import SHAPES, Material, Scene
@@ -409,6 +410,41 @@ def test_saved_as_a_scene_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, 
         assert getattr(again, field) == getattr(scene, field), field
     parts = ([part for mesh in one.meshes for part in mesh.parts] for one in (scene, again))
     assert len({tuple(part.geometry.digest for part in found) for found in parts}) == 1
+
+
+def test_an_included_file(tmp_path: Path) -> None:
+    """Its files are looked for beside the scene, as Mitsuba does, and then beside itself; messages name it."""
+    (tmp_path / "part").mkdir()
+    torus(tmp_path / "part" / "ring.obj", 4, 3)
+    part = tmp_path / "part" / "ring.xml"
+    ring = '<scene version="3.0.0">\n<shape type="obj"><string name="filename" value="{}.obj"/></shape></scene>'
+    part.write_text(ring.format("ring"))
+    include = '<include filename="part/ring.xml"/>'
+    (mesh,) = read(tmp_path, include).meshes
+    assert len(mesh.parts[0].geometry.triangles) == 24
+    part.write_text(ring.format("bell"))
+    with pytest.raises(SceneError, match=rf'{part}:2: <shape type="obj">: filename: there is no file .*bell.obj'):
+        load(written(tmp_path, include))
+
+
+def test_a_file_of_an_older_version(tmp_path: Path) -> None:
+    """Its names are those of today, and a film that Mitsuba no longer has is no matter."""
+    import mitsuba as mi
+
+    from fragtracer.reference.variant import mitsuba_variant
+
+    film = '<film type="ldrfilm"><integer name="width" value="64"/><float name="gamma" value="2.2"/></film>'
+    turn = '<transform name="toWorld"><lookat origin="0, 0, 9" target="0, 0, 0" up="0, 1, 0"/></transform>'
+    paths = '<integrator type="path"><integer name="maxDepth" value="7"/></integrator>'
+    path = tmp_path / "scene.xml"
+    sensor = f'<sensor type="perspective">{turn}{film}</sensor>'
+    path.write_text(f'<scene version="0.6.0">{paths}{sensor}<shape type="sphere"/></scene>')
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        scene = load(path)
+    assert (scene.camera.position, scene.render.width, scene.render.bounces) == ((0.0, 0.0, 9.0), 64, 6)
+    with mitsuba_variant("scalar_rgb"):
+        assert len(instantiated(mi, path).shapes()) == 1
 
 
 @pytest.mark.parametrize("file", ["cornell-box", "furnace"])

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from fragtracer.errors import FragtracerError
 from fragtracer.interruption import deferred
-from fragtracer.io.mitsuba import reason
+from fragtracer.io.mitsuba import instantiated, reason
 from fragtracer.reference.plugins import BESIDE
 from fragtracer.reference.shapes import Tree
 from fragtracer.reference.translate import NEVER, loadable, sensor_tree, to_mitsuba
@@ -219,7 +219,7 @@ def _of_file(file: Path, sensor: Tree, scene: Scene) -> tuple[Any, Any, Any]:
     integrator = {"type": "volpath", "max_depth": settings.bounces + 1, "rr_depth": rr_depth}
     with deferred():
         try:
-            world = mi.load_file(str(file))
+            world = instantiated(mi, file)
         except RuntimeError as error:
             raise FragtracerError(f"{file}: Mitsuba refuses this scene: {reason(error)}") from None
         inside = world.sensors()[0].get_medium() if world.sensors() else None

@@ -16,19 +16,20 @@ from fragtracer.errors import SceneError
 from fragtracer.io.mitsuba.bsdfs import Materials
 from fragtracer.io.mitsuba.emitters import Emitters
 from fragtracer.io.mitsuba.media import Media
-from fragtracer.io.mitsuba.nodes import Node, mitsuba, parse, reason
+from fragtracer.io.mitsuba.nodes import Node, instantiated, mitsuba, parse, reason
 from fragtracer.io.mitsuba.sensor import camera_of, inner_integrator, settings_of
 from fragtracer.io.mitsuba.shapes import Shapes
 from fragtracer.io.mitsuba.textures import Textures
 from fragtracer.io.model import listed, stem
 from fragtracer.scene import LIGHTS, SHAPES, Fog, Material, Scene
 
-__all__ = ["read_scene", "reason"]
+__all__ = ["instantiated", "read_scene", "reason"]
 
 _MOST_NOTES = 12  # in the warning
 # Parameters that change no picture here: of files, of how to sample, and of what a camera would not see.
 _IRRELEVANT = {"near_clip", "far_clip", "pixel_format", "component_format", "file_format", "sample_border", "banner"}
-_IRRELEVANT |= {"high_quality_edges", "seed", "sampling_weight", "compensate", "accel", "format", "jitter"}
+_IRRELEVANT |= {"gamma", "exposure", "tonemap_method", "high_quality_edges", "seed", "sampling_weight", "compensate"}
+_IRRELEVANT |= {"accel", "format", "jitter"}
 
 
 def read_scene(path: Path) -> Scene:

@@ -74,7 +74,7 @@ class Node:
     id: str
     where: str  # the file and the line, which errors begin with
     line: str  # the line alone, or in which included file it is, which notes begin with
-    folder: Path  # that file names are relative to
+    folders: tuple[Path, ...]  # that file names are relative to, the first where there is such a file
     props: Any
     names: tuple[str, ...]  # of its parameters
     named: dict[str, "Node"] = field(default_factory=dict)
@@ -100,10 +100,11 @@ class Node:
         """The path of the file that is named."""
         if not self.has(name):
             raise self.error(f"{name} is missing")
-        path = self.folder / self.text(name, "")
-        if not path.is_file():
-            raise self.error(f"{name}: there is no file {path}")
-        return path
+        paths = [folder / self.text(name, "") for folder in self.folders]
+        found = next((path for path in paths if path.is_file()), None)
+        if found is None:
+            raise self.error(f"{name}: there is no file {paths[0]}")
+        return found
 
     def vector(self, name: str, default: Triple) -> NDArray[np.float64]:
         """Three numbers."""
@@ -124,7 +125,7 @@ class Node:
         if value is None or not hasattr(value, "matrix"):
             raise self.error(f"{name} must be a transform")
         matrix = np.array(value.matrix, np.float64)
-        if not (np.isfinite(matrix).all() and np.allclose(matrix[3], (0, 0, 0, 1))):
+        if not (np.isfinite(matrix).all() and np.abs(matrix[3] - (0, 0, 0, 1)).max() < 1e-6):
             raise self.error(f"{name} must be a matrix of finite numbers, its last row 0 0 0 1")
         return matrix
 
@@ -198,13 +199,54 @@ def _loadable(value: Any) -> Any:
     return value
 
 
+def instantiated(mi: Any, path: Path) -> Any:
+    """Mitsuba's scene of a file, in the variant that is active, without the integrator and the sensors that lie in no
+    medium: films of older versions, say, it does not know. Raises RuntimeError if Mitsuba refuses it."""
+    with _beside(mi, path):
+        config, state = _parsed(mi, path, mi.variant())
+        nodes, props = list(state.nodes), state.root.props
+        for name in list(props.keys()):
+            if props.type(name) == mi.Properties.Type.ResolvedReference:
+                node = nodes[props[name].index()]
+                keys = [key for key in node.props.keys() if "Reference" in node.props.type(key).name]  # noqa: SIM118
+                is_in_medium = any(_kind_of(nodes, node.props[key]) == "Medium" for key in keys)
+                if node.type.name == "Integrator" or (node.type.name == "Sensor" and not is_in_medium):
+                    del props[name]
+        mi.parser.transform_all(config, state)
+        return mi.parser.instantiate(config, state)
+
+
+@contextmanager
+def _beside(mi: Any, path: Path) -> Iterator[None]:
+    """Have Mitsuba look for files beside ``path`` first, for the block."""
+    before = mi.file_resolver()
+    resolver = mi.FileResolver()
+    for folder in (path.absolute().parent, *before):
+        resolver.append(str(folder))
+    mi.set_file_resolver(resolver)
+    try:
+        yield
+    finally:
+        mi.set_file_resolver(before)
+
+
+def _kind_of(nodes: list[Any], reference: Any) -> str:
+    """Of the plugin that a reference is to; empty if that is by name."""
+    return str(nodes[reference.index()].type.name) if hasattr(reference, "index") else ""
+
+
+def _parsed(mi: Any, path: Path, variant: str) -> tuple[Any, Any]:
+    config = mi.parser.ParserConfig(variant)
+    config.unused_parameters = config.unused_properties = mi.LogLevel.Debug
+    return config, mi.parser.parse_file(config, str(path))
+
+
 def parse(mi: Any, path: Path) -> Node:
     """The ``scene`` of a file, within :func:`mitsuba`. Raises SceneError if it is none."""
-    config = mi.parser.ParserConfig(VARIANT)
-    config.unused_parameters = mi.LogLevel.Warn
-    state = mi.parser.parse_file(config, str(path))
-    mi.parser.transform_upgrade(config, state)
-    mi.parser.transform_resolve(config, state)
+    with _beside(mi, path):
+        config, state = _parsed(mi, path, VARIANT)
+        mi.parser.transform_upgrade(config, state)
+        mi.parser.transform_resolve(config, state)
     nodes = list(state.nodes)
     made: dict[int, Node] = {}
 
@@ -219,7 +261,7 @@ def parse(mi: Any, path: Path) -> Node:
             line = f"line {place[1] if place else '?'}" + ("" if plugin.file_index == 0 else f" of {file.name}")
             props = plugin.props
             names = tuple(props.keys())
-            found = Node(kind, props.plugin_name(), props.id(), where, line, file.parent, props, names)
+            found = Node(kind, props.plugin_name(), props.id(), where, line, (path.parent, file.parent), props, names)
             made[index] = found
             for name in names:
                 if props.type(name) == mi.Properties.Type.ResolvedReference:
