@@ -11,9 +11,10 @@ import moderngl
 import numpy as np
 import PIL.Image
 import pytest
+from command import status_of
 from rendering import rendered
 
-from fragtracer.apps.compare import compare_scene
+from fragtracer.apps.compare import compare_scene, run
 from fragtracer.errors import FragtracerError, SceneError
 from fragtracer.io import AnimationError
 from fragtracer.io.images import write_image
@@ -413,6 +414,23 @@ def test_saved_as_a_scene_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, 
         assert getattr(again, field) == getattr(scene, field), field
     parts = ([part for mesh in one.meshes for part in mesh.parts] for one in (scene, again))
     assert len({tuple(part.geometry.digest for part in found) for found in parts}) == 1
+
+
+def test_the_command_compares_with_the_file_itself(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, asked = written(tmp_path, '<emitter type="constant"/><shape type="sphere"/>'), []
+
+    def compared(*_: Any, **keywords: Any) -> None:
+        asked.append(keywords["file"])
+        raise FragtracerError("enough")
+
+    monkeypatch.setattr(run, "compare_scene", compared)
+    assert status_of(monkeypatch, "compare", path) == 2
+    assert status_of(monkeypatch, "compare", "cornell-box") == 2
+    assert asked == [path, None]
+    assert status_of(monkeypatch, "compare", path, "--geometry", "karis") == 2
+    assert "leave --geometry and --multiple-scattering out" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("name", ["three-spheres", "cornell-box", "glass"])

@@ -69,6 +69,9 @@ def compare(
             raise FragtracerError(f"--split-sum measures without {' and '.join(given)}: leave that out")
         _compare_split_sum(loaded, pixels, numbers | {"seed": seed}, report, json)
         return
+    if is_mitsuba(scene) and (geometry is not None or multiple_scattering is not None):
+        options_given = "--geometry and --multiple-scattering"
+        raise FragtracerError(f"{scene}: Mitsuba's own BSDFs have one geometry term; leave {options_given} out")
     if loaded.render.integrator != "path":
         raise FragtracerError(f"{scene}: only the path integrator can be compared with Mitsuba; use --split-sum")
     with comparison_progress() as progress:

@@ -20,7 +20,9 @@ Floats = NDArray[np.float64]
 
 VERTEX_COLORS = "vertex_color"
 _LUMINANCE = np.array((0.212671, 0.715160, 0.072169))  # Mitsuba's
-_FILTERS = {"bilinear": "linear", "nearest": "nearest"}
+# Older versions have filters and ways to wrap that Mitsuba has no longer.
+_FILTERS = {"bilinear": "linear", "trilinear": "linear", "ewa": "linear", "nearest": "nearest"}
+_WRAPS = {"repeat": "repeat", "mirror": "mirror", "clamp": "clamp", "zero": "clamp", "one": "clamp"}
 
 
 @dataclass(frozen=True)
@@ -125,10 +127,11 @@ class Textures:
             self._images[path, space] = self._image(node, path, space)
         wrap = node.text("wrap_mode", "repeat")
         filter_type = node.text("filter_type", "bilinear")
-        if wrap not in ("repeat", "mirror", "clamp") or filter_type not in _FILTERS:
+        if wrap not in _WRAPS or filter_type not in _FILTERS:
             raise node.error(f"wrap_mode {wrap!r} or filter_type {filter_type!r} is not known")
+        way: Any = _WRAPS[wrap]
         kind: Any = _FILTERS[filter_type]
-        return Texture(self._images[path, space], wrap, wrap, kind)  # type: ignore[arg-type]
+        return Texture(self._images[path, space], way, way, kind)
 
     def _image(self, node: Node, path: Path, space: ColorSpace) -> Image:
         try:
