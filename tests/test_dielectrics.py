@@ -130,6 +130,51 @@ def test_the_dielectric_of_higher_priority_is_there_where_two_overlap(ctx):
                 np.testing.assert_allclose(image, np.broadcast_to(seen, image.shape), rtol=2e-4)
 
 
+@pytest.mark.parametrize("roughness", [0.0, 0.4])
+def test_interfaces_are_what_solids_within_each_other_are(ctx, roughness):
+    """Water with a bubble in a ball of glass: by priorities, and by the indices on both sides of each surface."""
+    glass, water, air = (replace(GLASS, roughness=roughness, ior=ior) for ior in (1.5, 1.33, 1.0))
+    solids = {"glass": glass, "water": replace(water, priority=1), "air": replace(air, priority=2)}
+    outside = {"glass": 1.0, "water": 1.5, "air": 1.33}
+    interfaces = {name: replace(solids[name], priority=0, exterior_ior=ior) for name, ior in outside.items()}
+    balls = [Sphere((0.0, 0.0, 0.0), radius, name) for name, radius in (("glass", 1.0), ("water", 0.8), ("air", 0.4))]
+    scene = Scene(
+        Camera((0.0, 0.5, 4.0), (0.0, 0.0, 0.0), fov_degrees=35.0),
+        solids | {"floor": lambert(0.5)},
+        spheres=balls,
+        planes=[Plane((0.0, -1.0, 0.0), (0.0, 1.0, 0.0), "floor")],
+        lights=[Light((2.0, 3.0, 1.0), 1.0, radiance=(8.0, 8.0, 8.0))],
+        ambient=Ambient((0.3, 0.4, 0.5)),
+    )
+    one, other = (
+        rendered(ctx, replace(scene, materials=scene.materials | made), 64, (16, 12), bounces=12)
+        for made in ({}, interfaces)
+    )
+    np.testing.assert_allclose(np.median(np.abs(other / one - 1)), 0, atol=1e-5)
+    np.testing.assert_allclose(other.mean((0, 1)), one.mean((0, 1)), rtol=1e-3)
+    alone = replace(scene, spheres=balls[:1])
+    one, other = (
+        rendered(ctx, replace(alone, materials=alone.materials | made), 16, (16, 12)) for made in ({}, interfaces)
+    )
+    np.testing.assert_array_equal(other, one)
+
+
+def test_an_interface_need_not_be_closed(ctx):
+    """In a white furnace of which a sheet of glass is one wall nothing is lost, whatever the path is inside of."""
+    sheet = replace(GLASS, ior=1.5, exterior_ior=1.33)
+    white = Environment(radiance=1.0)
+    box = Rectangle((-1.0, -1.0, 0.0), (2.0, 0.0, 0.0), (0.0, 2.0, 0.0), "sheet")
+    seen = {}
+    for z in (3.0, -3.0):
+        camera = Camera((0.2, 0.1, z), (0.0, 0.0, 0.0), fov_degrees=20.0)
+        seen[z] = rendered(ctx, Scene(camera, {"sheet": sheet}, rectangles=[box], environment=white), 256, (8, 8))
+    # Radiance is greater in the denser of the two by the square of the ratio of the indices.
+    ratio = (1.33 / 1.5) ** 2
+    f = ((1.5 - 1.33) / (1.5 + 1.33)) ** 2
+    np.testing.assert_allclose(seen[3.0].mean(), f + (1 - f) * ratio, rtol=2e-3)
+    np.testing.assert_allclose(seen[-3.0].mean(), f + (1 - f) / ratio, rtol=2e-3)
+
+
 def test_panes_pass_light_one_by_one(ctx):
     """What two of them pass is the product of both, and no bounce; what they reflect comes back after some."""
     panes = [Rectangle((-1.0, -1.0, z), (2.0, 0.0, 0.0), (0.0, 2.0, 0.0), "pane") for z in (0.0, -1.0)]
@@ -370,10 +415,14 @@ material = "water"
 model = "dielectric"
 """
 MISTAKES = {
+    "exterior_ior = 1.3\npriority = 1": "material.glass: exterior_ior makes an interface, which has nothing within; "
+    "leave priority or it out",
+    "exterior_ior = 1.3\nattenuation_color = 0.5": "material.glass: exterior_ior makes an interface, which has nothing "
+    "within; leave attenuation_color or it out",
     "ior = 0": "material.glass.ior: must be at least 1, got 0",
     "unlit = true": "material.glass: unlit shows the albedo, which means nothing to model = 'dielectric'",
     "metallic = 1": "material.glass: metallic means nothing to model = 'dielectric'; leave it out; its keys are "
-    "roughness, anisotropy, anisotropy_rotation_degrees, ior, transmittance, attenuation_color, "
+    "roughness, anisotropy, anisotropy_rotation_degrees, ior, exterior_ior, transmittance, attenuation_color, "
     "attenuation_distance, abbe_number, priority, interior",
     "attenuation_color = 0": "material.glass.attenuation_color: must be greater than 0",
     "attenuation_distance = 0": "material.glass.attenuation_distance: must be greater",

@@ -92,7 +92,7 @@ void interior_set_vertex(inout Vertex vertex, Material material, bool is_entered
     if (u_has_interiors == 0) return;
     vertex.inside = inside;
     vertex.beyond = inside;
-    if (vertex.bsdf.model != BSDF_DIELECTRIC) return;
+    if (vertex.bsdf.model != BSDF_DIELECTRIC || material_is_interface(material)) return;
     int interior = material.record + 1;
     vertex.beyond = is_entered ? interior_with(inside, interior) : interior_without(inside, interior);
     if (interior_is_null(interior)) {

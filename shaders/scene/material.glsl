@@ -28,6 +28,7 @@ const int ALPHA_BLEND = 2;
 const int MATERIAL_UNLIT = 1;   // emits to every ray, and scatters nothing
 const int MATERIAL_MAPPED = 2;  // textures or the colours of vertices change it: it has Maps
 const int MATERIAL_BLACK_BACK = 4;  // scatters nothing from behind
+const int MATERIAL_INTERFACE = 8;  // of two dielectrics, whatever a path is inside of
 
 struct Material {
     vec3 diffuse;  // albedo of the diffuse part
@@ -54,6 +55,7 @@ bool material_is_unlit(Material material) { return (material.flags & MATERIAL_UN
 bool material_is_black(Material material, bool is_front) {
     return u_has_black_backs != 0 && !is_front && (material.flags & MATERIAL_BLACK_BACK) != 0;
 }
+bool material_is_interface(Material material) { return (material.flags & MATERIAL_INTERFACE) != 0; }
 bool material_is_mapped(Material material) { return u_has_maps != 0 && (material.flags & MATERIAL_MAPPED) != 0; }
 
 // Constant factors, and the numbers of textures that multiply them; -1: there is none.

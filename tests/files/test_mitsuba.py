@@ -319,11 +319,30 @@ def test_a_sun_is_as_strong_as_mitsubas(tmp_path: Path) -> None:
     assert scene.environment.image.pixels.min() >= 0 < scene.environment.image.pixels[:100].min()
 
 
-def test_solids_within_each_other(tmp_path: Path) -> None:
-    """Smaller ones have a higher priority, since Mitsuba has none."""
-    glass = '<shape type="sphere"><float name="radius" value="{}"/><bsdf type="dielectric" id="{}"/></shape>'
-    scene = read(tmp_path, glass.format(1, "inner") + glass.format(2, "outer"))
+GLASS = """<shape type="sphere"><float name="radius" value="{}"/>{}<bsdf type="dielectric" id="{}">
+<float name="int_ior" value="{}"/><float name="ext_ior" value="{}"/></bsdf></shape>"""
+
+
+def test_dielectrics_are_interfaces(tmp_path: Path) -> None:
+    """Where one is between two others, or solids overlap."""
+    alone = read(tmp_path, GLASS.format(1, "", "glass", 1.5, 1)).materials["glass"]
+    assert (alone.ior, alone.exterior_ior) == (1.5, None)
+    nested = GLASS.format(1, "", "water", 1.33, 1.5) + GLASS.format(2, "", "glass", 1.5, 1)
+    indices = {name: (m.ior, m.exterior_ior) for name, m in read(tmp_path, nested).materials.items()}
+    assert indices == {"water": pytest.approx((1.33, 1.5)), "glass": (1.5, 1.0)}
+    overlapping = GLASS.format(1, "", "one", 1.5, 1) + GLASS.format(2, "", "other", 1.4, 1)
+    found = read(tmp_path, overlapping).materials.values()
+    assert {m.exterior_ior for m in found} == {1.0}
+
+
+def test_media_within_each_other(tmp_path: Path) -> None:
+    """What has a medium is a solid; smaller ones have a higher priority, since Mitsuba has none."""
+    milk = '<medium type="homogeneous" id="milk"><float name="sigma_t" value="1"/></medium>'
+    inside = '<ref id="milk" name="interior"/>'
+    body = milk + GLASS.format(1, inside, "inner", 1.5, 1) + GLASS.format(2, inside, "outer", 1.4, 1)
+    scene = read(tmp_path, body)
     assert {name: m.priority for name, m in scene.materials.items()} == {"outer": 0, "inner": 1}
+    assert not any(m.exterior_ior for m in scene.materials.values())
 
 
 BLUR = '<shape type="sphere"><bsdf type="{}">{}</bsdf></shape>'

@@ -163,7 +163,7 @@ def test_flags_agree() -> None:
         assert pack(scene, scene.render, 8, 8).flags["u_bvh_shapes"] == flags[name]
     material = read("scene/material.glsl")
     assert constants(material, "ALPHA_") == {mode.upper(): i for i, mode in enumerate(materials._ALPHA_MODES)}
-    flags = {name: getattr(materials, f"MATERIAL_{name}") for name in ("UNLIT", "MAPPED", "BLACK_BACK")}
+    flags = {name: getattr(materials, f"MATERIAL_{name}") for name in ("UNLIT", "MAPPED", "BLACK_BACK", "INTERFACE")}
     assert constants(material, "MATERIAL_") == flags
     texture = read("scene/texture.glsl")
     assert constants(texture, "WRAP_") == {mode.upper(): i for i, mode in enumerate(materials._WRAP_MODES)}

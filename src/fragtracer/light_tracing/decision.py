@@ -164,6 +164,8 @@ def impossible(scene: Scene, settings: RenderSettings) -> str:
         return "there is a medium"
     if _has_open_fronts(scene):
         return "light passes a surface that is met from its front alone"
+    if any(material.exterior_ior is not None for material in scene.materials.values()):
+        return "of an interface of dielectrics nobody knows what is on either side"
     if reason := too_many(scene):
         return reason
     if camera_is_in_mirror(scene):

@@ -22,7 +22,8 @@ LARGEST_ETA = 1e9  # of plastic: powers of it are float32, and it reflects all b
 _ALPHA_MODES = ("opaque", "mask", "blend")
 _WRAP_MODES = ("repeat", "mirror", "clamp")
 TEXTURE_NEAREST = 4
-MATERIAL_UNLIT, MATERIAL_MAPPED, MATERIAL_BLACK_BACK = 1, 2, 4  # flags of scene/material.glsl
+# Flags of scene/material.glsl.
+MATERIAL_UNLIT, MATERIAL_MAPPED, MATERIAL_BLACK_BACK, MATERIAL_INTERFACE = 1, 2, 4, 8
 # What textures change, as in scene/texture.glsl.
 _USES = {name: 1 << i for i, name in enumerate(name for name in TEXTURED if name != "transmittance")}
 
@@ -234,7 +235,7 @@ def _is_rough_dielectric(material: Material) -> bool:
 def _dielectric(material: Material) -> dict[str, Any]:
     return {
         "transmittance": material.transmittance,
-        "eta": material.index,
+        "eta": material.relative_index,
         "absorption": material.absorption,
         "dispersion": material.dispersion,
     }
@@ -295,6 +296,8 @@ def _material_words(
     half vector; which of them are ``mapped``, having textures or the colours of vertices."""
     scatters = np.array([not m.unlit for m in materials], np.float64)
     black_backs = np.array([m.black_back for m in materials], bool)
+    interfaces = np.array([m.exterior_ior is not None for m in materials], bool)
+    flags = MATERIAL_UNLIT * (scatters == 0) + MATERIAL_MAPPED * mapped
     f0, f90 = np.array(lobes, np.float64).reshape(-1, 2, 3).transpose(1, 0, 2)
     columns = {
         "diffuse": np.array([m.diffuse_albedo for m in materials]).reshape(-1, 3) * scatters[:, None],
@@ -302,7 +305,7 @@ def _material_words(
         "f0": f0 * scatters[:, None],
         "bsdf": np.array(models, np.int64),
         "f90": f90 * scatters[:, None],
-        "flags": MATERIAL_UNLIT * (scatters == 0) + MATERIAL_MAPPED * mapped + MATERIAL_BLACK_BACK * black_backs,
+        "flags": flags + MATERIAL_BLACK_BACK * black_backs + MATERIAL_INTERFACE * interfaces,
         "emission": np.array([m.base_color if m.unlit else m.emission for m in materials]).reshape(-1, 3),
         "record": records,
     }

@@ -23,7 +23,8 @@ def dielectric_bsdf(material: Material, around: Material | None) -> Tree:
     """The plugin of a dielectric that lies in air, or within another one, or of the boundary of a medium."""
     if material.model == "null":
         return {"type": "null"}
-    tree: Tree = {"int_ior": float(material.index), "ext_ior": 1.0 if around is None else float(around.index)}
+    outside = around.index if around is not None else material.exterior_ior or 1.0
+    tree: Tree = {"int_ior": float(material.index), "ext_ior": float(outside)}
     if is_rough_pane(material):
         widths = {"alpha_u": float(material.alpha_along), "alpha_v": float(material.alpha)}
         tree |= widths | {key: width for key, width in facets(material).items() if key in widths}

@@ -52,6 +52,7 @@ MODELS: dict[str, tuple[str, ...]] = {
         "roughness",
         *_BRUSHED,
         "ior",
+        "exterior_ior",
         "transmittance",
         "attenuation_color",
         "attenuation_distance",
@@ -115,6 +116,8 @@ class Material:
     ``attenuation_distance`` metres (Beer and Lambert); ``transmittance`` is the colour of what passes the surface.
     ``abbe_number`` says how much its index of refraction, which is that of yellow light, differs between colours: 20 is
     a strong dispersion, 60 a weak one. Where two dielectrics overlap, the one with the higher ``priority`` is there.
+    With an ``exterior_ior``, the index of refraction of what lies in front of it, the surface is an interface alone, as
+    Mitsuba's: nothing is within, and it refracts so wherever it is, as water in a glass is met.
     ``interior`` names the medium behind the front, a key of ``Scene.media``.
 
     ``coat`` is the weight of a clear coat over a metallic-roughness material, as lacquer on paint: of a dielectric of
@@ -171,6 +174,7 @@ class Material:
     anisotropy_rotation_degrees: Number = 0.0
     anisotropy_texture: Texture | None = None
     ior: Annotated[float, Field(ge=1, le=LARGEST)] | None = None
+    exterior_ior: Annotated[float, Field(ge=1, le=LARGEST)] | None = None
     f0: Reflectance | None = None
     metal: str | None = None
     specular: Fraction = 1.0
@@ -237,6 +241,8 @@ class Material:
             raise ValueError("attenuation_color must be greater than 0; 0.001 is all but black")
         if self.interior is not None and min(self.attenuation_color) < 1:
             raise ValueError("attenuation_color and interior both say what is inside; give one of them")
+        if self.exterior_ior is not None:
+            self._check_interface()
         if self.is_dielectric and not self.double_sided:
             raise ValueError("double_sided must stay true; light leaves a dielectric by the back of its surface")
         if self.black_back and (self.is_dielectric or self.is_translucent or not self.double_sided):
@@ -255,6 +261,12 @@ class Material:
         for name in ("albedo", "metallic", "ior", "f0", "specular"):
             if getattr(self, name) != getattr(default, name):
                 raise ValueError(f"metal = {self.metal!r} already says what {name} is; leave {name} out")
+
+    def _check_interface(self) -> None:
+        given = {"attenuation_color": min(self.attenuation_color) < 1, "interior": self.interior is not None}
+        given |= {"abbe_number": self.abbe_number is not None, "priority": self.priority != 0}
+        for key in (key for key, is_given in given.items() if is_given):
+            raise ValueError(f"exterior_ior makes an interface, which has nothing within; leave {key} or it out")
 
     def _check_conductor(self) -> None:
         if self.metal is not None and self.metal not in METAL_INDEX:
@@ -368,7 +380,7 @@ class Material:
     @property
     def is_dielectric(self) -> bool:
         """Whether light passes its surface."""
-        return self.is_solid or self.is_pane
+        return self.model in SOLIDS or self.is_pane
 
     @property
     def is_pane(self) -> bool:
@@ -378,7 +390,7 @@ class Material:
     @property
     def is_solid(self) -> bool:
         """Whether its surface bounds something that light passes: a dielectric or a medium."""
-        return self.model in SOLIDS
+        return self.model in SOLIDS and self.exterior_ior is None
 
     @property
     def index(self) -> float:
@@ -386,6 +398,11 @@ class Material:
         if self.model == "null":
             return 1.0
         return 1.5 if self.ior is None else self.ior
+
+    @property
+    def relative_index(self) -> float:
+        """Index of refraction over that of what lies in front of the surface."""
+        return self.index / (self.exterior_ior or 1.0)
 
     @property
     def dispersion(self) -> float:

@@ -22,6 +22,7 @@ from fragtracer.io.mitsuba.shapes import Shapes
 from fragtracer.io.mitsuba.textures import Textures
 from fragtracer.io.model import listed, stem
 from fragtracer.scene import LIGHTS, SHAPES, Fog, Material, Scene
+from fragtracer.scene.interiors import has_interiors, solids
 
 __all__ = ["instantiated", "read_scene", "reason"]
 
@@ -72,8 +73,9 @@ def read_scene(path: Path) -> Scene:
         found |= {kind: tuple(getattr(emitters, kind)) for kind in LIGHTS}
         found["meshes"] = (*shapes.meshes, *shapes.instances())
         with root.checked():
+            solid = _as_solids(materials.found, found, notes) if media.found else None
             scene = Scene(
-                materials=_with_priorities(materials.found, found),
+                materials=solid or _as_interfaces(materials.found, found),
                 media=media.found,
                 fog=fog,
                 environment=environment,
@@ -92,19 +94,33 @@ def read_scene(path: Path) -> Scene:
     return scene
 
 
-def _with_priorities(materials: dict[str, Material], shapes: dict[str, Any]) -> dict[str, Material]:
-    """The ``materials``, of which those of smaller solids have a higher priority: Mitsuba has none, and solids that are
-    within each other."""
-    sizes = {name: 0.0 for name, material in materials.items() if material.is_solid}
-    if len(sizes) < 2:
-        return materials
+def _as_solids(materials: dict[str, Material], shapes: dict[str, Any], notes: list[str]) -> dict[str, Material]:
+    """The ``materials``, of which dielectrics are solids: media need to know what they are in. Of those within each
+    other smaller ones have a higher priority, since Mitsuba has none."""
+    interfaces = [name for name, material in materials.items() if material.exterior_ior is not None]
+    notes += [f"{name!r} is taken to lie within what is outside of it" for name in interfaces]
+    sizes = {name: 0.0 for name, material in materials.items() if material.is_dielectric and not material.is_pane}
     boxes = [(shape.material, np.array(shape.bounds)) for kind in SHAPES for shape in shapes[kind]]
     boxes += [(part.material, part.geometry.bounds) for mesh in shapes["meshes"] for part in mesh.parts]
     for name, (low, high) in boxes:
         if name in sizes:
             sizes[name] = max(sizes[name], float(np.linalg.norm(high - low)))
     ranked = sorted(sizes, key=sizes.__getitem__, reverse=True)
-    return materials | {name: replace(materials[name], priority=rank) for rank, name in enumerate(ranked)}
+    made = {name: replace(materials[name], priority=rank, exterior_ior=None) for rank, name in enumerate(ranked)}
+    return materials | made
+
+
+def _as_interfaces(materials: dict[str, Material], shapes: dict[str, Any]) -> dict[str, Material]:
+    """The ``materials``, of which dielectrics are interfaces alone, as in Mitsuba, where that makes a difference: where
+    one of them is between two, or solids may overlap."""
+    found = {name: material for name, material in materials.items() if material.model == "dielectric"}
+    made = {name: replace(material, exterior_ior=material.exterior_ior or 1.0) for name, material in found.items()}
+    if any(material.exterior_ior for material in found.values()):
+        return materials | made
+    apart = {name: replace(material, priority=rank) for rank, (name, material) in enumerate(found.items())}
+    scene = Scene(materials=materials | apart, **shapes)
+    inside = [solid for solid in solids(scene) if solid.material in apart]
+    return materials | made if has_interiors(apart, inside) else materials
 
 
 def _bounds(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -6,7 +6,7 @@ Where the two differ, a note says so:
 - Facets are GGX's, also where Mitsuba has Beckmann's, of the same width.
 - ``principled`` becomes a metallic-roughness material whose base is as bright; its coat and sheen have other facets.
 - A conductor whose ``specular_reflectance`` is not 1 has Schlick's Fresnel term.
-- An interface of two dielectrics is one of the inner one, which must lie in the outer one.
+- An interface of two dielectrics with a medium within is one of the inner one, which must lie in the outer one.
 """
 
 import math
@@ -55,8 +55,10 @@ class Materials:
                 with emitter.checked():
                     radiance = self.textures.radiance(emitter, "radiance")
                 fields |= {"emission": radiance.color, "emission_texture": radiance.texture}
-            if interior is not None and fields.get("model") in ("dielectric", "null"):
+            if interior is not None and fields.get("model") in SOLIDS:
                 fields["interior"] = interior
+                if fields.pop("exterior_ior", None) is not None:
+                    self.notes.append(f"the medium {interior!r} and what bounds it lie within what is outside of it")
             self._names[key] = self._add(bsdf, fields, is_colored)
         return self._names[key]
 
@@ -190,21 +192,21 @@ class Materials:
         return fields | self._index(bsdf, "bk7")
 
     def _index(self, bsdf: Node, default: str) -> Fields:
-        """The index of refraction, over that of air."""
+        """The index of refraction, and that of what is outside, unless that is air."""
         bsdf.asked.update(_INDICES)
-        inner, outer = (bsdf.props.get(name, other) for name, other in zip(_INDICES, (default, "air"), strict=True))
-
-        def ratio(one: Any, other: Any) -> float:
-            return float(self.mi.traverse(self.mi.load_dict(_interface(one, other)))["eta"])
-
-        if ratio(outer, 1.0) <= _AIR:
-            eta = ratio(inner, outer)
-            if eta >= 1:
-                return {"ior": eta}
+        names = [bsdf.props.get(name, other) for name, other in zip(_INDICES, (default, "air"), strict=True)]
+        eta, inner, outer = (self._ratio(*pair) for pair in (names, (names[0], 1.0), (names[1], 1.0)))
+        is_interface = bsdf.plugin in ("dielectric", "roughdielectric") and (outer > _AIR or eta < 1)
+        if is_interface and min(inner, outer) >= 1:
+            return {"ior": inner, "exterior_ior": outer}
+        if eta < 1:
             self.notes.append(f"{bsdf.line}: {bsdf.title} of an index less than 1, which is 1")
-            return {"ior": 1.0}
-        self.notes.append(f"{bsdf.line}: {bsdf.title} is taken to lie within what is outside of it")
-        return {"ior": max(1.0, ratio(inner, 1.0))} | ({} if "plastic" in bsdf.plugin else {"priority": 1})
+        return {"ior": max(1.0, eta)}
+
+    def _ratio(self, inner: Any, outer: Any) -> float:
+        """Of two indices, each a number or the name of a material."""
+        plugin = self.mi.load_dict({"type": "dielectric", "int_ior": inner, "ext_ior": outer})
+        return float(self.mi.traverse(plugin)["eta"])
 
     def _plastic(self, bsdf: Node) -> Fields:
         fields: Fields = {"model": "plastic", "nonlinear": bsdf.flag("nonlinear", False)}
@@ -282,10 +284,6 @@ def _title(bsdf: Node) -> str:
     """What names a BSDF: its own, or what it wraps."""
     nested = bsdf.child("bsdf")
     return bsdf.id or (_title(nested) if nested is not None and bsdf.plugin in _WRAPPED else bsdf.plugin)
-
-
-def _interface(inner: Any, outer: Any) -> Fields:
-    return {"type": "dielectric", "int_ior": inner, "ext_ior": outer}
 
 
 def _triple(values: Any) -> tuple[float, float, float]:

@@ -85,6 +85,7 @@ _CONTROLS: dict[str, Callable[[Material], Any]] = {
         "turned by", m.anisotropy_rotation_degrees, -180.0, 180.0, "%.0f°"
     ),
     "ior": lambda m: _index(m),
+    "exterior_ior": lambda m: _exterior_index(m),
     "transmittance": lambda m: widgets.color("Transmittance", m.transmittance),
     "attenuation_color": lambda m: widgets.at_least(
         1e-4, m.attenuation_color, widgets.color("Attenuation", m.attenuation_color)
@@ -106,6 +107,13 @@ _CONTROLS: dict[str, Callable[[Material], Any]] = {
 def _index(material: Material) -> float | None:
     after = widgets.slider("Index of refr.", material.index, 1.0, 3.0, "%.3f")
     return after if after != material.index else material.ior
+
+
+def _exterior_index(material: Material) -> float | None:
+    """Of an interface, which a solid does not become."""
+    if material.exterior_ior is None:
+        return None
+    return widgets.slider("Index outside", material.exterior_ior, 1.0, 3.0, "%.3f")
 
 
 def _coat(material: Material) -> dict[str, object]:
