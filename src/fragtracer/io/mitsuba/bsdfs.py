@@ -185,8 +185,7 @@ class Materials:
             fields |= self._facets(bsdf)
         elif fields["model"] == "dielectric":
             fields["roughness"] = 0.0
-        if self.textures.reflectance(bsdf, "specular_reflectance", 1.0) != Value(_WHITE):
-            self.notes.append(f"{bsdf.line}: specular_reflectance of {bsdf.title}")
+        self._note_reflectance(bsdf)
         passed = self.textures.reflectance(bsdf, "specular_transmittance", 1.0)
         fields |= {"transmittance": passed.color, "transmittance_texture": passed.texture}
         return fields | self._index(bsdf, "bk7")
@@ -213,9 +212,7 @@ class Materials:
         if bsdf.plugin == "roughplastic":
             self._note_beckmann(bsdf)
             fields |= {"model": "rough-plastic", "roughness": math.sqrt(min(max(bsdf.number("alpha", 0.1), 0.0), 1.0))}
-        for name in ("specular_reflectance",):
-            if self.textures.reflectance(bsdf, name, 1.0) != Value(_WHITE):
-                self.notes.append(f"{bsdf.line}: {name} of {bsdf.title}")
+        self._note_reflectance(bsdf)
         return fields | self._index(bsdf, "polypropylene")
 
     def _facets(self, bsdf: Node) -> Fields:
@@ -234,6 +231,10 @@ class Materials:
             fields["anisotropy"] = math.sqrt((most - least) / (1 - least))
             fields["anisotropy_rotation_degrees"] = 0.0 if u > v else 90.0
         return fields
+
+    def _note_reflectance(self, bsdf: Node) -> None:
+        if self.textures.reflectance(bsdf, "specular_reflectance", 1.0) != Value(_WHITE):
+            self.notes.append(f"{bsdf.line}: specular_reflectance of {bsdf.title}")
 
     def _note_beckmann(self, bsdf: Node) -> None:
         if bsdf.text("distribution", "beckmann") != "ggx":

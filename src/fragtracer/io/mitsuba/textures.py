@@ -56,7 +56,11 @@ class Textures:
 
     def unbounded(self, node: Node, name: str, default: float) -> Triple:
         """A colour of any size, as an index of refraction."""
-        return self._value(node, name, default, node.props.get_unbounded_texture).color
+        value = self._value(node, name, default, node.props.get_unbounded_texture)
+        if value.texture is not None:
+            self.notes.append(f"{node.line}: the texture of {name}, {default:g} in its place")
+            return (default, default, default)
+        return value.color
 
     def radiance(self, node: Node, name: str) -> Value:
         """That of an emitter, which a texture may say; 1, as Mitsuba has it, where it is left out."""
@@ -66,7 +70,10 @@ class Textures:
             emitter = self.mi.load_dict({"type": "constant", "radiance": other.as_dict()})
             r, g, b = np.array(emitter.eval(self.mi.SurfaceInteraction3f()), np.float64).tolist()
             return Value((r, g, b))
-        return self._value(node, name, 1.0, node.props.get_emissive_texture)
+        value = self._value(node, name, 1.0, node.props.get_emissive_texture)
+        if value.attribute:
+            self.notes.append(f"{node.line}: colours of vertices for {name}, 1 in their place")
+        return replace(value, attribute="")
 
     def number(self, node: Node, name: str, default: float) -> Value:
         """A number, or a texture whose red channel is one."""
