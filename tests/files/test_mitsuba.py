@@ -452,7 +452,7 @@ def test_the_command_compares_with_the_file_itself(
     assert "leave --geometry and --multiple-scattering out" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("name", ["three-spheres", "cornell-box", "glass"])
+@pytest.mark.parametrize("name", ["cornell-box", "glass"])
 def test_a_bundled_scene_comes_back(ctx: moderngl.Context, tmp_path: Path, name: str) -> None:
     """Written for Mitsuba, with its own plugins, and read again: the same picture, by the same random numbers."""
     scene = load(name)

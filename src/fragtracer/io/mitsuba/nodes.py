@@ -248,17 +248,18 @@ def parse(mi: Any, path: Path) -> Node:
         mi.parser.transform_upgrade(config, state)
         mi.parser.transform_resolve(config, state)
     nodes = list(state.nodes)
+    files = [Path(str(file)) for file in state.files]
+    ends = [np.flatnonzero(np.frombuffer(file.read_bytes(), np.uint8) == ord("\n")) for file in files]
     made: dict[int, Node] = {}
 
     def node(index: int) -> Node:
         if index not in made:
             plugin = nodes[index]
-            location = mi.parser.file_location(state, plugin)
-            place = re.search(r"line (\d+)", location)
-            file = Path(str(state.files[plugin.file_index])) if state.files else path
+            file = files[plugin.file_index]
+            number = int(np.searchsorted(ends[plugin.file_index], plugin.offset)) + 1
             kind = _KINDS.get(plugin.type.name, plugin.type.name.lower())
-            where = f"{file}:{place[1]}" if place else str(file)
-            line = f"line {place[1] if place else '?'}" + ("" if plugin.file_index == 0 else f" of {file.name}")
+            where = f"{file}:{number}"
+            line = f"line {number}" + ("" if plugin.file_index == 0 else f" of {file.name}")
             props = plugin.props
             names = tuple(props.keys())
             found = Node(kind, props.plugin_name(), props.id(), where, line, (path.parent, file.parent), props, names)

@@ -5,7 +5,7 @@ Spheres, rectangles and disks become ours, or triangles where they have textures
 sheared. A cylinder is triangles. Instances share their triangles.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -22,6 +22,7 @@ from fragtracer.scene import Disk, Geometry, Mesh, Part, Rectangle, Sphere
 Floats = NDArray[np.float64]
 
 _TRIANGLES = ("obj", "ply", "serialized", "cube", "rectangle")  # what Mitsuba reads as such
+_WITHOUT_FILE = ("cube", "rectangle")
 _AROUND, _ALONG = 128, 64  # triangles of round shapes
 
 
@@ -37,7 +38,7 @@ class Shapes:
     rectangles: list[Rectangle] = field(default_factory=list)
     disks: list[Disk] = field(default_factory=list)
     meshes: list[Mesh] = field(default_factory=list)
-    _geometries: dict[Node, Geometry] = field(default_factory=dict)
+    _geometries: dict[Hashable, Geometry] = field(default_factory=dict)
     _groups: dict[Node, list[Part]] = field(default_factory=dict)
 
     def add(self, node: Node) -> None:
@@ -98,8 +99,8 @@ class Shapes:
                 self.notes.append(f"{node.line}: {node.title}, {_AROUND} flat sides in its place")
                 return [self._part(node, name, to_world, lambda: _cylinder(*ends, radius, node.matrix(), is_flipped))]
             case kind if kind in _TRIANGLES:
-                part = self._part(node, name, to_world, lambda: self._read(node, self.materials.is_colored(name)))
-                if kind == "rectangle" and is_plain and (flat := _rectangle(part, to_world, name)):
+                part = self._triangles(node, name, to_world)
+                if kind == "rectangle" and is_plain and (flat := _rectangle(part)):
                     self.rectangles.append(flat)
                     return []
                 return [part]
@@ -111,11 +112,24 @@ class Shapes:
             self._geometries[node] = make()
         return Part(self._geometries[node], name, matrix_rows(to_world))
 
-    def _read(self, node: Node, is_colored: bool) -> Geometry:
-        """The triangles of a file, or of one of Mitsuba's own shapes, placed by ``to_world``."""
-        if node.plugin not in ("cube", "rectangle"):
-            path = node.file()
-        tree = node.as_dict() | ({} if node.plugin in ("cube", "rectangle") else {"filename": str(path)})
+    def _triangles(self, node: Node, name: str, to_world: Floats) -> Part:
+        """Those of a file, or of one of Mitsuba's own shapes.
+
+        Shapes of the same file share them, but where a transform shears or mirrors, which changes the normals that
+        Mitsuba makes.
+        """
+        matrix = node.matrix()
+        is_similar = _scale(matrix[:3, :3]) > 0 and np.linalg.det(matrix[:3, :3]) > 0
+        tree = node.as_dict() | ({} if node.plugin in _WITHOUT_FILE else {"filename": str(node.file())})
+        placed = tree.pop("to_world", None)
+        is_colored = self.materials.is_colored(name)
+        key: Hashable = (is_colored, *sorted((key, str(value)) for key, value in tree.items())) if is_similar else node
+        if key not in self._geometries:
+            self._geometries[key] = self._read(node, tree if is_similar else tree | {"to_world": placed}, is_colored)
+        return Part(self._geometries[key], name, matrix_rows(to_world @ matrix if is_similar else to_world))
+
+    def _read(self, node: Node, tree: dict[str, Any], is_colored: bool) -> Geometry:
+        """The triangles of a plugin."""
         mesh = self.mi.load_dict(tree)
         positions = np.array(mesh.vertex_positions_buffer(), np.float64).reshape(-1, 3)
         triangles = np.array(mesh.faces_buffer(), np.int64).reshape(-1, 3)
@@ -147,9 +161,10 @@ def _scale(matrix: Floats) -> float:
     return size if np.allclose(product, size**2 * np.eye(len(product)), rtol=0, atol=1e-5 * size**2) else 0.0
 
 
-def _rectangle(part: Part, to_world: Floats, name: str) -> Rectangle | None:
+def _rectangle(part: Part) -> Rectangle | None:
     """The two triangles of Mitsuba's rectangle as one of ours, if its sides are perpendicular."""
-    corners = part.geometry.positions @ to_world[:3, :3].T + to_world[:3, 3]
+    matrix = np.array(part.matrix)
+    corners = part.geometry.positions @ matrix[:3, :3].T + matrix[:3, 3]
     a, b, c, _ = corners  # (-1, -1), (1, -1), (-1, 1) of its plane
     u, v = b - a, c - a
     if abs(u @ v) > 5e-5 * np.linalg.norm(u) * np.linalg.norm(v) or not np.linalg.norm(np.cross(u, v)) > 0:
@@ -157,7 +172,7 @@ def _rectangle(part: Part, to_world: Floats, name: str) -> Rectangle | None:
     p, q, r = corners[part.geometry.triangles[0]]
     if np.cross(q - p, r - p) @ np.cross(u, v) < 0:
         u, v = v, u
-    return Rectangle(triple(a), triple(u), triple(v), name)
+    return Rectangle(triple(a), triple(u), triple(v), part.material)
 
 
 def _grid(rows: int, columns: int) -> NDArray[np.int64]:
