@@ -16,7 +16,7 @@ from rendering import rendered
 
 from fragtracer.apps.compare import compare_scene, run
 from fragtracer.errors import FragtracerError, SceneError
-from fragtracer.io import AnimationError
+from fragtracer.io import AnimationError, files_of
 from fragtracer.io.images import write_image
 from fragtracer.io.mitsuba import instantiated
 from fragtracer.io.toml import is_mitsuba, load, save
@@ -472,6 +472,7 @@ def test_an_included_file(tmp_path: Path) -> None:
     include = '<include filename="part/ring.xml"/>'
     (mesh,) = read(tmp_path, include).meshes
     assert len(mesh.parts[0].geometry.triangles) == 24
+    assert files_of(tmp_path / "scene.xml") == (tmp_path / "scene.xml", part, tmp_path / "part" / "ring.obj")
     part.write_text(ring.format("bell"))
     with pytest.raises(SceneError, match=rf'{part}:2: <shape type="obj">: filename: there is no file .*bell.obj'):
         load(written(tmp_path, include))

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from fragtracer.io.gltf import GltfFile
 
 __all__ = ["SUFFIXES", "AnimationError", "Model", "bounds", "files_of", "load_mesh"]
-__all__ += ["open_gltf", "qualified", "read_model"]
+__all__ += ["note_files", "open_gltf", "qualified", "read_model"]
 
 
 def _read_gltf(path: Path) -> Model:
@@ -152,8 +152,14 @@ def qualified(model: Model, prefix: str) -> Model:
     return replace(model, mesh=replace(model.mesh, parts=parts), materials=materials)
 
 
+def note_files(file: str | Path, files: Iterable[Path]) -> None:
+    """Say for :func:`files_of` that a scene was read from these, besides ``file``."""
+    path = Path(os.path.abspath(file))
+    _files[path] = (path, *files)
+
+
 def files_of(file: str | Path) -> tuple[Path, ...]:
-    """The files that a model was read from; ``file`` alone if it was not read yet."""
+    """The files that a model or a scene was read from; ``file`` alone if it was not read yet."""
     path = Path(os.path.abspath(file))
     return _files.get(path, (path,))
 

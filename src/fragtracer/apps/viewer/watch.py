@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from fragtracer.io import toml
+from fragtracer.io import files_of, toml
 from fragtracer.scene import Scene
 
 _PERIOD = 0.3  # seconds between two polls
@@ -51,8 +51,8 @@ class Watch:
 
 
 def scene_files(scene: Scene, path: Path | None) -> Iterable[Path]:
-    """The file of a scene, if it has one, and those of its meshes, textures and environment."""
-    own = [] if path is None else [path]
+    """The file of a scene, if it has one, and those that it includes, and of its meshes, textures and environment."""
+    own = [] if path is None else [path, *(file for file in files_of(path) if file != path.absolute())]
     folder = path.parent if path else Path()
     return own + [folder / file for file in sorted(toml.files_behind(scene))]
 

@@ -33,8 +33,8 @@ _IRRELEVANT |= {"gamma", "exposure", "tonemap_method", "high_quality_edges", "se
 _IRRELEVANT |= {"accel", "format", "jitter"}
 
 
-def read_scene(path: Path) -> Scene:
-    """Read a Mitsuba scene.
+def read_scene(path: Path) -> tuple[Scene, list[Path]]:
+    """Read a Mitsuba scene, and say what other files belong to it.
 
     Raises
     ------
@@ -91,7 +91,7 @@ def read_scene(path: Path) -> Scene:
         shown, rest = notes[:_MOST_NOTES], len(notes) - _MOST_NOTES
         more = f"; and {rest} more" if rest > 0 else ""
         warnings.warn(f"{path}: not as in Mitsuba: {'; '.join(shown)}{more}", stacklevel=2)
-    return scene
+    return scene, root.files
 
 
 def _as_solids(materials: dict[str, Material], shapes: dict[str, Any], notes: list[str]) -> dict[str, Material]:

@@ -75,6 +75,7 @@ class Node:
     where: str  # the file and the line, which errors begin with
     line: str  # the line alone, or in which included file it is, which notes begin with
     folders: tuple[Path, ...]  # that file names are relative to, the first where there is such a file
+    files: list[Path]  # all that are named, and included, of all plugins
     props: Any
     names: tuple[str, ...]  # of its parameters
     named: dict[str, "Node"] = field(default_factory=dict)
@@ -104,6 +105,8 @@ class Node:
         found = next((path for path in paths if path.is_file()), None)
         if found is None:
             raise self.error(f"{name}: there is no file {paths[0]}")
+        if found not in self.files:
+            self.files.append(found)
         return found
 
     def vector(self, name: str, default: Triple) -> NDArray[np.float64]:
@@ -251,6 +254,7 @@ def parse(mi: Any, path: Path) -> Node:
     files = [Path(str(file)) for file in state.files]
     ends = [np.flatnonzero(np.frombuffer(file.read_bytes(), np.uint8) == ord("\n")) for file in files]
     made: dict[int, Node] = {}
+    used = files[1:]
 
     def node(index: int) -> Node:
         if index not in made:
@@ -262,7 +266,9 @@ def parse(mi: Any, path: Path) -> Node:
             line = f"line {number}" + ("" if plugin.file_index == 0 else f" of {file.name}")
             props = plugin.props
             names = tuple(props.keys())
-            found = Node(kind, props.plugin_name(), props.id(), where, line, (path.parent, file.parent), props, names)
+            found = Node(
+                kind, props.plugin_name(), props.id(), where, line, (path.parent, file.parent), used, props, names
+            )
             made[index] = found
             for name in names:
                 if props.type(name) == mi.Properties.Type.ResolvedReference:

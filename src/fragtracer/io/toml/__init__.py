@@ -22,7 +22,7 @@ import tomli_w
 from fragtracer import output, resources
 from fragtracer.arguments import check_scene
 from fragtracer.errors import OutputError, SceneError
-from fragtracer.io import SUFFIXES, AnimationError, files_of, open_gltf, read_model, staging
+from fragtracer.io import SUFFIXES, AnimationError, files_of, note_files, open_gltf, read_model, staging
 from fragtracer.io import qualified as with_qualified_names
 from fragtracer.io.model import MITSUBA, stem
 from fragtracer.io.playing import moments
@@ -94,7 +94,9 @@ def _of_mitsuba(path: Path, animation: str | None, time: float | None) -> Scene:
         raise FileNotFoundError(path)
     from fragtracer.io.mitsuba import read_scene
 
-    return read_scene(path)
+    scene, files = read_scene(path)
+    note_files(path, files)
+    return scene
 
 
 def _staged(path: Path, light: bool, animation: str | None, time: float | None) -> Scene:
