@@ -3,6 +3,7 @@
 
 import sys
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -29,11 +30,16 @@ def opened(scene: str = "three-spheres", size: tuple[int, int] = (640, 400), gui
     return viewer
 
 
-def make_maps(**sizes: int) -> None:
+def make_maps(may_finish: Path | None = None, **sizes: int) -> None:
     """Of these sizes for the split sum, in this process and in the one that compiles: its own take longer than all
-    else."""
+    else. That of an environment waits there until the file ``may_finish`` is there, if one is named."""
     chosen = tracer.MapSizes(**sizes)
     patch = f"from fragtracer.gpu import tracer; tracer._MAPS = tracer.{chosen}"
+    if may_finish is not None:
+        path = str(may_finish)
+        waiting = f"any(os.path.exists({path!r}) or time.sleep(0.01) for _ in range(3000))"  # or what waits goes on
+        patch += "; import os, time; made = tracer.environment_maps"
+        patch += f"; tracer.environment_maps = lambda *words: ({waiting}, made(*words))[1]"
     tracer._MAPS = chosen
     compiler._COMMAND = (sys.executable, "-c", f"{patch}; from {compiler.__name__} import main; main()")
 
