@@ -206,6 +206,41 @@ def test_a_width_in_a_texture_is_a_roughness(tmp_path: Path) -> None:
     assert not any(getattr(scene, kind) for kind in SHAPES), "it needs texture coordinates"
 
 
+@pytest.mark.parametrize(
+    "mapping", ["", '<transform name="to_uv"><scale x="2" y="-1"/></transform>'], ids=["", "mapped"]
+)
+def test_bumps_are_those_of_mitsuba(tmp_path: Path, mapping: str) -> None:
+    """The normal map of a rectangle of 2 x 1 m, against the normals of a diffuse surface in Mitsuba."""
+    import mitsuba as mi
+
+    from fragtracer.reference.variant import mitsuba_variant
+
+    u, v = np.meshgrid(*[2 * np.pi * (np.arange(256) + 0.5) / 256] * 2)
+    heights = 0.05 * (2 + np.sin(u) * np.cos(2 * v) + np.cos(u))
+    write_image(tmp_path / "heights.exr", np.repeat(heights[..., None], 3, axis=2))
+    texture = bitmap("", "heights.exr", mapping, raw=True)
+    bsdf = f'<bsdf type="bumpmap">{texture}<float name="scale" value="1.5"/>{gray("0.5")}</bsdf>'
+    body = f'<shape type="rectangle">{placed("<scale x=%s1%s y=%s0.5%s/>".replace("%s", chr(34)))}{bsdf}</shape>'
+    (found,) = read(tmp_path, body).materials.values()
+    map_ = found.normal_texture
+    assert (map_.wrap_u, map_.scale[0]) == ("repeat", 2.0 if mapping else 1.0)
+    normals = 2 * linear_pixels(map_.image)[..., :3] - 1
+    rows, columns, _ = normals.shape
+    directions = np.eye(3) * 0.3 + (0.0, 0.0, 0.9)
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    ours, theirs = [], []
+    with mitsuba_variant("scalar_rgb"):
+        scene = mi.load_file(str(tmp_path / "scene.xml"))
+        for x, y in RNG.uniform(0, 1, (20, 2)):
+            si = scene.ray_intersect(mi.Ray3f([2 * x - 1, y - 0.5, 1.0], [0.0, 0.0, -1.0]))
+            values = [np.array(si.bsdf().eval(mi.BSDFContext(), si, wo))[0] for wo in directions.tolist()]
+            theirs.append(np.linalg.solve(directions, np.pi / 0.5 * np.array(values)))
+            s, t = (2 * x, -y) if mapping else (x, y)
+            ours.append(normals[int(t % 1 * rows), int(s % 1 * columns)] * (1, -1, 1))  # the bitangent is against v
+    np.testing.assert_allclose(ours, theirs, atol=0.03)
+    assert (np.std(theirs, axis=0)[:2] > 0.1).all()
+
+
 def test_colors_of_vertices(tmp_path: Path) -> None:
     """Where a material asks for them."""
     header = "ply\nformat ascii 1.0\nelement vertex 3\n" + "".join(f"property float {name}\n" for name in "xyzrgb")
@@ -354,6 +389,7 @@ NOTES = {
     "principled": (BLUR.format("principled", ""), "a metallic-roughness material in its place"),
     "key": (BLUR.format("diffuse", '<float name="shine" value="2"/>'), "shine of <bsdf"),
     "factor": (BLUR.format("plastic", '<float name="specular_reflectance" value="0.5"/>'), "specular_reflectance of"),
+    "bumps": (BLUR.format("bumpmap", bitmap("", "grey.png") + gray("0.5")), "line 6: the bumps of a shape without"),
     "shape": ('<shape type="bsplinecurve"><string name="filename" value="x"/></shape>', "<shape type=.bsplinecurve.>"),
     "emitter": ('<emitter type="projector"/>', "line 6: <emitter type=.projector.>"),
     "sensor": (SENSOR, "another camera"),

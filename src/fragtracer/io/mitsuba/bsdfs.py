@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from fragtracer.io.mitsuba.nodes import Node
-from fragtracer.io.mitsuba.textures import Textures, Value, mapped
+from fragtracer.io.mitsuba.textures import Lengths, Textures, Value, mapped
 from fragtracer.scene import Image, Material, Texture
 from fragtracer.scene.material import MODELS, PANES, SOLIDS
 from fragtracer.scene.reflectance import conductor_reflectance, grazing_reflectance, reflectance_from_ior
@@ -27,6 +27,7 @@ Fields = dict[str, Any]
 
 _AIR = 1.01  # an index that is not greater is that of air
 _LEAST_INDEX = 1e-3  # of a conductor; some spectra have 0
+_BUMP = "bump"  # among the fields: the texture of heights, and their scale
 _WRAPPED = ("twosided", "mask", "normalmap", "bumpmap")
 _INDICES = ("int_ior", "ext_ior")
 _WHITE, _BLACK = (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)
@@ -40,15 +41,24 @@ class Materials:
     textures: Textures
     notes: list[str]
     found: dict[str, Material] = field(default_factory=dict)
-    _names: dict[tuple[Node | None, Node | None, str | None], str] = field(default_factory=dict)
+    _names: dict[tuple[Node | None, Node | None, str | None, Lengths | None], str] = field(default_factory=dict)
     _colored: set[str] = field(default_factory=set)
 
-    def name(self, bsdf: Node | None, emitter: Node | None, interior: str | None) -> str:
-        """That of the material of a shape with this BSDF, emitter and medium within."""
-        key = bsdf, emitter, interior
+    def name(
+        self, bsdf: Node | None, emitter: Node | None, interior: str | None, lengths: Lengths | None = None
+    ) -> str:
+        """That of the material of a shape with this BSDF, emitter and medium within; where it :meth:`is_bumped`, with
+        the ``lengths`` in metres along which u and v of its texture coordinates grow by 1, if there are any."""
+        key = bsdf, emitter, interior, lengths
         if key not in self._names:
             with bsdf.checked() if bsdf is not None else nullcontext():
                 fields, is_colored = self._fields(bsdf)
+            bump = fields.pop(_BUMP, None)
+            if bump is not None and lengths is not None:
+                heights, scale = bump
+                fields["normal_texture"] = self.textures.bump(heights, scale, lengths)
+            elif bump is not None:
+                self.notes.append(f"{bump[0].line}: the bumps of a shape without triangles or texture coordinates")
             if emitter is not None:
                 if bsdf is None:
                     fields["albedo"] = _BLACK
@@ -61,6 +71,12 @@ class Materials:
                     self.notes.append(f"the medium {interior!r} and what bounds it lie within what is outside of it")
             self._names[key] = self._add(bsdf, fields, is_colored)
         return self._names[key]
+
+    def is_bumped(self, bsdf: Node | None) -> bool:
+        """Whether the material of a BSDF depends on how textures lie on a shape."""
+        if bsdf is None or bsdf.plugin == "blendbsdf":
+            return False
+        return bsdf.plugin == "bumpmap" or (bsdf.plugin in _WRAPPED and self.is_bumped(bsdf.child("bsdf")))
 
     def is_colored(self, name: str) -> bool:
         """Whether the colours of vertices are those of the material ``name``."""
@@ -132,7 +148,10 @@ class Materials:
                     raise bsdf.error("it has no normalmap, a texture")
                 fields |= {"normal_texture": self.textures.texture(normals)}
             case "bumpmap":
-                self.notes.append(f"{bsdf.line}: {bsdf.title}, smooth in its place")
+                heights = bsdf.child("texture")
+                if heights is None:
+                    raise bsdf.error("it has no texture, of heights")
+                fields[_BUMP] = heights, bsdf.number("scale", 1.0)
         return fields, is_colored
 
     def _masked(self, bsdf: Node, fields: Fields) -> Fields:
@@ -152,6 +171,8 @@ class Materials:
         if len(nested := self._nested(bsdf)) != 2:
             raise bsdf.error(f"it blends two BSDFs, and has {len(nested)}")
         (one, is_colored), (other, is_other_colored) = (self._fields(each, is_two_sided) for each in nested)
+        bumped = [each for each in (one, other) if each.pop(_BUMP, None) is not None]
+        self.notes += [f"{bsdf.line}: the bumps of what {bsdf.title} blends"] * len(bumped)
         weight = self.textures.number(bsdf, "weight", 0.5)
         if "blend" in one or "blend" in other:
             self.notes.append(f"{bsdf.line}: {bsdf.title} of another blend, the heavier of the two in its place")

@@ -15,13 +15,14 @@ from numpy.typing import NDArray
 from fragtracer.io.mitsuba.bsdfs import Materials
 from fragtracer.io.mitsuba.media import Media
 from fragtracer.io.mitsuba.nodes import Node
-from fragtracer.io.mitsuba.textures import VERTEX_COLORS
+from fragtracer.io.mitsuba.textures import VERTEX_COLORS, Lengths
 from fragtracer.io.model import matrix_rows, triple
 from fragtracer.scene import Disk, Geometry, Mesh, Part, Rectangle, Sphere
 
 Floats = NDArray[np.float64]
 
 _TRIANGLES = ("obj", "ply", "serialized", "cube", "rectangle")  # what Mitsuba reads as such
+_UNEVEN = 0.1  # the relative deviation of how texture coordinates are stretched, from which on a note says so
 _WITHOUT_FILE = ("cube", "rectangle")
 _AROUND, _ALONG = 128, 64  # triangles of round shapes
 
@@ -71,7 +72,9 @@ class Shapes:
             return [part for shape in node.all("shape") for part in self._parts(shape, to_world)]
         interior = node.named.get("interior")
         medium = None if interior is None else self.media.name(interior)
-        name = self.materials.name(node.child("bsdf"), node.child("emitter"), medium)
+        bsdf = node.child("bsdf")
+        lengths = self._lengths(node, to_world) if self.materials.is_bumped(bsdf) else None
+        name = self.materials.name(bsdf, node.child("emitter"), medium, lengths)
         is_flipped = node.flag("flip_normals", False)
         placed = to_world @ node.matrix()
         blended = [self.materials.found[n] for n in (name, self.materials.found[name].blend) if n is not None]
@@ -127,6 +130,30 @@ class Shapes:
         if key not in self._geometries:
             self._geometries[key] = self._read(node, tree if is_similar else tree | {"to_world": placed}, is_colored)
         return Part(self._geometries[key], name, matrix_rows(to_world @ matrix if is_similar else to_world))
+
+    def _lengths(self, node: Node, to_world: Floats) -> Lengths | None:
+        """In metres, along which u and v of the texture coordinates of a shape grow by 1: the mean over its area."""
+        if node.plugin not in _TRIANGLES:
+            return None
+        part = self._triangles(node, "", to_world)
+        geometry, uvs = part.geometry, part.geometry.uvs
+        if uvs is None or not len(geometry.triangles):
+            return None
+        corners = (geometry.positions @ np.array(part.matrix)[:3, :3].T)[geometry.triangles]
+        edges = corners[:, 1:] - corners[:, :1]
+        steps = uvs[geometry.triangles].astype(np.float64)
+        steps = steps[:, 1:] - steps[:, :1]
+        area = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+        is_mapped = np.abs(np.linalg.det(steps)) > 1e-12
+        if not (area * is_mapped).any():
+            return None
+        lengths = np.linalg.norm(np.linalg.solve(steps[is_mapped], edges[is_mapped]), axis=2)
+        means = np.average(lengths, axis=0, weights=area[is_mapped])
+        spread = np.sqrt(np.average(np.square(lengths / means - 1), axis=0, weights=area[is_mapped])).max()
+        if spread > _UNEVEN:
+            self.notes.append(f"{node.line}: the bumps of {node.title}, on which texture coordinates are stretched")
+        u, v = means.tolist()
+        return u, v
 
     def _read(self, node: Node, tree: dict[str, Any], is_colored: bool) -> Geometry:
         """The triangles of a plugin."""

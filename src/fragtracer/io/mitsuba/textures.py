@@ -17,7 +17,9 @@ from fragtracer.scene.fields import Triple
 from fragtracer.scene.texture import ColorSpace, linear_pixels
 
 Floats = NDArray[np.float64]
+Lengths = tuple[float, float]
 
+_FINER, _MOST_BUMPS = 4, 2**22  # times, along each axis, that a normal map is finer than its heights; texels, at most
 VERTEX_COLORS = "vertex_color"
 _LUMINANCE = np.array((0.212671, 0.715160, 0.072169))  # Mitsuba's
 # Older versions have filters and ways to wrap that Mitsuba has no longer.
@@ -106,6 +108,22 @@ class Textures:
             self._made[key] = found
         return self._made[key]
 
+    def bump(self, node: Node, scale: float, lengths: Lengths) -> Texture:
+        """Heights as a normal map, where u and v of texture coordinates grow by 1 along these ``lengths``."""
+        texture = self.texture(node, grey=True)
+        coarse, edge = scale * linear_pixels(texture.image)[..., 0], "wrap" if texture.wrap_u == "repeat" else "edge"
+        # Mitsuba's slopes jump between texels, where heights are interpolated: finer ones are nearer to that.
+        times = max(1, min(_FINER, int(np.sqrt(_MOST_BUMPS / coarse.size))))
+        heights = _finer(_finer(coarse, times, edge).T, times, edge).T
+        rows, columns = heights.shape
+        wide = np.pad(heights, 1, edge)  # type: ignore[call-overload]
+        steps = columns * (wide[1:-1, 2:] - wide[1:-1, :-2]) / 2, rows * (wide[2:, 1:-1] - wide[:-2, 1:-1]) / 2
+        along_u, along_v = np.tensordot(node.matrix("to_uv")[:2, :2].T, np.stack(steps), 1)
+        # The bitangent of a normal map points up in the image, against v.
+        normals = np.stack([-along_u / lengths[0], along_v / lengths[1], np.ones_like(heights)], axis=-1)
+        normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
+        return replace(texture, image=Image((0.5 + 0.5 * normals).astype(np.float32), "linear"))
+
     def _value(self, node: Node, name: str, default: float, convert: Callable[[str], Any]) -> Value:
         node.asked.add(name)
         other = node.named.get(name)
@@ -163,6 +181,16 @@ class Textures:
             self.notes.append(f"{node.line}: the shear of to_uv")
         u, v = matrix[:2, 3].tolist()
         return {"scale": (x, float(y)), "rotation": float(np.arctan2(-c, a)), "offset": (u, v)}
+
+
+def _finer(heights: Floats, times: int, edge: Any) -> Floats:
+    """So many ``times`` more rows, interpolated linearly between those of ``heights``."""
+    wide = np.pad(heights, ((1, 1), (0, 0)), edge)
+    place = (np.arange(times * len(heights)) + 0.5) / times + 0.5
+    row = place.astype(np.int64)
+    share = (place - row)[:, None]
+    found: Floats = (1 - share) * wide[row] + share * wide[row + 1]
+    return found
 
 
 def mapped(texture: Texture, change: Callable[[Floats], Floats]) -> Texture:
