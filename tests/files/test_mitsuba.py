@@ -1,140 +1,28 @@
 # SPDX-License-Identifier: MIT
-"""Mitsuba's scene files: what is read of them, and that pictures are those of Mitsuba itself."""
+"""What is read of Mitsuba's scene files."""
 
-import re
-import shutil
 import warnings
 from pathlib import Path
 from typing import Any
 
-import moderngl
 import numpy as np
 import PIL.Image
 import pytest
-from command import status_of
-from rendering import rendered
 
-from fragtracer.apps.compare import compare_scene, run
-from fragtracer.errors import FragtracerError, SceneError
-from fragtracer.io import AnimationError, files_of
+from fragtracer.errors import SceneError
+from fragtracer.io import files_of
 from fragtracer.io.images import write_image
 from fragtracer.io.mitsuba import instantiated
-from fragtracer.io.toml import is_mitsuba, load, save
-from fragtracer.reference.export import export_mitsuba
-from fragtracer.reference.variant import find_llvm
-from fragtracer.scene import SHAPES, Material, Scene
+from fragtracer.io.toml import is_mitsuba, load
+from fragtracer.scene import SHAPES
 from fragtracer.scene.environment import lookup
 from fragtracer.scene.texture import linear_pixels
 
 from .data import shared
+from .mitsuba_files import GGX, SENSOR, bitmap, both, gray, images, material, notes, placed, read, torus, written
 
 pytest.importorskip("mitsuba", reason="Mitsuba is not installed")
 RNG = np.random.default_rng(7)
-SENSOR = """<sensor type="perspective"><float name="fov" value="45"/>
-<transform name="to_world"><lookat origin="0.5, 3, 7" target="0, 0.2, 0" up="0, 1, 0"/></transform>
-<film type="hdrfilm"><integer name="width" value="48"/><integer name="height" value="36"/><rfilter type="box"/></film>
-<sampler type="independent"><integer name="sample_count" value="32"/></sampler></sensor>"""
-PATHS = '<integrator type="volpath"><integer name="max_depth" value="6"/></integrator>'
-WRONG = ["", "-1", "0", "nan", "1e30", "inf", "x", "1, 2", "true", "99999999999999999999", "$q", "../.."]
-FILES = Path(__file__).parent / "mitsuba"
-GGX = '<string name="distribution" value="ggx"/>'
-
-
-def placed(*steps: str) -> str:
-    return f'<transform name="to_world">{"".join(steps)}</transform>'
-
-
-def bitmap(name: str, file: str, *more: str, raw: bool = False) -> str:
-    text = f'<string name="filename" value="{file}"/><boolean name="raw" value="{str(raw).lower()}"/>'
-    return f'<texture type="bitmap" name="{name}">{text}{"".join(more)}</texture>'
-
-
-def gray(value: str) -> str:
-    return f'<bsdf type="diffuse"><rgb name="reflectance" value="{value}"/></bsdf>'
-
-
-def both(bsdf: str) -> str:
-    return f'<bsdf type="twosided">{bsdf}</bsdf>'
-
-
-def written(folder: Path, body: str, head: str = PATHS + SENSOR) -> Path:
-    path = folder / "scene.xml"
-    path.write_text(f'<scene version="3.0.0">\n{head}\n{body}\n</scene>')
-    return path
-
-
-def read(folder: Path, body: str, head: str = PATHS + SENSOR) -> Scene:
-    """The scene, whose reader must not say that something is not as in Mitsuba."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        return load(written(folder, body, head))
-
-
-def notes(folder: Path, body: str, head: str = PATHS + SENSOR) -> str:
-    """What the reader says is not as in Mitsuba."""
-    with pytest.warns(UserWarning, match="not as in Mitsuba") as found:
-        load(written(folder, body, head))
-    return str(found[0].message)
-
-
-def material(folder: Path, bsdf: str) -> Material:
-    (found,) = read(folder, f'<shape type="sphere">{bsdf}</shape>').materials.values()
-    return found
-
-
-def images(folder: Path) -> None:
-    """Textures and a map, beside the scene."""
-    PIL.Image.fromarray(RNG.integers(40, 255, (8, 16, 3), np.uint8)).save(folder / "color.png")
-    PIL.Image.fromarray((255 * (RNG.random((4, 8)) > 0.4)).astype(np.uint8)).save(folder / "holes.png")
-    PIL.Image.fromarray(RNG.integers(60, 200, (8, 8), np.uint8)).save(folder / "grey.png")
-    rows, columns = np.meshgrid(np.linspace(0, np.pi, 128), np.linspace(0, 2 * np.pi, 256), indexing="ij")
-    waves = [1 + 0.8 * np.sin(rows) * np.sin(columns + phase) for phase in (0.0, 2.0, 4.0)]
-    write_image(folder / "sky.exr", np.stack(waves, -1))
-
-
-def torus(path: Path, around: int = 48, across: int = 24) -> None:
-    """A ring in the plane of x and z, with normals and texture coordinates."""
-    u, v = (2 * np.pi * np.arange(n) / n for n in (around, across))
-    u, v = (x.ravel() for x in np.meshgrid(u, v, indexing="ij"))
-    normals = np.stack([np.cos(v) * np.cos(u), np.sin(v), np.cos(v) * np.sin(u)], -1)
-    centers = np.stack([np.cos(u), np.zeros_like(u), np.sin(u)], -1)
-    lines = [f"v {x} {y} {z}" for x, y, z in 0.35 * centers + 0.15 * normals]
-    lines += [f"vt {x} {y}" for x, y in zip(u / 7, v / 7, strict=True)] + [f"vn {x} {y} {z}" for x, y, z in normals]
-    first = np.arange(around * across).reshape(around, across) + 1
-    corners = first, np.roll(first, -1, 1), np.roll(np.roll(first, -1, 0), -1, 1), np.roll(first, -1, 0)
-    for a, b, c, d in zip(*(x.ravel().tolist() for x in corners), strict=True):
-        lines += [f"f {p}/{p}/{p} {q}/{q}/{q} {r}/{r}/{r}" for p, q, r in ((a, b, c), (a, c, d))]
-    path.write_text("\n".join(lines))
-
-
-def scene_file(folder: Path, name: str) -> Path:
-    """A scene, with all that it names.
-
-    ``surfaces`` has a sphere of each BSDF, and rectangles with textures, seen from both sides; ``shapes`` has shapes of
-    all kinds, mirrored, turned inside out and in instances, a medium, and lights.
-    """
-    images(folder)
-    torus(folder / "ring.obj")
-    return Path(shutil.copy(FILES / f"{name}.xml", folder / "scene.xml"))
-
-
-def quietly(path: Path | str) -> Scene:
-    """The scene, whatever is not as in Mitsuba."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        return load(path)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["surfaces", "shapes"])
-def test_pictures_are_those_of_mitsuba(tmp_path: Path, name: str) -> None:
-    """Of the file itself."""
-    if find_llvm() is None:
-        pytest.skip("no LLVM of version 16 or newer on this machine: scalar_rgb is too slow")
-    path = scene_file(tmp_path, name)
-    comparison = compare_scene(quietly(path), (48, 36), 512, margin=0.02, file=path)
-    verdict = comparison.verdict
-    assert verdict.outcome == "agreement", (verdict.outcome, verdict.differing, verdict.image.pair.relative_difference)
 
 
 @pytest.mark.parametrize(
@@ -380,124 +268,6 @@ def test_media_within_each_other(tmp_path: Path) -> None:
     assert not any(m.exterior_ior for m in scene.materials.values())
 
 
-BLUR = '<shape type="sphere"><bsdf type="{}">{}</bsdf></shape>'
-
-
-NOTES = {
-    "beckmann": (BLUR.format("roughconductor", ""), "line 6: Beckmann's facets of <bsdf type=.roughconductor.>, GGX's"),
-    "bsdf": (BLUR.format("hair", ""), "line 6: <bsdf type=.hair.>, a diffuse grey"),
-    "principled": (BLUR.format("principled", ""), "a metallic-roughness material in its place"),
-    "key": (BLUR.format("diffuse", '<float name="shine" value="2"/>'), "shine of <bsdf"),
-    "factor": (BLUR.format("plastic", '<float name="specular_reflectance" value="0.5"/>'), "specular_reflectance of"),
-    "bumps": (BLUR.format("bumpmap", bitmap("", "grey.png") + gray("0.5")), "line 6: the bumps of a shape without"),
-    "shape": ('<shape type="bsplinecurve"><string name="filename" value="x"/></shape>', "<shape type=.bsplinecurve.>"),
-    "emitter": ('<emitter type="projector"/>', "line 6: <emitter type=.projector.>"),
-    "sensor": (SENSOR, "another camera"),
-    "spot": ('<emitter type="spot"/>', "the falloff of"),
-}
-
-
-@pytest.mark.parametrize(("body", "note"), NOTES.values(), ids=NOTES)
-def test_what_is_not_as_in_mitsuba_is_said(tmp_path: Path, body: str, note: str) -> None:
-    assert re.search(note, notes(tmp_path, body))
-
-
-MISTAKES = {
-    "no camera": ("", "", "there is no camera"),
-    "no XML": ("<shape", SENSOR, "scene.xml: Parsing of XML file"),
-    "no number": ('<shape type="sphere"><float name="radius" value="x"/></shape>', SENSOR, "could not parse floating"),
-    "of another type": (
-        '<shape type="sphere"><string name="radius" value="1"/></shape>',
-        SENSOR,
-        ':6: <shape type="sphere">: radius must be a number',
-    ),
-    "no file name": ('<shape type="obj"/>', SENSOR, ':6: <shape type="obj">: filename is missing'),
-    "no file": ('<shape type="obj"><string name="filename" value="a.obj"/></shape>', SENSOR, "there is no file"),
-    "instance of nothing": ('<shape type="instance"/>', SENSOR, "it names no <shape type="),
-    "nothing to wrap": ('<shape type="sphere"><bsdf type="twosided"/></shape>', SENSOR, "it holds no other <bsdf>"),
-    "two environments": (
-        '<emitter type="constant"/><emitter type="constant"/>',
-        SENSOR,
-        "there is another environment",
-    ),
-    "negative light": (
-        '<emitter type="constant"><float name="radiance" value="-1"/></emitter>',
-        SENSOR,
-        "radiance must be greater than or equal to 0",
-    ),
-    "another camera": ("", SENSOR.replace("perspective", "orthographic"), "use perspective or thinlens"),
-    "mirrored": ("", SENSOR.replace("<lookat", '<scale x="-1"/><lookat'), "mirrors or flattens the picture"),
-    "reference to nothing": ('<ref id="x"/>', SENSOR, 'unresolved reference to "x"'),
-    "unknown metal": (
-        BLUR.format("conductor", '<string name="material" value="Xy"/>'),
-        SENSOR,
-        r':6: <bsdf type="conductor">: failed to instantiate .*Xy.eta.spd": file does not exist',
-    ),
-}
-
-
-@pytest.mark.parametrize(("body", "head", "message"), MISTAKES.values(), ids=MISTAKES)
-def test_mistakes(tmp_path: Path, body: str, head: str, message: str) -> None:
-    """One error names the file, the line, the plugin and what is wrong."""
-    with pytest.raises(SceneError, match=message) as error:
-        load(written(tmp_path, body, head))
-    assert str(error.value).startswith(str(tmp_path / "scene.xml"))
-    assert "\n" not in str(error.value)
-
-
-def test_a_file_that_is_not_there(tmp_path: Path) -> None:
-    with pytest.raises(SceneError, match=r"other.xml: no such file"):
-        load(tmp_path / "other.xml")
-    with pytest.raises(AnimationError, match="no animations"):
-        load(written(tmp_path, '<shape type="sphere"/>'), animation="Run")
-
-
-def test_without_mitsuba(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(__import__("sys").modules, "mitsuba", None)
-    with pytest.raises(SceneError, match=r"pip install 'fragtracer\[reference\]'"):
-        load(written(tmp_path, '<shape type="sphere"/>'))
-
-
-@pytest.mark.parametrize("name", ["surfaces", "shapes"])
-def test_saved_as_a_scene_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
-    """The same scene comes back."""
-    monkeypatch.chdir(tmp_path)
-    scene = quietly(scene_file(tmp_path, name))
-    save(scene, "saved.toml")
-    again = load("saved.toml")
-    for field in ("camera", "render", "materials", "media", "environment", "lights", "directional_lights", *SHAPES):
-        assert getattr(again, field) == getattr(scene, field), field
-    parts = ([part for mesh in one.meshes for part in mesh.parts] for one in (scene, again))
-    assert len({tuple(part.geometry.digest for part in found) for found in parts}) == 1
-
-
-def test_the_command_compares_with_the_file_itself(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    path, asked = written(tmp_path, '<emitter type="constant"/><shape type="sphere"/>'), []
-
-    def compared(*_: Any, **keywords: Any) -> None:
-        asked.append(keywords["file"])
-        raise FragtracerError("enough")
-
-    monkeypatch.setattr(run, "compare_scene", compared)
-    assert status_of(monkeypatch, "compare", path) == 2
-    assert status_of(monkeypatch, "compare", "cornell-box") == 2
-    assert asked == [path, None]
-    assert status_of(monkeypatch, "compare", path, "--geometry", "karis") == 2
-    assert "leave --geometry and --multiple-scattering out" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("name", ["cornell-box", "glass"])
-def test_a_bundled_scene_comes_back(ctx: moderngl.Context, tmp_path: Path, name: str) -> None:
-    """Written for Mitsuba, with its own plugins, and read again: the same picture, by the same random numbers."""
-    scene = load(name)
-    export_mitsuba(scene, tmp_path)
-    one, other = (rendered(ctx, each, 16, (32, 24), shared=True) for each in (scene, quietly(tmp_path / "scene.xml")))
-    np.testing.assert_allclose(other.mean((0, 1)), one.mean((0, 1)), rtol=1e-4)
-    assert np.median(np.abs(other - one) / one.mean()) < 1e-5
-
-
 def test_an_included_file(tmp_path: Path) -> None:
     """Its files are looked for beside the scene, as Mitsuba does, and then beside itself; messages name it."""
     (tmp_path / "part").mkdir()
@@ -512,6 +282,30 @@ def test_an_included_file(tmp_path: Path) -> None:
     part.write_text(ring.format("bell"))
     with pytest.raises(SceneError, match=rf'{part}:2: <shape type="obj">: filename: there is no file .*bell.obj'):
         load(written(tmp_path, include))
+
+
+def test_shapes_have_names_of_their_own(tmp_path: Path) -> None:
+    """By which layers and the viewer tell them apart; what a mesh of an older version has besides is said."""
+    torus(tmp_path / "ring.obj", 4, 3)
+    ring = '<shape type="obj"{}><string name="filename" value="ring.obj"/></shape>'
+    scene = read(tmp_path, ring.format("") * 2 + ring.format(' id="mine"'))
+    assert [mesh.name for mesh in scene.meshes] == ["obj", "obj 2", "mine"]
+    assert len({mesh.parts[0].geometry for mesh in scene.meshes}) == 1
+    angle = '<float name="max_smooth_angle" value="30"/>'
+    assert "max_smooth_angle of <shape" in notes(tmp_path, ring.format("").replace("</shape>", f"{angle}</shape>"))
+
+
+def test_holes_in_bytes_stay_bytes(tmp_path: Path) -> None:
+    """A leaf of two images takes the memory of one with alpha."""
+    images(tmp_path)
+    leaf = f'<bsdf type="diffuse">{bitmap("reflectance", "color.png")}</bsdf>'
+    body = f'<shape type="rectangle"><bsdf type="mask">{bitmap("opacity", "holes.png", raw=True)}{leaf}</bsdf></shape>'
+    (found,) = read(tmp_path, body).materials.values()
+    image = found.albedo_texture.image
+    assert (image.pixels.shape, image.pixels.dtype, image.color_space) == ((8, 16, 4), np.uint8, "srgb")
+    color, holes = (np.asarray(PIL.Image.open(tmp_path / name)) for name in ("color.png", "holes.png"))
+    np.testing.assert_array_equal(image.pixels[..., :3], color)
+    np.testing.assert_array_equal(image.pixels[::2, ::2, 3], holes)
 
 
 def test_a_file_of_an_older_version(tmp_path: Path) -> None:
@@ -544,29 +338,3 @@ def test_files_of_others(file: str) -> None:
     counts = {"cornell-box": (6, 2), "furnace": (2, 0)}[file]
     assert (len(scene.rectangles), len(scene.meshes)) == counts
     assert scene.render.bounces == 9
-
-
-def test_damaged_files(tmp_path: Path) -> None:
-    """Whatever is changed in a file, it is read, or refused by an error of ours."""
-    texts = [scene_file(tmp_path, name).read_text() for name in ("surfaces", "shapes")]
-    torus(tmp_path / "ring.obj", 4, 3)
-    outcomes = [_outcome(tmp_path / "scene.xml", _damaged(texts[i % 2])) for i in range(120)]
-    assert set(outcomes) == {"read", "refused"}
-
-
-def _damaged(text: str) -> str:
-    """With another value, type or name in one place."""
-    kind = RNG.choice(["value", "type", "name"])
-    found = list(re.finditer(rf'\b{kind}="([^"]*)"', text))
-    place, other = (found[i] for i in RNG.integers(len(found), size=2))
-    value = str(RNG.choice(WRONG)) if kind == "value" else other[1]
-    return text[: place.start(1)] + value + text[place.end(1) :]
-
-
-def _outcome(path: Path, text: str) -> str:
-    path.write_text(text)
-    try:
-        quietly(path)
-    except FragtracerError:
-        return "refused"
-    return "read"

@@ -216,7 +216,8 @@ def _of_file(file: Path, sensor: Tree, scene: Scene) -> tuple[Any, Any, Any]:
 
     settings = scene.render
     rr_depth = settings.russian_roulette_depth if settings.russian_roulette else NEVER
-    integrator = {"type": "volpath", "max_depth": settings.bounces + 1, "rr_depth": rr_depth}
+    hides = scene.environment is not None and not scene.environment.visible
+    integrator = {"type": "volpath", "max_depth": settings.bounces + 1, "rr_depth": rr_depth, "hide_emitters": hides}
     with deferred():
         try:
             world = instantiated(mi, file)

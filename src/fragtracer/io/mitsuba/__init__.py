@@ -34,7 +34,14 @@ _IRRELEVANT |= {"accel", "format", "jitter"}
 
 
 def read_scene(path: Path) -> tuple[Scene, list[Path]]:
-    """Read a Mitsuba scene, and say what other files belong to it.
+    """Read a Mitsuba scene.
+
+    Returns
+    -------
+    scene : Scene
+        As nearly as we can show it (docs/mitsuba.md).
+    files : list of Path
+        What else it was read from: files that it includes, meshes, images and grids.
 
     Raises
     ------
@@ -69,9 +76,9 @@ def read_scene(path: Path) -> tuple[Scene, list[Path]]:
             notes += ["hide_emitters, but for the environment"] * any(m.is_emissive for m in materials.found.values())
         outside = sensors[0].child("medium")
         fog = None if outside is None else Fog(media.name(outside))
-        found: dict[str, Any] = {kind: tuple(getattr(shapes, kind, ())) for kind in SHAPES}
+        shapes.add_instances()
+        found: dict[str, Any] = {kind: tuple(getattr(shapes, kind, ())) for kind in (*SHAPES, "meshes")}
         found |= {kind: tuple(getattr(emitters, kind)) for kind in LIGHTS}
-        found["meshes"] = (*shapes.meshes, *shapes.instances())
         with root.checked():
             solid = _as_solids(materials.found, found, notes) if media.found else None
             scene = Scene(

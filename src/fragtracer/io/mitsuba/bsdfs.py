@@ -16,12 +16,12 @@ from typing import Any
 
 import numpy as np
 
-from fragtracer.io.mitsuba.nodes import Node
+from fragtracer.io.mitsuba.nodes import Node, fresh
 from fragtracer.io.mitsuba.textures import Lengths, Textures, Value, mapped
 from fragtracer.scene import Image, Material, Texture
 from fragtracer.scene.material import MODELS, PANES, SOLIDS
 from fragtracer.scene.reflectance import conductor_reflectance, grazing_reflectance, reflectance_from_ior
-from fragtracer.scene.texture import linear_pixels
+from fragtracer.scene.texture import four_channels, linear_pixels
 
 Fields = dict[str, Any]
 
@@ -83,11 +83,7 @@ class Materials:
         return name in self._colored
 
     def _add(self, bsdf: Node | None, fields: Fields, is_colored: bool) -> str:
-        stem = _title(bsdf) if bsdf is not None else "default"
-        name, count = stem, 1
-        while name in self.found:
-            count += 1
-            name = f"{stem} {count}"
+        name = fresh(_title(bsdf) if bsdf is not None else "default", self.found)
         with bsdf.checked() if bsdf is not None else nullcontext():
             self.found[name] = Material(**fields)
         if is_colored:
@@ -336,13 +332,14 @@ def _as_bright(color: Value, fields: Fields) -> Fields:
 
 def _with_alpha(albedo: Texture | None, opacity: Texture) -> Texture:
     """The texture ``albedo``, or white, with ``opacity`` as its alpha, at the higher resolution of the two."""
-    alpha = linear_pixels(opacity.image)[..., :1]
+    alpha = np.clip(linear_pixels(opacity.image)[..., :1], 0, 1)
     if albedo is None:
-        return replace(opacity, image=Image(np.concatenate([np.ones((*alpha.shape[:2], 3)), alpha], 2), "linear"))
-    color = linear_pixels(albedo.image)[..., :3]
+        albedo = replace(opacity, image=Image(np.full((1, 1, 3), 255, np.uint8), "linear"))
+    color = four_channels(albedo.image.pixels)[..., :3]
     size = max(alpha.shape[0], color.shape[0]), max(alpha.shape[1], color.shape[1])
-    pixels = np.concatenate([_enlarged(color, size), _enlarged(alpha, size)], axis=2)
-    return replace(albedo, image=Image(pixels.astype(np.float32), "linear"))
+    alpha = np.round(255 * alpha) if color.dtype == np.uint8 else alpha
+    pixels = np.concatenate([_enlarged(color, size), _enlarged(alpha.astype(color.dtype), size)], axis=2)
+    return replace(albedo, image=Image(pixels, albedo.image.color_space))
 
 
 def _enlarged(pixels: Any, size: tuple[int, int]) -> Any:

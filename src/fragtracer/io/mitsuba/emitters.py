@@ -28,7 +28,9 @@ Floats = NDArray[np.float64]
 _HALF_TURN = np.diag((-1.0, 1.0, -1.0))  # Mitsuba's map begins at -z, ours at +z
 _SKY_ROWS = 256
 _SUN_APERTURE = 0.5358  # degrees, where none is given
-_SUN_DISTANCE = 1e4  # in sizes of the scene
+# In sizes of the scene, seen from all over which the sun is within 0.06 degrees then. Farther, and the bounds of all
+# shapes grow for rounding (docs/meshes.md).
+_SUN_DISTANCE = 1e3
 
 
 @dataclass
@@ -68,7 +70,7 @@ class Emitters:
                 self._set(node, Environment(radiance=self._color(node, "radiance")))
             case "envmap":
                 self._set(node, self._map(node, placed[:3, :3]))
-            case "sunsky" | "sky" | "timed_sunsky":
+            case "sunsky" | "timed_sunsky":
                 self._set(node, Environment(image=self._sky(node)))
             case _:
                 self.notes.append(f"{node.line}: {node.title}")

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from fragtracer.errors import FragtracerError
-from fragtracer.io.mitsuba.nodes import Node
+from fragtracer.io.mitsuba.nodes import Node, fresh
 from fragtracer.io.mitsuba.textures import Textures
 from fragtracer.io.volumes import read_density
-from fragtracer.scene import Density, Medium
+from fragtracer.scene import Medium
 from fragtracer.scene.fields import Triple
 from fragtracer.scene.medium import ALBEDO
 
@@ -27,11 +27,7 @@ class Media:
     def name(self, node: Node) -> str:
         """That of a medium."""
         if node not in self._names:
-            stem, count = node.id or node.plugin, 1
-            name = stem
-            while name in self.found:
-                count += 1
-                name = f"{stem} {count}"
+            name = fresh(node.id or node.plugin, self.found)
             with node.checked():
                 self.found[name] = self._made(node)
             self._names[node] = name
@@ -63,10 +59,9 @@ class Media:
         low, high = matrix[:3, 3], matrix[:3, :3].sum(axis=1) + matrix[:3, 3]
         if not np.allclose(matrix[:3, :3], np.diag(high - low), atol=1e-6 * np.abs(high - low).max()):
             raise volume.error("to_world must not turn the grid; a box along the axes is possible")
-        for name in ("raw", "filter_type", "wrap_mode", "accel"):
-            volume.asked.add(name)
+        volume.asked.update(("raw", "filter_type", "wrap_mode", "accel"))
         try:
-            density: Density = read_density(volume.file())
+            density = read_density(volume.file())
         except FragtracerError as error:
             raise volume.error(str(error)) from None
         if volume.flag("use_grid_bbox", False):

@@ -2,7 +2,7 @@
 """The plugins of a Mitsuba scene file, read by Mitsuba's own parser."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -63,6 +63,15 @@ def refusal(error: ValueError) -> str:
     detail = error.errors(include_url=False)[0]
     place = "".join(f"{name} " for name in detail["loc"][:1])
     return place + detail["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
+
+
+def fresh(stem: str, taken: Container[str]) -> str:
+    """A name that is not taken: ``stem``, or that and a number."""
+    name, number = stem, 1
+    while name in taken:
+        number += 1
+        name = f"{stem} {number}"
+    return name
 
 
 @dataclass(eq=False)
@@ -163,9 +172,10 @@ class Node:
         except RuntimeError as error:
             raise self.error(reason(error)) from None
 
-    def as_dict(self) -> dict[str, Any]:
-        """The plugin and its parameters, for ``mi.load_dict``; other plugins among them are left out."""
-        names = [name for name in self.names if not self._is_node(name)]
+    def as_dict(self, *chosen: str) -> dict[str, Any]:
+        """The plugin and its parameters, those that are ``chosen`` or all, for ``mi.load_dict``; no other plugins among
+        them."""
+        names = [name for name in self.names if not self._is_node(name) and (not chosen or name in chosen)]
         self.asked.update(names)
         values = {name: self.props[name] for name in names}
         return {"type": self.plugin} | {name: _loadable(value) for name, value in values.items()}
@@ -211,8 +221,7 @@ def instantiated(mi: Any, path: Path) -> Any:
         for name in list(props.keys()):
             if props.type(name) == mi.Properties.Type.ResolvedReference:
                 node = nodes[props[name].index()]
-                keys = [key for key in node.props.keys() if "Reference" in node.props.type(key).name]  # noqa: SIM118
-                is_in_medium = any(_kind_of(nodes, node.props[key]) == "Medium" for key in keys)
+                is_in_medium = any(kind == "Medium" for kind in _kinds_within(nodes, node.props))
                 if node.type.name == "Integrator" or (node.type.name == "Sensor" and not is_in_medium):
                     del props[name]
         mi.parser.transform_all(config, state)
@@ -233,9 +242,11 @@ def _beside(mi: Any, path: Path) -> Iterator[None]:
         mi.set_file_resolver(before)
 
 
-def _kind_of(nodes: list[Any], reference: Any) -> str:
-    """Of the plugin that a reference is to; empty if that is by name."""
-    return str(nodes[reference.index()].type.name) if hasattr(reference, "index") else ""
+def _kinds_within(nodes: list[Any], props: Any) -> Iterator[str]:
+    """Those of the plugins among parameters, as far as these are not named by references."""
+    for name, value in props.items():
+        if props.type(name).name == "ResolvedReference":
+            yield str(nodes[value.index()].type.name)
 
 
 def _parsed(mi: Any, path: Path, variant: str) -> tuple[Any, Any]:

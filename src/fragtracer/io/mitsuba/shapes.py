@@ -5,7 +5,7 @@ Spheres, rectangles and disks become ours, or triangles where they have textures
 sheared. A cylinder is triangles. Instances share their triangles.
 """
 
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from fragtracer.io.mitsuba.bsdfs import Materials
 from fragtracer.io.mitsuba.media import Media
-from fragtracer.io.mitsuba.nodes import Node
+from fragtracer.io.mitsuba.nodes import Node, fresh
 from fragtracer.io.mitsuba.textures import VERTEX_COLORS, Lengths
 from fragtracer.io.model import matrix_rows, triple
 from fragtracer.scene import Disk, Geometry, Mesh, Part, Rectangle, Sphere
@@ -24,6 +24,7 @@ Floats = NDArray[np.float64]
 _TRIANGLES = ("obj", "ply", "serialized", "cube", "rectangle")  # what Mitsuba reads as such
 _UNEVEN = 0.1  # the relative deviation of how texture coordinates are stretched, from which on a note says so
 _WITHOUT_FILE = ("cube", "rectangle")
+_OF_TRIANGLES = ("to_world", "face_normals", "flip_normals", "flip_tex_coords", "shape_index")  # parameters of these
 _AROUND, _ALONG = 128, 64  # triangles of round shapes
 
 
@@ -41,6 +42,7 @@ class Shapes:
     meshes: list[Mesh] = field(default_factory=list)
     _geometries: dict[Hashable, Geometry] = field(default_factory=dict)
     _groups: dict[Node, list[Part]] = field(default_factory=dict)
+    _names: set[str] = field(default_factory=set)  # of meshes
 
     def add(self, node: Node) -> None:
         """A shape with all that belongs to it."""
@@ -58,13 +60,18 @@ class Shapes:
             for shape in group.all("shape"):
                 parts += self._parts(shape, node.matrix())
             return
-        parts = self._parts(node, np.eye(4))
-        if parts:
-            self.meshes.append(Mesh(tuple(parts), name=node.id or node.plugin))
+        self._add_mesh(node, self._parts(node, np.eye(4)))
 
-    def instances(self) -> list[Mesh]:
+    def add_instances(self) -> None:
         """A mesh of each group, of all its instances."""
-        return [Mesh(tuple(parts), name=group.id or group.plugin) for group, parts in self._groups.items() if parts]
+        for group, parts in self._groups.items():
+            self._add_mesh(group, parts)
+
+    def _add_mesh(self, node: Node, parts: Sequence[Part]) -> None:
+        if parts:
+            name = fresh(node.id or node.plugin, self._names)
+            self._names.add(name)
+            self.meshes.append(Mesh(tuple(parts), name=name))
 
     def _parts(self, node: Node, to_world: Floats) -> list[Part]:
         """The triangles of a shape; what is none is added to the lists."""
@@ -123,7 +130,7 @@ class Shapes:
         """
         matrix = node.matrix()
         is_similar = _scale(matrix[:3, :3]) > 0 and np.linalg.det(matrix[:3, :3]) > 0
-        tree = node.as_dict() | ({} if node.plugin in _WITHOUT_FILE else {"filename": str(node.file())})
+        tree = node.as_dict(*_OF_TRIANGLES) | ({} if node.plugin in _WITHOUT_FILE else {"filename": str(node.file())})
         placed = tree.pop("to_world", None)
         is_colored = self.materials.is_colored(name)
         key: Hashable = (is_colored, *sorted((key, str(value)) for key, value in tree.items())) if is_similar else node
@@ -162,9 +169,8 @@ class Shapes:
         triangles = np.array(mesh.faces_buffer(), np.int64).reshape(-1, 3)
         normals = _columns(mesh.vertex_normals_buffer(), 3) if mesh.has_vertex_normals() else None
         uvs = _columns(mesh.vertex_texcoords_buffer(), 2) if mesh.has_vertex_texcoords() else None
-        colors = None
-        if is_colored and VERTEX_COLORS in {str(name) for name in self.mi.traverse(mesh).keys()}:  # noqa: SIM118
-            colors = _columns(mesh.attribute_buffer(VERTEX_COLORS), 3)
+        is_colored = is_colored and mesh.has_attribute(VERTEX_COLORS)
+        colors = _columns(mesh.attribute_buffer(VERTEX_COLORS), 3) if is_colored else None
         if normals is not None:
             # Mitsuba takes the side of the vertex normals for the front.
             a, b, c = (positions[triangles[:, i]] for i in range(3))

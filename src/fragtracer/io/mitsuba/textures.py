@@ -111,12 +111,13 @@ class Textures:
     def bump(self, node: Node, scale: float, lengths: Lengths) -> Texture:
         """Heights as a normal map, where u and v of texture coordinates grow by 1 along these ``lengths``."""
         texture = self.texture(node, grey=True)
-        coarse, edge = scale * linear_pixels(texture.image)[..., 0], "wrap" if texture.wrap_u == "repeat" else "edge"
+        coarse = scale * linear_pixels(texture.image)[..., 0]
+        edge: Any = "wrap" if texture.wrap_u == "repeat" else "edge"
         # Mitsuba's slopes jump between texels, where heights are interpolated: finer ones are nearer to that.
         times = max(1, min(_FINER, int(np.sqrt(_MOST_BUMPS / coarse.size))))
         heights = _finer(_finer(coarse, times, edge).T, times, edge).T
         rows, columns = heights.shape
-        wide = np.pad(heights, 1, edge)  # type: ignore[call-overload]
+        wide = np.pad(heights, 1, edge)
         steps = columns * (wide[1:-1, 2:] - wide[1:-1, :-2]) / 2, rows * (wide[2:, 1:-1] - wide[:-2, 1:-1]) / 2
         along_u, along_v = np.tensordot(node.matrix("to_uv")[:2, :2].T, np.stack(steps), 1)
         # The bitangent of a normal map points up in the image, against v.
