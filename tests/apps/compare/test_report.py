@@ -5,6 +5,7 @@ import json
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -70,6 +71,16 @@ def test_page_has_the_verdict_and_the_numbers(compared):
     assert text.count(words.percent(comparison.verdict.block_biases[0])) >= 2
     assert "disagree on" in render_report(compared(1.02))
     assert "use --spp" in render_report(compared(deviation=2.0))
+
+
+def test_page_says_what_mitsuba_rendered(compared):
+    comparison = replace(compared(), measures=replace(compared().measures, ours_relative_mse=0.1))
+    own = replace(comparison, file=Path("house") / "room.xml")
+    ours = "an integrator and emitters of ours"
+    assert ours in render_report(comparison)
+    assert ours not in render_report(own)
+    assert "Mitsuba rendered room.xml itself" in render_report(own)
+    assert (to_json(comparison)["mitsuba_file"], to_json(own)["mitsuba_file"]) == (None, "room.xml")
 
 
 def test_page_of_black_pictures(compared):

@@ -22,7 +22,7 @@ def to_json(comparison: Comparison) -> dict[str, Any]:
     Mitsuba's mean (0.01 is 1 %), radiances linear, times in seconds. What is not finite is null.
 
     - ``schema``: 2; it changes when a key changes its meaning or goes.
-    - ``scene``: its name.
+    - ``scene``: its name; ``mitsuba_file``: the name of the scene file that Mitsuba rendered itself, else null.
     - ``verdict``: ``outcome`` ("agreement", "disagreement" or "inconclusive"), ``exit_status``,
       ``summary`` in words, ``margin``, ``alpha``, ``power``, the number of ``comparisons`` and of those
       ``differing``, ``regions_judged`` and ``regions_lit`` (colours counted each), the
@@ -47,6 +47,7 @@ def to_json(comparison: Comparison) -> dict[str, Any]:
     return {
         "schema": SCHEMA,
         "scene": comparison.scene.name,
+        "mitsuba_file": comparison.file and comparison.file.name,
         "verdict": _verdict(verdict) | {"summary": summary(comparison), "spp_needed": comparison.spp_needed},
         "image": image,
         "regions": _scale(verdict.regions) | judged,

@@ -17,7 +17,10 @@ BATCHES = 16
 
 @dataclass(frozen=True)
 class Comparison:
-    """All that is known of one comparison; ``exit_status`` is 0, 1 or 2 (:mod:`fragtracer.apps.compare.verdict`)."""
+    """All that is known of one comparison; ``exit_status`` is 0, 1 or 2 (:mod:`fragtracer.apps.compare.verdict`).
+
+    ``file`` is the Mitsuba scene that Mitsuba rendered itself; none, it rendered our translation of ``scene``.
+    """
 
     scene: Scene
     ours: Rendering
@@ -25,6 +28,7 @@ class Comparison:
     verdict: Verdict
     measures: Measures
     seed: int = 0
+    file: Path | None = None
     machine: dict[str, str] = field(default_factory=describe_machine)
 
     @property
@@ -99,15 +103,20 @@ def compare_scene(
     size, spp = size or default_size(scene), rounded_up(spp, batches)
     reference = render_reference(scene, size, spp, batches, seed, progress, variant, file=file)
     ours = render_ours(scene, size, spp, batches, seed, progress)
-    return compare_renderings(scene, ours, reference, margin, seed)
+    return compare_renderings(scene, ours, reference, margin, seed, file)
 
 
 def compare_renderings(
-    scene: Scene, ours: Rendering, reference: Rendering, margin: float = MARGIN, seed: int = 0
+    scene: Scene,
+    ours: Rendering,
+    reference: Rendering,
+    margin: float = MARGIN,
+    seed: int = 0,
+    file: Path | None = None,
 ) -> Comparison:
-    """Judge two renderings of one scene."""
+    """Judge two renderings of one scene; ``file`` as in :func:`compare_scene`."""
     verdict = judge(ours.pictures, reference.pictures, margin, ALPHA, ours.non_finite)
-    return Comparison(scene, ours, reference, verdict, measure(ours, reference), seed)
+    return Comparison(scene, ours, reference, verdict, measure(ours, reference), seed, file)
 
 
 def default_size(scene: Scene) -> tuple[int, int]:
