@@ -285,11 +285,11 @@ def test_an_included_file(tmp_path: Path) -> None:
 
 
 def test_shapes_have_names_of_their_own(tmp_path: Path) -> None:
-    """By which layers and the viewer tell them apart; what a mesh of an older version has besides is said."""
+    """By which layers and the viewer tell them apart, of ids or files; what an older version has besides is said."""
     torus(tmp_path / "ring.obj", 4, 3)
     ring = '<shape type="obj"{}><string name="filename" value="ring.obj"/></shape>'
     scene = read(tmp_path, ring.format("") * 2 + ring.format(' id="mine"'))
-    assert [mesh.name for mesh in scene.meshes] == ["obj", "obj 2", "mine"]
+    assert [mesh.name for mesh in scene.meshes] == ["ring", "ring 2", "mine"]
     assert len({mesh.parts[0].geometry for mesh in scene.meshes}) == 1
     angle = '<float name="max_smooth_angle" value="30"/>'
     assert "max_smooth_angle of <shape" in notes(tmp_path, ring.format("").replace("</shape>", f"{angle}</shape>"))

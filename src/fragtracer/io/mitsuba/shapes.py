@@ -7,6 +7,7 @@ sheared. A cylinder is triangles. Instances share their triangles.
 
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -69,7 +70,7 @@ class Shapes:
 
     def _add_mesh(self, node: Node, parts: Sequence[Part]) -> None:
         if parts:
-            name = fresh(node.id or node.plugin, self._names)
+            name = fresh(node.id or Path(node.text("filename", node.plugin)).stem, self._names)
             self._names.add(name)
             self.meshes.append(Mesh(tuple(parts), name=name))
 
