@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: MIT
 """What is read of Mitsuba's scene files."""
 
+import struct
 import warnings
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -282,6 +284,28 @@ def test_an_included_file(tmp_path: Path) -> None:
     part.write_text(ring.format("bell"))
     with pytest.raises(SceneError, match=rf'{part}:2: <shape type="obj">: filename: there is no file .*bell.obj'):
         load(written(tmp_path, include))
+
+
+def test_serialized_meshes(tmp_path: Path) -> None:
+    """Two of one file, the second with normals and texture coordinates, as Mitsuba's exporters write them."""
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], np.float32)
+    normals, uvs = np.tile(np.float32([0, 0, 1]), (3, 1)), corners[:, :2]
+    data, offsets = b"", []
+    for size, flags, more in ((1, 0x1000, b""), (2, 0x1003, normals.tobytes() + uvs.tobytes())):
+        offsets.append(len(data))
+        body = struct.pack("<I", flags) + b"name\0" + struct.pack("<QQ", 3, 1) + (size * corners).tobytes() + more
+        data += struct.pack("<HH", 0x041C, 4) + zlib.compress(body + np.arange(3, dtype=np.uint32).tobytes())
+    data += struct.pack("<2QI", *offsets, 2)
+    (tmp_path / "two.serialized").write_bytes(data)
+    shape = '<shape type="serialized"><string name="filename" value="two.serialized"/>{}</shape>'
+    scene = read(tmp_path, shape.format("") + shape.format('<integer name="shape_index" value="1"/>'))
+    first, second = (mesh.parts[0].geometry for mesh in scene.meshes)
+    np.testing.assert_array_equal(first.positions, corners)
+    np.testing.assert_array_equal(second.positions, 2 * corners)
+    np.testing.assert_array_equal(second.triangles, [[0, 1, 2]])
+    np.testing.assert_array_equal(second.normals, normals)
+    np.testing.assert_array_equal(np.asarray(second.uvs)[:, :2], uvs)
+    assert first.uvs is None
 
 
 def test_shapes_have_names_of_their_own(tmp_path: Path) -> None:

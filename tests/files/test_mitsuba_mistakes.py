@@ -58,6 +58,21 @@ MISTAKES = {
         SENSOR,
         ':6: <shape type="sphere">: radius must be a number',
     ),
+    "no radius": (
+        '<shape type="sphere"><float name="radius" value="0"/></shape>',
+        SENSOR,
+        ':6: <shape type="sphere">: radius must be above 0, not 0',
+    ),
+    "no length": (
+        '<shape type="cylinder"><point name="p0" x="0" y="0" z="1"/></shape>',
+        SENSOR,
+        "p0 and p1 must differ",
+    ),
+    "flattened": (
+        '<shape type="disk"><transform name="to_world"><scale value="0"/></transform></shape>',
+        SENSOR,
+        "to_world flattens it; scale by numbers other than 0",
+    ),
     "no file name": ('<shape type="obj"/>', SENSOR, ':6: <shape type="obj">: filename is missing'),
     "no file": ('<shape type="obj"><string name="filename" value="a.obj"/></shape>', SENSOR, "there is no file"),
     "instance of nothing": ('<shape type="instance"/>', SENSOR, "it names no <shape type="),

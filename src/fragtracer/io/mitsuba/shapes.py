@@ -24,6 +24,7 @@ Floats = NDArray[np.float64]
 
 _TRIANGLES = ("obj", "ply", "serialized", "cube", "rectangle")  # what Mitsuba reads as such
 _UNEVEN = 0.1  # the relative deviation of how texture coordinates are stretched, from which on a note says so
+_ROUND = ("sphere", "disk", "cylinder")
 _WITHOUT_FILE = ("cube", "rectangle")
 _OF_TRIANGLES = ("to_world", "face_normals", "flip_normals", "flip_tex_coords", "shape_index")  # parameters of these
 _AROUND, _ALONG = 128, 64  # triangles of round shapes
@@ -85,13 +86,15 @@ class Shapes:
         name = self.materials.name(bsdf, node.child("emitter"), medium, lengths)
         is_flipped = node.flag("flip_normals", False)
         placed = to_world @ node.matrix()
+        if node.plugin in _ROUND and not abs(np.linalg.det(placed[:3, :3])) > 0:
+            raise node.error("to_world flattens it; scale by numbers other than 0")
         blended = [self.materials.found[n] for n in (name, self.materials.found[name].blend) if n is not None]
         is_plain = not any(material.textures or material.anisotropy for material in blended)
         match node.plugin:
             case "sphere":
                 center = node.vector("center", (0.0, 0.0, 0.0))
                 local = np.eye(4)
-                local[:3] = np.column_stack([node.number("radius", 1.0) * np.eye(3), center])
+                local[:3] = np.column_stack([_radius(node) * np.eye(3), center])
                 placed = placed @ local
                 if is_plain and not is_flipped and (size := _scale(placed[:3, :3])):
                     self.spheres.append(Sphere(center=triple(placed[:3, 3]), radius=size, material=name))
@@ -106,7 +109,9 @@ class Shapes:
                 return [self._part(node, name, to_world, lambda: _disk(node.matrix(), is_flipped))]
             case "cylinder":
                 ends = node.vector("p0", (0.0, 0.0, 0.0)), node.vector("p1", (0.0, 0.0, 1.0))
-                radius = node.number("radius", 1.0)
+                radius = _radius(node)
+                if np.array_equal(*ends):
+                    raise node.error("p0 and p1 must differ")
                 self.notes.append(f"{node.line}: {node.title}, {_AROUND} flat sides in its place")
                 return [self._part(node, name, to_world, lambda: _cylinder(*ends, radius, node.matrix(), is_flipped))]
             case kind if kind in _TRIANGLES:
@@ -186,6 +191,13 @@ class Shapes:
 
 def _columns(buffer: Any, count: int) -> Floats:
     return np.nan_to_num(np.array(buffer, np.float64).reshape(-1, count), posinf=0.0, neginf=0.0)
+
+
+def _radius(node: Node) -> float:
+    radius = node.number("radius", 1.0)
+    if not radius > 0:
+        raise node.error(f"radius must be above 0, not {radius:g}")
+    return radius
 
 
 def _scale(matrix: Floats) -> float:
