@@ -125,10 +125,16 @@ def two_workers(tmp_path_factory):
 def test_a_worker_whose_network_stalls_is_left(scene, expected, two_workers) -> None:
     """Its connections stay open; the picture has the same bits."""
     address, bad, network = two_workers
+    reports: list[float] = []
 
     def stall(state) -> None:
         if state.spp > SPP / 4:
             network.flows.clear()
+        end = time.monotonic() + 30
+        while len(reports) == 1 and not client.has_what([bad])[bad]:  # otherwise the other one may render all before
+            assert time.monotonic() < end
+            time.sleep(0.05)
+        reports.append(state.spp)
 
     try:
         with (
