@@ -9,12 +9,13 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import pytest
 from agreement import assert_agree
+from fast_mitsuba import need_fast_mitsuba
 from rendering import Image, Planter, batches
 from scene_builders import all_lambert
 
 from fragtracer.io.toml import load
 from fragtracer.reference.translate import to_mitsuba
-from fragtracer.reference.variant import find_llvm, mitsuba_variant
+from fragtracer.reference.variant import mitsuba_variant
 from fragtracer.scene import Scene
 
 pytest.importorskip("mitsuba", reason="Mitsuba is not installed")
@@ -45,8 +46,7 @@ def reference(name: str) -> Image:
 
 @pytest.fixture(autouse=True)
 def _fast_reference() -> None:
-    if find_llvm() is None:
-        pytest.skip("no LLVM of version 16 or newer on this machine: scalar_rgb is too slow")
+    need_fast_mitsuba()
 
 
 @pytest.mark.parametrize("name", SPP)

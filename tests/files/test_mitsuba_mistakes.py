@@ -11,24 +11,12 @@ from fragtracer.errors import FragtracerError, SceneError
 from fragtracer.io import AnimationError
 from fragtracer.io.toml import load
 
-from .mitsuba_files import (
-    SENSOR,
-    bitmap,
-    gray,
-    notes,
-    quietly,
-    scene_file,
-    torus,
-    written,
-)
+from .mitsuba_files import SENSOR, bitmap, gray, notes, quietly, scene_file, torus, written
 
 pytest.importorskip("mitsuba", reason="Mitsuba is not installed")
 RNG = np.random.default_rng(7)
 WRONG = ["", "-1", "0", "nan", "1e30", "inf", "x", "1, 2", "true", "99999999999999999999", "$q", "../.."]
-
-
 BLUR = '<shape type="sphere"><bsdf type="{}">{}</bsdf></shape>'
-
 
 NOTES = {
     "beckmann": (BLUR.format("roughconductor", ""), "line 6: Beckmann's facets of <bsdf type=.roughconductor.>, GGX's"),
@@ -77,11 +65,7 @@ MISTAKES = {
     "no file": ('<shape type="obj"><string name="filename" value="a.obj"/></shape>', SENSOR, "there is no file"),
     "instance of nothing": ('<shape type="instance"/>', SENSOR, "it names no <shape type="),
     "nothing to wrap": ('<shape type="sphere"><bsdf type="twosided"/></shape>', SENSOR, "it holds no other <bsdf>"),
-    "two environments": (
-        '<emitter type="constant"/><emitter type="constant"/>',
-        SENSOR,
-        "there is another environment",
-    ),
+    "two environments": ('<emitter type="constant"/>' * 2, SENSOR, "there is another environment"),
     "negative light": (
         '<emitter type="constant"><float name="radiance" value="-1"/></emitter>',
         SENSOR,

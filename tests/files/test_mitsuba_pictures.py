@@ -8,6 +8,7 @@ import moderngl
 import numpy as np
 import pytest
 from command import status_of
+from fast_mitsuba import need_fast_mitsuba
 from rendering import rendered
 
 from fragtracer.apps.compare import compare_scene, run
@@ -15,7 +16,6 @@ from fragtracer.errors import FragtracerError
 from fragtracer.io.toml import load, save
 from fragtracer.reference.export import export_mitsuba
 from fragtracer.reference.render import ReferenceRenderer
-from fragtracer.reference.variant import find_llvm
 from fragtracer.scene import SHAPES
 
 from .mitsuba_files import PATHS, SENSOR, quietly, scene_file, written
@@ -27,8 +27,7 @@ pytest.importorskip("mitsuba", reason="Mitsuba is not installed")
 @pytest.mark.parametrize("name", ["surfaces", "shapes"])
 def test_pictures_are_those_of_mitsuba(tmp_path: Path, name: str) -> None:
     """Of the file itself."""
-    if find_llvm() is None:
-        pytest.skip("no LLVM of version 16 or newer on this machine: scalar_rgb is too slow")
+    need_fast_mitsuba()
     path = scene_file(tmp_path, name)
     comparison = compare_scene(quietly(path), (48, 36), 512, margin=0.02, file=path)
     verdict = comparison.verdict

@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from fast_mitsuba import need_fast_mitsuba
 from rendering import in_long_passes
 
 from fragtracer.apps.compare import compare_renderings, compare_scene
@@ -13,7 +14,6 @@ from fragtracer.apps.compare.rendering import render_ours, render_reference
 from fragtracer.apps.compare.run import default_size, rounded_up
 from fragtracer.errors import FragtracerError
 from fragtracer.io.toml import load
-from fragtracer.reference.variant import find_llvm
 from fragtracer.scene import Camera, Environment, Material, RenderSettings, Scene, Sphere
 
 SIZE = (64, 64)
@@ -21,9 +21,7 @@ SIZE = (64, 64)
 
 @pytest.fixture(scope="module", autouse=True)
 def _mitsuba():
-    pytest.importorskip("mitsuba", reason="Mitsuba is not installed: pip install 'fragtracer[reference]'")
-    if find_llvm() is None:
-        pytest.skip("no LLVM of version 16 or newer on this machine: scalar_rgb is too slow for these tests")
+    need_fast_mitsuba()
 
 
 def lighter(scene: Scene, factor: float) -> Scene:
