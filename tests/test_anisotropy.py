@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from rendering import rendered
 from scene_builders import stare
-from shaders.bsdf_models import Conductor, conductor_eval
+from shaders.bsdf_models.conductor import Conductor, conductor_eval
 
 from fragtracer.scene import (
     DirectionalLight,

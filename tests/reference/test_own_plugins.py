@@ -8,19 +8,15 @@ from typing import Any
 import moderngl
 import numpy as np
 import pytest
-from shaders.bsdf_models import (
-    MODELS,
-    Brushed,
-    Coated,
-    Conductor,
-    Dielectric,
-    Sheened,
-    Translucent,
-    plastic_of,
-    rough_plastic_chance,
-    rough_plastic_interface,
-    rough_plastic_of,
-)
+from shaders.bsdf_models import MODELS
+from shaders.bsdf_models.brushed import Brushed
+from shaders.bsdf_models.coated import Coated
+from shaders.bsdf_models.conductor import Conductor
+from shaders.bsdf_models.dielectric import Dielectric
+from shaders.bsdf_models.plastic import plastic_of
+from shaders.bsdf_models.rough_plastic import rough_plastic_chance, rough_plastic_interface, rough_plastic_of
+from shaders.bsdf_models.sheen import Sheened
+from shaders.bsdf_models.translucent import Translucent
 from shaders.bsdf_probe import run
 from shaders.directions import direction
 

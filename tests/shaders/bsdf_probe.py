@@ -13,7 +13,8 @@ from fragtracer.packing.records import BsdfModel
 from fragtracer.resources import folder
 
 from . import Floats
-from .bsdf_models import MODELS, Model, Parameters
+from .bsdf_models import MODELS
+from .bsdf_models.model import Model, Parameters
 from .bsdf_oracle import Direction
 from .kept import kept_probe
 

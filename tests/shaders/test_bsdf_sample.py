@@ -13,7 +13,8 @@ from scipy import stats
 from fragtracer.resources import folder
 
 from . import Floats
-from .bsdf_models import ALPHAS, CASES, DEGREES, MODELS, TERMS, Delta, Model, Parameters
+from .bsdf_models import CASES, DEGREES, MODELS, TERMS
+from .bsdf_models.model import ALPHAS, Delta, Model, Parameters
 from .bsdf_oracle import Direction, Material
 from .bsdf_probe import run
 from .chi_square import assert_fits, assert_likely, fit, nodes

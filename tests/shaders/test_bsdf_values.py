@@ -11,7 +11,10 @@ import numpy as np
 import pytest
 
 from . import Floats, bsdf_oracle
-from .bsdf_models import ALPHAS, CASES, DEGREES, MODELS, WHITE, Brushed, Model, Parameters, white_materials
+from .bsdf_models import CASES, DEGREES, MODELS
+from .bsdf_models.brushed import Brushed
+from .bsdf_models.cook_torrance import white_materials
+from .bsdf_models.model import ALPHAS, WHITE, Model, Parameters
 from .bsdf_oracle import Direction, Lambert, Material
 from .bsdf_probe import FIELDS, run
 from .chi_square import nodes

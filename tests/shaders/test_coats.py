@@ -9,7 +9,10 @@ from fragtracer.packing.coats import LEAST_ALPHA, ROUGHNESSES, coat
 from fragtracer.scene import Image, Material, Texture
 from fragtracer.scene.microfacets import internal_reflectance, rough_interface
 
-from .bsdf_models import MODELS, Dielectric, dielectric_lobes, plastic_of, rough_plastic_interface, rough_plastic_of
+from .bsdf_models import MODELS
+from .bsdf_models.dielectric import Dielectric, dielectric_lobes
+from .bsdf_models.plastic import plastic_of
+from .bsdf_models.rough_plastic import rough_plastic_interface, rough_plastic_of
 from .bsdf_oracle import Direction
 from .chi_square import nodes
 from .directions import direction

@@ -8,7 +8,8 @@ import pytest
 from fragtracer.probe import probe
 
 from . import bsdf_oracle
-from .bsdf_models import ALPHAS, TERMS
+from .bsdf_models import TERMS
+from .bsdf_models.model import ALPHAS
 from .chi_square import assert_fits, fit, nodes
 from .directions import direction
 from .domains import VisibleNormals

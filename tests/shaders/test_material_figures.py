@@ -12,7 +12,9 @@ from fragtracer.resources import folder
 from fragtracer.scene.microfacets import internal_reflectance, rough_interface
 
 from . import bsdf_oracle
-from .bsdf_models import MODELS, HalfVector, Sheened
+from .bsdf_models import MODELS
+from .bsdf_models.half_vector import HalfVector
+from .bsdf_models.sheen import Sheened
 from .bsdf_oracle import Material, interface_reflectance
 from .chi_square import nodes
 from .directions import direction
