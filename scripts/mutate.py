@@ -51,7 +51,7 @@ OWN = {
     "light_tracing.frag": ("test_light_tracing.py", "test_photon_sums.py"),
     "layers.frag": ("test_aov.py", "test_denoise.py"),
     "light": ("shaders/test_sphere_light.py", "shaders/test_environment.py", "shaders/test_mesh_light.py",
-              "shaders/test_light.py", "test_split_sum.py"),
+              "shaders/test_light.py", "shaders/test_light_choice.py", "test_split_sum.py"),
     "material": ("shaders/test_material.py", "test_textured.py", "test_anisotropy.py"),
     "medium": ("shaders/test_medium.py", "test_media.py"),
     "photons.frag": ("test_guiding.py",),

@@ -12,7 +12,7 @@ from studio import comparison_with_mitsuba
 
 from fragtracer.scene import Scene
 from mutations.mutation import Check
-from shaders import test_bsdf_values, test_light
+from shaders import test_bsdf_values, test_light, test_light_choice
 
 
 def values(name: str, material: str) -> Check:
@@ -20,7 +20,7 @@ def values(name: str, material: str) -> Check:
 
 
 def choice(count: int) -> Check:
-    test = test_light.test_lights_are_chosen_exactly_as_often_as_they_say
+    test = test_light_choice.test_lights_are_chosen_exactly_as_often_as_they_say
     return Check(test, count=count, storage="texture")
 
 

@@ -6,7 +6,7 @@ import test_direct_light
 from fragtracer.gpu.specialise import Level
 from mutations.checks import SHADOWS, SPLIT_SUM, choice, points_on_area, under_many_lights
 from mutations.mutation import Check, Mutation
-from shaders import test_environment, test_light, test_mesh_light, test_sphere_light
+from shaders import test_environment, test_light, test_light_choice, test_mesh_light, test_sphere_light
 
 SPHERE_LIGHT = Check(test_sphere_light.test_directions_fill_the_cone, distance=1.5, way="up")
 SPOT = Check(test_light.test_spot, spot=test_light.SPOTS[0], level=Level.NOTHING)
@@ -102,7 +102,7 @@ MUTATIONS = [
         "light/tree.glsl",
         "(distances + spreads).yx",
         "(distances + spreads).xy",
-        Check(test_light.test_a_tree_chooses_what_is_near),
+        Check(test_light_choice.test_a_tree_chooses_what_is_near),
     ),
     Mutation(
         "probability of the way through the tree of lights left out where a light is met",
@@ -116,7 +116,10 @@ MUTATIONS = [
         "light/tree.glsl",
         "u = min((is_first ? u : u - first) / probability, ONE_MINUS_EPSILON);",
         "",
-        Check(test_light.test_a_tree_chooses_each_light_as_often_as_it_says, lights=test_light.scattered_lights),
+        Check(
+            test_light_choice.test_a_tree_chooses_each_light_as_often_as_it_says,
+            lights=test_light_choice.scattered_lights,
+        ),
     ),
     Mutation("falloff of a spot not squared", "light/spot.glsl", "return square(clamp(", "return (clamp(", SPOT),
     Mutation(
