@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A display for the windows of the tests, and the scenarios that drive one."""
+"""A display for the windows of the tests, the scenarios that drive one, and refiners."""
 
 import json
 import os
@@ -8,8 +8,18 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
+import moderngl
 import pytest
+
+from fragtracer.apps.viewer.dynamic_resolution import DynamicResolution
+from fragtracer.apps.viewer.live import LiveRenderer
+from fragtracer.apps.viewer.refiner import Refiner
+from fragtracer.gpu import tracer
+from fragtracer.scene import Scene
+
+from .refining import SIZE, Make
 
 SCENARIOS = Path(__file__).with_name("scenarios")
 
@@ -59,3 +69,32 @@ def play(display: str, scenarios: subprocess.Popen[str], tmp_path: Path) -> Call
         assert status == "0\n", (status, (tmp_path / "stderr.txt").read_text("utf-8")[-4000:])
 
     return run
+
+
+@pytest.fixture
+def make_refiner(ctx: moderngl.Context) -> Iterator[Make]:
+    """Makes a refiner of a scene."""
+    made: list[Refiner] = []
+
+    def refiner(scene: Scene) -> Refiner:
+        made.append(Refiner(LiveRenderer(scene, SIZE, ctx), DynamicResolution()))
+        return made[-1]
+
+    with ctx:
+        yield refiner
+        for each in made:
+            each.close()
+
+
+@pytest.fixture
+def compiled(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The programs that have been compiled for tracing."""
+    found: list[str] = []
+    program = tracer.FullscreenProgram
+
+    def counted(ctx: Any, root: Any, name: str, *rest: Any, **options: Any) -> Any:
+        found.append(name)
+        return program(ctx, root, name, *rest, **options)
+
+    monkeypatch.setattr(tracer, "FullscreenProgram", counted)
+    return found
