@@ -57,7 +57,7 @@ OWN = {
     "photons.frag": ("test_guiding.py",),
     "sampler": ("shaders/test_sampler.py", "test_convergence.py"),
     "scene": ("shaders/test_scene_layout.py", "shaders/test_material.py", "shaders/test_texture.py",
-              "shaders/test_mesh.py", "shaders/test_light.py"),
+              "shaders/test_mesh.py", "shaders/test_light.py", "shaders/test_light_choice.py"),
     "shape": ("shaders/test_shapes.py", "shaders/test_intersect.py", "shaders/test_mesh.py"),
     "split_sum": ("test_cube_maps.py",),
     "split_sum.frag": ("test_split_sum.py",),
@@ -66,8 +66,8 @@ OWN = {
 # Then those of the whole picture.
 ALL = ("test_furnace.py", "test_direct_light.py", "test_estimators.py", "test_textured.py", "test_robustness.py",
        "test_same_picture.py", "test_split_sum.py", "test_dielectrics.py", "test_media.py", "test_guiding.py",
-       "test_light_tracing.py", "test_photon_sums.py", "test_adaptive_sampling.py", "test_gradient_domain.py",
-       "test_aov.py", "test_convergence.py", "shaders",
+       "test_light_tracing.py", "test_light_tracing_decisions.py", "test_photon_sums.py",
+       "test_adaptive_sampling.py", "test_gradient_domain.py", "test_aov.py", "test_convergence.py", "shaders",
        "studio.py::comparison_with_mitsuba", "apps/viewer/test_display.py", "test_reference_scenes.py",
        "test_reference_meshes.py")  # fmt: skip
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The window learns in the background, and goes on with the samples that it has."""
 
-import time
-from collections.abc import Callable
 from dataclasses import replace
 
 import moderngl
@@ -15,14 +13,7 @@ from fragtracer.apps.viewer.refiner import Refiner
 from fragtracer.io.toml import load
 from fragtracer.scene import Ambient
 
-
-def until(refiner: Refiner, condition: Callable[[], bool], limit: int | None = None, seconds: float = 120.0) -> None:
-    """Turn the loop until ``condition`` holds, with at most ``limit`` samples per pixel."""
-    start = time.perf_counter()
-    while not condition():
-        assert time.perf_counter() - start < seconds
-        refiner.frame(limit)
-        time.sleep(0.01)  # leaves the processor to what learns
+from .refining import until
 
 
 def test_picture_goes_on_and_is_then_guided_or_traced_from_its_lights(ctx: moderngl.Context) -> None:

@@ -13,14 +13,7 @@ from fragtracer.apps.viewer.live import LiveRenderer
 from fragtracer.gpu import textures
 from fragtracer.io.toml import load
 from fragtracer.sampling.allocation import FIRST_STAGE
-from fragtracer.scene import (
-    Ambient,
-    Environment,
-    Material,
-    Panorama,
-    Placement,
-    RenderSettings,
-)
+from fragtracer.scene import Ambient, Environment, Material, Panorama, Placement, RenderSettings
 
 from .refining import Make, drawn, everything, grid, until
 

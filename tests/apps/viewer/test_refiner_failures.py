@@ -11,12 +11,7 @@ import pytest
 from fragtracer.errors import DeviceError, FragtracerError, ShaderError
 from fragtracer.gpu import accumulation, textures
 from fragtracer.sampling.allocation import FIRST_STAGE
-from fragtracer.scene import (
-    Camera,
-    Material,
-    Scene,
-    Sphere,
-)
+from fragtracer.scene import Camera, Material, Scene, Sphere
 
 from .refining import Make, drawn, drawn_anew, everything, grid, until
 
