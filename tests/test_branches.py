@@ -108,7 +108,7 @@ def test_functions_return_what_they_did(ctx: moderngl.Context) -> None:
 def test_other_forms_are_not_understood(body: str) -> None:
     function = f"float f(float x) {{ {body} }}"
     with pytest.raises(NotUnderstoodError):
-        Branches(CONSTANTS + function).taken(function)
+        Branches("\n" + CONSTANTS + function).taken(function)
 
 
 def _program() -> str:

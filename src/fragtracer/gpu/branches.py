@@ -7,12 +7,15 @@ under such conditions (docs/performance.md).
 """
 
 import re
-from collections import Counter
-from collections.abc import Iterator
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterator
+from functools import lru_cache
 
-_CONSTANT = re.compile(r"^(?:#define (\w+)|const u?int (\w+) =) +(?:u?int\()?(-?\d+)u?\)?;? *$", re.MULTILINE)
-_FUNCTION = re.compile(r"^(?:(?:lowp|mediump|highp) )?\w+ (\w+)\([^;{}]*\)\s*\{", re.MULTILINE)
-_PREDICATE = re.compile(r"^bool (\w+)\(([^(){}]*)\)\s*\{\s*return ([^;{}]*);\s*\}", re.MULTILINE)
+# Patterns that begin with "\\n" are found several times as fast as those with "^".
+_CONSTANT = re.compile(r"\n(?:#define (\w+)|const u?int (\w+) =) +(?:u?int\()?(-?\d+)u?\)?;? *$", re.MULTILINE)
+_FUNCTION = re.compile(r"\n(?:(?:lowp|mediump|highp) )?\w+ (\w+)\([^;{}]*\)\s*\{")
+_PREDICATE = re.compile(r"bool \w+\(([^(){}]*)\)\s*\{\s*return ([^;{}]*);\s*\}")
+_SWITCH = re.compile(r"switch\b")
 _NAME = re.compile(r"(?<![\w.])[A-Za-z_]\w*")
 _CALL = re.compile(r"(?<![\w.])(\w+)\s*\(")
 _OPENED = re.compile(r"(\w*)\s*\(")
@@ -33,18 +36,11 @@ _BRACE = re.compile(r"[{}]")
 _BEFORE_CONDITION = re.compile(r"\breturn\b|(?<![=<>!])=(?!=)|[()\[\],{}?:]")
 _BEHIND_OPERAND = re.compile(r"[()\[\],;?:]")
 
+Value = Callable[[str], bool | None]  # of a condition: whether it holds always, or never; None if that depends
+
 
 class NotUnderstoodError(Exception):
     """A text is of some other form than that of our shaders."""
-
-
-def functions(text: str) -> Iterator[tuple[str, int, int]]:
-    """The name of each function of a text without comments, and where it begins and ends."""
-    end = 0
-    for found in _FUNCTION.finditer(text):
-        if found.start() >= end:
-            end = _end(text, found.end(), "}")
-            yield found[1], found.start(), end
 
 
 def holds(condition: str) -> bool:
@@ -55,15 +51,23 @@ def holds(condition: str) -> bool:
     NotUnderstoodError
         If there is anything else in it.
     """
-    if _COMPARED.search(condition.replace(">>", "&")):
+    found = _evaluated(condition)
+    if found is None:
         raise NotUnderstoodError
+    return found
+
+
+@lru_cache(4096)
+def _evaluated(condition: str) -> bool | None:
+    if _COMPARED.search(condition.replace(">>", "&")):
+        return None
     text = re.sub(r"!(?!=)", " not ", condition.replace("&&", " and ").replace("||", " or "))
     if not _WHOLE.fullmatch(text):
-        raise NotUnderstoodError
+        return None
     try:
         return bool(eval(text, {"__builtins__": {}}))  # of numbers and operators alone
     except (SyntaxError, TypeError, ValueError):
-        raise NotUnderstoodError from None
+        return None
 
 
 class Branches:
@@ -72,6 +76,9 @@ class Branches:
     A condition is known if it is one of whole numbers, names of them, and functions that return such a condition. What
     is not known is left to the driver.
 
+    ``functions`` are the name of each, and where it begins and ends in the text, of which the first line has none;
+    ``between`` is the text before, between and behind them.
+
     Raises
     ------
     NotUnderstoodError
@@ -79,24 +86,38 @@ class Branches:
     """
 
     def __init__(self, text: str) -> None:
-        if re.search(r"\bswitch\b", text):
+        if _SWITCH.search(text):
             raise NotUnderstoodError
-        self._constants = {define or const: f"({number})" for define, const, number in _CONSTANT.findall(text)}
-        overloads = Counter(_FUNCTION.findall(text))
-        self._predicates = {
-            name: ([parameter.split()[-1] for parameter in parameters.split(",") if parameter], condition)
-            for name, parameters, condition in _PREDICATE.findall(text)
-            if overloads[name] == 1
-        }
+        self.functions = list(_functions(text))
+        begins, ends = [begin for _, begin, _ in self.functions], [end for _, _, end in self.functions]
+        self.between = [text[end:begin] for end, begin in zip([0, *ends], [*begins, len(text)], strict=True)]
+        constants = _CONSTANT.findall("".join(self.between))
+        self._constants = {define or const: f"({number})" for define, const, number in constants}
+        overloads = Counter(name for name, _, _ in self.functions)
+        self._predicates: dict[str, tuple[list[str], str]] = {}
+        for name, begin, end in self.functions:
+            if overloads[name] == 1 and (found := _PREDICATE.fullmatch(text, begin, end)):
+                self._predicates[name] = [each.split()[-1] for each in found[1].split(",") if each], found[2]
         self._values: dict[str, bool | None] = {}  # most conditions occur often
 
     def taken(self, function: str) -> str:
         """``function`` without branches that are never taken, and without what follows a jump. Every line stays where
         it is."""
-        if not _CONDITION.search(function):
-            return function
-        body = function.index("{") + 1
-        return function[:body] + _chosen(_block(function, body, self)[0], self)
+        form = _forms(function)
+        while form.condition is not None:
+            form = form.by_value[self.value(form.condition)]
+        if form.text is None:
+            form = _forms(function)
+
+            def value(condition: str) -> bool | None:
+                nonlocal form
+                form.condition = condition
+                form = form.by_value[self.value(condition)]
+                return self.value(condition)
+
+            body = function.index("{") + 1
+            form.text = function[:body] + _chosen(_block(function, body, value)[0], value)
+        return form.text
 
     def value(self, condition: str) -> bool | None:
         """Whether a condition holds always, or never; None if that depends."""
@@ -145,7 +166,32 @@ class Branches:
         return any(name not in self._predicates for name in _CALL.findall(operand))
 
 
-def _block(text: str, at: int, known: Branches) -> tuple[str, int, bool]:
+class _Form:
+    """What is left of a function, by the values of its conditions in the order in which they are asked for: the next
+    one and the forms with its values, or the text."""
+
+    def __init__(self, text: str | None = None) -> None:
+        self.condition: str | None = None
+        self.by_value: defaultdict[bool | None, _Form] = defaultdict(_Form)
+        self.text = text
+
+
+@lru_cache(4096)
+def _forms(function: str) -> _Form:
+    """Those that programs have had so far: most of their functions differ in nothing else."""
+    return _Form(None if _CONDITION.search(function) else function)
+
+
+def _functions(text: str) -> Iterator[tuple[str, int, int]]:
+    """The name of each function of a text without comments, and where it begins and ends."""
+    end = 0
+    for found in _FUNCTION.finditer(text):
+        if found.start() >= end:
+            end = _end(text, found.end(), "}")
+            yield found[1], found.start() + 1, end
+
+
+def _block(text: str, at: int, value_of: Value) -> tuple[str, int, bool]:
     """The block that begins before ``at`` as it runs, from there with its end; where it ends; and whether it jumps."""
     pieces: list[str] = []
     while True:
@@ -155,25 +201,25 @@ def _block(text: str, at: int, known: Branches) -> tuple[str, int, bool]:
         at = space.end()
         if text[at] == "}":
             return "".join([*pieces, "}"]), at + 1, False
-        statement, at, jumps = _statement(text, at, known)
+        statement, at, jumps = _statement(text, at, value_of)
         pieces.append(statement)
         if jumps:
             end = _end(text, at, "}")
             return "".join([*pieces, _blank(text[at:end]), "}"]), end, True
 
 
-def _statement(text: str, at: int, known: Branches) -> tuple[str, int, bool]:
+def _statement(text: str, at: int, value_of: Value) -> tuple[str, int, bool]:
     """The statement at ``at`` as it runs, where it ends, and whether nothing behind it runs."""
     if text[at] == "{":
-        body, end, jumps = _block(text, at + 1, known)
+        body, end, jumps = _block(text, at + 1, value_of)
         return "{" + body, end, jumps
     if found := _IF.match(text, at):
         close = _end(text, found.end())
-        value = known.value(text[found.end() : close - 1])
-        body, end, jumps = _after(text, close, known)
+        value = value_of(text[found.end() : close - 1])
+        body, end, jumps = _after(text, close, value_of)
         other, after, other_jumps = "", end, False
         if found := _ELSE.match(text, end):
-            other, after, other_jumps = _after(text, found.end(), known)
+            other, after, other_jumps = _after(text, found.end(), value_of)
             other = (found[0] if value is None else _blank(found[0])) + other
         if value is None:
             return text[at:close] + body + other, after, jumps and other_jumps
@@ -182,7 +228,7 @@ def _statement(text: str, at: int, known: Branches) -> tuple[str, int, bool]:
         return _blank(text[at:end]) + (other or ";"), after, other_jumps
     if found := _LOOP.match(text, at):
         start = _end(text, found.end()) if found[0].endswith("(") else found.end()
-        body, end, _ = _after(text, start, known)
+        body, end, _ = _after(text, start, value_of)
         return text[at:start] + body, end, False
     end = text.find(";", at) + 1
     if not end:
@@ -190,20 +236,20 @@ def _statement(text: str, at: int, known: Branches) -> tuple[str, int, bool]:
     return text[at:end], end, bool(_JUMP.match(text, at))
 
 
-def _after(text: str, at: int, known: Branches) -> tuple[str, int, bool]:
+def _after(text: str, at: int, value_of: Value) -> tuple[str, int, bool]:
     """:func:`_statement`, with the space before it."""
     space = _SPACE.match(text, at)
     assert space
-    statement, end, jumps = _statement(text, space.end(), known)
+    statement, end, jumps = _statement(text, space.end(), value_of)
     return space[0] + statement, end, jumps
 
 
-def _chosen(text: str, known: Branches) -> str:
+def _chosen(text: str, value_of: Value) -> str:
     """Statements without what ``?:`` never chooses."""
     at = text.find("?")
     while at >= 0:
         begin = _begin_of_condition(text, at)
-        value = known.value(text[begin:at])
+        value = value_of(text[begin:at])
         if value is not None:
             colon = _end_of_operand(text, at + 1)
             end = _end_of_operand(text, colon + 1)

@@ -9,12 +9,14 @@ import re
 from collections.abc import Iterator
 from functools import lru_cache
 
-from fragtracer.gpu.branches import Branches, NotUnderstoodError, functions, holds
+from fragtracer.gpu.branches import Branches, NotUnderstoodError, holds
 
-_DIRECTIVE = re.compile(r"\s*#\s*(if|ifdef|ifndef|elif|else|endif|define|undef)\b\s*(.*?)\s*$")
+_DIRECTIVE = re.compile(
+    r"\n[ \t]*#[ \t]*(if|ifdef|ifndef|elif|else|endif|define|undef)\b[ \t]*(.*?)[ \t]*(?://.*)?$", re.MULTILINE
+)
 _DEFINED = re.compile(r"\bdefined\s*(?:\(\s*(\w+)\s*\)|(\w+))")
 _NAME = re.compile(r"[A-Za-z_]\w*")
-_COMMENT = re.compile(r"[ \t]*//.*")
+_COMMENT = re.compile(r"//.*")
 _LONG_OR_BRACES = re.compile(r"\\$|[{}]")  # a directive that goes on in the next line, or a macro that opens a block
 
 
@@ -28,33 +30,32 @@ def reachable(text: str) -> str:
     if "/*" in text:
         return text
     try:
-        return _of_reached(_COMMENT.sub("", "\n".join(_chosen(text.split("\n")))))
+        return _of_reached(_COMMENT.sub("", "".join(_chosen("\n" + text))))[1:]
     except (NotUnderstoodError, RecursionError):  # the latter where a function calls itself, which no driver takes
         return text
 
 
 def _of_reached(text: str) -> str:
     """The text without functions that are not reached; there are no conditions of the preprocessor in it any more."""
-    branches, found = Branches(text), list(functions(text))
-    ends = [0, *(end for _, _, end in found)]
-    between = [text[end:begin] for end, (_, begin, _) in zip(ends, found, strict=False)]
+    branches = Branches(text)
     named: dict[str, list[int]] = {}
-    for i, (name, _, _) in enumerate(found):
+    for i, (name, _, _) in enumerate(branches.functions):
         named.setdefault(name, []).append(i)
     reached: dict[int, str] = {}
-    new = {"main"} | _names("".join([*between, text[ends[-1] :]])) & named.keys()
+    new = {"main"} | _names("".join(branches.between)) & named.keys()
     while new:
         for i in named.pop(new.pop(), ()):
-            reached[i] = branches.taken(text[found[i][1] : found[i][2]])
+            _, begin, end = branches.functions[i]
+            reached[i] = branches.taken(text[begin:end])
             new |= _names(reached[i]) & named.keys()
     pieces = []
-    for i, (before, (_, begin, end)) in enumerate(zip(between, found, strict=True)):
+    for i, (before, (_, begin, end)) in enumerate(zip(branches.between, branches.functions, strict=False)):
         pieces += [before, reached[i] if i in reached else "\n" * text.count("\n", begin, end)]
-    return "".join([*pieces, text[ends[-1] :]])
+    return "".join([*pieces, branches.between[-1]])
 
 
-def _chosen(lines: list[str]) -> Iterator[str]:
-    """The lines that the preprocessor lets pass, those of its conditions and the others empty."""
+def _chosen(text: str) -> Iterator[str]:
+    """Pieces of the text that the preprocessor lets pass, of the others and of conditions their ends of lines."""
     macros: dict[str, str] = {}
     values: dict[str, bool] = {}  # of conditions, most of which occur often
 
@@ -63,23 +64,22 @@ def _chosen(lines: list[str]) -> Iterator[str]:
             values[condition] = _value(condition, macros)
         return values[condition]
 
-    open_conditions: list[tuple[bool, bool]] = []  # whether lines pass here, and whether a branch has been taken yet
-    passes = True
-    for line in lines:
-        directive = _COMMENT.sub("", line) if "#" in line else ""
-        if not (found := _DIRECTIVE.match(directive)):
-            yield line if passes else ""
-            continue
+    open_conditions: list[tuple[bool, bool]] = []  # whether text passes here, and whether a branch has been taken yet
+    passes, at = True, 0
+    for found in _DIRECTIVE.finditer(text):
+        yield text[at : found.start()] if passes else "\n" * text.count("\n", at, found.start())
+        at = found.end()
         kind, rest = found.groups()
         is_unmatched = kind in ("elif", "else", "endif") and not open_conditions
-        if kind == "undef" or is_unmatched or _LONG_OR_BRACES.search(directive):
+        if kind == "undef" or is_unmatched or _LONG_OR_BRACES.search(found[0]):
             raise NotUnderstoodError
         if kind == "define":
             name = _NAME.match(rest)
             if passes and name:
                 macros[name[0]] = rest[name.end() :].strip()
-            yield line if passes else ""
+            yield found[0] if passes else "\n"
             continue
+        yield "\n"
         if kind in ("if", "ifdef", "ifndef"):
             is_met = passes and (value(rest) if kind == "if" else (rest in macros) == (kind == "ifdef"))
             open_conditions.append((passes, is_met or not passes))
@@ -90,9 +90,9 @@ def _chosen(lines: list[str]) -> Iterator[str]:
             outside, is_taken = open_conditions.pop()
             passes = outside and not is_taken and (kind == "else" or value(rest))
             open_conditions.append((outside, is_taken or passes))
-        yield ""
     if open_conditions:
         raise NotUnderstoodError
+    yield text[at:]
 
 
 def _value(condition: str, macros: dict[str, str]) -> bool:
