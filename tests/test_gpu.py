@@ -325,9 +325,9 @@ if sys.argv[2] == "softpipe":
     sums.is_software = lambda ctx: False
 tracer._SIZE, tracer.PHOTONS, picture.PHOTONS = (64, 64), 4096, 4096  # softpipe is slow, and numbers no more vertices
 images = {}
-for name, choice, spp in (("knot", "", 16), ("grille", "adaptive", 48), ("glass", "light_tracing", 16)):
+for name, choice, spp in (("knot", "", 8), ("grille", "adaptive", 48), ("glass", "light_tracing", 8)):
     settings = {**PLAIN, **({choice: "on"} if choice else {})}
-    with Renderer(load(name), (16, 10), spp=spp, **settings) as renderer:
+    with Renderer(load(name), (12, 8), spp=spp, **settings) as renderer:
         images[name] = renderer.render()
         images["driver"] = renderer.driver
 np.savez(sys.argv[1], **images)

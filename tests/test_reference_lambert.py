@@ -23,9 +23,9 @@ pytestmark = pytest.mark.slow
 
 SIZE = (48, 32)
 SEEDS = 16
-SPP = {"three-spheres": 128, "cornell-box": 896}  # of Mitsuba, of each seed
+SPP = {"three-spheres": 128, "cornell-box": 448}  # of Mitsuba, of each seed
 OURS = {"three-spheres": 128, "cornell-box": 256}
-RESOLUTION = 0.005  # detectable bias of the image mean, at most
+RESOLUTION = {"three-spheres": 0.005, "cornell-box": 0.009}  # detectable bias of the image mean, at most
 
 
 def scene_of(name: str) -> Scene:
@@ -52,7 +52,7 @@ def _fast_reference() -> None:
 @pytest.mark.parametrize("name", SPP)
 def test_lambert_scene_agrees(ctx, name):
     """In the whole picture, and in each of 16 blocks, in each colour."""
-    assert_agree(batches(ctx, scene_of(name), OURS[name], range(SEEDS), size=SIZE), reference(name), RESOLUTION)
+    assert_agree(batches(ctx, scene_of(name), OURS[name], range(SEEDS), size=SIZE), reference(name), RESOLUTION[name])
 
 
 def test_a_planted_error_is_found(ctx, monkeypatch, tmp_path):

@@ -29,9 +29,13 @@ def load(mi, albedo=0.0, f0=1.0, alpha=0.3, geometry="smith", f90=1.0, tint=(1.0
 
 
 def direction(mi, degrees, azimuth=0.0):
+    import drjit as dr
+
     theta, phi = np.radians(degrees), np.radians(azimuth)
     x, y, z = np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)
-    return mi.Vector3f(float(x), float(y), float(z))
+    found = mi.Vector3f(float(x), float(y), float(z))
+    dr.make_opaque(found)  # Mitsuba would compile a kernel for each literal
+    return found
 
 
 def seen_from(mi, viewer):

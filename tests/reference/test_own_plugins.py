@@ -41,6 +41,7 @@ def seen_from(mi: Any, viewer: Any) -> Any:
 
     si = dr.zeros(mi.SurfaceInteraction3f)
     si.wi = mi.Vector3f(*map(float, viewer))
+    dr.make_opaque(si.wi)  # Mitsuba would compile a kernel for each literal
     return si
 
 

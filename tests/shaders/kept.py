@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from fragtracer import probe
 from fragtracer.gpu.specialise import Specialisation
 
-_MOST = 16
+_MOST = 64
 _kept: dict[Hashable, probe.Probe] = {}  # the last ones used, the newest last
 
 
